@@ -1,0 +1,29 @@
+# fire3dv_library(name SOURCES ... [LINK ...])   a static library, one per layer of the house
+# fire3dv_program(name SOURCES ... [LINK ...])   a program, into build/<preset>/bin
+# Both carry the project's warnings and the chosen sanitizers. Includes are rooted at the source tree, so that an
+# #include names the layer it reaches into.
+
+add_library(fire3dv_flags INTERFACE)
+target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                       $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>)
+if(FIRE3DV_WERROR)
+  target_compile_options(fire3dv_flags INTERFACE -Werror)
+endif()
+if(FIRE3DV_SANITIZE)
+  target_compile_options(fire3dv_flags INTERFACE -fsanitize=${FIRE3DV_SANITIZE} -fno-omit-frame-pointer
+                         -fno-sanitize-recover=all)
+  target_link_options(fire3dv_flags INTERFACE -fsanitize=${FIRE3DV_SANITIZE})
+endif()
+target_include_directories(fire3dv_flags INTERFACE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+
+function(fire3dv_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  add_library(${name} STATIC ${arg_SOURCES})
+  target_link_libraries(${name} PUBLIC fire3dv_flags ${arg_LINK})
+endfunction()
+
+function(fire3dv_program name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE fire3dv_flags ${arg_LINK})
+endfunction()

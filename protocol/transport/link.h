@@ -1,0 +1,97 @@
+// A link carries whole messages between one publisher (a simulator's adapter) and any number of renderers. It knows
+// nothing of poses: a message is bytes and one of two kinds. Newest wins for pose messages; control messages are
+// never dropped silently. The three real links are opened by URI (open.h).
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/error.h"
+#include "protocol/wire/encode.h"
+
+namespace fire3dv::transport {
+
+struct LinkStats {
+  uint64_t messages_sent = 0;      // pose messages handed to the link (publisher) or replies (listener)
+  uint64_t messages_received = 0;
+  uint64_t bytes_sent = 0;
+  uint64_t bytes_received = 0;
+  uint64_t poses_dropped = 0;      // pose messages replaced by a newer one before they left or were polled
+  uint64_t rejected = 0;           // malformed or unwelcome traffic; by cause in the log
+  uint32_t peers = 0;              // readers or connections now
+};
+
+// --- the simulator's end ---------------------------------------------------------------------------------------------
+
+// Thread-safety: one thread publishes and polls; stats() may be called from any thread.
+class PublisherLink {
+ public:
+  virtual ~PublisherLink() = default;
+
+  // The largest pose message that the link takes. A longer frame is split into parts by the caller.
+  virtual size_t max_pose_message_bytes() const = 0;
+
+  // Control state that every joiner gets before its first pose message: the encoded StreamDescription. The link keeps
+  // a copy and repeats it as its medium needs. Replaces an earlier one.
+  virtual Result<void> set_description(std::span<const std::byte> message) = 0;
+
+  // Hands one pose message to the link. Never waits: not for a renderer, a socket, a lock that another thread may hold
+  // for long, or memory. last_part is false for all but the last part of a split frame. Returns false when the message
+  // was dropped (counted); a message that waits in the link and is overtaken by a newer one is counted later.
+  virtual bool publish(const wire::MessagePieces& message, bool last_part = true) noexcept = 0;
+
+  // Sends one control message (Ping, Goodbye) to whoever is connected now. Best effort; never waits.
+  virtual void send_control(std::span<const std::byte> message) noexcept = 0;
+
+  // Next message of the back channel (Welcome, Ack, Pong), or false. Never waits. Reuses the vector's memory.
+  virtual bool poll(std::vector<std::byte>& message) = 0;
+
+  virtual LinkStats stats() const = 0;
+};
+
+// --- the renderer's end ----------------------------------------------------------------------------------------------
+
+using PeerId = uint64_t;  // unique within one listener for the life of the process, never reused
+
+struct LinkEvent {
+  enum class Kind { connected, pose, control, disconnected, note };
+  Kind kind;
+  PeerId peer = 0;
+  std::span<const std::byte> message;  // pose, control; valid during the callback only
+  std::string_view text;               // disconnected: the reason; note: something a person should read (once)
+};
+
+enum class Delivery {
+  newest,  // between two polls, at most the newest whole frame of each peer
+  all,     // every frame that the medium still has, in order; for lockstep and recording
+};
+
+// Thread-safety: one thread polls and sends; stats() may be called from any thread.
+class ListenerLink {
+ public:
+  virtual ~ListenerLink() = default;
+
+  // Calls back for all that has come since the last poll, in order per peer. Never waits.
+  virtual void poll(const std::function<void(const LinkEvent&)>& on_event) = 0;
+
+  // Waits until poll() may have something, or the time is over.
+  virtual void wait(std::chrono::nanoseconds timeout) = 0;
+
+  // One control message to one peer. Best effort; never waits; a peer that is gone is not an error.
+  virtual void send(PeerId peer, std::span<const std::byte> message) = 0;
+
+  virtual LinkStats stats() const = 0;
+
+  // The URI that a publisher may use to reach this listener (with the port that was chosen for port 0).
+  virtual std::string uri() const = 0;
+};
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,23 @@
+// URIs that name a link: shm://NAME, tcp://HOST:PORT, udp://HOST:PORT (IPv6 hosts in brackets).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "protocol/error.h"
+
+namespace fire3dv::transport {
+
+struct Uri {
+  enum class Scheme { shm, tcp, udp };
+  Scheme scheme = Scheme::shm;
+  std::string name;   // shm: 1 to 64 characters of [A-Za-z0-9_.-], not starting with a dot
+  std::string host;   // tcp, udp: as written, without brackets
+  uint16_t port = 0;  // tcp, udp: 0 lets a listener choose
+};
+
+// The error names the URI, what is wrong with it and which forms there are.
+Result<Uri> parse_uri(std::string_view text);
+
+}  // namespace fire3dv::transport

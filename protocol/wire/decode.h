@@ -1,0 +1,41 @@
+// Bytes to messages. The FlatBuffers verifier runs in decode.cpp and nowhere else.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "protocol/error.h"
+#include "protocol/wire/messages.h"
+
+namespace fire3dv::wire {
+
+// What a message may hold before it is refused. The defaults suit a renderer; tests lower them.
+struct DecodeLimits {
+  size_t max_message_bytes = 256u << 20;
+  uint32_t max_nodes = 1u << 20;
+  uint32_t max_name_bytes = 1024;
+  float max_abs_value = 1e12f;  // of a pose element: larger is refused as nonsense, like NaN and infinity
+};
+
+// Owns a private aligned copy of the bytes being decoded, so that neither alignment nor a writer that changes shared
+// memory after the check can hurt. One decoder per thread; the copy's memory is reused.
+class Decoder {
+ public:
+  explicit Decoder(DecodeLimits limits = {});
+  ~Decoder();
+  Decoder(Decoder&&) noexcept;
+  Decoder& operator=(Decoder&&) noexcept;
+
+  // Structure first, then values: finite numbers, counts, string lengths, UTF-8, no control characters in names.
+  // The error says which field is wrong; it is the peer's fault, never ours. Views in the message are valid until the
+  // next call.
+  Result<Message> decode(std::span<const std::byte> bytes);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace fire3dv::wire

@@ -1,0 +1,28 @@
+// glTF 2.0 (.gltf, .glb) to Scene. Bytes from outside are checked before tinygltf sees them; tinygltf gets memory only.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+
+#include "protocol/error.h"
+#include "renderer/scene/scene.h"
+
+namespace fire3dv::scene {
+
+struct LoadLimits {
+  uint64_t max_file_bytes = 4ull << 30;
+  uint64_t max_image_pixels = 16384ull * 16384ull;
+  uint32_t max_json_depth = 64;
+  uint64_t max_elements = 1ull << 31;  // vertices or indices in one accessor
+};
+
+// Called now and then from the calling thread while loading: stage ("images"), done, total.
+using LoadProgress = std::function<void(const char* stage, size_t done, size_t total)>;
+
+// The error names the file, the glTF object and what is wrong with it. External files are read only from the asset's
+// folder or below.
+Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits = {}, const LoadProgress& progress = {});
+
+}  // namespace fire3dv::scene

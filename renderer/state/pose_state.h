@@ -1,0 +1,97 @@
+// What to show: the newest whole frame of each stream, bound to scene nodes. Knows neither sockets nor Vulkan, so the
+// same object serves live links, the in-process link and recordings. One thread.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/error.h"
+#include "protocol/wire/messages.h"
+#include "renderer/scene/scene.h"
+
+namespace fire3dv::state {
+
+using StreamId = uint32_t;  // index of PoseState::streams(), stable until the stream is removed
+constexpr uint32_t kNone = UINT32_MAX;
+
+// Which pose frame an image shows; travels with the image to its sink.
+struct FrameTag {
+  std::string stream;            // the adapter's name
+  uint64_t epoch = 0;
+  uint64_t sequence = 0;
+  int64_t sim_time_ns = 0;
+  uint64_t publish_time_ns = 0;  // publisher's monotonic clock
+};
+
+// How a scene node moves: world_from_node = world_from_stream(stream) * pose[pose_index] * body_from_node, where
+// body_from_node already holds the rest transform from the driven ancestor down to this node. stream == kNone: the
+// node rests at world_from_rest.
+struct NodeDrive {
+  uint32_t stream = kNone;
+  uint32_t pose_index = 0;
+  wire::Affine3x4 body_from_node;
+};
+
+struct Stream {
+  bool active = false;
+  std::string name;
+  uint64_t epoch = 0;
+  wire::Affine3x4d world_from_stream;
+  std::vector<wire::Affine3x4> poses;       // the shown frame: stream_from_body
+  wire::PoseFrameHeader header;             // of the shown frame; sequence 0 = none yet
+  uint64_t revision = 0;                    // +1 whenever poses change
+  std::vector<std::string> unmatched_names;
+  std::vector<std::string> conflicting_names;
+  uint64_t frames_received = 0, frames_incomplete = 0, frames_stale = 0;
+  std::vector<uint32_t> scene_node_of_pose; // kNone = unmatched
+};
+
+class PoseState {
+ public:
+  explicit PoseState(const scene::Scene& scene);
+
+  // Binds the stream's names: exact node name first (unique in the scene), then path. A node that another active
+  // stream drives stays with it and is reported as conflicting.
+  StreamId add_stream(const wire::StreamDescription& description);
+  void remove_stream(StreamId id);  // its nodes rest again
+
+  // Takes a whole frame or a part. Parts of one sequence are gathered; the frame is shown when it is whole. Frames of
+  // another epoch, not newer than the shown one, or with a wrong node count are dropped and counted. Returns true when
+  // the shown frame changed.
+  bool push(StreamId id, const wire::PoseFrameView& frame);
+
+  const std::vector<Stream>& streams() const { return streams_; }
+  // One per scene node. drive_revision() changes when bindings do.
+  const std::vector<NodeDrive>& node_drives() const { return node_drives_; }
+  uint64_t drive_revision() const { return drive_revision_; }
+
+  // Global transform of one node as shown now, on the CPU: for cameras and panels, not for drawing.
+  glm::mat4 world_from_node(uint32_t node) const;
+
+  // The tags of all active streams that have shown a frame.
+  std::vector<FrameTag> shown() const;
+
+ private:
+  struct Assembly;
+  void rebind();
+
+  const scene::Scene& scene_;
+  std::vector<Stream> streams_;
+  std::vector<NodeDrive> node_drives_;
+  std::vector<uint32_t> driver_stream_of_node_, driver_pose_of_node_;
+  std::vector<std::vector<wire::Affine3x4>> body_from_node_of_stream_;
+  uint64_t drive_revision_ = 0;
+  struct Parts {
+    uint64_t sequence = 0;
+    wire::PoseFrameHeader header;
+    std::vector<wire::Affine3x4> poses;
+    std::vector<bool> have;
+    uint32_t have_count = 0;
+  };
+  std::vector<Parts> parts_;
+};
+
+}  // namespace fire3dv::state

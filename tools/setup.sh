@@ -1,0 +1,122 @@
+#!/usr/bin/env bash
+# Installs what FIRE-3DV needs to build, to run and to test. Runs as root or with sudo, asks nothing, and does nothing
+# (not even an index update) when everything is there already.
+#
+#   tools/setup.sh            everything
+#   tools/setup.sh --check    say what is missing; exit 1 if anything is
+set -euo pipefail
+
+packages=(
+  # build
+  build-essential cmake ninja-build pkg-config git ca-certificates
+  glslang-tools spirv-tools flatbuffers-compiler
+  # libraries; see CONTRIBUTING.md for what each is used for
+  libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
+  libcli11-dev libspdlog-dev libstb-dev nlohmann-json3-dev
+  # the example simulator
+  libbullet-dev
+  # tests
+  libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth strace python3
+  # the demo's video
+  ffmpeg
+)
+mesa_packages=(mesa-vulkan-drivers)
+
+say() { printf 'setup: %s\n' "$*"; }
+die() { printf 'setup: %s\n' "$*" >&2; exit 1; }
+
+manual_list() {
+  cat >&2 <<TEXT
+setup: this system is not one that the script installs packages on (Debian 12 and 13, Ubuntu 24.04 are).
+Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
+  - a C++20 compiler (g++ 12 or newer), CMake 3.25, Ninja, pkg-config, git
+  - glslangValidator, spirv-val, flatc with the FlatBuffers headers of the same version (2.0 or newer)
+  - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3
+  - tinygltf 2.7 or newer, stb_image, nlohmann-json, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
+    CLI11 2, spdlog 1.10
+  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, strace, Python 3, ffmpeg
+  - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
+TEXT
+  exit 1
+}
+
+[ "${FIRE3DV_SKIP_SETUP:-0}" = 1 ] && { say "skipped (FIRE3DV_SKIP_SETUP=1)"; exit 0; }
+command -v apt-get >/dev/null && command -v dpkg-query >/dev/null && [ -r /etc/os-release ] || manual_list
+. /etc/os-release
+case "${ID:-}-${VERSION_ID:-}" in
+  debian-12) mesa_from=bookworm-backports; vma_from=trixie ;;  # its lavapipe has no ray query and it has no VMA
+  debian-13) mesa_from=; vma_from= ;;
+  ubuntu-24.04) mesa_from=; vma_from= ;;
+  *) manual_list ;;
+esac
+vma_package=libvulkan-memory-allocator-dev
+
+installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+mesa_is_new_enough() { # ray queries on lavapipe came with Mesa 24.1
+  installed mesa-vulkan-drivers &&
+    dpkg --compare-versions "$(dpkg-query -W -f '${Version}' mesa-vulkan-drivers)" ge 24.1
+}
+
+missing=()
+for package in "${packages[@]}" "$vma_package"; do installed "$package" || missing+=("$package"); done
+mesa_missing=0
+mesa_is_new_enough || mesa_missing=1
+
+if [ ${#missing[@]} -eq 0 ] && [ $mesa_missing -eq 0 ]; then say "everything is installed"; exit 0; fi
+[ $mesa_missing -eq 1 ] && mesa_text=" ${mesa_packages[*]}(>=24.1)" || mesa_text=
+[ "${1:-}" = --check ] && { say "missing: ${missing[*]}$mesa_text"; exit 1; }
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || die "run as root, or install sudo: packages are missing: ${missing[*]}$mesa_text"
+  as_root=(sudo)
+fi
+apt() {
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive NEEDRESTART_MODE=a \
+    apt-get -qq -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 -o Acquire::Retries=3 "$@"
+}
+
+# The mirror is the one that this machine's own apt sources name for its release.
+mirror_of_release() {
+  apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Created-By: Packages' 2>/dev/null |
+    awk -v release="$VERSION_CODENAME" '$2 == release && $3 == "main" { sub("/$", "", $1); print $1; exit }'
+}
+add_source() { # suite, pin lines
+  local file=/etc/apt/sources.list.d/fire3dv-$1.sources
+  local mirror; mirror=$(mirror_of_release)
+  [ -n "$mirror" ] || die "no apt source for $VERSION_CODENAME main found in /etc/apt: add one, then run again"
+  printf 'Types: deb\nURIs: %s\nSuites: %s\nComponents: main\nSigned-By: /usr/share/keyrings/debian-archive-keyring.gpg\n' \
+    "$mirror" "$1" | "${as_root[@]}" tee "$file" >/dev/null
+}
+pin() { # file, package, release, priority
+  printf 'Package: %s\nPin: release n=%s\nPin-Priority: %s\n\n' "$2" "$3" "$4" |
+    "${as_root[@]}" tee -a "/etc/apt/preferences.d/$1" >/dev/null
+}
+
+say "installing: ${missing[*]:-}$mesa_text"
+apt update
+if [ -n "$mesa_from" ] && [ $mesa_missing -eq 1 ]; then
+  apt-cache policy mesa-vulkan-drivers | grep -q "$mesa_from" || add_source "$mesa_from"
+fi
+if [ -n "$vma_from" ] && ! installed "$vma_package"; then
+  "${as_root[@]}" rm -f /etc/apt/preferences.d/fire3dv
+  pin fire3dv '*' "$vma_from" -1                # nothing else may come from the newer release
+  pin fire3dv "$vma_package" "$vma_from" 500    # headers only, the same on every architecture
+  add_source "$vma_from"
+fi
+apt update
+# --no-install-recommends: a machine for rendering needs no desktop.
+[ ${#missing[@]} -eq 0 ] || apt install -y --no-install-recommends "${missing[@]}"
+if [ $mesa_missing -eq 1 ]; then
+  if [ -n "$mesa_from" ]; then
+    # Libraries that share files with the driver come along in the same version when they are installed.
+    for package in libgl1-mesa-dri libegl-mesa0 libglx-mesa0 libgbm1 libglapi-mesa; do
+      installed "$package" && mesa_packages+=("$package")
+    done
+    apt install -y --no-install-recommends -t "$mesa_from" "${mesa_packages[@]}"
+  else
+    apt install -y --no-install-recommends "${mesa_packages[@]}"
+  fi
+fi
+mesa_is_new_enough || die "mesa-vulkan-drivers is $(dpkg-query -W -f '${Version}' mesa-vulkan-drivers); 24.1 or newer is needed for ray queries on lavapipe"
+say "done"
