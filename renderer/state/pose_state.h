@@ -11,10 +11,12 @@
 #include "protocol/error.h"
 #include "protocol/wire/messages.h"
 #include "renderer/scene/scene.h"
+#include "renderer/state/bindings.h"
+#include "renderer/state/frame_assembly.h"
 
 namespace fire3dv::state {
 
-using StreamId = uint32_t;  // index of PoseState::streams(), stable until the stream is removed
+using StreamId = uint32_t;  // index of PoseState::streams(), stable until the stream is removed, then given out again
 constexpr uint32_t kNone = UINT32_MAX;
 
 // Which pose frame an image shows; travels with the image to its sink.
@@ -42,11 +44,14 @@ struct Stream {
   wire::Affine3x4d world_from_stream;
   std::vector<wire::Affine3x4> poses;       // the shown frame: stream_from_body
   wire::PoseFrameHeader header;             // of the shown frame; sequence 0 = none yet
-  uint64_t revision = 0;                    // +1 whenever poses change
+  uint64_t revision = 0;                    // +1 whenever poses change; never goes back, even for another stream here
   std::vector<std::string> unmatched_names;
   std::vector<std::string> conflicting_names;
-  uint64_t frames_received = 0, frames_incomplete = 0, frames_stale = 0;
-  std::vector<uint32_t> scene_node_of_pose; // kNone = unmatched
+  uint64_t frames_received = 0;             // whole frames that were shown
+  uint64_t frames_incomplete = 0;           // frames that a newer one overtook before all their parts had come
+  uint64_t frames_stale = 0;                // pushes of another epoch, not newer than the shown frame, or repeated
+  uint64_t frames_refused = 0;              // pushes with a wrong node count, or that contradict their other parts
+  std::vector<uint32_t> scene_node_of_pose; // kNone = unmatched or conflicting
 };
 
 class PoseState {
@@ -75,23 +80,26 @@ class PoseState {
   std::vector<FrameTag> shown() const;
 
  private:
-  struct Assembly;
+  // What a stream asked for, beside what it got (Stream).
+  struct Wish {
+    uint64_t order = 0;                              // smaller = older: the older stream keeps a node
+    std::vector<uint32_t> node_of_pose;              // kNone = unmatched
+    std::vector<std::string> names;
+    std::vector<wire::Affine3x4> body_from_node;     // none, one for all, or one per pose
+    FrameAssembly assembly;
+  };
   void rebind();
+  void derive_drives();
+  void show(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
 
   const scene::Scene& scene_;
+  NodeNames names_;
   std::vector<Stream> streams_;
+  std::vector<Wish> wishes_;  // beside streams_
+  uint64_t next_order_ = 1;
   std::vector<NodeDrive> node_drives_;
   std::vector<uint32_t> driver_stream_of_node_, driver_pose_of_node_;
-  std::vector<std::vector<wire::Affine3x4>> body_from_node_of_stream_;
   uint64_t drive_revision_ = 0;
-  struct Parts {
-    uint64_t sequence = 0;
-    wire::PoseFrameHeader header;
-    std::vector<wire::Affine3x4> poses;
-    std::vector<bool> have;
-    uint32_t have_count = 0;
-  };
-  std::vector<Parts> parts_;
 };
 
 }  // namespace fire3dv::state

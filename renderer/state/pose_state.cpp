@@ -1,0 +1,176 @@
+#include "renderer/state/pose_state.h"
+
+#include <algorithm>
+
+#include "renderer/scene/math.h"
+
+namespace fire3dv::state {
+
+PoseState::PoseState(const scene::Scene& scene)
+    : scene_(scene),
+      names_(scene),
+      node_drives_(scene.nodes.size()),
+      driver_stream_of_node_(scene.nodes.size(), kNone),
+      driver_pose_of_node_(scene.nodes.size(), 0) {}
+
+StreamId PoseState::add_stream(const wire::StreamDescription& description) {
+  const auto free = std::find_if(streams_.begin(), streams_.end(), [](const Stream& s) { return !s.active; });
+  const auto id = static_cast<StreamId>(free - streams_.begin());
+  if (free == streams_.end()) {
+    streams_.emplace_back();
+    wishes_.emplace_back();
+  }
+
+  Stream& stream = streams_[id];
+  const uint64_t revision = stream.revision + 1;
+  stream = Stream{};
+  stream.revision = revision;
+  stream.active = true;
+  stream.name = description.adapter_name;
+  stream.epoch = description.epoch;
+  stream.world_from_stream = description.world_from_stream;
+
+  Wish& wish = wishes_[id];
+  wish = Wish{};
+  wish.order = next_order_++;
+  wish.names = description.node_names;
+  // A list of another length has no meaning (the decoder refuses it); identity is the stated default.
+  const size_t offsets = description.body_from_node.size();
+  if (offsets == 1 || offsets == wish.names.size()) wish.body_from_node = description.body_from_node;
+  wish.node_of_pose.reserve(wish.names.size());
+  for (const std::string& name : wish.names) wish.node_of_pose.push_back(names_.find(name));
+
+  rebind();
+  return id;
+}
+
+void PoseState::remove_stream(StreamId id) {
+  if (id >= streams_.size() || !streams_[id].active) return;
+  const uint64_t revision = streams_[id].revision + 1;
+  streams_[id] = Stream{};
+  streams_[id].revision = revision;
+  wishes_[id] = Wish{};
+  rebind();
+}
+
+// Binds all streams anew, oldest first, so that a node given back goes to the next stream that wants it.
+void PoseState::rebind() {
+  std::fill(driver_stream_of_node_.begin(), driver_stream_of_node_.end(), kNone);
+  std::vector<StreamId> by_age;
+  for (StreamId id = 0; id < streams_.size(); ++id) {
+    if (streams_[id].active) by_age.push_back(id);
+  }
+  std::sort(by_age.begin(), by_age.end(),
+            [this](StreamId a, StreamId b) { return wishes_[a].order < wishes_[b].order; });
+
+  for (const StreamId id : by_age) {
+    Stream& stream = streams_[id];
+    const Wish& wish = wishes_[id];
+    stream.unmatched_names.clear();
+    stream.conflicting_names.clear();
+    stream.scene_node_of_pose.assign(wish.names.size(), kNone);
+    for (uint32_t pose = 0; pose < wish.names.size(); ++pose) {
+      const uint32_t node = wish.node_of_pose[pose];
+      if (node == kNone) {
+        stream.unmatched_names.push_back(wish.names[pose]);
+      } else if (driver_stream_of_node_[node] != kNone) {
+        stream.conflicting_names.push_back(wish.names[pose]);
+      } else {
+        driver_stream_of_node_[node] = id;
+        driver_pose_of_node_[node] = pose;
+        stream.scene_node_of_pose[pose] = node;
+      }
+    }
+  }
+  derive_drives();
+}
+
+// The nearest driven ancestor-or-self decides; below it the rest pose goes on. Parents stand before their
+// children.
+void PoseState::derive_drives() {
+  for (uint32_t node = 0; node < scene_.nodes.size(); ++node) {
+    NodeDrive& drive = node_drives_[node];
+    drive = NodeDrive{};
+    const uint32_t stream = driver_stream_of_node_[node];
+    if (stream != kNone && streams_[stream].header.sequence != 0) {
+      const auto& offsets = wishes_[stream].body_from_node;
+      drive.stream = stream;
+      drive.pose_index = driver_pose_of_node_[node];
+      if (!offsets.empty()) drive.body_from_node = offsets[offsets.size() == 1 ? 0 : drive.pose_index];
+      continue;
+    }
+    const uint32_t parent = scene_.nodes[node].parent;
+    if (parent == scene::kNone || node_drives_[parent].stream == kNone) continue;
+    drive = node_drives_[parent];
+    drive.body_from_node =
+        scene::to_affine(scene::to_mat4(drive.body_from_node) * scene_.nodes[node].parent_from_node);
+  }
+  ++drive_revision_;
+}
+
+bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
+  if (id >= streams_.size() || !streams_[id].active) return false;
+  Stream& stream = streams_[id];
+  FrameAssembly& assembly = wishes_[id].assembly;
+  if (frame.header.epoch != stream.epoch || frame.header.sequence <= stream.header.sequence) {
+    ++stream.frames_stale;
+    return false;
+  }
+  if (frame.node_count != stream.scene_node_of_pose.size()) {
+    ++stream.frames_refused;
+    return false;
+  }
+  if (frame.first_node == 0 && frame.poses.size() == frame.node_count) {
+    show(id, frame.header, frame.poses);
+    return true;
+  }
+  const FrameAssembly::Outcome outcome = assembly.add(frame);
+  stream.frames_incomplete += assembly.take_given_up();
+  switch (outcome) {
+    case FrameAssembly::Outcome::whole:
+      show(id, assembly.header(), assembly.poses());
+      return true;
+    case FrameAssembly::Outcome::open:
+      break;
+    case FrameAssembly::Outcome::stale:
+      ++stream.frames_stale;
+      break;
+    case FrameAssembly::Outcome::refused:
+      ++stream.frames_refused;
+      break;
+  }
+  return false;
+}
+
+void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
+                     std::span<const wire::Affine3x4> poses) {
+  Stream& stream = streams_[id];
+  const bool first = stream.header.sequence == 0;
+  stream.poses.assign(poses.begin(), poses.end());
+  stream.header = header;
+  ++stream.revision;
+  ++stream.frames_received;
+  stream.frames_incomplete += wishes_[id].assembly.close_up_to(stream.header.sequence);
+  if (first) derive_drives();  // until now its nodes were at rest
+}
+
+glm::mat4 PoseState::world_from_node(uint32_t node) const {
+  const NodeDrive& drive = node_drives_[node];
+  if (drive.stream == kNone) return scene_.nodes[node].world_from_node;
+  const Stream& stream = streams_[drive.stream];
+  return glm::mat4(scene::to_dmat4(stream.world_from_stream) *
+                   glm::dmat4(scene::to_mat4(stream.poses[drive.pose_index])) *
+                   glm::dmat4(scene::to_mat4(drive.body_from_node)));
+}
+
+std::vector<FrameTag> PoseState::shown() const {
+  std::vector<FrameTag> tags;
+  for (const Stream& stream : streams_) {
+    if (!stream.active || stream.header.sequence == 0) continue;
+    tags.push_back({stream.name, stream.epoch, stream.header.sequence, stream.header.sim_time_ns,
+                    stream.header.publish_time_ns});
+  }
+  return tags;
+}
+
+}  // namespace fire3dv::state
