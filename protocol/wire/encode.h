@@ -21,31 +21,31 @@ Bytes encode(const Goodbye& goodbye);
 // For tests and recordings; a publisher uses PoseFrameEncoder.
 Bytes encode(const PoseFrameView& frame);
 
-// A message in two pieces that stand one after the other on the wire. The second is the caller's own pose array, so
-// that a pose is copied once: from the simulator into the link.
+// A message in two pieces that stand one after the other on the wire. The second is the caller's own pose
+// array, so that a pose is copied once: from the simulator into the link.
 struct MessagePieces {
   std::span<const std::byte> head;
   std::span<const std::byte> body;
   size_t size() const { return head.size() + body.size(); }
 };
 
-// Encodes the pose frames of one stream. The head is laid out once per node count; each frame only patches the header
-// fields in place, so that encode() neither allocates (after the first call with a given node count) nor copies poses.
-// Not thread-safe; the pieces are valid until the next call.
+// Encodes the pose frames of one stream. The head is laid out once; each frame only patches the header fields
+// in place, so that encode() neither allocates (after the first call) nor copies poses. Not thread-safe; the
+// pieces are valid until the next call.
 class PoseFrameEncoder {
  public:
   MessagePieces encode(const PoseFrameView& frame);
 
  private:
   Bytes head_;
-  uint32_t pose_count_of_head_ = UINT32_MAX;
   struct Offsets {
     size_t epoch, sequence, sim_time, publish_time, scene_version, flags, node_count, first_node;
   } offsets_{};
 };
 
-// Splits a frame into parts whose messages are at most max_message_bytes long, for datagram links: part i of
-// part_count(...). Each part is a PoseFrameView of its own and useful alone.
+// How many poses a message of at most max_message_bytes holds, for datagram links: a longer frame is cut into
+// parts of so many poses. Each part is a PoseFrameView of its own and useful alone. 0: not even one pose
+// fits.
 uint32_t poses_per_part(size_t max_message_bytes);
 
 }  // namespace fire3dv::wire

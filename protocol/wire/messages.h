@@ -1,6 +1,6 @@
 // The messages of the protocol as plain C++ values. protocol/SPEC.md is normative; this header follows it.
-// Frames: a matrix `a_from_b` takes coordinates in frame b to frame a. Matrices are 3x4, row-major, metres and
-// radians unless world_from_stream says otherwise. Times are nanoseconds.
+// Frames: a matrix `a_from_b` takes coordinates in frame b to frame a. Matrices are 3x4, row-major, metres
+// and radians unless world_from_stream says otherwise. Times are nanoseconds.
 #pragma once
 
 #include <array>
@@ -31,10 +31,10 @@ struct Affine3x4d {
 
 // How the publisher's clocks relate, so that a reader can order its frames against other clocks.
 struct ClockInfo {
-  std::string boot_id;                   // equal boot ids mean that publish times share one monotonic clock
-  uint64_t monotonic_at_open_ns = 0;     // the pair was read together when the stream was opened
-  int64_t realtime_at_open_ns = 0;       // Unix time
-  double sim_seconds_per_second = 0;     // nominal, 0 = unknown
+  std::string boot_id;                // equal boot ids mean that publish times share one monotonic clock
+  uint64_t monotonic_at_open_ns = 0;  // the pair was read together when the stream was opened
+  int64_t realtime_at_open_ns = 0;    // Unix time
+  double sim_seconds_per_second = 0;  // nominal, 0 = unknown
   bool operator==(const ClockInfo&) const = default;
 };
 
@@ -42,13 +42,13 @@ struct ClockInfo {
 struct StreamDescription {
   uint16_t protocol_major = kProtocolMajor;
   uint16_t protocol_minor = kProtocolMinor;
-  std::string adapter_name;              // for people: "bullet_arm", "ambf"
-  uint64_t epoch = 0;                    // random id of this run of the stream, never 0
-  std::vector<std::string> node_names;   // pose i moves node_names[i]; UTF-8, unique
-  Affine3x4d world_from_stream;          // basis and unit of the whole stream
-  std::vector<Affine3x4> body_from_node; // empty: identity; one: for all nodes; else one per node
-  double nominal_rate_hz = 0;            // 0 = unknown
-  std::string scene_uri;                 // what the adapter believes it drives; a hint, never fetched by itself
+  std::string adapter_name;               // for people: "bullet_arm", "ambf"
+  uint64_t epoch = 0;                     // random id of this run of the stream, never 0
+  std::vector<std::string> node_names;    // pose i moves node_names[i]; UTF-8, unique
+  Affine3x4d world_from_stream;           // basis and unit of the whole stream
+  std::vector<Affine3x4> body_from_node;  // empty: identity; one: for all nodes; else one per node
+  double nominal_rate_hz = 0;             // 0 = unknown
+  std::string scene_uri;  // what the adapter believes it drives; a hint, never fetched by itself
   ClockInfo clock;
   bool operator==(const StreamDescription&) const = default;
 };
@@ -59,17 +59,17 @@ enum PoseFrameFlags : uint32_t {
 
 struct PoseFrameHeader {
   uint64_t epoch = 0;
-  uint64_t sequence = 0;          // starts at 1, +1 for each published frame of the epoch
+  uint64_t sequence = 0;  // starts at 1, +1 for each published frame of the epoch
   int64_t sim_time_ns = 0;
-  uint64_t publish_time_ns = 0;   // publisher's CLOCK_MONOTONIC
-  uint64_t scene_version = 0;     // the frame is shown only when this version of the scene edits is applied
-  uint32_t flags = 0;             // PoseFrameFlags
+  uint64_t publish_time_ns = 0;  // publisher's CLOCK_MONOTONIC
+  uint64_t scene_version = 0;    // the frame is shown only when this version of the scene edits is applied
+  uint32_t flags = 0;            // PoseFrameFlags
   bool operator==(const PoseFrameHeader&) const = default;
 };
 
-// Poses [first_node, first_node + poses.size()) of a frame of node_count nodes. A frame that fits one message has
-// first_node 0 and poses.size() == node_count; on a datagram link it arrives as several such parts.
-// The spans view memory of the decoder or of the caller.
+// Poses [first_node, first_node + poses.size()) of a frame of node_count nodes. A frame that fits one message
+// has first_node 0 and poses.size() == node_count; on a datagram link it arrives as several such parts. The
+// spans view memory of the decoder or of the caller.
 struct PoseFrameView {
   PoseFrameHeader header;
   uint32_t node_count = 0;
@@ -78,15 +78,21 @@ struct PoseFrameView {
 };
 
 // Renderer to adapter: the answer to a StreamDescription.
-enum class WelcomeStatus : uint8_t { accepted = 0, version_mismatch = 1, bad_description = 2, refused = 3, bad_key = 4 };
+enum class WelcomeStatus : uint8_t {
+  accepted = 0,
+  version_mismatch = 1,
+  bad_description = 2,
+  refused = 3,
+  bad_key = 4
+};
 struct Welcome {
   WelcomeStatus status = WelcomeStatus::accepted;
   uint16_t protocol_major = kProtocolMajor;  // of the side that answers
   uint16_t protocol_minor = kProtocolMinor;
-  uint64_t epoch = 0;                        // of the description that is answered
+  uint64_t epoch = 0;  // of the description that is answered
   std::string renderer_name;
-  std::string message;                       // for people, one line
-  std::vector<std::string> unmatched_names;  // node names that no scene node has
+  std::string message;                         // for people, one line
+  std::vector<std::string> unmatched_names;    // node names that no scene node has
   std::vector<std::string> conflicting_names;  // node names that another stream drives already
   bool operator==(const Welcome&) const = default;
 };
@@ -117,6 +123,14 @@ struct Goodbye {
   bool operator==(const Goodbye&) const = default;
 };
 
-using Message = std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye>;
+// A message of a kind that a later minor version added: well-formed, and to be ignored without a count or a
+// complaint.
+struct UnknownMessage {
+  uint8_t body_type = 0;
+  bool operator==(const UnknownMessage&) const = default;
+};
+
+using Message =
+    std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, UnknownMessage>;
 
 }  // namespace fire3dv::wire
