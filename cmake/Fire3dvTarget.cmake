@@ -4,8 +4,9 @@
 # #include names the layer it reaches into.
 
 add_library(fire3dv_flags INTERFACE)
-target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
-                       $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>)
+# Vulkan's structures are made as {VK_STRUCTURE_TYPE_X}: the rest is meant to be zero.
+target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wno-missing-field-initializers
+                       $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual>)
 if(FIRE3DV_WERROR)
   target_compile_options(fire3dv_flags INTERFACE -Werror)
 endif()

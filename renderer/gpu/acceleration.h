@@ -1,0 +1,57 @@
+// Acceleration structures: one bottom level per mesh, built once and compacted; one top level, rebuilt every frame from
+// instances that a shader has written.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "renderer/gpu/loader_commands.h"
+#include "renderer/gpu/resources.h"
+
+namespace fire3dv::gpu {
+
+struct AccelerationStructure {
+  Buffer storage;
+  AccelerationHandle handle;  // declared after its storage, so that it goes first
+  VkDeviceAddress address = 0;
+};
+
+// One geometry of triangles: 3 float32 positions per vertex, uint32 indices relative to the first vertex.
+struct TriangleGeometry {
+  VkDeviceAddress positions = 0;  // of the first vertex
+  VkDeviceAddress indices = 0;    // of the first index
+  uint32_t vertex_count = 0;
+  uint32_t triangle_count = 0;
+  bool opaque = true;             // false: rays stop for a look at alpha
+};
+
+struct BlasBuildReport {
+  VkDeviceSize bytes_built = 0;
+  VkDeviceSize bytes_compacted = 0;
+};
+
+// meshes[i]: the geometries of one mesh; the result has one structure each (null address for a mesh without triangles).
+// positions and indices: the buffers that the geometries point into.
+std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& loader,
+                                                std::span<const std::vector<TriangleGeometry>> meshes,
+                                                Buffer& positions, Buffer& indices, BlasBuildReport& report);
+
+class TopLevel {
+ public:
+  TopLevel() = default;
+  TopLevel(Device& device, uint32_t max_instances);
+
+  VkAccelerationStructureKHR handle() const { return structure_.handle.get(); }
+  Buffer& storage() { return structure_.storage; }
+  Buffer& scratch() { return scratch_; }
+  // The caller declares storage() and scratch() as build_write and the instances as build_input.
+  void record_build(VkCommandBuffer commands, VkDeviceAddress instances, uint32_t count) const;
+
+ private:
+  Device* device_ = nullptr;
+  AccelerationStructure structure_;
+  Buffer scratch_;
+  VkDeviceAddress scratch_address_ = 0;
+};
+
+}  // namespace fire3dv::gpu

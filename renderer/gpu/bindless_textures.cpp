@@ -1,0 +1,104 @@
+#include "renderer/gpu/bindless_textures.h"
+
+#include <algorithm>
+
+#include "shaders/shared/bindings.h"
+
+namespace fire3dv::gpu {
+namespace {
+
+// The layout's upper limit; a set allocates only what its scene has. 1 M is what desktop drivers and lavapipe give.
+uint32_t max_textures(const Device& device) {
+  VkPhysicalDeviceVulkan12Properties properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};
+  VkPhysicalDeviceProperties2 chain{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &properties};
+  vkGetPhysicalDeviceProperties2(device.physical(), &chain);
+  return std::min({1u << 20, properties.maxPerStageDescriptorUpdateAfterBindSampledImages - 8,
+                   properties.maxPerStageDescriptorUpdateAfterBindSamplers - 8,
+                   properties.maxDescriptorSetUpdateAfterBindSampledImages - 8,
+                   properties.maxDescriptorSetUpdateAfterBindSamplers - 8,
+                   properties.maxPerStageUpdateAfterBindResources - 64});
+}
+
+}  // namespace
+
+SetLayout BindlessTextures::create_layout(Device& device) {
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  std::vector<VkDescriptorBindingFlags> flags;
+  if (device.ray_query()) {
+    bindings.push_back({FIRE3DV_BINDING_TOP_LEVEL, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1,
+                        VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+    flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT);
+  }
+  bindings.push_back({FIRE3DV_BINDING_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, max_textures(device),
+                      VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+  flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT | VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT |
+                  VK_DESCRIPTOR_BINDING_VARIABLE_DESCRIPTOR_COUNT_BIT);
+
+  VkDescriptorSetLayoutBindingFlagsCreateInfo flag_info{
+      VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_BINDING_FLAGS_CREATE_INFO};
+  flag_info.bindingCount = static_cast<uint32_t>(flags.size());
+  flag_info.pBindingFlags = flags.data();
+  VkDescriptorSetLayoutCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, &flag_info};
+  info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_UPDATE_AFTER_BIND_POOL_BIT;
+  info.bindingCount = static_cast<uint32_t>(bindings.size());
+  info.pBindings = bindings.data();
+  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &layout));
+  return SetLayout(device, layout);
+}
+
+BindlessTextures::BindlessTextures(Device& device, std::span<const SampledTexture> textures,
+                                   VkAccelerationStructureKHR top_level)
+    : layout_(create_layout(device)) {
+  const uint32_t count = std::max<uint32_t>(1, static_cast<uint32_t>(textures.size()));
+  std::vector<VkDescriptorPoolSize> sizes{{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, count}};
+  if (device.ray_query()) sizes.push_back({VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1});
+  VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
+  pool_info.flags = VK_DESCRIPTOR_POOL_CREATE_UPDATE_AFTER_BIND_BIT;
+  pool_info.maxSets = 1;
+  pool_info.poolSizeCount = static_cast<uint32_t>(sizes.size());
+  pool_info.pPoolSizes = sizes.data();
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateDescriptorPool(device.handle(), &pool_info, nullptr, &pool));
+  pool_ = DescriptorPool(device, pool);
+
+  VkDescriptorSetVariableDescriptorCountAllocateInfo variable{
+      VK_STRUCTURE_TYPE_DESCRIPTOR_SET_VARIABLE_DESCRIPTOR_COUNT_ALLOCATE_INFO};
+  variable.descriptorSetCount = 1;
+  variable.pDescriptorCounts = &count;
+  VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, &variable};
+  allocate.descriptorPool = pool;
+  allocate.descriptorSetCount = 1;
+  const VkDescriptorSetLayout layout = layout_.get();
+  allocate.pSetLayouts = &layout;
+  FIRE3DV_VK(vkAllocateDescriptorSets(device.handle(), &allocate, &set_));
+
+  std::vector<VkDescriptorImageInfo> images;
+  for (const SampledTexture& texture : textures) {
+    images.push_back({texture.sampler, texture.view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL});
+  }
+  std::vector<VkWriteDescriptorSet> writes;
+  if (!images.empty()) {
+    VkWriteDescriptorSet& write = writes.emplace_back(VkWriteDescriptorSet{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET});
+    write.dstSet = set_;
+    write.dstBinding = FIRE3DV_BINDING_TEXTURES;
+    write.descriptorCount = static_cast<uint32_t>(images.size());
+    write.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    write.pImageInfo = images.data();
+  }
+  VkWriteDescriptorSetAccelerationStructureKHR structures{
+      VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR};
+  if (top_level) {
+    structures.accelerationStructureCount = 1;
+    structures.pAccelerationStructures = &top_level;
+    VkWriteDescriptorSet& write = writes.emplace_back(VkWriteDescriptorSet{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET});
+    write.pNext = &structures;
+    write.dstSet = set_;
+    write.dstBinding = FIRE3DV_BINDING_TOP_LEVEL;
+    write.descriptorCount = 1;
+    write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+  }
+  vkUpdateDescriptorSets(device.handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);
+}
+
+}  // namespace fire3dv::gpu

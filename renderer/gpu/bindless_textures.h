@@ -1,0 +1,34 @@
+// Descriptor set 0, the same for every pass: the scene's textures, indexed by the shader, and the top-level
+// acceleration structure where the device has ray queries.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "renderer/gpu/device.h"
+
+namespace fire3dv::gpu {
+
+struct SampledTexture {
+  VkImageView view = VK_NULL_HANDLE;
+  VkSampler sampler = VK_NULL_HANDLE;
+};
+
+class BindlessTextures {
+ public:
+  BindlessTextures() = default;
+  // top_level may be VK_NULL_HANDLE. The set does not own what it points to.
+  BindlessTextures(Device& device, std::span<const SampledTexture> textures, VkAccelerationStructureKHR top_level);
+
+  // For pipeline layouts, which are made before any scene: all sets of one device are compatible with it.
+  static SetLayout create_layout(Device& device);
+
+  VkDescriptorSet set() const { return set_; }
+
+ private:
+  SetLayout layout_;
+  DescriptorPool pool_;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;
+};
+
+}  // namespace fire3dv::gpu

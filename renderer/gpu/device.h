@@ -1,0 +1,96 @@
+// A logical device: one queue for graphics and compute, a timeline that counts its submissions, memory, and the
+// retirement of objects. One thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+
+#include "protocol/error.h"
+#include "renderer/gpu/device_choice.h"
+#include "renderer/gpu/handle.h"
+#include "renderer/gpu/instance.h"
+#include "renderer/gpu/vk.h"
+
+struct VmaAllocator_T;
+
+namespace fire3dv::gpu {
+
+// Entry points that are not core; null when the device lacks the extension.
+struct DeviceFunctions {
+  PFN_vkCreateAccelerationStructureKHR create_acceleration_structure = nullptr;
+  PFN_vkDestroyAccelerationStructureKHR destroy_acceleration_structure = nullptr;
+  PFN_vkGetAccelerationStructureBuildSizesKHR get_build_sizes = nullptr;
+  PFN_vkGetAccelerationStructureDeviceAddressKHR get_acceleration_structure_address = nullptr;
+  PFN_vkCmdBuildAccelerationStructuresKHR cmd_build_acceleration_structures = nullptr;
+  PFN_vkCmdWriteAccelerationStructuresPropertiesKHR cmd_write_acceleration_structures_properties = nullptr;
+  PFN_vkCmdCopyAccelerationStructureKHR cmd_copy_acceleration_structure = nullptr;
+};
+
+struct SemaphoreSignal {
+  VkSemaphore semaphore = VK_NULL_HANDLE;
+  VkPipelineStageFlags2 stage = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+};
+
+class Device {
+ public:
+  // `present` also enables the swapchain extension.
+  static Result<std::unique_ptr<Device>> create(Instance& instance, uint32_t index, bool present);
+  ~Device();  // waits for the last submission: shutdown, not a frame
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  VkDevice handle() const { return device_; }
+  VkPhysicalDevice physical() const { return physical_; }
+  VkQueue queue() const { return queue_; }
+  uint32_t queue_family() const { return queue_family_; }
+  VmaAllocator_T* allocator() const { return allocator_; }
+  const DeviceFunctions& functions() const { return functions_; }
+  const DeviceReport& report() const { return report_; }
+  const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  const VkPhysicalDeviceAccelerationStructurePropertiesKHR& acceleration_limits() const { return acceleration_; }
+  bool ray_query() const { return report_.ray_query; }
+
+  // Submits one command buffer; returns the timeline value that says it is done.
+  uint64_t submit(VkCommandBuffer commands, std::span<const SemaphoreSignal> waits = {},
+                  std::span<const SemaphoreSignal> signals = {});
+  uint64_t last_submitted() const { return submitted_; }
+  uint64_t completed() const;
+  void wait(uint64_t value) const;  // for one submission, never for the device
+
+  // Frees what no submission in flight can use any more. Called once a frame.
+  void collect();
+  const LiveObjects& live_objects() const { return live_; }
+  uint64_t allocated_bytes() const;
+
+ private:
+  friend void detail::retire(Device&, ObjectKind, uint64_t, VmaAllocation_T*);
+  friend void detail::count_created(Device&, ObjectKind);
+  struct Retired {
+    uint64_t after;  // timeline value
+    ObjectKind kind;
+    uint64_t object;
+    VmaAllocation_T* allocation;
+  };
+  Device() = default;
+  void destroy(const Retired& retired);
+
+  VkPhysicalDevice physical_ = VK_NULL_HANDLE;
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  uint32_t queue_family_ = 0;
+  VmaAllocator_T* allocator_ = nullptr;
+  DeviceFunctions functions_;
+  DeviceReport report_;
+  VkPhysicalDeviceLimits limits_{};
+  VkPhysicalDeviceAccelerationStructurePropertiesKHR acceleration_{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+  VkSemaphore timeline_ = VK_NULL_HANDLE;
+  uint64_t submitted_ = 0;
+  std::deque<Retired> retired_;
+  LiveObjects live_{};
+};
+
+}  // namespace fire3dv::gpu

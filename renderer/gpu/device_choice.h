@@ -1,0 +1,53 @@
+// Which device to draw on, and why. The choice works on plain reports, so that it is tested without a GPU.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/error.h"
+#include "renderer/gpu/vk.h"
+
+namespace fire3dv::gpu {
+
+enum class DeviceType { discrete, integrated, virtual_gpu, software, other };
+
+struct DeviceReport {
+  uint32_t index = 0;                 // as listed; what --device INDEX means
+  std::string name;
+  std::string driver;                 // name and version
+  DeviceType type = DeviceType::other;
+  uint32_t api_version = 0;
+  std::vector<std::string> missing;   // required features it lacks; empty = usable
+  // optional features
+  bool ray_query = false;
+  bool ray_tracing_pipeline = false;
+  bool int64_atomics = false;
+  bool async_compute = false;
+  bool anisotropy = false;
+  uint32_t max_samples = 1;
+
+  bool usable() const { return missing.empty(); }
+};
+
+DeviceReport report_device(VkPhysicalDevice device, uint32_t index);
+std::vector<DeviceReport> report_devices(VkInstance instance);
+
+const char* type_name(DeviceType type);
+
+// One line for --list-devices: index, name, type, driver, what it lacks.
+std::string describe(const DeviceReport& report);
+
+struct DeviceChoice {
+  uint32_t index = 0;
+  // Sentences for the user: a software device was taken, and why each better one was not.
+  std::vector<std::string> notes;
+};
+
+// wanted: empty, an index, or part of a name (any case). Without a wish the best usable device wins: discrete,
+// integrated, virtual, software. A wish that cannot be met is an error that lists what there is; nothing is taken
+// instead.
+Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted);
+
+}  // namespace fire3dv::gpu

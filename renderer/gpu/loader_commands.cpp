@@ -1,0 +1,118 @@
+#include "renderer/gpu/loader_commands.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace fire3dv::gpu {
+namespace {
+constexpr VkDeviceSize kStagingBytes = 32 << 20;
+}
+
+LoaderCommands::LoaderCommands(Device& device) : device_(device) {
+  VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+  pool.queueFamilyIndex = device.queue_family();
+  pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
+  VkCommandPool pool_handle = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateCommandPool(device.handle(), &pool, nullptr, &pool_handle));
+  pool_ = CommandPool(device, pool_handle);
+  VkCommandBufferAllocateInfo allocate{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+  allocate.commandPool = pool_handle;
+  allocate.commandBufferCount = 1;
+  FIRE3DV_VK(vkAllocateCommandBuffers(device.handle(), &allocate, &commands_));
+  staging_ = create_buffer(device, kStagingBytes, 0, Memory::upload);
+}
+
+LoaderCommands::~LoaderCommands() {
+  if (recorder_) finish();
+}
+
+Recorder& LoaderCommands::recorder() {
+  if (!recorder_) {
+    FIRE3DV_VK(vkResetCommandPool(device_.handle(), pool_.get(), 0));
+    VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    FIRE3DV_VK(vkBeginCommandBuffer(commands_, &info));
+    recorder_.emplace(commands_, VK_NULL_HANDLE, 0);
+  }
+  return *recorder_;
+}
+
+void LoaderCommands::finish() {
+  if (!recorder_) return;
+  FIRE3DV_VK(vkEndCommandBuffer(commands_));
+  device_.wait(device_.submit(commands_));
+  device_.collect();
+  recorder_.reset();
+  staged_ = 0;
+}
+
+std::byte* LoaderCommands::stage(VkDeviceSize bytes, VkDeviceSize& offset) {
+  if (staged_ + bytes > staging_.size_bytes) finish();
+  if (bytes > staging_.size_bytes) staging_ = create_buffer(device_, bytes, 0, Memory::upload);
+  offset = staged_;
+  staged_ = (staged_ + bytes + 15) / 16 * 16;
+  return staging_.mapped + offset;
+}
+
+void LoaderCommands::upload(Buffer& buffer, VkDeviceSize offset, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const size_t size = std::min<size_t>(bytes.size(), kStagingBytes);
+    VkBufferCopy copy{0, offset, size};
+    std::byte* mapped = stage(size, copy.srcOffset);
+    std::memcpy(mapped, bytes.data(), size);
+    recorder().pass("upload", {Use(buffer, access::transfer_write)}, [&](VkCommandBuffer commands) {
+      vkCmdCopyBuffer(commands, staging_.get(), buffer.get(), 1, &copy);
+    });
+    offset += size;
+    bytes = bytes.subspan(size);
+  }
+}
+
+void LoaderCommands::upload_rgba8(Image& image, std::span<const uint8_t> rgba8) {
+  VkBufferImageCopy copy{};
+  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  copy.imageExtent = {image.extent.width, image.extent.height, 1};
+  std::byte* mapped = stage(rgba8.size(), copy.bufferOffset);
+  std::memcpy(mapped, rgba8.data(), rgba8.size());
+
+  recorder().pass("upload", {Use(image, access::transfer_write, true)}, [&](VkCommandBuffer commands) {
+    vkCmdCopyBufferToImage(commands, staging_.get(), image.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
+
+    // Each level from the one above. The recorder knows whole images only, so the levels' barriers stand here.
+    auto level_barrier = [&](uint32_t level, VkAccessFlags2 src, VkAccessFlags2 dst, VkImageLayout to) {
+      VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
+      barrier.srcStageMask = barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
+      barrier.srcAccessMask = src;
+      barrier.dstAccessMask = dst;
+      barrier.oldLayout = to == VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL
+                                                                     : VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
+      barrier.newLayout = to;
+      barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+      barrier.image = image.get();
+      barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, level, 1, 0, 1};
+      VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
+      info.imageMemoryBarrierCount = 1;
+      info.pImageMemoryBarriers = &barrier;
+      vkCmdPipelineBarrier2(commands, &info);
+    };
+    auto side = [](uint32_t extent, uint32_t level) { return static_cast<int32_t>(std::max(extent >> level, 1u)); };
+    for (uint32_t level = 1; level < image.mip_levels; ++level) {
+      level_barrier(level - 1, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
+                    VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+      VkImageBlit blit{};
+      blit.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level - 1, 0, 1};
+      blit.srcOffsets[1] = {side(image.extent.width, level - 1), side(image.extent.height, level - 1), 1};
+      blit.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, 1};
+      blit.dstOffsets[1] = {side(image.extent.width, level), side(image.extent.height, level), 1};
+      vkCmdBlitImage(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, image.get(),
+                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &blit, VK_FILTER_LINEAR);
+      level_barrier(level - 1, VK_ACCESS_2_TRANSFER_READ_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    }
+  });
+  constexpr Access sample{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+                          VK_ACCESS_2_SHADER_READ_BIT, false, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+  recorder().transition({Use(image, sample)});
+}
+
+}  // namespace fire3dv::gpu

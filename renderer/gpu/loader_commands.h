@@ -1,0 +1,41 @@
+// Work on the GPU outside frames: uploads while a scene is loaded, acceleration structures of its meshes. Each call of
+// finish() waits for its own submission; frames never use this.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "renderer/gpu/device.h"
+#include "renderer/gpu/recorder.h"
+
+namespace fire3dv::gpu {
+
+class LoaderCommands {
+ public:
+  explicit LoaderCommands(Device& device);
+  ~LoaderCommands();
+
+  // Copies through staging memory; submits by itself when that is full.
+  void upload(Buffer& buffer, VkDeviceSize offset, std::span<const std::byte> bytes);
+  template <typename T>
+  void upload(Buffer& buffer, std::span<const T> values) {
+    upload(buffer, 0, std::as_bytes(values));
+  }
+  // Fills level 0 and makes the smaller levels from it. Leaves the image ready for sampling.
+  void upload_rgba8(Image& image, std::span<const uint8_t> rgba8);
+
+  Recorder& recorder();
+  void finish();  // submits and waits
+
+ private:
+  std::byte* stage(VkDeviceSize bytes, VkDeviceSize& offset);
+
+  Device& device_;
+  CommandPool pool_;
+  VkCommandBuffer commands_ = VK_NULL_HANDLE;
+  Buffer staging_;
+  VkDeviceSize staged_ = 0;
+  std::optional<Recorder> recorder_;
+};
+
+}  // namespace fire3dv::gpu

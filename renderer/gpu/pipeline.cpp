@@ -1,0 +1,116 @@
+#include "renderer/gpu/pipeline.h"
+
+#include "shaders/embedded.h"
+
+namespace fire3dv::gpu {
+namespace {
+
+ShaderModule create_shader_module(Device& device, std::string_view name) {
+  const std::span<const uint32_t> code = shaders::embedded(name);
+  FIRE3DV_ASSERT(!code.empty());
+  VkShaderModuleCreateInfo info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
+  info.codeSize = code.size_bytes();
+  info.pCode = code.data();
+  VkShaderModule module = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateShaderModule(device.handle(), &info, nullptr, &module));
+  return ShaderModule(device, module);
+}
+
+VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, const ShaderModule& module) {
+  VkPipelineShaderStageCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};
+  info.stage = stage;
+  info.module = module.get();
+  info.pName = "main";
+  return info;
+}
+
+}  // namespace
+
+PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets) {
+  VkPushConstantRange range{VK_SHADER_STAGE_ALL, 0, kPushConstantBytes};
+  VkPipelineLayoutCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
+  info.setLayoutCount = static_cast<uint32_t>(sets.size());
+  info.pSetLayouts = sets.data();
+  info.pushConstantRangeCount = 1;
+  info.pPushConstantRanges = &range;
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreatePipelineLayout(device.handle(), &info, nullptr, &layout));
+  return PipelineLayout(device, layout);
+}
+
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader) {
+  const ShaderModule module = create_shader_module(device, shader);
+  VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+  info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
+  info.layout = layout;
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
+  return Pipeline(device, pipeline);
+}
+
+Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const GraphicsPipelineInfo& wanted) {
+  std::vector<ShaderModule> modules;
+  std::vector<VkPipelineShaderStageCreateInfo> stages;
+  modules.push_back(create_shader_module(device, wanted.vertex_shader));
+  stages.push_back(stage_info(VK_SHADER_STAGE_VERTEX_BIT, modules.back()));
+  if (!wanted.fragment_shader.empty()) {
+    modules.push_back(create_shader_module(device, wanted.fragment_shader));
+    stages.push_back(stage_info(VK_SHADER_STAGE_FRAGMENT_BIT, modules.back()));
+  }
+
+  // Vertices are pulled by the shader.
+  VkPipelineVertexInputStateCreateInfo vertex_input{VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+  VkPipelineInputAssemblyStateCreateInfo assembly{VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO};
+  assembly.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+  VkPipelineViewportStateCreateInfo viewport{VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO};
+  viewport.viewportCount = 1;
+  viewport.scissorCount = 1;
+  VkPipelineRasterizationStateCreateInfo raster{VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO};
+  raster.lineWidth = 1;
+  VkPipelineMultisampleStateCreateInfo multisample{VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO};
+  multisample.rasterizationSamples = wanted.samples;
+  multisample.alphaToCoverageEnable = wanted.alpha_to_coverage;
+  VkPipelineDepthStencilStateCreateInfo depth{VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO};
+  depth.depthTestEnable = VK_TRUE;
+  depth.depthWriteEnable = wanted.depth_write;
+  depth.depthCompareOp = VK_COMPARE_OP_GREATER_OR_EQUAL;
+
+  VkPipelineColorBlendAttachmentState attachment{};
+  attachment.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
+                              VK_COLOR_COMPONENT_A_BIT;
+  attachment.blendEnable = wanted.blend;
+  attachment.srcColorBlendFactor = attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+  attachment.dstColorBlendFactor = attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+  VkPipelineColorBlendStateCreateInfo blend{VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO};
+  blend.attachmentCount = wanted.color_format == VK_FORMAT_UNDEFINED ? 0 : 1;
+  blend.pAttachments = &attachment;
+
+  const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
+                                           VK_DYNAMIC_STATE_CULL_MODE, VK_DYNAMIC_STATE_FRONT_FACE};
+  VkPipelineDynamicStateCreateInfo dynamic{VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO};
+  dynamic.dynamicStateCount = std::size(dynamic_states);
+  dynamic.pDynamicStates = dynamic_states;
+
+  VkPipelineRenderingCreateInfo rendering{VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO};
+  rendering.colorAttachmentCount = blend.attachmentCount;
+  rendering.pColorAttachmentFormats = &wanted.color_format;
+  rendering.depthAttachmentFormat = wanted.depth_format;
+
+  VkGraphicsPipelineCreateInfo info{VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO, &rendering};
+  info.stageCount = static_cast<uint32_t>(stages.size());
+  info.pStages = stages.data();
+  info.pVertexInputState = &vertex_input;
+  info.pInputAssemblyState = &assembly;
+  info.pViewportState = &viewport;
+  info.pRasterizationState = &raster;
+  info.pMultisampleState = &multisample;
+  info.pDepthStencilState = &depth;
+  info.pColorBlendState = &blend;
+  info.pDynamicState = &dynamic;
+  info.layout = layout;
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
+  return Pipeline(device, pipeline);
+}
+
+}  // namespace fire3dv::gpu

@@ -1,0 +1,33 @@
+// Pipelines from the embedded shaders. Shaders reach their data by device address from push constants; descriptors
+// are left for textures, the acceleration structure and a frame's images.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "renderer/gpu/device.h"
+
+namespace fire3dv::gpu {
+
+constexpr uint32_t kPushConstantBytes = 128;  // what every device has
+
+PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets);
+
+// name: the shader's file name, as in "post.comp".
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader);
+
+struct GraphicsPipelineInfo {
+  std::string_view vertex_shader;
+  std::string_view fragment_shader;       // empty: depth only
+  VkFormat color_format = VK_FORMAT_UNDEFINED;
+  VkFormat depth_format = VK_FORMAT_D32_SFLOAT;
+  VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+  bool depth_write = true;                // depth is reversed: greater is nearer
+  bool blend = false;                     // premultiplied alpha over
+  bool alpha_to_coverage = false;
+};
+// Cull mode, front face, viewport and scissor are dynamic.
+Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const GraphicsPipelineInfo& info);
+
+}  // namespace fire3dv::gpu

@@ -1,0 +1,105 @@
+#include "renderer/gpu/recorder.h"
+
+namespace fire3dv::gpu {
+namespace {
+
+struct Dependency {
+  bool needed = false;
+  VkPipelineStageFlags2 src_stages = 0;
+  VkAccessFlags2 src_access = 0;
+};
+
+// What must come before this access, given what came since the last write; then notes the access.
+Dependency depend(UseState& state, const Access& next, bool changes_layout) {
+  Dependency dependency;
+  if (next.writes || changes_layout) {
+    // After every earlier access: write after write, write after read.
+    dependency.needed = changes_layout || state.write_stages || state.read_stages;
+    dependency.src_stages = state.write_stages | state.read_stages;
+    dependency.src_access = state.write_access;
+    state.write_stages = next.writes ? next.stages : VK_PIPELINE_STAGE_2_NONE;
+    state.write_access = next.writes ? next.access : VK_ACCESS_2_NONE;
+    state.read_stages = next.writes ? VK_PIPELINE_STAGE_2_NONE : next.stages;
+    state.visible_stages = next.stages;
+    state.visible_access = next.access;
+    if (!next.writes) {
+      // A layout change alone: later readers wait for the barrier that makes it, through its destination stages.
+      state.write_stages = next.stages;
+    }
+    return dependency;
+  }
+  const bool visible = (state.visible_stages & next.stages) == next.stages &&
+                       (state.visible_access & next.access) == next.access;
+  if (state.write_stages && !visible) {
+    dependency.needed = true;
+    dependency.src_stages = state.write_stages;
+    dependency.src_access = state.write_access;
+    state.visible_stages |= next.stages;
+    state.visible_access |= next.access;
+  }
+  state.read_stages |= next.stages;
+  return dependency;
+}
+
+}  // namespace
+
+void Recorder::pass(const char* name, std::span<const Use> uses, const std::function<void(VkCommandBuffer)>& record) {
+  barriers(uses);
+  const bool timed = queries_ && next_query_ + 2 <= max_queries_;
+  if (timed) vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, next_query_);
+  record(commands_);
+  if (timed) {
+    vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, next_query_ + 1);
+    timestamps_.push_back({name, next_query_, next_query_ + 1});
+    next_query_ += 2;
+  }
+}
+
+void Recorder::transition(std::initializer_list<Use> uses) {
+  barriers(std::span<const Use>(uses.begin(), uses.size()));
+}
+
+void Recorder::barriers(std::span<const Use> uses) {
+  std::vector<VkImageMemoryBarrier2> image_barriers;
+  VkMemoryBarrier2 memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
+  bool memory_needed = false;
+  for (const Use& use : uses) {
+    if (use.buffer) {
+      const Dependency d = depend(use.buffer->use, use.access, false);
+      if (!d.needed) continue;
+      // One memory barrier for all buffers: drivers make no difference, and it keeps the list short.
+      memory_needed = true;
+      memory.srcStageMask |= d.src_stages;
+      memory.srcAccessMask |= d.src_access;
+      memory.dstStageMask |= use.access.stages;
+      memory.dstAccessMask |= use.access.access;
+      continue;
+    }
+    Image& image = *use.image;
+    const bool changes_layout = use.discard || image.use.layout != use.access.layout;
+    const Dependency d = depend(image.use, use.access, changes_layout);
+    if (!d.needed) continue;
+    VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
+    barrier.srcStageMask = d.src_stages;
+    barrier.srcAccessMask = d.src_access;
+    barrier.dstStageMask = use.access.stages;
+    barrier.dstAccessMask = use.access.access;
+    barrier.oldLayout = use.discard ? VK_IMAGE_LAYOUT_UNDEFINED : image.use.layout;
+    barrier.newLayout = use.access.layout;
+    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = image.get();
+    barrier.subresourceRange = {image.aspect, 0, VK_REMAINING_MIP_LEVELS, 0, VK_REMAINING_ARRAY_LAYERS};
+    image_barriers.push_back(barrier);
+    image.use.layout = use.access.layout;
+  }
+  if (!memory_needed && image_barriers.empty()) return;
+  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
+  info.memoryBarrierCount = memory_needed ? 1 : 0;
+  info.pMemoryBarriers = &memory;
+  info.imageMemoryBarrierCount = static_cast<uint32_t>(image_barriers.size());
+  info.pImageMemoryBarriers = image_barriers.data();
+  vkCmdPipelineBarrier2(commands_, &info);
+}
+
+}  // namespace fire3dv::gpu

@@ -1,0 +1,86 @@
+#include "renderer/gpu/resources.h"
+
+#include <vk_mem_alloc.h>
+
+#include <algorithm>
+
+#include "renderer/gpu/device.h"
+
+namespace fire3dv::gpu {
+
+Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags usage, Memory memory) {
+  Buffer buffer;
+  buffer.size_bytes = std::max<VkDeviceSize>(size_bytes, 64);
+
+  VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
+  info.size = buffer.size_bytes;
+  info.usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+               VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
+  VmaAllocationCreateInfo allocation_info{};
+  switch (memory) {
+    case Memory::device:
+      allocation_info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
+      break;
+    case Memory::upload:
+      allocation_info.usage = VMA_MEMORY_USAGE_AUTO;
+      allocation_info.flags =
+          VMA_ALLOCATION_CREATE_HOST_ACCESS_SEQUENTIAL_WRITE_BIT | VMA_ALLOCATION_CREATE_MAPPED_BIT;
+      allocation_info.requiredFlags = VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+      break;
+    case Memory::readback:
+      allocation_info.usage = VMA_MEMORY_USAGE_AUTO;
+      allocation_info.flags = VMA_ALLOCATION_CREATE_HOST_ACCESS_RANDOM_BIT | VMA_ALLOCATION_CREATE_MAPPED_BIT;
+      allocation_info.requiredFlags = VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+      break;
+  }
+
+  VkBuffer handle = VK_NULL_HANDLE;
+  VmaAllocation allocation = nullptr;
+  VmaAllocationInfo allocated{};
+  FIRE3DV_VK(vmaCreateBuffer(device.allocator(), &info, &allocation_info, &handle, &allocation, &allocated));
+  buffer.handle = BufferHandle(device, handle, allocation);
+  buffer.mapped = memory == Memory::device ? nullptr : static_cast<std::byte*>(allocated.pMappedData);
+
+  VkBufferDeviceAddressInfo address{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO};
+  address.buffer = handle;
+  buffer.address = vkGetBufferDeviceAddress(device.handle(), &address);
+  return buffer;
+}
+
+Image create_image(Device& device, const ImageInfo& info) {
+  Image image;
+  image.format = info.format;
+  image.extent = info.extent;
+  image.mip_levels = info.mip_levels;
+  image.samples = info.samples;
+  image.aspect = info.format == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
+
+  VkImageCreateInfo create{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
+  create.imageType = VK_IMAGE_TYPE_2D;
+  create.format = info.format;
+  create.extent = {info.extent.width, info.extent.height, 1};
+  create.mipLevels = info.mip_levels;
+  create.arrayLayers = 1;
+  create.samples = info.samples;
+  create.usage = info.usage;
+
+  VmaAllocationCreateInfo allocation_info{};
+  allocation_info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
+  VkImage handle = VK_NULL_HANDLE;
+  VmaAllocation allocation = nullptr;
+  FIRE3DV_VK(vmaCreateImage(device.allocator(), &create, &allocation_info, &handle, &allocation, nullptr));
+  image.handle = ImageHandle(device, handle, allocation);
+
+  VkImageViewCreateInfo view{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
+  view.image = handle;
+  view.viewType = VK_IMAGE_VIEW_TYPE_2D;
+  view.format = info.format;
+  view.subresourceRange = {image.aspect, 0, info.mip_levels, 0, 1};
+  VkImageView view_handle = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateImageView(device.handle(), &view, nullptr, &view_handle));
+  image.view = ImageView(device, view_handle);
+  return image;
+}
+
+}  // namespace fire3dv::gpu

@@ -1,0 +1,49 @@
+// Typed views of device addresses.
+#ifndef FIRE3DV_BUFFERS_GLSL
+#define FIRE3DV_BUFFERS_GLSL
+
+#extension GL_EXT_buffer_reference2 : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+
+#include "shared/types.h"
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer GlobalsRef { Globals value; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer AffineRowsRef { AffineRows at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer NodeSourceRef { NodeSource at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer StreamSourceRef { StreamSource at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintRef { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionRef { vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexRef { VertexRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialRef { MaterialRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PrimitiveRef { PrimitiveRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawRef { DrawRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightRef { LightRecord at[]; };
+
+vec3 transform_point(AffineRows m, vec3 p) {
+  const vec4 h = vec4(p, 1);
+  return vec3(dot(m.row0, h), dot(m.row1, h), dot(m.row2, h));
+}
+
+vec3 transform_direction(AffineRows m, vec3 d) {
+  return vec3(dot(m.row0.xyz, d), dot(m.row1.xyz, d), dot(m.row2.xyz, d));
+}
+
+// Normals go with the cofactors, which need no inverse and keep their sense under reflection.
+vec3 transform_normal(AffineRows m, vec3 n) {
+  const vec3 r0 = m.row0.xyz, r1 = m.row1.xyz, r2 = m.row2.xyz;
+  const vec3 c0 = cross(r1, r2);
+  const float sense = dot(r0, c0) < 0 ? -1 : 1;
+  return sense * vec3(dot(c0, n), dot(cross(r2, r0), n), dot(cross(r0, r1), n));
+}
+
+AffineRows multiply(AffineRows a, AffineRows b) {
+  const vec4 last = vec4(0, 0, 0, 1);
+  AffineRows c;
+  c.row0 = a.row0.x * b.row0 + a.row0.y * b.row1 + a.row0.z * b.row2 + a.row0.w * last;
+  c.row1 = a.row1.x * b.row0 + a.row1.y * b.row1 + a.row1.z * b.row2 + a.row1.w * last;
+  c.row2 = a.row2.x * b.row0 + a.row2.y * b.row1 + a.row2.z * b.row2 + a.row2.w * last;
+  return c;
+}
+
+#endif

@@ -1,0 +1,38 @@
+// KHR_lights_punctual.
+#ifndef FIRE3DV_LIGHTS_GLSL
+#define FIRE3DV_LIGHTS_GLSL
+
+struct LightSample {
+  vec3 to_light;      // unit
+  float distance_m;   // infinite lights: a distance beyond any scene
+  vec3 irradiance;    // across to_light, without shadow
+};
+
+LightSample sample_light(LightRecord light, AffineRows world_from_light, vec3 position_world) {
+  LightSample result;
+  const vec3 shines_along = normalize(-vec3(world_from_light.row0.z, world_from_light.row1.z, world_from_light.row2.z));
+  if (light.type == FIRE3DV_LIGHT_DIRECTIONAL) {
+    result.to_light = -shines_along;
+    result.distance_m = 1e30;
+    result.irradiance = light.color;
+    return result;
+  }
+  const vec3 position = vec3(world_from_light.row0.w, world_from_light.row1.w, world_from_light.row2.w);
+  const vec3 offset = position - position_world;
+  const float distance2 = max(dot(offset, offset), 1e-12);
+  result.distance_m = sqrt(distance2);
+  result.to_light = offset / result.distance_m;
+  float attenuation = 1 / distance2;
+  if (light.range_m > 0) {
+    const float ratio2 = distance2 / (light.range_m * light.range_m);
+    attenuation *= clamp(1 - ratio2 * ratio2, 0, 1);
+  }
+  if (light.type == FIRE3DV_LIGHT_SPOT) {
+    const float cone = clamp(dot(shines_along, -result.to_light) * light.cone_scale + light.cone_offset, 0, 1);
+    attenuation *= cone * cone;
+  }
+  result.irradiance = light.color * attenuation;
+  return result;
+}
+
+#endif

@@ -1,0 +1,25 @@
+// The scene's textures.
+#ifndef FIRE3DV_TEXTURES_GLSL
+#define FIRE3DV_TEXTURES_GLSL
+#extension GL_EXT_nonuniform_qualifier : require
+#include "shared/bindings.h"
+
+layout(set = 0, binding = FIRE3DV_BINDING_TEXTURES) uniform sampler2D scene_textures[];
+
+vec2 texture_uv(TextureUse use, vec4 uv01) {
+  const vec2 uv = use.uv_set == 0 ? uv01.xy : uv01.zw;
+  return vec2(dot(use.uv_rows.xy, uv), dot(use.uv_rows.zw, uv)) + use.uv_offset;
+}
+
+vec4 sample_or(TextureUse use, vec4 uv01, vec4 without) {
+  if (use.texture == FIRE3DV_NO_INDEX) return without;
+  return texture(scene_textures[nonuniformEXT(use.texture)], texture_uv(use, uv01));
+}
+
+// For code without derivatives, such as the alpha test of a shadow ray.
+vec4 sample_level0_or(TextureUse use, vec4 uv01, vec4 without) {
+  if (use.texture == FIRE3DV_NO_INDEX) return without;
+  return textureLod(scene_textures[nonuniformEXT(use.texture)], texture_uv(use, uv01), 0);
+}
+
+#endif

@@ -1,0 +1,29 @@
+// Pulls the vertex of one draw and takes it to the world.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/buffers.glsl"
+
+layout(push_constant, scalar) uniform Push { ForwardPush push; };
+
+layout(location = 0) out vec3 out_position_world;
+layout(location = 1) out vec3 out_normal_world;
+layout(location = 2) out vec4 out_tangent_world;
+layout(location = 3) out vec4 out_uv;
+layout(location = 4) out vec4 out_color;
+layout(location = 5) flat out uint out_material;
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  const DrawRecord draw = DrawRef(globals.value.draws).at[gl_InstanceIndex];
+  const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[draw.node];
+  const vec3 position_node = PositionRef(globals.value.positions).at[gl_VertexIndex];
+  const VertexRecord vertex = VertexRef(globals.value.vertices).at[gl_VertexIndex];
+
+  out_position_world = transform_point(world_from_node, position_node);
+  out_normal_world = transform_normal(world_from_node, vertex.normal);
+  out_tangent_world = vec4(transform_direction(world_from_node, vertex.tangent.xyz), vertex.tangent.w);
+  out_uv = vec4(vertex.uv0, vertex.uv1);
+  out_color = vertex.color;
+  out_material = PrimitiveRef(globals.value.primitives).at[draw.primitive].material;
+  gl_Position = globals.value.clip_from_world * vec4(out_position_world, 1);
+}

@@ -1,0 +1,148 @@
+// Structures that C++ writes and GLSL reads: one text for both compilers. The layout is scalar (as C++ lays them out);
+// a test compares the offsets with the compiled shaders' reflection. 64-bit members come first or are aligned to 8.
+#ifndef FIRE3DV_SHARED_TYPES_H
+#define FIRE3DV_SHARED_TYPES_H
+
+#ifdef __cplusplus
+#include <cstdint>
+#include <glm/glm.hpp>
+namespace fire3dv::gpu_types {
+using glm::mat4;
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+using uint = uint32_t;
+#define FIRE3DV_ADDRESS uint64_t
+#else
+#define FIRE3DV_ADDRESS uint64_t
+#endif
+
+#define FIRE3DV_NO_INDEX 0xffffffffu
+
+// A 3x4 affine matrix by rows: the layout of Affine3x4 on the wire and of VkTransformMatrixKHR.
+struct AffineRows {
+  vec4 row0;
+  vec4 row1;
+  vec4 row2;
+};
+
+// Where the pose of one node comes from. See state::NodeDrive.
+struct NodeSource {
+  AffineRows body_from_node;  // world_from_node at rest when stream is FIRE3DV_NO_INDEX
+  uint stream;
+  uint pose_index;
+};
+
+struct StreamSource {
+  FIRE3DV_ADDRESS poses;  // AffineRows[], stream_from_body
+  AffineRows world_from_stream;
+};
+
+struct TextureUse {
+  uint texture;  // FIRE3DV_NO_INDEX = none
+  uint uv_set;
+  vec4 uv_rows;  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) + offset.y
+  vec2 uv_offset;
+};
+
+#define FIRE3DV_MATERIAL_DOUBLE_SIDED 1u
+#define FIRE3DV_MATERIAL_UNLIT 2u
+#define FIRE3DV_MATERIAL_MASK 4u
+#define FIRE3DV_MATERIAL_BLEND 8u
+
+struct MaterialRecord {
+  vec4 base_color;
+  vec3 emissive;
+  float metallic;
+  float roughness;
+  float normal_scale;
+  float occlusion_strength;
+  float alpha_cutoff;
+  uint flags;
+  TextureUse base_color_texture;
+  TextureUse metallic_roughness_texture;
+  TextureUse normal_texture;
+  TextureUse occlusion_texture;
+  TextureUse emissive_texture;
+};
+
+struct VertexRecord {
+  vec3 normal;
+  vec4 tangent;
+  vec2 uv0;
+  vec2 uv1;
+  vec4 color;
+};
+
+struct PrimitiveRecord {
+  uint first_index;
+  uint first_vertex;
+  uint material;
+};
+
+// One draw of the forward pass: a primitive at a node.
+struct DrawRecord {
+  uint node;
+  uint primitive;
+};
+
+#define FIRE3DV_LIGHT_DIRECTIONAL 0u
+#define FIRE3DV_LIGHT_POINT 1u
+#define FIRE3DV_LIGHT_SPOT 2u
+
+struct LightRecord {
+  vec3 color;  // linear colour times intensity: candela, or lux for a directional light
+  float range_m;  // 0 = infinite
+  uint type;
+  uint node;  // the light stands at this node and shines along its -Z
+  float cone_scale;   // KHR_lights_punctual: attenuation = clamp(cos(angle) * scale + offset, 0, 1)^2
+  float cone_offset;
+};
+
+// What every shader of a frame may need; one per frame.
+struct Globals {
+  FIRE3DV_ADDRESS world_from_node;  // AffineRows[]
+  FIRE3DV_ADDRESS first_primitive_of_node;  // uint[]
+  FIRE3DV_ADDRESS draws;            // DrawRecord[]
+  FIRE3DV_ADDRESS primitives;       // PrimitiveRecord[]
+  FIRE3DV_ADDRESS materials;        // MaterialRecord[]
+  FIRE3DV_ADDRESS lights;           // LightRecord[]
+  FIRE3DV_ADDRESS positions;        // vec3[], node space
+  FIRE3DV_ADDRESS vertices;         // VertexRecord[]
+  FIRE3DV_ADDRESS indices;          // uint[]
+  mat4 clip_from_world;
+  vec3 eye_world;
+  uint light_count;
+  vec3 ambient;                     // scales the built-in environment
+  uint shadows;                     // 0 = off
+};
+
+struct TransformsPush {
+  FIRE3DV_ADDRESS sources;          // NodeSource[]
+  FIRE3DV_ADDRESS streams;          // StreamSource[]
+  FIRE3DV_ADDRESS world_from_node;  // AffineRows[], written
+  FIRE3DV_ADDRESS instance_of_node; // uint[]
+  FIRE3DV_ADDRESS instances;        // VkAccelerationStructureInstanceKHR[], transforms written; 0 = none
+  uint node_count;
+};
+
+struct ForwardPush {
+  FIRE3DV_ADDRESS globals;
+};
+
+#define FIRE3DV_TONE_MAP_REINHARD 0u
+#define FIRE3DV_TONE_MAP_NONE 1u
+
+struct PostPush {
+  uint width;
+  uint height;
+  uint samples;
+  float exposure;
+  uint tone_map;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(PostPush) <= 128 && sizeof(TransformsPush) <= 128);
+}  // namespace fire3dv::gpu_types
+#endif
+#endif
