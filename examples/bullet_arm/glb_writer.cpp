@@ -1,0 +1,196 @@
+#include "examples/bullet_arm/glb_writer.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+
+namespace bullet_arm {
+namespace {
+
+constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+
+// The shortest text that reads back as the same float, in every locale.
+std::string number(float value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+  return std::string(text, end);
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return out + '"';
+}
+
+template <size_t N>
+std::string list(const std::array<float, N>& values) {
+  std::string out = "[";
+  for (size_t i = 0; i < N; ++i) out += (i ? "," : "") + number(values[i]);
+  return out + "]";
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string out;
+  for (size_t i = 0; i < parts.size(); ++i) out += (i ? ",\n" : "\n") + parts[i];
+  return out;
+}
+
+// A member with an array, left out when empty: glTF forbids empty arrays.
+std::string member(const char* name, const std::vector<std::string>& parts) {
+  return parts.empty() ? "" : ",\n\"" + std::string(name) + "\":[" + joined(parts) + "]";
+}
+
+void append_u32(std::vector<uint8_t>& out, size_t value) {
+  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<uint8_t>(value >> shift));
+}
+
+}  // namespace
+
+size_t GlbWriter::add_view(const void* bytes, size_t count, int target) {
+  while (binary_.size() % 4 != 0) binary_.push_back(0);
+  std::string view = "{\"buffer\":0,\"byteOffset\":" + std::to_string(binary_.size()) +
+                     ",\"byteLength\":" + std::to_string(count);
+  if (target != 0) view += ",\"target\":" + std::to_string(target);
+  views_.push_back(view + "}");
+  const auto* first = static_cast<const uint8_t*>(bytes);
+  binary_.insert(binary_.end(), first, first + count);
+  return views_.size() - 1;
+}
+
+size_t GlbWriter::add_accessor(size_t view, int component_type, size_t count, const char* type,
+                               const std::string& extra) {
+  accessors_.push_back("{\"bufferView\":" + std::to_string(view) +
+                       ",\"componentType\":" + std::to_string(component_type) +
+                       ",\"count\":" + std::to_string(count) + ",\"type\":\"" + type + "\"" + extra + "}");
+  return accessors_.size() - 1;
+}
+
+size_t GlbWriter::add_texture(const std::string& name, std::span<const uint8_t> png) {
+  const size_t view = add_view(png.data(), png.size(), 0);
+  images_.push_back("{\"name\":" + quoted(name) +
+                    ",\"mimeType\":\"image/png\",\"bufferView\":" + std::to_string(view) + "}");
+  textures_.push_back("{\"sampler\":0,\"source\":" + std::to_string(images_.size() - 1) + "}");
+  return textures_.size() - 1;
+}
+
+size_t GlbWriter::add_material(const GlbMaterial& m) {
+  const auto texture = [](const char* name, std::optional<size_t> index) {
+    return index ? ",\"" + std::string(name) + "\":{\"index\":" + std::to_string(*index) + "}"
+                 : std::string();
+  };
+  const std::array<float, 4> color = {m.base_color[0], m.base_color[1], m.base_color[2], 1};
+  materials_.push_back(
+      "{\"name\":" + quoted(m.name) + ",\"pbrMetallicRoughness\":{\"baseColorFactor\":" + list(color) +
+      ",\"metallicFactor\":" + number(m.metallic) + ",\"roughnessFactor\":" + number(m.roughness) +
+      texture("baseColorTexture", m.base_color_texture) +
+      texture("metallicRoughnessTexture", m.metallic_roughness_texture) + "}" +
+      texture("normalTexture", m.normal_texture) + "}");
+  return materials_.size() - 1;
+}
+
+size_t GlbWriter::add_mesh(const std::string& name, std::span<const Primitive> primitives) {
+  std::vector<std::string> texts;
+  for (const Primitive& primitive : primitives) {
+    std::vector<float> positions, normals, tangents, uvs;
+    Vec3 low = primitive.mesh->vertices.front().position, high = low;
+    for (const Vertex& v : primitive.mesh->vertices) {
+      positions.insert(positions.end(), {v.position.x, v.position.y, v.position.z});
+      normals.insert(normals.end(), {v.normal.x, v.normal.y, v.normal.z});
+      tangents.insert(tangents.end(), {v.tangent.x, v.tangent.y, v.tangent.z, v.handedness});
+      // glTF's v grows downwards in the picture; with the sign turned the bitangent is the picture's "up".
+      uvs.insert(uvs.end(), {v.u * primitive.uv_scale, -v.v * primitive.uv_scale});
+      low = {std::min(low.x, v.position.x), std::min(low.y, v.position.y), std::min(low.z, v.position.z)};
+      high = {std::max(high.x, v.position.x), std::max(high.y, v.position.y), std::max(high.z, v.position.z)};
+    }
+    const auto floats = [&](const std::vector<float>& data, size_t width, const char* type,
+                            const std::string& extra) {
+      const size_t view = add_view(data.data(), data.size() * sizeof(float), kArrayBuffer);
+      return std::to_string(add_accessor(view, kFloat, data.size() / width, type, extra));
+    };
+    const std::string bounds = ",\"min\":" + list(std::array<float, 3>{low.x, low.y, low.z}) +
+                               ",\"max\":" + list(std::array<float, 3>{high.x, high.y, high.z});
+    std::string attributes = "\"POSITION\":" + floats(positions, 3, "VEC3", bounds);
+    attributes += ",\"NORMAL\":" + floats(normals, 3, "VEC3", "");
+    attributes += ",\"TANGENT\":" + floats(tangents, 4, "VEC4", "");
+    attributes += ",\"TEXCOORD_0\":" + floats(uvs, 2, "VEC2", "");
+    const auto& indices = primitive.mesh->indices;
+    const size_t view = add_view(indices.data(), indices.size() * sizeof(uint32_t), kElementArrayBuffer);
+    const size_t accessor = add_accessor(view, kUint32, indices.size(), "SCALAR", "");
+    texts.push_back("{\"attributes\":{" + attributes + "},\"indices\":" + std::to_string(accessor) +
+                    ",\"material\":" + std::to_string(primitive.material) + "}");
+  }
+  meshes_.push_back("{\"name\":" + quoted(name) + ",\"primitives\":[" + joined(texts) + "]}");
+  return meshes_.size() - 1;
+}
+
+size_t GlbWriter::add_camera(const std::string& name, float vertical_fov_rad, float near_m) {
+  cameras_.push_back("{\"name\":" + quoted(name) + ",\"type\":\"perspective\",\"perspective\":{\"yfov\":" +
+                     number(vertical_fov_rad) + ",\"znear\":" + number(near_m) + "}}");
+  return cameras_.size() - 1;
+}
+
+size_t GlbWriter::add_light(const GlbLight& light) {
+  std::string text = "{\"name\":" + quoted(light.name) + ",\"type\":" + quoted(light.type) +
+                     ",\"color\":" + list(light.color) + ",\"intensity\":" + number(light.intensity);
+  if (light.type == "spot") {
+    text += ",\"spot\":{\"innerConeAngle\":" + number(light.inner_cone_rad) +
+            ",\"outerConeAngle\":" + number(light.outer_cone_rad) + "}";
+  }
+  lights_.push_back(text + "}");
+  return lights_.size() - 1;
+}
+
+void GlbWriter::add_node(const Node& node) {
+  const GlbMatrix& m = node.parent_from_node;
+  const std::array<float, 16> columns = {m[0], m[4], m[8],  0, m[1], m[5], m[9],  0,
+                                         m[2], m[6], m[10], 0, m[3], m[7], m[11], 1};
+  std::string text = "{\"name\":" + quoted(node.name) + ",\"matrix\":" + list(columns);
+  if (node.mesh) text += ",\"mesh\":" + std::to_string(*node.mesh);
+  if (node.camera) text += ",\"camera\":" + std::to_string(*node.camera);
+  if (node.light) {
+    text += ",\"extensions\":{\"KHR_lights_punctual\":{\"light\":" + std::to_string(*node.light) + "}}";
+  }
+  nodes_.push_back(text + "}");
+}
+
+std::vector<uint8_t> GlbWriter::finish(const std::string& root_name, const std::string& generator) const {
+  std::string children;
+  for (size_t i = 0; i < nodes_.size(); ++i) children += (i ? "," : "") + std::to_string(i);
+  std::vector<std::string> nodes = nodes_;
+  nodes.push_back("{\"name\":" + quoted(root_name) + ",\"children\":[" + children + "]}");
+
+  std::string json = "{\"asset\":{\"version\":\"2.0\",\"generator\":" + quoted(generator) + "}";
+  json += ",\n\"scene\":0,\"scenes\":[{\"nodes\":[" + std::to_string(nodes.size() - 1) + "]}]";
+  json += member("nodes", nodes) + member("meshes", meshes_) + member("materials", materials_) +
+          member("textures", textures_) + member("images", images_) + member("cameras", cameras_) +
+          member("accessors", accessors_) + member("bufferViews", views_);
+  if (!textures_.empty()) {
+    json += ",\n\"samplers\":[{\"magFilter\":9729,\"minFilter\":9987,\"wrapS\":10497,\"wrapT\":10497}]";
+  }
+  if (!lights_.empty()) {
+    json +=
+        ",\n\"extensionsUsed\":[\"KHR_lights_punctual\"],\n\"extensions\":{\"KHR_lights_punctual\":{"
+        "\"lights\":[" +
+        joined(lights_) + "]}}";
+  }
+  json += ",\n\"buffers\":[{\"byteLength\":" + std::to_string(binary_.size()) + "}]}";
+  while (json.size() % 4 != 0) json += ' ';
+  std::vector<uint8_t> binary = binary_;
+  while (binary.size() % 4 != 0) binary.push_back(0);
+
+  std::vector<uint8_t> out = {'g', 'l', 'T', 'F'};
+  append_u32(out, 2);
+  append_u32(out, 12 + 8 + json.size() + 8 + binary.size());
+  append_u32(out, json.size());
+  append_u32(out, 0x4e4f534a);  // "JSON"
+  out.insert(out.end(), json.begin(), json.end());
+  append_u32(out, binary.size());
+  append_u32(out, 0x004e4942);  // "BIN"
+  out.insert(out.end(), binary.begin(), binary.end());
+  return out;
+}
+
+}  // namespace bullet_arm

@@ -1,0 +1,69 @@
+// Writes a binary glTF 2.0 file. Knows glTF and nothing of the simulation. Each add_ returns the index that
+// others refer to.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "examples/bullet_arm/mesh.h"
+
+namespace bullet_arm {
+
+struct GlbMaterial {
+  std::string name;
+  std::array<float, 3> base_color{1, 1, 1};  // linear
+  float metallic = 0;
+  float roughness = 0.5f;
+  std::optional<size_t> base_color_texture, metallic_roughness_texture, normal_texture;
+};
+
+struct GlbLight {
+  std::string name;
+  std::string type;  // "directional", "point" or "spot"
+  std::array<float, 3> color{1, 1, 1};
+  float intensity = 1;  // candela, or lux if directional
+  float inner_cone_rad = 0;
+  float outer_cone_rad = 0.7853982f;
+};
+
+// Row-major 3x4, parent_from_node.
+using GlbMatrix = std::array<float, 12>;
+
+class GlbWriter {
+ public:
+  size_t add_texture(const std::string& name, std::span<const uint8_t> png);
+  size_t add_material(const GlbMaterial& material);
+  struct Primitive {
+    const Mesh* mesh = nullptr;  // in glTF's frame; v grows upwards in the picture
+    size_t material = 0;
+    float uv_scale = 1;
+  };
+  size_t add_mesh(const std::string& name, std::span<const Primitive> primitives);
+  size_t add_camera(const std::string& name, float vertical_fov_rad, float near_m);
+  size_t add_light(const GlbLight& light);
+
+  struct Node {
+    std::string name;
+    GlbMatrix parent_from_node{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    std::optional<size_t> mesh, camera, light;
+  };
+  // All nodes are children of one root of this name.
+  void add_node(const Node& node);
+
+  std::vector<uint8_t> finish(const std::string& root_name, const std::string& generator) const;
+
+ private:
+  size_t add_view(const void* bytes, size_t count, int target);
+  size_t add_accessor(size_t view, int component_type, size_t count, const char* type,
+                      const std::string& extra);
+
+  std::vector<uint8_t> binary_;
+  std::vector<std::string> views_, accessors_, images_, textures_, materials_, meshes_, cameras_, lights_,
+      nodes_;
+};
+
+}  // namespace bullet_arm

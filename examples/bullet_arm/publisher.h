@@ -1,0 +1,44 @@
+// The simulation's end of all its streams: the same frames go to each.
+#pragma once
+
+#include <fire3dv/client.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bullet_arm {
+
+class Publisher {
+ public:
+  // Both return one sentence on error.
+  std::optional<std::string> open(const std::vector<std::string>& uris);
+  std::optional<std::string> describe(const std::vector<std::string>& names, double rate_hz,
+                                      const std::string& scene);
+  std::optional<std::string> publish(int64_t sim_time_ns, const std::vector<float>& poses,
+                                     bool discontinuity);
+  // Waits until each stream's last frame was shown. Returns early and without an error once stop is set.
+  std::optional<std::string> wait_shown(double timeout_s, const std::atomic<bool>& stop);
+
+  struct Link {
+    std::string uri;
+    fire3dv_status status{};
+  };
+  std::vector<Link> poll();
+
+ private:
+  struct Close {
+    void operator()(fire3dv_stream* stream) const { fire3dv_close(&stream); }
+  };
+  struct Stream {
+    std::string uri;
+    std::unique_ptr<fire3dv_stream, Close> handle;
+  };
+  std::vector<Stream> streams_;
+  uint64_t sequence_ = 0;  // counts from 1 in the description's epoch, as the library does
+};
+
+}  // namespace bullet_arm
