@@ -1,0 +1,40 @@
+// The counters behind LinkStats. Any thread may read them; a counter that several threads raise uses fetch_add.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "protocol/transport/link.h"
+
+namespace fire3dv::transport {
+
+class Counter {
+ public:
+  void add(uint64_t amount = 1) { value_.fetch_add(amount, std::memory_order_relaxed); }
+  void set(uint64_t value) { value_.store(value, std::memory_order_relaxed); }
+  uint64_t get() const { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<uint64_t> value_{0};
+};
+
+struct LinkCounters {
+  Counter messages_sent, messages_received, bytes_sent, bytes_received, poses_dropped, rejected, peers;
+
+  LinkStats snapshot() const {
+    LinkStats stats;
+    stats.messages_sent = messages_sent.get();
+    stats.messages_received = messages_received.get();
+    stats.bytes_sent = bytes_sent.get();
+    stats.bytes_received = bytes_received.get();
+    stats.poses_dropped = poses_dropped.get();
+    stats.rejected = rejected.get();
+    stats.peers = static_cast<uint32_t>(peers.get());
+    return stats;
+  }
+};
+
+// A message that is longer is a fault of the sender: 256 MiB are the poses of 5.5 million nodes.
+constexpr size_t kMaxMessageBytes = size_t{256} << 20;
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,42 @@
+#include "protocol/transport/open.h"
+
+#include <exception>
+
+#include "protocol/transport/shm_listener.h"
+#include "protocol/transport/shm_publisher.h"
+#include "protocol/transport/uri.h"
+
+namespace fire3dv::transport {
+namespace {
+
+// What a library below throws (memory, threads) becomes an error like any other.
+template <typename Link, typename Open>
+Result<std::unique_ptr<Link>> without_exceptions(std::string_view uri, Open open) {
+  try {
+    return open();
+  } catch (const std::exception& exception) {
+    return Error{std::string(uri) + ": cannot be opened: " + exception.what()};
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view text, const PublisherOptions& options) {
+  return without_exceptions<PublisherLink>(text, [&]() -> Result<std::unique_ptr<PublisherLink>> {
+    const Result<Uri> uri = parse_uri(text);
+    if (!uri) return uri.error();
+    if (uri->scheme == Uri::Scheme::shm) return shm::make_publisher(uri->name, options);
+    return Error{std::string(text) + ": this program was built for shm:// links only"};
+  });
+}
+
+Result<std::unique_ptr<ListenerLink>> open_listener(std::string_view text, const ListenerOptions& options) {
+  return without_exceptions<ListenerLink>(text, [&]() -> Result<std::unique_ptr<ListenerLink>> {
+    const Result<Uri> uri = parse_uri(text);
+    if (!uri) return uri.error();
+    if (uri->scheme == Uri::Scheme::shm) return shm::make_listener(uri->name, options);
+    return Error{std::string(text) + ": this program was built for shm:// links only"};
+  });
+}
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,85 @@
+// The bytes of a shared-memory segment; protocol/SPEC-transport.md draws them. Both sides compile this header. Every
+// field that one process may write while another reads it is a 32- or 64-bit word that is accessed as an atomic.
+#pragma once
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace fire3dv::transport::shm {
+
+static_assert(std::endian::native == std::endian::little, "the segment is drawn for little-endian machines");
+static_assert(std::atomic_ref<uint64_t>::is_always_lock_free, "a lock would die with its owner");
+
+constexpr uint64_t kMagic = 0x314d485356443346;  // "F3DVSHM1"
+constexpr uint32_t kLayoutVersion = 1;
+constexpr uint32_t kHeaderBytes = 4096;
+constexpr uint32_t kReaderCount = 16;
+constexpr size_t kSlotHeaderBytes = 64;
+
+// A broadcast ring: count slots of stride bytes each, a power of two.
+struct RingGeometry {
+  uint64_t offset;    // of the first slot, from the start of the segment
+  uint64_t stride;    // multiple of 64
+  uint64_t capacity;  // largest message in bytes, at most stride - kSlotHeaderBytes
+  uint64_t count;     // power of two
+};
+
+enum RingIndex : size_t { kPoseRing = 0, kDescriptionRing = 1, kControlRing = 2, kRingCount = 3 };
+
+enum class SegmentState : uint64_t { live = 0, retired = 1, closed = 2 };
+
+struct SegmentHeader {
+  uint64_t magic;
+  uint32_t layout_version;
+  uint32_t header_bytes;
+  uint64_t segment_bytes;
+  uint64_t publisher_id;   // the same in all segments that one publisher makes one after the other
+  uint32_t publisher_pid;  // for people; liveness is the lock on byte 0 of the file
+  uint32_t reader_count;
+  uint64_t readers_offset;
+  uint64_t reader_stride;
+  uint64_t reserved;
+  RingGeometry rings[kRingCount];
+  std::byte unused[96];
+  // From here on words change while others look. Each has a cache line of its own.
+  struct alignas(64) Word {
+    uint64_t value;
+  };
+  Word published[kRingCount];  // number of the newest message of each ring; the first message is 1
+  Word state;                  // SegmentState
+};
+static_assert(offsetof(SegmentHeader, rings) == 64);
+static_assert(offsetof(SegmentHeader, published) == 256);
+static_assert(offsetof(SegmentHeader, state) == 448);
+static_assert(sizeof(SegmentHeader) == 512);
+
+// Head of a ring slot, followed by the message at kSlotHeaderBytes.
+struct SlotHeader {
+  uint64_t sequence;  // 2n-1 while message n is being written, 2n when it is complete, 0 when never written
+  uint64_t bytes;
+  uint64_t tag;  // pose ring: number of the description that was in force
+};
+
+// Messages of one reader to the publisher: a ring of 64-bit words with one producer and one consumer.
+constexpr uint64_t kReplyWords = 8192;
+constexpr uint64_t kReplyMark = 0x46334456;  // upper half of a message's first word; the lower half is its length
+struct ReaderSlot {
+  uint64_t active;  // 1 from a reader's arrival until it leaves; a dead one's stays, so the lock has the last word
+  uint64_t pid;     // for people
+  alignas(64) uint64_t head;  // words produced, by the reader
+  alignas(64) uint64_t tail;  // words consumed, by the publisher
+  alignas(64) uint64_t words[kReplyWords];
+};
+static_assert(offsetof(ReaderSlot, head) == 64 && offsetof(ReaderSlot, tail) == 128);
+static_assert(offsetof(ReaderSlot, words) == 192);
+static_assert(sizeof(ReaderSlot) == 192 + kReplyWords * 8);
+
+// Locks on bytes of the segment's file say who is alive: the kernel takes them back when their owner dies.
+constexpr int64_t kPublisherLockByte = 0;
+constexpr int64_t reader_lock_byte(uint32_t reader) { return 1 + static_cast<int64_t>(reader); }
+
+inline std::atomic_ref<uint64_t> atomic_word(uint64_t& word) { return std::atomic_ref<uint64_t>(word); }
+
+}  // namespace fire3dv::transport::shm

@@ -1,0 +1,168 @@
+#include "protocol/transport/shm_reader.h"
+
+#include <algorithm>
+
+namespace fire3dv::transport::shm {
+
+using Kind = LinkEvent::Kind;
+using Outcome = RingReader::Outcome;
+
+Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& counters)
+    : segment_(std::move(found.segment)), id_(found.id), delivery_(delivery), counters_(counters) {
+  SegmentHeader& header = segment_.header();
+  const auto ring = [&](RingIndex i) {
+    return RingReader(segment_.mapping.base(), segment_.geometry.rings[i], header.published[i].value);
+  };
+  poses_ = ring(kPoseRing);
+  descriptions_ = ring(kDescriptionRing);
+  controls_ = ring(kControlRing);
+  // A joiner sees the newest pose at once, or all that the ring still holds; control messages of before are not for it.
+  const uint64_t poses = poses_.published();
+  if (delivery_ == Delivery::newest) last_pose_ = poses == 0 ? 0 : poses - 1;
+  if (delivery_ == Delivery::all && !goes_on) last_pose_ = poses - std::min(poses, poses_.count() - 1);
+  if (!goes_on) last_control_ = controls_.published();
+  for (uint32_t i = 0; i < kReaderCount && !place_; ++i) {
+    if (!try_lock_byte(segment_.fd.get(), reader_lock_byte(i))) continue;
+    place_ = i;
+    ReaderSlot& slot = segment_.reader(i);
+    replies_ = ReplyProducer(slot);
+    atomic_word(slot.pid).store(static_cast<uint64_t>(::getpid()), std::memory_order_relaxed);
+    atomic_word(slot.active).store(1, std::memory_order_release);
+  }
+}
+
+Reader::~Reader() {
+  if (!place_) return;
+  atomic_word(segment_.reader(*place_).active).store(0, std::memory_order_release);
+  unlock_byte(segment_.fd.get(), reader_lock_byte(*place_));
+}
+
+bool Reader::has_news() const {
+  return poses_.published() != last_pose_ || descriptions_.published() != last_description_ ||
+         controls_.published() != last_control_ || segment_.state() != SegmentState::live;
+}
+
+std::optional<Reader::End> Reader::end_by_state() const {
+  switch (segment_.state()) {
+    case SegmentState::live:
+      return {};
+    case SegmentState::retired:
+      return End::retired;
+    case SegmentState::closed:
+      return End::closed;
+  }
+  return End::closed;  // any other value: nobody writes it, so nobody publishes here
+}
+
+std::optional<Reader::End> Reader::end_by_file(const std::string& path) const {
+  if (!byte_held_by_other(segment_.fd.get(), kPublisherLockByte)) return End::dead;
+  const FileId named = file_id(path);
+  if (named != id_ && named != FileId{} && segment_.state() == SegmentState::live) return End::replaced;
+  return {};
+}
+
+bool Reader::drain(wire::Bytes& description, const OnMessage& on_message) {
+  const bool poses_sound = delivery_ == Delivery::newest ? drain_newest_pose(description, on_message)
+                                                         : drain_all_poses(description, on_message);
+  if (!poses_sound) return false;
+  if (descriptions_.published() != last_description_ && !drain_description(description, on_message)) return false;
+  return drain_controls(on_message);
+}
+
+bool Reader::drain_newest_pose(wire::Bytes& description, const OnMessage& on_message) {
+  // A writer that laps this reader during every copy could keep it here for ever: after a ring's worth of tries the
+  // poll goes on, and the next one tries again.
+  for (uint64_t tries = 0; tries < poses_.count(); ++tries) {
+    const uint64_t newest = poses_.published();
+    if (newest == last_pose_) return true;
+    if (newest < last_pose_) return false;  // a publisher never counts backwards
+    uint64_t tag = 0;
+    const Outcome outcome = poses_.read(newest, buffer_, tag);
+    if (outcome == Outcome::corrupt) return false;
+    if (outcome == Outcome::lapped) continue;
+    counters_.poses_dropped.add(newest - last_pose_ - 1);
+    last_pose_ = newest;
+    return hand_on_pose(description, tag, on_message);
+  }
+  return true;
+}
+
+bool Reader::drain_all_poses(wire::Bytes& description, const OnMessage& on_message) {
+  const uint64_t until = poses_.published();
+  if (until < last_pose_) return false;
+  while (last_pose_ < until) {
+    uint64_t tag = 0;
+    const Outcome outcome = poses_.read(last_pose_ + 1, buffer_, tag);
+    if (outcome == Outcome::corrupt) return false;
+    if (outcome == Outcome::ok) {
+      ++last_pose_;
+      if (!hand_on_pose(description, tag, on_message)) return false;
+      continue;
+    }
+    // Lapped: go on in the middle of what is left, so as not to be lapped again at once.
+    const uint64_t newest = std::max(poses_.published(), until);
+    const uint64_t behind = std::min(newest, poses_.count() / 2);
+    const uint64_t next = std::max(last_pose_ + 1, newest - behind);
+    counters_.poses_dropped.add(next - last_pose_);
+    last_pose_ = next;
+  }
+  return true;
+}
+
+bool Reader::hand_on_pose(wire::Bytes& description, uint64_t tag, const OnMessage& on_message) {
+  if (tag > last_description_) {
+    std::vector<std::byte> pose = std::move(buffer_);
+    const bool sound = drain_description(description, on_message);
+    buffer_ = std::move(pose);
+    if (!sound) return false;
+  }
+  count_received();
+  on_message(Kind::pose, buffer_);
+  return true;
+}
+
+bool Reader::drain_description(wire::Bytes& description, const OnMessage& on_message) {
+  for (uint64_t tries = 0; tries < 2; ++tries) {
+    const uint64_t newest = descriptions_.published();
+    if (newest <= last_description_) return newest == last_description_;
+    uint64_t tag = 0;
+    const Outcome outcome = descriptions_.read(newest, buffer_, tag);
+    if (outcome == Outcome::corrupt) return false;
+    if (outcome == Outcome::lapped) continue;
+    last_description_ = newest;
+    if (buffer_ == description) return true;  // the same one, carried over into a larger segment
+    description = buffer_;
+    count_received();
+    on_message(Kind::control, description);
+    return true;
+  }
+  return true;  // it changes faster than it can be read; the next poll tries again
+}
+
+bool Reader::drain_controls(const OnMessage& on_message) {
+  const uint64_t until = controls_.published();
+  if (until < last_control_) return false;
+  if (until - last_control_ > controls_.count()) {
+    counters_.rejected.add(until - last_control_ - controls_.count());
+    last_control_ = until - controls_.count();
+  }
+  while (last_control_ < until) {
+    uint64_t tag = 0;
+    const Outcome outcome = controls_.read(++last_control_, buffer_, tag);
+    if (outcome == Outcome::corrupt) return false;
+    if (outcome == Outcome::lapped) {
+      counters_.rejected.add();
+      continue;
+    }
+    count_received();
+    on_message(Kind::control, buffer_);
+  }
+  return true;
+}
+
+void Reader::count_received() {
+  counters_.messages_received.add();
+  counters_.bytes_received.add(buffer_.size());
+}
+
+}  // namespace fire3dv::transport::shm

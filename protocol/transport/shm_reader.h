@@ -1,0 +1,63 @@
+// What a listener knows of one segment, from finding it to its end.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "protocol/transport/link.h"
+#include "protocol/transport/link_counters.h"
+#include "protocol/transport/shm_reply.h"
+#include "protocol/transport/shm_ring.h"
+#include "protocol/transport/shm_segment.h"
+
+namespace fire3dv::transport::shm {
+
+class Reader {
+ public:
+  using OnMessage = std::function<void(LinkEvent::Kind, std::span<const std::byte>)>;
+  enum class End { retired, closed, dead, replaced };
+
+  // goes_on: the same publisher's earlier segment was read before this one, so that nothing in it is old.
+  Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& counters);
+  ~Reader();
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  const FileId& id() const { return id_; }
+  bool can_reply() const { return place_.has_value(); }
+  bool reply(std::span<const std::byte> message) { return replies_.push(message); }
+
+  bool has_news() const;
+
+  // By a word in the segment; costs nothing.
+  std::optional<End> end_by_state() const;
+  // By the publisher's lock and the name; two system calls.
+  std::optional<End> end_by_file(const std::string& path) const;
+
+  // Hands on all that is new: each pose after the description that it belongs to. `description` is the last one that
+  // the peer's reader has seen, and is updated. False when the segment makes no sense.
+  bool drain(wire::Bytes& description, const OnMessage& on_message);
+
+ private:
+  bool drain_newest_pose(wire::Bytes& description, const OnMessage& on_message);
+  bool drain_all_poses(wire::Bytes& description, const OnMessage& on_message);
+  bool hand_on_pose(wire::Bytes& description, uint64_t tag, const OnMessage& on_message);
+  bool drain_description(wire::Bytes& description, const OnMessage& on_message);
+  bool drain_controls(const OnMessage& on_message);
+  void count_received();
+
+  Segment segment_;
+  FileId id_;
+  Delivery delivery_;
+  LinkCounters& counters_;
+  RingReader poses_, descriptions_, controls_;
+  uint64_t last_pose_ = 0;  // numbers of what was handed on or given up
+  uint64_t last_description_ = 0;
+  uint64_t last_control_ = 0;
+  std::optional<uint32_t> place_;  // in the table of readers
+  ReplyProducer replies_;
+  std::vector<std::byte> buffer_;
+};
+
+}  // namespace fire3dv::transport::shm

@@ -1,0 +1,247 @@
+// Shared memory between two ends in one process: delivery, joining, restarting, growing, replying.
+#include <signal.h>
+#include <sys/resource.h>
+
+#include "tests/unit/transport/link_fixture.h"
+
+namespace fire3dv::transport::test {
+namespace {
+
+TEST(Shm, JoinerGetsTheDescriptionThenTheNewestPose) {
+  const std::string uri = unique_shm_uri("join");
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  for (const char* pose : {"one", "two", "three"}) EXPECT_TRUE(publisher->publish(message_of(pose)));
+  Listener listener(uri);
+  listener.poll();
+  ASSERT_EQ(listener.events.size(), 3u);
+  EXPECT_EQ(listener.events[0].kind, Kind::connected);
+  EXPECT_EQ(listener.events[1].kind, Kind::control);
+  EXPECT_EQ(listener.events[1].text, "description");
+  EXPECT_EQ(listener.events[2].kind, Kind::pose);
+  EXPECT_EQ(listener.events[2].text, "three");
+  listener.poll();
+  EXPECT_EQ(listener.events.size(), 3u) << "nothing is handed on twice";
+}
+
+TEST(Shm, NewestSkipsAndCounts) {
+  const std::string uri = unique_shm_uri("newest");
+  Listener listener(uri);
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  for (int i = 1; i <= 100; ++i) publisher->publish(message_of(std::to_string(i)));
+  listener.poll();
+  EXPECT_EQ(listener.count(Kind::pose), 1u);
+  EXPECT_EQ(listener.last(Kind::pose), "100");
+  EXPECT_EQ(listener.link->stats().poses_dropped, 99u);
+}
+
+TEST(Shm, AllKeepsOrderAndCountsWhatWasLapped) {
+  const std::string uri = unique_shm_uri("all");
+  ListenerOptions options;
+  options.delivery = Delivery::all;
+  Listener listener(uri, options);
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  int next = 1;
+  for (int round = 0; round < 5; ++round) {
+    for (int i = 0; i < 6; ++i) publisher->publish(message_of(std::to_string(next++)));
+    listener.poll();
+  }
+  EXPECT_EQ(listener.count(Kind::pose), 30u);
+  for (int i = 0; i < 30; ++i) publisher->publish(message_of(std::to_string(next++)));
+  listener.poll();
+  const size_t got = listener.count(Kind::pose);
+  EXPECT_EQ(got + listener.link->stats().poses_dropped, 60u);
+  int last = 0;
+  for (const Event& event : listener.events) {
+    if (event.kind != Kind::pose) continue;
+    EXPECT_GT(std::stoi(event.text), last);
+    last = std::stoi(event.text);
+  }
+  EXPECT_EQ(last, 60);
+}
+
+TEST(Shm, PieceBoundariesDoNotShow) {
+  const std::string uri = unique_shm_uri("pieces");
+  auto publisher = must_open_publisher(uri);
+  Listener listener(uri);
+  std::string whole;
+  for (int i = 0; i < 61; ++i) whole += static_cast<char>('A' + i % 26);
+  for (size_t total = 0; total <= whole.size(); ++total) {
+    for (size_t cut = 0; cut <= total; ++cut) {
+      const std::string_view text(whole.data(), total);
+      ASSERT_TRUE(publisher->publish({bytes_of(text.substr(0, cut)), bytes_of(text.substr(cut))}));
+      listener.poll();
+      ASSERT_EQ(listener.last(Kind::pose), text);
+      listener.events.clear();
+    }
+  }
+}
+
+TEST(Shm, GrowsForLargerFramesAndDescriptionsWithoutLosingThePeer) {
+  const std::string uri = unique_shm_uri("grow");
+  ListenerOptions options;
+  options.delivery = Delivery::all;
+  Listener listener(uri, options);
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("small")));
+  EXPECT_TRUE(publisher->publish(message_of("before")));
+  listener.poll_until([&] { return listener.count(Kind::pose) == 1; });
+  const std::string large(300'000, 'p');
+  const std::string description(200'000, 'd');
+  EXPECT_TRUE(publisher->publish(message_of("last of the small")));
+  EXPECT_TRUE(publisher->publish(message_of(large)));
+  publisher->send_control(bytes_of("ping"));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) == 3; }));
+  ASSERT_TRUE(publisher->set_description(bytes_of(description)));
+  EXPECT_TRUE(publisher->publish(message_of("after")));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) == 4; }));
+  EXPECT_TRUE(listener.saw(Kind::pose, large));
+  EXPECT_TRUE(listener.saw(Kind::control, description));
+  EXPECT_TRUE(listener.saw(Kind::control, "ping"));
+  EXPECT_EQ(listener.count(Kind::control), 3u) << "the small description is not repeated";
+  EXPECT_EQ(listener.count(Kind::connected), 1u);
+  EXPECT_EQ(listener.count(Kind::disconnected), 0u);
+  EXPECT_EQ(listener.link->stats().poses_dropped, 0u);
+}
+
+TEST(Shm, AReplyThatWasOnItsWayWhenTheSegmentGrewArrives) {
+  const std::string uri = unique_shm_uri("growreply");
+  Listener listener(uri);
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  EXPECT_TRUE(publisher->publish(message_of(std::string(100'000, 'x'))));
+  listener.link->send(listener.peer(), bytes_of("into the old one"));
+  EXPECT_TRUE(poll_until_reply(*publisher, "into the old one"));
+}
+
+TEST(Shm, PublisherRestarts) {
+  const std::string uri = unique_shm_uri("restart");
+  Listener listener(uri);
+  PeerId earlier = 0;
+  for (int run = 0; run < 3; ++run) {
+    auto publisher = must_open_publisher(uri);
+    ASSERT_TRUE(publisher->set_description(bytes_of("the same")));
+    ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+    EXPECT_EQ(listener.count(Kind::control), 1u) << "a new peer's description is handed on even when it is the same";
+    EXPECT_GT(listener.peer(), earlier);
+    earlier = listener.peer();
+    publisher->send_control(bytes_of("goodbye"));
+    publisher.reset();
+    ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+    EXPECT_EQ(listener.events[listener.events.size() - 2].text, "goodbye");
+    listener.events.clear();
+  }
+}
+
+TEST(Shm, ListenerRestartsAndThePublisherNeedNotKnow) {
+  const std::string uri = unique_shm_uri("relisten");
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  for (int run = 0; run < 20; ++run) {  // more often than there are places for readers
+    Listener listener(uri);
+    ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+    listener.link->send(listener.peer(), bytes_of("reply" + std::to_string(run)));
+    ASSERT_TRUE(poll_until_reply(*publisher, "reply" + std::to_string(run)));
+    EXPECT_EQ(listener.count(Kind::note), 0u);
+  }
+}
+
+TEST(Shm, ManyListenersEachGetAllAndEachMayReply) {
+  const std::string uri = unique_shm_uri("many");
+  auto publisher = must_open_publisher(uri);
+  std::vector<std::unique_ptr<Listener>> listeners;
+  for (int i = 0; i < 17; ++i) {
+    listeners.push_back(std::make_unique<Listener>(uri));
+    listeners.back()->poll();
+  }
+  publisher->publish(message_of("pose"));
+  for (int i = 0; i < 17; ++i) {
+    listeners[i]->poll();
+    EXPECT_EQ(listeners[i]->last(Kind::pose), "pose");
+    EXPECT_EQ(listeners[i]->count(Kind::note), i == 16 ? 1u : 0u) << "the 17th is told that it cannot reply";
+    listeners[i]->link->send(listeners[i]->peer(), bytes_of("reply" + std::to_string(i)));
+  }
+  std::vector<std::byte> message;
+  size_t replies = 0;
+  while (publisher->poll(message)) ++replies;
+  EXPECT_EQ(replies, 16u);
+  EXPECT_EQ(publisher->stats().peers, 16u);
+}
+
+TEST(Shm, ABackChannelThatNobodyReadsIsBoundedAndCounted) {
+  const std::string uri = unique_shm_uri("backfull");
+  auto publisher = must_open_publisher(uri);
+  Listener listener(uri);
+  listener.poll();
+  const std::string reply(1000, 'r');
+  for (int i = 0; i < 100; ++i) listener.link->send(listener.peer(), bytes_of(reply));
+  EXPECT_GT(listener.link->stats().rejected, 0u);
+  std::vector<std::byte> message;
+  uint64_t got = 0;
+  for (; publisher->poll(message); ++got) EXPECT_EQ(text_of(message), reply);
+  EXPECT_EQ(got + listener.link->stats().rejected, 100u);
+  listener.link->send(listener.peer(), bytes_of("room again"));
+  EXPECT_TRUE(poll_until_reply(*publisher, "room again"));
+}
+
+TEST(Shm, ALivePublishersNameIsRefused) {
+  const std::string uri = unique_shm_uri("busy");
+  auto publisher = must_open_publisher(uri);
+  const auto second = open_publisher(uri);
+  ASSERT_FALSE(second.ok());
+  EXPECT_NE(second.error().message.find(uri + " is being published by process " + std::to_string(::getpid())),
+            std::string::npos)
+      << second.error().message;
+  publisher.reset();
+  EXPECT_TRUE(open_publisher(uri).ok());
+}
+
+TEST(Shm, AFrameThatIsTooLargeIsDroppedAndCounted) {
+  const std::string uri = unique_shm_uri("huge");
+  auto publisher = must_open_publisher(uri);
+  const std::vector<std::byte> huge(publisher->max_pose_message_bytes() + 1);
+  EXPECT_FALSE(publisher->publish({huge, {}}));
+  EXPECT_EQ(publisher->stats().poses_dropped, 1u);
+  EXPECT_TRUE(publisher->publish(message_of("still fine")));
+}
+
+// A limit on file sizes stands in for a full /dev/shm: both make the same call fail.
+struct FileSizeLimit {
+  explicit FileSizeLimit(rlim_t bytes) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before);
+    rlimit limit = before;
+    limit.rlim_cur = bytes;
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before); }
+  rlimit before{};
+};
+
+TEST(Shm, NoRoomIsAnErrorAndNotASignal) {
+  const FileSizeLimit limit(1 << 20);
+  const auto publisher = open_publisher(unique_shm_uri("full"));
+  ASSERT_FALSE(publisher.ok());
+  EXPECT_NE(publisher.error().message.find("no room"), std::string::npos) << publisher.error().message;
+}
+
+TEST(Shm, NoRoomToGrowDropsTheLargeFrameAndGoesOn) {
+  const std::string uri = unique_shm_uri("fullgrow");
+  auto publisher = must_open_publisher(uri);
+  Listener listener(uri);
+  listener.poll();
+  {
+    const FileSizeLimit limit(4 << 20);
+    EXPECT_FALSE(publisher->publish(message_of(std::string(2'000'000, 'x'))));
+    EXPECT_EQ(publisher->stats().poses_dropped, 1u);
+    EXPECT_FALSE(publisher->set_description(bytes_of(std::string(3'000'000, 'd'))).ok());
+  }
+  EXPECT_TRUE(publisher->publish(message_of("small")));
+  listener.poll();
+  EXPECT_EQ(listener.last(Kind::pose), "small");
+}
+
+}  // namespace
+}  // namespace fire3dv::transport::test

@@ -1,0 +1,50 @@
+#include "protocol/transport/uri.h"
+
+#include <gtest/gtest.h>
+
+namespace fire3dv::transport {
+namespace {
+
+TEST(Uri, SharedMemory) {
+  const auto uri = parse_uri("shm://Robot_1.left-arm");
+  ASSERT_TRUE(uri.ok());
+  EXPECT_EQ(uri->scheme, Uri::Scheme::shm);
+  EXPECT_EQ(uri->name, "Robot_1.left-arm");
+  EXPECT_TRUE(parse_uri("shm://" + std::string(64, 'a')).ok());
+}
+
+TEST(Uri, HostAndPort) {
+  const auto tcp = parse_uri("tcp://127.0.0.1:7345");
+  ASSERT_TRUE(tcp.ok());
+  EXPECT_EQ(tcp->scheme, Uri::Scheme::tcp);
+  EXPECT_EQ(tcp->host, "127.0.0.1");
+  EXPECT_EQ(tcp->port, 7345);
+  const auto udp = parse_uri("udp://[fe80::1%eth0]:65535");
+  ASSERT_TRUE(udp.ok());
+  EXPECT_EQ(udp->scheme, Uri::Scheme::udp);
+  EXPECT_EQ(udp->host, "fe80::1%eth0");
+  EXPECT_EQ(udp->port, 65535);
+  EXPECT_EQ(parse_uri("tcp://localhost:0")->port, 0);
+}
+
+TEST(Uri, EveryRefusalNamesTheUriAndTheForms) {
+  const std::string nul("tcp://a\0b:1", 11);
+  for (const std::string& text :
+       {std::string(), std::string("demo"), std::string("shm:/demo"), std::string("shm://"),
+        std::string("shm://.hidden"), std::string("shm://a/b"), std::string("shm://../x"), std::string("shm://a b"),
+        "shm://" + std::string(65, 'a'), std::string("http://a:1"), std::string("tcp://"), std::string("tcp://a"),
+        std::string("tcp://:1"), std::string("tcp://a:"), std::string("tcp://a:65536"), std::string("tcp://a:-1"),
+        std::string("tcp://a:1x"), std::string("tcp://a:1/x"), std::string("tcp://::1:5"), std::string("udp://[::1:5"),
+        std::string("udp://[::1]"), std::string("udp://[]:1"), std::string("tcp://a;b:1"), nul,
+        "tcp://" + std::string(600, 'a') + ":1", std::string("\x1b[2J://x")}) {
+    const auto uri = parse_uri(text);
+    ASSERT_FALSE(uri.ok()) << text;
+    EXPECT_NE(uri.error().message.find("is not a link"), std::string::npos) << uri.error().message;
+    EXPECT_NE(uri.error().message.find("shm://NAME"), std::string::npos) << uri.error().message;
+    EXPECT_LT(uri.error().message.size(), 300u);
+    for (const char c : uri.error().message) EXPECT_TRUE(c >= 0x20 && c <= 0x7e);
+  }
+}
+
+}  // namespace
+}  // namespace fire3dv::transport
