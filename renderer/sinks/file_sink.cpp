@@ -1,0 +1,149 @@
+#include "renderer/sinks/file_sink.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include "renderer/sinks/png.h"
+#include "renderer/sinks/text.h"
+#include "renderer/sinks/whole_file.h"
+
+namespace fire3dv::sinks {
+namespace {
+
+Result<void> make_folder(const std::filesystem::path& folder) {
+  std::error_code fault;
+  std::filesystem::create_directories(folder, fault);
+  if (!fault && !std::filesystem::is_directory(folder, fault) && !fault)
+    fault = std::make_error_code(std::errc::not_a_directory);
+  if (fault) return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value())};
+  return {};
+}
+
+std::string log_line(const std::string& file, const FrameImage& image) {
+  std::string line = "{\"file\":" + json_string(file) + ",\"frame\":" + std::to_string(image.frame_index) +
+                     ",\"camera\":" + json_string(image.camera) +
+                     ",\"width\":" + std::to_string(image.width) +
+                     ",\"height\":" + std::to_string(image.height) + ",\"streams\":[";
+  for (const state::FrameTag& tag : image.shown) {
+    if (&tag != image.shown.data()) line += ',';
+    line += "{\"stream\":" + json_string(tag.stream) + ",\"epoch\":\"" + hex64(tag.epoch) +
+            "\",\"sequence\":" + std::to_string(tag.sequence) +
+            ",\"sim_time_ns\":" + std::to_string(tag.sim_time_ns) +
+            ",\"publish_time_ns\":" + std::to_string(tag.publish_time_ns) + "}";
+  }
+  return line + "]}\n";
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FileSink>> FileSink::open(const FileSinkOptions& options) {
+  if (options.folder.empty()) return Error{"no folder is given for the images: name one"};
+  if (auto made = make_folder(options.folder); !made) return made.error();
+  std::unique_ptr<FileSink> sink(new FileSink(options));
+  const std::filesystem::path log_path = options.folder / "frames.jsonl";
+  errno = 0;
+  sink->log_.open(log_path, std::ios::trunc);
+  if (!sink->log_) return Error{"cannot write " + log_path.string() + ": " + system_reason(errno)};
+  sink->worker_ = std::thread([raw = sink.get()] { raw->work(); });
+  return sink;
+}
+
+FileSink::FileSink(const FileSinkOptions& options) : options_(options) {}
+
+FileSink::~FileSink() {
+  (void)finish();
+}
+
+Result<void> FileSink::take(FrameImage&& image) {
+  FIRE3DV_ASSERT(is_consistent(image));
+  std::unique_lock lock(mutex_);
+  FIRE3DV_ASSERT(!closing_);
+  const size_t limit = std::max<size_t>(options_.queue_limit, 1);
+  changed_.wait(lock, [&] { return queue_.size() < limit || error_; });
+  if (error_) {
+    ++frames_dropped_;
+    return tell_error_once();
+  }
+  queue_.push_back(std::move(image));
+  changed_.notify_all();
+  return {};
+}
+
+Result<void> FileSink::finish() {
+  {
+    std::lock_guard lock(mutex_);
+    closing_ = true;
+    changed_.notify_all();
+  }
+  if (worker_.joinable()) worker_.join();
+  std::lock_guard lock(mutex_);
+  return tell_error_once();
+}
+
+Result<void> FileSink::tell_error_once() {
+  if (!error_ || error_told_) return {};
+  error_told_ = true;
+  return *error_;
+}
+
+void FileSink::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [&] { return !queue_.empty() || closing_; });
+    if (queue_.empty()) return;
+    FrameImage image = std::move(queue_.front());
+    queue_.pop_front();
+    changed_.notify_all();  // room for the next while this one is written
+    lock.unlock();
+    Result<void> written = write(image);
+    lock.lock();
+    if (!written) {
+      error_ = written.error();
+      frames_dropped_ += 1 + queue_.size();
+      queue_.clear();
+      changed_.notify_all();
+      return;
+    }
+    ++frames_written_;
+  }
+}
+
+Result<void> FileSink::write(const FrameImage& image) {
+  auto folder = folder_of(image.camera);
+  if (!folder) return folder.error();
+  const auto last = last_frame_of_folder_.find(*folder);
+  if (last != last_frame_of_folder_.end() && image.frame_index <= last->second) {
+    return Error{"frame " + std::to_string(image.frame_index) + " was given twice for " +
+                 (options_.folder / *folder).string() + ": several cameras need a folder each"};
+  }
+  last_frame_of_folder_[*folder] = image.frame_index;
+  char name[40];
+  std::snprintf(name, sizeof name, "frame_%06llu.png", static_cast<unsigned long long>(image.frame_index));
+  const std::filesystem::path relative = *folder / name;
+  if (auto written = write_png(options_.folder / relative, image); !written) return written.error();
+  errno = 0;
+  log_ << log_line(relative.string(), image) << std::flush;  // a run that is killed keeps its list
+  if (!log_)
+    return Error{"cannot write " + (options_.folder / "frames.jsonl").string() + ": " + system_reason(errno)};
+  return {};
+}
+
+Result<std::filesystem::path> FileSink::folder_of(const std::string& camera) {
+  if (!options_.folder_per_camera) return std::filesystem::path{};
+  if (const auto known = folder_of_camera_.find(camera); known != folder_of_camera_.end())
+    return known->second;
+  // Two names may become one when they are made fit for a file system; the later one gets a number.
+  const std::string base = safe_file_name(camera.empty() ? "camera" : camera);
+  std::string name = base;
+  const auto taken = [&] {
+    return std::any_of(folder_of_camera_.begin(), folder_of_camera_.end(),
+                       [&](const auto& entry) { return entry.second == name; });
+  };
+  for (int number = 2; taken(); ++number) name = base + "_" + std::to_string(number);
+  if (auto made = make_folder(options_.folder / name); !made) return made.error();
+  return folder_of_camera_[camera] = name;
+}
+
+}  // namespace fire3dv::sinks

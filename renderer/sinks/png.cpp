@@ -1,0 +1,252 @@
+// libpng reports errors by longjmp. So that no destructor is jumped over, each function that calls setjmp has
+// only trivial locals, and all that it fills belongs to its caller; callbacks catch what the library's C
+// frames must not see.
+#include "renderer/sinks/png.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstring>
+
+#include "renderer/sinks/text.h"
+#include "renderer/sinks/whole_file.h"
+
+namespace fire3dv::sinks {
+namespace {
+
+constexpr size_t kMaxTextBytes = 4096;     // of one chunk that we write
+constexpr uint32_t kMaxReadChunks = 1000;  // of one file that we read
+constexpr size_t kMaxReadChunkBytes = 1 << 20;
+
+struct Fault {
+  char text[160] = "out of memory";  // until libpng says something else
+};
+
+[[noreturn]] void on_error(png_structp png, png_const_charp text) {
+  auto* fault = static_cast<Fault*>(png_get_error_ptr(png));
+  std::snprintf(fault->text, sizeof fault->text, "%s", text);
+  png_longjmp(png, 1);
+}
+void on_warning(png_structp, png_const_charp) {}  // odd but readable: nobody needs to be told
+
+void append_bytes(png_structp png, png_bytep data, size_t size) {
+  bool out_of_memory = false;
+  try {
+    auto* out = static_cast<std::vector<uint8_t>*>(png_get_io_ptr(png));
+    out->insert(out->end(), data, data + size);
+  } catch (...) {
+    out_of_memory = true;
+  }
+  if (out_of_memory) png_error(png, "out of memory");
+}
+void flush_nothing(png_structp) {}
+
+void take_bytes(png_structp png, png_bytep data, size_t size) {
+  auto* in = static_cast<std::span<const uint8_t>*>(png_get_io_ptr(png));
+  if (in->size() < size) png_error(png, "the file is cut short");
+  std::memcpy(data, in->data(), size);
+  *in = in->subspan(size);
+}
+
+struct Encoding {
+  const uint8_t* rgba8;
+  uint32_t width, height;
+  bool opaque;
+  png_text* text;
+  int text_count;
+  uint8_t* row;  // width * 3 bytes, for opaque images
+  std::vector<uint8_t>* out;
+};
+
+bool encode(const Encoding& job, Fault& fault) {
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &fault, on_error, on_warning);
+  if (!png) return false;
+  png_infop info = png_create_info_struct(png);
+  if (!info || setjmp(png_jmpbuf(png))) {
+    png_destroy_write_struct(&png, &info);
+    return false;
+  }
+  png_set_write_fn(png, job.out, append_bytes, flush_nothing);
+  png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
+  // Rendered images: one cheap filter and a low level are within a few percent of the best size at a fraction
+  // of the time, and the encoder shares its cores with the renderer.
+  png_set_compression_level(png, 2);
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB | PNG_FILTER_UP);
+  png_set_IHDR(png, info, job.width, job.height, 8, job.opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGBA,
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_set_text(png, info, job.text, job.text_count);
+  png_write_info(png, info);
+  for (uint32_t y = 0; y < job.height; ++y) {
+    const uint8_t* source = job.rgba8 + size_t{4} * job.width * y;
+    if (job.opaque) {
+      for (uint32_t x = 0; x < job.width; ++x)
+        std::memcpy(job.row + size_t{3} * x, source + size_t{4} * x, 3);
+      source = job.row;
+    }
+    png_write_row(png, source);
+  }
+  png_write_end(png, nullptr);
+  png_destroy_write_struct(&png, &info);
+  return true;
+}
+
+struct Decoding {
+  std::span<const uint8_t> bytes;
+  PngLimits limits;
+  PngFile* file;
+  std::vector<uint8_t*>* rows;
+};
+
+// Calls that may throw stand in functions of their own, so that the one with setjmp sees a plain answer.
+bool make_room(const Decoding& job, uint32_t width, uint32_t height) {
+  try {
+    FrameImage& image = job.file->image;
+    image.width = width;
+    image.height = height;
+    image.rgba8.resize(size_t{4} * width * height);
+    job.rows->resize(height);
+    for (uint32_t y = 0; y < height; ++y) (*job.rows)[y] = image.rgba8.data() + size_t{4} * width * y;
+    return true;
+  } catch (...) {
+    return false;
+  }
+}
+
+bool keep_text(const Decoding& job, const png_text* text, int count) {
+  try {
+    for (int i = 0; i < count; ++i) {
+      const bool international = text[i].compression >= PNG_ITXT_COMPRESSION_NONE;
+      const size_t length = international ? text[i].itxt_length : text[i].text_length;
+      job.file->text.emplace_back(text[i].key,
+                                  std::string(text[i].text ? text[i].text : "", text[i].text ? length : 0));
+    }
+    return true;
+  } catch (...) {
+    return false;
+  }
+}
+
+bool decode(Decoding& job, Fault& fault) {
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &fault, on_error, on_warning);
+  if (!png) return false;
+  png_infop info = png_create_info_struct(png);
+  png_infop end_info = png_create_info_struct(png);
+  if (!info || !end_info || setjmp(png_jmpbuf(png))) {
+    png_destroy_read_struct(&png, &info, &end_info);
+    return false;
+  }
+  png_set_read_fn(png, &job.bytes, take_bytes);
+  png_set_user_limits(png, job.limits.max_side, job.limits.max_side);
+  png_set_chunk_cache_max(png, kMaxReadChunks);
+  png_set_chunk_malloc_max(png, kMaxReadChunkBytes);
+  png_set_crc_action(png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
+  png_read_info(png, info);
+  const uint32_t width = png_get_image_width(png, info);
+  const uint32_t height = png_get_image_height(png, info);
+  if (uint64_t{width} * height > job.limits.max_pixels) png_error(png, "it has more pixels than the limit");
+  png_set_expand(png);
+  png_set_gray_to_rgb(png);
+  png_set_strip_16(png);
+  png_set_filler(png, 0xff, PNG_FILLER_AFTER);
+  png_set_interlace_handling(png);
+  png_read_update_info(png, info);
+  if (png_get_rowbytes(png, info) != size_t{4} * width) png_error(png, "its colour type is not known");
+  if (!make_room(job, width, height)) png_error(png, "out of memory");
+  png_read_image(png, job.rows->data());
+  png_read_end(png, end_info);
+  job.file->srgb = png_get_valid(png, info, PNG_INFO_sRGB) != 0;
+  for (png_infop part : {info, end_info}) {
+    png_textp text = nullptr;
+    const int count = png_get_text(png, part, &text, nullptr);
+    if (!keep_text(job, text, count)) png_error(png, "out of memory");
+  }
+  png_destroy_read_struct(&png, &info, &end_info);
+  return true;
+}
+
+// libpng makes and clears a buffer of the size that a chunk claims before it reads: a few bytes could cost
+// gigabytes and seconds. So the claims are held against what is there first.
+const char* chunk_fault(std::span<const uint8_t> bytes) {
+  if (bytes.size() < 8 || png_sig_cmp(bytes.data(), 0, 8) != 0) return "it does not begin as a PNG";
+  bytes = bytes.subspan(8);
+  while (bytes.size() >= 12) {  // length, type, body, CRC
+    const uint32_t length = png_get_uint_32(bytes.data());
+    const bool pixels = std::memcmp(bytes.data() + 4, "IDAT", 4) == 0;
+    const bool last = std::memcmp(bytes.data() + 4, "IEND", 4) == 0;
+    if (length > bytes.size() - 12) return "the file is cut short";
+    if (!pixels && length > kMaxReadChunkBytes) return "a chunk is larger than the limit";
+    if (last) return nullptr;
+    bytes = bytes.subspan(size_t{12} + length);
+  }
+  return "the file is cut short";
+}
+
+Error with_path(const char* what, const std::filesystem::path& path, const Error& error) {
+  return Error{std::string(what) + " " + path.string() + ": " + error.message};
+}
+
+}  // namespace
+
+Result<std::vector<uint8_t>> encode_png(const FrameImage& image) {
+  if (!is_consistent(image) || image.width == 0 || image.height == 0) {
+    return Error{"an image of " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                 " pixels with " + std::to_string(image.rgba8.size()) + " bytes cannot be a PNG"};
+  }
+  TextChunks chunks = text_of(image);
+  std::vector<png_text> text(chunks.size());
+  char no_language[] = "";
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    chunks[i].second = printable_utf8(chunks[i].second, kMaxTextBytes);
+    std::string& value = chunks[i].second;
+    const bool ascii =
+        std::all_of(value.begin(), value.end(), [](char c) { return static_cast<uint8_t>(c) < 0x80; });
+    text[i].compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
+    text[i].key = chunks[i].first.data();
+    text[i].text = value.data();
+    text[i].text_length = value.size();
+    text[i].itxt_length = ascii ? 0 : value.size();
+    text[i].lang = no_language;
+    text[i].lang_key = no_language;
+  }
+  bool opaque = true;
+  for (size_t i = 3; i < image.rgba8.size() && opaque; i += 4) opaque = image.rgba8[i] == 0xff;
+  std::vector<uint8_t> row(size_t{3} * image.width);
+  std::vector<uint8_t> out;
+  out.reserve(image.rgba8.size() / 4);
+  Fault fault;
+  const Encoding job{
+      image.rgba8.data(), image.width, image.height, opaque, text.data(), static_cast<int>(text.size()),
+      row.data(),         &out};
+  if (!encode(job, fault)) return Error{std::string("the PNG encoder failed: ") + fault.text};
+  return out;
+}
+
+Result<PngFile> decode_png(std::span<const uint8_t> bytes, const PngLimits& limits) {
+  if (const char* fault = chunk_fault(bytes))
+    return Error{std::string("not a PNG that can be read: ") + fault};
+  PngFile file;
+  std::vector<uint8_t*> rows;
+  Fault fault;
+  Decoding job{bytes, limits, &file, &rows};
+  if (!decode(job, fault)) return Error{std::string("not a PNG that can be read: ") + fault.text};
+  apply_text(file.text, file.image);
+  return file;
+}
+
+Result<void> write_png(const std::filesystem::path& path, const FrameImage& image) {
+  auto bytes = encode_png(image);
+  if (!bytes) return with_path("cannot write", path, bytes.error());
+  return write_whole_file(path, *bytes);
+}
+
+Result<PngFile> read_png(const std::filesystem::path& path, const PngLimits& limits) {
+  auto bytes = read_whole_file(path, 8 * limits.max_pixels + (1 << 20));
+  if (!bytes) return bytes.error();
+  auto file = decode_png(*bytes, limits);
+  if (!file) return with_path("cannot read", path, file.error());
+  return file;
+}
+
+}  // namespace fire3dv::sinks
