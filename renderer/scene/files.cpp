@@ -1,0 +1,169 @@
+#include "renderer/scene/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+#include <system_error>
+
+namespace fire3dv::scene {
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+std::optional<std::string> percent_decoded(std::string_view text) {
+  std::string decoded;
+  decoded.reserve(text.size());
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      decoded += text[i];
+      continue;
+    }
+    if (text.size() - i < 3) return std::nullopt;
+    const int high = hex_digit(text[i + 1]), low = hex_digit(text[i + 2]);
+    if (high < 0 || low < 0) return std::nullopt;
+    decoded += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  return decoded;
+}
+
+constexpr std::array<int8_t, 256> base64_values() {
+  std::array<int8_t, 256> values{};
+  for (int8_t& value : values) value = -1;
+  constexpr std::string_view alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (size_t i = 0; i < alphabet.size(); ++i)
+    values[static_cast<uint8_t>(alphabet[i])] = static_cast<int8_t>(i);
+  return values;
+}
+
+Result<Bytes> base64_decoded(std::string_view text) {
+  static constexpr std::array<int8_t, 256> kValues = base64_values();
+  for (int padding = 0; padding < 2 && text.ends_with('='); ++padding) text.remove_suffix(1);
+  if (text.size() % 4 == 1) return Error{"its base64 text is cut short"};
+  Bytes bytes;
+  bytes.size = text.size() / 4 * 3 + (text.size() % 4 == 0 ? 0 : text.size() % 4 - 1);
+  bytes.data = std::make_unique_for_overwrite<std::byte[]>(bytes.size);
+  uint32_t bits = 0;
+  size_t out = 0;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const int8_t value = kValues[static_cast<uint8_t>(text[i])];
+    if (value < 0) return Error{"its base64 text holds a character that is not base64"};
+    bits = bits << 6 | static_cast<uint32_t>(value);
+    // Each character after the first of four completes one byte.
+    if (i % 4 != 0) bytes.data[out++] = static_cast<std::byte>(bits >> (6 - 2 * (i % 4)));
+  }
+  return bytes;
+}
+
+Result<Bytes> data_uri_decoded(std::string_view uri) {
+  const size_t comma = uri.find(',');
+  if (comma == std::string_view::npos) return Error{"the data: URI has no comma"};
+  if (!uri.substr(0, comma).ends_with(";base64"))
+    return Error{"the data: URI is not base64: only base64 is supported"};
+  return base64_decoded(uri.substr(comma + 1));
+}
+
+bool has_scheme(std::string_view uri) {
+  const size_t colon = uri.find(':');
+  return colon != std::string_view::npos && colon < uri.find('/');
+}
+
+}  // namespace
+
+std::string quote(std::string_view text) {
+  constexpr size_t kLongest = 120;
+  std::string result = "\"";
+  for (const char c : text.substr(0, kLongest))
+    result += static_cast<uint8_t>(c) < 0x20 || c == 0x7f ? '?' : c;
+  return result + (text.size() > kLongest ? "...\"" : "\"");
+}
+
+Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
+  // Non-blocking, so that opening a pipe returns and can be refused.
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.get() < 0) return Error{"cannot open " + quote(path.string()) + ": " + std::strerror(errno)};
+  struct stat status {};
+  if (fstat(file.get(), &status) != 0)
+    return Error{"cannot read " + quote(path.string()) + ": " + std::strerror(errno)};
+  if (!S_ISREG(status.st_mode)) return Error{quote(path.string()) + " is not a regular file"};
+  const auto size = static_cast<uint64_t>(status.st_size);
+  if (size > max_bytes) {
+    return Error{quote(path.string()) + " holds " + std::to_string(size) + " bytes; at most " +
+                 std::to_string(max_bytes) + " are read"};
+  }
+  Bytes bytes;
+  bytes.size = size;
+  bytes.data = std::make_unique_for_overwrite<std::byte[]>(size);
+  for (size_t done = 0; done < size;) {
+    const ssize_t got = ::read(file.get(), bytes.data.get() + done, size - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return Error{"cannot read " + quote(path.string()) + ": " + std::strerror(errno)};
+    if (got == 0) return Error{quote(path.string()) + " became shorter while it was read"};
+    done += static_cast<size_t>(got);
+  }
+  return bytes;
+}
+
+AssetFolder::AssetFolder(const std::filesystem::path& asset) {
+  std::error_code error;
+  folder_ = std::filesystem::canonical(std::filesystem::absolute(asset, error).parent_path(), error);
+}
+
+Result<std::filesystem::path> AssetFolder::resolve(std::string_view uri) const {
+  if (uri.empty()) return Error{"the URI is empty"};
+  const std::string name = "the URI " + quote(uri);
+  if (has_scheme(uri)) return Error{name + " has a scheme: only data: and relative paths are read"};
+  const std::optional<std::string> decoded = percent_decoded(uri);
+  if (!decoded) return Error{name + " has a broken percent escape"};
+  if (decoded->find('\0') != std::string::npos) return Error{name + " holds a zero byte"};
+  // Decoding may bring a scheme or a backslash to light; no honest exporter writes either.
+  if (has_scheme(*decoded) || decoded->find('\\') != std::string::npos) {
+    return Error{name + " is not a relative path with '/' between its parts"};
+  }
+  const std::filesystem::path relative(*decoded);
+  if (relative.is_absolute())
+    return Error{name + " is absolute: only paths below the asset's folder are read"};
+  if (std::find(relative.begin(), relative.end(), "..") != relative.end()) {
+    return Error{name + " leaves the asset's folder"};
+  }
+  std::error_code error;
+  const std::filesystem::path resolved = std::filesystem::canonical(folder_ / relative, error);
+  if (error) return Error{"cannot open " + quote(*decoded) + ": " + error.message()};
+  const auto [inside, rest] = std::mismatch(folder_.begin(), folder_.end(), resolved.begin(), resolved.end());
+  if (inside != folder_.end()) return Error{name + " is a link that leaves the asset's folder"};
+  return resolved;
+}
+
+Result<Bytes> AssetFolder::read(std::string_view uri, uint64_t max_bytes) const {
+  if (uri.starts_with("data:")) return data_uri_decoded(uri);
+  auto path = resolve(uri);
+  if (!path) return path.error();
+  return read_file(*path, max_bytes);
+}
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,142 @@
+#include "renderer/scene/gltf_document.h"
+
+#include <climits>
+#include <nlohmann/json.hpp>
+
+#include "renderer/scene/gltf_guard.h"
+#include "renderer/scene/gltf_schema.h"
+
+namespace fire3dv::scene {
+namespace {
+
+using nlohmann::json;
+
+Result<json> parsed(std::string_view text) {
+  try {
+    return json::parse(text);
+  } catch (const json::exception& error) {
+    return Error{"the JSON cannot be read: " + quote(error.what())};
+  }
+}
+
+Result<void> take_buffers(const json& root, const Container& container, const LoadLimits& limits,
+                          GltfDocument& document) {
+  const auto buffers = root.find("buffers");
+  if (buffers == root.end()) return {};
+  for (size_t i = 0; i < buffers->size(); ++i) {
+    const json& buffer = (*buffers)[i];
+    const std::string where = element("buffers", i);
+    if (!buffer.contains("byteLength")) return Error{where + ": byteLength is missing"};
+    const auto length = buffer["byteLength"].get<uint64_t>();
+    std::span<const std::byte> bytes;
+    if (buffer.contains("uri")) {
+      auto read = document.folder.read(buffer["uri"].get_ref<const std::string&>(), limits.max_file_bytes);
+      if (!read) return Error{where + ": " + read.error().message};
+      document.owned.push_back(std::move(*read));
+      bytes = document.owned.back().view();
+    } else if (i == 0 && container.has_binary) {
+      bytes = container.binary;
+    } else {
+      return Error{where + ": it has neither a uri nor the GLB's binary chunk"};
+    }
+    if (length == 0) return Error{where + ": byteLength is 0"};
+    if (bytes.size() < length) {
+      return Error{where + ": byteLength is " + std::to_string(length) + ", but only " +
+                   std::to_string(bytes.size()) + " bytes are there"};
+    }
+    document.buffers.push_back(bytes.first(length));
+  }
+  return {};
+}
+
+Result<void> take_images(json& root, GltfDocument& document) {
+  const auto images = root.find("images");
+  if (images == root.end()) return {};
+  for (size_t i = 0; i < images->size(); ++i) {
+    json& image = (*images)[i];
+    ImageSource source;
+    source.name = image.value("name", std::string());
+    source.buffer_view = image.value("bufferView", -1);
+    if (image.contains("uri")) source.uri = std::move(image["uri"].get_ref<std::string&>());
+    if (source.uri.empty() == (source.buffer_view < 0)) {
+      return Error{element("images", i) + ": it needs either a uri or a bufferView"};
+    }
+    document.images.push_back(std::move(source));
+  }
+  return {};
+}
+
+// Nothing that tinygltf is given names a file; should it ask for one all the same, the answer is no.
+tinygltf::FsCallbacks no_files() {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string&, void*) { return false; };
+  callbacks.ExpandFilePath = [](const std::string&, void*) { return std::string(); };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&, void*) {
+    return false;
+  };
+  callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+    return false;
+  };
+  return callbacks;
+}
+
+Result<void> parse_model(const std::string& text, tinygltf::Model& model) {
+  if (text.size() > UINT_MAX) return Error{"the JSON is larger than 4 GiB"};
+  tinygltf::TinyGLTF parser;
+  parser.SetFsCallbacks(no_files());
+  parser.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
+                           int, void*) { return false; },
+                        nullptr);
+  std::string error, warning;
+  const bool parsed_whole = parser.LoadASCIIFromString(&model, &error, &warning, text.data(),
+                                                       static_cast<unsigned>(text.size()), std::string());
+  // It reports some faults and goes on with defaults; a file with a fault is refused.
+  if (parsed_whole && error.empty()) return {};
+  while (!error.empty() && error.back() == '\n') error.pop_back();
+  return Error{"the glTF cannot be read: " + quote(error)};
+}
+
+}  // namespace
+
+Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits) {
+  auto file = read_file(path, limits.max_file_bytes);
+  if (!file) return file.error();
+  auto container = split_container(file->view());
+  if (!container) return container.error();
+  if (auto shallow = check_json_depth(container->json, limits.max_json_depth); !shallow)
+    return shallow.error();
+  auto root = parsed(container->json);
+  if (!root) return root.error();
+
+  GltfDocument document{.folder = AssetFolder(path)};
+  if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
+  if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
+  if (auto done = take_images(*root, document); !done) return done.error();
+  root->erase("buffers");
+  root->erase("images");
+  if (auto done = parse_model(root->dump(), document.model); !done) return done.error();
+  document.owned.push_back(std::move(*file));
+  return document;
+}
+
+Result<std::span<const std::byte>> buffer_view_bytes(const GltfDocument& document, int buffer_view,
+                                                     const std::string& where) {
+  const auto& views = document.model.bufferViews;
+  if (!in_range(buffer_view, views.size()))
+    return out_of_range(where, "bufferViews", buffer_view, views.size());
+  const tinygltf::BufferView& view = views[static_cast<size_t>(buffer_view)];
+  const std::string name = element("bufferViews", static_cast<size_t>(buffer_view));
+  if (!in_range(view.buffer, document.buffers.size())) {
+    return out_of_range(name, "buffers", view.buffer, document.buffers.size());
+  }
+  const auto buffer = document.buffers[static_cast<size_t>(view.buffer)];
+  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
+    return Error{name + " reaches from byte " + std::to_string(view.byteOffset) + " over " +
+                 std::to_string(view.byteLength) + " bytes, but " +
+                 element("buffers", static_cast<size_t>(view.buffer)) + " holds " +
+                 std::to_string(buffer.size())};
+  }
+  return buffer.subspan(view.byteOffset, view.byteLength);
+}
+
+}  // namespace fire3dv::scene

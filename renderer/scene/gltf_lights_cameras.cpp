@@ -1,0 +1,85 @@
+#include "renderer/scene/gltf_lights_cameras.h"
+
+#include <numbers>
+
+namespace fire3dv::scene {
+namespace {
+
+Result<Light> light_of(const tinygltf::Light& source, const std::string& where) {
+  Light light;
+  light.name = source.name;
+  if (source.type == "directional") {
+    light.type = LightType::directional;
+  } else if (source.type == "spot") {
+    light.type = LightType::spot;
+  } else if (source.type != "point") {
+    return Error{where + " has the unknown type " + quote(source.type)};
+  }
+  if (!source.color.empty()) {
+    if (source.color.size() != 3) return Error{where + ".color does not hold three numbers"};
+    for (int i = 0; i < 3; ++i) light.color[i] = to_float(source.color[static_cast<size_t>(i)]);
+  }
+  light.intensity = to_float(source.intensity);
+  light.range_m = to_float(source.range);
+  light.inner_cone_rad = to_float(source.spot.innerConeAngle);
+  light.outer_cone_rad = to_float(source.spot.outerConeAngle);
+  if (light.intensity < 0 || light.range_m < 0) return Error{where + " has a negative intensity or range"};
+  if (light.type == LightType::spot &&
+      !(light.inner_cone_rad >= 0 && light.inner_cone_rad < light.outer_cone_rad &&
+        source.spot.outerConeAngle <= std::numbers::pi / 2 + 1e-4)) {
+    return Error{where + ".spot: the cone angles are not 0 <= inner < outer <= pi/2"};
+  }
+  return light;
+}
+
+Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& where) {
+  Camera camera;
+  camera.name = source.name;
+  if (source.type == "orthographic") {
+    const tinygltf::OrthographicCamera& ortho = source.orthographic;
+    camera.orthographic = true;
+    camera.half_extent_m = {to_float(ortho.xmag), to_float(ortho.ymag)};
+    camera.near_m = to_float(ortho.znear);
+    camera.far_m = to_float(ortho.zfar);
+    if (camera.half_extent_m.x == 0 || camera.half_extent_m.y == 0)
+      return Error{where + ".orthographic: xmag or ymag is 0"};
+    if (!(camera.near_m >= 0 && camera.far_m > camera.near_m))
+      return Error{where + ".orthographic: znear and zfar are not 0 <= znear < zfar"};
+    return camera;
+  }
+  const tinygltf::PerspectiveCamera& perspective = source.perspective;
+  camera.vertical_fov_rad = to_float(perspective.yfov);
+  camera.aspect = to_float(perspective.aspectRatio);
+  camera.near_m = to_float(perspective.znear);
+  camera.far_m = to_float(perspective.zfar);
+  if (!(camera.vertical_fov_rad > 0 && camera.vertical_fov_rad < std::numbers::pi_v<float>)) {
+    return Error{where + ".perspective: yfov is not between 0 and pi"};
+  }
+  if (camera.aspect < 0) return Error{where + ".perspective: aspectRatio is negative"};
+  if (!(camera.near_m > 0) || (camera.far_m != 0 && !(camera.far_m > camera.near_m))) {
+    return Error{where + ".perspective: znear and zfar are not 0 < znear < zfar"};
+  }
+  return camera;
+}
+
+}  // namespace
+
+Result<void> add_lights(const GltfDocument& document, Scene& scene) {
+  for (size_t i = 0; i < document.model.lights.size(); ++i) {
+    auto light = light_of(document.model.lights[i], "extensions.KHR_lights_punctual." + element("lights", i));
+    if (!light) return light.error();
+    scene.lights.push_back(std::move(*light));
+  }
+  return {};
+}
+
+Result<void> add_cameras(const GltfDocument& document, Scene& scene) {
+  for (size_t i = 0; i < document.model.cameras.size(); ++i) {
+    auto camera = camera_of(document.model.cameras[i], element("cameras", i));
+    if (!camera) return camera.error();
+    scene.cameras.push_back(std::move(*camera));
+  }
+  return {};
+}
+
+}  // namespace fire3dv::scene

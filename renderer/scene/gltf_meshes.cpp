@@ -1,0 +1,255 @@
+#include "renderer/scene/gltf_meshes.h"
+
+#include <array>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/tangents.h"
+#include "renderer/scene/triangles.h"
+
+namespace fire3dv::scene {
+namespace {
+
+constexpr int kMissing = -1;
+constexpr size_t kAttributeFloats = sizeof(VertexAttributes) / sizeof(float);
+static_assert(sizeof(VertexAttributes) == kAttributeFloats * sizeof(float));
+
+// The accessors of a primitive, and what must be made from them. Primitives of one recipe share their
+// vertices, and their indices too, so that a file cannot ask for the same work a thousand times.
+struct Recipe {
+  int position = kMissing, normal = kMissing, tangent = kMissing, uv0 = kMissing, uv1 = kMissing,
+      color = kMissing;
+  int indices = kMissing, mode = TINYGLTF_MODE_TRIANGLES;
+  int tangent_uv_set = kMissing;  // kMissing: no tangents to generate
+  auto operator<=>(const Recipe&) const = default;
+
+  // Vertices do not depend on the indices, unless something of them is derived from triangles.
+  bool vertices_stand_alone() const { return normal != kMissing && tangent_uv_set == kMissing; }
+};
+
+struct VertexRange {
+  uint32_t first = 0, count = 0;
+};
+
+struct Vertices {
+  std::vector<glm::vec3> positions;
+  std::vector<VertexAttributes> attributes;
+};
+
+class MeshLoader {
+ public:
+  MeshLoader(const GltfDocument& document, const LoadLimits& limits, Scene& scene)
+      : reader_(document, limits), model_(document.model), scene_(scene) {}
+
+  Result<void> add_mesh(const tinygltf::Mesh& source, const std::string& where) {
+    Mesh mesh;
+    mesh.name = source.name;
+    mesh.first_primitive = static_cast<uint32_t>(scene_.primitives.size());
+    if (source.primitives.empty()) return Error{where + " has no primitives"};
+    for (size_t i = 0; i < source.primitives.size(); ++i) {
+      auto done = add_primitive(source.primitives[i], where + "." + element("primitives", i));
+      if (!done) return done;
+    }
+    mesh.primitive_count = static_cast<uint32_t>(scene_.primitives.size()) - mesh.first_primitive;
+    scene_.meshes.push_back(std::move(mesh));
+    return {};
+  }
+
+ private:
+  Result<void> add_primitive(const tinygltf::Primitive& source, const std::string& where) {
+    if (source.mode < TINYGLTF_MODE_POINTS || source.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+      return Error{where + " has the unknown mode " + std::to_string(source.mode)};
+    }
+    if (source.material != kMissing && !in_range(source.material, model_.materials.size())) {
+      return out_of_range(where, "materials", source.material, model_.materials.size());
+    }
+    const auto material = static_cast<uint32_t>(source.material + 1);  // 0 is glTF's default
+    const Recipe recipe = recipe_of(source, scene_.materials[material]);
+    if (recipe.position == kMissing) return Error{where + " has no POSITION"};
+    if (source.mode < TINYGLTF_MODE_TRIANGLES) {
+      scene_.warnings.push_back(where + " is made of points or lines, which are not drawn");
+      return {};
+    }
+    auto known = geometry_.find(recipe);
+    if (known == geometry_.end()) {
+      auto made = make_geometry(recipe, where);
+      if (!made) return made.error();
+      known = geometry_.emplace(recipe, *made).first;
+    }
+    if (known->second.index_count == 0) {
+      scene_.warnings.push_back(where + " has no whole triangle and is not drawn");
+      return {};
+    }
+    Primitive primitive = known->second;
+    primitive.material = material;
+    scene_.primitives.push_back(primitive);
+    return {};
+  }
+
+  static Recipe recipe_of(const tinygltf::Primitive& source, const Material& material) {
+    const auto accessor = [&](const char* attribute) {
+      const auto found = source.attributes.find(attribute);
+      return found == source.attributes.end() ? kMissing : found->second;
+    };
+    Recipe recipe;
+    recipe.position = accessor("POSITION");
+    recipe.normal = accessor("NORMAL");
+    recipe.tangent = accessor("TANGENT");
+    recipe.uv0 = accessor("TEXCOORD_0");
+    recipe.uv1 = accessor("TEXCOORD_1");
+    recipe.color = accessor("COLOR_0");
+    recipe.indices = source.indices;
+    recipe.mode = source.mode;
+    if (recipe.normal == kMissing) recipe.tangent = kMissing;  // glTF: meaningless without normals
+    if (material.normal_texture.texture != kNone && recipe.tangent == kMissing) {
+      recipe.tangent_uv_set = static_cast<int>(material.normal_texture.uv_set);
+    }
+    return recipe;
+  }
+
+  // A primitive without a material.
+  Result<Primitive> make_geometry(const Recipe& recipe, const std::string& where) {
+    auto vertex_count = reader_.count(recipe.position, where + ".POSITION");
+    if (!vertex_count) return vertex_count.error();
+    if (*vertex_count >= kNone) return Error{where + " has more vertices than 32-bit indices can name"};
+    auto indices = read_triangles(recipe, static_cast<uint32_t>(*vertex_count), where);
+    if (!indices) return indices.error();
+    Primitive primitive;
+    if (indices->empty()) return primitive;
+    auto range = add_vertices(recipe, *vertex_count, *indices, where);
+    if (!range) return range.error();
+    if (scene_.indices.size() + indices->size() > kNone)
+      return Error{where + ": the file holds more indices than 32 bits can count"};
+    primitive.first_vertex = range->first;
+    primitive.vertex_count = range->count;
+    primitive.first_index = static_cast<uint32_t>(scene_.indices.size());
+    primitive.index_count = static_cast<uint32_t>(indices->size());
+    if (scene_.indices.empty()) {
+      scene_.indices = std::move(*indices);
+    } else {
+      scene_.indices.insert(scene_.indices.end(), indices->begin(), indices->end());
+    }
+    find_bounds(primitive);
+    return primitive;
+  }
+
+  Result<std::vector<uint32_t>> read_triangles(const Recipe& recipe, uint32_t vertex_count,
+                                               const std::string& where) {
+    std::vector<uint32_t> indices;
+    if (recipe.indices == kMissing) {
+      indices.resize(vertex_count);
+      std::iota(indices.begin(), indices.end(), 0u);
+    } else {
+      auto count = reader_.count(recipe.indices, where + ".indices");
+      if (!count) return count.error();
+      indices.resize(*count);
+      auto done = reader_.read_indices(recipe.indices, where + ".indices", indices.data(), vertex_count);
+      if (!done) return done.error();
+    }
+    if (recipe.mode == TINYGLTF_MODE_TRIANGLE_STRIP) return triangles_of_strip(indices);
+    if (recipe.mode == TINYGLTF_MODE_TRIANGLE_FAN) return triangles_of_fan(indices);
+    if (indices.size() % 3 != 0) {
+      scene_.warnings.push_back(where + " has " + std::to_string(indices.size()) +
+                                " indices, not a multiple of 3: the last are left out");
+      indices.resize(indices.size() / 3 * 3);
+    }
+    return indices;
+  }
+
+  Result<VertexRange> add_vertices(const Recipe& recipe, size_t count, std::vector<uint32_t>& indices,
+                                   const std::string& where) {
+    Recipe key = recipe;
+    key.indices = key.mode = 0;
+    if (recipe.vertices_stand_alone()) {
+      if (const auto known = vertices_.find(key); known != vertices_.end()) return known->second;
+    }
+    auto vertices = read_vertices(recipe, count, where);
+    if (!vertices) return vertices.error();
+    if (recipe.normal == kMissing) make_flat(vertices->positions, vertices->attributes, indices);
+    if (recipe.tangent_uv_set != kMissing) {
+      generate_tangents(vertices->positions, vertices->attributes, indices,
+                        static_cast<uint32_t>(recipe.tangent_uv_set));
+    }
+    if (scene_.positions.size() + vertices->positions.size() > kNone) {
+      return Error{where + ": the file holds more vertices than 32 bits can count"};
+    }
+    const VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
+                            static_cast<uint32_t>(vertices->positions.size())};
+    if (scene_.positions.empty()) {  // the whole of a single large mesh is not copied again
+      scene_.positions = std::move(vertices->positions);
+      scene_.attributes = std::move(vertices->attributes);
+    } else {
+      scene_.positions.insert(scene_.positions.end(), vertices->positions.begin(), vertices->positions.end());
+      scene_.attributes.insert(scene_.attributes.end(), vertices->attributes.begin(),
+                               vertices->attributes.end());
+    }
+    if (recipe.vertices_stand_alone()) vertices_.emplace(key, range);
+    return range;
+  }
+
+  Result<Vertices> read_vertices(const Recipe& recipe, size_t count, const std::string& where) {
+    struct Attribute {
+      const char* name;
+      int accessor;
+      float* first;
+      int components, min_components;
+    };
+    Vertices vertices{std::vector<glm::vec3>(count), std::vector<VertexAttributes>(count)};
+    auto done = reader_.read_floats(recipe.position, where + ".POSITION", &vertices.positions[0].x, 3, 3, 3);
+    if (!done) return done.error();
+    VertexAttributes& first = vertices.attributes[0];
+    const std::array<Attribute, 5> attributes{{{".NORMAL", recipe.normal, &first.normal.x, 3, 3},
+                                               {".TANGENT", recipe.tangent, &first.tangent.x, 4, 4},
+                                               {".TEXCOORD_0", recipe.uv0, &first.uv0.x, 2, 2},
+                                               {".TEXCOORD_1", recipe.uv1, &first.uv1.x, 2, 2},
+                                               {".COLOR_0", recipe.color, &first.color.x, 4, 3}}};
+    for (const Attribute& attribute : attributes) {
+      if (attribute.accessor == kMissing) continue;
+      const std::string name = where + attribute.name;
+      auto own_count = reader_.count(attribute.accessor, name);
+      if (!own_count) return own_count.error();
+      if (*own_count != count) {
+        return Error{name + " has " + std::to_string(*own_count) + " elements, but POSITION has " +
+                     std::to_string(count)};
+      }
+      done = reader_.read_floats(attribute.accessor, name, attribute.first, kAttributeFloats,
+                                 attribute.components, attribute.min_components);
+      if (!done) return done.error();
+    }
+    return vertices;
+  }
+
+  void find_bounds(Primitive& primitive) const {
+    glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
+    for (uint32_t vertex = primitive.first_vertex; vertex < primitive.first_vertex + primitive.vertex_count;
+         ++vertex) {
+      low = glm::min(low, scene_.positions[vertex]);
+      high = glm::max(high, scene_.positions[vertex]);
+    }
+    primitive.bounds_min = low;
+    primitive.bounds_max = high;
+  }
+
+  AccessorReader reader_;
+  const tinygltf::Model& model_;
+  Scene& scene_;
+  std::map<Recipe, Primitive> geometry_;
+  std::map<Recipe, VertexRange> vertices_;
+};
+
+}  // namespace
+
+Result<void> add_meshes(const GltfDocument& document, const LoadLimits& limits, const LoadProgress& progress,
+                        Scene& scene) {
+  MeshLoader loader(document, limits, scene);
+  const auto& meshes = document.model.meshes;
+  for (size_t i = 0; i < meshes.size(); ++i) {
+    if (auto done = loader.add_mesh(meshes[i], element("meshes", i)); !done) return done;
+    if (progress) progress("meshes", i + 1, meshes.size());
+  }
+  return {};
+}
+
+}  // namespace fire3dv::scene

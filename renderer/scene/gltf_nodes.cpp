@@ -1,0 +1,235 @@
+#include "renderer/scene/gltf_nodes.h"
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <optional>
+
+namespace fire3dv::scene {
+namespace {
+
+// Paths repeat the names of all ancestors; a chain of long names must not fill the memory.
+constexpr size_t kMaxPathBytes = size_t{1} << 30;
+
+std::string escaped(const std::string& name) {
+  std::string result;
+  result.reserve(name.size());
+  for (const char c : name) {
+    if (c == '~') {
+      result += "~0";
+    } else if (c == '/') {
+      result += "~1";
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
+// In the file's numbering: each node's parent, with every child index checked and every node below one parent
+// only.
+Result<std::vector<uint32_t>> parents_of(const std::vector<tinygltf::Node>& nodes) {
+  std::vector<uint32_t> parents(nodes.size(), kNone);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    for (const int child : nodes[i].children) {
+      if (!in_range(child, nodes.size()))
+        return out_of_range(element("nodes", i) + ".children", "nodes", child, nodes.size());
+      uint32_t& parent = parents[static_cast<size_t>(child)];
+      if (parent != kNone) {
+        return Error{element("nodes", static_cast<size_t>(child)) + " is a child of " +
+                     element("nodes", parent) + " and of " + element("nodes", i)};
+      }
+      parent = static_cast<uint32_t>(i);
+    }
+  }
+  return parents;
+}
+
+// One parent each: a cycle is found by walking up. Each node is walked once.
+Result<void> refuse_cycles(const std::vector<uint32_t>& parents) {
+  std::vector<uint32_t> walk_of(parents.size(), kNone);
+  for (uint32_t start = 0; start < parents.size(); ++start) {
+    uint32_t node = start;
+    while (node != kNone && walk_of[node] == kNone) {
+      walk_of[node] = start;
+      node = parents[node];
+    }
+    if (node != kNone && walk_of[node] == start)
+      return Error{element("nodes", node) + " is its own ancestor"};
+  }
+  return {};
+}
+
+// Whether a node has a root of the scene above it. Remembers what it found, or deep files would take
+// quadratic time.
+class BelowRoot {
+ public:
+  BelowRoot(const std::vector<uint32_t>& parents, const std::vector<bool>& is_root)
+      : parents_(parents), is_root_(is_root), known_(parents.size()) {}
+
+  bool operator()(uint32_t node) {
+    walked_.clear();
+    uint32_t above = parents_[node];
+    while (above != kNone && !is_root_[above] && !known_[above]) {
+      walked_.push_back(above);
+      above = parents_[above];
+    }
+    const bool below = above != kNone && (is_root_[above] || *known_[above]);
+    for (const uint32_t walked : walked_) known_[walked] = below;
+    return below;
+  }
+
+ private:
+  const std::vector<uint32_t>& parents_;
+  const std::vector<bool>& is_root_;
+  std::vector<std::optional<bool>> known_;
+  std::vector<uint32_t> walked_;
+};
+
+// The nodes that the shown scene starts from.
+Result<std::vector<uint32_t>> roots_of(const GltfDocument& document, const std::vector<uint32_t>& parents,
+                                       std::vector<std::string>& warnings) {
+  const tinygltf::Model& model = document.model;
+  std::vector<uint32_t> roots;
+  if (model.scenes.empty()) {
+    for (uint32_t i = 0; i < parents.size(); ++i) {
+      if (parents[i] == kNone) roots.push_back(i);
+    }
+    return roots;
+  }
+  const int shown = model.defaultScene < 0 ? 0 : model.defaultScene;
+  if (!in_range(shown, model.scenes.size()))
+    return out_of_range("scene", "scenes", shown, model.scenes.size());
+  const std::string where = element("scenes", static_cast<size_t>(shown));
+  std::vector<bool> is_root(parents.size(), false);
+  for (const int node : model.scenes[static_cast<size_t>(shown)].nodes) {
+    if (!in_range(node, parents.size())) return out_of_range(where, "nodes", node, parents.size());
+    if (is_root[static_cast<size_t>(node)]) {
+      warnings.push_back(where + " names " + element("nodes", static_cast<size_t>(node)) + " twice");
+      continue;
+    }
+    is_root[static_cast<size_t>(node)] = true;
+    roots.push_back(static_cast<uint32_t>(node));
+  }
+  // Some exporters list nodes that lie below others. Below a root they are reached anyway.
+  BelowRoot below_root(parents, is_root);
+  std::erase_if(roots, [&](uint32_t node) {
+    if (parents[node] == kNone) return false;
+    const bool reached = below_root(node);
+    warnings.push_back(where + " names " + element("nodes", node) + ", which is not a root" +
+                       (reached ? "; it is shown below its parent" : "; it is shown without its parent"));
+    return reached;
+  });
+  return roots;
+}
+
+Result<void> check_length(const std::vector<double>& numbers, size_t length, const std::string& where,
+                          const char* member) {
+  if (numbers.empty() || numbers.size() == length) return {};
+  return Error{where + "." + member + " holds " + std::to_string(numbers.size()) + " numbers, not " +
+               std::to_string(length)};
+}
+
+Result<glm::mat4> transform_of(const tinygltf::Node& source, const std::string& where) {
+  if (auto ok = check_length(source.matrix, 16, where, "matrix"); !ok) return ok.error();
+  if (auto ok = check_length(source.translation, 3, where, "translation"); !ok) return ok.error();
+  if (auto ok = check_length(source.rotation, 4, where, "rotation"); !ok) return ok.error();
+  if (auto ok = check_length(source.scale, 3, where, "scale"); !ok) return ok.error();
+  if (!source.matrix.empty()) {
+    glm::mat4 matrix;
+    for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = to_float(source.matrix[static_cast<size_t>(i)]);
+    if (matrix[0][3] != 0 || matrix[1][3] != 0 || matrix[2][3] != 0 || matrix[3][3] != 1) {
+      return Error{where + ".matrix is not affine: its last row is not 0 0 0 1"};
+    }
+    return matrix;
+  }
+  const auto vec3_or = [](const std::vector<double>& numbers, glm::vec3 otherwise) {
+    return numbers.empty() ? otherwise
+                           : glm::vec3(to_float(numbers[0]), to_float(numbers[1]), to_float(numbers[2]));
+  };
+  glm::dquat rotation(1, 0, 0, 0);
+  if (!source.rotation.empty()) {
+    const glm::dquat given(source.rotation[3], source.rotation[0], source.rotation[1], source.rotation[2]);
+    const double length = glm::length(given);
+    if (!(length > 1e-6) || !std::isfinite(length))
+      return Error{where + ".rotation is no rotation: its length is not 1"};
+    rotation = given / length;
+  }
+  const glm::mat4 turned = glm::translate(glm::mat4(1), vec3_or(source.translation, glm::vec3(0))) *
+                           glm::mat4(glm::mat4_cast(rotation));
+  return glm::scale(turned, vec3_or(source.scale, glm::vec3(1)));
+}
+
+// A reference of a node to another object: kNone where there is none.
+Result<uint32_t> reference(int index, size_t size, const std::string& where, const char* array) {
+  if (index < 0) return kNone;
+  if (!in_range(index, size)) return out_of_range(where, array, index, size);
+  return static_cast<uint32_t>(index);
+}
+
+int light_index(const tinygltf::Node& source) {
+  const auto extension = source.extensions.find("KHR_lights_punctual");
+  if (extension == source.extensions.end() || !extension->second.Has("light")) return -1;
+  return extension->second.Get("light").GetNumberAsInt();
+}
+
+Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::string& where,
+                     const Scene& scene) {
+  Node node;
+  node.name = source.name;
+  node.parent = parent;
+  auto transform = transform_of(source, where);
+  if (!transform) return transform.error();
+  node.parent_from_node = *transform;
+  node.world_from_node = parent == kNone ? *transform : scene.nodes[parent].world_from_node * *transform;
+  node.path = escaped(source.name);
+  if (parent != kNone) node.path = scene.nodes[parent].path + "/" + node.path;
+
+  auto mesh = reference(source.mesh, scene.meshes.size(), where, "meshes");
+  if (!mesh) return mesh.error();
+  auto camera = reference(source.camera, scene.cameras.size(), where, "cameras");
+  if (!camera) return camera.error();
+  auto light = reference(light_index(source), scene.lights.size(), where, "lights");
+  if (!light) return light.error();
+  node.mesh = *mesh;
+  node.camera = *camera;
+  node.light = *light;
+  return node;
+}
+
+}  // namespace
+
+Result<void> add_nodes(const GltfDocument& document, Scene& scene) {
+  const std::vector<tinygltf::Node>& nodes = document.model.nodes;
+  auto parents = parents_of(nodes);
+  if (!parents) return parents.error();
+  if (auto done = refuse_cycles(*parents); !done) return done;
+  auto roots = roots_of(document, *parents, scene.warnings);
+  if (!roots) return roots.error();
+
+  struct Pending {
+    uint32_t source, parent;
+  };
+  std::vector<Pending> pending;
+  for (auto root = roots->rbegin(); root != roots->rend(); ++root) pending.push_back({*root, kNone});
+  size_t path_bytes = 0;
+  while (!pending.empty()) {
+    const Pending next = pending.back();
+    pending.pop_back();
+    const std::string where = element("nodes", next.source);
+    auto node = node_of(nodes[next.source], next.parent, where, scene);
+    if (!node) return node.error();
+    path_bytes += node->path.size();
+    if (path_bytes > kMaxPathBytes)
+      return Error{where + " lies so deep that the paths of the nodes exceed 1 GiB"};
+    const auto index = static_cast<uint32_t>(scene.nodes.size());
+    scene.nodes.push_back(std::move(*node));
+    const auto& children = nodes[next.source].children;
+    for (auto child = children.rbegin(); child != children.rend(); ++child) {
+      pending.push_back({static_cast<uint32_t>(*child), index});
+    }
+  }
+  return {};
+}
+
+}  // namespace fire3dv::scene

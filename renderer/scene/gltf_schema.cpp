@@ -1,0 +1,296 @@
+#include "renderer/scene/gltf_schema.h"
+
+#include <algorithm>
+#include <array>
+#include <climits>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <unordered_map>
+
+#include "renderer/scene/files.h"
+
+namespace fire3dv::scene {
+namespace {
+
+using nlohmann::json;
+
+// What a member of this name may be, wherever it stands; several bits where glTF uses the name twice.
+enum Shape : unsigned {
+  kIndex = 1,  // 0 .. INT_MAX, tinygltf's int
+  kSize = 2,   // 0 .. 2^53
+  kNumber = 4,
+  kBoolean = 8,
+  kText = 16,
+  kIndices = 32,  // array of kIndex
+  kNumbers = 64,  // array of numbers
+  kObject = 128,
+  kObjects = 256,      // array of objects
+  kIndexMap = 512,     // object of kIndex: attributes
+  kExtensions = 1024,  // object, reduced to the supported ones
+};
+
+const std::unordered_map<std::string_view, unsigned>& shapes() {
+  static const std::unordered_map<std::string_view, unsigned> table{
+      {"buffer", kIndex},
+      {"bufferView", kIndex},
+      {"componentType", kIndex},
+      {"indices", kIndex | kObject},
+      {"material", kIndex},
+      {"mode", kIndex},
+      {"mesh", kIndex},
+      {"camera", kIndex},
+      {"skin", kIndex},
+      {"sampler", kIndex},
+      {"source", kIndex},
+      {"index", kIndex},
+      {"texCoord", kIndex},
+      {"light", kIndex},
+      {"byteStride", kIndex},
+      {"magFilter", kIndex},
+      {"minFilter", kIndex},
+      {"wrapS", kIndex},
+      {"wrapT", kIndex},
+      {"byteOffset", kSize},
+      {"byteLength", kSize},
+      {"count", kSize},
+      {"metallicFactor", kNumber},
+      {"roughnessFactor", kNumber},
+      {"strength", kNumber},
+      {"alphaCutoff", kNumber},
+      {"intensity", kNumber},
+      {"range", kNumber},
+      {"emissiveStrength", kNumber},
+      {"innerConeAngle", kNumber},
+      {"outerConeAngle", kNumber},
+      {"yfov", kNumber},
+      {"znear", kNumber},
+      {"zfar", kNumber},
+      {"xmag", kNumber},
+      {"ymag", kNumber},
+      {"aspectRatio", kNumber},
+      {"scale", kNumber | kNumbers},
+      {"rotation", kNumber | kNumbers},
+      {"matrix", kNumbers},
+      {"translation", kNumbers},
+      {"baseColorFactor", kNumbers},
+      {"emissiveFactor", kNumbers},
+      {"color", kNumbers},
+      {"offset", kNumbers},
+      {"doubleSided", kBoolean},
+      {"normalized", kBoolean},
+      {"type", kText},
+      {"alphaMode", kText},
+      {"name", kText},
+      {"mimeType", kText},
+      {"uri", kText},
+      {"children", kIndices},
+      {"nodes", kIndices},
+      {"pbrMetallicRoughness", kObject},
+      {"baseColorTexture", kObject},
+      {"metallicRoughnessTexture", kObject},
+      {"normalTexture", kObject},
+      {"occlusionTexture", kObject},
+      {"emissiveTexture", kObject},
+      {"sparse", kObject},
+      {"values", kObject},
+      {"perspective", kObject},
+      {"orthographic", kObject},
+      {"spot", kObject},
+      {"primitives", kObjects},
+      {"lights", kObjects},
+      {"attributes", kIndexMap},
+      {"extensions", kExtensions},
+  };
+  return table;
+}
+
+constexpr std::array<std::string_view, 11> kRootArrays{"accessors", "bufferViews", "buffers", "cameras",
+                                                       "images",    "materials",   "meshes",  "nodes",
+                                                       "samplers",  "scenes",      "textures"};
+
+// Integers may be written as 3.0; such a value is made an integer, since tinygltf takes it for none.
+bool is_integer(json& value, double max) {
+  if (!value.is_number()) return false;
+  const double number = value.get<double>();
+  if (!(number >= 0 && number <= max) || number != static_cast<double>(static_cast<uint64_t>(number)))
+    return false;
+  if (!value.is_number_unsigned()) value = static_cast<uint64_t>(number);
+  return true;
+}
+bool is_index(json& value) {
+  return is_integer(value, INT_MAX);
+}
+
+template <typename Check>
+bool all_of(json& container, Check check) {
+  return std::all_of(container.begin(), container.end(), check);
+}
+
+constexpr double kLargestSize = 9007199254740992.0;
+
+bool fits(json& value, unsigned shape, double largest_size = kLargestSize) {
+  if ((shape & kIndex) && is_index(value)) return true;
+  if ((shape & kSize) && is_integer(value, largest_size)) return true;
+  if ((shape & kNumber) && value.is_number()) return true;
+  if ((shape & kBoolean) && value.is_boolean()) return true;
+  if ((shape & kText) && value.is_string()) return true;
+  if (value.is_array()) {
+    if ((shape & kIndices) && all_of(value, is_index)) return true;
+    if ((shape & kNumbers) && all_of(value, [](json& v) { return v.is_number(); })) return true;
+    return (shape & kObjects) && all_of(value, [](json& v) { return v.is_object(); });
+  }
+  if (value.is_object()) {
+    if ((shape & kIndexMap)) return all_of(value, is_index);
+    return shape & (kObject | kExtensions);
+  }
+  return false;
+}
+
+Result<void> reduce(json& object, const std::string& where);
+
+Result<void> reduce_extensions(json& extensions, const std::string& where) {
+  for (auto member = extensions.begin(); member != extensions.end();) {
+    if (!extension_supported(member.key()) || !member->is_object()) {
+      member = extensions.erase(member);
+      continue;
+    }
+    if (auto done = reduce(*member, where + "." + member.key()); !done) return done;
+    ++member;
+  }
+  return {};
+}
+
+Result<void> reduce(json& object, const std::string& where) {
+  // tinygltf keeps the sizes of sparse accessors as int.
+  const double largest_size = where.find(".sparse") != std::string::npos ? INT_MAX : kLargestSize;
+  for (auto member = object.begin(); member != object.end();) {
+    const auto known = shapes().find(member.key());
+    if (known == shapes().end()) {
+      member = object.erase(member);
+      continue;
+    }
+    json& value = *member;
+    if (!fits(value, known->second, largest_size))
+      return Error{where + ": " + member.key() + " is not of the type that glTF says"};
+    if (known->second == kExtensions) {
+      if (auto done = reduce_extensions(value, where + ".extensions"); !done) return done;
+    } else if (known->second == kObjects) {
+      for (size_t i = 0; i < value.size(); ++i) {
+        const std::string element = where + "." + member.key() + "[" + std::to_string(i) + "]";
+        if (auto done = reduce(value[i], element); !done) return done;
+        // tinygltf drops such a primitive, and the numbers of the others would change.
+        if (member.key() == "primitives" && !value[i].contains("attributes")) {
+          return Error{element + ": attributes is missing"};
+        }
+      }
+    } else if ((known->second & kObject) && value.is_object()) {
+      if (auto done = reduce(value, where + "." + member.key()); !done) return done;
+    }
+    ++member;
+  }
+  return {};
+}
+
+Result<void> check_version(const json& document) {
+  const auto asset = document.find("asset");
+  if (asset == document.end() || !asset->is_object())
+    return Error{"asset is missing: this is not a glTF 2.0 file"};
+  for (const char* member : {"version", "minVersion"}) {
+    const auto version = asset->find(member);
+    if (version == asset->end()) {
+      if (member == std::string_view("version"))
+        return Error{"asset.version is missing: this is not a glTF 2.0 file"};
+      continue;
+    }
+    if (!version->is_string()) return Error{std::string("asset.") + member + " is not a string"};
+    const auto& text = version->get_ref<const std::string&>();
+    const bool readable = member == std::string_view("version") ? text.starts_with("2.") : text <= "2.0";
+    if (!readable)
+      return Error{std::string("asset.") + member + " is " + quote(text) + ": only glTF 2.0 is supported"};
+  }
+  return {};
+}
+
+Result<void> check_extensions(const json& document, std::vector<std::string>& warnings) {
+  std::vector<std::string> required;
+  for (const char* member : {"extensionsRequired", "extensionsUsed"}) {
+    const auto list = document.find(member);
+    if (list == document.end()) continue;
+    if (!list->is_array()) return Error{std::string(member) + " is not an array"};
+    for (const json& name : *list) {
+      if (!name.is_string()) return Error{std::string(member) + " holds something that is not a string"};
+      if (extension_supported(name)) continue;
+      if (member == std::string_view("extensionsRequired")) {
+        return Error{"the file requires the extension " + quote(name.get<std::string>()) +
+                     ", which is not supported: export it without"};
+      }
+      warnings.push_back("the extension " + quote(name.get<std::string>()) +
+                         " is not supported and left out");
+    }
+  }
+  return {};
+}
+
+// Later stages of the loader read these; until then the file is drawn at rest.
+void warn_of_motion(const json& document, std::vector<std::string>& warnings) {
+  const auto filled = [](const json& object, const char* member) {
+    const auto found = object.find(member);
+    return found != object.end() && found->is_array() && !found->empty();
+  };
+  if (filled(document, "animations")) warnings.push_back("animations are not played");
+  if (filled(document, "skins"))
+    warnings.push_back("skins are not applied: skinned meshes are drawn at rest");
+  const auto meshes = document.find("meshes");
+  if (meshes == document.end() || !meshes->is_array()) return;
+  for (const json& mesh : *meshes) {
+    const auto primitives = mesh.find("primitives");
+    if (!mesh.is_object() || primitives == mesh.end() || !primitives->is_array()) continue;
+    for (const json& primitive : *primitives) {
+      if (!primitive.is_object() || !filled(primitive, "targets")) continue;
+      warnings.push_back("morph targets are not applied");
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+bool extension_supported(const std::string& name) {
+  static constexpr std::array<std::string_view, 5> supported{
+      "KHR_lights_punctual", "KHR_materials_unlit", "KHR_materials_emissive_strength",
+      "KHR_texture_transform", "KHR_mesh_quantization"};
+  return std::find(supported.begin(), supported.end(), name) != supported.end();
+}
+
+Result<void> check_and_reduce(json& document, std::vector<std::string>& warnings) {
+  if (!document.is_object()) return Error{"the JSON is not an object"};
+  if (auto done = check_version(document); !done) return done;
+  if (auto done = check_extensions(document, warnings); !done) return done;
+  warn_of_motion(document, warnings);
+
+  json reduced = json::object();
+  reduced["asset"]["version"] = "2.0";
+  if (const auto scene = document.find("scene"); scene != document.end()) {
+    if (!is_index(*scene)) return Error{"scene is not an index"};
+    reduced["scene"] = *scene;
+  }
+  for (const std::string_view name : kRootArrays) {
+    const auto array = document.find(name);
+    if (array == document.end()) continue;
+    if (!fits(*array, kObjects)) return Error{std::string(name) + " is not an array of objects"};
+    for (size_t i = 0; i < array->size(); ++i) {
+      auto done = reduce((*array)[i], std::string(name) + "[" + std::to_string(i) + "]");
+      if (!done) return done;
+    }
+    reduced[std::string(name)] = std::move(*array);
+  }
+  if (const auto extensions = document.find("extensions"); extensions != document.end()) {
+    if (!extensions->is_object()) return Error{"extensions is not an object"};
+    if (auto done = reduce_extensions(*extensions, "extensions"); !done) return done;
+    reduced["extensions"] = std::move(*extensions);
+  }
+  document = std::move(reduced);
+  return {};
+}
+
+}  // namespace fire3dv::scene

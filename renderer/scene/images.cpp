@@ -1,0 +1,82 @@
+#include "renderer/scene/images.h"
+
+#include <algorithm>
+#include <atomic>
+#include <climits>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#include <stb/stb_image.h>
+
+namespace fire3dv::scene {
+namespace {
+
+Result<Image> decode(const EncodedImage& encoded, uint64_t max_pixels) {
+  if (encoded.bytes.size() > INT_MAX) return Error{encoded.where + " is larger than 2 GiB"};
+  const auto* data = reinterpret_cast<const stbi_uc*>(encoded.bytes.data());
+  const int size = static_cast<int>(encoded.bytes.size());
+  int width = 0, height = 0, channels = 0;
+  if (!stbi_info_from_memory(data, size, &width, &height, &channels) || width <= 0 || height <= 0) {
+    return Error{encoded.where + " is neither a PNG nor a JPEG that can be read"};
+  }
+  const uint64_t pixels = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
+  if (pixels > max_pixels) {
+    return Error{encoded.where + " is " + std::to_string(width) + " x " + std::to_string(height) +
+                 " pixels large; at most " + std::to_string(max_pixels) + " pixels are read"};
+  }
+  const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(
+      stbi_load_from_memory(data, size, &width, &height, &channels, STBI_rgb_alpha), stbi_image_free);
+  if (!rgba) return Error{encoded.where + " cannot be decoded: " + stbi_failure_reason()};
+  Image image;
+  image.name = encoded.name;
+  image.width = static_cast<uint32_t>(width);
+  image.height = static_cast<uint32_t>(height);
+  image.rgba8.assign(rgba.get(), rgba.get() + static_cast<size_t>(image.width) * image.height * 4);
+  return image;
+}
+
+Result<Image> decode_or_out_of_memory(const EncodedImage& encoded, uint64_t max_pixels) {
+  try {
+    return decode(encoded, max_pixels);
+  } catch (const std::bad_alloc&) {
+    return Error{encoded.where + " does not fit into memory"};
+  }
+}
+
+}  // namespace
+
+Result<std::vector<Image>> decode_images(std::span<const EncodedImage> encoded, uint64_t max_pixels,
+                                         const std::function<void(size_t done)>& progress) {
+  std::vector<std::optional<Result<Image>>> results(encoded.size());
+  std::atomic<size_t> next{0}, done{0};
+  const auto work = [&](bool report) {
+    for (size_t i = next++; i < encoded.size(); i = next++) {
+      results[i].emplace(decode_or_out_of_memory(encoded[i], max_pixels));
+      ++done;
+      if (report && progress) progress(done);
+    }
+  };
+  {
+    std::vector<std::jthread> helpers;
+    const size_t threads = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, 8);
+    for (size_t i = 1; i < std::min(threads, encoded.size()); ++i) helpers.emplace_back(work, false);
+    work(true);
+  }
+  if (progress && !encoded.empty()) progress(encoded.size());
+
+  std::vector<Image> images;
+  images.reserve(encoded.size());
+  for (auto& result : results) {
+    if (!result->ok()) return result->error();
+    images.push_back(std::move(**result));
+  }
+  return images;
+}
+
+}  // namespace fire3dv::scene

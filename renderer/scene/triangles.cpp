@@ -1,0 +1,48 @@
+#include "renderer/scene/triangles.h"
+
+#include <cmath>
+
+namespace fire3dv::scene {
+
+std::vector<uint32_t> triangles_of_strip(std::span<const uint32_t> strip) {
+  std::vector<uint32_t> triangles;
+  if (strip.size() < 3) return triangles;
+  triangles.reserve((strip.size() - 2) * 3);
+  for (size_t i = 0; i + 2 < strip.size(); ++i) {
+    // Every second triangle runs the other way round: {i, i + (1 + i % 2), i + (2 - i % 2)}.
+    const uint32_t a = strip[i], b = strip[i + 1 + i % 2], c = strip[i + 2 - i % 2];
+    if (a != b && b != c && c != a) triangles.insert(triangles.end(), {a, b, c});
+  }
+  return triangles;
+}
+
+std::vector<uint32_t> triangles_of_fan(std::span<const uint32_t> fan) {
+  std::vector<uint32_t> triangles;
+  if (fan.size() < 3) return triangles;
+  triangles.reserve((fan.size() - 2) * 3);
+  for (size_t i = 1; i + 1 < fan.size(); ++i) triangles.insert(triangles.end(), {fan[i], fan[i + 1], fan[0]});
+  return triangles;
+}
+
+void make_flat(std::vector<glm::vec3>& positions, std::vector<VertexAttributes>& attributes,
+               std::span<uint32_t> indices) {
+  std::vector<glm::vec3> corner_positions(indices.size());
+  std::vector<VertexAttributes> corner_attributes(indices.size());
+  for (size_t i = 0; i + 2 < indices.size(); i += 3) {
+    const glm::vec3& a = positions[indices[i]];
+    const glm::vec3 cross = glm::cross(positions[indices[i + 1]] - a, positions[indices[i + 2]] - a);
+    const float length = std::sqrt(glm::dot(cross, cross));
+    // A triangle without an area is not seen, but its normal must be a number.
+    const glm::vec3 normal = length > 0 && std::isfinite(length) ? cross / length : glm::vec3(0, 0, 1);
+    for (size_t corner = i; corner < i + 3; ++corner) {
+      corner_positions[corner] = positions[indices[corner]];
+      corner_attributes[corner] = attributes[indices[corner]];
+      corner_attributes[corner].normal = normal;
+      indices[corner] = static_cast<uint32_t>(corner);
+    }
+  }
+  positions = std::move(corner_positions);
+  attributes = std::move(corner_attributes);
+}
+
+}  // namespace fire3dv::scene
