@@ -43,7 +43,7 @@ enum {
   FIRE3DV_ERROR_TIMEOUT = -4   /* fire3dv_wait_ack only */
 };
 
-/* Zero-initialised fields mean the default. struct_size lets later versions add fields. */
+/* Zero-initialised fields mean the default, but struct_size must be set: it lets later versions add fields. */
 typedef struct fire3dv_options {
   size_t struct_size;       /* sizeof(fire3dv_options) */
   const char *adapter_name; /* for people; default "generic" */
@@ -87,12 +87,13 @@ FIRE3DV_API fire3dv_stream *fire3dv_open(const char *uri, const fire3dv_options 
  * go. Blocks for no one; allocates. */
 FIRE3DV_API int fire3dv_describe(fire3dv_stream *stream, const fire3dv_description *description);
 
-/* Publishes one whole frame: pose_count (= the description's node_count) matrices of 12 floats. NaN and infinity are
- * refused with FIRE3DV_ERROR_ARGUMENT. flags: FIRE3DV_FRAME_*. */
+/* Publishes one whole frame: pose_count (= the description's node_count) matrices of 12 floats. NaN, infinity and
+ * magnitudes above 1e12 are refused with FIRE3DV_ERROR_ARGUMENT. flags: FIRE3DV_FRAME_*. */
 FIRE3DV_API int fire3dv_publish(fire3dv_stream *stream, int64_t sim_time_ns, const float *stream_from_body,
                                 size_t pose_count, uint32_t flags);
 
-/* Reads what renderers have answered and fills *status. Never waits. Call it now and then. */
+/* Reads what renderers have answered, fills *status unless status is NULL, and answers their questions about the clock.
+ * Never waits. Call it now and then. */
 FIRE3DV_API int fire3dv_poll(fire3dv_stream *stream, fire3dv_status *status);
 
 /* Lockstep: waits until a renderer has shown this sequence of the current epoch, or timeout_ms is over. */
@@ -101,7 +102,8 @@ FIRE3DV_API int fire3dv_wait_ack(fire3dv_stream *stream, uint64_t sequence, uint
 /* Ends the stream in order, frees it and sets *stream to NULL. NULL and pointer to NULL are fine. */
 FIRE3DV_API void fire3dv_close(fire3dv_stream **stream);
 
-/* The reason of this thread's last failed call, or "". Valid until the thread's next call. */
+/* The reason of this thread's last failed call, or "". Valid until the thread's next call; a call that succeeds leaves
+ * it as it is. */
 FIRE3DV_API const char *fire3dv_last_error(void);
 
 #ifdef __cplusplus

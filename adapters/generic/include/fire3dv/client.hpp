@@ -1,0 +1,145 @@
+// FIRE-3DV client for C++17: the C interface of client.h with ownership, containers and exceptions. Header
+// only; link with fire3dv-client. Units, frames, thread-safety, waiting and allocation are as client.h says.
+//
+//   fire3dv::Stream stream("shm://demo", "my simulator");
+//   stream.describe({"base", "arm"});
+//   loop { step(); stream.publish(sim_time, poses); }   // poses: std::vector<fire3dv::Pose>
+//
+// Errors: every function that can fail throws fire3dv::ClientError. A missing renderer is not an error.
+#ifndef FIRE3DV_CLIENT_HPP
+#define FIRE3DV_CLIENT_HPP
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fire3dv/client.h"
+
+namespace fire3dv {
+
+// stream_from_body: 3x4, row-major. A container of these is what the library takes, without a copy.
+using Pose = std::array<float, 12>;
+static_assert(sizeof(Pose) == 48, "poses must lie in memory one after the other");
+
+// what() is the sentence of fire3dv_last_error, code() one of FIRE3DV_ERROR_* (FIRE3DV_ERROR_ARGUMENT for all
+// failures of opening, whose cause the sentence tells).
+class ClientError : public std::runtime_error {
+ public:
+  ClientError(int code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}
+  int code() const noexcept { return code_; }
+
+ private:
+  int code_;
+};
+
+// What a stream moves. Empty members mean the default.
+struct Description {
+  std::vector<std::string> node_names;
+  std::vector<double> world_from_stream;  // 12 doubles, row-major; empty: identity
+  std::vector<Pose> body_from_node;       // none, one for all nodes, or one per node
+  double nominal_rate_hz = 0;             // 0: unknown
+  std::string scene_uri;                  // a hint for people and recordings
+};
+
+// Owns a stream; movable, not copyable. One thread at a time.
+class Stream {
+ public:
+  // uri: "shm://NAME", "tcp://HOST:PORT" or "udp://HOST:PORT".
+  explicit Stream(const std::string& uri, const std::string& adapter_name = {}) {
+    fire3dv_options options{};
+    options.struct_size = sizeof options;
+    if (!adapter_name.empty()) options.adapter_name = adapter_name.c_str();
+    stream_ = fire3dv_open(uri.c_str(), &options);
+    if (!stream_) throw ClientError(FIRE3DV_ERROR_ARGUMENT, fire3dv_last_error());
+  }
+  ~Stream() { fire3dv_close(&stream_); }
+  Stream(Stream&& other) noexcept : stream_(std::exchange(other.stream_, nullptr)) {}
+  Stream& operator=(Stream&& other) noexcept {
+    std::swap(stream_, other.stream_);
+    return *this;
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  // Says which nodes the poses move; starts a new epoch. May be called again when bodies come or go.
+  void describe(const Description& description) {
+    const auto& matrix = description.world_from_stream;
+    if (!matrix.empty() && matrix.size() != 12) {
+      throw ClientError(FIRE3DV_ERROR_ARGUMENT, "world_from_stream must be empty or hold 12 numbers");
+    }
+    std::vector<const char*> names;
+    names.reserve(description.node_names.size());
+    for (const std::string& name : description.node_names) {
+      if (name.find('\0') != std::string::npos) {
+        throw ClientError(FIRE3DV_ERROR_ARGUMENT,
+                          "node_names[" + std::to_string(names.size()) + "] holds a NUL");
+      }
+      names.push_back(name.c_str());
+    }
+    fire3dv_description raw{};
+    raw.struct_size = sizeof raw;
+    raw.node_names = names.data();
+    raw.node_count = names.size();
+    raw.world_from_stream = matrix.empty() ? nullptr : matrix.data();
+    raw.body_from_node =
+        description.body_from_node.empty() ? nullptr : description.body_from_node.front().data();
+    raw.body_from_node_count = description.body_from_node.size();
+    raw.nominal_rate_hz = description.nominal_rate_hz;
+    raw.scene_uri = description.scene_uri.empty() ? nullptr : description.scene_uri.c_str();
+    check(fire3dv_describe(stream_, &raw));
+  }
+  void describe(std::vector<std::string> node_names) {
+    Description description;
+    description.node_names = std::move(node_names);
+    describe(description);
+  }
+
+  // One pose per described node, in the same order. flags: FIRE3DV_FRAME_*.
+  void publish(std::chrono::nanoseconds sim_time, const std::vector<Pose>& stream_from_body,
+               uint32_t flags = 0) {
+    const float* first = stream_from_body.empty() ? nullptr : stream_from_body.front().data();
+    publish(sim_time, first, stream_from_body.size(), flags);
+  }
+  // The same from any memory of pose_count times 12 floats.
+  void publish(std::chrono::nanoseconds sim_time, const float* stream_from_body, std::size_t pose_count,
+               uint32_t flags = 0) {
+    check(fire3dv_publish(stream_, sim_time.count(), stream_from_body, pose_count, flags));
+  }
+
+  // Reads what renderers have answered. Never waits.
+  fire3dv_status poll() {
+    fire3dv_status status{};
+    status.struct_size = sizeof status;
+    check(fire3dv_poll(stream_, &status));
+    return status;
+  }
+
+  // Lockstep: true when a renderer has shown this frame, false when the time is over.
+  bool wait_ack(uint64_t sequence, std::chrono::milliseconds timeout) {
+    const auto milliseconds = std::clamp<std::chrono::milliseconds::rep>(timeout.count(), 0, UINT32_MAX);
+    const int code = fire3dv_wait_ack(stream_, sequence, static_cast<uint32_t>(milliseconds));
+    if (code == FIRE3DV_ERROR_TIMEOUT) return false;
+    check(code);
+    return true;
+  }
+
+  // The C stream, for what this wrapper lacks. Stays ours.
+  fire3dv_stream* get() const noexcept { return stream_; }
+
+ private:
+  static void check(int code) {
+    if (code != FIRE3DV_OK) throw ClientError(code, fire3dv_last_error());
+  }
+
+  fire3dv_stream* stream_ = nullptr;
+};
+
+}  // namespace fire3dv
+
+#endif

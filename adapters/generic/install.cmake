@@ -1,0 +1,22 @@
+# What a simulator's author gets: headers, the library, find_package(fire3dv) and pkg-config. The component "client" can
+# be installed alone: cmake --install build/release --component client --prefix DIR
+include(CMakePackageConfigHelpers)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fire3dv)
+
+install(TARGETS fire3dv_client EXPORT fire3dv
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT client NAMELINK_COMPONENT client)
+install(DIRECTORY include/fire3dv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT client)
+install(EXPORT fire3dv NAMESPACE fire3dv:: FILE fire3dv-targets.cmake DESTINATION ${package_dir} COMPONENT client)
+
+configure_package_config_file(cmake/fire3dv-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-config.cmake
+  INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/fire3dv-config-version.cmake
+  VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-config-version.cmake
+  DESTINATION ${package_dir} COMPONENT client)
+
+# The prefix is found from where the .pc file lies, so that the installed tree may be moved.
+file(RELATIVE_PATH prefix_from_pc /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+configure_file(cmake/fire3dv-client.pc.in ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-client.pc @ONLY)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-client.pc
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT client)

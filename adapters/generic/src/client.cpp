@@ -1,0 +1,184 @@
+// The C functions: arguments are checked here, the stream does the work.
+#include "fire3dv/client.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "last_error.h"
+#include "protocol/transport/open.h"
+#include "protocol/transport/uri.h"
+#include "protocol/wire/check.h"
+#include "stream.h"
+
+using fire3dv::client::fail;
+using fire3dv::client::guarded;
+namespace wire = fire3dv::wire;
+
+namespace {
+
+constexpr uint32_t kKnownFlags = FIRE3DV_FRAME_DISCONTINUITY;
+constexpr long kAckPollNs = 100'000;  // short beside a frame, long beside a poll
+
+static_assert(int{FIRE3DV_FRAME_DISCONTINUITY} == int{wire::kFrameDiscontinuity});
+
+int fail_struct(const char* name, size_t struct_size, size_t known_size) {
+  const std::string text = std::string(name) + ".struct_size is " + std::to_string(struct_size);
+  return fail(FIRE3DV_ERROR_ARGUMENT, text + "; set it to sizeof(fire3dv_" + name + ") (" +
+                                          std::to_string(known_size) +
+                                          " in this version of the library), and leave unknown fields 0");
+}
+
+int fail_null_stream() {
+  return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
+}
+
+int open(const char* uri, const fire3dv_options* options, fire3dv_stream** result) {
+  if (!uri) return fail(FIRE3DV_ERROR_ARGUMENT, "uri is NULL");
+  auto stream = std::make_unique<fire3dv_stream>();
+  stream->adapter_name = "generic";
+  if (options) {
+    if (!fire3dv::client::struct_is_known(options, options->struct_size, sizeof *options)) {
+      return fail_struct("options", options->struct_size, sizeof *options);
+    }
+    const uint32_t limit = fire3dv::client::outgoing_limits().max_name_bytes;
+    if (options->adapter_name)
+      stream->adapter_name.assign(options->adapter_name, strnlen(options->adapter_name, limit + 1));
+    const auto good = wire::check_text("options.adapter_name", stream->adapter_name, limit);
+    if (!good.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+  }
+  const auto parsed = fire3dv::transport::parse_uri(uri);
+  if (!parsed.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, parsed.error().message);
+  auto link = fire3dv::transport::open_publisher(uri);
+  if (!link.ok()) return fail(FIRE3DV_ERROR_SYSTEM, link.error().message);
+  stream->link = std::move(*link);
+  *result = stream.release();
+  return FIRE3DV_OK;
+}
+
+int describe(fire3dv_stream* stream, const fire3dv_description* description) {
+  if (!stream) return fail_null_stream();
+  if (!description) return fail(FIRE3DV_ERROR_ARGUMENT, "description is NULL");
+  if (!fire3dv::client::struct_is_known(description, description->struct_size, sizeof *description)) {
+    return fail_struct("description", description->struct_size, sizeof *description);
+  }
+  auto message = fire3dv::client::read_description(*description);
+  if (!message.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, message.error().message);
+  const auto taken = stream->describe(std::move(*message));
+  if (!taken.ok()) return fail(FIRE3DV_ERROR_SYSTEM, taken.error().message);
+  return FIRE3DV_OK;
+}
+
+int publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_from_body, size_t pose_count,
+            uint32_t flags) {
+  if (!stream) return fail_null_stream();
+  if (stream->epoch == 0) {
+    return fail(FIRE3DV_ERROR_STATE,
+                "the stream has no description yet: call fire3dv_describe before fire3dv_publish");
+  }
+  if (pose_count != stream->node_count) {
+    return fail(FIRE3DV_ERROR_ARGUMENT, "pose_count is " + std::to_string(pose_count) + " but " +
+                                            std::to_string(stream->node_count) + " nodes were described");
+  }
+  if (!stream_from_body && pose_count > 0) return fail(FIRE3DV_ERROR_ARGUMENT, "stream_from_body is NULL");
+  if ((flags & ~kKnownFlags) != 0) {
+    return fail(FIRE3DV_ERROR_ARGUMENT,
+                "flags is " + std::to_string(flags) + "; only FIRE3DV_FRAME_* bits may be set");
+  }
+  const std::span poses(reinterpret_cast<const wire::Affine3x4*>(stream_from_body), pose_count);
+  const auto good =
+      wire::check_poses("stream_from_body", poses, fire3dv::client::outgoing_limits().max_abs_value);
+  if (!good.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+  stream->publish(sim_time_ns, flags, poses);
+  return FIRE3DV_OK;
+}
+
+void fill(fire3dv_status& status, const fire3dv_stream& stream) {
+  const fire3dv::transport::LinkStats stats = stream.link->stats();
+  status.renderers = stats.peers;
+  status.epoch = stream.epoch;
+  status.sequence = stream.sequence;
+  status.acked_sequence = stream.acked_sequence;
+  status.frames_published = stream.frames_published;
+  status.frames_dropped = stats.poses_dropped;
+  status.welcome = stream.welcome;
+  status.unmatched_names = stream.unmatched_names;
+  const size_t length = std::min(stream.welcome_message.size(), sizeof status.welcome_message - 1);
+  std::memcpy(status.welcome_message, stream.welcome_message.data(), length);
+  status.welcome_message[length] = '\0';
+}
+
+int poll(fire3dv_stream* stream, fire3dv_status* status) {
+  if (!stream) return fail_null_stream();
+  if (status && status->struct_size < sizeof *status) {
+    return fail_struct("status", status->struct_size, sizeof *status);
+  }
+  stream->read_replies();
+  if (status) fill(*status, *stream);
+  return FIRE3DV_OK;
+}
+
+int wait_ack(fire3dv_stream* stream, uint64_t sequence, uint32_t timeout_ms) {
+  if (!stream) return fail_null_stream();
+  if (stream->epoch == 0)
+    return fail(FIRE3DV_ERROR_STATE, "the stream has no description yet: no frame can be shown");
+  if (sequence == 0 || sequence > stream->sequence) {
+    return fail(FIRE3DV_ERROR_ARGUMENT, "sequence is " + std::to_string(sequence) + "; frames 1 to " +
+                                            std::to_string(stream->sequence) + " were published");
+  }
+  const uint64_t end_ns = fire3dv::client::monotonic_now_ns() + uint64_t{timeout_ms} * 1'000'000;
+  for (;;) {
+    stream->read_replies();
+    if (stream->acked_sequence >= sequence) return FIRE3DV_OK;
+    if (fire3dv::client::monotonic_now_ns() >= end_ns) break;
+    const timespec pause{0, kAckPollNs};
+    ::nanosleep(&pause, nullptr);
+  }
+  return fail(FIRE3DV_ERROR_TIMEOUT, "no renderer has shown frame " + std::to_string(sequence) + " within " +
+                                         std::to_string(timeout_ms) + " ms");
+}
+
+}  // namespace
+
+const char* fire3dv_version(void) {
+  return FIRE3DV_VERSION;
+}
+
+fire3dv_stream* fire3dv_open(const char* uri, const fire3dv_options* options) {
+  fire3dv_stream* stream = nullptr;
+  guarded([&] { return open(uri, options, &stream); });
+  return stream;
+}
+
+int fire3dv_describe(fire3dv_stream* stream, const fire3dv_description* description) {
+  return guarded([&] { return describe(stream, description); });
+}
+
+int fire3dv_publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_from_body,
+                    size_t pose_count, uint32_t flags) {
+  return guarded([&] { return publish(stream, sim_time_ns, stream_from_body, pose_count, flags); });
+}
+
+int fire3dv_poll(fire3dv_stream* stream, fire3dv_status* status) {
+  return guarded([&] { return poll(stream, status); });
+}
+
+int fire3dv_wait_ack(fire3dv_stream* stream, uint64_t sequence, uint32_t timeout_ms) {
+  return guarded([&] { return wait_ack(stream, sequence, timeout_ms); });
+}
+
+void fire3dv_close(fire3dv_stream** stream) {
+  if (!stream || !*stream) return;
+  guarded([&] {
+    if ((*stream)->epoch != 0) (*stream)->link->send_control(wire::encode(wire::Goodbye{(*stream)->epoch}));
+    return FIRE3DV_OK;
+  });
+  delete *stream;
+  *stream = nullptr;
+}
+
+const char* fire3dv_last_error(void) {
+  return fire3dv::client::last_error();
+}

@@ -1,0 +1,99 @@
+#include "stream.h"
+
+#include <algorithm>
+
+#include "protocol/transport/random.h"
+#include "protocol/wire/check.h"
+
+namespace wire = fire3dv::wire;
+
+namespace {
+
+constexpr int kMaxRepliesPerCall = 256;
+
+void append_names(std::string& text, const char* what, const std::vector<std::string>& names) {
+  if (names.empty()) return;
+  if (!text.empty()) text += "; ";
+  text += what;
+  for (size_t i = 0; i < names.size() && text.size() < sizeof(fire3dv_status::welcome_message); ++i) {
+    text += (i ? ", " : " ") + names[i];
+  }
+}
+
+std::string sentence_for_people(const wire::Welcome& answer) {
+  std::string text = answer.message;
+  if (answer.protocol_major != wire::kProtocolMajor) {
+    text = "the renderer speaks protocol " + std::to_string(answer.protocol_major) + "." +
+           std::to_string(answer.protocol_minor) + ", this library " + std::to_string(wire::kProtocolMajor) +
+           "." + std::to_string(wire::kProtocolMinor) + ": use versions with the same major number";
+  }
+  append_names(text, "no scene node is called", answer.unmatched_names);
+  append_names(text, "another stream drives", answer.conflicting_names);
+  return wire::printable(text, sizeof(fire3dv_status::welcome_message) - 1);
+}
+
+}  // namespace
+
+fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription description) {
+  description.epoch = fire3dv::transport::random_id();
+  description.adapter_name = adapter_name;
+  description.clock = fire3dv::client::read_clocks();
+  const fire3dv::Result<void> taken = link->set_description(wire::encode(description));
+  if (!taken.ok()) return taken;
+  epoch = description.epoch;
+  node_count = static_cast<uint32_t>(description.node_names.size());
+  max_pose_message_bytes = link->max_pose_message_bytes();
+  poses_per_part = wire::poses_per_part(max_pose_message_bytes);
+  sequence = 0;
+  acked_sequence = 0;
+  welcome = -1;
+  unmatched_names = 0;
+  welcome_message.clear();
+  return {};
+}
+
+void fire3dv_stream::publish(int64_t sim_time_ns, uint32_t flags,
+                             std::span<const wire::Affine3x4> stream_from_body) {
+  wire::PoseFrameView frame;
+  frame.header = {epoch, ++sequence, sim_time_ns, fire3dv::client::monotonic_now_ns(), 0, flags};
+  frame.node_count = node_count;
+  ++frames_published;
+  if (stream_from_body.size() <= poses_per_part) {
+    frame.poses = stream_from_body;
+    link->publish(encoder.encode(frame));
+    return;
+  }
+  for (size_t first = 0; first < stream_from_body.size(); first += poses_per_part) {
+    const size_t count = std::min<size_t>(poses_per_part, stream_from_body.size() - first);
+    frame.first_node = static_cast<uint32_t>(first);
+    frame.poses = stream_from_body.subspan(first, count);
+    link->publish(encoder.encode(frame), first + count == stream_from_body.size());
+  }
+}
+
+void fire3dv_stream::read_replies() {
+  for (int i = 0; i < kMaxRepliesPerCall && link->poll(reply); ++i) {
+    const fire3dv::Result<wire::Message> message = decoder.decode(reply);
+    if (!message.ok()) continue;  // a renderer's fault: dropped, as the specification asks
+    if (const auto* answer = std::get_if<wire::Welcome>(&*message)) on(*answer);
+    if (const auto* ack = std::get_if<wire::Ack>(&*message)) on(*ack);
+    if (const auto* ping = std::get_if<wire::Ping>(&*message)) on(*ping);
+  }
+}
+
+// Epoch 0 answers a description that the renderer could not read, so it may well be ours.
+void fire3dv_stream::on(const wire::Welcome& answer) {
+  if (answer.epoch != epoch && answer.epoch != 0) return;
+  welcome = static_cast<int32_t>(answer.status);
+  unmatched_names = static_cast<uint32_t>(answer.unmatched_names.size());
+  welcome_message = sentence_for_people(answer);
+}
+
+void fire3dv_stream::on(const wire::Ack& ack) {
+  if (ack.epoch == epoch && ack.sequence <= sequence) acked_sequence = std::max(acked_sequence, ack.sequence);
+}
+
+void fire3dv_stream::on(const wire::Ping& ping) {
+  link->send_control(
+      wire::encode(wire::Pong{ping.id, ping.sender_time_ns, fire3dv::client::monotonic_now_ns()}));
+}
