@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/scene/gltf_guard.h"
+#include "renderer/scene/gltf_references.h"
 #include "renderer/scene/gltf_schema.h"
 
 namespace fire3dv::scene {
@@ -37,7 +38,10 @@ Result<void> take_buffers(const json& root, const Container& container, const Lo
     } else if (i == 0 && container.has_binary) {
       bytes = container.binary;
     } else {
-      return Error{where + ": it has neither a uri nor the GLB's binary chunk"};
+      // A placeholder, for instance for an extension that is left out: an error only when something refers to
+      // it.
+      document.buffers.emplace_back();
+      continue;
     }
     if (length == 0) return Error{where + ": byteLength is 0"};
     if (bytes.size() < length) {
@@ -116,6 +120,7 @@ Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimi
   root->erase("images");
   if (auto done = parse_model(root->dump(), document.model); !done) return done.error();
   document.owned.push_back(std::move(*file));
+  if (auto done = check_references(document); !done) return done.error();
   return document;
 }
 
@@ -130,6 +135,10 @@ Result<std::span<const std::byte>> buffer_view_bytes(const GltfDocument& documen
     return out_of_range(name, "buffers", view.buffer, document.buffers.size());
   }
   const auto buffer = document.buffers[static_cast<size_t>(view.buffer)];
+  if (buffer.empty()) {
+    return Error{where + ": " + element("buffers", static_cast<size_t>(view.buffer)) +
+                 " has neither a uri nor the GLB's binary chunk"};
+  }
   if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
     return Error{name + " reaches from byte " + std::to_string(view.byteOffset) + " over " +
                  std::to_string(view.byteLength) + " bytes, but " +

@@ -26,7 +26,7 @@ struct ImageSource {
 
 struct GltfDocument {
   tinygltf::Model model;                            // without buffers and images
-  std::vector<std::span<const std::byte>> buffers;  // of the declared length
+  std::vector<std::span<const std::byte>> buffers;  // of the declared length; empty: it names no bytes
   std::vector<ImageSource> images;
   AssetFolder folder;
   std::vector<std::string> warnings;

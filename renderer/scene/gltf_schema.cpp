@@ -253,6 +253,37 @@ void warn_of_motion(const json& document, std::vector<std::string>& warnings) {
   }
 }
 
+// tinygltf follows these indices itself, and its message does not say from where.
+Result<void> check_index_accessors(const json& document) {
+  static const json kNone = json::array();
+  const auto array = [&](const char* name) -> const json& {
+    return document.contains(name) ? document[name] : kNone;
+  };
+  const json& accessors = array("accessors");
+  const json& meshes = array("meshes");
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    if (!meshes[m].contains("primitives")) continue;
+    const json& primitives = meshes[m]["primitives"];
+    for (size_t p = 0; p < primitives.size(); ++p) {
+      if (!primitives[p].contains("indices")) continue;
+      const std::string where =
+          "meshes[" + std::to_string(m) + "].primitives[" + std::to_string(p) + "].indices";
+      const json& index = primitives[p]["indices"];
+      if (!index.is_number()) return Error{where + " is not an index"};
+      const auto accessor = index.get<size_t>();
+      if (accessor >= accessors.size()) {
+        return Error{where + " refers to accessors[" + std::to_string(accessor) + "], but there are " +
+                     std::to_string(accessors.size())};
+      }
+      if (!accessors[accessor].contains("bufferView")) {
+        return Error{where + " refers to accessors[" + std::to_string(accessor) +
+                     "], which has no bufferView"};
+      }
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 bool extension_supported(const std::string& name) {
@@ -290,7 +321,7 @@ Result<void> check_and_reduce(json& document, std::vector<std::string>& warnings
     reduced["extensions"] = std::move(*extensions);
   }
   document = std::move(reduced);
-  return {};
+  return check_index_accessors(document);
 }
 
 }  // namespace fire3dv::scene
