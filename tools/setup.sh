@@ -71,10 +71,19 @@ if [ "$(id -u)" -ne 0 ]; then
   command -v sudo >/dev/null || die "run as root, or install sudo: packages are missing: ${missing[*]}$mesa_text"
   as_root=(sudo)
 fi
-apt() {
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+apt_get() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive NEEDRESTART_MODE=a \
-    apt-get -qq -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 -o Acquire::Retries=3 "$@"
+    apt-get -qq -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 -o Acquire::Retries=3 "$@" >"$log" 2>&1 </dev/null
 }
+apt() {
+  apt_get "$@" && return
+  tail -n 30 "$log" >&2
+  die "apt-get $1 failed: the reason is above"
+}
+# One source of many that does not answer is no reason to stop: what cannot be installed says so below.
+apt_update() { apt_get update || { tail -n 5 "$log" >&2; say "some package lists could not be read; going on without"; }; }
 
 # The mirror is the one that this machine's own apt sources name for its release.
 mirror_of_release() {
@@ -93,8 +102,8 @@ pin() { # file, package, release, priority
     "${as_root[@]}" tee -a "/etc/apt/preferences.d/$1" >/dev/null
 }
 
-say "installing: ${missing[*]:-}$mesa_text"
-apt update
+say "installing, which takes a minute or two: ${missing[*]:-}$mesa_text"
+apt_update
 if [ -n "$mesa_from" ] && [ $mesa_missing -eq 1 ]; then
   apt-cache policy mesa-vulkan-drivers | grep -q "$mesa_from" || add_source "$mesa_from"
 fi
@@ -104,7 +113,7 @@ if [ -n "$vma_from" ] && ! installed "$vma_package"; then
   pin fire3dv "$vma_package" "$vma_from" 500    # headers only, the same on every architecture
   add_source "$vma_from"
 fi
-apt update
+apt_update
 # --no-install-recommends: a machine for rendering needs no desktop.
 [ ${#missing[@]} -eq 0 ] || apt install -y --no-install-recommends "${missing[@]}"
 if [ $mesa_missing -eq 1 ]; then
