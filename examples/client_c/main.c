@@ -6,15 +6,15 @@
 #include <stdlib.h>
 #include <time.h>
 
-int main(int argc, char **argv) {
-  const char *uri = argc > 1 ? argv[1] : "shm://demo";
+int main(int argc, char** argv) {
+  const char* uri = argc > 1 ? argv[1] : "shm://demo";
   const long frames = argc > 2 ? atol(argv[2]) : 1000000;
-  const char *names[] = {"box"};
+  const char* names[] = {"box"};
   fire3dv_options options = {.struct_size = sizeof options, .adapter_name = "client_c"};
   fire3dv_description description = {
       .struct_size = sizeof description, .node_names = names, .node_count = 1, .nominal_rate_hz = 100};
 
-  fire3dv_stream *stream = fire3dv_open(uri, &options);
+  fire3dv_stream* stream = fire3dv_open(uri, &options);
   if (!stream || fire3dv_describe(stream, &description) != FIRE3DV_OK) {
     fprintf(stderr, "client_c: %s\n", fire3dv_last_error());
     return 1;
