@@ -7,6 +7,8 @@ add_library(fire3dv_flags INTERFACE)
 # Vulkan's structures are made as {VK_STRUCTURE_TYPE_X}: the rest is meant to be zero.
 target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wno-missing-field-initializers
                        $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual>)
+# Messages name a source file as it lies in the tree: what is shipped knows no path of the machine that built it.
+target_compile_options(fire3dv_flags INTERFACE $<$<CONFIG:Release>:-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=>)
 if(FIRE3DV_WERROR)
   target_compile_options(fire3dv_flags INTERFACE -Werror)
 endif()

@@ -1,0 +1,10 @@
+# Programs and papers. The client library installs itself (adapters/generic/install.cmake, component "client").
+# Programs find the library beside them, wherever the prefix is moved to.
+foreach(program fire3dv bullet_arm)
+  if(TARGET ${program})
+    file(RELATIVE_PATH lib_from_bin /prefix/${CMAKE_INSTALL_BINDIR} /prefix/${CMAKE_INSTALL_LIBDIR})
+    set_target_properties(${program} PROPERTIES INSTALL_RPATH "$ORIGIN/${lib_from_bin}")
+    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+  endif()
+endforeach()
+install(FILES LICENSE NOTICE README.md CHANGELOG.md protocol/SPEC.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)

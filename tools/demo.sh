@@ -1,0 +1,127 @@
+#!/usr/bin/env bash
+# The main job, end to end: a physics simulation in one process, FIRE-3DV in another, poses between them, images out.
+# Sets up, builds, runs. Works alone on a bare machine; see tools/setup.sh for which.
+#
+#   tools/demo.sh [--transport shm|tcp|udp] [--seconds N] [--size WxH] [--camera NAME] [--out DIR]
+#       PNGs and an MP4 of N simulated seconds of the arm (8, at 1280x720), 30 images a second. The simulation waits for
+#       each of them, so that the video is smooth on a slow machine too.
+#   tools/demo.sh --window [...]
+#       opens a window instead and shows the arm in real time until it is closed.
+#
+# FIRE3DV_DEMO_BIN=DIR takes the programs from there and neither sets up nor builds.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+usage() { echo "demo.sh: $*; tools/demo.sh --help tells the options" >&2; exit 2; }
+say() { printf '\n== %s\n' "$*"; }
+die() { echo "demo.sh: $*" >&2; exit 1; }
+
+transport=shm seconds=8 size=1280x720 camera=camera_front out=demo-output window=0
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --window) window=1; shift; continue ;;
+    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --transport | --seconds | --size | --camera | --out) [ $# -ge 2 ] || usage "$1 needs a value" ;;
+    *) usage "unknown option $1" ;;
+  esac
+  case "$1" in
+    --transport) transport=$2 ;;
+    --seconds) seconds=$2 ;;
+    --size) size=$2 ;;
+    --camera) camera=$2 ;;
+    --out) out=$2 ;;
+  esac
+  shift 2
+done
+[[ $transport =~ ^(shm|tcp|udp)$ ]] || usage "--transport is shm, tcp or udp, not '$transport'"
+[[ $seconds =~ ^[1-9][0-9]{0,3}$ ]] || usage "--seconds is a whole number from 1 to 9999, not '$seconds'"
+[[ $size =~ ^[1-9][0-9]{1,4}x[1-9][0-9]{1,4}$ ]] || usage "--size is WIDTHxHEIGHT, not '$size'"
+[ -n "$out" ] || usage "--out is a folder"
+if [ $window = 1 ] && [ -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then
+  die "there is no display to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set): leave out --window"
+fi
+mkdir -p -- "$out" || die "cannot make the folder $out"
+out=$(cd -- "$out" && pwd)
+
+if [ -n "${FIRE3DV_DEMO_BIN:-}" ]; then
+  bin=$FIRE3DV_DEMO_BIN
+else
+  say "set-up"
+  "$root/tools/setup.sh"
+  say "build"
+  (cd "$root" && cmake --preset release && cmake --build --preset release --target fire3dv bullet_arm)
+  bin=$root/build/release/bin
+fi
+for program in fire3dv bullet_arm; do [ -x "$bin/$program" ] || die "there is no program $bin/$program"; done
+
+# What an earlier run left would mix with this one.
+find "$out" -maxdepth 1 -type f \( -name 'frame_*.png' -o -name frames.jsonl -o -name frames.ffconcat \
+  -o -name demo.mp4 -o -name stats.csv -o -name '*.log' \) -delete
+
+free_port() { # $1: STREAM or DGRAM
+  python3 -c "import socket; s = socket.socket(socket.AF_INET, socket.SOCK_$1); s.bind(('127.0.0.1', 0)); print(s.getsockname()[1])"
+}
+case $transport in
+  shm) uri=shm://fire3dv-demo-$$ ;;
+  tcp) uri=tcp://127.0.0.1:$(free_port STREAM) ;;
+  udp) uri=udp://127.0.0.1:$(free_port DGRAM) ;;
+esac
+
+children=()
+stop_children() {
+  local child
+  for child in "${children[@]}"; do kill -TERM "$child" 2>/dev/null || true; done
+  for child in "${children[@]}"; do wait "$child" 2>/dev/null || true; done
+  children=()
+}
+trap stop_children EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+say "scene"
+scene=$out/bullet_arm.glb
+"$bin/bullet_arm" --write-scene "$scene"
+echo "$scene"
+
+if [ $window = 1 ]; then
+  say "the arm over $uri, until the window is closed"
+  "$bin/bullet_arm" --to "$uri" --realtime --loop >"$out/bullet_arm.log" 2>&1 &
+  children+=($!)
+  "$bin/fire3dv" "$scene" --listen "$uri" --size "$size" --camera "$camera"
+  exit
+fi
+
+say "the arm for $seconds simulated seconds over $uri, at $size"
+# 240 steps a second, an image for each eighth: 30 images a second and one for the start.
+"$bin/fire3dv" "$scene" --listen "$uri" --headless --lockstep --size "$size" --camera "$camera" \
+  --out "$out" --stats "$out/stats.csv" &
+renderer=$!
+children+=("$renderer")
+"$bin/bullet_arm" --to "$uri" --seconds "$seconds" --rate 240 --lockstep --lockstep-every 8 >"$out/bullet_arm.log" 2>&1 &
+simulator=$!
+children+=("$simulator")
+
+# Whichever ends first tells how it went: the simulator when all is shown, the renderer only if it fails.
+ended=0 code=0
+wait -n -p ended "$renderer" "$simulator" || code=$?
+if [ "$ended" = "$renderer" ]; then
+  die "the renderer ended before the simulation (exit code $code); the reason is above"
+fi
+[ "$code" = 0 ] || { tail -n 5 "$out/bullet_arm.log" >&2; die "the simulator failed (exit code $code)"; }
+kill -INT "$renderer"
+code=0
+wait "$renderer" || code=$?
+children=()
+[ "$code" = 0 ] || die "the renderer failed (exit code $code); the reason is above"
+
+say "video"
+"$root/tools/video_list.py" "$out" >"$out/frames.ffconcat"
+video=$out/demo.mp4
+ffmpeg -nostdin -v error -y -f concat -i "$out/frames.ffconcat" \
+  -vf 'fps=30,pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 -preset veryfast -crf 18 -pix_fmt yuv420p -movflags +faststart "$video"
+[ -s "$video" ] || die "ffmpeg wrote no video"
+
+images=("$out"/frame_*.png)
+say "done"
+echo "images: ${#images[@]}, $out/frame_000000.png and on; frames.jsonl there says what each shows"
+echo "video:  $video"
