@@ -86,7 +86,7 @@ class Builder {
 
   // Cans, 4 + 3 + 2 + 1, with planks between the rows.
   void can_wall() {
-    const float radius = 0.033f, half = 0.042f, pitch = 0.07f, plank = 0.006f;
+    const float radius = 0.033f, half = 0.042f, pitch = 0.07f, plank = 0.008f;
     const btTransform frame = polar(-0.12f, 0.6f, 0);
     int number = 0;
     for (int row = 0; row < 4; ++row) {

@@ -8,7 +8,7 @@ namespace bullet_arm {
 namespace {
 
 constexpr float kPi = 3.14159265f;
-constexpr int kBevelSteps = 4;
+constexpr int kBevelSteps = 3;
 
 // A point of an outline in a plane through the axis, with its normal.
 struct ProfilePoint {

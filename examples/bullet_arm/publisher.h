@@ -1,11 +1,10 @@
 // The simulation's end of all its streams: the same frames go to each.
 #pragma once
 
-#include <fire3dv/client.h>
+#include <fire3dv/client.hpp>
 
 #include <atomic>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +13,7 @@ namespace bullet_arm {
 
 class Publisher {
  public:
-  // Both return one sentence on error.
+  // The client's exceptions end here: each call returns one sentence on error.
   std::optional<std::string> open(const std::vector<std::string>& uris);
   std::optional<std::string> describe(const std::vector<std::string>& names, double rate_hz,
                                       const std::string& scene);
@@ -30,14 +29,11 @@ class Publisher {
   std::vector<Link> poll();
 
  private:
-  struct Close {
-    void operator()(fire3dv_stream* stream) const { fire3dv_close(&stream); }
-  };
-  struct Stream {
+  struct Target {
     std::string uri;
-    std::unique_ptr<fire3dv_stream, Close> handle;
+    fire3dv::Stream stream;
   };
-  std::vector<Stream> streams_;
+  std::vector<Target> targets_;
   uint64_t sequence_ = 0;  // counts from 1 in the description's epoch, as the library does
 };
 

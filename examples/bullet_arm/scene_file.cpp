@@ -125,7 +125,7 @@ class SceneBuilder {
     const size_t key = writer_.add_light({"key_light", "spot", {1.0f, 0.93f, 0.82f}, 130, 0.34f, 0.56f});
     const size_t fill = writer_.add_light({"fill_light", "directional", {0.72f, 0.84f, 1.0f}, 1.7f});
     writer_.add_node({"key_light", looking({-1.5f, -1.9f, 2.7f}, {0, -0.35f, 0.1f}), {}, {}, key});
-    writer_.add_node({"fill_light", looking({1.9f, -1.0f, 2.2f}, {0, 0, 0}), {}, {}, fill});
+    writer_.add_node({"fill_light", looking({0.9f, -1.7f, 2.0f}, {0, 0, 0}), {}, {}, fill});
 
     add_camera("camera_front", 0.72f, {0.45f, -2.15f, 1.20f}, {0.06f, -0.28f, 0.22f});
     add_camera("camera_gripper", 0.78f, {-1.28f, -0.98f, 0.52f}, {-0.40f, -0.38f, 0.12f});
