@@ -1,4 +1,5 @@
-// The counters behind LinkStats. Any thread may read them; a counter that several threads raise uses fetch_add.
+// The counters behind LinkStats. Any thread may read them; a counter that several threads raise uses
+// fetch_add.
 #pragma once
 
 #include <atomic>

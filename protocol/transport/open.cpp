@@ -4,6 +4,8 @@
 
 #include "protocol/transport/shm_listener.h"
 #include "protocol/transport/shm_publisher.h"
+#include "protocol/transport/tcp_listener.h"
+#include "protocol/transport/tcp_publisher.h"
 #include "protocol/transport/uri.h"
 
 namespace fire3dv::transport {
@@ -21,12 +23,16 @@ Result<std::unique_ptr<Link>> without_exceptions(std::string_view uri, Open open
 
 }  // namespace
 
-Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view text, const PublisherOptions& options) {
+Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view text,
+                                                      const PublisherOptions& options) {
   return without_exceptions<PublisherLink>(text, [&]() -> Result<std::unique_ptr<PublisherLink>> {
     const Result<Uri> uri = parse_uri(text);
     if (!uri) return uri.error();
     if (uri->scheme == Uri::Scheme::shm) return shm::make_publisher(uri->name, options);
-    return Error{std::string(text) + ": this program was built for shm:// links only"};
+    if (uri->port == 0)
+      return Error{std::string(text) + ": port 0 is for listeners; name the renderer's port"};
+    if (uri->scheme == Uri::Scheme::tcp) return tcp::make_publisher(*uri);
+    return Error{std::string(text) + ": this program was built without udp:// links"};
   });
 }
 
@@ -35,7 +41,9 @@ Result<std::unique_ptr<ListenerLink>> open_listener(std::string_view text, const
     const Result<Uri> uri = parse_uri(text);
     if (!uri) return uri.error();
     if (uri->scheme == Uri::Scheme::shm) return shm::make_listener(uri->name, options);
-    return Error{std::string(text) + ": this program was built for shm:// links only"};
+    if (options.max_peers == 0) return Error{std::string(text) + ": max_peers is 0; allow at least one"};
+    if (uri->scheme == Uri::Scheme::tcp) return tcp::make_listener(*uri, options);
+    return Error{std::string(text) + ": this program was built without udp:// links"};
   });
 }
 

@@ -17,7 +17,9 @@ namespace {
 constexpr uint64_t kControlSlots = 16;
 constexpr uint64_t kControlBytes = 4096 - kSlotHeaderBytes;
 
-uint64_t round_up(uint64_t value, uint64_t to) { return (value + to - 1) / to * to; }
+uint64_t round_up(uint64_t value, uint64_t to) {
+  return (value + to - 1) / to * to;
+}
 
 RingGeometry place_ring(uint64_t& end, uint64_t capacity, uint64_t count) {
   RingGeometry ring{};
@@ -53,17 +55,21 @@ Error system_error(const std::string& name, const std::string& what, int error) 
 }
 
 Error no_room(const std::string& name, uint64_t bytes) {
-  return Error{"shm://" + name + ": /dev/shm has no room for " + std::to_string((bytes + (1 << 20) - 1) >> 20) +
+  return Error{"shm://" + name + ": /dev/shm has no room for " +
+               std::to_string((bytes + (1 << 20) - 1) >> 20) +
                " MiB; remove stale files from it or mount it larger"};
 }
 
-std::string fd_path(int fd) { return "/proc/self/fd/" + std::to_string(fd); }
+std::string fd_path(int fd) {
+  return "/proc/self/fd/" + std::to_string(fd);
+}
 
 bool link_as(int fd, const std::string& path) {
   return ::linkat(AT_FDCWD, fd_path(fd).c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0;
 }
 
-// Puts the segment in place of whatever bears the name, in one step: a reader finds the old one or the new one.
+// Puts the segment in place of whatever bears the name, in one step: a reader finds the old one or the new
+// one.
 Result<void> rename_over(int fd, const std::string& name) {
   char suffix[32];
   std::snprintf(suffix, sizeof suffix, ".%016llx", static_cast<unsigned long long>(random_id()));
@@ -92,7 +98,8 @@ Result<Contest> contest_name(const Segment& segment, const std::string& name, bo
   const UniqueFd old(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (!old) {
     if (errno == ENOENT) return Contest::gone;
-    return system_error(name, "cannot replace " + path + ", which somebody else made; choose another name", errno);
+    return system_error(name, "cannot replace " + path + ", which somebody else made; choose another name",
+                        errno);
   }
   struct stat info {};
   if (::fstat(old.get(), &info) != 0 || !S_ISREG(info.st_mode))
@@ -116,7 +123,8 @@ Result<Segment> create_segment(const std::string& name, const SegmentSizes& size
   // A file without a name: a publisher that is killed here leaves nothing behind.
   segment.fd = UniqueFd(::open("/dev/shm", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
   if (!segment.fd) return system_error(name, "cannot make a segment in /dev/shm", errno);
-  if (::fchmod(segment.fd.get(), 0600) != 0) return system_error(name, "cannot set the segment's mode", errno);
+  if (::fchmod(segment.fd.get(), 0600) != 0)
+    return system_error(name, "cannot set the segment's mode", errno);
   int error = EINTR;
   while (error == EINTR) error = ::posix_fallocate(segment.fd.get(), 0, static_cast<off_t>(bytes));
   if (error == ENOSPC || error == EFBIG || error == ENOMEM) return no_room(name, bytes);

@@ -1,4 +1,5 @@
-// The reader's side of segments: what bears the name is believed in nothing that was not checked on a private copy.
+// The reader's side of segments: what bears the name is believed in nothing that was not checked on a private
+// copy.
 #include <fcntl.h>
 #include <sys/stat.h>
 
@@ -17,13 +18,16 @@ Error refuse(const std::string& name, const std::string& why) {
   return Error{"shm://" + name + ": " + segment_path(name) + " " + why};
 }
 
-bool inside(uint64_t offset, uint64_t bytes, uint64_t total) { return offset <= total && bytes <= total - offset; }
+bool inside(uint64_t offset, uint64_t bytes, uint64_t total) {
+  return offset <= total && bytes <= total - offset;
+}
 
 bool ring_is_sound(const RingGeometry& ring, uint64_t segment_bytes) {
   return ring.count >= 2 && ring.count <= kMaxSlots && std::has_single_bit(ring.count) &&
          ring.capacity <= kMaxMessageBytes && ring.stride % 64 == 0 && ring.stride >= kSlotHeaderBytes &&
-         ring.stride <= kMaxMessageBytes * 2 && ring.stride - kSlotHeaderBytes >= (ring.capacity + 7) / 8 * 8 &&
-         ring.offset % 64 == 0 && ring.offset >= kHeaderBytes &&
+         ring.stride <= kMaxMessageBytes * 2 &&
+         ring.stride - kSlotHeaderBytes >= (ring.capacity + 7) / 8 * 8 && ring.offset % 64 == 0 &&
+         ring.offset >= kHeaderBytes &&
          inside(ring.offset, ring.count * ring.stride, segment_bytes);  // at most 2^10 * 2^29: no overflow
 }
 
@@ -33,15 +37,18 @@ Result<void> check_file(const std::string& name, const struct stat& info) {
     return refuse(name, "belongs to user " + std::to_string(info.st_uid) +
                             ", not to you; run simulator and renderer as the same user");
   if ((info.st_mode & 077) != 0)
-    return refuse(name, "may be written or read by other users; remove it, so that the simulator makes a safe one");
+    return refuse(name,
+                  "may be written or read by other users; remove it, so that the simulator makes a safe one");
   return {};
 }
 
 Result<void> check_header(const std::string& name, const SegmentHeader& header, uint64_t file_bytes) {
-  if (header.magic != kMagic) return refuse(name, "is not a FIRE-3DV segment; remove it or choose another name");
+  if (header.magic != kMagic)
+    return refuse(name, "is not a FIRE-3DV segment; remove it or choose another name");
   if (header.layout_version != kLayoutVersion)
-    return refuse(name, "has layout version " + std::to_string(header.layout_version) + ", this program reads " +
-                            std::to_string(kLayoutVersion) + "; use the same version on both sides");
+    return refuse(name, "has layout version " + std::to_string(header.layout_version) +
+                            ", this program reads " + std::to_string(kLayoutVersion) +
+                            "; use the same version on both sides");
   if (header.segment_bytes != file_bytes)
     return refuse(name, "is " + std::to_string(file_bytes) + " bytes long where its header says " +
                             std::to_string(header.segment_bytes) + "; restart the simulator");

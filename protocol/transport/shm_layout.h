@@ -1,5 +1,6 @@
-// The bytes of a shared-memory segment; protocol/SPEC-transport.md draws them. Both sides compile this header. Every
-// field that one process may write while another reads it is a 32- or 64-bit word that is accessed as an atomic.
+// The bytes of a shared-memory segment; protocol/SPEC-transport.md draws them. Both sides compile this
+// header. Every field that one process may write while another reads it is a 32- or 64-bit word that is
+// accessed as an atomic.
 #pragma once
 
 #include <atomic>
@@ -64,10 +65,12 @@ struct SlotHeader {
 
 // Messages of one reader to the publisher: a ring of 64-bit words with one producer and one consumer.
 constexpr uint64_t kReplyWords = 8192;
-constexpr uint64_t kReplyMark = 0x46334456;  // upper half of a message's first word; the lower half is its length
+constexpr uint64_t kReplyMark =
+    0x46334456;  // upper half of a message's first word; the lower half is its length
 struct ReaderSlot {
-  uint64_t active;  // 1 from a reader's arrival until it leaves; a dead one's stays, so the lock has the last word
-  uint64_t pid;     // for people
+  uint64_t
+      active;  // 1 from a reader's arrival until it leaves; a dead one's stays, so the lock has the last word
+  uint64_t pid;               // for people
   alignas(64) uint64_t head;  // words produced, by the reader
   alignas(64) uint64_t tail;  // words consumed, by the publisher
   alignas(64) uint64_t words[kReplyWords];
@@ -78,8 +81,12 @@ static_assert(sizeof(ReaderSlot) == 192 + kReplyWords * 8);
 
 // Locks on bytes of the segment's file say who is alive: the kernel takes them back when their owner dies.
 constexpr int64_t kPublisherLockByte = 0;
-constexpr int64_t reader_lock_byte(uint32_t reader) { return 1 + static_cast<int64_t>(reader); }
+constexpr int64_t reader_lock_byte(uint32_t reader) {
+  return 1 + static_cast<int64_t>(reader);
+}
 
-inline std::atomic_ref<uint64_t> atomic_word(uint64_t& word) { return std::atomic_ref<uint64_t>(word); }
+inline std::atomic_ref<uint64_t> atomic_word(uint64_t& word) {
+  return std::atomic_ref<uint64_t>(word);
+}
 
 }  // namespace fire3dv::transport::shm

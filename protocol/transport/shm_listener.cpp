@@ -50,8 +50,8 @@ class ShmListener final : public ListenerLink {
   uint64_t publisher_id_ = 0;
   wire::Bytes last_description_;
   PeerId last_peer_ = 0;
-  FileId avoid_;           // a segment that turned out to be damaged
-  FileId noted_file_;      // a person is told once of each file and fault
+  FileId avoid_;       // a segment that turned out to be damaged
+  FileId noted_file_;  // a person is told once of each file and fault
   std::string noted_text_;
   int64_t next_look_ns_ = 0;
   LinkCounters counters_;

@@ -90,7 +90,8 @@ Result<void> ShmPublisher::grow(const SegmentSizes& sizes) {
   auto next = std::make_unique<Published>(std::move(*made));
   if (!description_.empty()) next->descriptions.write({description_, {}}, 0);
   if (auto named = take_name(next->segment, name_, true); !named) return named;
-  now_->segment.set_state(SegmentState::retired);  // after the rename: a reader that sees it finds the new one
+  now_->segment.set_state(
+      SegmentState::retired);  // after the rename: a reader that sees it finds the new one
   before_ = std::move(now_);
   forget_before_at_ns_ = monotonic_ns() + kKeepReplacedForNs;
   now_ = std::move(next);
@@ -186,9 +187,11 @@ bool ShmPublisher::poll(std::vector<std::byte>& message) {
 
 }  // namespace
 
-Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name, const PublisherOptions& options) {
+Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name,
+                                                      const PublisherOptions& options) {
   if (options.ring_slots < 2 || options.ring_slots > kMaxRingSlots)
-    return Error{"shm://" + name + ": ring_slots is " + std::to_string(options.ring_slots) + "; use 2 to 1024"};
+    return Error{"shm://" + name + ": ring_slots is " + std::to_string(options.ring_slots) +
+                 "; use 2 to 1024"};
   if (options.max_frame_bytes > kMaxMessageBytes)
     return Error{"shm://" + name + ": max_frame_bytes is larger than 256 MiB; choose less"};
   SegmentSizes sizes{};

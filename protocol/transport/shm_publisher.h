@@ -9,6 +9,7 @@
 
 namespace fire3dv::transport::shm {
 
-Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name, const PublisherOptions& options);
+Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name,
+                                                      const PublisherOptions& options);
 
 }  // namespace fire3dv::transport::shm

@@ -16,7 +16,8 @@ Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& count
   poses_ = ring(kPoseRing);
   descriptions_ = ring(kDescriptionRing);
   controls_ = ring(kControlRing);
-  // A joiner sees the newest pose at once, or all that the ring still holds; control messages of before are not for it.
+  // A joiner sees the newest pose at once, or all that the ring still holds; control messages of before are
+  // not for it.
   const uint64_t poses = poses_.published();
   if (delivery_ == Delivery::newest) last_pose_ = poses == 0 ? 0 : poses - 1;
   if (delivery_ == Delivery::all && !goes_on) last_pose_ = poses - std::min(poses, poses_.count() - 1);
@@ -65,13 +66,14 @@ bool Reader::drain(wire::Bytes& description, const OnMessage& on_message) {
   const bool poses_sound = delivery_ == Delivery::newest ? drain_newest_pose(description, on_message)
                                                          : drain_all_poses(description, on_message);
   if (!poses_sound) return false;
-  if (descriptions_.published() != last_description_ && !drain_description(description, on_message)) return false;
+  if (descriptions_.published() != last_description_ && !drain_description(description, on_message))
+    return false;
   return drain_controls(on_message);
 }
 
 bool Reader::drain_newest_pose(wire::Bytes& description, const OnMessage& on_message) {
-  // A writer that laps this reader during every copy could keep it here for ever: after a ring's worth of tries the
-  // poll goes on, and the next one tries again.
+  // A writer that laps this reader during every copy could keep it here for ever: after a ring's worth of
+  // tries the poll goes on, and the next one tries again.
   for (uint64_t tries = 0; tries < poses_.count(); ++tries) {
     const uint64_t newest = poses_.published();
     if (newest == last_pose_) return true;

@@ -35,8 +35,8 @@ class Reader {
   // By the publisher's lock and the name; two system calls.
   std::optional<End> end_by_file(const std::string& path) const;
 
-  // Hands on all that is new: each pose after the description that it belongs to. `description` is the last one that
-  // the peer's reader has seen, and is updated. False when the segment makes no sense.
+  // Hands on all that is new: each pose after the description that it belongs to. `description` is the last
+  // one that the peer's reader has seen, and is updated. False when the segment makes no sense.
   bool drain(wire::Bytes& description, const OnMessage& on_message);
 
  private:

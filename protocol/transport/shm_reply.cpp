@@ -8,7 +8,9 @@ namespace {
 
 constexpr auto relaxed = std::memory_order_relaxed;
 
-uint64_t words_for(uint64_t bytes) { return 1 + (bytes + 7) / 8; }
+uint64_t words_for(uint64_t bytes) {
+  return 1 + (bytes + 7) / 8;
+}
 
 std::atomic_ref<uint64_t> word_at(ReaderSlot& slot, uint64_t position) {
   return atomic_word(slot.words[position % kReplyWords]);

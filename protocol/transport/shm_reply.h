@@ -1,4 +1,5 @@
-// The back channel: a ring of words from one reader to the publisher. Each side believes only its own counter.
+// The back channel: a ring of words from one reader to the publisher. Each side believes only its own
+// counter.
 #pragma once
 
 #include <span>

@@ -5,12 +5,13 @@
 
 #include "protocol/error.h"
 
-// The order of accesses follows H.-J. Boehm, "Can Seqlocks Get Along with Programming Language Memory Models?" (MSPC
-// 2012): the payload is written and read as relaxed atomics, so that a torn read is a value that gets thrown away and
-// never a data race.
+// The order of accesses follows H.-J. Boehm, "Can Seqlocks Get Along with Programming Language Memory
+// Models?" (MSPC 2012): the payload is written and read as relaxed atomics, so that a torn read is a value
+// that gets thrown away and never a data race.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wpragmas"
-#pragma GCC diagnostic ignored "-Wtsan"  // the sanitizer cannot model fences; all accesses here are atomic anyway
+#pragma GCC diagnostic ignored \
+    "-Wtsan"  // the sanitizer cannot model fences; all accesses here are atomic anyway
 #endif
 
 namespace fire3dv::transport::shm {
@@ -95,7 +96,9 @@ RingReader::RingReader(std::byte* segment, const RingGeometry& geometry, uint64_
       mask_(geometry.count - 1),
       published_(&published) {}
 
-uint64_t RingReader::published() const { return atomic_word(*published_).load(std::memory_order_acquire); }
+uint64_t RingReader::published() const {
+  return atomic_word(*published_).load(std::memory_order_acquire);
+}
 
 RingReader::Outcome RingReader::read(uint64_t number, std::vector<std::byte>& message, uint64_t& tag) const {
   SlotHeader& slot = slot_at(slots_, stride_, mask_, number);

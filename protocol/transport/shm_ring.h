@@ -1,5 +1,5 @@
-// A broadcast ring in shared memory: one writer that never waits, any number of readers that the writer knows nothing
-// of. A message is readable only when complete; a reader that was lapped notices.
+// A broadcast ring in shared memory: one writer that never waits, any number of readers that the writer knows
+// nothing of. A message is readable only when complete; a reader that was lapped notices.
 #pragma once
 
 #include <span>

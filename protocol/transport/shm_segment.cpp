@@ -14,11 +14,13 @@ namespace {
 
 namespace bip = boost::interprocess;
 
-// What Boost.Interprocess asks of a thing that can be mapped. The file is opened here and not by Boost, because owner,
-// mode and size are to be checked on the very descriptor that is mapped.
+// What Boost.Interprocess asks of a thing that can be mapped. The file is opened here and not by Boost,
+// because owner, mode and size are to be checked on the very descriptor that is mapped.
 struct MappableFile {
   int fd;
-  bip::mapping_handle_t get_mapping_handle() const { return bip::ipcdetail::mapping_handle_from_file_handle(fd); }
+  bip::mapping_handle_t get_mapping_handle() const {
+    return bip::ipcdetail::mapping_handle_from_file_handle(fd);
+  }
   bip::mode_t get_mode() const { return bip::read_write; }
 };
 
@@ -49,10 +51,12 @@ Mapping Mapping::of(int fd, size_t bytes, bool touch_all_pages) {
   return mapping;
 }
 
-std::string segment_path(const std::string& name) { return "/dev/shm/fire3dv." + name; }
+std::string segment_path(const std::string& name) {
+  return "/dev/shm/fire3dv." + name;
+}
 
-// These locks belong to the open file, not to the process: closing some other descriptor of the same file does not
-// lose them, and two links in one process exclude each other as two processes do.
+// These locks belong to the open file, not to the process: closing some other descriptor of the same file
+// does not lose them, and two links in one process exclude each other as two processes do.
 bool try_lock_byte(int fd, int64_t byte) {
   struct flock lock = one_byte(F_WRLCK, byte);
   return ::fcntl(fd, F_OFD_SETLK, &lock) == 0;

@@ -54,8 +54,8 @@ struct SegmentSizes {
 // A segment without a name, with the publisher's lock held and memory set aside for all of it.
 Result<Segment> create_segment(const std::string& name, const SegmentSizes& sizes, uint64_t publisher_id);
 
-// Gives the segment its name. Takes the name from a dead publisher's segment, or with `replace_own` from the caller's
-// own earlier one; a live publisher's is an error that names its process.
+// Gives the segment its name. Takes the name from a dead publisher's segment, or with `replace_own` from the
+// caller's own earlier one; a live publisher's is an error that names its process.
 Result<void> take_name(const Segment& segment, const std::string& name, bool replace_own);
 
 // Removes the name if it still names this segment.
@@ -69,8 +69,9 @@ struct FileId {
 FileId file_id(int fd);
 FileId file_id(const std::string& path);  // zeros when there is none
 
-// Opens what bears the name now, for a reader. found.fd is empty when nothing does or its publisher is dead. An error
-// is something that a person should read: a file that is no segment, of another version, or not safe to open.
+// Opens what bears the name now, for a reader. found.fd is empty when nothing does or its publisher is dead.
+// An error is something that a person should read: a file that is no segment, of another version, or not safe
+// to open.
 struct Found {
   Segment segment;
   FileId id;

@@ -26,9 +26,15 @@ Error bad_uri(std::string_view text, std::string_view reason) {
 bool is_alnum(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
-bool is_shm_name_char(char c) { return is_alnum(c) || c == '_' || c == '.' || c == '-'; }
-bool is_host_char(char c) { return is_alnum(c) || c == '.' || c == '-' || c == '_'; }
-bool is_ipv6_char(char c) { return is_alnum(c) || c == ':' || c == '.' || c == '%' || c == '-' || c == '_'; }
+bool is_shm_name_char(char c) {
+  return is_alnum(c) || c == '_' || c == '.' || c == '-';
+}
+bool is_host_char(char c) {
+  return is_alnum(c) || c == '.' || c == '-' || c == '_';
+}
+bool is_ipv6_char(char c) {
+  return is_alnum(c) || c == ':' || c == '.' || c == '%' || c == '-' || c == '_';
+}
 
 bool all_of(std::string_view text, bool (*allowed)(char)) {
   return std::all_of(text.begin(), text.end(), allowed);
@@ -65,7 +71,8 @@ Result<Uri> parse_host_and_port(std::string_view text, Uri::Scheme scheme, std::
     port = rest.substr(colon + 1);
     if (port.find(':') != std::string_view::npos)
       return bad_uri(text, "an IPv6 address stands in brackets, as in tcp://[::1]:7345");
-    if (!all_of(uri.host, is_host_char)) return bad_uri(text, "the host has a character that no host name has");
+    if (!all_of(uri.host, is_host_char))
+      return bad_uri(text, "the host has a character that no host name has");
   }
   if (uri.host.empty()) return bad_uri(text, "the host is missing");
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), uri.port);

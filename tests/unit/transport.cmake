@@ -2,3 +2,5 @@ fire3dv_test(transport_uri_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/uri_
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_shm_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_test.cpp
              LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_network_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/network_test.cpp
+             LINK fire3dv_transport LABELS unit)

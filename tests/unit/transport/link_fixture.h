@@ -1,5 +1,5 @@
-// Helpers of the transport tests: messages whose content can be checked, and a listener whose events are kept. Tests
-// count events; the waits below end early when the event is there and are only hang limits.
+// Helpers of the transport tests: messages whose content can be checked, and a listener whose events are
+// kept. Tests count events; the waits below end early when the event is there and are only hang limits.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@ constexpr std::chrono::seconds kHangLimit{60};
 
 inline std::string unique_shm_uri(const char* what) {
   static int number = 0;
-  return "shm://test-" + std::string(what) + "-" + std::to_string(::getpid()) + "-" + std::to_string(++number);
+  return "shm://test-" + std::string(what) + "-" + std::to_string(::getpid()) + "-" +
+         std::to_string(++number);
 }
 
 inline std::span<const std::byte> bytes_of(std::string_view text) {
@@ -30,7 +31,9 @@ inline std::span<const std::byte> bytes_of(std::string_view text) {
 inline std::string text_of(std::span<const std::byte> bytes) {
   return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
-inline wire::MessagePieces message_of(std::string_view text) { return {bytes_of(text), {}}; }
+inline wire::MessagePieces message_of(std::string_view text) {
+  return {bytes_of(text), {}};
+}
 
 struct Event {
   Kind kind;
@@ -51,7 +54,8 @@ struct Listener {
   void poll() {
     link->poll([this](const LinkEvent& event) {
       const bool has_message = event.kind == Kind::pose || event.kind == Kind::control;
-      events.push_back({event.kind, event.peer, has_message ? text_of(event.message) : std::string(event.text)});
+      events.push_back(
+          {event.kind, event.peer, has_message ? text_of(event.message) : std::string(event.text)});
     });
   }
 
@@ -89,13 +93,15 @@ struct Listener {
   PeerId peer() const { return events.empty() ? 0 : events.back().peer; }
 };
 
-inline std::unique_ptr<PublisherLink> must_open_publisher(const std::string& uri, PublisherOptions options = {}) {
+inline std::unique_ptr<PublisherLink> must_open_publisher(const std::string& uri,
+                                                          PublisherOptions options = {}) {
   auto opened = open_publisher(uri, options);
   EXPECT_TRUE(opened.ok()) << opened.error().message;
   return opened.ok() ? std::move(*opened) : nullptr;
 }
 
-// Publishes `text` again and again until the listener has it: no single frame is promised to arrive on every link.
+// Publishes `text` again and again until the listener has it: no single frame is promised to arrive on every
+// link.
 inline bool publish_until_seen(PublisherLink& publisher, Listener& listener, std::string_view text) {
   return listener.poll_until([&] {
     if (listener.saw(Kind::pose, text)) return true;

@@ -124,7 +124,8 @@ TEST(Shm, PublisherRestarts) {
     auto publisher = must_open_publisher(uri);
     ASSERT_TRUE(publisher->set_description(bytes_of("the same")));
     ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
-    EXPECT_EQ(listener.count(Kind::control), 1u) << "a new peer's description is handed on even when it is the same";
+    EXPECT_EQ(listener.count(Kind::control), 1u)
+        << "a new peer's description is handed on even when it is the same";
     EXPECT_GT(listener.peer(), earlier);
     earlier = listener.peer();
     publisher->send_control(bytes_of("goodbye"));

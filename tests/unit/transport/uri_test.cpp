@@ -29,14 +29,32 @@ TEST(Uri, HostAndPort) {
 
 TEST(Uri, EveryRefusalNamesTheUriAndTheForms) {
   const std::string nul("tcp://a\0b:1", 11);
-  for (const std::string& text :
-       {std::string(), std::string("demo"), std::string("shm:/demo"), std::string("shm://"),
-        std::string("shm://.hidden"), std::string("shm://a/b"), std::string("shm://../x"), std::string("shm://a b"),
-        "shm://" + std::string(65, 'a'), std::string("http://a:1"), std::string("tcp://"), std::string("tcp://a"),
-        std::string("tcp://:1"), std::string("tcp://a:"), std::string("tcp://a:65536"), std::string("tcp://a:-1"),
-        std::string("tcp://a:1x"), std::string("tcp://a:1/x"), std::string("tcp://::1:5"), std::string("udp://[::1:5"),
-        std::string("udp://[::1]"), std::string("udp://[]:1"), std::string("tcp://a;b:1"), nul,
-        "tcp://" + std::string(600, 'a') + ":1", std::string("\x1b[2J://x")}) {
+  for (const std::string& text : {std::string(),
+                                  std::string("demo"),
+                                  std::string("shm:/demo"),
+                                  std::string("shm://"),
+                                  std::string("shm://.hidden"),
+                                  std::string("shm://a/b"),
+                                  std::string("shm://../x"),
+                                  std::string("shm://a b"),
+                                  "shm://" + std::string(65, 'a'),
+                                  std::string("http://a:1"),
+                                  std::string("tcp://"),
+                                  std::string("tcp://a"),
+                                  std::string("tcp://:1"),
+                                  std::string("tcp://a:"),
+                                  std::string("tcp://a:65536"),
+                                  std::string("tcp://a:-1"),
+                                  std::string("tcp://a:1x"),
+                                  std::string("tcp://a:1/x"),
+                                  std::string("tcp://::1:5"),
+                                  std::string("udp://[::1:5"),
+                                  std::string("udp://[::1]"),
+                                  std::string("udp://[]:1"),
+                                  std::string("tcp://a;b:1"),
+                                  nul,
+                                  "tcp://" + std::string(600, 'a') + ":1",
+                                  std::string("\x1b[2J://x")}) {
     const auto uri = parse_uri(text);
     ASSERT_FALSE(uri.ok()) << text;
     EXPECT_NE(uri.error().message.find("is not a link"), std::string::npos) << uri.error().message;

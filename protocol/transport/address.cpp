@@ -1,0 +1,146 @@
+#include "protocol/transport/address.h"
+
+#include <arpa/inet.h>
+#include <netdb.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <thread>
+
+namespace fire3dv::transport {
+namespace {
+
+const in_addr& ipv4(const sockaddr_storage& storage) {
+  return reinterpret_cast<const sockaddr_in&>(storage).sin_addr;
+}
+const in6_addr& ipv6(const sockaddr_storage& storage) {
+  return reinterpret_cast<const sockaddr_in6&>(storage).sin6_addr;
+}
+
+int look_up(const Uri& uri, int type, int flags, std::vector<Address>& found) {
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = type;
+  hints.ai_flags = AI_NUMERICSERV | flags;
+  addrinfo* list = nullptr;
+  const int error = ::getaddrinfo(uri.host.c_str(), std::to_string(uri.port).c_str(), &hints, &list);
+  if (error != 0) return error;
+  for (const addrinfo* entry = list; entry != nullptr; entry = entry->ai_next) {
+    if (entry->ai_addrlen > sizeof(sockaddr_storage)) continue;
+    Address address;
+    std::memcpy(&address.storage, entry->ai_addr, entry->ai_addrlen);
+    address.length = entry->ai_addrlen;
+    found.push_back(address);
+  }
+  ::freeaddrinfo(list);
+  return found.empty() ? EAI_NONAME : 0;
+}
+
+int socket_type(const Uri& uri) {
+  return uri.scheme == Uri::Scheme::udp ? SOCK_DGRAM : SOCK_STREAM;
+}
+
+}  // namespace
+
+bool Address::is_loopback() const {
+  if (family() == AF_INET) return (ntohl(ipv4(storage).s_addr) >> 24) == 127;
+  if (family() != AF_INET6) return false;
+  const in6_addr& address = ipv6(storage);
+  if (IN6_IS_ADDR_V4MAPPED(&address)) return address.s6_addr[12] == 127;
+  return IN6_IS_ADDR_LOOPBACK(&address);
+}
+
+uint16_t Address::port() const {
+  return ntohs(family() == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(storage).sin6_port
+                                    : reinterpret_cast<const sockaddr_in&>(storage).sin_port);
+}
+
+std::string Address::text() const {
+  char host[INET6_ADDRSTRLEN] = "?";
+  if (family() == AF_INET6) {
+    ::inet_ntop(AF_INET6, &ipv6(storage), host, sizeof host);
+    return "[" + std::string(host) + "]:" + std::to_string(port());
+  }
+  ::inet_ntop(AF_INET, &ipv4(storage), host, sizeof host);
+  return std::string(host) + ":" + std::to_string(port());
+}
+
+// Not by memcmp: padding and flow labels do not make another peer.
+bool Address::operator==(const Address& other) const {
+  if (family() != other.family() || port() != other.port()) return false;
+  if (family() == AF_INET) return ipv4(storage).s_addr == ipv4(other.storage).s_addr;
+  return std::memcmp(&ipv6(storage), &ipv6(other.storage), sizeof(in6_addr)) == 0;
+}
+
+std::string uri_text(const Uri& uri) {
+  const bool brackets = uri.host.find(':') != std::string::npos;
+  return std::string(uri.scheme == Uri::Scheme::udp ? "udp://" : "tcp://") + (brackets ? "[" : "") +
+         uri.host + (brackets ? "]:" : ":") + std::to_string(uri.port);
+}
+
+struct Lookup::Answer {
+  std::vector<Address> addresses;
+  std::string problem;
+  std::atomic<bool> done{false};
+};
+
+// A name needs a thread, which is left to itself: it owns a share of the answer, so that whoever asked may
+// leave before it comes. A number needs no name server.
+Lookup::Lookup(const Uri& uri) : answer_(std::make_shared<Answer>()) {
+  if (look_up(uri, socket_type(uri), AI_NUMERICHOST, answer_->addresses) == 0) {
+    answer_->done.store(true, std::memory_order_release);
+    return;
+  }
+  std::thread([uri, answer = answer_] {
+    const int error = look_up(uri, socket_type(uri), 0, answer->addresses);
+    if (error != 0) answer->problem = "the host '" + uri.host + "' is not known: " + ::gai_strerror(error);
+    answer->done.store(true, std::memory_order_release);
+  }).detach();
+}
+
+bool Lookup::done() const {
+  return answer_->done.load(std::memory_order_acquire);
+}
+std::vector<Address> Lookup::addresses() const {
+  return answer_->addresses;
+}
+std::string Lookup::problem() const {
+  return answer_->problem;
+}
+
+Result<BoundSocket> bind_listener(const Uri& uri, int type, bool insecure) {
+  const std::string name = uri_text(uri);
+  std::vector<Address> found;
+  if (const int error = look_up(uri, type, AI_PASSIVE, found); error != 0)
+    return Error{name + ": the host is not known (" + ::gai_strerror(error) +
+                 "); use an address of this machine"};
+  const Address& wanted = found.front();
+  if (!wanted.is_loopback() && !insecure)
+    return Error{name +
+                 ": listening on an address other than loopback lets anyone on the network send; use " +
+                 (wanted.family() == AF_INET6 ? "[::1]" : "127.0.0.1") + ", or --insecure if that is wanted"};
+  BoundSocket bound;
+  bound.fd = UniqueFd(::socket(wanted.family(), type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!bound.fd) return Error{name + ": cannot make a socket: " + std::strerror(errno)};
+  const int on = 1;
+  // For TCP: a port whose last connections still linger may be taken again. For UDP it would let two share a
+  // port.
+  if (type == SOCK_STREAM) ::setsockopt(bound.fd.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  if (wanted.family() == AF_INET6) ::setsockopt(bound.fd.get(), IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
+  if (::bind(bound.fd.get(), wanted.get(), wanted.length) != 0 ||
+      (type == SOCK_STREAM && ::listen(bound.fd.get(), SOMAXCONN) != 0)) {
+    if (errno == EADDRINUSE)
+      return Error{name + ": the port is in use; stop the program that listens there or choose another port"};
+    if (errno == EADDRNOTAVAIL)
+      return Error{name + ": the address is not one of this machine; use one of its own or 127.0.0.1"};
+    if (errno == EACCES) return Error{name + ": ports below 1024 are for root; choose another port"};
+    return Error{name + ": cannot listen: " + std::strerror(errno)};
+  }
+  bound.address.length = sizeof bound.address.storage;
+  if (::getsockname(bound.fd.get(), bound.address.get(), &bound.address.length) != 0)
+    return Error{name + ": cannot read the chosen port: " + std::strerror(errno)};
+  return bound;
+}
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,118 @@
+#include "protocol/transport/inbox.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace fire3dv::transport {
+
+using Kind = LinkEvent::Kind;
+
+namespace {
+constexpr size_t kMostControls = 256;
+constexpr size_t kMostControlBytes = kMaxMessageBytes + (size_t{16} << 20);
+constexpr size_t kMostNotes = 64;  // different texts; more of them are an attack on the log
+}  // namespace
+
+void Inbox::push(PeerId peer, Item item) {
+  Entry& entry = entries_[peer];
+  entry.bytes += item.message.size();
+  entry.items.push_back(std::move(item));
+  news_ = true;
+  came_.notify_one();
+}
+
+void Inbox::connected(PeerId peer) {
+  const std::lock_guard lock(mutex_);
+  push(peer, {Kind::connected, {}, {}});
+}
+
+void Inbox::disconnected(PeerId peer, std::string reason) {
+  const std::lock_guard lock(mutex_);
+  push(peer, {Kind::disconnected, {}, std::move(reason)});
+}
+
+void Inbox::pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_older) {
+  const std::lock_guard lock(mutex_);
+  Entry& entry = entries_[peer];
+  if (replaces_older) {
+    const auto older = std::find_if(entry.items.begin(), entry.items.end(),
+                                    [](const Item& item) { return item.kind == Kind::pose; });
+    if (older != entry.items.end()) {
+      entry.bytes -= older->message.size();
+      entry.items.erase(older);
+      counters_.poses_dropped.add();
+    }
+  }
+  push(peer, {Kind::pose, std::move(message), {}});
+}
+
+void Inbox::pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame) {
+  const std::lock_guard lock(mutex_);
+  push(peer, {Kind::pose, std::move(message), {}, frame});
+}
+
+void Inbox::drop_parts_before(PeerId peer, uint64_t frame) {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(peer);
+  if (entry == entries_.end()) return;
+  std::erase_if(entry->second.items, [&](const Item& item) {
+    if (item.kind != Kind::pose || item.frame >= frame) return false;
+    entry->second.bytes -= item.message.size();
+    counters_.poses_dropped.add();
+    return true;
+  });
+}
+
+bool Inbox::control(PeerId peer, std::vector<std::byte>&& message) {
+  const std::lock_guard lock(mutex_);
+  Entry& entry = entries_[peer];
+  if (entry.controls == kMostControls || entry.bytes + message.size() > kMostControlBytes) return false;
+  ++entry.controls;
+  push(peer, {Kind::control, std::move(message), {}});
+  return true;
+}
+
+void Inbox::note_once(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (noted_.size() == kMostNotes || !noted_.insert(text).second) return;
+  notes_.push_back(text);
+  news_ = true;
+  came_.notify_one();
+}
+
+Inbox::Waiting Inbox::waiting(PeerId peer) const {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(peer);
+  if (entry == entries_.end()) return {};
+  return {entry->second.items.size(), entry->second.bytes};
+}
+
+size_t Inbox::entries() const {
+  const std::lock_guard lock(mutex_);
+  return entries_.size();
+}
+
+void Inbox::poll(const std::function<void(const LinkEvent&)>& on_event) {
+  std::map<PeerId, Entry> entries;
+  std::vector<std::string> notes;
+  {
+    const std::lock_guard lock(mutex_);
+    entries.swap(entries_);
+    notes.swap(notes_);
+    news_ = false;
+  }
+  for (const std::string& text : notes) on_event({Kind::note, 0, {}, text});
+  for (const auto& [peer, entry] : entries) {
+    for (const Item& item : entry.items) {
+      if (item.kind == Kind::pose || item.kind == Kind::control) counters_.messages_received.add();
+      on_event({item.kind, peer, item.message, item.text});
+    }
+  }
+}
+
+void Inbox::wait(std::chrono::nanoseconds timeout) {
+  std::unique_lock lock(mutex_);
+  came_.wait_for(lock, std::max(timeout, std::chrono::nanoseconds::zero()), [this] { return news_; });
+}
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,71 @@
+// Where a listener's own thread leaves what came, for the thread that polls. One entry per peer, in order; in
+// Delivery::newest at most one pose of a peer waits. Bounded: whoever sends more than is polled is told to
+// stop.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "protocol/transport/link.h"
+#include "protocol/transport/link_counters.h"
+
+namespace fire3dv::transport {
+
+class Inbox {
+ public:
+  explicit Inbox(LinkCounters& counters) : counters_(counters) {}
+
+  // --- the listener's thread
+  void connected(PeerId peer);
+  void disconnected(PeerId peer, std::string reason);
+  // replaces_older: a pose that supersedes the pose of this peer that still waits.
+  void pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_older);
+  // False when too many control messages of this peer wait already.
+  bool control(PeerId peer, std::vector<std::byte>&& message);
+  // Once for each text.
+  void note_once(const std::string& text);
+  // Messages of this peer that wait, to hold back a peer whose poses must not be dropped.
+  struct Waiting {
+    size_t messages = 0;
+    size_t bytes = 0;
+  };
+  Waiting waiting(PeerId peer) const;
+  // Peers with events that were not polled yet, alive or not.
+  size_t entries() const;
+  void pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame);
+  void drop_parts_before(PeerId peer, uint64_t frame);
+
+  // --- the polling thread
+  void poll(const std::function<void(const LinkEvent&)>& on_event);
+  void wait(std::chrono::nanoseconds timeout);
+
+ private:
+  struct Item {
+    LinkEvent::Kind kind;
+    std::vector<std::byte> message;
+    std::string text;
+    uint64_t frame = 0;
+  };
+  struct Entry {
+    std::vector<Item> items;
+    size_t controls = 0;
+    size_t bytes = 0;
+  };
+  void push(PeerId peer, Item item);
+
+  LinkCounters& counters_;
+  mutable std::mutex mutex_;
+  std::condition_variable came_;
+  bool news_ = false;
+  std::map<PeerId, Entry> entries_;
+  std::vector<std::string> notes_;
+  std::set<std::string> noted_;
+};
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,54 @@
+// The bytes of a TCP connection: a preface each way, then framed messages. protocol/SPEC-transport.md draws
+// them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace fire3dv::transport::tcp {
+
+constexpr uint16_t kTransportVersion = 1;
+constexpr size_t kPrefaceBytes = 16;
+constexpr size_t kFrameHeaderBytes = 8;
+
+// The listener's answer to a preface; a publisher always says ok.
+enum class PrefaceStatus : uint16_t { ok = 0, version_mismatch = 1, full = 2 };
+
+struct Preface {
+  uint16_t version = kTransportVersion;
+  PrefaceStatus status = PrefaceStatus::ok;
+};
+using PrefaceBytes = std::array<std::byte, kPrefaceBytes>;
+PrefaceBytes write_preface(const Preface& preface);
+// False when these are not the bytes of a preface of any version.
+bool read_preface(std::span<const std::byte, kPrefaceBytes> bytes, Preface& preface);
+
+enum class FrameKind : uint8_t { pose = 1, control = 2 };
+
+using FrameHeader = std::array<std::byte, kFrameHeaderBytes>;
+FrameHeader write_frame_header(FrameKind kind, uint32_t message_bytes);
+
+// Cuts a byte stream into messages. What is kept grows only as bytes really arrive, whatever a header claims.
+class FrameParser {
+ public:
+  enum class Fault { none, bad_header, too_long };
+  using OnMessage = std::function<void(FrameKind, std::vector<std::byte>&&)>;
+
+  // After a fault the stream is lost: where the next frame starts is not known.
+  Fault feed(std::span<const std::byte> bytes, const OnMessage& on_message);
+
+ private:
+  bool read_header();
+
+  std::array<std::byte, kFrameHeaderBytes> header_{};
+  size_t header_got_ = 0;
+  uint32_t message_bytes_ = 0;
+  uint8_t kind_ = 0;
+  std::vector<std::byte> message_;
+};
+
+}  // namespace fire3dv::transport::tcp

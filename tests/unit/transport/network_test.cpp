@@ -1,0 +1,201 @@
+// What holds for TCP and UDP alike: who starts first, who restarts, what is refused.
+#include "tests/unit/transport/link_fixture.h"
+
+namespace fire3dv::transport::test {
+namespace {
+
+class Network : public testing::TestWithParam<const char*> {
+ protected:
+  std::string any_port() const { return std::string(GetParam()) + "://127.0.0.1:0"; }
+};
+
+TEST_P(Network, ListenerFirst) {
+  Listener listener(any_port());
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+  EXPECT_EQ(listener.events[0].kind, Kind::connected);
+  EXPECT_EQ(listener.events[1].kind, Kind::control);
+  EXPECT_EQ(listener.events[1].text, "description");
+  EXPECT_EQ(publisher->stats().peers, 1u);
+  EXPECT_EQ(listener.link->stats().peers, 1u);
+}
+
+TEST_P(Network, PublisherFirst) {
+  std::string uri;
+  {
+    Listener taken(any_port());
+    uri = taken.link->uri();
+  }
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  for (int i = 0; i < 1000; ++i) publisher->publish(message_of(std::to_string(i)));
+  EXPECT_EQ(publisher->stats().poses_dropped, 999u) << "the newest one waits for a renderer";
+  Listener listener(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "999"); }));
+  EXPECT_EQ(listener.count(Kind::pose), 1u);
+  EXPECT_TRUE(listener.saw(Kind::control, "description"));
+}
+
+TEST_P(Network, PublisherRestarts) {
+  Listener listener(any_port());
+  PeerId earlier = 0;
+  for (int run = 0; run < 3; ++run) {
+    auto publisher = must_open_publisher(listener.link->uri());
+    ASSERT_TRUE(publisher->set_description(bytes_of("d" + std::to_string(run))));
+    ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+    EXPECT_EQ(listener.count(Kind::connected), 1u);
+    EXPECT_TRUE(listener.saw(Kind::control, "d" + std::to_string(run)));
+    EXPECT_GT(listener.peer(), earlier);
+    earlier = listener.peer();
+    publisher.reset();
+    ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+    listener.events.clear();
+  }
+}
+
+TEST_P(Network, ListenerRestarts) {
+  auto first = std::make_unique<Listener>(any_port());
+  const std::string uri = first->link->uri();
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  ASSERT_TRUE(publish_until_seen(*publisher, *first, "pose"));
+  first.reset();
+  for (int run = 0; run < 3; ++run) {
+    Listener listener(uri);
+    ASSERT_TRUE(publish_until_seen(*publisher, listener, "again" + std::to_string(run)));
+    EXPECT_TRUE(listener.saw(Kind::control, "description"));
+  }
+}
+
+TEST_P(Network, RepliesAndControlMessagesKeepTheirOrder) {
+  ListenerOptions options;
+  options.delivery = Delivery::all;
+  Listener listener(any_port(), options);
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 1; }));
+  const PeerId peer = listener.peer();
+  for (int i = 0; i < 100; ++i) listener.link->send(peer, bytes_of("reply" + std::to_string(i)));
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(poll_until_reply(*publisher, "reply" + std::to_string(i)));
+  for (int i = 0; i < 100; ++i) publisher->send_control(bytes_of("control" + std::to_string(i)));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 101; }));
+  int next = 0;
+  for (const Event& event : listener.events)
+    if (event.kind == Kind::control && event.text != "description") {
+      EXPECT_EQ(event.text, "control" + std::to_string(next++));
+    }
+}
+
+TEST_P(Network, ALargeDescriptionArrivesWhole) {
+  Listener listener(any_port());
+  std::string large(3'000'000, ' ');
+  for (size_t i = 0; i < large.size(); ++i) large[i] = static_cast<char>('a' + i * i % 26);
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of(large)));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 1; }));
+  EXPECT_EQ(listener.last(Kind::control), large);
+  ASSERT_TRUE(publisher->set_description(bytes_of("another")));
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+  EXPECT_TRUE(listener.saw(Kind::control, "another"));
+}
+
+TEST_P(Network, ASlowListenerGetsTheNewestAndThePublisherNeverWaits) {
+  Listener listener(any_port());
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "first"));
+  const std::string filler(1000, '.');
+  for (int i = 0; i < 20'000; ++i) publisher->publish(message_of(std::to_string(i) + filler));
+  const std::string last = "last";
+  listener.events.clear();
+  // The last frame itself may be lost on a datagram link, so it is repeated; it must not stand behind 20,000
+  // others.
+  ASSERT_TRUE(listener.poll_until([&] {
+    publisher->publish(message_of(last));
+    return listener.saw(Kind::pose, last);
+  }));
+  EXPECT_LT(listener.count(Kind::pose), 2000u);
+}
+
+TEST_P(Network, LockstepLosesNothing) {
+  ListenerOptions options;
+  options.delivery = Delivery::all;
+  Listener listener(any_port(), options);
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  for (int i = 0; i < 300; ++i) {
+    const std::string text = "frame" + std::to_string(i);
+    publisher->publish(message_of(text));
+    ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, text); })) << i;
+    listener.link->send(listener.peer(), bytes_of("ack" + std::to_string(i)));
+    ASSERT_TRUE(poll_until_reply(*publisher, "ack" + std::to_string(i))) << i;
+  }
+  EXPECT_EQ(listener.count(Kind::pose), 300u);
+}
+
+TEST_P(Network, OverIpv6) {
+  Listener listener(std::string(GetParam()) + "://[::1]:0");
+  EXPECT_NE(listener.link->uri().find("://[::1]:"), std::string::npos);
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+}
+
+TEST_P(Network, ByName) {
+  Listener listener(any_port());
+  const std::string uri = listener.link->uri();
+  auto publisher = must_open_publisher(std::string(GetParam()) + "://localhost" + uri.substr(uri.rfind(':')));
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+}
+
+TEST_P(Network, APortInUseIsAnErrorThatNamesTheUri) {
+  Listener listener(any_port());
+  const auto second = open_listener(listener.link->uri());
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().message.find(listener.link->uri() + ": the port is in use"), 0u)
+      << second.error().message;
+}
+
+TEST_P(Network, OnlyLoopbackWithoutInsecure) {
+  for (const char* host : {"0.0.0.0", "[::]"}) {
+    const std::string uri = std::string(GetParam()) + "://" + host + ":0";
+    const auto refused = open_listener(uri);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find("--insecure"), std::string::npos) << refused.error().message;
+    ListenerOptions insecure;
+    insecure.insecure = true;
+    EXPECT_TRUE(open_listener(uri, insecure).ok());
+  }
+}
+
+TEST_P(Network, AddressesThatAreNotOursAreRefused) {
+  ListenerOptions insecure;
+  insecure.insecure = true;
+  const auto refused = open_listener(std::string(GetParam()) + "://192.0.2.1:0", insecure);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("not one of this machine"), std::string::npos)
+      << refused.error().message;
+  EXPECT_FALSE(open_publisher(any_port()).ok()) << "a publisher needs a port";
+}
+
+TEST_P(Network, NoMorePeersThanAllowed) {
+  ListenerOptions options;
+  options.max_peers = 2;
+  Listener listener(any_port(), options);
+  auto first = must_open_publisher(listener.link->uri());
+  auto second = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 2; }));
+  auto third = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw_part(Kind::note, "as many peers as allowed"); }));
+  EXPECT_EQ(listener.count(Kind::connected), 2u);
+  first.reset();
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 3; })) << "its turn comes";
+}
+
+INSTANTIATE_TEST_SUITE_P(Transport, Network, testing::Values("tcp"),
+                         [](const auto& link) { return std::string(link.param); });
+
+}  // namespace
+}  // namespace fire3dv::transport::test
