@@ -1,0 +1,108 @@
+// Every golden message means what its JSON says, and that JSON encodes to its bytes. Reads nothing but the
+// committed files, so that a change of the encoder and the decoder together is noticed too.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "protocol/wire/decode.h"
+#include "tests/conformance/json_message.h"
+
+namespace fire3dv::conformance {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const std::filesystem::path kFolder = FIRE3DV_CONFORMANCE_DATA;
+
+wire::Bytes read_bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_FALSE(text.empty()) << path;
+  const auto* begin = reinterpret_cast<const std::byte*>(text.data());
+  return {begin, begin + text.size()};
+}
+
+struct Golden {
+  std::string name;
+  Json meaning;
+  wire::Bytes bytes;
+};
+
+std::vector<Golden> all_golden() {
+  std::vector<Golden> result;
+  for (const auto& entry : std::filesystem::directory_iterator(kFolder)) {
+    if (entry.path().extension() != ".json") continue;
+    std::ifstream file(entry.path());
+    std::filesystem::path bin = entry.path();
+    result.push_back({entry.path().stem(), Json::parse(file), read_bytes(bin.replace_extension(".bin"))});
+  }
+  EXPECT_GE(result.size(), 50u) << "golden messages are missing from " << kFolder;
+  return result;
+}
+
+TEST(Conformance, BytesMeanWhatTheJsonSays) {
+  wire::Decoder decoder;
+  std::set<std::string> types;
+  for (const Golden& golden : all_golden()) {
+    if (!golden.meaning.contains("message")) continue;
+    const auto message = decoder.decode(golden.bytes);
+    ASSERT_TRUE(message.ok()) << golden.name << ": " << message.error().message;
+    EXPECT_EQ(to_json(*message).dump(1), golden.meaning.at("message").dump(1)) << golden.name;
+    types.insert(golden.meaning.at("message").at("type").get<std::string>());
+  }
+  EXPECT_EQ(types.size(), std::variant_size_v<wire::Message>) << "a message has no golden file";
+}
+
+TEST(Conformance, TheJsonEncodesToTheBytes) {
+  for (const Golden& golden : all_golden()) {
+    if (!golden.meaning.contains("message") || golden.meaning.contains("only_read")) continue;
+    EXPECT_EQ(encode_json(golden.meaning.at("message")), golden.bytes) << golden.name;
+  }
+}
+
+TEST(Conformance, WhatMustBeRefusedIsRefusedByNameOfTheField) {
+  wire::Decoder decoder;
+  for (const Golden& golden : all_golden()) {
+    if (!golden.meaning.contains("refused")) continue;
+    const std::string field = golden.meaning.at("refused");
+    const auto message = decoder.decode(golden.bytes);
+    ASSERT_FALSE(message.ok()) << golden.name;
+    EXPECT_NE(message.error().message.find(field), std::string::npos)
+        << golden.name << ": " << message.error().message;
+    EXPECT_EQ(message.error().message.find('\n'), std::string::npos) << golden.name;
+  }
+}
+
+TEST(Conformance, ACutMessageIsRefusedAtEveryByte) {
+  wire::Decoder decoder;
+  for (const Golden& golden : all_golden()) {
+    // What a reader of this version does not look at may be missing without its noticing.
+    if (!golden.meaning.contains("message") || golden.meaning.contains("only_read")) continue;
+    const std::span<const std::byte> bytes(golden.bytes);
+    // The last bytes may be padding.
+    for (size_t length = 0; length + 8 < bytes.size(); ++length) {
+      const auto message = decoder.decode(bytes.first(length));
+      ASSERT_FALSE(message.ok()) << golden.name << " cut to " << length << " of " << bytes.size() << " bytes";
+      ASSERT_FALSE(message.error().message.empty());
+    }
+  }
+}
+
+TEST(Conformance, AWrongIdentifierIsRefused) {
+  wire::Decoder decoder;
+  for (Golden& golden : all_golden()) {
+    for (size_t i = 4; i < 8; ++i) {
+      wire::Bytes bytes = golden.bytes;
+      bytes[i] ^= std::byte{0x20};
+      const auto message = decoder.decode(bytes);
+      ASSERT_FALSE(message.ok()) << golden.name;
+      EXPECT_NE(message.error().message.find("identifier"), std::string::npos);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fire3dv::conformance
