@@ -1,0 +1,172 @@
+// Public collections of glTF files, valid and broken, where they are at hand (FIRE3DV_ASSETS, or
+// shared/assets beside the source tree); and always the files made here, whole and with every byte of them
+// damaged in turn.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <map>
+
+#include "renderer/scene/load_gltf.h"
+#include "tests/support/gltf_builder.h"
+
+namespace fire3dv::scene {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// What later code relies on without looking again.
+void expect_consistent(const Scene& scene, const std::string& file) {
+  ASSERT_EQ(scene.positions.size(), scene.attributes.size()) << file;
+  ASSERT_FALSE(scene.materials.empty()) << file;
+  for (const Primitive& primitive : scene.primitives) {
+    ASSERT_LE(size_t{primitive.first_index} + primitive.index_count, scene.indices.size()) << file;
+    ASSERT_LE(size_t{primitive.first_vertex} + primitive.vertex_count, scene.positions.size()) << file;
+    ASSERT_EQ(primitive.index_count % 3, 0u) << file;
+    ASSERT_LT(primitive.material, scene.materials.size()) << file;
+    for (uint32_t i = 0; i < primitive.index_count; ++i) {
+      ASSERT_LT(scene.indices[primitive.first_index + i], primitive.vertex_count) << file;
+    }
+  }
+  for (const Mesh& mesh : scene.meshes) {
+    ASSERT_LE(size_t{mesh.first_primitive} + mesh.primitive_count, scene.primitives.size()) << file;
+  }
+  for (uint32_t i = 0; i < scene.nodes.size(); ++i) {
+    const Node& node = scene.nodes[i];
+    ASSERT_TRUE(node.parent == kNone || node.parent < i) << file;
+    ASSERT_TRUE(node.mesh == kNone || node.mesh < scene.meshes.size()) << file;
+    ASSERT_TRUE(node.camera == kNone || node.camera < scene.cameras.size()) << file;
+    ASSERT_TRUE(node.light == kNone || node.light < scene.lights.size()) << file;
+  }
+  for (const Texture& texture : scene.textures) ASSERT_LT(texture.image, scene.images.size()) << file;
+  for (const Image& image : scene.images)
+    ASSERT_EQ(image.rgba8.size(), size_t{image.width} * image.height * 4) << file;
+  for (const Material& material : scene.materials) {
+    for (const TextureRef* ref :
+         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+          &material.occlusion_texture, &material.emissive_texture}) {
+      ASSERT_TRUE(ref->texture == kNone || ref->texture < scene.textures.size()) << file;
+      ASSERT_LE(ref->uv_set, 1u) << file;
+    }
+  }
+}
+
+test::GltfBuilder rich_file() {
+  test::GltfBuilder builder;
+  const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
+  const size_t normals = builder.add_data<int8_t>({0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0},
+                                                  "VEC3", test::kByte, 4, true);
+  builder.root["bufferViews"].back()["byteStride"] = 4;
+  const size_t uv = builder.add_data<float>({0, 0, 1, 0, 0, 1, 1, 1}, "VEC2", test::kFloat, 2);
+  const size_t material = builder.add_textured_material(test::png(2, 2, 0xff8040ff));
+  builder.root["materials"][material]["normalTexture"] = {{"index", 0}};
+  const size_t mesh =
+      builder.add_mesh({{"attributes", {{"POSITION", positions}, {"NORMAL", normals}, {"TEXCOORD_0", uv}}},
+                        {"indices", builder.add_indices({0, 1, 2, 3})},
+                        {"mode", 5},
+                        {"material", material}});
+  builder.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  builder.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+  builder.root["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}}};
+  const size_t node = builder.add_node("body", {{"mesh", mesh}, {"rotation", {0, 0, 0, 1}}});
+  builder.add_child(node, "eye", {{"camera", 0}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  return builder;
+}
+
+TEST(SceneCorpus, OneFileDamagedInEveryByte) {
+  const std::vector<std::byte> good = rich_file().glb();
+  const test::ScratchFolder folder;
+  {
+    const auto scene = load_gltf(folder.write("good.glb", good));
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    expect_consistent(*scene, "good.glb");
+  }
+  size_t still_loads = 0, refused = 0;
+  for (size_t i = 0; i < good.size(); ++i) {
+    for (const int flip : {0x01, 0x10, 0x80}) {
+      std::vector<std::byte> bytes = good;
+      bytes[i] ^= static_cast<std::byte>(flip);
+      const auto scene = load_gltf(folder.write("damaged.glb", bytes));
+      if (scene) expect_consistent(*scene, "damaged at byte " + std::to_string(i));
+      ++(scene ? still_loads : refused);
+    }
+  }
+  std::cout << "damaged files: " << still_loads << " load, " << refused << " are refused\n";
+  EXPECT_GT(refused, good.size() / 4);
+}
+
+fs::path assets() {
+  if (const char* given = std::getenv("FIRE3DV_ASSETS")) return given;
+  return fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
+}
+
+bool only_supported(const json& required) {
+  const std::vector<std::string> supported{"KHR_lights_punctual", "KHR_materials_unlit",
+                                           "KHR_materials_emissive_strength", "KHR_texture_transform",
+                                           "KHR_mesh_quantization"};
+  return std::all_of(required.begin(), required.end(), [&](const json& name) {
+    return std::find(supported.begin(), supported.end(), name.get<std::string>()) != supported.end();
+  });
+}
+
+// Collections of files made to be drawn; the validator's and the regression files test other things.
+bool meant_to_load(const std::string& file) {
+  if (file.find("/Negative/") != std::string::npos) return false;
+  for (const char* collection :
+       {"khronos-sample-models/", "gltf-asset-generator/", "bevy/", "gltf-blender-io/"}) {
+    if (file.starts_with(collection)) return true;
+  }
+  return false;
+}
+
+json validator_results(const fs::path& root) {
+  const auto bytes = std::ifstream(root / "VALIDATION.json");
+  return bytes ? json::parse(std::ifstream(root / "VALIDATION.json"))["files"] : json::object();
+}
+
+TEST(SceneCorpus, PublicFilesLoadOrAreRefused) {
+  const fs::path root = assets();
+  std::error_code error;
+  size_t files = 0, loaded = 0, valid = 0;
+  std::map<std::string, size_t> loaded_of_collection;
+  if (!fs::is_directory(root, error)) {
+    // The same question put to the file made here: it is valid, so it must load.
+    const test::ScratchFolder folder;
+    std::cout << root << " is not there: one built file stands in\n";
+    EXPECT_TRUE(load_gltf(folder.write("rich.glb", rich_file().glb())).ok());
+    return;
+  }
+  const json results = validator_results(root);
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
+    const std::string extension = entry.path().extension().string();
+    if (!entry.is_regular_file() || (extension != ".gltf" && extension != ".glb")) continue;
+    const std::string file = fs::relative(entry.path(), root).generic_string();
+    ++files;
+    const auto scene = load_gltf(entry.path());
+    if (scene) {
+      ++loaded;
+      ++loaded_of_collection[file.substr(0, file.find('/'))];
+      expect_consistent(*scene, file);
+    } else {
+      EXPECT_NE(scene.error().message.find(entry.path().filename().string()), std::string::npos)
+          << scene.error().message;
+    }
+    const json result = results.value(file, json::object());
+    if (!meant_to_load(file) || result.value("e", 1) != 0 ||
+        !only_supported(result.value("req", json::array())))
+      continue;
+    ++valid;
+    EXPECT_TRUE(scene.ok()) << file << " is valid, but: " << scene.error().message;
+  }
+  std::cout << files << " files: " << loaded << " load, " << files - loaded << " are refused; " << valid
+            << " are valid with supported extensions only\n";
+  for (const auto& [collection, count] : loaded_of_collection)
+    std::cout << "  " << collection << ": " << count << " load\n";
+  EXPECT_GT(files, 0u);
+}
+
+}  // namespace
+}  // namespace fire3dv::scene

@@ -1,0 +1,200 @@
+// Vertices and triangles: accessor formats, topologies, and what the loader derives.
+#include <gtest/gtest.h>
+
+#include "renderer/scene/load_gltf.h"
+#include "renderer/scene/tangents.h"
+#include "tests/support/gltf_builder.h"
+
+namespace fire3dv::scene {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+
+Scene loaded(const GltfBuilder& builder) {
+  const test::ScratchFolder folder;
+  auto scene = load_gltf(folder.write("scene.glb", builder.glb()));
+  EXPECT_TRUE(scene.ok()) << scene.error().message;
+  return scene ? std::move(*scene) : Scene{};
+}
+
+// Corners of triangle `index` of the first primitive.
+std::array<glm::vec3, 3> triangle(const Scene& scene, size_t index) {
+  std::array<glm::vec3, 3> corners;
+  const Primitive& primitive = scene.primitives[0];
+  for (size_t c = 0; c < 3; ++c) {
+    corners[c] =
+        scene.positions[primitive.first_vertex + scene.indices[primitive.first_index + index * 3 + c]];
+  }
+  return corners;
+}
+
+const std::vector<float> kSquare{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};  // in strip order
+
+TEST(SceneGeometry, StripsAndFansBecomeTrianglesOfTheSameWinding) {
+  const std::vector<std::pair<int, std::vector<uint16_t>>> modes{
+      {4, {0, 1, 2, 1, 3, 2}}, {5, {0, 1, 2, 3}}, {6, {0, 1, 3, 2}}};
+  for (const auto& [mode, indices] : modes) {
+    GltfBuilder builder;
+    const size_t positions = builder.add_positions(kSquare);
+    builder.add_mesh({{"attributes", {{"POSITION", positions}}},
+                      {"indices", builder.add_indices(indices)},
+                      {"mode", mode}});
+    const Scene scene = loaded(builder);
+    ASSERT_EQ(scene.primitives.size(), 1u);
+    ASSERT_EQ(scene.primitives[0].index_count, 6u) << mode;
+    for (size_t i = 0; i < 2; ++i) {
+      const auto [a, b, c] = triangle(scene, i);
+      EXPECT_EQ(glm::cross(b - a, c - a), glm::vec3(0, 0, 1)) << mode << " " << i;
+    }
+  }
+}
+
+TEST(SceneGeometry, StripsMayRepeatIndicesToJoinPieces) {
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0});
+  const size_t indices = builder.add_indices({0, 1, 2, 2, 3, 3, 4, 5});
+  builder.add_mesh({{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"mode", 5}});
+  EXPECT_EQ(loaded(builder).primitives[0].index_count, 6u);
+}
+
+TEST(SceneGeometry, WithoutIndicesVerticesAreTakenInOrder) {
+  GltfBuilder builder;
+  builder.add_mesh({{"attributes", {{"POSITION", builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0})}}}});
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.primitives.at(0).index_count, 3u);
+  EXPECT_EQ(triangle(scene, 0)[1], glm::vec3(1, 0, 0));
+}
+
+TEST(SceneGeometry, PointsAndLinesAreSkippedWithAWarning) {
+  GltfBuilder builder = test::triangle_file();
+  builder.root["meshes"][0]["primitives"][0]["mode"] = 1;
+  const Scene scene = loaded(builder);
+  EXPECT_TRUE(scene.primitives.empty());
+  EXPECT_EQ(scene.meshes.at(0).primitive_count, 0u);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find("meshes[0].primitives[0]"), std::string::npos);
+}
+
+TEST(SceneGeometry, MissingNormalsAreFlatAndSplitTheVertices) {
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
+  builder.add_mesh(
+      {{"attributes", {{"POSITION", positions}}}, {"indices", builder.add_indices({0, 1, 2, 0, 2, 3})}});
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.positions.size(), 6u);
+  EXPECT_EQ(scene.attributes[scene.indices[0]].normal, glm::vec3(0, 0, 1));
+  EXPECT_EQ(scene.attributes[scene.indices[3]].normal, glm::vec3(1, 0, 0));
+}
+
+TEST(SceneGeometry, AttributesOfEveryComponentType) {
+  GltfBuilder builder;
+  json attributes;
+  attributes["POSITION"] =
+      builder.add_data<int16_t>({0, 0, 0, 0, 100, 0, 0, 0, 0, 50, 0, 0}, "VEC3", test::kShort, 4);
+  // Elements of 6 bytes in a stride of 8, as KHR_mesh_quantization has them.
+  builder.root["bufferViews"].back()["byteStride"] = 8;
+  attributes["NORMAL"] =
+      builder.add_data<int8_t>({0, 0, 127, 0, 0, -128, 127, 0, 0, 0, 0, 0}, "VEC3", test::kByte, 4, true);
+  builder.root["bufferViews"].back()["byteStride"] = 4;
+  attributes["TANGENT"] =
+      builder.add_data<float>({1, 0, 0, 1, 0, 1, 0, -1, 0, 0, 1, 1}, "VEC4", test::kFloat, 4);
+  attributes["TEXCOORD_0"] =
+      builder.add_data<uint16_t>({0, 65535, 65535, 0, 0, 0}, "VEC2", test::kUnsignedShort, 2, true);
+  attributes["TEXCOORD_1"] = builder.add_data<uint8_t>({0, 255, 0, 0, 51, 0, 0, 0, 0, 0, 0, 0}, "VEC2",
+                                                       test::kUnsignedByte, 4, true);
+  builder.root["bufferViews"].back()["byteStride"] = 4;
+  attributes["COLOR_0"] = builder.add_data<float>({1, 0, 0, 0, 1, 0, 0, 0, 1}, "VEC3", test::kFloat, 3);
+  builder.root["extensionsRequired"] = {"KHR_mesh_quantization"};
+  builder.add_mesh({{"attributes", attributes}});
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.attributes.size(), 3u);
+  EXPECT_EQ(scene.positions[1], glm::vec3(100, 0, 0));
+  EXPECT_EQ(scene.attributes[0].normal, glm::vec3(0, 0, 1));
+  EXPECT_EQ(scene.attributes[1].normal, glm::vec3(0, -1, 1)) << "-128 and -127 both stand for -1";
+  EXPECT_EQ(scene.attributes[1].tangent, glm::vec4(0, 1, 0, -1));
+  EXPECT_EQ(scene.attributes[0].uv0, glm::vec2(0, 1));
+  EXPECT_EQ(scene.attributes[1].uv1, glm::vec2(0.2f, 0));
+  EXPECT_EQ(scene.attributes[1].color, glm::vec4(0, 1, 0, 1))
+      << "alpha is 1 where the file has three components";
+}
+
+TEST(SceneGeometry, InterleavedVertices) {
+  GltfBuilder builder;
+  const std::vector<float> vertices{0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0};
+  const size_t view = builder.add_view(std::as_bytes(std::span(vertices)), 24);
+  const size_t positions = builder.add_accessor(view, 3, "VEC3", test::kFloat);
+  const size_t normals = builder.add_accessor(view, 3, "VEC3", test::kFloat);
+  builder.root["accessors"][normals]["byteOffset"] = 12;
+  builder.add_mesh({{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}});
+  const Scene scene = loaded(builder);
+  EXPECT_EQ(scene.positions.at(2), glm::vec3(0, 1, 0));
+  EXPECT_EQ(scene.attributes.at(2).normal, glm::vec3(1, 0, 0));
+}
+
+TEST(SceneGeometry, SparseOverABaseAndOverZeros) {
+  for (const bool over_zeros : {false, true}) {
+    GltfBuilder builder = test::triangle_file();
+    const std::vector<uint8_t> sparse_indices{1, 2};
+    const std::vector<float> sparse_values{4, 0, 0, 0, 5, 0};
+    const size_t indices = builder.add_view(std::as_bytes(std::span(sparse_indices)));
+    const size_t values = builder.add_view(std::as_bytes(std::span(sparse_values)));
+    json& accessor = builder.root["accessors"][0];
+    if (over_zeros) accessor.erase("bufferView");
+    accessor["sparse"] = {{"count", 2},
+                          {"indices", {{"bufferView", indices}, {"componentType", 5121}}},
+                          {"values", {{"bufferView", values}}}};
+    const Scene scene = loaded(builder);
+    ASSERT_EQ(scene.positions.size(), 3u);
+    EXPECT_EQ(triangle(scene, 0),
+              (std::array<glm::vec3, 3>{glm::vec3(0), glm::vec3(4, 0, 0), glm::vec3(0, 5, 0)}));
+  }
+}
+
+TEST(SceneGeometry, IndicesOfEveryWidth) {
+  const auto check = [](GltfBuilder& builder, size_t indices) {
+    builder.root["meshes"][0]["primitives"][0]["indices"] = indices;
+    EXPECT_EQ(triangle(loaded(builder), 0)[0], glm::vec3(0, 1, 0));
+  };
+  GltfBuilder builder = test::triangle_file();
+  check(builder, builder.add_data<uint8_t>({2, 0, 1}, "SCALAR", test::kUnsignedByte, 1));
+  check(builder, builder.add_data<uint16_t>({2, 0, 1}, "SCALAR", test::kUnsignedShort, 1));
+  check(builder, builder.add_data<uint32_t>({2, 0, 1}, "SCALAR", test::kUnsignedInt, 1));
+}
+
+TEST(SceneGeometry, PrimitivesOfOneVertexBufferShareItsVertices) {
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions(kSquare);
+  const size_t normals =
+      builder.add_data<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", test::kFloat, 3);
+  const json attributes{{"POSITION", positions}, {"NORMAL", normals}};
+  builder.add_mesh({{"attributes", attributes}, {"indices", builder.add_indices({0, 1, 2})}});
+  builder.add_mesh({{"attributes", attributes}, {"indices", builder.add_indices({1, 3, 2})}});
+  builder.root["meshes"].push_back(builder.root["meshes"][0]);
+  const Scene scene = loaded(builder);
+  EXPECT_EQ(scene.positions.size(), 4u);
+  EXPECT_EQ(scene.indices.size(), 6u);
+  ASSERT_EQ(scene.primitives.size(), 3u);
+  EXPECT_EQ(scene.primitives[1].first_vertex, 0u);
+  EXPECT_EQ(scene.primitives[2].first_index, scene.primitives[0].first_index);
+}
+
+TEST(SceneGeometry, TangentsFollowRisingU) {
+  const std::vector<glm::vec3> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const std::vector<uint32_t> indices{0, 1, 2};
+  std::vector<VertexAttributes> attributes(3);
+  // u rises along +Y, v along +X: a mirrored frame.
+  attributes[1].uv0 = {0, 1};
+  attributes[2].uv0 = {1, 0};
+  generate_tangents(positions, attributes, indices, 0);
+  for (const VertexAttributes& vertex : attributes) EXPECT_EQ(vertex.tangent, glm::vec4(0, 1, 0, -1));
+  // With no texture coordinates any direction in the surface does, but it must be one.
+  generate_tangents(positions, attributes, indices, 1);
+  for (const VertexAttributes& vertex : attributes) {
+    EXPECT_NEAR(glm::length(glm::vec3(vertex.tangent)), 1, 1e-6);
+    EXPECT_NEAR(glm::dot(glm::vec3(vertex.tangent), vertex.normal), 0, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace fire3dv::scene
