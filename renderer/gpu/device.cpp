@@ -98,8 +98,7 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
 
 Device::~Device() {
   if (timeline_) {
-    wait(submitted_);
-    for (const Retired& retired : retired_) destroy(retired);
+    retire_all_now();
     vkDestroySemaphore(device_, timeline_, nullptr);
   }
   if (allocator_) vmaDestroyAllocator(allocator_);
@@ -156,6 +155,12 @@ void Device::collect() {
     destroy(retired_.front());
     retired_.pop_front();
   }
+}
+
+void Device::retire_all_now() {
+  wait(submitted_);
+  for (const Retired& retired : retired_) destroy(retired);
+  retired_.clear();
 }
 
 uint64_t Device::allocated_bytes() const {

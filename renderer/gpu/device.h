@@ -62,6 +62,8 @@ class Device {
 
   // Frees what no submission in flight can use any more. Called once a frame.
   void collect();
+  // Waits for the last submission and frees all that is retired: when a surface or the program ends, not in a frame.
+  void retire_all_now();
   const LiveObjects& live_objects() const { return live_; }
   uint64_t allocated_bytes() const;
 

@@ -1,0 +1,118 @@
+#include "renderer/app/camera_rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace fire3dv::app {
+
+Result<CameraRig> CameraRig::create(const scene::Scene& scene, const std::string& name) {
+  CameraRig rig(scene);
+  rig.free_camera_.name = "free";
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  if (name.empty()) {
+    if (!nodes.empty()) rig.node_ = nodes.front();
+    return rig;
+  }
+  auto find = [&](auto&& has_name) {
+    const auto node = std::find_if(nodes.begin(), nodes.end(), has_name);
+    return node == nodes.end() ? scene::kNone : *node;
+  };
+  rig.node_ = find([&](uint32_t n) { return scene.nodes[n].name == name; });
+  if (rig.node_ == scene::kNone) {
+    rig.node_ = find([&](uint32_t n) { return scene.cameras[scene.nodes[n].camera].name == name; });
+  }
+  if (rig.node_ != scene::kNone) return rig;
+
+  std::string known;
+  for (uint32_t n : nodes) known += (known.empty() ? "" : ", ") + scene.nodes[n].name;
+  return Error{"--camera " + name + ": " + scene.source.string() +
+               (known.empty() ? " has no cameras; leave --camera out" : " has no such camera; it has: " + known)};
+}
+
+passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) const {
+  if (node_ != scene::kNone) {
+    passes::View view =
+        passes::make_view(scene_->cameras[scene_->nodes[node_].camera], poses.world_from_node(node_), image_aspect);
+    if (!scene_->nodes[node_].name.empty()) view.camera = scene_->nodes[node_].name;
+    return view;
+  }
+  if (framed_) {
+    world_from_free_ =
+        passes::framing_camera_pose(free_camera_, image_aspect, scene_->bounds_min, scene_->bounds_max);
+    focus_distance_m_ =
+        glm::length(glm::vec3(world_from_free_[3]) - 0.5f * (scene_->bounds_min + scene_->bounds_max));
+    framed_ = false;
+  }
+  scene::Camera camera = free_camera_;
+  camera.near_m = std::min(0.01f, 0.01f * std::max(focus_distance_m_, 1e-3f));
+  return passes::make_view(camera, world_from_free_, image_aspect);
+}
+
+void CameraRig::let_go(const state::PoseState& poses) {
+  if (node_ == scene::kNone) return;
+  free_camera_ = scene_->cameras[scene_->nodes[node_].camera];
+  free_camera_.orthographic = false;
+  free_camera_.name = "free";
+  world_from_free_ = poses.world_from_node(node_);
+  framed_ = false;
+  // The focus: the point on the line of sight that is nearest to the middle of the scene.
+  const glm::vec3 middle = 0.5f * (scene_->bounds_min + scene_->bounds_max);
+  const glm::vec3 eye(world_from_free_[3]);
+  focus_distance_m_ = std::max(glm::dot(middle - eye, -glm::vec3(world_from_free_[2])), 0.1f * scene_radius_m());
+  node_ = scene::kNone;
+}
+
+glm::vec3 CameraRig::focus() const {
+  return glm::vec3(world_from_free_[3]) - focus_distance_m_ * glm::vec3(world_from_free_[2]);
+}
+
+void CameraRig::orbit(const state::PoseState& poses, float yaw_rad, float pitch_rad) {
+  let_go(poses);
+  const glm::vec3 center = focus();
+  glm::vec3 offset = glm::vec3(world_from_free_[3]) - center;
+  offset = glm::vec3(glm::rotate(glm::mat4(1), yaw_rad, glm::vec3(0, 1, 0)) * glm::vec4(offset, 0));
+  const float pitch = std::asin(std::clamp(offset.y / glm::length(offset), -1.0f, 1.0f));
+  constexpr float kLimit = 1.55f;  // short of the poles, where right has no direction
+  const float allowed = std::clamp(pitch + pitch_rad, -kLimit, kLimit) - pitch;
+  const glm::vec3 right = glm::normalize(glm::cross(glm::vec3(0, 1, 0), offset));
+  offset = glm::vec3(glm::rotate(glm::mat4(1), -allowed, right) * glm::vec4(offset, 0));
+  world_from_free_ = passes::look_at_pose(center + offset, center);
+}
+
+void CameraRig::pan(const state::PoseState& poses, float right_fraction, float up_fraction) {
+  let_go(poses);
+  const glm::vec3 move = focus_distance_m_ * (right_fraction * glm::vec3(world_from_free_[0]) +
+                                              up_fraction * glm::vec3(world_from_free_[1]));
+  world_from_free_[3] += glm::vec4(move, 0);
+}
+
+void CameraRig::zoom(const state::PoseState& poses, float factor) {
+  let_go(poses);
+  const glm::vec3 center = focus();
+  focus_distance_m_ = std::clamp(focus_distance_m_ * factor, 1e-4f * scene_radius_m(), 1e3f * scene_radius_m());
+  world_from_free_[3] = glm::vec4(center + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
+}
+
+void CameraRig::fly(const state::PoseState& poses, const glm::vec3& camera_direction, float distance_m) {
+  let_go(poses);
+  world_from_free_[3] += world_from_free_ * glm::vec4(camera_direction * distance_m, 0);
+}
+
+void CameraRig::select(size_t scene_camera) {
+  const std::vector<uint32_t> nodes = scene::camera_nodes(*scene_);
+  if (scene_camera < nodes.size()) node_ = nodes[scene_camera];
+}
+
+void CameraRig::frame_all(float image_aspect) {
+  node_ = scene::kNone;
+  framed_ = true;
+  const state::PoseState at_rest(*scene_);
+  (void)view(at_rest, image_aspect);
+}
+
+float CameraRig::scene_radius_m() const {
+  return std::max(0.5f * glm::length(scene_->bounds_max - scene_->bounds_min), 1e-3f);
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,189 @@
+#include "renderer/app/frame_loop.h"
+
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+
+namespace fire3dv::app {
+namespace {
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+passes::DrawSettings draw_settings(const Options& options) {
+  passes::DrawSettings settings;
+  settings.samples = options.samples;
+  settings.shadows = options.shadows;
+  settings.post.exposure = options.exposure;
+  settings.post.tone_map = options.tone_map ? passes::ToneMap::reinhard : passes::ToneMap::none;
+  return settings;
+}
+
+}  // namespace
+
+void install_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop_requested = 1; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second one ends the program at once
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses, StreamIntake& intake,
+                     CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,
+                     const Options& options)
+    : device_(device),
+      poses_(poses),
+      intake_(intake),
+      camera_(camera),
+      sink_(sink),
+      window_(window),
+      stats_(stats),
+      options_(options),
+      frames_(device),
+      renderer_(device, draw_settings(options)),
+      readback_(device),
+      last_image_(Clock::now()),
+      progress_("images:") {
+  renderer_.set_scene(scene);
+  renderer_.set_size(window ? window->framebuffer_extent() : VkExtent2D{options.width, options.height});
+  std::fprintf(stderr, "fire3dv: %ux, shadows by %s\n", static_cast<uint32_t>(renderer_.samples()),
+               !options.shadows ? "nothing (--shadows off)" : device.ray_query() ? "ray query" : "nothing: the device has no ray query");
+}
+
+Result<void> FrameLoop::run() {
+  while (!done()) {
+    // What adapters have sent.
+    const bool new_poses = intake_.poll();
+    for (const std::string& note : intake_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
+
+    // What the user does.
+    if (window_) steer();
+
+    // What is to be drawn, if anything.
+    if (options_.lockstep && !new_poses) {
+      if (Result<void> delivered = deliver(); !delivered) return delivered;
+      intake_.wait(std::chrono::milliseconds(1));
+      continue;
+    }
+    if (window_ && !window_->acquire()) {
+      window_->wait_events(0.05);
+      continue;
+    }
+    draw();
+
+    // What is finished.
+    if (Result<void> delivered = deliver(); !delivered) return delivered;
+    progress_.update(images_, options_.frames);
+  }
+  device_.wait(device_.last_submitted());
+  if (Result<void> delivered = deliver(); !delivered) return delivered;
+  if (Result<void> finished = sink_.finish(); !finished) return finished;
+  return stats_.finish();
+}
+
+bool FrameLoop::done() const {
+  if (stop_requested || (window_ && window_->should_close())) return true;
+  if (options_.frames && images_ >= options_.frames) return true;
+  return options_.exit_when_done && intake_.had_streams() && intake_.active_streams() == 0;
+}
+
+void FrameLoop::steer() {
+  window_->poll_events();
+  const VkExtent2D extent = window_->framebuffer_extent();
+  if (extent.width == 0 || extent.height == 0) return;
+  if (extent.width != renderer_.extent().width || extent.height != renderer_.extent().height) {
+    renderer_.set_size(extent);
+  }
+  const sinks::WindowInput input = window_->take_input();
+  const float height = static_cast<float>(extent.height);
+  constexpr float kOrbitRadPerHeight = 3.0f;
+  if (input.camera) camera_.select(*input.camera);
+  if (input.frame_all) camera_.frame_all(static_cast<float>(extent.width) / height);
+  if (input.orbit_px != glm::vec2(0)) {
+    camera_.orbit(poses_, -input.orbit_px.x / height * kOrbitRadPerHeight,
+                  input.orbit_px.y / height * kOrbitRadPerHeight);
+  }
+  if (input.pan_px != glm::vec2(0)) camera_.pan(poses_, -input.pan_px.x / height, input.pan_px.y / height);
+  if (input.scroll != 0) camera_.zoom(poses_, std::pow(0.85f, input.scroll));
+  if (input.fly != glm::vec3(0)) {
+    const float seconds = static_cast<float>(milliseconds_since(last_image_) * 1e-3);
+    camera_.fly(poses_, input.fly, 0.5f * camera_.scene_radius_m() * std::min(seconds, 0.1f));
+  }
+}
+
+void FrameLoop::draw() {
+  gpu::Recorder& recorder = frames_.begin();
+  const Clock::time_point begun = Clock::now();
+  const VkExtent2D extent = renderer_.extent();
+  const passes::View view =
+      camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
+  const std::vector<state::FrameTag> shown = poses_.shown();
+
+  renderer_.record(recorder, frames_.belt(), poses_, view);
+  if (wants_pixels()) readback_.record(recorder, renderer_.image(), {images_, view.camera, shown});
+  if (window_) {
+    window_->record(recorder, renderer_.image());
+    const uint64_t done_at = frames_.submit(window_->waits(), window_->signals());
+    window_->present();
+    readback_.submitted(done_at);
+    unacknowledged_.emplace_back(done_at, shown);
+  } else {
+    const uint64_t done_at = frames_.submit();
+    readback_.submitted(done_at);
+    unacknowledged_.emplace_back(done_at, shown);
+  }
+  note_cost(shown, begun);
+  images_++;
+}
+
+void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time_point begun) {
+  FrameCost cost;
+  cost.frame_index = images_;
+  cost.cpu_ms = milliseconds_since(begun);
+  cost.frame_ms = milliseconds_since(last_image_);
+  last_image_ = Clock::now();
+  const auto now_ns = static_cast<int64_t>(last_image_.time_since_epoch() / std::chrono::nanoseconds(1));
+  for (const state::FrameTag& tag : shown) {
+    // Of several streams the youngest counts. A publish time of another machine's clock says nothing here.
+    const double age_ms = static_cast<double>(now_ns - static_cast<int64_t>(tag.publish_time_ns)) * 1e-6;
+    if (age_ms >= 0 && (!cost.pose_age_ms || age_ms < *cost.pose_age_ms)) cost.pose_age_ms = age_ms;
+  }
+  stats_.add(cost);
+}
+
+Result<void> FrameLoop::deliver() {
+  // In lockstep the adapter waits for this image, so the GPU is waited for too; else it comes when it comes.
+  if (options_.lockstep) device_.wait(device_.last_submitted());
+  Result<void> result;
+  readback_.poll([&](ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    if (result) result = hand_over(std::move(tag), extent, rgba8);
+  });
+  if (!result) return result;
+  const uint64_t done = device_.completed();
+  while (!unacknowledged_.empty() && unacknowledged_.front().first <= done) {
+    intake_.acknowledge(unacknowledged_.front().second);
+    unacknowledged_.erase(unacknowledged_.begin());
+  }
+  for (const gpu::FrameTimes& times : frames_.take_finished()) stats_.add(times);
+  return {};
+}
+
+Result<void> FrameLoop::hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+  sinks::FrameImage image;
+  image.width = extent.width;
+  image.height = extent.height;
+  image.rgba8.assign(rgba8.begin(), rgba8.end());
+  image.frame_index = tag.frame_index;
+  image.camera = std::move(tag.camera);
+  image.shown = std::move(tag.shown);
+  return sink_.take(std::move(image));
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,65 @@
+// The frame loop: what adapters sent, what to show of it, drawing it, handing it on.
+#pragma once
+
+#include <chrono>
+#include <vector>
+
+#include "renderer/app/camera_rig.h"
+#include "renderer/app/frame_stats.h"
+#include "renderer/app/options.h"
+#include "renderer/app/progress.h"
+#include "renderer/app/stream_intake.h"
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/readback_belt.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/sinks/frame.h"
+#include "renderer/sinks/window.h"
+
+namespace fire3dv::app {
+
+// Set by SIGINT and SIGTERM, once install_stop_signals() was called: the loop ends in order.
+void install_stop_signals();
+
+class FrameLoop {
+ public:
+  // All are borrowed. window may be null.
+  FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses, StreamIntake& intake,
+            CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,
+            const Options& options);
+
+  Result<void> run();
+  uint64_t images() const { return images_; }
+
+ private:
+  struct ImageTag {
+    uint64_t frame_index;
+    std::string camera;
+    std::vector<state::FrameTag> shown;
+  };
+  bool done() const;
+  void steer();                 // the window's input
+  void draw();
+  Result<void> deliver();       // finished images to the sink
+  Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8);
+  void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
+  bool wants_pixels() const { return !options_.out.empty(); }
+
+  gpu::Device& device_;
+  state::PoseState& poses_;
+  StreamIntake& intake_;
+  CameraRig& camera_;
+  sinks::FrameSink& sink_;
+  sinks::Window* window_;
+  FrameStats& stats_;
+  const Options& options_;
+
+  gpu::FrameRing frames_;
+  passes::SceneRenderer renderer_;
+  passes::ReadbackBelt<ImageTag> readback_;
+  uint64_t images_ = 0;     // drawn
+  std::vector<std::pair<uint64_t, std::vector<state::FrameTag>>> unacknowledged_;  // timeline value, frames
+  std::chrono::steady_clock::time_point last_image_;
+  Progress progress_;
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,94 @@
+#include "renderer/app/frame_stats.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace fire3dv::app {
+namespace {
+
+// Passes in the order of a frame. One that did not run in an image is 0 there.
+constexpr const char* kColumns[] = {"drives", "poses", "transforms", "tlas", "forward", "post", "read-back", "window"};
+
+double at_fraction(std::vector<double> values, double fraction) {
+  if (values.empty()) return 0;
+  const auto index = static_cast<ptrdiff_t>(fraction * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + index, values.end());
+  return values[static_cast<size_t>(index)];
+}
+
+std::string line(const char* what, const std::vector<double>& values) {
+  char text[160];
+  std::snprintf(text, sizeof text, "  %-12s median %8.2f ms   p95 %8.2f ms\n", what, at_fraction(values, 0.5),
+                at_fraction(values, 0.95));
+  return text;
+}
+
+}  // namespace
+
+Result<FrameStats> FrameStats::create(const std::filesystem::path& csv) {
+  FrameStats stats;
+  if (csv.empty()) return stats;
+  stats.path_ = csv;
+  stats.file_.reset(std::fopen(csv.c_str(), "w"));
+  if (!stats.file_) return Error{"--stats " + csv.string() + ": cannot be written: " + std::strerror(errno)};
+  return stats;
+}
+
+void FrameStats::add(const FrameCost& cost) {
+  if (cost.frame_index > 0) frame_ms_.push_back(cost.frame_ms);  // the first has no image before it
+  cpu_ms_.push_back(cost.cpu_ms);
+  if (cost.pose_age_ms) pose_age_ms_.push_back(*cost.pose_age_ms);
+  waiting_[cost.frame_index] = cost;
+}
+
+void FrameStats::add(const gpu::FrameTimes& times) {
+  gpu_ms_.push_back(times.total_ms);
+  for (const gpu::PassTime& pass : times.passes) pass_ms_[pass.name].push_back(pass.milliseconds);
+  const auto cost = waiting_.find(times.frame_index);
+  if (cost == waiting_.end()) return;
+  write_row(cost->second, times);
+  waiting_.erase(cost);
+}
+
+void FrameStats::write_row(const FrameCost& cost, const gpu::FrameTimes& times) {
+  if (!file_) return;
+  if (!header_written_) {
+    std::fprintf(file_.get(), "frame,frame_ms,cpu_ms,pose_age_ms,gpu_ms");
+    for (const char* column : kColumns) std::fprintf(file_.get(), ",%s_ms", column);
+    std::fprintf(file_.get(), "\n");
+    header_written_ = true;
+  }
+  std::fprintf(file_.get(), "%llu,%.4f,%.4f,", static_cast<unsigned long long>(cost.frame_index), cost.frame_ms,
+               cost.cpu_ms);
+  if (cost.pose_age_ms) std::fprintf(file_.get(), "%.4f", *cost.pose_age_ms);
+  std::fprintf(file_.get(), ",%.4f", times.total_ms);
+  for (const char* column : kColumns) {
+    double sum = 0;
+    for (const gpu::PassTime& pass : times.passes) {
+      if (std::strcmp(pass.name, column) == 0) sum += pass.milliseconds;
+    }
+    std::fprintf(file_.get(), ",%.4f", sum);
+  }
+  std::fprintf(file_.get(), "\n");
+}
+
+Result<void> FrameStats::finish() {
+  if (!file_) return {};
+  const bool good = std::fflush(file_.get()) == 0 && !std::ferror(file_.get());
+  file_.reset();
+  if (!good) return Error{"--stats " + path_.string() + ": not all could be written; is the disk full?"};
+  return {};
+}
+
+std::string FrameStats::summary() const {
+  std::string text = line("image", frame_ms_) + line("CPU", cpu_ms_) + line("GPU", gpu_ms_);
+  for (const char* column : kColumns) {
+    const auto pass = pass_ms_.find(column);
+    if (pass != pass_ms_.end()) text += line((std::string("  ") + column).c_str(), pass->second);
+  }
+  if (!pose_age_ms_.empty()) text += line("pose age", pose_age_ms_);
+  return text;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,91 @@
+#include "renderer/app/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <iostream>
+
+#include "renderer/app/version.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr int kUsageError = 2;
+constexpr uint32_t kMaxSide = 16384;
+
+bool parse_size(const std::string& text, uint32_t& width, uint32_t& height) {
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, width);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return false;
+  const auto second = std::from_chars(first.ptr + 1, end, height);
+  return second.ec == std::errc() && second.ptr == end && width >= 1 && height >= 1 && width <= kMaxSide &&
+         height <= kMaxSide;
+}
+
+}  // namespace
+
+std::variant<Options, int> parse_options(int argc, char** argv) {
+  Options options;
+  CLI::App app{"FIRE-3DV: shows what simulators do. Draws a glTF scene and moves its nodes as adapters publish poses."};
+  app.name("fire3dv");
+  app.set_version_flag("--version", kVersion);
+
+  app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)");
+  app.add_option("--listen", options.listen, "where adapters publish: shm://NAME, tcp://HOST:PORT or udp://HOST:PORT; "
+                                             "may be given several times")
+      ->allow_extra_args(false);
+  app.add_flag("--insecure", options.insecure, "let --listen take addresses other than loopback, without protection");
+  app.add_flag("--lockstep", options.lockstep, "draw every pose frame exactly once and tell the adapter when it is done");
+
+  app.add_flag("--headless", options.headless, "open no window");
+  std::string size = "1280x720";
+  app.add_option("--size", size, "image size, WxH")->capture_default_str();
+  app.add_option("--camera", options.camera, "camera by node or camera name");
+  app.add_option("--frames", options.frames, "stop after this many images");
+  app.add_flag("--exit-when-done", options.exit_when_done, "stop when the last stream has ended");
+  app.add_option("--out", options.out, "folder for one PNG per image");
+  app.add_option("--stats", options.stats, "CSV file of times per image");
+
+  app.add_option("--device", options.device, "Vulkan device by index or part of its name");
+  app.add_flag("--list-devices", options.list_devices, "list the Vulkan devices and stop");
+#ifdef FIRE3DV_VALIDATION_DEFAULT
+  options.validation = true;
+#endif
+  app.add_flag("--validation,!--no-validation", options.validation,
+               "check every Vulkan call; a finding ends the run with exit code 1");
+
+  app.add_option("--samples", options.samples, "samples per pixel, at most; what the device has decides")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  std::string shadows = "on";
+  app.add_option("--shadows", shadows, "ray-traced shadows")->check(CLI::IsMember({"on", "off"}))->capture_default_str();
+  app.add_option("--exposure", options.exposure, "factor on all light")->check(CLI::PositiveNumber)->capture_default_str();
+  std::string tone_map = "reinhard";
+  app.add_option("--tone-map", tone_map, "how HDR light becomes display colour")
+      ->check(CLI::IsMember({"reinhard", "none"}))
+      ->capture_default_str();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool asked_for = error.get_exit_code() == 0;  // --help, --version
+    if (asked_for) return app.exit(error);
+    std::cerr << "fire3dv: " << error.what() << " (see fire3dv --help)\n";
+    return kUsageError;
+  }
+  auto usage_error = [](const std::string& text) {
+    std::cerr << "fire3dv: " << text << " (see fire3dv --help)\n";
+    return kUsageError;
+  };
+  if (!parse_size(size, options.width, options.height)) {
+    return usage_error("--size " + size + ": must be WxH with sides of 1 to " + std::to_string(kMaxSide) +
+                       ", such as 1280x720");
+  }
+  if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
+  if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
+  if (options.exit_when_done && options.listen.empty()) return usage_error("--exit-when-done needs a --listen URI");
+  options.shadows = shadows == "on";
+  options.tone_map = tone_map == "reinhard";
+  return options;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,39 @@
+// The renderer's command line.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace fire3dv::app {
+
+struct Options {
+  std::filesystem::path scene;
+  std::vector<std::string> listen;  // URIs
+  bool insecure = false;            // listen on addresses other than loopback
+  bool lockstep = false;            // one image for each pose frame, acknowledged
+
+  bool headless = false;
+  uint32_t width = 1280, height = 720;
+  std::string camera;               // node or camera name; empty: the scene's first, or one that frames it
+  uint64_t frames = 0;              // 0 = until told to stop
+  bool exit_when_done = false;      // end when the last stream has ended
+  std::filesystem::path out;        // folder of PNGs; empty = none
+  std::filesystem::path stats;      // CSV of times per frame; empty = none
+
+  std::string device;
+  bool list_devices = false;
+  bool validation = false;
+
+  uint32_t samples = 4;
+  bool shadows = true;
+  float exposure = 1;
+  bool tone_map = true;
+};
+
+// Options, or the exit code with which the program ends now (help, or a usage error that has been printed).
+std::variant<Options, int> parse_options(int argc, char** argv);
+
+}  // namespace fire3dv::app

@@ -1,0 +1,131 @@
+#include "renderer/app/run.h"
+
+#include <csignal>
+#include <cstdio>
+
+#include "protocol/transport/open.h"
+#include "renderer/app/frame_loop.h"
+#include "renderer/app/progress.h"
+#include "renderer/gpu/device.h"
+#include "renderer/scene/load_gltf.h"
+#include "renderer/sinks/file_sink.h"
+#include "renderer/sinks/null_sink.h"
+#include "renderer/sinks/window.h"
+
+namespace fire3dv::app {
+namespace {
+
+void say(const std::string& text) { std::fprintf(stderr, "fire3dv: %s\n", text.c_str()); }
+
+int fail(const Error& error) {
+  say(error.message);
+  return 1;
+}
+
+int list_devices(const gpu::Instance& instance) {
+  const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
+  if (reports.empty()) {
+    return fail(Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU"});
+  }
+  for (const gpu::DeviceReport& report : reports) std::printf("%s\n", gpu::describe(report).c_str());
+  return 0;
+}
+
+Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options) {
+  const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
+  Result<gpu::DeviceChoice> choice = gpu::choose_device(reports, options.device);
+  if (!choice) return choice.error();
+  for (const std::string& note : choice->notes) say("device: " + note);
+  say("device " + gpu::describe(reports[choice->index]));
+  return gpu::Device::create(instance, choice->index, !options.headless);
+}
+
+Result<scene::Scene> load_scene(const std::filesystem::path& path) {
+  Progress progress("loading " + path.filename().string() + ":");
+  Result<scene::Scene> scene = scene::load_gltf(
+      path, {}, [&](const char*, size_t done, size_t total) { progress.update(done, total); });
+  if (!scene) return scene;
+  for (const std::string& warning : scene->warnings) say("warning: " + warning);
+  size_t triangles = 0;
+  for (const scene::Primitive& primitive : scene->primitives) triangles += primitive.index_count / 3;
+  say(path.string() + ": " + std::to_string(scene->nodes.size()) + " nodes, " + std::to_string(triangles) +
+      " triangles, " + std::to_string(scene->lights.size()) + " lights, " + std::to_string(scene->cameras.size()) +
+      " cameras, " + std::to_string(scene->textures.size()) + " textures");
+  return scene;
+}
+
+Result<void> open_listeners(const Options& options, StreamIntake& intake) {
+  for (const std::string& uri : options.listen) {
+    transport::ListenerOptions listener_options;
+    listener_options.delivery = options.lockstep ? transport::Delivery::all : transport::Delivery::newest;
+    listener_options.insecure = options.insecure;
+    Result<std::unique_ptr<transport::ListenerLink>> listener = transport::open_listener(uri, listener_options);
+    if (!listener) return listener.error();
+    say("listening on " + (*listener)->uri());
+    intake.add(std::move(*listener));
+  }
+  return {};
+}
+
+Result<std::unique_ptr<sinks::FrameSink>> open_sink(const Options& options) {
+  if (options.out.empty()) return std::unique_ptr<sinks::FrameSink>(std::make_unique<sinks::NullSink>());
+  sinks::FileSinkOptions file_options;
+  file_options.folder = options.out;
+  Result<std::unique_ptr<sinks::FileSink>> sink = sinks::FileSink::open(file_options);
+  if (!sink) return sink.error();
+  return std::unique_ptr<sinks::FrameSink>(std::move(*sink));
+}
+
+}  // namespace
+
+int run(const Options& options) {
+  // A window, when there is one, says which Vulkan extensions it needs.
+  std::unique_ptr<sinks::Window> window;
+  if (!options.headless && !options.list_devices) {
+    Result<std::unique_ptr<sinks::Window>> opened =
+        sinks::Window::open("FIRE-3DV", {options.width, options.height});
+    if (!opened) return fail(opened.error());
+    window = std::move(*opened);
+  }
+  gpu::InstanceOptions instance_options;
+  instance_options.validation = options.validation;
+  if (window) instance_options.window_extensions = window->instance_extensions();
+  Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
+  if (!instance) return fail(instance.error());
+  if (options.list_devices) return list_devices(**instance);
+
+  int exit_code = 0;
+  {
+    // The cheap things that can be wrong come first.
+    Result<FrameStats> stats = FrameStats::create(options.stats);
+    if (!stats) return fail(stats.error());
+    Result<scene::Scene> scene = load_scene(options.scene);
+    if (!scene) return fail(scene.error());
+    Result<CameraRig> camera = CameraRig::create(*scene, options.camera);
+    if (!camera) return fail(camera.error());
+    state::PoseState poses(*scene);
+    StreamIntake intake(poses, options.lockstep);
+    if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
+    Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
+    if (!sink) return fail(sink.error());
+
+    Result<std::unique_ptr<gpu::Device>> device = open_device(**instance, options);
+    if (!device) return fail(device.error());
+    if (window) {
+      if (Result<void> attached = window->attach(**instance, **device); !attached) return fail(attached.error());
+    }
+
+    FrameLoop loop(**device, *scene, poses, intake, *camera, **sink, window.get(), *stats, options);
+    Result<void> finished = loop.run();
+    if (window) window->detach();
+    if (!finished) exit_code = fail(finished.error());
+    say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) + "\n" +
+        stats->summary());
+  }
+  if (const uint64_t messages = (*instance)->validation_messages()) {
+    exit_code = fail(Error{std::to_string(messages) + " validation messages"});
+  }
+  return exit_code;
+}
+
+}  // namespace fire3dv::app

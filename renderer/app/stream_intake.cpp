@@ -1,0 +1,185 @@
+#include "renderer/app/stream_intake.h"
+
+#include <algorithm>
+
+#include "protocol/wire/encode.h"
+#include "renderer/app/version.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr size_t kNamesInNote = 5;
+constexpr size_t kNamesInWelcome = 1000;  // the answer to a hostile description must stay small
+
+std::string list_names(const std::vector<std::string>& names) {
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kNamesInNote); ++i) text += (i ? ", \"" : "\"") + names[i] + "\"";
+  if (names.size() > kNamesInNote) text += " and " + std::to_string(names.size() - kNamesInNote) + " more";
+  return text;
+}
+
+std::vector<std::string> first_names(const std::vector<std::string>& names) {
+  return {names.begin(), names.begin() + static_cast<ptrdiff_t>(std::min(names.size(), kNamesInWelcome))};
+}
+
+uint64_t monotonic_now_ns() {
+  return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
+}
+
+}  // namespace
+
+StreamIntake::StreamIntake(state::PoseState& poses, bool lockstep) : poses_(poses), lockstep_(lockstep) {}
+
+void StreamIntake::add(std::unique_ptr<transport::ListenerLink> listener) { listeners_.push_back(std::move(listener)); }
+
+bool StreamIntake::poll() {
+  bool changed = false;
+  if (held_.empty()) {
+    for (size_t i = 0; i < listeners_.size(); ++i) {
+      listeners_[i]->poll([&](const transport::LinkEvent& event) {
+        const Peer peer{i, event.peer};
+        if (!lockstep_) {
+          changed |= handle(peer, event.kind, event.message, event.text);
+          return;
+        }
+        held_.push_back({peer, event.kind, {event.message.begin(), event.message.end()}, std::string(event.text)});
+      });
+    }
+  }
+  while (!changed && !held_.empty()) {
+    const Held held = std::move(held_.front());
+    held_.pop_front();
+    changed = handle(held.peer, held.kind, held.message, held.text);
+  }
+  return changed;
+}
+
+void StreamIntake::wait(std::chrono::nanoseconds timeout) {
+  if (!held_.empty()) return;
+  if (listeners_.empty()) return;
+  // Several listeners take turns; each gets a share of the time.
+  for (const auto& listener : listeners_) listener->wait(timeout / static_cast<int64_t>(listeners_.size()));
+}
+
+bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message,
+                          std::string_view text) {
+  using Kind = transport::LinkEvent::Kind;
+  switch (kind) {
+    case Kind::connected:
+      return false;
+    case Kind::note:
+      notes_.emplace_back(text);
+      return false;
+    case Kind::disconnected: {
+      const bool had_stream = stream_of_peer_.contains(peer);
+      end_stream(peer, std::string(text));
+      rejected_of_peer_.erase(peer);
+      return had_stream;
+    }
+    case Kind::pose:
+    case Kind::control:
+      break;
+  }
+
+  Result<wire::Message> decoded = decoder_.decode(message);
+  if (!decoded) {
+    reject(peer, decoded.error().message);
+    return false;
+  }
+  if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
+    const auto stream = stream_of_peer_.find(peer);
+    if (stream == stream_of_peer_.end()) {
+      reject(peer, "pose frame before a description");
+      return false;
+    }
+    return poses_.push(stream->second.id, *frame);
+  }
+  if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
+    describe(peer, *description);
+    return false;
+  }
+  if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
+    reply(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns, monotonic_now_ns()}));
+    return false;
+  }
+  if (std::holds_alternative<wire::Goodbye>(*decoded)) {
+    end_stream(peer, "it said goodbye");
+    return true;
+  }
+  reject(peer, "a message that only renderers send");
+  return false;
+}
+
+void StreamIntake::describe(Peer peer, const wire::StreamDescription& description) {
+  wire::Welcome welcome;
+  welcome.epoch = description.epoch;
+  welcome.renderer_name = std::string("fire3dv ") + kVersion;
+  const std::string name = description.adapter_name.empty() ? "an adapter" : description.adapter_name;
+  if (description.protocol_major != wire::kProtocolMajor) {
+    welcome.status = wire::WelcomeStatus::version_mismatch;
+    welcome.message = "this renderer speaks protocol " + std::to_string(wire::kProtocolMajor) + "." +
+                      std::to_string(wire::kProtocolMinor) + ", the adapter " +
+                      std::to_string(description.protocol_major) + "." + std::to_string(description.protocol_minor) +
+                      "; update the older one";
+    notes_.push_back(name + " was refused: " + welcome.message);
+    reply(peer, wire::encode(welcome));
+    return;
+  }
+
+  const auto known = stream_of_peer_.find(peer);
+  const bool repeated = known != stream_of_peer_.end() && known->second.epoch == description.epoch;
+  if (!repeated) {
+    if (known != stream_of_peer_.end()) end_stream(peer, "it began anew");
+    const state::StreamId id = poses_.add_stream(description);
+    stream_of_peer_[peer] = {id, description.epoch, name};
+    had_streams_ = true;
+  }
+  const state::Stream& stream = poses_.streams()[stream_of_peer_[peer].id];
+  welcome.unmatched_names = first_names(stream.unmatched_names);
+  welcome.conflicting_names = first_names(stream.conflicting_names);
+  welcome.message = "accepted";
+  if (!stream.unmatched_names.empty()) {
+    welcome.message += "; no scene node is called " + list_names(stream.unmatched_names);
+  }
+  if (!stream.conflicting_names.empty()) {
+    welcome.message += "; another stream drives " + list_names(stream.conflicting_names);
+  }
+  if (!repeated) {
+    notes_.push_back("stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes " +
+                     welcome.message);
+  }
+  reply(peer, wire::encode(welcome));
+}
+
+void StreamIntake::end_stream(Peer peer, const std::string& reason) {
+  const auto stream = stream_of_peer_.find(peer);
+  if (stream == stream_of_peer_.end()) return;
+  poses_.remove_stream(stream->second.id);
+  notes_.push_back("stream \"" + stream->second.name + "\" ended: " + reason);
+  stream_of_peer_.erase(stream);
+}
+
+void StreamIntake::acknowledge(const std::vector<state::FrameTag>& shown) {
+  for (const state::FrameTag& tag : shown) {
+    for (const auto& [peer, stream] : stream_of_peer_) {
+      if (stream.epoch == tag.epoch) reply(peer, wire::encode(wire::Ack{tag.epoch, tag.sequence}));
+    }
+  }
+}
+
+void StreamIntake::reply(Peer peer, const wire::Bytes& message) {
+  listeners_[peer.first]->send(peer.second, message);
+}
+
+// The first fault of a peer is told, the others are counted: a broken adapter at 1 kHz must not fill the terminal.
+void StreamIntake::reject(Peer peer, const std::string& reason) {
+  rejected_++;
+  if (rejected_of_peer_[peer]++ == 0) {
+    notes_.push_back("dropped a message from " + listeners_[peer.first]->uri() + " peer " +
+                     std::to_string(peer.second) + ": " + reason);
+  }
+}
+
+std::vector<std::string> StreamIntake::take_notes() { return std::exchange(notes_, {}); }
+
+}  // namespace fire3dv::app

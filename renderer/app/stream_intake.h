@@ -1,0 +1,70 @@
+// From links to pose state: decodes what arrives, binds streams, answers adapters. It owns the listeners.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/transport/link.h"
+#include "protocol/wire/decode.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::app {
+
+class StreamIntake {
+ public:
+  // lockstep: the listeners deliver every frame, and poll() stops after the first that changes what is shown.
+  StreamIntake(state::PoseState& poses, bool lockstep);
+
+  void add(std::unique_ptr<transport::ListenerLink> listener);
+
+  // Takes what has arrived. Returns true when there is something new to show. Never waits.
+  bool poll();
+  // Waits until there may be something, at most this long.
+  void wait(std::chrono::nanoseconds timeout);
+  // Tells the adapters of these streams that an image of these frames is finished.
+  void acknowledge(const std::vector<state::FrameTag>& shown);
+
+  // Sentences for the user since the last call: who came, went, or was refused, and why.
+  std::vector<std::string> take_notes();
+  size_t active_streams() const { return stream_of_peer_.size(); }
+  bool had_streams() const { return had_streams_; }
+  uint64_t rejected_messages() const { return rejected_; }
+
+ private:
+  using Peer = std::pair<size_t, transport::PeerId>;  // listener and its peer
+  struct Held {
+    Peer peer;
+    transport::LinkEvent::Kind kind;
+    wire::Bytes message;
+    std::string text;
+  };
+  struct PeerStream {
+    state::StreamId id;
+    uint64_t epoch;
+    std::string name;
+  };
+
+  bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message, std::string_view text);
+  void describe(Peer peer, const wire::StreamDescription& description);
+  void end_stream(Peer peer, const std::string& reason);
+  void reply(Peer peer, const wire::Bytes& message);
+  void reject(Peer peer, const std::string& reason);
+
+  state::PoseState& poses_;
+  bool lockstep_;
+  std::vector<std::unique_ptr<transport::ListenerLink>> listeners_;
+  wire::Decoder decoder_;
+  std::deque<Held> held_;  // lockstep: what has arrived after the frame that is shown
+  std::map<Peer, PeerStream> stream_of_peer_;
+  std::map<Peer, uint32_t> rejected_of_peer_;
+  std::vector<std::string> notes_;
+  bool had_streams_ = false;
+  uint64_t rejected_ = 0;
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,5 @@
+#pragma once
+
+namespace fire3dv::app {
+inline constexpr const char* kVersion = FIRE3DV_VERSION;
+}

@@ -1,0 +1,37 @@
+// Draws the scene into multisampled linear HDR colour: sorted multi-draw-indirect, vertex pulling, PBR, shadows by ray
+// query in the fragment shader. The reference for how an image has to look.
+#pragma once
+
+#include <vector>
+
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/pipeline.h"
+#include "renderer/passes/gpu_scene.h"
+#include "renderer/passes/targets.h"
+#include "renderer/passes/view.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::passes {
+
+class ForwardPass {
+ public:
+  ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleCountFlagBits samples);
+
+  // globals: device address of the frame's Globals.
+  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
+              const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals);
+  void forget() { commands_scene_ = nullptr; }
+
+ private:
+  const gpu::Pipeline& pipeline(scene::AlphaMode mode) const;
+  void upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene,
+                       const scene::Scene& source);
+
+  gpu::Device& device_;
+  VkPipelineLayout layout_;
+  gpu::Pipeline opaque_, mask_, blend_;
+  gpu::Buffer commands_;  // VkDrawIndexedIndirectCommand[], one per draw of the list
+  const GpuScene* commands_scene_ = nullptr;
+};
+
+}  // namespace fire3dv::passes

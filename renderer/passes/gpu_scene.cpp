@@ -1,0 +1,175 @@
+#include "renderer/passes/gpu_scene.h"
+
+#include <algorithm>
+#include <bit>
+#include <map>
+
+#include "renderer/passes/material_records.h"
+#include "renderer/scene/math.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Access;
+using gpu::Memory;
+
+template <typename T>
+gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values,
+                         VkBufferUsageFlags usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) {
+  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T), usage, Memory::device);
+  loader.upload(buffer, std::span<const T>(values));
+  return buffer;
+}
+
+VkSamplerAddressMode address_mode(scene::Wrap wrap) {
+  switch (wrap) {
+    case scene::Wrap::repeat: return VK_SAMPLER_ADDRESS_MODE_REPEAT;
+    case scene::Wrap::mirrored_repeat: return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
+    case scene::Wrap::clamp_to_edge: return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  }
+  return VK_SAMPLER_ADDRESS_MODE_REPEAT;
+}
+
+gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted) {
+  VkSamplerCreateInfo info{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
+  info.magFilter = wanted.nearest_mag ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
+  info.minFilter = wanted.nearest_min ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
+  info.mipmapMode = wanted.nearest_mip ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
+  info.addressModeU = address_mode(wanted.wrap_u);
+  info.addressModeV = address_mode(wanted.wrap_v);
+  info.addressModeW = VK_SAMPLER_ADDRESS_MODE_REPEAT;
+  info.maxLod = wanted.use_mips ? VK_LOD_CLAMP_NONE : 0.25f;
+  const bool smooth = !wanted.nearest_mag && !wanted.nearest_min && wanted.use_mips;
+  if (smooth && device.report().anisotropy && device.report().type != gpu::DeviceType::software) {
+    info.anisotropyEnable = VK_TRUE;  // on a software device it costs more than all the rest
+    info.maxAnisotropy = std::min(8.0f, device.limits().maxSamplerAnisotropy);
+  }
+  VkSampler sampler = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
+  return gpu::Sampler(device, sampler);
+}
+
+// One GPU image for each use of an image as colour or as data; one sampler for each distinct description.
+std::vector<gpu::SampledTexture> upload_textures(gpu::Device& device, gpu::LoaderCommands& loader,
+                                                 const scene::Scene& scene, GpuScene& gpu_scene) {
+  std::map<std::pair<uint32_t, bool>, VkImageView> views;
+  std::vector<std::pair<scene::Sampler, VkSampler>> samplers;
+  std::vector<gpu::SampledTexture> textures;
+  for (const scene::Texture& texture : scene.textures) {
+    VkImageView& view = views[{texture.image, texture.srgb}];
+    if (!view) {
+      const scene::Image& source = scene.images[texture.image];
+      gpu::ImageInfo info;
+      info.format = texture.srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM;
+      info.extent = {source.width, source.height};
+      info.mip_levels = static_cast<uint32_t>(std::bit_width(std::max(source.width, source.height)));
+      info.usage =
+          VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+      gpu::Image& image = gpu_scene.images.emplace_back(gpu::create_image(device, info));
+      loader.upload_rgba8(image, source.rgba8);
+      view = image.view.get();
+    }
+    auto sampler = std::find_if(samplers.begin(), samplers.end(),
+                                [&](const auto& known) { return known.first == texture.sampler; });
+    if (sampler == samplers.end()) {
+      gpu_scene.samplers.push_back(create_sampler(device, texture.sampler));
+      samplers.emplace_back(texture.sampler, gpu_scene.samplers.back().get());
+      sampler = samplers.end() - 1;
+    }
+    textures.push_back({view, sampler->second});
+  }
+  return textures;
+}
+
+std::vector<std::vector<gpu::TriangleGeometry>> shadow_geometry(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  std::vector<std::vector<gpu::TriangleGeometry>> meshes(scene.meshes.size());
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    const scene::Mesh& mesh = scene.meshes[m];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      const scene::Primitive& primitive = scene.primitives[p];
+      const scene::AlphaMode alpha_mode = scene.materials[primitive.material].alpha_mode;
+      gpu::TriangleGeometry geometry;
+      geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
+      geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
+      geometry.vertex_count = primitive.vertex_count;
+      // Blended surfaces cast no shadow. An empty geometry keeps the others' numbers.
+      geometry.triangle_count = alpha_mode == scene::AlphaMode::blend ? 0 : primitive.index_count / 3;
+      geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
+      meshes[m].push_back(geometry);
+    }
+  }
+  return meshes;
+}
+
+VkAccelerationStructureInstanceKHR instance_record(uint32_t node, VkDeviceAddress blas) {
+  VkAccelerationStructureInstanceKHR instance{};
+  instance.instanceCustomIndex = node & 0xffffff;
+  instance.mask = 0xff;
+  instance.flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
+  instance.accelerationStructureReference = blas;
+  return instance;
+}
+
+}  // namespace
+
+GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene) : draw_list(DrawList::collect(scene)) {
+  gpu::LoaderCommands loader(device);
+  node_count = static_cast<uint32_t>(scene.nodes.size());
+
+  const VkBufferUsageFlags geometry_usage =
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+      (device.ray_query() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
+  positions = upload_array(device, loader, scene.positions, geometry_usage);
+  indices = upload_array(device, loader, scene.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  static_assert(sizeof(scene::VertexAttributes) == sizeof(gpu_types::VertexRecord));
+  vertices = upload_array(device, loader, scene.attributes);
+
+  std::vector<gpu_types::MaterialRecord> material_records;
+  for (const scene::Material& material : scene.materials) material_records.push_back(material_record(material));
+  materials = upload_array(device, loader, material_records);
+
+  std::vector<gpu_types::PrimitiveRecord> primitive_records;
+  for (const scene::Primitive& p : scene.primitives) {
+    primitive_records.push_back({p.first_index, p.first_vertex, p.material});
+  }
+  primitives = upload_array(device, loader, primitive_records);
+
+  std::vector<gpu_types::LightRecord> light_records;
+  std::vector<uint32_t> first_primitives(node_count, 0), instance_indices(node_count, FIRE3DV_NO_INDEX);
+  for (uint32_t n = 0; n < node_count; ++n) {
+    const scene::Node& node = scene.nodes[n];
+    if (node.light != scene::kNone) light_records.push_back(light_record(scene.lights[node.light], n));
+    if (node.mesh != scene::kNone) first_primitives[n] = scene.meshes[node.mesh].first_primitive;
+  }
+  light_count = static_cast<uint32_t>(light_records.size());
+  lights = upload_array(device, loader, light_records);
+  first_primitive_of_node = upload_array(device, loader, first_primitives);
+
+  std::vector<gpu_types::DrawRecord> draw_records;
+  for (const Draw& draw : draw_list.draws) draw_records.push_back({draw.node, draw.primitive});
+  draws = upload_array(device, loader, draw_records);
+  world_from_node = gpu::create_buffer(device, node_count * sizeof(gpu_types::AffineRows),
+                                       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+
+  if (device.ray_query()) {
+    blas_of_mesh =
+        gpu::build_meshes(device, loader, shadow_geometry(scene, *this), positions, indices, blas_report);
+    std::vector<VkAccelerationStructureInstanceKHR> instance_records;
+    for (uint32_t n = 0; n < node_count; ++n) {
+      const uint32_t mesh = scene.nodes[n].mesh;
+      if (mesh == scene::kNone || !blas_of_mesh[mesh].address) continue;
+      instance_indices[n] = static_cast<uint32_t>(instance_records.size());
+      instance_records.push_back(instance_record(n, blas_of_mesh[mesh].address));
+    }
+    instance_count = static_cast<uint32_t>(instance_records.size());
+    instances = upload_array(device, loader, instance_records, geometry_usage);
+    top_level = gpu::TopLevel(device, instance_count);
+  }
+  instance_of_node = upload_array(device, loader, instance_indices);
+  const std::vector<gpu::SampledTexture> sampled = upload_textures(device, loader, scene, *this);
+  loader.finish();
+  textures = gpu::BindlessTextures(device, sampled, top_level.handle());
+}
+
+}  // namespace fire3dv::passes

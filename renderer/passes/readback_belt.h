@@ -1,0 +1,93 @@
+// Images on their way back to the CPU. A request carries a tag; frames later the pixels arrive with the same tag, in
+// order: no stall, no mix-up.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu/recorder.h"
+
+namespace fire3dv::passes {
+
+template <typename Tag>
+class ReadbackBelt {
+ public:
+  explicit ReadbackBelt(gpu::Device& device) : device_(device) {}
+
+  // Records the copy of a 4-bytes-a-pixel image. Call submitted() with the timeline value of the frame.
+  void record(gpu::Recorder& recorder, gpu::Image& image, Tag tag) {
+    const VkDeviceSize bytes = VkDeviceSize{4} * image.extent.width * image.extent.height;
+    Pending pending{take_buffer(bytes), image.extent, std::move(tag), 0};
+    recorder.pass("read-back",
+                  {gpu::Use(image, gpu::access::transfer_read), gpu::Use(pending.buffer, gpu::access::transfer_write)},
+                  [&](VkCommandBuffer commands) {
+                    VkBufferImageCopy copy{};
+                    copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+                    copy.imageExtent = {image.extent.width, image.extent.height, 1};
+                    vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                                           pending.buffer.get(), 1, &copy);
+                  });
+    recorder.transition({gpu::Use(pending.buffer, gpu::access::host_read)});
+    recorded_.push_back(std::move(pending));
+  }
+
+  void submitted(uint64_t timeline_value) {
+    for (Pending& pending : recorded_) {
+      pending.done_at = timeline_value;
+      pending_.push_back(std::move(pending));
+    }
+    recorded_.clear();
+  }
+
+  // Hands over every image that is done, oldest first.
+  template <typename TakeImage>
+  void poll(TakeImage&& take) {
+    const uint64_t done = device_.completed();
+    while (!pending_.empty() && pending_.front().done_at <= done) {
+      Pending pending = std::move(pending_.front());
+      pending_.pop_front();
+      const size_t bytes = size_t{4} * pending.extent.width * pending.extent.height;
+      take(std::move(pending.tag), pending.extent,
+           std::span<const uint8_t>(reinterpret_cast<const uint8_t*>(pending.buffer.mapped), bytes));
+      free_.push_back(std::move(pending.buffer));
+    }
+  }
+
+  // The same, after waiting for all that was submitted: the end of a run, or lockstep.
+  template <typename TakeImage>
+  void drain(TakeImage&& take) {
+    if (!pending_.empty()) device_.wait(pending_.back().done_at);
+    poll(std::forward<TakeImage>(take));
+  }
+
+  size_t in_flight() const { return pending_.size(); }
+
+ private:
+  struct Pending {
+    gpu::Buffer buffer;
+    VkExtent2D extent;
+    Tag tag;
+    uint64_t done_at;
+  };
+
+  gpu::Buffer take_buffer(VkDeviceSize bytes) {
+    while (!free_.empty()) {
+      gpu::Buffer buffer = std::move(free_.back());
+      free_.pop_back();
+      if (buffer.size_bytes == std::max<VkDeviceSize>(bytes, 64)) {
+        buffer.use = {};  // its last use was ours, and is over
+        return buffer;
+      }
+    }
+    return gpu::create_buffer(device_, bytes, 0, gpu::Memory::readback);
+  }
+
+  gpu::Device& device_;
+  std::vector<Pending> recorded_;
+  std::deque<Pending> pending_;
+  std::vector<gpu::Buffer> free_;
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,90 @@
+#include "renderer/passes/scene_renderer.h"
+
+#include <array>
+
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+
+// The largest count that the device has and the user allows.
+VkSampleCountFlagBits choose_samples(const gpu::Device& device, uint32_t wanted) {
+  const VkSampleCountFlags possible =
+      device.limits().framebufferColorSampleCounts & device.limits().framebufferDepthSampleCounts;
+  for (uint32_t count = 16; count > 1; count /= 2) {
+    if (count <= wanted && (possible & count)) return static_cast<VkSampleCountFlagBits>(count);
+  }
+  return VK_SAMPLE_COUNT_1_BIT;
+}
+
+}  // namespace
+
+SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
+    : device_(device),
+      settings_(settings),
+      samples_(choose_samples(device, settings.samples)),
+      scene_set_layout_(gpu::BindlessTextures::create_layout(device)),
+      layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
+      transforms_(device, layout_.get()),
+      forward_(device, layout_.get(), samples_),
+      post_(device, samples_) {}
+
+void SceneRenderer::set_scene(const scene::Scene& scene) {
+  scene_ = &scene;
+  transforms_.forget();
+  forward_.forget();
+  gpu_scene_ = std::make_unique<GpuScene>(device_, scene);
+}
+
+void SceneRenderer::set_size(VkExtent2D extent) {
+  targets_.emplace(device_, extent, samples_);
+  post_.bind(*targets_);
+}
+
+void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+                           const View& view) {
+  // Where everything is now.
+  transforms_.record(recorder, belt, *gpu_scene_, poses);
+  // What shadow rays can meet.
+  record_top_level(recorder);
+  // What the camera sees, in linear HDR.
+  forward_.record(recorder, belt, *gpu_scene_, *scene_, poses, *targets_, view, upload_globals(belt, view));
+  // What a display shows of it.
+  post_.record(recorder, *targets_, settings_.post);
+}
+
+void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
+  if (!device_.ray_query()) return;
+  GpuScene& scene = *gpu_scene_;
+  recorder.pass("tlas",
+                {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),
+                 Use(scene.top_level.scratch(), access::build_write)},
+                [&](VkCommandBuffer commands) {
+                  scene.top_level.record_build(commands, scene.instances.address, scene.instance_count);
+                });
+}
+
+VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View& view) {
+  const GpuScene& scene = *gpu_scene_;
+  gpu_types::Globals globals{};
+  globals.world_from_node = scene.world_from_node.address;
+  globals.first_primitive_of_node = scene.first_primitive_of_node.address;
+  globals.draws = scene.draws.address;
+  globals.primitives = scene.primitives.address;
+  globals.materials = scene.materials.address;
+  globals.lights = scene.lights.address;
+  globals.positions = scene.positions.address;
+  globals.vertices = scene.vertices.address;
+  globals.indices = scene.indices.address;
+  globals.clip_from_world = view.clip_from_world;
+  globals.eye_world = view.eye_world;
+  globals.light_count = scene.light_count;
+  globals.ambient = settings_.ambient;
+  globals.shadows = settings_.shadows ? 1 : 0;
+  return belt.write(std::span<const gpu_types::Globals>(&globals, 1)).address;
+}
+
+}  // namespace fire3dv::passes

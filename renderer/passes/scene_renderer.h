@@ -1,0 +1,58 @@
+// Draws a scene as the pose state has it, from one view. The passes of a frame, in the order in which they run.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/forward_pass.h"
+#include "renderer/passes/gpu_scene.h"
+#include "renderer/passes/post_pass.h"
+#include "renderer/passes/targets.h"
+#include "renderer/passes/transforms_pass.h"
+#include "renderer/passes/view.h"
+
+namespace fire3dv::passes {
+
+struct DrawSettings {
+  uint32_t samples = 4;
+  bool shadows = true;  // where the device can trace rays
+  glm::vec3 ambient{0.35f};
+  PostSettings post;
+};
+
+class SceneRenderer {
+ public:
+  SceneRenderer(gpu::Device& device, const DrawSettings& settings);
+
+  // The scene must outlive its use here. May be called again: what the old one held retires.
+  void set_scene(const scene::Scene& scene);
+  void set_size(VkExtent2D extent);
+
+  // Records the passes; the result is in image(), ready to be read.
+  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view);
+
+  gpu::Image& image() { return targets_->ldr; }
+  VkExtent2D extent() const { return targets_->extent; }
+  const GpuScene& gpu_scene() const { return *gpu_scene_; }
+  VkSampleCountFlagBits samples() const { return samples_; }
+  PostSettings& post_settings() { return settings_.post; }
+
+ private:
+  VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view);
+  void record_top_level(gpu::Recorder& recorder);
+
+  gpu::Device& device_;
+  DrawSettings settings_;
+  VkSampleCountFlagBits samples_;
+  gpu::SetLayout scene_set_layout_;
+  gpu::PipelineLayout layout_;
+  TransformsPass transforms_;
+  ForwardPass forward_;
+  PostPass post_;
+  const scene::Scene* scene_ = nullptr;
+  std::unique_ptr<GpuScene> gpu_scene_;
+  std::optional<Targets> targets_;
+};
+
+}  // namespace fire3dv::passes

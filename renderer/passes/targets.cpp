@@ -1,0 +1,15 @@
+#include "renderer/passes/targets.h"
+
+namespace fire3dv::passes {
+
+Targets::Targets(gpu::Device& device, VkExtent2D size, VkSampleCountFlagBits sample_count)
+    : extent(size), samples(sample_count) {
+  hdr = gpu::create_image(device, {VK_FORMAT_R16G16B16A16_SFLOAT, size,
+                                   VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT, 1, samples});
+  depth =
+      gpu::create_image(device, {VK_FORMAT_D32_SFLOAT, size, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, 1, samples});
+  ldr = gpu::create_image(
+      device, {VK_FORMAT_R8G8B8A8_UNORM, size, VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 1});
+}
+
+}  // namespace fire3dv::passes

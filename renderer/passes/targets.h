@@ -1,0 +1,18 @@
+// The images that a frame is drawn into; made anew when the size changes.
+#pragma once
+
+#include "renderer/gpu/resources.h"
+
+namespace fire3dv::passes {
+
+struct Targets {
+  Targets(gpu::Device& device, VkExtent2D extent, VkSampleCountFlagBits samples);
+
+  VkExtent2D extent{};
+  VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+  gpu::Image hdr;    // linear HDR colour, multisampled
+  gpu::Image depth;  // reversed, multisampled
+  gpu::Image ldr;    // sRGB-encoded RGBA8: what leaves the renderer
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,74 @@
+#include "renderer/passes/view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fire3dv::passes {
+
+glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect) {
+  const float near = camera.near_m;
+  const float far = camera.far_m;
+  glm::mat4 m(0);
+  if (camera.orthographic) {
+    // The file's extent is kept in height; the width follows the image, so that nothing is stretched.
+    const float half_height = camera.half_extent_m.y;
+    const float far_plane = far > near ? far : near + 1e4f;
+    m[0][0] = 1 / (half_height * image_aspect);
+    m[1][1] = -1 / half_height;
+    m[2][2] = 1 / (far_plane - near);
+    m[3][2] = far_plane / (far_plane - near);
+    m[3][3] = 1;
+    return m;
+  }
+  const float focal = 1 / std::tan(camera.vertical_fov_rad / 2);
+  m[0][0] = focal / image_aspect;
+  m[1][1] = -focal;
+  if (far > near) {
+    m[2][2] = near / (far - near);
+    m[3][2] = far * near / (far - near);
+  } else {
+    m[3][2] = near;
+  }
+  m[2][3] = -1;
+  return m;
+}
+
+View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, float image_aspect) {
+  View view;
+  view.camera = camera.name;
+  view.eye_world = glm::vec3(world_from_camera[3]);
+  // A camera's pose has no scale: only its axes and place count, as glTF says.
+  glm::mat4 rigid(1);
+  for (int axis = 0; axis < 3; ++axis) {
+    const glm::vec3 direction(world_from_camera[axis]);
+    const float length = glm::length(direction);
+    if (length > 0) rigid[axis] = glm::vec4(direction / length, 0);
+  }
+  rigid[3] = glm::vec4(view.eye_world, 1);
+  view.clip_from_world = clip_from_camera(camera, image_aspect) * glm::inverse(rigid);
+  return view;
+}
+
+glm::mat4 look_at_pose(const glm::vec3& eye, const glm::vec3& target) {
+  const glm::vec3 back = glm::normalize(eye - target);
+  const glm::vec3 up = std::abs(back.y) > 0.999f ? glm::vec3(0, 0, back.y > 0 ? -1 : 1) : glm::vec3(0, 1, 0);
+  const glm::vec3 right = glm::normalize(glm::cross(up, back));
+  glm::mat4 pose(1);
+  pose[0] = glm::vec4(right, 0);
+  pose[1] = glm::vec4(glm::cross(back, right), 0);
+  pose[2] = glm::vec4(back, 0);
+  pose[3] = glm::vec4(eye, 1);
+  return pose;
+}
+
+glm::mat4 framing_camera_pose(const scene::Camera& camera, float image_aspect, const glm::vec3& bounds_min,
+                              const glm::vec3& bounds_max) {
+  const glm::vec3 center = 0.5f * (bounds_min + bounds_max);
+  const float radius = std::max(0.5f * glm::length(bounds_max - bounds_min), 1e-4f);
+  const float half_fov = camera.vertical_fov_rad / 2;
+  const float half_fov_x = std::atan(std::tan(half_fov) * image_aspect);
+  const float distance = radius / std::sin(std::min(half_fov, half_fov_x));
+  return look_at_pose(center + distance * glm::normalize(glm::vec3(0.6f, 0.45f, 1.0f)), center);
+}
+
+}  // namespace fire3dv::passes

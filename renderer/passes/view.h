@@ -1,0 +1,27 @@
+// From where an image is taken. Depth is reversed and, for a camera without a far plane, infinite.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <string>
+
+#include "renderer/scene/scene.h"
+
+namespace fire3dv::passes {
+
+struct View {
+  std::string camera;  // name, for the image's tag
+  glm::mat4 clip_from_world{1};
+  glm::vec3 eye_world{0};
+};
+
+// Vulkan's clip space: y down, depth 1 at the near plane and 0 at the far one.
+glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect);
+View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, float image_aspect);
+
+// A camera that sees the whole of a box, for scenes that bring none.
+glm::mat4 framing_camera_pose(const scene::Camera& camera, float image_aspect, const glm::vec3& bounds_min,
+                              const glm::vec3& bounds_max);
+// world_from_camera for an eye that looks at a target; up is +Y unless the look is along it.
+glm::mat4 look_at_pose(const glm::vec3& eye, const glm::vec3& target);
+
+}  // namespace fire3dv::passes
