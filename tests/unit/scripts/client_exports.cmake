@@ -1,0 +1,14 @@
+# cmake -D NM=nm -D LIBRARY=libfire3dv-client.so -P client_exports.cmake
+execute_process(COMMAND ${NM} -D --defined-only ${LIBRARY} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX MATCHALL "[^\n]+" lines "${text}")
+set(exported)
+foreach(line ${lines})
+  string(REGEX REPLACE ".* " "" symbol "${line}")
+  list(APPEND exported ${symbol})
+endforeach()
+list(SORT exported)
+set(expected fire3dv_close fire3dv_describe fire3dv_last_error fire3dv_open fire3dv_poll fire3dv_publish
+             fire3dv_version fire3dv_wait_ack)
+if(NOT exported STREQUAL expected)
+  message(FATAL_ERROR "${LIBRARY} exports\n  ${exported}\ninstead of\n  ${expected}")
+endif()
