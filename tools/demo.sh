@@ -92,27 +92,29 @@ if [ $window = 1 ]; then
 fi
 
 say "the arm for $seconds simulated seconds over $uri, at $size"
-# 240 steps a second, an image for each eighth: 30 images a second and one for the start.
-"$bin/fire3dv" "$scene" --listen "$uri" --headless --lockstep --size "$size" --camera "$camera" \
+# 240 steps a second, of which each eighth is published and drawn: 30 images a second and one for the start.
+"$bin/fire3dv" "$scene" --listen "$uri" --headless --lockstep --exit-when-done --size "$size" --camera "$camera" \
   --out "$out" --stats "$out/stats.csv" &
 renderer=$!
 children+=("$renderer")
-"$bin/bullet_arm" --to "$uri" --seconds "$seconds" --rate 240 --lockstep --lockstep-every 8 >"$out/bullet_arm.log" 2>&1 &
+"$bin/bullet_arm" --to "$uri" --seconds "$seconds" --rate 240 --lockstep --lockstep-every 8 --publish-every 8 \
+  >"$out/bullet_arm.log" 2>&1 &
 simulator=$!
 children+=("$simulator")
 
-# Whichever ends first tells how it went: the simulator when all is shown, the renderer only if it fails.
-ended=0 code=0
-wait -n -p ended "$renderer" "$simulator" || code=$?
-if [ "$ended" = "$renderer" ]; then
-  die "the renderer ended before the simulation (exit code $code); the reason is above"
-fi
-[ "$code" = 0 ] || { tail -n 5 "$out/bullet_arm.log" >&2; die "the simulator failed (exit code $code)"; }
-kill -INT "$renderer"
-code=0
-wait "$renderer" || code=$?
+# The renderer may end in order as soon as the simulator says goodbye, so in either order; what fails ends the demo.
+for remaining in 2 1; do
+  ended=0 code=0
+  wait -n -p ended "${children[@]}" || code=$?
+  if [ "$ended" = "$simulator" ]; then
+    [ "$code" = 0 ] || { tail -n 5 "$out/bullet_arm.log" >&2; die "the simulator failed (exit code $code)"; }
+    children=("$renderer")
+  else
+    [ "$code" = 0 ] || die "the renderer failed (exit code $code); the reason is above"
+    children=("$simulator")
+  fi
+done
 children=()
-[ "$code" = 0 ] || die "the renderer failed (exit code $code); the reason is above"
 
 say "video"
 "$root/tools/video_list.py" "$out" >"$out/frames.ffconcat"

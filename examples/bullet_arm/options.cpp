@@ -39,6 +39,9 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
                  "That n; 4 makes 60 images of a simulated second")
       ->check(CLI::Range(1u, 1'000'000u))
       ->capture_default_str();
+  app.add_option("--publish-every", options.publish_every, "Publish every n-th step only")
+      ->check(CLI::Range(1u, 1'000'000u))
+      ->capture_default_str();
   app.add_option("--ack-timeout", options.ack_timeout_s, "Seconds that --lockstep waits for one image")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();

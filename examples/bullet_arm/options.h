@@ -22,12 +22,13 @@ struct Options {
   uint64_t seed = 7;
   Pace pace = Pace::realtime;
   uint32_t lockstep_every = 4;
+  uint32_t publish_every = 1;
   double ack_timeout_s = 60;
   std::string write_scene;
   bool hash = false;
   bool loop = false;
 
-  // Poses published in one run: that of time 0 and one for each step.
+  // Poses of one run: that of time 0 and one for each step.
   uint64_t frame_count() const;
 };
 

@@ -20,7 +20,8 @@ int fail(const std::string& sentence) {
 int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, const std::atomic<bool>& stop) {
   Publisher publisher;
   if (const auto error = publisher.open(options.to)) return fail(*error);
-  if (const auto error = publisher.describe(simulation->names(), options.rate_hz, options.write_scene)) {
+  if (const auto error = publisher.describe(simulation->names(), options.rate_hz / options.publish_every,
+                                            options.write_scene)) {
     return fail(*error);
   }
 
@@ -46,6 +47,11 @@ int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, con
       report.add_step(Clock::now() - before);
     }
     if (options.hash) hash.add(simulation->poses());
+
+    if (frame_of_run % options.publish_every != 0) {
+      ++frames;
+      continue;
+    }
 
     // Wait for the frame's time.
     if (options.pace == Pace::realtime) {
