@@ -6,6 +6,8 @@
 #include "protocol/transport/shm_publisher.h"
 #include "protocol/transport/tcp_listener.h"
 #include "protocol/transport/tcp_publisher.h"
+#include "protocol/transport/udp_listener.h"
+#include "protocol/transport/udp_publisher.h"
 #include "protocol/transport/uri.h"
 
 namespace fire3dv::transport {
@@ -32,7 +34,7 @@ Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view text,
     if (uri->port == 0)
       return Error{std::string(text) + ": port 0 is for listeners; name the renderer's port"};
     if (uri->scheme == Uri::Scheme::tcp) return tcp::make_publisher(*uri);
-    return Error{std::string(text) + ": this program was built without udp:// links"};
+    return udp::make_publisher(*uri);
   });
 }
 
@@ -43,7 +45,7 @@ Result<std::unique_ptr<ListenerLink>> open_listener(std::string_view text, const
     if (uri->scheme == Uri::Scheme::shm) return shm::make_listener(uri->name, options);
     if (options.max_peers == 0) return Error{std::string(text) + ": max_peers is 0; allow at least one"};
     if (uri->scheme == Uri::Scheme::tcp) return tcp::make_listener(*uri, options);
-    return Error{std::string(text) + ": this program was built without udp:// links"};
+    return udp::make_listener(*uri, options);
   });
 }
 

@@ -194,7 +194,7 @@ TEST_P(Network, NoMorePeersThanAllowed) {
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 3; })) << "its turn comes";
 }
 
-INSTANTIATE_TEST_SUITE_P(Transport, Network, testing::Values("tcp"),
+INSTANTIATE_TEST_SUITE_P(Transport, Network, testing::Values("tcp", "udp"),
                          [](const auto& link) { return std::string(link.param); });
 
 }  // namespace

@@ -1,0 +1,171 @@
+#include "protocol/transport/udp_control.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace fire3dv::transport::udp {
+namespace {
+
+constexpr uint32_t kLeastWindow = 4;
+constexpr uint32_t kMostWindow = 128;  // half of what an acknowledgment can name
+constexpr int64_t kLeastRepeatNs = 20'000'000;
+constexpr int64_t kMostRepeatNs = 1'000'000'000;
+
+uint32_t fragments_of(size_t bytes) {
+  return static_cast<uint32_t>(std::max<size_t>(1, (bytes + kFragmentBytes - 1) / kFragmentBytes));
+}
+
+size_t fragment_size(const FragmentHeader& header) {
+  const size_t start = size_t{header.index} * kFragmentBytes;
+  return std::min(kFragmentBytes, header.message_bytes - start);
+}
+
+}  // namespace
+
+std::optional<uint32_t> ControlSender::push(std::span<const std::byte> message, size_t most_waiting_bytes) {
+  if (message.size() > kMaxControlBytes || waiting_bytes_ > most_waiting_bytes) return {};
+  Message queued;
+  queued.bytes.assign(message.begin(), message.end());
+  queued.header.message = ++last_number_;
+  queued.header.count = fragments_of(message.size());
+  queued.header.message_bytes = static_cast<uint32_t>(message.size());
+  queued.header.hash = fnv1a_64(message);
+  waiting_bytes_ += message.size();
+  messages_.push_back(std::move(queued));
+  if (messages_.size() == 1) begin();
+  return last_number_;
+}
+
+void ControlSender::begin() {
+  sent_.assign(messages_.front().header.count, Sent{});
+  first_missing_ = 0;
+  highest_acknowledged_ = 0;
+  repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMostRepeatNs);
+}
+
+// A fragment is repeated when its time is over, or soon after three later ones were acknowledged: then it is
+// lost and not late.
+bool ControlSender::due(uint32_t index, int64_t now_ns) {
+  const Sent& sent = sent_[index];
+  if (sent.acknowledged) return false;
+  if (sent.at_ns == 0) return true;
+  const int64_t waited_ns = now_ns - sent.at_ns;
+  if (highest_acknowledged_ > index + 3 && waited_ns > round_trip_ns_ + round_trip_ns_ / 4) return true;
+  if (waited_ns < repeat_after_ns_) return false;
+  if (now_ns - last_backoff_ns_ >= repeat_after_ns_) {  // once for all fragments that time out together
+    last_backoff_ns_ = now_ns;
+    window_ = std::max(kLeastWindow, window_ / 2);
+    repeat_after_ns_ = std::min(repeat_after_ns_ * 3 / 2, kMostRepeatNs);
+  }
+  return true;
+}
+
+std::optional<ControlSender::Fragment> ControlSender::next(int64_t now_ns) {
+  if (messages_.empty()) return {};
+  Message& message = messages_.front();
+  const uint32_t end = std::min<uint32_t>(message.header.count, first_missing_ + window_);
+  for (uint32_t i = first_missing_; i < end; ++i) {
+    if (!due(i, now_ns)) continue;
+    sent_[i].repeated = sent_[i].at_ns != 0;
+    sent_[i].at_ns = now_ns;
+    Fragment fragment;
+    fragment.header = message.header;
+    fragment.header.index = i;
+    fragment.data = std::span<const std::byte>(message.bytes)
+                        .subspan(size_t{i} * kFragmentBytes, fragment_size(fragment.header));
+    return fragment;
+  }
+  return {};
+}
+
+void ControlSender::acknowledge(const Ack& ack, int64_t now_ns) {
+  if (messages_.empty() || ack.message != messages_.front().header.message) return;
+  const uint32_t count = messages_.front().header.count;
+  uint32_t newly = 0;
+  const auto mark = [&](uint32_t index) {
+    Sent& sent = sent_[index];
+    if (sent.acknowledged || sent.at_ns == 0) return;  // nobody can have what was never sent
+    sent.acknowledged = true;
+    highest_acknowledged_ = std::max(highest_acknowledged_, index + 1);
+    ++newly;
+    if (!sent.repeated) round_trip_ns_ += (std::max<int64_t>(now_ns - sent.at_ns, 0) - round_trip_ns_) / 8;
+  };
+  const uint32_t below = std::min(ack.first_missing, count);
+  for (uint32_t i = first_missing_; i < below; ++i) mark(i);
+  for (uint32_t i = 0; i < kAckWindow && ack.first_missing < count; ++i) {
+    const uint64_t index = uint64_t{ack.first_missing} + 1 + i;
+    if (index < count && (ack.beyond[i / 64] >> (i % 64) & 1) != 0) mark(static_cast<uint32_t>(index));
+  }
+  while (first_missing_ < count && sent_[first_missing_].acknowledged) ++first_missing_;
+  if (newly != 0) {
+    window_ = std::min(kMostWindow, window_ + newly);
+    repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMostRepeatNs);
+  }
+  if (first_missing_ < count) return;
+  last_acknowledged_ = ack.message;
+  waiting_bytes_ -= messages_.front().bytes.size();
+  messages_.pop_front();
+  if (!messages_.empty()) begin();
+}
+
+ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
+                                                   std::span<const std::byte> data, size_t budget) {
+  if (header.message == last_complete_) return Outcome::kept;  // its acknowledgment was lost: say it again
+  if (header.message != last_complete_ + 1) return Outcome::ignored;
+  if (header_.message == 0) {
+    if (header.message_bytes > kMaxControlBytes || header.count != fragments_of(header.message_bytes))
+      return Outcome::corrupt;
+    header_ = header;
+    first_missing_ = 0;
+  } else if (header.count != header_.count || header.message_bytes != header_.message_bytes ||
+             header.hash != header_.hash) {
+    return Outcome::corrupt;
+  }
+  if (data.size() != fragment_size(header)) return Outcome::corrupt;
+  if (header.index > first_missing_ + kAckWindow) return Outcome::ignored;
+  if (header.index < first_missing_ || (header.index < came_.size() && came_[header.index]))
+    return Outcome::kept;
+  // Memory follows what came, and never what a header claims.
+  const size_t start = size_t{header.index} * kFragmentBytes;
+  const size_t end = start + data.size();
+  if (end > bytes_.size()) {
+    const size_t capacity = std::max(bytes_.capacity(), end);
+    if (capacity > bytes_.capacity() && end - bytes_.size() > budget) return Outcome::ignored;
+    bytes_.resize(end);
+    came_.resize(header.index + 1);
+  }
+  if (!data.empty()) std::memcpy(bytes_.data() + start, data.data(), data.size());
+  came_[header.index] = true;
+  while (first_missing_ < came_.size() && came_[first_missing_]) ++first_missing_;
+  if (first_missing_ < header_.count) return Outcome::kept;
+  if (fnv1a_64(bytes_) != header_.hash) return Outcome::corrupt;
+  last_complete_ = header_.message;
+  last_complete_count_ = header_.count;
+  header_ = {};
+  came_.clear();
+  return Outcome::complete;
+}
+
+std::vector<std::byte> ControlReceiver::take() {
+  return std::exchange(bytes_, {});
+}
+
+std::optional<Ack> ControlReceiver::ack() const {
+  Ack ack;
+  if (header_.message == 0) {
+    if (last_complete_ == 0) return {};
+    ack.message = last_complete_;
+    ack.first_missing = last_complete_count_;
+    return ack;
+  }
+  ack.message = header_.message;
+  ack.first_missing = first_missing_;
+  for (uint32_t i = 0; i < kAckWindow; ++i) {
+    const size_t index = size_t{first_missing_} + 1 + i;
+    if (index < came_.size() && came_[index]) ack.beyond[i / 64] |= uint64_t{1} << (i % 64);
+  }
+  return ack;
+}
+
+}  // namespace fire3dv::transport::udp

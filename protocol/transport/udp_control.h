@@ -1,0 +1,84 @@
+// Control messages over datagrams: cut, numbered, acknowledged, repeated until acknowledged, and handed on
+// whole and in order. One message is under way at a time in each direction. Nothing here does I/O or looks at
+// a clock.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocol/transport/udp_datagram.h"
+
+namespace fire3dv::transport::udp {
+
+constexpr size_t kMaxControlBytes = size_t{64} << 20;
+
+class ControlSender {
+ public:
+  // Number of the message; nothing when more than `most_waiting_bytes` wait already.
+  std::optional<uint32_t> push(std::span<const std::byte> message, size_t most_waiting_bytes);
+
+  // The next fragment that is due, if any; counts as sent now.
+  struct Fragment {
+    FragmentHeader header;
+    std::span<const std::byte> data;
+  };
+  std::optional<Fragment> next(int64_t now_ns);
+
+  void acknowledge(const Ack& ack, int64_t now_ns);
+
+  bool idle() const { return messages_.empty(); }
+  size_t waiting_messages() const { return messages_.size(); }
+  uint32_t last_acknowledged() const { return last_acknowledged_; }
+
+ private:
+  struct Sent {
+    int64_t at_ns = 0;  // 0: not yet
+    bool repeated = false;
+    bool acknowledged = false;
+  };
+  struct Message {
+    std::vector<std::byte> bytes;
+    FragmentHeader header;
+  };
+  void begin();
+  bool due(uint32_t index, int64_t now_ns);
+
+  std::deque<Message> messages_;  // the front one is under way
+  std::vector<Sent> sent_;        // its fragments
+  uint32_t first_missing_ = 0;
+  uint32_t highest_acknowledged_ = 0;  // one past it
+  uint32_t window_ = 32;
+  uint32_t last_number_ = 0;
+  uint32_t last_acknowledged_ = 0;
+  size_t waiting_bytes_ = 0;
+  int64_t round_trip_ns_ = 20'000'000;
+  int64_t last_backoff_ns_ = 0;
+  int64_t repeat_after_ns_ = 0;
+};
+
+class ControlReceiver {
+ public:
+  enum class Outcome { ignored, kept, complete, corrupt };
+
+  // `complete`: take() has a message. `corrupt`: the sender contradicts itself; end the session.
+  // `budget` is what this receiver may still allocate.
+  Outcome fragment(const FragmentHeader& header, std::span<const std::byte> data, size_t budget);
+  std::vector<std::byte> take();
+
+  // What to acknowledge; nothing before the first fragment.
+  std::optional<Ack> ack() const;
+  size_t held_bytes() const { return bytes_.capacity(); }
+
+ private:
+  FragmentHeader header_;  // of the message under way; header_.message 0: none
+  std::vector<std::byte> bytes_;
+  std::vector<bool> came_;
+  uint32_t first_missing_ = 0;
+  uint32_t last_complete_ = 0;
+  uint32_t last_complete_count_ = 0;
+};
+
+}  // namespace fire3dv::transport::udp

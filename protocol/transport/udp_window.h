@@ -1,0 +1,41 @@
+// What has come of a peer's datagrams and frames.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace fire3dv::transport::udp {
+
+// Lets each datagram counter through once. One that is too old to be remembered counts as a repetition.
+class ReplayWindow {
+ public:
+  bool first_time(uint64_t counter);
+
+ private:
+  static constexpr uint64_t kSpan = 4096;
+  std::array<uint64_t, kSpan / 64> seen_{};
+  uint64_t newest_ = 0;
+};
+
+// Tells when all parts of a frame have come, and which frames a whole newer one has superseded.
+class FrameTracker {
+ public:
+  enum class Outcome { superseded, part, whole };
+  Outcome part(uint64_t frame, uint16_t part, bool last);
+
+ private:
+  struct Building {
+    uint64_t frame = 0;
+    uint32_t count = 0;  // parts that came
+    uint32_t total = 0;  // 0 until the last one came
+    std::vector<uint64_t> came;
+  };
+  static constexpr size_t kMostBuilding = 8;
+
+  std::vector<Building> building_;
+  uint64_t newest_whole_ = 0;
+};
+
+}  // namespace fire3dv::transport::udp
