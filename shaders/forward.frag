@@ -19,6 +19,8 @@ layout(location = 2) centroid in vec4 in_tangent_world;
 layout(location = 3) centroid in vec4 in_uv;
 layout(location = 4) centroid in vec4 in_color;
 layout(location = 5) flat in uint in_material;
+// Not centroid: the derivatives of a centroid input jump at edges.
+layout(location = 6) in vec3 in_position_for_derivatives;
 
 layout(location = 0) out vec4 out_color;
 
@@ -50,7 +52,7 @@ void main() {
 
   // The triangle's own normal, on the viewer's side.
   const vec3 to_eye = normalize(globals.value.eye_world - in_position_world);
-  vec3 geometric_normal = normalize(cross(dFdx(in_position_world), dFdy(in_position_world)));
+  vec3 geometric_normal = normalize(cross(dFdx(in_position_for_derivatives), dFdy(in_position_for_derivatives)));
   if (dot(geometric_normal, to_eye) < 0) geometric_normal = -geometric_normal;
   vec3 vertex_normal = normalize(in_normal_world);
   if (!gl_FrontFacing) vertex_normal = -vertex_normal;

@@ -11,7 +11,9 @@ PoseState::PoseState(const scene::Scene& scene)
       names_(scene),
       node_drives_(scene.nodes.size()),
       driver_stream_of_node_(scene.nodes.size(), kNone),
-      driver_pose_of_node_(scene.nodes.size(), 0) {}
+      driver_pose_of_node_(scene.nodes.size(), 0) {
+  derive_drives();
+}
 
 StreamId PoseState::add_stream(const wire::StreamDescription& description) {
   const auto free = std::find_if(streams_.begin(), streams_.end(), [](const Stream& s) { return !s.active; });
@@ -100,7 +102,10 @@ void PoseState::derive_drives() {
       continue;
     }
     const uint32_t parent = scene_.nodes[node].parent;
-    if (parent == scene::kNone || node_drives_[parent].stream == kNone) continue;
+    if (parent == scene::kNone || node_drives_[parent].stream == kNone) {
+      drive.body_from_node = scene::to_affine(scene_.nodes[node].world_from_node);
+      continue;
+    }
     drive = node_drives_[parent];
     drive.body_from_node =
         scene::to_affine(scene::to_mat4(drive.body_from_node) * scene_.nodes[node].parent_from_node);

@@ -30,7 +30,7 @@ struct FrameTag {
 
 // How a scene node moves: world_from_node = world_from_stream(stream) * pose[pose_index] * body_from_node, where
 // body_from_node already holds the rest transform from the driven ancestor down to this node. stream == kNone: the
-// node rests at world_from_rest.
+// node rests, and body_from_node is its world_from_node at rest.
 struct NodeDrive {
   uint32_t stream = kNone;
   uint32_t pose_index = 0;
