@@ -20,7 +20,7 @@ layout(location = 3) centroid in vec4 in_uv;
 layout(location = 4) centroid in vec4 in_color;
 layout(location = 5) flat in uint in_material;
 // Not centroid: the derivatives of a centroid input jump at edges.
-layout(location = 6) in vec3 in_position_for_derivatives;
+layout(location = 6) in vec3 in_position_center;
 
 layout(location = 0) out vec4 out_color;
 
@@ -50,17 +50,22 @@ void main() {
     return;
   }
 
-  // The triangle's own normal, on the viewer's side.
-  const vec3 to_eye = normalize(globals.value.eye_world - in_position_world);
-  vec3 geometric_normal = normalize(cross(dFdx(in_position_for_derivatives), dFdy(in_position_for_derivatives)));
+  // The triangle's plane, from inputs at the pixel's middle; its normal on the viewer's side. The centroid lies inside
+  // the triangle but, as some drivers interpolate, a little off its plane: it is put back.
+  const vec3 along_x = dFdx(in_position_center), along_y = dFdy(in_position_center);
+  vec3 geometric_normal = normalize(cross(along_x, along_y));
+  const vec3 position_world =
+      in_position_world - geometric_normal * dot(geometric_normal, in_position_world - in_position_center);
+  const vec3 to_eye = normalize(globals.value.eye_world - position_world);
   if (dot(geometric_normal, to_eye) < 0) geometric_normal = -geometric_normal;
+  const float pixel_size_m = min(length(along_x), length(along_y));
   vec3 vertex_normal = normalize(in_normal_world);
   if (!gl_FrontFacing) vertex_normal = -vertex_normal;
 
   const vec4 metallic_roughness = sample_or(material.metallic_roughness_texture, in_uv, vec4(1));
   const float metallic = material.metallic * metallic_roughness.b;
   Surface surface;
-  surface.position_world = in_position_world;
+  surface.position_world = position_world;
   surface.normal = shading_normal(material, vertex_normal);
   surface.to_eye = to_eye;
   surface.roughness = material.roughness * metallic_roughness.g;
@@ -75,14 +80,14 @@ void main() {
   for (uint i = 0; i < globals.value.light_count; ++i) {
     const LightRecord light = LightRef(globals.value.lights).at[i];
     const LightSample s =
-        sample_light(light, AffineRowsRef(globals.value.world_from_node).at[light.node], in_position_world);
+        sample_light(light, AffineRowsRef(globals.value.world_from_node).at[light.node], position_world);
     const vec3 reflected = reflect_light(surface, s.to_light) * s.irradiance;
     if (max(reflected.r, max(reflected.g, reflected.b)) <= 0) continue;
 #ifdef FIRE3DV_RAY_QUERY
     if (globals.value.shadows != 0) {
       // On the side that the light is on, so that thin sheets lit from behind are not taken for their own shadow.
       const vec3 side = dot(geometric_normal, s.to_light) < 0 ? -geometric_normal : geometric_normal;
-      const vec3 origin = offset_from_surface(in_position_world, side, globals.value.eye_world);
+      const vec3 origin = offset_from_surface(position_world, side, globals.value.eye_world, pixel_size_m);
       if (is_shadowed(globals, origin, s.to_light, s.distance_m)) continue;
     }
 #endif

@@ -11,7 +11,7 @@ layout(location = 2) out vec4 out_tangent_world;
 layout(location = 3) out vec4 out_uv;
 layout(location = 4) out vec4 out_color;
 layout(location = 5) flat out uint out_material;
-layout(location = 6) out vec3 out_position_for_derivatives;
+layout(location = 6) out vec3 out_position_center;
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
@@ -21,7 +21,7 @@ void main() {
   const VertexRecord vertex = VertexRef(globals.value.vertices).at[gl_VertexIndex];
 
   out_position_world = transform_point(world_from_node, position_node);
-  out_position_for_derivatives = out_position_world;
+  out_position_center = out_position_world;
   out_normal_world = transform_normal(world_from_node, vertex.normal);
   out_tangent_world = vec4(transform_direction(world_from_node, vertex.tangent.xyz), vertex.tangent.w);
   out_uv = vec4(vertex.uv0, vertex.uv1);
