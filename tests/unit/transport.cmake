@@ -4,3 +4,7 @@ fire3dv_test(transport_shm_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_network_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/network_test.cpp
              LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_shm_crash_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_crash_test.cpp
+             LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_shm_hostile_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_hostile_test.cpp
+             LINK fire3dv_transport LABELS unit)

@@ -1,0 +1,159 @@
+// Shared memory between processes: writers that are killed at any instruction, and frames that must never be torn.
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <random>
+
+#include "tests/unit/transport/link_fixture.h"
+
+namespace fire3dv::transport::test {
+namespace {
+
+// Runs `body` in a process of its own until killed.
+class Child {
+ public:
+  explicit Child(const std::function<void()>& body) : pid_(::fork()) {
+    if (pid_ != 0) return;
+    body();
+    ::_exit(0);
+  }
+  ~Child() { kill(); }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  void signal(int number) { ::kill(pid_, number); }
+  void kill() {
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+    pid_ = 0;
+  }
+
+ private:
+  pid_t pid_;
+};
+
+constexpr size_t kFrameBytes = 16 << 10;
+
+// Publishes frames as fast as it can; all bytes of a frame are the same. Never returns.
+void publish_uniform_frames(const std::string& uri, uint64_t run) {
+  auto publisher = open_publisher(uri);
+  if (!publisher) ::_exit(1);
+  const std::string description = "run " + std::to_string(run);
+  if (!(*publisher)->set_description(bytes_of(description))) ::_exit(1);
+  std::vector<std::byte> frame(kFrameBytes);
+  for (uint64_t i = 0;; ++i) {
+    std::fill(frame.begin(), frame.end(), static_cast<std::byte>(i));
+    const std::span<const std::byte> all = frame;
+    (*publisher)->publish({all.first(100), all.subspan(100)});
+  }
+}
+
+bool is_uniform(const std::string& frame) {
+  return frame.size() == kFrameBytes && frame.find_first_not_of(frame[0]) == std::string::npos;
+}
+
+TEST(ShmCrash, NoTornFrameWhileWritersAreKilledAtRandom) {
+  const std::string uri = unique_shm_uri("kill");
+  Listener listener(uri);
+  std::mt19937 generator(7345);
+  uint64_t frames = 0;
+  for (uint64_t run = 0; run < 50; ++run) {
+    Child writer([&] { publish_uniform_frames(uri, run); });
+    const std::string description = "run " + std::to_string(run);
+    uint64_t of_this_run = 0;
+    const uint64_t wanted = 1 + generator() % 50;
+    ASSERT_TRUE(listener.poll_until([&] {
+      bool described = false;
+      for (const Event& event : listener.events) {
+        if (event.kind == Kind::control) described = event.text == description;
+        if (event.kind != Kind::pose) continue;
+        EXPECT_TRUE(is_uniform(event.text)) << "a torn frame";
+        of_this_run += described || of_this_run != 0;
+        ++frames;
+      }
+      listener.events.clear();
+      return of_this_run >= wanted;
+    })) << "run "
+        << run;
+    ::usleep(generator() % 2000);
+    writer.kill();
+    ASSERT_FALSE(HasFailure());
+  }
+  EXPECT_GE(frames, 50u);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+  EXPECT_EQ(listener.last(Kind::disconnected), "the publisher died");
+  must_open_publisher(uri);  // and its destructor removes the dead one's file
+}
+
+TEST(ShmCrash, AStoppedWriterIsAlive) {
+  const std::string uri = unique_shm_uri("stop");
+  Listener listener(uri);
+  Child writer([&] { publish_uniform_frames(uri, 1); });
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) > 0; }));
+  writer.signal(SIGSTOP);
+  for (int i = 0; i < 20; ++i) {
+    ::usleep(10'000);
+    listener.poll();
+  }
+  EXPECT_EQ(listener.count(Kind::disconnected), 0u);
+  writer.signal(SIGCONT);
+  listener.events.clear();
+  EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) > 0; }));
+  writer.kill();
+  EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+  must_open_publisher(uri);
+}
+
+TEST(ShmCrash, DeadReadersPlacesAreFreeAgain) {
+  const std::string uri = unique_shm_uri("readers");
+  auto publisher = must_open_publisher(uri);
+  for (int run = 0; run < 20; ++run) {
+    Child reader([&] {
+      auto listener = open_listener(uri);
+      if (!listener) ::_exit(1);
+      bool said = false;
+      while (true) {
+        (*listener)->poll([&](const LinkEvent& event) {
+          if (event.kind != Kind::connected || said) return;
+          (*listener)->send(event.peer, bytes_of("hello" + std::to_string(run)));
+          said = true;
+        });
+        (*listener)->wait(std::chrono::milliseconds(1));
+      }
+    });
+    ASSERT_TRUE(poll_until_reply(*publisher, "hello" + std::to_string(run))) << run;
+  }
+  // The last one is dead as well: nobody holds a place.
+  std::vector<std::byte> message;
+  const auto until = std::chrono::steady_clock::now() + kHangLimit;
+  do publisher->poll(message);
+  while (publisher->stats().peers != 0 && std::chrono::steady_clock::now() < until);
+  EXPECT_EQ(publisher->stats().peers, 0u);
+}
+
+TEST(ShmCrash, AStoppedReaderCostsTheWriterNothing) {
+  const std::string uri = unique_shm_uri("stopreader");
+  auto publisher = must_open_publisher(uri);
+  Child reader([&] {
+    auto listener = open_listener(uri);
+    if (!listener) ::_exit(1);
+    while (true) {
+      (*listener)->poll([&](const LinkEvent& event) {
+        if (event.kind == Kind::pose) (*listener)->send(event.peer, bytes_of("seen"));
+      });
+      (*listener)->wait(std::chrono::milliseconds(1));
+    }
+  });
+  publisher->publish(message_of("pose"));
+  ASSERT_TRUE(poll_until_reply(*publisher, "seen"));
+  reader.signal(SIGSTOP);
+  for (int i = 0; i < 10'000; ++i) EXPECT_TRUE(publisher->publish(message_of("more")));
+  EXPECT_EQ(publisher->stats().poses_dropped, 0u);
+  reader.signal(SIGCONT);
+  publisher->publish(message_of("pose"));
+  EXPECT_TRUE(poll_until_reply(*publisher, "seen"));
+}
+
+}  // namespace
+}  // namespace fire3dv::transport::test
