@@ -162,7 +162,10 @@ struct Decoder::Impl {
   template <typename Root>
   const Root* verified() const {
     const auto* data = reinterpret_cast<const uint8_t*>(copy_.get());
-    flatbuffers::Verifier verifier(data, size_, kMaxDepth, kMaxTables);
+    flatbuffers::Verifier::Options options;
+    options.max_depth = kMaxDepth;
+    options.max_tables = kMaxTables;
+    flatbuffers::Verifier verifier(data, size_, options);
     return verifier.VerifyBuffer<Root>(fbs::MessageIdentifier()) ? flatbuffers::GetRoot<Root>(data) : nullptr;
   }
 };

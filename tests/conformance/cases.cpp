@@ -54,7 +54,7 @@ Bytes to_bytes(flatbuffers::FlatBufferBuilder& builder, later::Body type, flatbu
 std::vector<Case> cases_of_this_version() {
   std::vector<Case> result;
   const auto add = [&](std::string name, Bytes bytes) {
-    result.push_back({std::move(name), std::move(bytes)});
+    result.push_back({std::move(name), std::move(bytes), true, {}});
   };
 
   add("stream_description-minimal", encode(description()));

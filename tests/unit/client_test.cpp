@@ -261,6 +261,18 @@ TEST_P(ClientOver, HoldsAWholeConversation) {
   }));
 }
 
+TEST_P(ClientOver, CarriesAFrameOfNoNodes) {
+  Renderer renderer(listener_uri(GetParam()));
+  ASSERT_NE(renderer.link, nullptr);
+  const Stream stream = open(renderer.link->uri());
+  ASSERT_EQ(describe(stream.get(), {}), FIRE3DV_OK) << fire3dv_last_error();
+  EXPECT_TRUE(repeat_until([&] {
+    EXPECT_EQ(fire3dv_publish(stream.get(), 0, nullptr, 0, 0), FIRE3DV_OK) << fire3dv_last_error();
+    renderer.poll();
+    return !renderer.descriptions.empty() && renderer.sequence > 0;
+  }));
+}
+
 TEST_P(ClientOver, TellsOfAnotherMajorVersion) {
   Renderer renderer(listener_uri(GetParam()));
   ASSERT_NE(renderer.link, nullptr);
