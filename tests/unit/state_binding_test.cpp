@@ -133,12 +133,14 @@ TEST(PoseBinding, WorldFromStreamAndBodyFromNode) {
   // The stream is Z up and in centimetres.
   wire::StreamDescription description = stream_of({"base", "arm"});
   description.world_from_stream.m = {0.01, 0, 0, 0, 0, 0, 0.01, 0, 0, -0.01, 0, 0};
-  description.body_from_node = {wire::Affine3x4{}, scene::to_affine(moved(0, 0, 100))};
+  description.body_from_node = {wire::Affine3x4{},
+                                scene::to_affine(moved(0, 0, 100) * glm::scale(glm::mat4(1), glm::vec3(2)))};
   PoseState state(scene);
   const StreamId id = state.add_stream(description);
   push_whole(state, id, 1, {moved(300, 0, 0), moved(0, 200, 0)});
   EXPECT_NEAR(glm::distance(origin_of(state, 0), glm::vec3(0, 1, -2)), 0, 1e-6);
-  EXPECT_NEAR(glm::distance(origin_of(state, 1), glm::vec3(0.01, 1, -2)), 0, 1e-6);
+  EXPECT_NEAR(glm::distance(origin_of(state, 1), glm::vec3(0.02, 1, -2)), 0, 1e-6)
+      << "the offset scales what rests below the body";
   EXPECT_NEAR(glm::distance(origin_of(state, 2), glm::vec3(3, 0, 0)), 0, 1e-6);
 }
 
