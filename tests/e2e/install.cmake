@@ -7,5 +7,5 @@ if(TARGET client_c)
       -D WORK=${CMAKE_CURRENT_BINARY_DIR}/install_client -D GENERATOR=${CMAKE_GENERATOR}
       -D CC=${CMAKE_C_COMPILER} -D CXX=${CMAKE_CXX_COMPILER} -D SANITIZE=${FIRE3DV_SANITIZE}
       -P ${CMAKE_CURRENT_SOURCE_DIR}/scripts/install_client.cmake)
-  set_tests_properties(install_client PROPERTIES LABELS e2e TIMEOUT 600)
+  set_tests_properties(install_client PROPERTIES LABELS "e2e;cpu" TIMEOUT 600)
 endif()

@@ -1,1 +1,1 @@
-fire3dv_test(wire_test SOURCES wire_test.cpp allocation_count.cpp LINK fire3dv_wire LABELS unit)
+fire3dv_test(wire_test SOURCES wire_test.cpp allocation_count.cpp LINK fire3dv_wire LABELS unit cpu)
