@@ -5,6 +5,7 @@
 
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
 
+invariant gl_Position;  // the depth pass and the colour pass must agree to the bit
 layout(location = 0) out vec3 out_position_world;
 layout(location = 1) out vec3 out_normal_world;
 layout(location = 2) out vec4 out_tangent_world;

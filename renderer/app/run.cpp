@@ -1,6 +1,6 @@
 #include "renderer/app/run.h"
 
-#include <csignal>
+#include <algorithm>
 #include <cstdio>
 
 #include "protocol/transport/open.h"
@@ -45,7 +45,11 @@ Result<scene::Scene> load_scene(const std::filesystem::path& path) {
   Result<scene::Scene> scene = scene::load_gltf(
       path, {}, [&](const char*, size_t done, size_t total) { progress.update(done, total); });
   if (!scene) return scene;
-  for (const std::string& warning : scene->warnings) say("warning: " + warning);
+  constexpr size_t kWarningsShown = 20;
+  for (size_t i = 0; i < std::min(scene->warnings.size(), kWarningsShown); ++i) say("warning: " + scene->warnings[i]);
+  if (scene->warnings.size() > kWarningsShown) {
+    say("warning: and " + std::to_string(scene->warnings.size() - kWarningsShown) + " more");
+  }
   size_t triangles = 0;
   for (const scene::Primitive& primitive : scene->primitives) triangles += primitive.index_count / 3;
   say(path.string() + ": " + std::to_string(scene->nodes.size()) + " nodes, " + std::to_string(triangles) +

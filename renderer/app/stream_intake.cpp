@@ -22,6 +22,8 @@ std::vector<std::string> first_names(const std::vector<std::string>& names) {
   return {names.begin(), names.begin() + static_cast<ptrdiff_t>(std::min(names.size(), kNamesInWelcome))};
 }
 
+std::string renderer_name() { return std::string("fire3dv ") + kVersion; }
+
 uint64_t monotonic_now_ns() {
   return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
 }
@@ -84,6 +86,14 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
   Result<wire::Message> decoded = decoder_.decode(message);
   if (!decoded) {
     reject(peer, decoded.error().message);
+    // What cannot be read may have been a description: silence would leave its adapter guessing.
+    if (kind == Kind::control && !stream_of_peer_.contains(peer)) {
+      wire::Welcome welcome;
+      welcome.status = wire::WelcomeStatus::bad_description;
+      welcome.renderer_name = renderer_name();
+      welcome.message = decoded.error().message;
+      reply(peer, wire::encode(welcome));
+    }
     return false;
   }
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
@@ -106,6 +116,9 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     end_stream(peer, "it said goodbye");
     return true;
   }
+  if (std::holds_alternative<wire::UnknownMessage>(*decoded) || std::holds_alternative<wire::Pong>(*decoded)) {
+    return false;  // of a later minor version, or an answer that nobody waits for any more
+  }
   reject(peer, "a message that only renderers send");
   return false;
 }
@@ -113,7 +126,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
 void StreamIntake::describe(Peer peer, const wire::StreamDescription& description) {
   wire::Welcome welcome;
   welcome.epoch = description.epoch;
-  welcome.renderer_name = std::string("fire3dv ") + kVersion;
+  welcome.renderer_name = renderer_name();
   const std::string name = description.adapter_name.empty() ? "an adapter" : description.adapter_name;
   if (description.protocol_major != wire::kProtocolMajor) {
     welcome.status = wire::WelcomeStatus::version_mismatch;

@@ -48,9 +48,10 @@ ForwardPass::ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleC
     : device_(device), layout_(layout) {
   gpu::GraphicsPipelineInfo info;
   info.vertex_shader = "forward.vert";
+  info.samples = samples;
+  depth_only_ = gpu::create_graphics_pipeline(device, layout, info);
   info.fragment_shader = device.ray_query() ? "forward_ray.frag" : "forward.frag";
   info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
-  info.samples = samples;
   opaque_ = gpu::create_graphics_pipeline(device, layout, info);
   info.blend = true;
   info.depth_write = false;
@@ -91,10 +92,6 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
                          const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals) {
   upload_commands(recorder, belt, scene, source);
 
-  struct BinCommands {
-    VkBuffer buffer;
-    VkDeviceSize offset;
-  };
   std::vector<BinCommands> bin_commands;
   for (const DrawBin& bin : scene.draw_list.bins) {
     if (bin.alpha_mode == scene::AlphaMode::blend) {
@@ -106,14 +103,15 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
     }
   }
 
-  std::vector<Use> uses{Use(commands_, kIndirectRead),
-                        Use(scene.indices, kIndexRead),
-                        Use(scene.world_from_node, access::draw_read),
-                        Use(targets.hdr, access::color_target, true),
-                        Use(targets.depth, access::depth_target, true)};
-  if (device_.ray_query()) uses.emplace_back(scene.top_level.storage(), access::draw_trace);
+  const std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
+                                    Use(scene.world_from_node, access::draw_read),
+                                    Use(targets.depth, access::depth_target, true)};
+  std::vector<Use> color_uses = depth_uses;
+  color_uses.back().discard = !device_.ray_query();
+  color_uses.emplace_back(targets.hdr, access::color_target, true);
+  if (device_.ray_query()) color_uses.emplace_back(scene.top_level.storage(), access::draw_trace);
 
-  recorder.pass("forward", uses, [&](VkCommandBuffer commands) {
+  auto begin = [&](VkCommandBuffer commands, bool color_too, VkAttachmentLoadOp depth_load) {
     VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
     color.imageView = targets.hdr.view.get();
     color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
@@ -123,13 +121,13 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
     VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
     depth.imageView = targets.depth.view.get();
     depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-    depth.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
-    depth.storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
+    depth.loadOp = depth_load;
+    depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
     depth.clearValue.depthStencil = {0, 0};
     VkRenderingInfo rendering{VK_STRUCTURE_TYPE_RENDERING_INFO};
     rendering.renderArea = {{0, 0}, targets.extent};
     rendering.layerCount = 1;
-    rendering.colorAttachmentCount = 1;
+    rendering.colorAttachmentCount = color_too ? 1 : 0;
     rendering.pColorAttachments = &color;
     rendering.pDepthAttachment = &depth;
     vkCmdBeginRendering(commands, &rendering);
@@ -143,22 +141,43 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
     const gpu_types::ForwardPush push{globals};
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     vkCmdBindIndexBuffer(commands, scene.indices.get(), 0, VK_INDEX_TYPE_UINT32);
-    for (size_t b = 0; b < scene.draw_list.bins.size(); ++b) {
-      const DrawBin& bin = scene.draw_list.bins[b];
-      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(bin.alpha_mode).get());
-      vkCmdSetCullMode(commands, bin.double_sided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT);
-      vkCmdSetFrontFace(commands, bin.mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
-      uint32_t done = 0;
-      while (done < bin.draw_count) {  // a device may take fewer draws in one command
-        const uint32_t count = std::min(bin.draw_count - done, device_.limits().maxDrawIndirectCount);
-        vkCmdDrawIndexedIndirect(commands, bin_commands[b].buffer,
-                                 bin_commands[b].offset + done * sizeof(VkDrawIndexedIndirectCommand), count,
-                                 sizeof(VkDrawIndexedIndirectCommand));
-        done += count;
+  };
+
+  // Depth first where a fragment costs rays: none is traced for a surface that another hides.
+  const bool depth_first = device_.ray_query();
+  if (depth_first) {
+    recorder.pass("depth", depth_uses, [&](VkCommandBuffer commands) {
+      begin(commands, false, VK_ATTACHMENT_LOAD_OP_CLEAR);
+      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, depth_only_.get());
+      for (size_t b = 0; b < scene.draw_list.bins.size(); ++b) {
+        if (scene.draw_list.bins[b].alpha_mode != scene::AlphaMode::opaque) continue;
+        draw_bin(commands, scene.draw_list.bins[b], bin_commands[b]);
       }
+      vkCmdEndRendering(commands);
+    });
+  }
+  recorder.pass("forward", color_uses, [&](VkCommandBuffer commands) {
+    begin(commands, true, depth_first ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR);
+    for (size_t b = 0; b < scene.draw_list.bins.size(); ++b) {
+      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS,
+                        pipeline(scene.draw_list.bins[b].alpha_mode).get());
+      draw_bin(commands, scene.draw_list.bins[b], bin_commands[b]);
     }
     vkCmdEndRendering(commands);
   });
+}
+
+void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const {
+  vkCmdSetCullMode(commands, bin.double_sided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT);
+  vkCmdSetFrontFace(commands, bin.mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
+  uint32_t done = 0;
+  while (done < bin.draw_count) {  // a device may take fewer draws in one command
+    const uint32_t count = std::min(bin.draw_count - done, device_.limits().maxDrawIndirectCount);
+    vkCmdDrawIndexedIndirect(commands, bin_commands.buffer,
+                             bin_commands.offset + done * sizeof(VkDrawIndexedIndirectCommand), count,
+                             sizeof(VkDrawIndexedIndirectCommand));
+    done += count;
+  }
 }
 
 }  // namespace fire3dv::passes

@@ -23,13 +23,18 @@ class ForwardPass {
   void forget() { commands_scene_ = nullptr; }
 
  private:
+  struct BinCommands {
+    VkBuffer buffer;
+    VkDeviceSize offset;
+  };
   const gpu::Pipeline& pipeline(scene::AlphaMode mode) const;
+  void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const;
   void upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene,
                        const scene::Scene& source);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  gpu::Pipeline opaque_, mask_, blend_;
+  gpu::Pipeline depth_only_, opaque_, mask_, blend_;
   gpu::Buffer commands_;  // VkDrawIndexedIndirectCommand[], one per draw of the list
   const GpuScene* commands_scene_ = nullptr;
 };
