@@ -8,11 +8,6 @@
 // The order of accesses follows H.-J. Boehm, "Can Seqlocks Get Along with Programming Language Memory
 // Models?" (MSPC 2012): the payload is written and read as relaxed atomics, so that a torn read is a value
 // that gets thrown away and never a data race.
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wpragmas"
-#pragma GCC diagnostic ignored \
-    "-Wtsan"  // the sanitizer cannot model fences; all accesses here are atomic anyway
-#endif
 
 namespace fire3dv::transport::shm {
 namespace {

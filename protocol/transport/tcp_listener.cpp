@@ -1,17 +1,16 @@
 #include "protocol/transport/tcp_listener.h"
 
-#include "protocol/transport/tcp_peer.h"
-// (after tcp_peer.h, which says how Asio is used)
 #include <algorithm>
-#include <asio/executor_work_guard.hpp>
-#include <asio/io_context.hpp>
-#include <asio/post.hpp>
 #include <atomic>
 #include <thread>
 #include <unordered_map>
 
 #include "protocol/transport/address.h"
 #include "protocol/transport/inbox.h"
+#include "protocol/transport/tcp_peer.h"  // says how Asio is used
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/post.hpp>
 
 namespace fire3dv::transport::tcp {
 namespace {

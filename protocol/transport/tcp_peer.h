@@ -1,13 +1,17 @@
 // One connection of a TCP listener, from accept to close. Lives on the listener's thread alone.
 #pragma once
 
-#define ASIO_STANDALONE 1
-#include <asio/ip/tcp.hpp>
-#include <asio/steady_timer.hpp>
+// The standard library's headers stand before Asio's: Asio 1.22 chooses its allocation functions by a macro of theirs,
+// and two sources that choose differently would free each other's memory wrongly.
 #include <deque>
 #include <functional>
 #include <memory>
 #include <string>
+
+#define ASIO_STANDALONE 1
+#include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
+#include <asio/steady_timer.hpp>
 
 #include "protocol/transport/link.h"
 #include "protocol/transport/tcp_frame.h"

@@ -133,8 +133,8 @@ ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
     const size_t capacity = std::max(bytes_.capacity(), end);
     if (capacity > bytes_.capacity() && end - bytes_.size() > budget) return Outcome::ignored;
     bytes_.resize(end);
-    came_.resize(header.index + 1);
   }
+  if (header.index >= came_.size()) came_.resize(header.index + 1);
   if (!data.empty()) std::memcpy(bytes_.data() + start, data.data(), data.size());
   came_[header.index] = true;
   while (first_missing_ < came_.size() && came_[first_missing_]) ++first_missing_;

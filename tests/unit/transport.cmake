@@ -8,3 +8,7 @@ fire3dv_test(transport_shm_crash_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transpor
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_shm_hostile_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_hostile_test.cpp
              LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_network_hostile_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/network_hostile_test.cpp
+             LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_udp_parts_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_parts_test.cpp
+             LINK fire3dv_transport LABELS unit)
