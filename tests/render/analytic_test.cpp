@@ -1,0 +1,155 @@
+// Images against formulas: what a pixel must be is known without a picture.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/render/render_bench.h"
+#include "tests/render/scene_builder.h"
+
+namespace fire3dv::test {
+namespace {
+
+constexpr float kPi = 3.14159265f;
+
+passes::DrawSettings no_ambient() {
+  passes::DrawSettings settings;
+  settings.ambient = glm::vec3(0);
+  return settings;
+}
+
+// What an 8-bit pixel says of the light before tone mapping: the sRGB curve and Reinhard's, backwards.
+float light_of(int channel) {
+  const float encoded = static_cast<float>(channel) / 255.0f;
+  const float display = encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+  return display / (1 - display);
+}
+
+class Analytic : public ValidationIsSilent {};
+
+// A rough non-metal under one light is close to Lambert: albedo / pi * lux * cos(theta), less what its surface reflects
+// at normal incidence (F0 = 0.04) and plus the broad lobe of roughness 1. Both are in the formula below, as glTF 2.0
+// appendix B has them.
+TEST_F(Analytic, LambertSphereUnderOneLight) {
+  SceneBuilder builder;
+  const float albedo = 0.6f, lux = 2.0f;
+  const glm::vec3 to_light = glm::normalize(glm::vec3(0.5f, 0.7f, 0.6f));
+  builder.mesh_node("ball", builder.sphere(builder.material(matte(glm::vec3(albedo))), 1, 256), glm::mat4(1));
+  builder.light_node(sun({1, 1, 1}, lux), shining_towards(-to_light));
+  builder.camera_node("camera", {0, 0, 100}, {0, 0, 0}, 2 * std::atan(1.2f / 100));  // nearly parallel
+  const scene::Scene scene = builder.build();
+  RenderBench bench(scene, {200, 200}, no_ambient());
+  const sinks::FrameImage image = bench.draw_at_rest();
+
+  int compared = 0;
+  for (uint32_t y = 10; y < 190; y += 6) {
+    for (uint32_t x = 10; x < 190; x += 6) {
+      const float px = ((static_cast<float>(x) + 0.5f) / 100 - 1) * 1.2f;
+      const float py = (1 - (static_cast<float>(y) + 0.5f) / 100) * 1.2f;
+      const float r2 = px * px + py * py;
+      if (r2 > 0.9f) continue;
+      const glm::vec3 n(px, py, std::sqrt(1 - r2));
+      const float n_dot_l = glm::dot(n, to_light);
+      if (n_dot_l < 0.1f) continue;
+      const glm::vec3 v(0, 0, 1), h = glm::normalize(to_light + v);
+      const float n_dot_v = n.z, v_dot_h = glm::dot(v, h);
+      const float fresnel = 0.04f + 0.96f * std::pow(1 - v_dot_h, 5.0f);
+      const float k = 0.5f;  // (roughness + 1)^2 / 8 at roughness 1
+      const float g = 1 / ((n_dot_v * (1 - k) + k) * (n_dot_l * (1 - k) + k));
+      const float specular = fresnel * (1 / kPi) * g / 4;  // the distribution is 1 / pi everywhere at roughness 1
+      const float expected = ((1 - fresnel) * albedo / kPi + specular) * n_dot_l * lux;
+      const float seen = light_of(pixel(image, x, y).r);
+      ASSERT_NEAR(seen, expected, 0.01f + 0.02f * expected) << "at " << x << ", " << y;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 300);
+}
+
+// A square held over the ground under a light straight above: its shadow is its own outline.
+TEST_F(Analytic, ShadowEdgesFollowGeometry) {
+  SceneBuilder builder;
+  builder.mesh_node("ground", builder.quad(builder.material(matte({0.8f, 0.8f, 0.8f})), 10), glm::mat4(1));
+  builder.mesh_node("lid", builder.box(builder.material(matte({0.8f, 0, 0})), {0.5f, 0.01f, 0.5f}), at({0, 30, 0}));
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, -1, 0}));
+  builder.camera_node("camera", {0, 10, 0}, {0, 0, 0}, 2 * std::atan(0.1f));  // below the lid; sees 2 m x 2 m
+  const scene::Scene scene = builder.build();
+  RenderBench bench(scene, {200, 200}, no_ambient());
+  const sinks::FrameImage image = bench.draw_at_rest();
+
+  for (uint32_t y = 0; y < 200; ++y) {
+    for (uint32_t x = 0; x < 200; ++x) {
+      const float px = std::abs((static_cast<float>(x) + 0.5f) / 100 - 1);
+      const float py = std::abs((static_cast<float>(y) + 0.5f) / 100 - 1);
+      const float outside_m = std::max(px, py) - 0.5f;
+      if (std::abs(outside_m) < 0.011f) continue;  // the pixels that the edge itself crosses
+      if (outside_m < 0) {
+        ASSERT_EQ(pixel(image, x, y), glm::ivec3(0)) << "lit in the shadow at " << x << ", " << y;
+      } else {
+        ASSERT_GT(pixel(image, x, y).r, 100) << "dark outside the shadow at " << x << ", " << y;
+      }
+    }
+  }
+}
+
+// Tiny and huge scenes alike cast shadows and have no acne: the same picture at scales a million apart.
+TEST_F(Analytic, ShadowsScaleWithTheScene) {
+  std::vector<sinks::FrameImage> images;
+  for (const float scale : {0.002f, 1.0f, 500.0f}) {
+    SceneBuilder builder;
+    builder.mesh_node("ground", builder.quad(builder.material(matte({0.8f, 0.8f, 0.8f})), 3 * scale), glm::mat4(1));
+    builder.mesh_node("ball", builder.sphere(builder.material(matte({0.8f, 0.3f, 0.3f})), scale, 64),
+                      at({0, scale, 0}));
+    builder.light_node(sun({1, 1, 1}, 3), shining_towards({-1, -1, -0.5f}));
+    builder.camera_node("camera", glm::vec3(0, 3, 6) * scale, glm::vec3(0, 0.5f, 0) * scale);
+    scene::Scene scene = builder.build();
+    scene.cameras[0].near_m = 0.01f * scale;
+    RenderBench bench(scene, {160, 120}, no_ambient());
+    images.push_back(bench.draw_at_rest());
+  }
+  for (size_t i : {0u, 2u}) {
+    uint64_t different = 0;
+    for (size_t byte = 0; byte < images[1].rgba8.size(); ++byte) {
+      different += std::abs(images[i].rgba8[byte] - images[1].rgba8[byte]) > 8;
+    }
+    EXPECT_LT(different, images[1].rgba8.size() / 500);
+  }
+}
+
+// A point light's irradiance falls with the square of the distance.
+TEST_F(Analytic, PointLightFallsWithTheSquare) {
+  for (const float height : {1.0f, 2.0f, 4.0f}) {
+    SceneBuilder builder;
+    const float albedo = 0.5f, candela = 10;
+    builder.mesh_node("ground", builder.quad(builder.material(matte(glm::vec3(albedo))), 10), glm::mat4(1));
+    scene::Light light;
+    light.type = scene::LightType::point;
+    light.intensity = candela;
+    builder.light_node(light, at({0, height, 0}));
+    builder.camera_node("camera", {0, 20, 0.001f}, {0, 0, 0}, 0.05f);
+    const scene::Scene scene = builder.build();
+    RenderBench bench(scene, {33, 33}, no_ambient());
+    const float seen = light_of(pixel(bench.draw_at_rest(), 16, 16).r);
+    // Straight up and down: the specular lobe of roughness 1 adds F0 / (4 pi).
+    const float expected = (0.96f * albedo + 0.04f / 4) / kPi * candela / (height * height);
+    EXPECT_NEAR(seen, expected, 0.02f * expected + 0.005f) << "at " << height << " m";
+  }
+}
+
+// Black in, black out; nothing in front: the background. Exposure scales light before tone mapping.
+TEST_F(Analytic, ExposureScalesLight) {
+  SceneBuilder builder;
+  scene::Material material = matte({0.25f, 0.25f, 0.25f});
+  material.unlit = true;
+  builder.mesh_node("wall", builder.quad(builder.material(material), 10), glm::mat4(1));
+  builder.camera_node("camera", {0, 5, 0}, {0, 0, 0});
+  const scene::Scene scene = builder.build();
+  for (const float exposure : {0.5f, 1.0f, 2.0f}) {
+    passes::DrawSettings settings;
+    settings.post.exposure = exposure;
+    RenderBench bench(scene, {16, 16}, settings);
+    EXPECT_NEAR(light_of(pixel(bench.draw_at_rest(), 8, 8).g), 0.25f * exposure, 0.01f);
+  }
+}
+
+}  // namespace
+}  // namespace fire3dv::test

@@ -1,0 +1,93 @@
+// GPU objects live exactly as long as they are needed: counted before and after a scene is replaced, the image is
+// resized and the renderer goes.
+#include <gtest/gtest.h>
+
+#include "tests/render/render_bench.h"
+#include "tests/render/scene_builder.h"
+
+namespace fire3dv::test {
+namespace {
+
+scene::Scene small_scene(int textures) {
+  SceneBuilder builder;
+  for (int i = 0; i < textures; ++i) {
+    scene::Material material = matte({1, 1, 1});
+    material.base_color_texture.texture =
+        builder.texture(8, 8, true, [](float u, float v) { return glm::vec4(u, v, 0.5f, 1); });
+    builder.mesh_node("ball_" + std::to_string(i), builder.sphere(builder.material(material), 0.5f, 16),
+                      at({static_cast<float>(i), 0, 0}));
+  }
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, -1, -0.2f}));
+  builder.camera_node("camera", {0, 1, 4}, {0, 0, 0});
+  return builder.build();
+}
+
+std::string difference(const gpu::LiveObjects& before, const gpu::LiveObjects& after) {
+  std::string text;
+  for (size_t kind = 0; kind < gpu::kObjectKinds; ++kind) {
+    if (before[kind] == after[kind]) continue;
+    text += std::string(gpu::object_kind_name(static_cast<gpu::ObjectKind>(kind))) + " " +
+            std::to_string(before[kind]) + " -> " + std::to_string(after[kind]) + "; ";
+  }
+  return text;
+}
+
+class Lifetime : public ValidationIsSilent {
+ protected:
+  // What lives once all that was retired is gone.
+  static gpu::LiveObjects settled() {
+    device().retire_all_now();
+    return device().live_objects();
+  }
+};
+
+TEST_F(Lifetime, NothingIsLeftWhenTheRendererIsGone) {
+  const gpu::LiveObjects before = settled();
+  const uint64_t bytes_before = device().allocated_bytes();
+  {
+    const scene::Scene scene = small_scene(3);
+    RenderBench bench(scene, {64, 48});
+    bench.draw_at_rest();
+    EXPECT_NE(difference(before, device().live_objects()), "");
+  }
+  EXPECT_EQ(difference(before, settled()), "");
+  EXPECT_EQ(device().allocated_bytes(), bytes_before);
+}
+
+TEST_F(Lifetime, ReloadAndResizeLeaveNothingBehind) {
+  const scene::Scene first = small_scene(3);
+  const scene::Scene second = small_scene(5);
+  RenderBench bench(first, {64, 48});
+  for (uint32_t frame = 0; frame < 2 * gpu::kFramesInFlight; ++frame) bench.draw_at_rest();  // each slot has its memory
+  const gpu::LiveObjects before = settled();
+  const uint64_t bytes_before = device().allocated_bytes();
+  for (uint32_t i = 0; i < 10; ++i) {
+    bench.renderer().set_scene(second);
+    bench.renderer().set_size({80 + i, 40 + i});
+    RenderBench(second, {32, 32}).draw_at_rest();
+    bench.renderer().set_scene(first);
+    bench.renderer().set_size({64, 48});
+    bench.draw_at_rest();
+  }
+  EXPECT_EQ(difference(before, settled()), "");
+  EXPECT_EQ(device().allocated_bytes(), bytes_before);
+}
+
+TEST_F(Lifetime, AnObjectOutlivesTheFramesThatUseIt) {
+  const gpu::LiveObjects before = settled();
+  const auto buffers = static_cast<size_t>(gpu::ObjectKind::buffer);
+  gpu::FrameRing frames(device());
+  frames.begin();
+  {
+    gpu::Buffer buffer = gpu::create_buffer(device(), 1024, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+    EXPECT_EQ(device().live_objects()[buffers], before[buffers] + 1);
+  }
+  device().collect();  // the frame that is being recorded may use it
+  EXPECT_EQ(device().live_objects()[buffers], before[buffers] + 1);
+  device().wait(frames.submit());
+  device().collect();
+  EXPECT_EQ(device().live_objects()[buffers], before[buffers]);
+}
+
+}  // namespace
+}  // namespace fire3dv::test

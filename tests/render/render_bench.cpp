@@ -1,0 +1,88 @@
+#include "tests/render/render_bench.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace fire3dv::test {
+namespace {
+
+template <typename T>
+T take_or_die(Result<T> result) {
+  if (!result) {
+    std::fprintf(stderr, "render tests cannot run: %s\n", result.error().message.c_str());
+    std::exit(1);
+  }
+  return std::move(*result);
+}
+
+struct Bench {
+  std::unique_ptr<gpu::Instance> instance;
+  std::unique_ptr<gpu::Device> device;
+
+  Bench() {
+    gpu::InstanceOptions options;
+    options.validation = true;
+    instance = take_or_die(gpu::Instance::create(options));
+    const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance->handle());
+    const gpu::DeviceChoice choice = take_or_die(gpu::choose_device(reports, ""));
+    if (!reports[choice.index].ray_query) {
+      std::fprintf(stderr, "render tests cannot run: %s has no ray queries; install a newer Mesa\n",
+                   reports[choice.index].name.c_str());
+      std::exit(1);
+    }
+    device = take_or_die(gpu::Device::create(*instance, choice.index, false));
+  }
+};
+
+Bench& bench() {
+  static Bench the_bench;
+  return the_bench;
+}
+
+}  // namespace
+
+gpu::Instance& instance() { return *bench().instance; }
+gpu::Device& device() { return *bench().device; }
+
+RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings)
+    : scene_(scene), frames_(device()), renderer_(device(), settings), readback_(device()) {
+  renderer_.set_scene(scene);
+  renderer_.set_size(extent);
+}
+
+sinks::FrameImage RenderBench::draw(const state::PoseState& poses, const passes::View& view) {
+  gpu::Recorder& recorder = frames_.begin();
+  renderer_.record(recorder, frames_.belt(), poses, view);
+  readback_.record(recorder, renderer_.image(), 0);
+  readback_.submitted(frames_.submit());
+  sinks::FrameImage image;
+  readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    image.width = extent.width;
+    image.height = extent.height;
+    image.rgba8.assign(rgba8.begin(), rgba8.end());
+  });
+  image.shown = poses.shown();
+  return image;
+}
+
+sinks::FrameImage RenderBench::draw_at_rest() {
+  const state::PoseState poses(scene_);
+  return draw(poses, first_camera_view(scene_, poses, renderer_.extent()));
+}
+
+passes::View first_camera_view(const scene::Scene& scene, const state::PoseState& poses, VkExtent2D extent) {
+  const uint32_t node = scene::camera_nodes(scene).at(0);
+  return passes::make_view(scene.cameras[scene.nodes[node].camera], poses.world_from_node(node),
+                           static_cast<float>(extent.width) / static_cast<float>(extent.height));
+}
+
+void ValidationIsSilent::TearDown() {
+  EXPECT_EQ(instance().validation_messages(), 0u) << "Vulkan validation has found something; see above";
+}
+
+glm::ivec3 pixel(const sinks::FrameImage& image, uint32_t x, uint32_t y) {
+  const uint8_t* p = image.rgba8.data() + size_t{4} * (size_t{y} * image.width + x);
+  return {p[0], p[1], p[2]};
+}
+
+}  // namespace fire3dv::test

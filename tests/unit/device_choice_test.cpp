@@ -1,0 +1,68 @@
+// The choice of a device, without one.
+#include "renderer/gpu/device_choice.h"
+
+#include <gtest/gtest.h>
+
+namespace fire3dv::gpu {
+namespace {
+
+DeviceReport report(uint32_t index, const char* name, DeviceType type, std::vector<std::string> missing = {}) {
+  DeviceReport r;
+  r.index = index;
+  r.name = name;
+  r.driver = "driver 1.0";
+  r.type = type;
+  r.api_version = VK_API_VERSION_1_3;
+  r.missing = std::move(missing);
+  return r;
+}
+
+bool mentions(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+TEST(DeviceChoice, TheBestUsableDeviceWins) {
+  const auto choice = choose_device({report(0, "llvmpipe", DeviceType::software), report(1, "iGPU", DeviceType::integrated),
+                                     report(2, "Big GPU", DeviceType::discrete)},
+                                    "");
+  ASSERT_TRUE(choice.ok());
+  EXPECT_EQ(choice->index, 2u);
+  EXPECT_TRUE(choice->notes.empty());
+}
+
+TEST(DeviceChoice, ASoftwareDeviceIsNamedAndTheReasonIsSaid) {
+  const auto choice = choose_device(
+      {report(0, "Old GPU", DeviceType::discrete, {"dynamicRendering"}), report(1, "llvmpipe", DeviceType::software)}, "");
+  ASSERT_TRUE(choice.ok());
+  EXPECT_EQ(choice->index, 1u);
+  ASSERT_EQ(choice->notes.size(), 2u);
+  EXPECT_TRUE(mentions(choice->notes[0], "llvmpipe is a software device"));
+  EXPECT_TRUE(mentions(choice->notes[1], "Old GPU was not taken: it lacks dynamicRendering"));
+}
+
+TEST(DeviceChoice, AWishIsMetOrAnError) {
+  const std::vector<DeviceReport> reports{report(0, "Big GPU", DeviceType::discrete),
+                                          report(1, "llvmpipe (LLVM)", DeviceType::software),
+                                          report(2, "Old GPU", DeviceType::discrete, {"Vulkan 1.3"})};
+  EXPECT_EQ(choose_device(reports, "LLVMpipe")->index, 1u);
+  EXPECT_EQ(choose_device(reports, "1")->index, 1u);
+  const auto unknown = choose_device(reports, "Voodoo");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_TRUE(mentions(unknown.error().message, "--device Voodoo"));
+  EXPECT_TRUE(mentions(unknown.error().message, "Big GPU"));  // what there is
+  const auto unusable = choose_device(reports, "old");
+  ASSERT_FALSE(unusable.ok());
+  EXPECT_TRUE(mentions(unusable.error().message, "Vulkan 1.3"));
+  EXPECT_FALSE(choose_device(reports, "7").ok());
+  EXPECT_FALSE(choose_device(reports, "1x").ok());  // not an index, and no name has it
+}
+
+TEST(DeviceChoice, NoDeviceIsAnErrorWithARemedy) {
+  const auto choice = choose_device({}, "");
+  ASSERT_FALSE(choice.ok());
+  EXPECT_TRUE(mentions(choice.error().message, "install"));
+  const auto none_usable = choose_device({report(0, "Old GPU", DeviceType::discrete, {"shaderInt64"})}, "");
+  ASSERT_FALSE(none_usable.ok());
+  EXPECT_TRUE(mentions(none_usable.error().message, "shaderInt64"));
+}
+
+}  // namespace
+}  // namespace fire3dv::gpu

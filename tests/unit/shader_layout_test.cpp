@@ -1,0 +1,114 @@
+// C++ and GLSL read one text of the shared structures; here their compilers are asked whether they understood the same:
+// the offsets that SPIR-V carries against offsetof. Also: every embedded shader is SPIR-V.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstring>
+#include <map>
+#include <string>
+
+#include "shaders/embedded.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv {
+namespace {
+
+using Offsets = std::map<std::string, uint32_t>;  // member -> offset in bytes
+
+// The few instructions of SPIR-V that say where members of structures lie (specification, section 3.49.2-3).
+constexpr uint32_t kOpName = 5, kOpMemberName = 6, kOpMemberDecorate = 72;
+constexpr uint32_t kDecorationOffset = 35;
+
+std::string literal_string(const uint32_t* words, uint32_t count) {
+  const char* text = reinterpret_cast<const char*>(words);
+  return std::string(text, strnlen(text, count * sizeof(uint32_t)));
+}
+
+// Structures by name over all shaders. One structure may have several ids in a module; all must agree.
+std::map<std::string, Offsets> reflect() {
+  std::map<std::string, Offsets> structures;
+  for (std::string_view name : shaders::names()) {
+    const std::span<const uint32_t> code = shaders::embedded(name);
+    std::map<uint32_t, std::string> names;
+    std::map<uint32_t, std::map<uint32_t, std::string>> members;
+    std::map<uint32_t, std::map<uint32_t, uint32_t>> offsets;
+    for (size_t i = 5; i < code.size();) {
+      const uint32_t op = code[i] & 0xffff, length = code[i] >> 16;
+      if (length == 0 || i + length > code.size()) {
+        ADD_FAILURE() << name << " is not well-formed SPIR-V";
+        break;
+      }
+      const uint32_t* word = code.data() + i;
+      if (op == kOpName) names[word[1]] = literal_string(word + 2, length - 2);
+      if (op == kOpMemberName) members[word[1]][word[2]] = literal_string(word + 3, length - 3);
+      if (op == kOpMemberDecorate && length == 5 && word[3] == kDecorationOffset) offsets[word[1]][word[2]] = word[4];
+      i += length;
+    }
+    for (const auto& [id, member_offsets] : offsets) {
+      for (const auto& [member, offset] : member_offsets) {
+        const auto [known, inserted] = structures[names[id]].emplace(members[id][member], offset);
+        EXPECT_TRUE(inserted || known->second == offset) << name << ": " << names[id] << "." << members[id][member];
+      }
+    }
+  }
+  return structures;
+}
+
+class ShaderLayout : public ::testing::Test {
+ protected:
+  void expect_offset(const char* structure, const char* member, size_t offset) {
+    static const std::map<std::string, Offsets> structures = reflect();
+    const auto found = structures.find(structure);
+    ASSERT_NE(found, structures.end()) << structure << " is used by no shader";
+    const auto at = found->second.find(member);
+    ASSERT_NE(at, found->second.end()) << structure << "." << member;
+    EXPECT_EQ(at->second, offset) << structure << "." << member;
+  }
+};
+
+#define EXPECT_SAME_OFFSET(structure, member) \
+  expect_offset(#structure, #member, offsetof(gpu_types::structure, member))
+
+TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
+  EXPECT_SAME_OFFSET(AffineRows, row0);
+  EXPECT_SAME_OFFSET(AffineRows, row2);
+  EXPECT_SAME_OFFSET(NodeSource, stream);
+  EXPECT_SAME_OFFSET(NodeSource, pose_index);
+  EXPECT_SAME_OFFSET(StreamSource, poses);
+  EXPECT_SAME_OFFSET(StreamSource, world_from_stream);
+  EXPECT_SAME_OFFSET(TextureUse, uv_rows);
+  EXPECT_SAME_OFFSET(TextureUse, uv_offset);
+  EXPECT_SAME_OFFSET(MaterialRecord, emissive);
+  EXPECT_SAME_OFFSET(MaterialRecord, metallic);
+  EXPECT_SAME_OFFSET(MaterialRecord, flags);
+  EXPECT_SAME_OFFSET(MaterialRecord, base_color_texture);
+  EXPECT_SAME_OFFSET(MaterialRecord, emissive_texture);
+  EXPECT_SAME_OFFSET(VertexRecord, tangent);
+  EXPECT_SAME_OFFSET(VertexRecord, uv1);
+  EXPECT_SAME_OFFSET(VertexRecord, color);
+  EXPECT_SAME_OFFSET(PrimitiveRecord, material);
+  EXPECT_SAME_OFFSET(DrawRecord, primitive);
+  EXPECT_SAME_OFFSET(LightRecord, range_m);
+  EXPECT_SAME_OFFSET(LightRecord, cone_offset);
+  EXPECT_SAME_OFFSET(Globals, indices);
+  EXPECT_SAME_OFFSET(Globals, clip_from_world);
+  EXPECT_SAME_OFFSET(Globals, eye_world);
+  EXPECT_SAME_OFFSET(Globals, light_count);
+  EXPECT_SAME_OFFSET(Globals, shadows);
+  // The push blocks hold their structure at offset 0.
+  EXPECT_SAME_OFFSET(TransformsPush, node_count);
+  EXPECT_SAME_OFFSET(ForwardPush, globals);
+  EXPECT_SAME_OFFSET(PostPush, tone_map);
+}
+
+TEST_F(ShaderLayout, EveryShaderIsEmbedded) {
+  EXPECT_GE(shaders::names().size(), 8u);
+  for (std::string_view name : shaders::names()) {
+    ASSERT_FALSE(shaders::embedded(name).empty()) << name;
+    EXPECT_EQ(shaders::embedded(name)[0], 0x07230203u) << name;  // SPIR-V's magic number
+  }
+  EXPECT_TRUE(shaders::embedded("no such shader").empty());
+}
+
+}  // namespace
+}  // namespace fire3dv
