@@ -33,7 +33,8 @@ def targets_of(label, build_dir):
     outputs = {line.rsplit(":", 1)[0] for line in known.splitlines()}
     found = set()
     for test in listed_tests(build_dir, "-L", f"^{label}$"):
-        for word in test.get("command", []):
+        # A program that is not built yet has no command in the listing.
+        for word in test.get("command", [os.path.join(build_dir, "tests", test["name"])]):
             path = os.path.relpath(word, build_dir) if word.startswith(build_dir + "/") else None
             if path in outputs:
                 found.add(path)
