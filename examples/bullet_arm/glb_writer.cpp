@@ -87,7 +87,7 @@ size_t GlbWriter::add_material(const GlbMaterial& m) {
       ",\"metallicFactor\":" + number(m.metallic) + ",\"roughnessFactor\":" + number(m.roughness) +
       texture("baseColorTexture", m.base_color_texture) +
       texture("metallicRoughnessTexture", m.metallic_roughness_texture) + "}" +
-      texture("normalTexture", m.normal_texture) + "}");
+      texture("normalTexture", m.normal_texture) + ",\"emissiveFactor\":" + list(m.emissive) + "}");
   return materials_.size() - 1;
 }
 

@@ -18,6 +18,7 @@ struct GlbMaterial {
   std::array<float, 3> base_color{1, 1, 1};  // linear
   float metallic = 0;
   float roughness = 0.5f;
+  std::array<float, 3> emissive{0, 0, 0};  // linear
   std::optional<size_t> base_color_texture, metallic_roughness_texture, normal_texture;
 };
 

@@ -15,6 +15,7 @@ struct Material {
   float metallic;
   float roughness;
   Surface surface = Surface::plain;
+  std::array<float, 3> emissive{0, 0, 0};
 };
 
 std::vector<Material> make_materials();

@@ -215,7 +215,8 @@ Mesh backdrop_mesh(float radius, float height, float bend) {
     const float c = std::cos(angle), s = std::sin(angle);
     profile.push_back({radius - bend + bend * c, bend - bend * s, -c, s});
   }
-  return lathe(profile, 64, 0, kPi);
+  constexpr float kOver = 0.6f;  // past the half turn, so that its ends stay out of the cameras' sight
+  return lathe(profile, 80, -kOver, kPi + 2 * kOver);
 }
 
 Mesh moved(Mesh mesh, Vec3 by) {

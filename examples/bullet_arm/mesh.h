@@ -60,7 +60,8 @@ Mesh box_mesh(Vec3 half, float bevel);
 Mesh link_mesh(float half_length, float radius_near, float radius_far, float half_depth, float bevel);
 // Flat, in XY, facing +Z.
 Mesh floor_mesh(float half_extent);
-// A quarter pipe that ends in a wall: half a turn about Z from +X over +Y to -X, facing inwards.
+// A quarter pipe that ends in a wall: somewhat more than half a turn about Z from +X over +Y to -X, facing
+// inwards.
 Mesh backdrop_mesh(float radius, float height, float bend);
 
 Mesh moved(Mesh mesh, Vec3 by);

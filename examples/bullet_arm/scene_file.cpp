@@ -45,7 +45,14 @@ class SceneBuilder {
     const auto wood = add_surface("wood", make_wood_images(512));
     if (!floor || !wood) return false;
     for (const Material& material : make_materials()) {
-      GlbMaterial out{material.name, material.base_color, material.metallic, material.roughness, {}, {}, {}};
+      GlbMaterial out{material.name,
+                      material.base_color,
+                      material.metallic,
+                      material.roughness,
+                      material.emissive,
+                      {},
+                      {},
+                      {}};
       float uv_scale = 1;
       if (material.surface != Surface::plain) {
         const bool is_floor = material.surface == Surface::floor;
@@ -117,7 +124,7 @@ class SceneBuilder {
                       {}});
     writer_.add_node({"backdrop",
                       GlbMatrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
-                      add_mesh("backdrop", {{backdrop_mesh(4.2f, 3.2f, 1.2f), "backdrop"}}),
+                      add_mesh("backdrop", {{backdrop_mesh(4.2f, 1.9f, 1.0f), "backdrop"}}),
                       {},
                       {}});
 
@@ -125,7 +132,7 @@ class SceneBuilder {
     const size_t key = writer_.add_light({"key_light", "spot", {1.0f, 0.93f, 0.82f}, 130, 0.34f, 0.56f});
     const size_t fill = writer_.add_light({"fill_light", "directional", {0.72f, 0.84f, 1.0f}, 1.7f});
     writer_.add_node({"key_light", looking({-1.5f, -1.9f, 2.7f}, {0, -0.35f, 0.1f}), {}, {}, key});
-    writer_.add_node({"fill_light", looking({0.9f, -1.7f, 2.0f}, {0, 0, 0}), {}, {}, fill});
+    writer_.add_node({"fill_light", looking({0.35f, -1.8f, 2.0f}, {0, 0, 0}), {}, {}, fill});
 
     add_camera("camera_front", 0.72f, {0.45f, -2.15f, 1.20f}, {0.06f, -0.28f, 0.22f});
     add_camera("camera_gripper", 0.78f, {-1.28f, -0.98f, 0.52f}, {-0.40f, -0.38f, 0.12f});
