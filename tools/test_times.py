@@ -2,7 +2,8 @@
 """What the tests take, against CI's time budget.
 
   test_times.py --setup S --builds S --sanitizers S --log CTEST_OUTPUT BUILD_DIR   prints the table
-  test_times.py --targets-of LABEL BUILD_DIR   prints what to build to run the tests of a label
+  test_times.py --targets-of LABEL BUILD_DIR        prints what to build to run the tests of a label
+  test_times.py --targets-matching REGEX BUILD_DIR  the same for tests by name
 """
 import argparse
 import json
@@ -26,19 +27,20 @@ def listed_tests(build_dir, *selection):
     return json.loads(listing)["tests"]
 
 
-def targets_of(label, build_dir):
+def print_targets(build_dir, *selection):
     build_dir = os.path.abspath(build_dir)
     known = subprocess.run(["ninja", "-C", build_dir, "-t", "targets", "all"],
                            check=True, capture_output=True, text=True).stdout
     outputs = {line.rsplit(":", 1)[0] for line in known.splitlines()}
     found = set()
-    for test in listed_tests(build_dir, "-L", f"^{label}$"):
+    for test in listed_tests(build_dir, *selection):
         # A program that is not built yet has no command in the listing.
         for word in test.get("command", [os.path.join(build_dir, "tests", test["name"])]):
             path = os.path.relpath(word, build_dir) if word.startswith(build_dir + "/") else None
             if path in outputs:
                 found.add(path)
-    print("\n".join(sorted(found)))
+    for path in sorted(found):
+        print(path)
 
 
 def test_seconds(build_dir, log_path):
@@ -72,6 +74,7 @@ def print_table(arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--targets-of")
+    parser.add_argument("--targets-matching")
     parser.add_argument("--setup", type=float, default=0)
     parser.add_argument("--builds", type=float, default=0)
     parser.add_argument("--sanitizers", type=float, default=0)
@@ -79,9 +82,11 @@ def main():
     parser.add_argument("build_dir")
     arguments = parser.parse_args()
     if arguments.targets_of:
-        targets_of(arguments.targets_of, arguments.build_dir)
+        print_targets(arguments.build_dir, "-L", f"^{arguments.targets_of}$")
+    elif arguments.targets_matching:
+        print_targets(arguments.build_dir, "-R", arguments.targets_matching)
     elif arguments.log is None:
-        parser.error("--log or --targets-of is needed")
+        parser.error("one of --log, --targets-of and --targets-matching is needed")
     else:
         print_table(arguments)
 

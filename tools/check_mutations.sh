@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# Holds the tests themselves to account: plants each fault of tests/mutations.txt in a copy of the tree and expects the tests
+# named there to fail. Takes a while; CI does not run it.
+#
+#   tools/check_mutations.sh [REGEX]   only the lines that match
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+only=${1:-.}
+copy=$PWD/build/mutations/tree
+build=$PWD/build/mutations/build
+
+die() { echo "check_mutations.sh: $*" >&2; exit 1; }
+
+# What differs is copied with a new time, so that what a broken-off run left planted is built anew.
+mkdir -p "$copy"
+while IFS= read -r -d '' file; do
+  [ ! -f "$file" ] || cmp -s "$file" "$copy/$file" || cp --parents "$file" "$copy"
+done < <(git ls-files -z --cached --others --exclude-standard)
+cmake -S "$copy" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >"$build.log" 2>&1 || { cat "$build.log"; die "cannot configure"; }
+
+run_tests() { # family, regular expression; 0 = passed, 2 = does not build
+  local targets
+  mapfile -t targets < <(tools/test_times.py --targets-matching "$2" "$build")
+  [[ $1 != e2e* ]] || targets+=(fire3dv bullet_arm)
+  [ ${#targets[@]} -eq 0 ] || cmake --build "$build" --target "${targets[@]}" >"$build.log" 2>&1 || return 2
+  ctest --test-dir "$build" -R "$2" --no-tests=error >"$build.log" 2>&1
+}
+
+missed=0 caught=0
+while IFS='~' read -r family tests file expression what; do
+  printf '%-20s %s: %s\n' "$family" "$file" "$what"
+  run_tests "$family" "$tests" || { tail -n 30 "$build.log"; die "$tests fails without a fault planted"; }
+  sed -i "$expression" "$copy/$file"
+  cmp -s "$file" "$copy/$file" && die "$file: the expression changes nothing: $expression"
+  code=0
+  run_tests "$family" "$tests" || code=$?
+  cp "$file" "$copy/$file"  # with a new time
+  if [ $code = 2 ]; then
+    tail -n 30 "$build.log"
+    die "$file does not build with the fault planted"
+  elif [ $code = 0 ]; then
+    echo "  MISSED by $tests"
+    missed=$((missed + 1))
+  else
+    echo "  caught by $tests"
+    caught=$((caught + 1))
+  fi
+done < <(grep -v '^#' tests/mutations.txt | grep -E -- "$only" | sed 's/ *| */~/; s/ *| */~/; s/ *| */~/; s/ | \([^|]*\)$/~\1/')
+echo "$caught faults caught, $missed missed"
+[ $missed = 0 ] && [ $caught -gt 0 ]
