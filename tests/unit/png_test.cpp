@@ -199,8 +199,7 @@ TEST(PngReader, AChunkThatClaimsMoreThanThereIsIsRefusedBeforeLibpng) {
   for (const char* type : {"tEXt", "iTXt", "zTXt", "iCCP", "PLTE", "IDAT", "abCd"}) {
     std::vector<uint8_t> claim(bytes.begin(), bytes.begin() + 33);
     append_u32(claim, 0x7ffffff0);
-    claim.insert(claim.end(), type, type + 4);
-    claim.resize(claim.size() + 100, 'x');
+    for (const char c : std::string(type) + std::string(100, 'x')) claim.push_back(static_cast<uint8_t>(c));
     const auto file = decode_png(claim);
     ASSERT_FALSE(file.ok()) << type;
     EXPECT_NE(file.error().message.find("cut short"), std::string::npos) << file.error().message;
