@@ -9,15 +9,20 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { PostPush push; };
 #ifdef FIRE3DV_MULTISAMPLED
-layout(set = 1, binding = FIRE3DV_BINDING_POST_HDR) uniform sampler2DMS hdr;
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2DMS hdr;
 #else
-layout(set = 1, binding = FIRE3DV_BINDING_POST_HDR) uniform sampler2D hdr;
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D hdr;
 #endif
-layout(set = 1, binding = FIRE3DV_BINDING_POST_OUT, rgba8) uniform writeonly image2D result;
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
 
 vec3 display_linear(vec3 color) {
   color = max(color * push.exposure, vec3(0));
-  return push.tone_map == FIRE3DV_TONE_MAP_REINHARD ? tone_map_reinhard(color) : min(color, vec3(1));
+  switch (push.tone_map) {
+    case FIRE3DV_TONE_MAP_REINHARD: return tone_map_reinhard(color);
+    case FIRE3DV_TONE_MAP_ACES: return tone_map_aces(color);
+    case FIRE3DV_TONE_MAP_NEUTRAL: return tone_map_neutral(color);
+  }
+  return min(color, vec3(1));
 }
 
 void main() {

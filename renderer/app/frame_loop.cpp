@@ -21,7 +21,8 @@ passes::DrawSettings draw_settings(const Options& options) {
   settings.samples = options.samples;
   settings.shadows = options.shadows;
   settings.post.exposure = options.exposure;
-  settings.post.tone_map = options.tone_map ? passes::ToneMap::reinhard : passes::ToneMap::none;
+  settings.post.tone_map = options.tone_map;
+  settings.post.fxaa = options.fxaa;
   return settings;
 }
 

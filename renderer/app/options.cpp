@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <iostream>
 
 #include "renderer/app/version.h"
@@ -11,6 +12,7 @@ namespace {
 
 constexpr int kUsageError = 2;
 constexpr uint32_t kMaxSide = 16384;
+constexpr uint64_t kMostFrames = 1'000'000'000'000;
 
 bool parse_size(const std::string& text, uint32_t& width, uint32_t& height) {
   const char* end = text.data() + text.size();
@@ -19,6 +21,21 @@ bool parse_size(const std::string& text, uint32_t& width, uint32_t& height) {
   const auto second = std::from_chars(first.ptr + 1, end, height);
   return second.ec == std::errc() && second.ptr == end && width >= 1 && height >= 1 && width <= kMaxSide &&
          height <= kMaxSide;
+}
+
+// CLI11's own check lets NaN and infinity pass.
+std::string positive_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
+  return good ? "" : text + " is not a number above 0";
+}
+
+passes::ToneMap tone_map_named(const std::string& name) {
+  if (name == "reinhard") return passes::ToneMap::reinhard;
+  if (name == "aces") return passes::ToneMap::aces;
+  if (name == "neutral") return passes::ToneMap::neutral;
+  return passes::ToneMap::none;
 }
 
 }  // namespace
@@ -40,7 +57,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   std::string size = "1280x720";
   app.add_option("--size", size, "image size, WxH")->capture_default_str();
   app.add_option("--camera", options.camera, "camera by node or camera name");
-  app.add_option("--frames", options.frames, "stop after this many images");
+  app.add_option("--frames", options.frames, "stop after this many images")
+      ->check(CLI::Range(uint64_t{0}, kMostFrames).description(""));  // a minus sign would wrap around
   app.add_flag("--exit-when-done", options.exit_when_done, "stop when the last stream has ended");
   app.add_option("--out", options.out, "folder for one PNG per image");
   app.add_option("--stats", options.stats, "CSV file of times per image");
@@ -58,10 +76,14 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->capture_default_str();
   std::string shadows = "on";
   app.add_option("--shadows", shadows, "ray-traced shadows")->check(CLI::IsMember({"on", "off"}))->capture_default_str();
-  app.add_option("--exposure", options.exposure, "factor on all light")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--exposure", options.exposure, "factor on all light")->check(positive_number)->capture_default_str();
   std::string tone_map = "reinhard";
   app.add_option("--tone-map", tone_map, "how HDR light becomes display colour")
-      ->check(CLI::IsMember({"reinhard", "none"}))
+      ->check(CLI::IsMember({"reinhard", "aces", "neutral", "none"}))
+      ->capture_default_str();
+  std::string fxaa = "on";
+  app.add_option("--fxaa", fxaa, "smooths edges in the finished image")
+      ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
 
   try {
@@ -84,7 +106,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
   if (options.exit_when_done && options.listen.empty()) return usage_error("--exit-when-done needs a --listen URI");
   options.shadows = shadows == "on";
-  options.tone_map = tone_map == "reinhard";
+  options.tone_map = tone_map_named(tone_map);
+  options.fxaa = fxaa == "on";
   return options;
 }
 

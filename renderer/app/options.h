@@ -7,6 +7,8 @@
 #include <variant>
 #include <vector>
 
+#include "renderer/passes/post_pass.h"
+
 namespace fire3dv::app {
 
 struct Options {
@@ -30,7 +32,8 @@ struct Options {
   uint32_t samples = 4;
   bool shadows = true;
   float exposure = 1;
-  bool tone_map = true;
+  passes::ToneMap tone_map = passes::ToneMap::reinhard;
+  bool fxaa = true;
 };
 
 // Options, or the exit code with which the program ends now (help, or a usage error that has been printed).

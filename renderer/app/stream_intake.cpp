@@ -124,52 +124,64 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
 }
 
 void StreamIntake::describe(Peer peer, const wire::StreamDescription& description) {
-  wire::Welcome welcome;
-  welcome.epoch = description.epoch;
-  welcome.renderer_name = renderer_name();
   const std::string name = description.adapter_name.empty() ? "an adapter" : description.adapter_name;
   if (description.protocol_major != wire::kProtocolMajor) {
-    welcome.status = wire::WelcomeStatus::version_mismatch;
-    welcome.message = "this renderer speaks protocol " + std::to_string(wire::kProtocolMajor) + "." +
+    wire::Welcome refusal;
+    refusal.status = wire::WelcomeStatus::version_mismatch;
+    refusal.epoch = description.epoch;
+    refusal.renderer_name = renderer_name();
+    refusal.message = "this renderer speaks protocol " + std::to_string(wire::kProtocolMajor) + "." +
                       std::to_string(wire::kProtocolMinor) + ", the adapter " +
                       std::to_string(description.protocol_major) + "." + std::to_string(description.protocol_minor) +
                       "; update the older one";
-    notes_.push_back(name + " was refused: " + welcome.message);
-    reply(peer, wire::encode(welcome));
+    notes_.push_back(name + " was refused: " + refusal.message);
+    reply(peer, wire::encode(refusal));
     return;
   }
 
   const auto known = stream_of_peer_.find(peer);
-  const bool repeated = known != stream_of_peer_.end() && known->second.epoch == description.epoch;
-  if (!repeated) {
-    if (known != stream_of_peer_.end()) end_stream(peer, "it began anew");
-    const state::StreamId id = poses_.add_stream(description);
-    stream_of_peer_[peer] = {id, description.epoch, name};
-    had_streams_ = true;
+  if (known != stream_of_peer_.end() && known->second.epoch == description.epoch) {  // repeated
+    welcome(peer, known->second);
+    return;
   }
-  const state::Stream& stream = poses_.streams()[stream_of_peer_[peer].id];
-  welcome.unmatched_names = first_names(stream.unmatched_names);
-  welcome.conflicting_names = first_names(stream.conflicting_names);
-  welcome.message = "accepted";
-  if (!stream.unmatched_names.empty()) {
-    welcome.message += "; no scene node is called " + list_names(stream.unmatched_names);
-  }
-  if (!stream.conflicting_names.empty()) {
-    welcome.message += "; another stream drives " + list_names(stream.conflicting_names);
-  }
-  if (!repeated) {
-    notes_.push_back("stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes " +
-                     welcome.message);
-  }
-  reply(peer, wire::encode(welcome));
+  if (known != stream_of_peer_.end()) end_stream(peer, "it began anew");
+  const state::StreamId id = poses_.add_stream(description);
+  PeerStream& stream = stream_of_peer_[peer] = {id, description.epoch, name, {}};
+  had_streams_ = true;
+
+  const state::Stream& bound = poses_.streams()[id];
+  std::string note = "stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes accepted";
+  if (!bound.unmatched_names.empty()) note += "; no scene node is called " + list_names(bound.unmatched_names);
+  if (!bound.conflicting_names.empty()) note += "; another stream drives " + list_names(bound.conflicting_names);
+  notes_.push_back(std::move(note));
+  welcome(peer, stream);
+}
+
+// The names travel as lists: the adapter's library makes a sentence of them.
+void StreamIntake::welcome(Peer peer, PeerStream& stream) {
+  const state::Stream& bound = poses_.streams()[stream.id];
+  wire::Welcome answer;
+  answer.epoch = stream.epoch;
+  answer.renderer_name = renderer_name();
+  answer.message = "accepted";
+  answer.unmatched_names = first_names(bound.unmatched_names);
+  answer.conflicting_names = first_names(bound.conflicting_names);
+  stream.conflicts_told = bound.conflicting_names;
+  reply(peer, wire::encode(answer));
 }
 
 void StreamIntake::end_stream(Peer peer, const std::string& reason) {
-  const auto stream = stream_of_peer_.find(peer);
-  if (stream == stream_of_peer_.end()) return;
-  poses_.remove_stream(stream->second.id);
-  notes_.push_back("stream \"" + stream->second.name + "\" ended: " + reason);
-  stream_of_peer_.erase(stream);
+  const auto ended = stream_of_peer_.find(peer);
+  if (ended == stream_of_peer_.end()) return;
+  poses_.remove_stream(ended->second.id);
+  notes_.push_back("stream \"" + ended->second.name + "\" ended: " + reason);
+  stream_of_peer_.erase(ended);
+  // Its nodes may have passed to streams that were told they could not have them.
+  for (auto& [other, stream] : stream_of_peer_) {
+    if (poses_.streams()[stream.id].conflicting_names == stream.conflicts_told) continue;
+    notes_.push_back("stream \"" + stream.name + "\" now drives nodes that another stream has given back");
+    welcome(other, stream);
+  }
 }
 
 void StreamIntake::acknowledge(const std::vector<state::FrameTag>& shown) {

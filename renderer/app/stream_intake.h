@@ -47,10 +47,12 @@ class StreamIntake {
     state::StreamId id;
     uint64_t epoch;
     std::string name;
+    std::vector<std::string> conflicts_told;  // as of the last Welcome
   };
 
   bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message, std::string_view text);
   void describe(Peer peer, const wire::StreamDescription& description);
+  void welcome(Peer peer, PeerStream& stream);
   void end_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
   void reject(Peer peer, const std::string& reason);

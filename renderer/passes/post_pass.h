@@ -1,17 +1,18 @@
-// Exposure, tone mapping, resolve and sRGB encoding: from the HDR target to the image that leaves the renderer.
+// From the HDR target to the image that leaves the renderer: exposure, tone mapping, resolve and sRGB encoding, then
+// FXAA.
 #pragma once
 
-#include "renderer/gpu/pipeline.h"
-#include "renderer/gpu/recorder.h"
+#include "renderer/passes/image_filter.h"
 #include "renderer/passes/targets.h"
 
 namespace fire3dv::passes {
 
-enum class ToneMap { reinhard, none };
+enum class ToneMap { reinhard, aces, neutral, none };
 
 struct PostSettings {
   float exposure = 1;
   ToneMap tone_map = ToneMap::reinhard;
+  bool fxaa = true;
 };
 
 class PostPass {
@@ -20,15 +21,13 @@ class PostPass {
 
   void bind(const Targets& targets);  // after each change of size
   void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
+  // The image that record() with these settings leaves its result in.
+  static gpu::Image& result(Targets& targets, const PostSettings& settings) {
+    return settings.fxaa ? targets.smoothed : targets.display;
+  }
 
  private:
-  gpu::Device& device_;
-  gpu::SetLayout scene_layout_, set_layout_;
-  gpu::PipelineLayout layout_;
-  gpu::Pipeline pipeline_;
-  gpu::Sampler sampler_;
-  gpu::DescriptorPool pool_;
-  VkDescriptorSet set_ = VK_NULL_HANDLE;
+  ImageFilter tone_map_, fxaa_;
 };
 
 }  // namespace fire3dv::passes

@@ -32,7 +32,7 @@ class SceneRenderer {
   // Records the passes; the result is in image(), ready to be read.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view);
 
-  gpu::Image& image() { return targets_->ldr; }
+  gpu::Image& image() { return PostPass::result(*targets_, settings_.post); }
   VkExtent2D extent() const { return targets_->extent; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }

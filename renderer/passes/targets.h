@@ -10,9 +10,10 @@ struct Targets {
 
   VkExtent2D extent{};
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
-  gpu::Image hdr;    // linear HDR colour, multisampled
-  gpu::Image depth;  // reversed, multisampled
-  gpu::Image ldr;    // sRGB-encoded RGBA8: what leaves the renderer
+  gpu::Image hdr;       // linear HDR colour, multisampled
+  gpu::Image depth;     // reversed, multisampled
+  gpu::Image display;   // tone-mapped, resolved, sRGB-encoded RGBA8
+  gpu::Image smoothed;  // the same after FXAA
 };
 
 }  // namespace fire3dv::passes

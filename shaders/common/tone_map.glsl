@@ -5,6 +5,31 @@
 // Reinhard et al. 2002, per channel.
 vec3 tone_map_reinhard(vec3 color) { return color / (1 + color); }
 
+// The ACES reference and output transforms for sRGB as fitted by Hill (2016): to a wider space, a rational curve, back.
+vec3 tone_map_aces(vec3 color) {
+  const mat3 in_from_srgb = mat3(0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777);
+  const mat3 srgb_from_out = mat3(1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602);
+  const vec3 v = in_from_srgb * color;
+  const vec3 curve = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
+  return clamp(srgb_from_out * curve, 0, 1);
+}
+
+// Khronos PBR Neutral: colours below the shoulder come out as they are; above it they are compressed and lose
+// saturation. Formula and constants of the specification of 2024.
+vec3 tone_map_neutral(vec3 color) {
+  const float start = 0.8 - 0.04, desaturation = 0.15;
+  const float least = min(color.r, min(color.g, color.b));
+  const float offset = least < 0.08 ? least - 6.25 * least * least : 0.04;
+  color -= offset;
+  const float peak = max(color.r, max(color.g, color.b));
+  if (peak < start) return color;
+  const float d = 1 - start;
+  const float new_peak = 1 - d * d / (peak + d - start);
+  color *= new_peak / peak;
+  const float g = 1 - 1 / (desaturation * (peak - new_peak) + 1);
+  return mix(color, vec3(new_peak), g);
+}
+
 // IEC 61966-2-1.
 vec3 encode_srgb(vec3 linear) {
   const vec3 low = linear * 12.92;

@@ -6,8 +6,8 @@
 #define FIRE3DV_BINDING_TOP_LEVEL 0
 #define FIRE3DV_BINDING_TEXTURES 1  // last, since its count varies
 
-// set 1: the images of the post pass
-#define FIRE3DV_BINDING_POST_HDR 0
-#define FIRE3DV_BINDING_POST_OUT 1
+// set 0 of an image filter
+#define FIRE3DV_BINDING_FILTER_IN 0
+#define FIRE3DV_BINDING_FILTER_OUT 1
 
 #endif

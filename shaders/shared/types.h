@@ -132,6 +132,8 @@ struct ForwardPush {
 
 #define FIRE3DV_TONE_MAP_REINHARD 0u
 #define FIRE3DV_TONE_MAP_NONE 1u
+#define FIRE3DV_TONE_MAP_ACES 2u
+#define FIRE3DV_TONE_MAP_NEUTRAL 3u
 
 struct PostPush {
   uint width;
@@ -139,6 +141,11 @@ struct PostPush {
   uint samples;
   float exposure;
   uint tone_map;
+};
+
+struct FxaaPush {
+  uint width;
+  uint height;
 };
 
 #ifdef __cplusplus

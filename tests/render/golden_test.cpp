@@ -148,7 +148,7 @@ TEST_F(Golden, AlphaAndSides) {
   expect_golden(builder.build(), "alpha_and_sides");
 }
 
-TEST_F(Golden, OneSampleAndNoShadows) {
+TEST_F(Golden, OneSampleNoShadowsNoFxaa) {
   SceneBuilder builder;
   studio(builder);
   builder.mesh_node("ball", builder.sphere(builder.material(surface({0.9f, 0.5f, 0.2f}, 0.5f, 0.4f)), 0.8f),
@@ -157,6 +157,7 @@ TEST_F(Golden, OneSampleAndNoShadows) {
   passes::DrawSettings settings;
   settings.samples = 1;
   settings.shadows = false;
+  settings.post.fxaa = false;
   expect_golden(builder.build(), "one_sample_no_shadows", settings);
 }
 

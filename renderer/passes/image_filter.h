@@ -1,0 +1,37 @@
+// A compute pass from one image to another of the same size: tone mapping, anti-aliasing.
+#pragma once
+
+#include <string_view>
+
+#include "renderer/gpu/pipeline.h"
+#include "renderer/gpu/recorder.h"
+
+namespace fire3dv::passes {
+
+class ImageFilter {
+ public:
+  // The shader reads FIRE3DV_BINDING_FILTER_IN through a sampler (linear or nearest) and writes FIRE3DV_BINDING_FILTER_OUT.
+  ImageFilter(gpu::Device& device, std::string_view shader, VkFilter sampling);
+
+  void bind(const gpu::Image& in, const gpu::Image& out);  // after each change of size
+
+  template <typename Push>
+  void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const Push& push) {
+    static_assert(sizeof(Push) <= gpu::kPushConstantBytes);
+    record(recorder, name, in, out, &push, sizeof(Push));
+  }
+
+ private:
+  void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const void* push,
+              uint32_t push_bytes);
+
+  gpu::Device& device_;
+  gpu::SetLayout set_layout_;
+  gpu::PipelineLayout layout_;
+  gpu::Pipeline pipeline_;
+  gpu::Sampler sampler_;
+  gpu::DescriptorPool pool_;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,86 @@
+// Fast approximate anti-aliasing after Lottes (2009): finds edges by contrast of luma, follows each to its ends, and
+// takes the pixel from a little across it. Works on the encoded image, where equal steps look equal. A pixel without
+// contrast around it is copied to the bit.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/buffers.glsl"
+#include "shared/bindings.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(push_constant, scalar) uniform Push { FxaaPush push; };
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D image;
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
+
+const float kLeastContrast = 1.0 / 32.0;     // of white: what is darker is not seen
+const float kLeastRelativeContrast = 0.125;  // of the brightest neighbour
+const float kSubpixel = 0.75;                // how much single pixels are softened
+const int kSearchSteps = 10;
+const float kStepSizes[kSearchSteps] = float[](1, 1, 1, 1, 1.5, 2, 2, 2, 4, 8);
+
+float luma_of(vec3 color) { return dot(color, vec3(0.299, 0.587, 0.114)); }
+
+float luma_at(ivec2 pixel, ivec2 offset) {
+  const ivec2 last = ivec2(push.width, push.height) - 1;
+  return luma_of(texelFetch(image, clamp(pixel + offset, ivec2(0), last), 0).rgb);
+}
+
+void main() {
+  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  if (pixel.x >= push.width || pixel.y >= push.height) return;
+  const vec4 center = texelFetch(image, pixel, 0);
+  const float m = luma_of(center.rgb);
+  const float n = luma_at(pixel, ivec2(0, -1)), s = luma_at(pixel, ivec2(0, 1));
+  const float w = luma_at(pixel, ivec2(-1, 0)), e = luma_at(pixel, ivec2(1, 0));
+  const float brightest = max(m, max(max(n, s), max(w, e)));
+  const float contrast = brightest - min(m, min(min(n, s), min(w, e)));
+  if (contrast < max(kLeastContrast, brightest * kLeastRelativeContrast)) {
+    imageStore(result, pixel, center);
+    return;
+  }
+  const float nw = luma_at(pixel, ivec2(-1, -1)), ne = luma_at(pixel, ivec2(1, -1));
+  const float sw = luma_at(pixel, ivec2(-1, 1)), se = luma_at(pixel, ivec2(1, 1));
+
+  // Which way the edge runs: second differences across it are the larger ones.
+  const float change_down = abs(nw + sw - 2 * w) + 2 * abs(n + s - 2 * m) + abs(ne + se - 2 * e);
+  const float change_right = abs(nw + ne - 2 * n) + 2 * abs(w + e - 2 * m) + abs(sw + se - 2 * s);
+  const bool horizontal = change_down >= change_right;
+
+  // On which side of the pixel it lies.
+  const float before = horizontal ? n : w, after = horizontal ? s : e;
+  const bool edge_is_before = abs(before - m) >= abs(after - m);
+  const float gradient = max(abs(before - m), abs(after - m));
+  const float edge_luma = 0.5 * (m + (edge_is_before ? before : after));
+  const vec2 texel = 1.0 / vec2(push.width, push.height);
+  const vec2 across = (horizontal ? vec2(0, texel.y) : vec2(texel.x, 0)) * (edge_is_before ? -1 : 1);
+  const vec2 along = horizontal ? vec2(texel.x, 0) : vec2(0, texel.y);
+
+  // Along the border between the two rows, until the luma there is no longer the edge's.
+  const vec2 uv = (vec2(pixel) + 0.5) * texel;
+  const vec2 border = uv + 0.5 * across;
+  const float limit = 0.25 * gradient;
+  float distance_back = 0, distance_ahead = 0, end_back = 0, end_ahead = 0;
+  bool at_back = false, at_ahead = false;
+  for (int i = 0; i < kSearchSteps && !(at_back && at_ahead); ++i) {
+    if (!at_back) {
+      distance_back += kStepSizes[i];
+      end_back = luma_of(textureLod(image, border - along * distance_back, 0).rgb) - edge_luma;
+      at_back = abs(end_back) >= limit;
+    }
+    if (!at_ahead) {
+      distance_ahead += kStepSizes[i];
+      end_ahead = luma_of(textureLod(image, border + along * distance_ahead, 0).rgb) - edge_luma;
+      at_ahead = abs(end_ahead) >= limit;
+    }
+  }
+  const float nearest = min(distance_back, distance_ahead);
+  const float end_change = distance_back < distance_ahead ? end_back : end_ahead;
+  // Only a pixel on the far side of the edge from its nearer end is crossed by the true line.
+  const bool crossed = (end_change < 0) != (m - edge_luma < 0);
+  const float edge_shift = crossed ? 0.5 - nearest / (distance_back + distance_ahead) : 0;
+
+  // A pixel unlike all around it is softened, whatever the edges.
+  const float around = (2 * (n + s + w + e) + nw + ne + sw + se) / 12;
+  const float unlike = smoothstep(0, 1, clamp(abs(around - m) / contrast, 0, 1));
+  const float shift = max(edge_shift, unlike * unlike * kSubpixel);
+  imageStore(result, pixel, textureLod(image, uv + across * shift, 0));
+}
