@@ -38,7 +38,7 @@ TEST(TcpHostile, RandomBytes) {
     stranger.send(random_bytes(16 + seed * 37, seed));
     EXPECT_TRUE(stranger.closed_by_peer());
   }
-  EXPECT_EQ(victim.rejected(), 50u);
+  EXPECT_TRUE(victim.listener.poll_until([&] { return victim.rejected() == 50; }));
   victim.expect_alive();
   EXPECT_EQ(victim.listener.count(Kind::note), 1u) << "told once, not fifty times";
 }
@@ -234,7 +234,10 @@ TEST(UdpHostile, ACookieIsGoodForItsAddressAndNonceAlone) {
   const uint64_t rejected = victim.rejected();
   first.send(pose);  // a replayed datagram
   ASSERT_TRUE(victim.listener.poll_until([&] { return victim.rejected() > rejected; }));
-  EXPECT_EQ(victim.listener.count(Kind::pose), 2u);
+  size_t empty_poses = 0;
+  for (const Event& event : victim.listener.events)
+    empty_poses += event.kind == Kind::pose && event.text.empty();
+  EXPECT_EQ(empty_poses, 1u);
   victim.expect_alive();
 }
 
@@ -267,7 +270,8 @@ TEST(UdpHostile, AFuzzedSession) {
     udp::write_header(bytes.data(), {udp::kTransportVersion, type, *session, i});
     if (type == udp::Type::fragment && bytes.size() > udp::kHeaderBytes + udp::kFragmentHeaderBytes) {
       udp::FragmentHeader fragment{1, static_cast<uint32_t>(generator() % 300), 60'000, 60'000 * 1136u, 1};
-      if (generator() % 2 == 0) bytes.resize(udp::kHeaderBytes + udp::kFragmentHeaderBytes + udp::kFragmentBytes);
+      if (generator() % 2 == 0)
+        bytes.resize(udp::kHeaderBytes + udp::kFragmentHeaderBytes + udp::kFragmentBytes);
       udp::write_fragment_header(bytes.data() + udp::kHeaderBytes, fragment);
     }
     stranger.send(bytes);

@@ -194,6 +194,38 @@ TEST_P(Network, NoMorePeersThanAllowed) {
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 3; })) << "its turn comes";
 }
 
+// Frames of many parts, as large scenes make them on a datagram link: whole ones supersede, and no part of
+// one is missing.
+TEST(UdpFrames, APollGivesAllPartsOfTheNewestWholeFrame) {
+  Listener listener("udp://127.0.0.1:0");
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "d"); }));
+  constexpr int kParts = 20, kFrames = 50;
+  const auto wait_for = [](const std::function<bool()>& done) {
+    const auto until = std::chrono::steady_clock::now() + kHangLimit;
+    while (!done() && std::chrono::steady_clock::now() < until) ::usleep(100);
+    return done();
+  };
+  for (int frame = 1; frame <= kFrames; ++frame) {
+    for (int part = 0; part < kParts; ++part)
+      EXPECT_TRUE(publisher->publish(message_of(std::to_string(frame) + "/" + std::to_string(part)),
+                                     part + 1 == kParts));
+    // Loopback loses nothing that fits the socket's buffer: each frame is let in before the next one is sent.
+    ASSERT_TRUE(
+        wait_for([&] { return listener.link->stats().bytes_received >= publisher->stats().bytes_sent; }));
+  }
+  // The last drop comes when the last frame is whole.
+  const auto dropped = [&] {
+    return listener.link->stats().poses_dropped + publisher->stats().poses_dropped;
+  };
+  ASSERT_TRUE(wait_for([&] { return dropped() == uint64_t{kParts} * (kFrames - 1); })) << dropped();
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) >= kParts; }));
+  EXPECT_EQ(listener.count(Kind::pose), static_cast<size_t>(kParts));
+  for (int part = 0; part < kParts; ++part)
+    EXPECT_TRUE(listener.saw(Kind::pose, std::to_string(kFrames) + "/" + std::to_string(part))) << part;
+}
+
 INSTANTIATE_TEST_SUITE_P(Transport, Network, testing::Values("tcp", "udp"),
                          [](const auto& link) { return std::string(link.param); });
 

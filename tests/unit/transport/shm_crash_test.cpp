@@ -1,4 +1,5 @@
-// Shared memory between processes: writers that are killed at any instruction, and frames that must never be torn.
+// Shared memory between processes: writers that are killed at any instruction, and frames that must never be
+// torn.
 #include <signal.h>
 #include <sys/wait.h>
 

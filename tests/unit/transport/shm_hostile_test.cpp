@@ -114,7 +114,8 @@ TEST(ShmHostile, ADeadPublishersGarbageIsReplacedAndThenRead) {
   EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "pose"); }));
 }
 
-// Every word of the header and of the slots' heads is broken in turn, by values at which arithmetic goes wrong.
+// Every word of the header and of the slots' heads is broken in turn, by values at which arithmetic goes
+// wrong.
 TEST(ShmHostile, NoWordOfASegmentIsBelievedBlindly) {
   const auto sound = sound_segment();
   FakeSegment fake("words");
@@ -147,7 +148,8 @@ TEST(ShmHostile, NoWordOfASegmentIsBelievedBlindly) {
   }
 }
 
-// A live segment whose words change at random under the reader: nothing may crash, hang or read out of bounds.
+// A live segment whose words change at random under the reader: nothing may crash, hang or read out of
+// bounds.
 TEST(ShmHostile, ASegmentThatChangesWhileItIsRead) {
   const auto sound = sound_segment();
   FakeSegment fake("shaky");
@@ -164,8 +166,8 @@ TEST(ShmHostile, ASegmentThatChangesWhileItIsRead) {
     listener.poll();
     const size_t place = 256 / 8 + generator() % (sound.size() / 8 - 256 / 8);
     shm::atomic_word(words[place]).store(generator() >> (generator() % 64), std::memory_order_relaxed);
-    shm::atomic_word(words[256 / 8 + 8 * (generator() % 4)]).store(generator() >> (generator() % 64),
-                                                                  std::memory_order_relaxed);
+    shm::atomic_word(words[256 / 8 + 8 * (generator() % 4)])
+        .store(generator() >> (generator() % 64), std::memory_order_relaxed);
     for (int n = 0; n < 3; ++n) listener.poll();
     listener.link->send(listener.peer(), bytes_of("reply"));
   }

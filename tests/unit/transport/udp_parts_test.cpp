@@ -81,7 +81,8 @@ TEST(UdpControl, AClaimedLengthTakesNoMemory) {
   EXPECT_EQ(receiver.fragment(header, data, SIZE_MAX), ControlReceiver::Outcome::kept);
   EXPECT_LT(receiver.held_bytes(), 600'000u);
   header.index = 50'000;
-  EXPECT_EQ(receiver.fragment(header, data, SIZE_MAX), ControlReceiver::Outcome::ignored) << "out of the window";
+  EXPECT_EQ(receiver.fragment(header, data, SIZE_MAX), ControlReceiver::Outcome::ignored)
+      << "out of the window";
   header.index = 256;
   EXPECT_EQ(receiver.fragment(header, data, 0), ControlReceiver::Outcome::ignored) << "over the budget";
 }
