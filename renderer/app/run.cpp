@@ -33,7 +33,8 @@ int list_devices(const gpu::Instance& instance) {
 
 Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options) {
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
-  Result<gpu::DeviceChoice> choice = gpu::choose_device(reports, options.device);
+  Result<gpu::DeviceChoice> choice = 
+      gpu::choose_device(reports, options.device, gpu::graphics_vendors_present());
   if (!choice) return choice.error();
   for (const std::string& note : choice->notes) say("device: " + note);
   say("device " + gpu::describe(reports[choice->index]));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <fstream>
 #include <set>
 
 #include "renderer/gpu/device_features.h"
@@ -36,6 +37,16 @@ std::string listing(const std::vector<DeviceReport>& reports) {
   std::string text;
   for (const DeviceReport& report : reports) text += "\n  " + describe(report);
   return text;
+}
+
+// Makers whose display controllers can have a Vulkan driver; others (of virtual machines, of servers' consoles) cannot.
+const char* vendor_name(uint32_t vendor_id) {
+  switch (vendor_id) {
+    case 0x10de: return "NVIDIA";
+    case 0x1002: return "AMD";
+    case 0x8086: return "Intel";
+    default: return nullptr;
+  }
 }
 
 // Lower is better.
@@ -74,6 +85,7 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   report.driver = std::string(driver.driverName) + " " + driver.driverInfo;
   report.type = device_type(properties.properties);
   report.api_version = properties.properties.apiVersion;
+  report.vendor_id = properties.properties.vendorID;
   const VkSampleCountFlags samples = properties.properties.limits.framebufferColorSampleCounts &
                                      properties.properties.limits.framebufferDepthSampleCounts;
   for (uint32_t count : {2u, 4u, 8u, 16u}) {
@@ -132,7 +144,27 @@ std::string describe(const DeviceReport& report) {
   return text;
 }
 
-Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted) {
+std::vector<uint32_t> graphics_vendors_present(const std::filesystem::path& pci_devices) {
+  auto read_hex = [](const std::filesystem::path& file) {
+    uint32_t value = 0;
+    std::ifstream(file) >> std::hex >> value;
+    return value;
+  };
+  std::vector<uint32_t> vendors;
+  std::error_code ignored;  // no /sys, no knowledge
+  for (const auto& entry : std::filesystem::directory_iterator(pci_devices, ignored)) {
+    const uint32_t base_class = read_hex(entry.path() / "class") >> 16;
+    const uint32_t vendor = read_hex(entry.path() / "vendor");
+    constexpr uint32_t kDisplayController = 0x03;
+    if (base_class == kDisplayController && vendor_name(vendor)) vendors.push_back(vendor);
+  }
+  std::sort(vendors.begin(), vendors.end());
+  vendors.erase(std::unique(vendors.begin(), vendors.end()), vendors.end());
+  return vendors;
+}
+
+Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted,
+                                   const std::vector<uint32_t>& vendors_present) {
   if (reports.empty()) {
     return Error{"no Vulkan device found: install your GPU's Vulkan driver, or mesa-vulkan-drivers for the CPU"};
   }
@@ -168,6 +200,14 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
   choice.index = best->index;
   if (best->type == DeviceType::software) {
     choice.notes.push_back(best->name + " is a software device: it draws on the CPU");
+    for (uint32_t vendor : vendors_present) {
+      const bool served =
+          std::any_of(reports.begin(), reports.end(), [&](auto& r) { return r.vendor_id == vendor; });
+      if (wanted.empty() && !served) {
+        choice.notes.push_back(std::string("there is a GPU by ") + vendor_name(vendor) +
+                               ", but no Vulkan driver serves it: install its driver, or check its permissions");
+      }
+    }
   }
   if (wanted.empty()) {
     for (const DeviceReport& report : reports) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,7 @@ struct DeviceReport {
   std::string driver;                 // name and version
   DeviceType type = DeviceType::other;
   uint32_t api_version = 0;
+  uint32_t vendor_id = 0;             // PCI
   std::vector<std::string> missing;   // required features it lacks; empty = usable
   // optional features
   bool ray_query = false;
@@ -45,9 +47,14 @@ struct DeviceChoice {
   std::vector<std::string> notes;
 };
 
+// Graphics processors of known makers on the PCI bus, whether a Vulkan driver serves them or not: their vendor ids. Reads
+// /sys; tests name another root.
+std::vector<uint32_t> graphics_vendors_present(const std::filesystem::path& pci_devices = "/sys/bus/pci/devices");
+
 // wanted: empty, an index, or part of a name (any case). Without a wish the best usable device wins: discrete,
 // integrated, virtual, software. A wish that cannot be met is an error that lists what there is; nothing is taken
-// instead.
-Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted);
+// instead. vendors_present: as above, so that a GPU without a driver is named when a software device is taken.
+Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted,
+                                   const std::vector<uint32_t>& vendors_present = {});
 
 }  // namespace fire3dv::gpu

@@ -2,6 +2,10 @@
 #include "renderer/gpu/device_choice.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 namespace fire3dv::gpu {
 namespace {
@@ -53,6 +57,27 @@ TEST(DeviceChoice, AWishIsMetOrAnError) {
   EXPECT_TRUE(mentions(unusable.error().message, "Vulkan 1.3"));
   EXPECT_FALSE(choose_device(reports, "7").ok());
   EXPECT_FALSE(choose_device(reports, "1x").ok());  // not an index, and no name has it
+}
+
+TEST(DeviceChoice, AGpuWithoutADriverIsNamed) {
+  const std::vector<DeviceReport> software{report(0, "llvmpipe", DeviceType::software)};
+  const auto choice = choose_device(software, "", {0x10de});
+  ASSERT_EQ(choice->notes.size(), 2u);
+  EXPECT_TRUE(mentions(choice->notes[1], "NVIDIA"));
+  EXPECT_EQ(choose_device(software, "llvmpipe", {0x10de})->notes.size(), 1u);  // asked for, so no surprise
+
+  const auto root = std::filesystem::temp_directory_path() / ("fire3dv_pci_" + std::to_string(getpid()));
+  auto add = [&](const char* name, const char* pci_class, const char* vendor) {
+    std::filesystem::create_directories(root / name);
+    std::ofstream(root / name / "class") << pci_class << "\n";
+    std::ofstream(root / name / "vendor") << vendor << "\n";
+  };
+  add("gpu", "0x030200", "0x10de");
+  add("console", "0x030000", "0x1a03");
+  add("network", "0x020000", "0x8086");
+  EXPECT_EQ(graphics_vendors_present(root), std::vector<uint32_t>{0x10de});
+  std::filesystem::remove_all(root);
+  EXPECT_TRUE(graphics_vendors_present(root).empty());
 }
 
 TEST(DeviceChoice, NoDeviceIsAnErrorWithARemedy) {
