@@ -9,7 +9,7 @@ namespace fire3dv::app {
 namespace {
 
 constexpr size_t kNamesInNote = 5;
-constexpr size_t kNamesInWelcome = 1000;  // the answer to a hostile description must stay small
+constexpr size_t kNameBytesInWelcome = 16 << 10;  // of each list: an answer must fit what every link carries back
 
 std::string list_names(const std::vector<std::string>& names) {
   std::string text;
@@ -19,7 +19,14 @@ std::string list_names(const std::vector<std::string>& names) {
 }
 
 std::vector<std::string> first_names(const std::vector<std::string>& names) {
-  return {names.begin(), names.begin() + static_cast<ptrdiff_t>(std::min(names.size(), kNamesInWelcome))};
+  std::vector<std::string> first;
+  size_t bytes = 0;
+  for (const std::string& name : names) {
+    bytes += name.size() + 8;  // with what the encoding adds
+    if (bytes > kNameBytesInWelcome) break;
+    first.push_back(name);
+  }
+  return first;
 }
 
 std::string renderer_name() { return std::string("fire3dv ") + kVersion; }
