@@ -80,10 +80,9 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
       notes_.emplace_back(text);
       return false;
     case Kind::disconnected: {
-      const bool had_stream = stream_of_peer_.contains(peer);
       end_stream(peer, std::string(text));
       rejected_of_peer_.erase(peer);
-      return had_stream;
+      return false;
     }
     case Kind::pose:
     case Kind::control:
@@ -121,7 +120,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
   }
   if (std::holds_alternative<wire::Goodbye>(*decoded)) {
     end_stream(peer, "it said goodbye");
-    return true;
+    return false;  // in lockstep, images are of pose frames alone
   }
   if (std::holds_alternative<wire::UnknownMessage>(*decoded) || std::holds_alternative<wire::Pong>(*decoded)) {
     return false;  // of a later minor version, or an answer that nobody waits for any more

@@ -17,12 +17,12 @@ namespace fire3dv::app {
 
 class StreamIntake {
  public:
-  // lockstep: the listeners deliver every frame, and poll() stops after the first that changes what is shown.
+  // lockstep: the listeners deliver every frame, and poll() stops after the first that is to be shown.
   StreamIntake(state::PoseState& poses, bool lockstep);
 
   void add(std::unique_ptr<transport::ListenerLink> listener);
 
-  // Takes what has arrived. Returns true when there is something new to show. Never waits.
+  // Takes what has arrived. Returns true when there is a new pose frame to show. Never waits.
   bool poll();
   // Waits until there may be something, at most this long.
   void wait(std::chrono::nanoseconds timeout);
