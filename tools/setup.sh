@@ -16,7 +16,7 @@ packages=(
   # the example simulator
   libbullet-dev
   # tests
-  libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth strace python3
+  libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth xdotool strace python3
   # the demo's video
   ffmpeg
 )
@@ -34,7 +34,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     CLI11 2
-  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, strace, Python 3, ffmpeg
+  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3, ffmpeg
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT
   exit 1

@@ -1,0 +1,444 @@
+"""What the end-to-end tests share: the programs as objects, the scene they draw, and pictures read back.
+
+Nothing here asserts a time. HANG_S is how long a test waits for an event that must come; it is far above the usual.
+"""
+import glob
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import zlib
+
+HANG_S = 240
+SIZE = (160, 90)
+TRANSPORTS = ("shm", "tcp", "udp")
+
+# The squares of the scene, one colour and one row each; a unit is a pixel and (0, 0) is the middle of the picture.
+SQUARES = {"red": ((1, 0, 0), 30), "green": ((0, 1, 0), 10), "blue": ((0, 0, 1), -10)}
+HALF_SQUARE = 4
+PLACE_AT_REST = 66.0
+
+# Lines that fire3dv writes to stderr of its own accord, whatever the run.
+INFO_LINES = (r"device: .*", r"device \d+: .*", r"listening on \S+",
+              r".*: \d+ nodes, \d+ triangles, \d+ lights, \d+ cameras, \d+ textures", r"\d+x, shadows by .*")
+
+
+class Failure(Exception):
+    pass
+
+
+def check(condition, text):
+    if not condition:
+        raise Failure(text)
+
+
+def place_of(sequence):
+    """Where publisher.cpp puts its nodes."""
+    return -70.0 + 4.0 * (sequence % 32)
+
+
+def wait_until(what, predicate, hang_s=HANG_S):
+    """Polls until predicate() is true and returns its value."""
+    end = time.monotonic() + hang_s
+    while True:
+        value = predicate()
+        if value:
+            return value
+        check(time.monotonic() < end, f"waited {hang_s} s in vain for: {what() if callable(what) else what}")
+        time.sleep(0.02)
+
+
+# --- the scene -------------------------------------------------------------------------------------------------------
+
+def write_scene(path):
+    """A glb of three unlit squares before a camera that maps a unit to a pixel."""
+    h = HALF_SQUARE
+    binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
+
+    def add(data, accessor):
+        nonlocal binary
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
+        accessors.append({"bufferView": len(views) - 1, **accessor})
+        binary += data
+        return len(accessors) - 1
+
+    indices = add(struct.pack("<6I", 0, 1, 2, 0, 2, 3), {"componentType": 5125, "count": 6, "type": "SCALAR"})
+    for name, (colour, row) in SQUARES.items():
+        corners = [(-h, row - h, 0), (h, row - h, 0), (h, row + h, 0), (-h, row + h, 0)]
+        positions = add(b"".join(struct.pack("<3f", *c) for c in corners),
+                        {"componentType": 5126, "count": 4, "type": "VEC3",
+                         "min": [-h, row - h, 0], "max": [h, row + h, 0]})
+        normals = add(struct.pack("<3f", 0, 0, 1) * 4, {"componentType": 5126, "count": 4, "type": "VEC3"})
+        materials.append({"name": name, "extensions": {"KHR_materials_unlit": {}},
+                          "pbrMetallicRoughness": {"baseColorFactor": [*colour, 1]}})
+        meshes.append({"name": name, "primitives": [{"attributes": {"POSITION": positions, "NORMAL": normals},
+                                                     "indices": indices, "material": len(materials) - 1}]})
+        nodes.append({"name": name, "mesh": len(meshes) - 1, "translation": [PLACE_AT_REST, 0, 0]})
+    nodes.append({"name": "front", "camera": 0, "translation": [0, 0, 50]})
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes,
+        "meshes": meshes, "materials": materials, "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": len(binary)}], "extensionsUsed": ["KHR_materials_unlit"],
+        "cameras": [{"name": "camera of front", "type": "orthographic",
+                     "orthographic": {"xmag": SIZE[0] / 2, "ymag": SIZE[1] / 2, "znear": 1, "zfar": 100}}]}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(binary)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+
+
+# --- pictures --------------------------------------------------------------------------------------------------------
+
+class Picture:
+    """Pixels as rows of bytes, 3 a pixel."""
+
+    def __init__(self, width, height, rows, text=None):
+        self.width, self.height, self.rows, self.text = width, height, rows, text or {}
+
+    def pixel(self, x, y):
+        return tuple(self.rows[y][3 * x:3 * x + 3])
+
+    def place_of_square(self, name):
+        """Middle of the square in units along x, or None when it is not in the picture."""
+        wanted = SQUARES[name][0]
+        row = self.rows[int((SIZE[1] / 2 - SQUARES[name][1]) * self.height / SIZE[1])]
+        columns = [x for x in range(self.width)
+                   if all((row[3 * x + i] > 200) if wanted[i] else (row[3 * x + i] < 60) for i in range(3))]
+        if not columns:
+            return None
+        middle = (columns[0] + columns[-1] + 1) / 2
+        return (middle - self.width / 2) * SIZE[0] / self.width
+
+
+def read_png(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    check(data[:8] == b"\x89PNG\r\n\x1a\n", f"{path} is no PNG")
+    at, header, pixels, text = 8, None, b"", {}
+    while at < len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        body = data[at + 8:at + 8 + length]
+        check(zlib.crc32(kind + body) == struct.unpack_from(">I", data, at + 8 + length)[0], f"{path}: {kind} is damaged")
+        if kind == b"IHDR":
+            header = struct.unpack(">IIBBBBB", body)
+        elif kind == b"IDAT":
+            pixels += body
+        elif kind == b"tEXt":
+            keyword, value = body.split(b"\0", 1)
+            text[keyword.decode()] = value.decode("latin-1")
+        elif kind == b"iTXt":
+            keyword, rest = body.split(b"\0", 1)
+            text[keyword.decode()] = rest[2:].split(b"\0", 2)[2].decode()
+        at += 12 + length
+    width, height, depth, colour = header[:4]
+    check(depth == 8 and colour in (2, 6) and header[6] == 0, f"{path}: not 8-bit colour: {header}")
+    return Picture(width, height, unfilter(zlib.decompress(pixels), width, height, 3 if colour == 2 else 4), text)
+
+
+def unfilter(raw, width, height, size):
+    """The five filters of PNG undone; an alpha channel is left out."""
+    stride, rows, above = width * size, [], bytearray(width * size)
+    for y in range(height):
+        kind = raw[y * (stride + 1)]
+        line = bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        for i in range(stride if kind else 0):
+            a = line[i - size] if i >= size else 0
+            b, c = above[i], above[i - size] if i >= size else 0
+            if kind == 1:
+                add = a
+            elif kind == 2:
+                add = b
+            elif kind == 3:
+                add = (a + b) // 2
+            else:
+                p = a + b - c
+                add = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            line[i] = (line[i] + add) & 255
+        above = line
+        rows.append(bytes(line) if size == 3 else b"".join(line[i:i + 3] for i in range(0, stride, 4)))
+    return rows
+
+
+# --- programs --------------------------------------------------------------------------------------------------------
+
+def vulkan_environment():
+    env = dict(os.environ)
+    if "VK_DRIVER_FILES" not in env:
+        drivers = ":".join(glob.glob("/usr/share/vulkan/icd.d/lvp_icd*.json"))
+        check(drivers, "lavapipe is not installed: run tools/setup.sh")
+        env["VK_DRIVER_FILES"] = env["VK_ICD_FILENAMES"] = drivers
+    return env
+
+
+class Program:
+    """A child process whose output is read by threads, so that it never waits for the test."""
+
+    def __init__(self, test, name, command, env=None):
+        self.name, self.command, self.err, self.out = name, command, [], []
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        text=True, errors="replace", env=env)
+        self.readers = [threading.Thread(target=self._read, args=pair, daemon=True)
+                        for pair in ((self.process.stdout, self.out), (self.process.stderr, self.err))]
+        for reader in self.readers:
+            reader.start()
+        test.programs.append(self)
+
+    @staticmethod
+    def _read(pipe, lines):
+        for line in pipe:
+            lines.append(line.rstrip("\n"))
+
+    def alive(self):
+        return self.process.poll() is None
+
+    def signal(self, number):
+        self.process.send_signal(number)
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+    def stderr_text(self):
+        return "\n".join(self.err)
+
+    def find_err(self, pattern):
+        return next((m for m in (re.search(pattern, line) for line in list(self.err)) if m), None)
+
+    def wait_err(self, pattern):
+        """The first line of stderr with this pattern, which must come."""
+        def look():
+            found = self.find_err(pattern)
+            if not found and not self.alive():
+                self._drained()
+                found = self.find_err(pattern)
+                check(found, f"{self.name} ended with {self.process.returncode} before it said /{pattern}/:\n"
+                      f"{self.stderr_text()}")
+            return found
+        return wait_until(lambda: f"{self.name} to say /{pattern}/; it said:\n{self.stderr_text()}", look)
+
+    def _drained(self):
+        for reader in self.readers:
+            reader.join(HANG_S)
+        return True
+
+    def wait(self):
+        """The exit code, after all output has been read."""
+        try:
+            self.process.wait(HANG_S)
+        except subprocess.TimeoutExpired:
+            raise Failure(f"{self.name} does not end:\n{self.stderr_text()}") from None
+        self._drained()
+        return self.process.returncode
+
+    def expect_exit(self, code=0):
+        got = self.wait()
+        check(got == code, f"{self.name} ended with {got}, not {code}:\n{' '.join(self.command)}\n{self.stderr_text()}")
+        check(not self.find_err("validation"), f"validation is not silent:\n{self.stderr_text()}")
+
+
+class Renderer(Program):
+    """fire3dv with --validation; its images lie in self.folder."""
+
+    def __init__(self, test, *arguments, listen=(), scene=None, size=SIZE, headless=True, env=None):
+        test.counter += 1
+        self.folder = os.path.join(test.folder, f"images{test.counter}")
+        self._frames, self._log_at = [], 0
+        command = [test.programs_at["fire3dv"], scene or test.scene, "--validation", "--tone-map", "none",
+                   "--size", f"{size[0]}x{size[1]}", "--out", self.folder]
+        command += ["--headless"] if headless else []
+        for uri in listen:
+            command += ["--listen", uri]
+        super().__init__(test, f"fire3dv {test.counter}", command + list(arguments), env or vulkan_environment())
+
+    def uris(self, count=1):
+        """The addresses that it really listens on, in the order of --listen."""
+        def look():
+            found = [m.group(1) for m in (re.match(r"fire3dv: listening on (\S+)$", line) for line in list(self.err)) if m]
+            check(len(found) >= count or self.alive(), f"{self.name} ended early:\n{self.stderr_text()}")
+            return found if len(found) >= count else None
+        return wait_until(lambda: f"{self.name} to listen; it said:\n{self.stderr_text()}", look)
+
+    def frames(self):
+        """All whole lines of frames.jsonl up to now."""
+        path = os.path.join(self.folder, "frames.jsonl")
+        if os.path.exists(path):
+            with open(path, encoding="utf-8") as log:
+                log.seek(self._log_at)
+                text = log.read()
+            whole = text.rfind("\n") + 1
+            self._log_at += len(text[:whole].encode())
+            self._frames += [json.loads(line) for line in text[:whole].splitlines()]
+        return self._frames
+
+    def wait_frame(self, what, predicate, after=-1):
+        """The first image later than `after` with predicate(image's line of frames.jsonl)."""
+        def look():
+            alive = self.alive()  # asked first: what it wrote before it ended counts
+            found = next((f for f in self.frames()[after + 1:] if predicate(f)), None)
+            check(found or alive, f"{self.name} ended before {what}:\n{self.stderr_text()}")
+            return found
+        return wait_until(lambda: f"{what}; last: {self.frames()[-1:]}\n{self.stderr_text()}", look)
+
+    def picture(self, frame):
+        picture = read_png(os.path.join(self.folder, frame["file"]))
+        check_tags(picture.text, frame)
+        return picture
+
+    def stop(self):
+        """Ends it in order, as a user would, and expects success."""
+        self.signal(signal.SIGTERM)
+        self.expect_exit(0)
+
+
+def check_tags(text, frame):
+    """What the PNG says of itself is what frames.jsonl says of it."""
+    streams = frame["streams"]
+    check(text.get("Streams") == str(len(streams)) and text.get("Frame") == str(frame["frame"]),
+          f"{frame['file']} says {text}, frames.jsonl says {frame}")
+    for i, stream in enumerate(streams):
+        suffix = "" if len(streams) == 1 else f".{i}"
+        for keyword, key in (("Stream", "stream"), ("Epoch", "epoch"), ("Sequence", "sequence"),
+                             ("SimTimeNs", "sim_time_ns"), ("PublishTimeNs", "publish_time_ns")):
+            check(text.get(keyword + suffix) == str(stream[key]), f"{frame['file']}: {keyword}{suffix} is "
+                  f"{text.get(keyword + suffix)}, frames.jsonl says {stream[key]}")
+
+
+class Publisher(Program):
+    """publisher.cpp, driven by lines."""
+
+    def __init__(self, test, uri, nodes=("red",), name="arm"):
+        super().__init__(test, f"publisher {name}", [test.programs_at["publisher"], uri, name, *nodes])
+        self.answers = 0
+
+    def do(self, line):
+        """Sends a line and returns the answer's fields."""
+        try:
+            self.process.stdin.write(line + "\n")
+            self.process.stdin.flush()
+        except BrokenPipeError:
+            raise Failure(f"{self.name} ended:\n{self.stderr_text()}") from None
+        wanted = self.answers + 1
+
+        def look():
+            check(self.alive() or self._drained() and len(self.out) >= wanted,
+                  f"{self.name} ended:\n{self.stderr_text()}")
+            return len(self.out) >= wanted
+        wait_until(f"{self.name} to answer {line!r}", look)
+        self.answers = wanted
+        answer = self.out[wanted - 1]
+        check(answer.startswith("ok "), f"{self.name}: {line!r} gave: {answer}")
+        fields, message = answer[3:].split(" message=", 1)
+        result = dict(field.split("=", 1) for field in fields.split())
+        result = {key: value if key == "epoch" else int(value) for key, value in result.items()}
+        return {**result, "message": message}
+
+    def wait_status(self, what, predicate):
+        last = {}
+
+        def look():
+            last.update(self.do("status"))
+            return predicate(last)
+        wait_until(lambda: f"{what}; last: {last}", look)
+        return last
+
+    def wait_welcome(self):
+        return self.wait_status("a welcome", lambda s: s["welcome"] >= 0)
+
+    def quit(self):
+        self.do("quit")
+        self.expect_exit(0)
+
+
+# --- a test ----------------------------------------------------------------------------------------------------------
+
+class Test:
+    """A temporary folder with the scene, and the programs, which are ended whatever happens."""
+
+    def __init__(self, programs_at):
+        self.programs_at = programs_at
+        self.programs, self.counter, self._names = [], 0, []
+        self.folder = tempfile.mkdtemp(prefix="fire3dv-e2e-")
+        self.scene = os.path.join(self.folder, "squares.glb")
+        write_scene(self.scene)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def fresh_uri(self, transport):
+        """An address of our own that both sides can be given before either runs."""
+        if transport == "shm":
+            name = f"fire3dv-e2e-{os.getpid()}-{len(self._names)}"
+            self._names.append(name)
+            return f"shm://{name}"
+        # Below the ports that the system gives out by itself, so that nobody takes it by chance while we restart.
+        kind = socket.SOCK_STREAM if transport == "tcp" else socket.SOCK_DGRAM
+        for _ in range(200):
+            port = random.randrange(12000, 32000)
+            with socket.socket(socket.AF_INET, kind) as probe:
+                try:
+                    probe.bind(("127.0.0.1", port))
+                except OSError:
+                    continue
+            return f"{transport}://127.0.0.1:{port}"
+        raise Failure("no free port")
+
+    def renderer(self, *arguments, **options):
+        return Renderer(self, *arguments, **options)
+
+    def publisher(self, uri, **options):
+        return Publisher(self, uri, **options)
+
+    def end(self):
+        for program in self.programs:
+            if program.alive():
+                program.signal(signal.SIGCONT)
+                program.kill()
+        for name in self._names:
+            for path in glob.glob(f"/dev/shm/*fire3dv.{name}*"):
+                os.unlink(path)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def shown(frame, name):
+    """The tag of this stream in a line of frames.jsonl, or None."""
+    return next((s for s in frame["streams"] if s["stream"] == name), None)
+
+
+def expect_square(picture, square, place, what):
+    at = picture.place_of_square(square)
+    check(at is not None and abs(at - place) < 0.6, f"{what}: {square} is at {at}, not at {place}")
+
+
+def main(cases, programs):
+    """Runs the cases that the command line names after the programs, or all: PROGRAM... [CASE...]."""
+    paths = dict(zip(programs, sys.argv[1:]))
+    check(len(paths) == len(programs), f"give the programs: {' '.join(programs)}")
+    wanted = sys.argv[1 + len(programs):]
+    failed = 0
+    for name, run in cases.items():
+        if wanted and not any(name == w or name.startswith(w + "_") for w in wanted):
+            continue
+        begin = time.monotonic()
+        test = Test(paths)
+        try:
+            run(test)
+            print(f"passed {name} ({time.monotonic() - begin:.1f} s)", flush=True)
+        except Failure as failure:
+            failed += 1
+            print(f"FAILED {name}: {failure}", flush=True)
+            for program in test.programs:
+                print(f"--- {program.name}\n{program.stderr_text()[-3000:]}", flush=True)
+        finally:
+            test.end()
+    sys.exit(1 if failed else 0)

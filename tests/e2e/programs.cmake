@@ -1,0 +1,30 @@
+# Program-level tests: fire3dv and its clients as processes, driven by Python (harness.py).
+if(TARGET fire3dv)
+  fire3dv_program(e2e_publisher SOURCES publisher.cpp LINK fire3dv_client)
+  fire3dv_program(e2e_rude_client SOURCES rude_client.cpp LINK fire3dv_transport fire3dv_wire)
+  set_target_properties(e2e_publisher e2e_rude_client PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+
+  # fire3dv_e2e_test(name SCRIPT x.py PROGRAMS target... [CASES case...])
+  function(fire3dv_e2e_test name)
+    cmake_parse_arguments(arg "" "SCRIPT" "PROGRAMS;CASES" ${ARGN})
+    list(TRANSFORM arg_PROGRAMS REPLACE "(.+)" "$<TARGET_FILE:\\1>")
+    add_test(NAME ${name} COMMAND python3 ${CMAKE_CURRENT_SOURCE_DIR}/${arg_SCRIPT} ${arg_PROGRAMS} ${arg_CASES})
+    set_tests_properties(${name} PROPERTIES LABELS e2e TIMEOUT 900
+      ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
+  endfunction()
+
+  foreach(transport shm tcp udp)
+    fire3dv_e2e_test(lifecycle_${transport} SCRIPT lifecycle_test.py PROGRAMS fire3dv e2e_publisher CASES ${transport})
+    fire3dv_e2e_test(never_waits_${transport} SCRIPT never_waits_test.py PROGRAMS fire3dv e2e_publisher CASES ${transport})
+    fire3dv_e2e_test(tags_${transport} SCRIPT tags_test.py PROGRAMS fire3dv e2e_publisher CASES ${transport})
+    if(TARGET bullet_arm)
+      fire3dv_e2e_test(bullet_arm_lockstep_${transport} SCRIPT bullet_arm_lockstep_test.py PROGRAMS fire3dv bullet_arm
+                       CASES ${transport})
+    endif()
+  endforeach()
+  fire3dv_e2e_test(lifecycle_any SCRIPT lifecycle_test.py PROGRAMS fire3dv e2e_publisher CASES any)
+  fire3dv_e2e_test(bad_input SCRIPT bad_input_test.py PROGRAMS fire3dv)
+  fire3dv_e2e_test(rude_clients SCRIPT rude_clients_test.py PROGRAMS fire3dv e2e_publisher e2e_rude_client)
+  fire3dv_e2e_test(devices SCRIPT devices_test.py PROGRAMS fire3dv)
+  fire3dv_e2e_test(window SCRIPT window_test.py PROGRAMS fire3dv e2e_publisher)
+endif()
