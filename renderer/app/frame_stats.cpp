@@ -31,7 +31,9 @@ Result<FrameStats> FrameStats::create(const std::filesystem::path& csv) {
   if (csv.empty()) return stats;
   stats.path_ = csv;
   stats.file_.reset(std::fopen(csv.c_str(), "w"));
-  if (!stats.file_) return Error{"--stats " + csv.string() + ": cannot be written: " + std::strerror(errno)};
+  if (!stats.file_) {
+    return Error{"--stats " + csv.string() + ": cannot be written: " + std::strerror(errno) + "; choose another file"};
+  }
   return stats;
 }
 
@@ -88,6 +90,7 @@ std::string FrameStats::summary() const {
     if (pass != pass_ms_.end()) text += line((std::string("  ") + column).c_str(), pass->second);
   }
   if (!pose_age_ms_.empty()) text += line("pose age", pose_age_ms_);
+  text.pop_back();  // whoever prints it ends the line
   return text;
 }
 

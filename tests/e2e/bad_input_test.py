@@ -7,7 +7,8 @@ import socket
 import struct
 import subprocess
 
-from harness import HANG_S, INFO_LINES, check, main, vulkan_environment
+from harness import HANG_S, INFO_LINES, main, vulkan_environment
+from pictures import check
 
 
 def run(test, *arguments, env=None):
@@ -150,7 +151,7 @@ def outputs(test):
     expect_failure(test, 1, [below, "folder"], test.scene, "--out", below, *headless(test))
     expect_failure(test, 1, [in_the_way, "folder"], test.scene, "--out", in_the_way, *headless(test))
     stats = os.path.join(in_the_way, "stats.csv")
-    expect_failure(test, 1, ["--stats", stats], test.scene, "--stats", stats, *headless(test))
+    expect_failure(test, 1, ["--stats", stats, "choose another file"], test.scene, "--stats", stats, *headless(test))
     expect_failure(test, 1, ["--stats", test.folder], test.scene, "--stats", test.folder, *headless(test))
     full = run(test, test.scene, "--stats", "/dev/full", *headless(test))
     check(full.returncode == 1 and "--stats /dev/full" in full.stderr and "full" in full.stderr,

@@ -2,7 +2,8 @@
 """The example simulator and the renderer in lockstep, ten images over each transport, with validation on."""
 import os
 
-from harness import TRANSPORTS, Program, check, main, read_png, shown, vulkan_environment
+from harness import TRANSPORTS, Program, main, shown, vulkan_environment
+from pictures import check, read_png
 
 IMAGES = 10
 

@@ -3,7 +3,8 @@
 import re
 import subprocess
 
-from harness import HANG_S, check, main, vulkan_environment
+from harness import HANG_S, main, vulkan_environment
+from pictures import check
 
 WITHIN = r"gives: .*ray query.*up to \d+ samples"
 

@@ -2,7 +2,8 @@
 """Either side may start first, end, die, come back or never come: the other goes on and says so."""
 import os
 
-from harness import PLACE_AT_REST, TRANSPORTS, check, expect_square, main, shown
+from harness import TRANSPORTS, main, shown
+from pictures import PLACE_AT_REST, check, expect_square, place_of
 
 
 def streams_of(name, epoch=None):
@@ -20,7 +21,7 @@ def expect_stream_drawn(renderer, name, square="red", epoch=None, after=-1):
 
 
 def frame_place(frame, name):
-    return -70.0 + 4.0 * (shown(frame, name)["sequence"] % 32)
+    return place_of(shown(frame, name)["sequence"])
 
 
 def renderer_first(test, transport):

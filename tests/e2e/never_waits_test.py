@@ -2,7 +2,8 @@
 """The renderer is stopped while 10,000 frames are published: every call returns, and afterwards the newest is shown."""
 import signal
 
-from harness import TRANSPORTS, check, expect_square, main, place_of, shown
+from harness import TRANSPORTS, main, shown
+from pictures import check, expect_square, place_of
 
 FRAMES = 10000
 

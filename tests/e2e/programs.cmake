@@ -1,4 +1,4 @@
-# Program-level tests: fire3dv and its clients as processes, driven by Python (harness.py).
+# Program-level tests: fire3dv and its clients as processes, driven by Python (harness.py, pictures.py).
 if(TARGET fire3dv)
   fire3dv_program(e2e_publisher SOURCES publisher.cpp LINK fire3dv_client)
   fire3dv_program(e2e_rude_client SOURCES rude_client.cpp LINK fire3dv_transport fire3dv_wire)

@@ -6,7 +6,8 @@ import socket
 import struct
 import subprocess
 
-from harness import HANG_S, check, expect_square, main, place_of, shown
+from harness import HANG_S, main, shown
+from pictures import check, expect_square, place_of
 
 
 def port_of(uri):

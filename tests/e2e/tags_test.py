@@ -2,7 +2,8 @@
 """An image says which pose frame it shows, and says the truth; --stats has a row for each image."""
 import csv
 
-from harness import TRANSPORTS, check, expect_square, main, place_of, shown
+from harness import TRANSPORTS, main, shown
+from pictures import check, expect_square, place_of
 
 FRAMES = 12
 SIM_STEP_NS = 10_000_000

@@ -6,7 +6,8 @@ FIRE3DV_KEEP_SCREENSHOTS=DIR keeps what was seen there, as PPM.
 import os
 import subprocess
 
-from harness import HANG_S, Picture, check, main, shown, vulkan_environment, wait_until
+from harness import HANG_S, main, shown, vulkan_environment, wait_until
+from pictures import Picture, check, place_of
 
 SCREEN = (640, 480)
 SIZE = (320, 180)
@@ -100,7 +101,7 @@ def streams(test, screen):
     places = set()
     for step in (1, 7, 5):
         sequence = publisher.do(f"publish {step}")["sequence"]
-        place = -70.0 + 4.0 * (sequence % 32)
+        place = place_of(sequence)
 
         def at_place():
             seen = screen.picture(window).place_of_square("red")

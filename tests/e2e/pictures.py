@@ -1,0 +1,144 @@
+"""The scene that the end-to-end tests draw, and pictures read back: a square's place tells the frame that is shown."""
+import json
+import struct
+import zlib
+
+
+class Failure(Exception):
+    pass
+
+
+def check(condition, text):
+    if not condition:
+        raise Failure(text)
+
+
+SIZE = (160, 90)
+
+# The squares of the scene, one colour and one row each; a unit is a pixel and (0, 0) is the middle of the picture.
+SQUARES = {"red": ((1, 0, 0), 30), "green": ((0, 1, 0), 10), "blue": ((0, 0, 1), -10)}
+HALF_SQUARE = 4
+PLACE_AT_REST = 66.0
+
+
+def place_of(sequence):
+    """Where publisher.cpp puts its nodes."""
+    return -70.0 + 4.0 * (sequence % 32)
+
+
+# --- the scene -------------------------------------------------------------------------------------------------------
+
+def write_scene(path):
+    """A glb of three unlit squares before a camera that maps a unit to a pixel."""
+    h = HALF_SQUARE
+    binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
+
+    def add(data, accessor):
+        nonlocal binary
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
+        accessors.append({"bufferView": len(views) - 1, **accessor})
+        binary += data
+        return len(accessors) - 1
+
+    indices = add(struct.pack("<6I", 0, 1, 2, 0, 2, 3), {"componentType": 5125, "count": 6, "type": "SCALAR"})
+    for name, (colour, row) in SQUARES.items():
+        corners = [(-h, row - h, 0), (h, row - h, 0), (h, row + h, 0), (-h, row + h, 0)]
+        positions = add(b"".join(struct.pack("<3f", *c) for c in corners),
+                        {"componentType": 5126, "count": 4, "type": "VEC3",
+                         "min": [-h, row - h, 0], "max": [h, row + h, 0]})
+        normals = add(struct.pack("<3f", 0, 0, 1) * 4, {"componentType": 5126, "count": 4, "type": "VEC3"})
+        materials.append({"name": name, "extensions": {"KHR_materials_unlit": {}},
+                          "pbrMetallicRoughness": {"baseColorFactor": [*colour, 1]}})
+        meshes.append({"name": name, "primitives": [{"attributes": {"POSITION": positions, "NORMAL": normals},
+                                                     "indices": indices, "material": len(materials) - 1}]})
+        nodes.append({"name": name, "mesh": len(meshes) - 1, "translation": [PLACE_AT_REST, 0, 0]})
+    nodes.append({"name": "front", "camera": 0, "translation": [0, 0, 50]})
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes,
+        "meshes": meshes, "materials": materials, "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": len(binary)}], "extensionsUsed": ["KHR_materials_unlit"],
+        "cameras": [{"name": "camera of front", "type": "orthographic",
+                     "orthographic": {"xmag": SIZE[0] / 2, "ymag": SIZE[1] / 2, "znear": 1, "zfar": 100}}]}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(binary)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+
+
+# --- pictures --------------------------------------------------------------------------------------------------------
+
+class Picture:
+    """Pixels as rows of bytes, 3 a pixel."""
+
+    def __init__(self, width, height, rows, text=None):
+        self.width, self.height, self.rows, self.text = width, height, rows, text or {}
+
+    def pixel(self, x, y):
+        return tuple(self.rows[y][3 * x:3 * x + 3])
+
+    def place_of_square(self, name):
+        """Middle of the square in units along x, or None when it is not in the picture."""
+        wanted = SQUARES[name][0]
+        row = self.rows[int((SIZE[1] / 2 - SQUARES[name][1]) * self.height / SIZE[1])]
+        columns = [x for x in range(self.width)
+                   if all((row[3 * x + i] > 200) if wanted[i] else (row[3 * x + i] < 60) for i in range(3))]
+        if not columns:
+            return None
+        middle = (columns[0] + columns[-1] + 1) / 2
+        return (middle - self.width / 2) * SIZE[0] / self.width
+
+
+def read_png(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    check(data[:8] == b"\x89PNG\r\n\x1a\n", f"{path} is no PNG")
+    at, header, pixels, text = 8, None, b"", {}
+    while at < len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        body = data[at + 8:at + 8 + length]
+        check(zlib.crc32(kind + body) == struct.unpack_from(">I", data, at + 8 + length)[0], f"{path}: {kind} is damaged")
+        if kind == b"IHDR":
+            header = struct.unpack(">IIBBBBB", body)
+        elif kind == b"IDAT":
+            pixels += body
+        elif kind == b"tEXt":
+            keyword, value = body.split(b"\0", 1)
+            text[keyword.decode()] = value.decode("latin-1")
+        elif kind == b"iTXt":
+            keyword, rest = body.split(b"\0", 1)
+            text[keyword.decode()] = rest[2:].split(b"\0", 2)[2].decode()
+        at += 12 + length
+    width, height, depth, colour = header[:4]
+    check(depth == 8 and colour in (2, 6) and header[6] == 0, f"{path}: not 8-bit colour: {header}")
+    return Picture(width, height, unfilter(zlib.decompress(pixels), width, height, 3 if colour == 2 else 4), text)
+
+
+def unfilter(raw, width, height, size):
+    """The five filters of PNG undone; an alpha channel is left out."""
+    stride, rows, above = width * size, [], bytearray(width * size)
+    for y in range(height):
+        kind = raw[y * (stride + 1)]
+        line = bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        for i in range(stride if kind else 0):
+            a = line[i - size] if i >= size else 0
+            b, c = above[i], above[i - size] if i >= size else 0
+            if kind == 1:
+                add = a
+            elif kind == 2:
+                add = b
+            elif kind == 3:
+                add = (a + b) // 2
+            else:
+                p = a + b - c
+                add = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            line[i] = (line[i] + add) & 255
+        above = line
+        rows.append(bytes(line) if size == 3 else b"".join(line[i:i + 3] for i in range(0, stride, 4)))
+    return rows
+
+
+def expect_square(picture, square, place, what):
+    at = picture.place_of_square(square)
+    check(at is not None and abs(at - place) < 0.6, f"{what}: {square} is at {at}, not at {place}")
