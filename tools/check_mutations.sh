@@ -11,8 +11,11 @@ build=$PWD/build/mutations/build
 
 die() { echo "check_mutations.sh: $*" >&2; exit 1; }
 
-# What differs is copied with a new time, so that what a broken-off run left planted is built anew.
 mkdir -p "$copy"
+exec 9>"$PWD/build/mutations/lock"
+flock -n 9 || die "another run is at work in build/mutations: wait for it"
+
+# What differs is copied with a new time, so that what a broken-off run left planted is built anew.
 while IFS= read -r -d '' file; do
   [ ! -f "$file" ] || cmp -s "$file" "$copy/$file" || cp --parents "$file" "$copy"
 done < <(git ls-files -z --cached --others --exclude-standard)
