@@ -17,14 +17,24 @@ double at_fraction(std::vector<double> values, double fraction) {
   return values[static_cast<size_t>(index)];
 }
 
-std::string line(const char* what, const std::vector<double>& values) {
+std::string line(const char* what, const RecentTimes& times) {
   char text[160];
-  std::snprintf(text, sizeof text, "  %-12s median %8.2f ms   p95 %8.2f ms\n", what, at_fraction(values, 0.5),
-                at_fraction(values, 0.95));
+  std::snprintf(text, sizeof text, "  %-12s median %8.2f ms   p95 %8.2f ms\n", what, at_fraction(times.values(), 0.5),
+                at_fraction(times.values(), 0.95));
   return text;
 }
 
 }  // namespace
+
+void RecentTimes::push_back(double ms) {
+  constexpr size_t kKept = 1 << 16;
+  if (values_.size() < kKept) {
+    values_.push_back(ms);
+  } else {
+    values_[next_] = ms;
+    next_ = (next_ + 1) % kKept;
+  }
+}
 
 Result<FrameStats> FrameStats::create(const std::filesystem::path& csv) {
   FrameStats stats;
@@ -89,7 +99,7 @@ std::string FrameStats::summary() const {
     const auto pass = pass_ms_.find(column);
     if (pass != pass_ms_.end()) text += line((std::string("  ") + column).c_str(), pass->second);
   }
-  if (!pose_age_ms_.empty()) text += line("pose age", pose_age_ms_);
+  if (!pose_age_ms_.values().empty()) text += line("pose age", pose_age_ms_);
   text.pop_back();  // whoever prints it ends the line
   return text;
 }

@@ -22,6 +22,17 @@ struct FrameCost {
   std::optional<double> pose_age_ms;  // submit time minus publish time of the newest shown frame; same machine only
 };
 
+// The newest times, as many as a summary needs: a renderer may run for weeks.
+class RecentTimes {
+ public:
+  void push_back(double ms);
+  const std::vector<double>& values() const { return values_; }
+
+ private:
+  std::vector<double> values_;
+  size_t next_ = 0;
+};
+
 class FrameStats {
  public:
   static Result<FrameStats> create(const std::filesystem::path& csv);  // empty: no file
@@ -42,8 +53,8 @@ class FrameStats {
   std::unique_ptr<std::FILE, CloseFile> file_;
   bool header_written_ = false;
   std::map<uint64_t, FrameCost> waiting_;  // costs whose GPU times have not come yet
-  std::vector<double> frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
-  std::map<std::string, std::vector<double>> pass_ms_;
+  RecentTimes frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
+  std::map<std::string, RecentTimes> pass_ms_;
 };
 
 }  // namespace fire3dv::app
