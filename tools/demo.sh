@@ -3,7 +3,7 @@
 # Sets up, builds, runs. Works alone on a bare machine; see tools/setup.sh for which.
 #
 #   tools/demo.sh [--transport shm|tcp|udp] [--seconds N] [--size WxH] [--camera NAME] [--out DIR]
-#       PNGs and an MP4 of N simulated seconds of the arm (8, at 1280x720), 20 images a second. The simulation waits for
+#       PNGs and an MP4 of N simulated seconds of the arm (8, at 1280x720), 15 images a second. The simulation waits for
 #       each of them, so that the video is smooth on a slow machine too.
 #   tools/demo.sh --window [...]
 #       opens a window instead and shows the arm in real time until it is closed.
@@ -92,12 +92,12 @@ if [ $window = 1 ]; then
 fi
 
 say "the arm for $seconds simulated seconds over $uri, at $size"
-# 240 steps a second, of which each twelfth is published and drawn: 20 images a second and one for the start.
+# 240 steps a second, of which each sixteenth is published and drawn: 15 images a second and one for the start.
 "$bin/fire3dv" "$scene" --listen "$uri" --headless --lockstep --exit-when-done --size "$size" --camera "$camera" \
   --out "$out" --stats "$out/stats.csv" &
 renderer=$!
 children+=("$renderer")
-"$bin/bullet_arm" --to "$uri" --seconds "$seconds" --rate 240 --lockstep --lockstep-every 12 --publish-every 12 \
+"$bin/bullet_arm" --to "$uri" --seconds "$seconds" --rate 240 --lockstep --lockstep-every 16 --publish-every 16 \
   >"$out/bullet_arm.log" 2>&1 &
 simulator=$!
 children+=("$simulator")
@@ -120,7 +120,7 @@ say "video"
 "$root/tools/video_list.py" "$out" >"$out/frames.ffconcat"
 video=$out/demo.mp4
 ffmpeg -nostdin -v error -y -f concat -i "$out/frames.ffconcat" \
-  -vf 'fps=20,pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 -preset veryfast -crf 18 -pix_fmt yuv420p -movflags +faststart "$video"
+  -vf 'fps=15,pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 -preset veryfast -crf 18 -pix_fmt yuv420p -movflags +faststart "$video"
 [ -s "$video" ] || die "ffmpeg wrote no video"
 
 images=("$out"/frame_*.png)

@@ -8,7 +8,7 @@ import json
 import os
 import sys
 
-LAST_IMAGE_S = 1 / 20
+LAST_IMAGE_S = 1 / 15
 
 
 def main():
