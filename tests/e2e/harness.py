@@ -285,7 +285,6 @@ def main(cases, programs):
     paths = dict(zip(programs, sys.argv[1:]))
     check(len(paths) == len(programs), f"give the programs: {' '.join(programs)}")
     wanted = sys.argv[1 + len(programs):]
-    failed = 0
     for name, run in cases.items():
         if wanted and not any(name == w or name.startswith(w + "_") for w in wanted):
             continue
@@ -295,10 +294,9 @@ def main(cases, programs):
             run(test)
             print(f"passed {name} ({time.monotonic() - begin:.1f} s)", flush=True)
         except Failure as failure:
-            failed += 1
             print(f"FAILED {name}: {failure}", flush=True)
             for program in test.programs:
                 print(f"--- {program.name}\n{program.stderr_text()[-3000:]}", flush=True)
+            sys.exit(1)  # what broke one case would have the others run into the hang limit one by one
         finally:
             test.end()
-    sys.exit(1 if failed else 0)
