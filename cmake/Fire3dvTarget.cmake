@@ -8,12 +8,12 @@ add_library(fire3dv_flags INTERFACE)
 target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wno-missing-field-initializers
                        $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual>)
 # Messages name a source file as it lies in the tree: what is shipped knows no path of the machine that built it.
-target_compile_options(fire3dv_flags INTERFACE $<$<CONFIG:Release>:-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=>)
+target_compile_options(fire3dv_flags INTERFACE $<$<NOT:$<CONFIG:Debug>>:-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=>)
 # g++ 12 sees overlaps and overflows in std::string and std::vector at -O3 where there are none (GCC bug 105651 and its
 # kin, fixed in 13). Debug builds keep these warnings, and sanitizers look for the real ones.
 foreach(warning restrict stringop-overflow stringop-overread)
   target_compile_options(fire3dv_flags INTERFACE
-    $<$<AND:$<CONFIG:Release>,$<COMPILE_LANG_AND_ID:CXX,GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-${warning}>)
+    $<$<AND:$<NOT:$<CONFIG:Debug>>,$<COMPILE_LANG_AND_ID:CXX,GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-${warning}>)
 endforeach()
 if(FIRE3DV_WERROR)
   target_compile_options(fire3dv_flags INTERFACE -Werror)

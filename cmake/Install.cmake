@@ -7,4 +7,5 @@ foreach(program fire3dv bullet_arm)
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
   endif()
 endforeach()
-install(FILES LICENSE NOTICE README.md CHANGELOG.md protocol/SPEC.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(FILES LICENSE NOTICE README.md CHANGELOG.md protocol/SPEC.md protocol/SPEC-transport.md
+        DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)

@@ -46,14 +46,16 @@ void main() {
 #endif
   const float alpha = (material.flags & FIRE3DV_MATERIAL_BLEND) != 0 ? base_color.a : 1;
   if ((material.flags & FIRE3DV_MATERIAL_UNLIT) != 0) {
-    out_color = vec4(base_color.rgb * alpha, alpha);
+    out_color = vec4(min(base_color.rgb, vec3(65504)) * alpha, alpha);
     return;
   }
 
   // The triangle's plane, from inputs at the pixel's middle; its normal on the viewer's side. The centroid lies inside
   // the triangle but, as some drivers interpolate, a little off its plane: it is put back.
   const vec3 along_x = dFdx(in_position_center), along_y = dFdy(in_position_center);
-  vec3 geometric_normal = normalize(cross(along_x, along_y));
+  // Far from the origin and close to the eye, all corners of a pixel may round to one point: no plane to be had then.
+  const vec3 plane = cross(along_x, along_y);
+  vec3 geometric_normal = normalize(dot(plane, plane) > 0 ? plane : in_normal_world);
   const vec3 position_world =
       in_position_world - geometric_normal * dot(geometric_normal, in_position_world - in_position_center);
   const vec3 to_eye = normalize(globals.value.eye_world - position_world);
@@ -93,5 +95,6 @@ void main() {
 #endif
     radiance += reflected;
   }
-  out_color = vec4(radiance * alpha, alpha);
+  const float kLargestHalf = 65504;  // of the target's format: beyond it lies infinity, and then NaN
+  out_color = vec4(min(radiance, vec3(kLargestHalf)) * alpha, alpha);
 }

@@ -16,7 +16,7 @@ layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D hdr;
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
 
 vec3 display_linear(vec3 color) {
-  color = max(color * push.exposure, vec3(0));
+  color = clamp(color * push.exposure, vec3(0), vec3(65504));
   switch (push.tone_map) {
     case FIRE3DV_TONE_MAP_REINHARD: return tone_map_reinhard(color);
     case FIRE3DV_TONE_MAP_ACES: return tone_map_aces(color);

@@ -22,6 +22,17 @@ void main() {
   if (push.instances == 0ul) return;
   const uint instance = UintRef(push.instance_of_node).at[node];
   if (instance == FIRE3DV_NO_INDEX) return;
-  // The transform is the first 48 bytes of the 64 of an instance.
-  AffineRowsRef(push.instances + uint64_t(instance) * 64ul).at[0] = world_from_node;
+  // Of the 64 bytes of an instance the transform is the first 48, then come 24 bits of index and 8 of mask. A transform
+  // that cannot be inverted has no place in the structure: a body scaled to nothing casts no shadow.
+  const vec3 r0 = world_from_node.row0.xyz, r1 = world_from_node.row1.xyz, r2 = world_from_node.row2.xyz;
+  const float volume = abs(dot(r0, cross(r1, r2)));
+  const bool solid = volume > 0 && !isinf(volume) && !isnan(volume);
+  if (!solid) {
+    world_from_node.row0 = vec4(1, 0, 0, 0);
+    world_from_node.row1 = vec4(0, 1, 0, 0);
+    world_from_node.row2 = vec4(0, 0, 1, 0);
+  }
+  const uint64_t record = push.instances + uint64_t(instance) * 64ul;
+  AffineRowsRef(record).at[0] = world_from_node;
+  WordRef(record + 48ul).at[0] = (node & 0xffffffu) | (solid ? 0xff000000u : 0u);
 }

@@ -51,10 +51,15 @@ case "${ID:-}-${VERSION_ID:-}" in
 esac
 vma_package=libvulkan-memory-allocator-dev
 
-installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+# The version of a package that is installed for this machine's own architecture; it may be there for others too.
+installed_version() {
+  dpkg-query -W -f '${Architecture} ${db:Status-Status} ${Version}\n' "$1" 2>/dev/null |
+    awk -v own="$(dpkg --print-architecture)" '$2 == "installed" && ($1 == own || $1 == "all") { print $3; exit }'
+}
+installed() { [ -n "$(installed_version "$1")" ]; }
 mesa_is_new_enough() { # ray queries on lavapipe came with Mesa 24.1
   installed mesa-vulkan-drivers &&
-    dpkg --compare-versions "$(dpkg-query -W -f '${Version}' mesa-vulkan-drivers)" ge 24.1
+    dpkg --compare-versions "$(installed_version mesa-vulkan-drivers)" ge 24.1
 }
 
 missing=()
@@ -105,7 +110,7 @@ pin() { # file, package, release, priority
 say "installing, which takes a minute or two: ${missing[*]:-}$mesa_text"
 apt_update
 if [ -n "$mesa_from" ] && [ $mesa_missing -eq 1 ]; then
-  apt-cache policy mesa-vulkan-drivers | grep -q "$mesa_from" || add_source "$mesa_from"
+  apt-cache policy mesa-vulkan-drivers | grep "$mesa_from" >/dev/null || add_source "$mesa_from"
 fi
 if [ -n "$vma_from" ] && ! installed "$vma_package"; then
   "${as_root[@]}" rm -f /etc/apt/preferences.d/fire3dv
@@ -127,5 +132,5 @@ if [ $mesa_missing -eq 1 ]; then
     apt install -y --no-install-recommends "${mesa_packages[@]}"
   fi
 fi
-mesa_is_new_enough || die "mesa-vulkan-drivers is $(dpkg-query -W -f '${Version}' mesa-vulkan-drivers); 24.1 or newer is needed for ray queries on lavapipe"
+mesa_is_new_enough || die "mesa-vulkan-drivers is $(installed_version mesa-vulkan-drivers); 24.1 or newer is needed for ray queries on lavapipe"
 say "done"

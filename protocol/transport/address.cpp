@@ -24,7 +24,10 @@ int look_up(const Uri& uri, int type, int flags, std::vector<Address>& found) {
   hints.ai_socktype = type;
   hints.ai_flags = AI_NUMERICSERV | flags;
   addrinfo* list = nullptr;
-  const int error = ::getaddrinfo(uri.host.c_str(), std::to_string(uri.port).c_str(), &hints, &list);
+  // RFC 6761: localhost is the loopback address, whatever the machine's files and name servers say, or fail to say.
+  const bool local = uri.host == "localhost";
+  const std::string host = local ? "127.0.0.1" : uri.host;
+  const int error = ::getaddrinfo(host.c_str(), std::to_string(uri.port).c_str(), &hints, &list);
   if (error != 0) return error;
   for (const addrinfo* entry = list; entry != nullptr; entry = entry->ai_next) {
     if (entry->ai_addrlen > sizeof(sockaddr_storage)) continue;

@@ -10,12 +10,14 @@ using Kind = LinkEvent::Kind;
 namespace {
 constexpr size_t kMostControls = 256;
 constexpr size_t kMostControlBytes = kMaxMessageBytes + (size_t{16} << 20);
+// Empty messages take memory too.
+constexpr size_t cost_of(size_t message_bytes) { return message_bytes + 128; }
 constexpr size_t kMostNotes = 64;  // different texts; more of them are an attack on the log
 }  // namespace
 
 void Inbox::push(PeerId peer, Item item) {
   Entry& entry = entries_[peer];
-  entry.bytes += item.message.size();
+  entry.bytes += cost_of(item.message.size());
   entry.items.push_back(std::move(item));
   news_ = true;
   came_.notify_one();
@@ -38,7 +40,7 @@ void Inbox::pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_ol
     const auto older = std::find_if(entry.items.begin(), entry.items.end(),
                                     [](const Item& item) { return item.kind == Kind::pose; });
     if (older != entry.items.end()) {
-      entry.bytes -= older->message.size();
+      entry.bytes -= cost_of(older->message.size());
       entry.items.erase(older);
       counters_.poses_dropped.add();
     }
@@ -57,7 +59,7 @@ void Inbox::drop_parts_before(PeerId peer, uint64_t frame) {
   if (entry == entries_.end()) return;
   std::erase_if(entry->second.items, [&](const Item& item) {
     if (item.kind != Kind::pose || item.frame >= frame) return false;
-    entry->second.bytes -= item.message.size();
+    entry->second.bytes -= cost_of(item.message.size());
     counters_.poses_dropped.add();
     return true;
   });

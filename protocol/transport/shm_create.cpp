@@ -120,7 +120,7 @@ Result<Segment> create_segment(const std::string& name, const SegmentSizes& size
   Segment segment;
   segment.geometry = lay_out(sizes, publisher_id);
   const uint64_t bytes = segment.geometry.segment_bytes;
-  // A file without a name: a publisher that is killed here leaves nothing behind.
+  // A file without a name: a publisher that is killed while it fills it in leaves nothing behind.
   segment.fd = UniqueFd(::open("/dev/shm", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
   if (!segment.fd) return system_error(name, "cannot make a segment in /dev/shm", errno);
   if (::fchmod(segment.fd.get(), 0600) != 0)

@@ -144,7 +144,7 @@ void ShmListener::poll(const OnEvent& on_event) {
     reader_.reset();
     if (*end == Reader::End::closed) end_peer("the publisher closed the link", on_event);
     if (*end == Reader::End::dead) end_peer("the publisher died", on_event);
-    if (*end == Reader::End::replaced) end_peer("another publisher took over", on_event);
+    // Replaced: the next segment says whether by the same publisher, which grew it, or by another.
   }
 }
 

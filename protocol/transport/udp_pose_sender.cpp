@@ -50,6 +50,9 @@ PoseSender::Outcome PoseSender::send(int fd, Session& session, const PoseHeader&
   return errno == ECONNREFUSED ? Outcome::refused : Outcome::dropped;
 }
 
+// All memory at once: publish() must not allocate when a renderer goes away in mid-run.
+PoseSender::PoseSender() { kept_.reserve(kMostKeptBytes); }
+
 bool PoseSender::keep(const PoseHeader& header, const wire::MessagePieces& message) {
   const size_t at = kept_.size();
   if (at + kKeptHeaderBytes + message.size() > kMostKeptBytes) return false;

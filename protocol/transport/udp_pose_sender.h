@@ -11,6 +11,7 @@ namespace fire3dv::transport::udp {
 
 class PoseSender {
  public:
+  PoseSender();
   enum class Outcome { sent, kept, dropped, refused };  // refused: nobody listens at the address any more
 
   // session null: none is ready, keep the frame. `overtaken` counts kept messages that were given up.

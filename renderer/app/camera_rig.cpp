@@ -75,7 +75,10 @@ void CameraRig::orbit(const state::PoseState& poses, float yaw_rad, float pitch_
   const float pitch = std::asin(std::clamp(offset.y / glm::length(offset), -1.0f, 1.0f));
   constexpr float kLimit = 1.55f;  // short of the poles, where right has no direction
   const float allowed = std::clamp(pitch + pitch_rad, -kLimit, kLimit) - pitch;
-  const glm::vec3 right = glm::normalize(glm::cross(glm::vec3(0, 1, 0), offset));
+  const glm::vec3 level = glm::cross(glm::vec3(0, 1, 0), offset);
+  // Seen straight from above, right is where the camera has it.
+  const glm::vec3 right =
+      glm::length(level) > 1e-6f * glm::length(offset) ? glm::normalize(level) : glm::vec3(world_from_free_[0]);
   offset = glm::vec3(glm::rotate(glm::mat4(1), -allowed, right) * glm::vec4(offset, 0));
   world_from_free_ = passes::look_at_pose(center + offset, center);
 }

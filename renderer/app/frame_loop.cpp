@@ -53,7 +53,9 @@ FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::Pose
       last_image_(Clock::now()),
       progress_("images:") {
   renderer_.set_scene(scene);
-  renderer_.set_size(window ? window->framebuffer_extent() : VkExtent2D{options.width, options.height});
+  VkExtent2D extent{options.width, options.height};
+  if (window && !window->minimized()) extent = window->framebuffer_extent();
+  renderer_.set_size(extent);
   std::fprintf(stderr, "fire3dv: %ux, shadows by %s\n", static_cast<uint32_t>(renderer_.samples()),
                !options.shadows ? "nothing (--shadows off)" : device.ray_query() ? "ray query" : "nothing: the device has no ray query");
 }
@@ -61,23 +63,25 @@ FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::Pose
 Result<void> FrameLoop::run() {
   while (!done()) {
     // What adapters have sent.
-    const bool new_poses = intake_.poll();
+    if (!options_.lockstep || !undrawn_) undrawn_ = intake_.poll();
     for (const std::string& note : intake_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
 
     // What the user does.
     if (window_) steer();
 
     // What is to be drawn, if anything.
-    if (options_.lockstep && !new_poses) {
+    if (options_.lockstep && !undrawn_) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
       intake_.wait(std::chrono::milliseconds(1));
       continue;
     }
     if (window_ && !window_->acquire()) {
+      if (Result<void> delivered = deliver(); !delivered) return delivered;
       window_->wait_events(0.05);
       continue;
     }
     draw();
+    undrawn_ = false;
 
     // What is finished.
     if (Result<void> delivered = deliver(); !delivered) return delivered;

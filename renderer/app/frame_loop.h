@@ -57,6 +57,7 @@ class FrameLoop {
   passes::SceneRenderer renderer_;
   passes::ReadbackBelt<ImageTag> readback_;
   uint64_t images_ = 0;     // drawn
+  bool undrawn_ = false;    // lockstep: a pose frame is shown that no image has been drawn of yet
   std::vector<std::pair<uint64_t, std::vector<state::FrameTag>>> unacknowledged_;  // timeline value, frames
   std::chrono::steady_clock::time_point last_image_;
   Progress progress_;

@@ -116,13 +116,19 @@ int run(const Options& options) {
 
     Result<std::unique_ptr<gpu::Device>> device = open_device(**instance, options);
     if (!device) return fail(device.error());
+    // However this ends, the window lets go of the device first.
+    struct Detach {
+      sinks::Window* window;
+      ~Detach() {
+        if (window) window->detach();
+      }
+    } detach_at_end{window.get()};
     if (window) {
       if (Result<void> attached = window->attach(**instance, **device); !attached) return fail(attached.error());
     }
 
     FrameLoop loop(**device, *scene, poses, intake, *camera, **sink, window.get(), *stats, options);
     Result<void> finished = loop.run();
-    if (window) window->detach();
     if (!finished) exit_code = fail(finished.error());
     say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) + "\n" +
         stats->summary());

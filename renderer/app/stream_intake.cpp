@@ -77,7 +77,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     case Kind::connected:
       return false;
     case Kind::note:
-      notes_.emplace_back(text);
+      note(std::string(text));
       return false;
     case Kind::disconnected: {
       end_stream(peer, std::string(text));
@@ -93,7 +93,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
   if (!decoded) {
     reject(peer, decoded.error().message);
     // What cannot be read may have been a description: silence would leave its adapter guessing.
-    if (kind == Kind::control && !stream_of_peer_.contains(peer)) {
+    if (kind == Kind::control) {
       wire::Welcome welcome;
       welcome.status = wire::WelcomeStatus::bad_description;
       welcome.renderer_name = renderer_name();
@@ -140,7 +140,8 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
                       std::to_string(wire::kProtocolMinor) + ", the adapter " +
                       std::to_string(description.protocol_major) + "." + std::to_string(description.protocol_minor) +
                       "; update the older one";
-    notes_.push_back(name + " was refused: " + refusal.message);
+    note(name + " was refused: " + refusal.message);
+    end_stream(peer, "it goes on in another version of the protocol");
     reply(peer, wire::encode(refusal));
     return;
   }
@@ -151,15 +152,19 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
     return;
   }
   if (known != stream_of_peer_.end()) end_stream(peer, "it began anew");
+  // An epoch is one run of one stream: whoever has it on another connection has lost that one without a word.
+  const auto ghost = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(),
+                                  [&](const auto& entry) { return entry.second.epoch == description.epoch; });
+  if (ghost != stream_of_peer_.end()) end_stream(Peer(ghost->first), "it came back over another connection");
   const state::StreamId id = poses_.add_stream(description);
-  PeerStream& stream = stream_of_peer_[peer] = {id, description.epoch, name, {}};
+  PeerStream& stream = stream_of_peer_[peer] = {id, description.epoch, name, 0, {}};
   had_streams_ = true;
 
   const state::Stream& bound = poses_.streams()[id];
-  std::string note = "stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes accepted";
-  if (!bound.unmatched_names.empty()) note += "; no scene node is called " + list_names(bound.unmatched_names);
-  if (!bound.conflicting_names.empty()) note += "; another stream drives " + list_names(bound.conflicting_names);
-  notes_.push_back(std::move(note));
+  std::string accepted = "stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes accepted";
+  if (!bound.unmatched_names.empty()) accepted += "; no scene node is called " + list_names(bound.unmatched_names);
+  if (!bound.conflicting_names.empty()) accepted += "; another stream drives " + list_names(bound.conflicting_names);
+  note(std::move(accepted));
   welcome(peer, stream);
 }
 
@@ -180,20 +185,23 @@ void StreamIntake::end_stream(Peer peer, const std::string& reason) {
   const auto ended = stream_of_peer_.find(peer);
   if (ended == stream_of_peer_.end()) return;
   poses_.remove_stream(ended->second.id);
-  notes_.push_back("stream \"" + ended->second.name + "\" ended: " + reason);
+  note("stream \"" + ended->second.name + "\" ended: " + reason);
   stream_of_peer_.erase(ended);
   // Its nodes may have passed to streams that were told they could not have them.
   for (auto& [other, stream] : stream_of_peer_) {
     if (poses_.streams()[stream.id].conflicting_names == stream.conflicts_told) continue;
-    notes_.push_back("stream \"" + stream.name + "\" now drives nodes that another stream has given back");
+    note("stream \"" + stream.name + "\" now drives nodes that another stream has given back");
     welcome(other, stream);
   }
 }
 
 void StreamIntake::acknowledge(const std::vector<state::FrameTag>& shown) {
   for (const state::FrameTag& tag : shown) {
-    for (const auto& [peer, stream] : stream_of_peer_) {
-      if (stream.epoch == tag.epoch) reply(peer, wire::encode(wire::Ack{tag.epoch, tag.sequence}));
+    for (auto& [peer, stream] : stream_of_peer_) {
+      // Once for each frame, not for each image of it: a paused simulator is not to be flooded.
+      if (stream.epoch != tag.epoch || stream.acked_sequence >= tag.sequence) continue;
+      stream.acked_sequence = tag.sequence;
+      reply(peer, wire::encode(wire::Ack{tag.epoch, tag.sequence}));
     }
   }
 }
@@ -206,8 +214,24 @@ void StreamIntake::reply(Peer peer, const wire::Bytes& message) {
 void StreamIntake::reject(Peer peer, const std::string& reason) {
   rejected_++;
   if (rejected_of_peer_[peer]++ == 0) {
-    notes_.push_back("dropped a message from " + listeners_[peer.first]->uri() + " peer " +
+    note("dropped a message from " + listeners_[peer.first]->uri() + " peer " +
                      std::to_string(peer.second) + ": " + reason);
+  }
+}
+
+// A peer that describes and leaves a thousand times a second must not fill the terminal either.
+void StreamIntake::note(std::string text) {
+  constexpr uint32_t kNotesPerSecond = 20;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - notes_since_ >= std::chrono::seconds(1)) {
+    if (notes_left_out_) notes_.push_back("and " + std::to_string(notes_left_out_) + " more such events");
+    notes_since_ = now;
+    notes_this_second_ = notes_left_out_ = 0;
+  }
+  if (notes_this_second_++ < kNotesPerSecond) {
+    notes_.push_back(std::move(text));
+  } else {
+    ++notes_left_out_;
   }
 }
 

@@ -47,6 +47,7 @@ class StreamIntake {
     state::StreamId id;
     uint64_t epoch;
     std::string name;
+    uint64_t acked_sequence = 0;
     std::vector<std::string> conflicts_told;  // as of the last Welcome
   };
 
@@ -56,6 +57,7 @@ class StreamIntake {
   void end_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
   void reject(Peer peer, const std::string& reason);
+  void note(std::string text);
 
   state::PoseState& poses_;
   bool lockstep_;
@@ -65,6 +67,8 @@ class StreamIntake {
   std::map<Peer, PeerStream> stream_of_peer_;
   std::map<Peer, uint32_t> rejected_of_peer_;
   std::vector<std::string> notes_;
+  std::chrono::steady_clock::time_point notes_since_{};
+  uint32_t notes_this_second_ = 0, notes_left_out_ = 0;
   bool had_streams_ = false;
   uint64_t rejected_ = 0;
 };

@@ -12,7 +12,7 @@ namespace fire3dv::gpu {
 
 struct AccelerationStructure {
   Buffer storage;
-  AccelerationHandle handle;  // declared after its storage, so that it goes first
+  AccelerationHandle handle;
   VkDeviceAddress address = 0;
 };
 

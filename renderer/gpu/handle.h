@@ -34,7 +34,7 @@ enum class ObjectKind : uint8_t {
 constexpr size_t kObjectKinds = static_cast<size_t>(ObjectKind::swapchain) + 1;
 const char* object_kind_name(ObjectKind kind);
 
-// Objects that exist now, retired ones included until they are freed. Counted for the leak test and --stats.
+// Objects that exist now, retired ones included until they are freed. Counted for the leak test.
 using LiveObjects = std::array<int64_t, kObjectKinds>;
 
 namespace detail {

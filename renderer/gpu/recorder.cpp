@@ -20,11 +20,13 @@ Dependency depend(UseState& state, const Access& next, bool changes_layout) {
     state.write_stages = next.writes ? next.stages : VK_PIPELINE_STAGE_2_NONE;
     state.write_access = next.writes ? next.access : VK_ACCESS_2_NONE;
     state.read_stages = next.writes ? VK_PIPELINE_STAGE_2_NONE : next.stages;
-    state.visible_stages = next.stages;
-    state.visible_access = next.access;
+    // A write is visible to nobody yet, not even to later commands in its own stage.
+    state.visible_stages = state.visible_access = 0;
     if (!next.writes) {
-      // A layout change alone: later readers wait for the barrier that makes it, through its destination stages.
+      // A layout change alone: its barrier makes it visible to this reader; later ones wait through this one's stages.
       state.write_stages = next.stages;
+      state.visible_stages = next.stages;
+      state.visible_access = next.access;
     }
     return dependency;
   }

@@ -55,6 +55,12 @@ void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::UploadBelt& bel
 void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses) {
   const std::vector<state::Stream>& streams = poses.streams();
   streams_.resize(streams.size());
+  struct Copy {
+    VkBuffer from, to;
+    VkBufferCopy region;
+  };
+  std::vector<Copy> copies;
+  std::vector<Use> uses;
   for (size_t s = 0; s < streams.size(); ++s) {
     StreamPoses& uploaded = streams_[s];
     const state::Stream& stream = streams[s];
@@ -64,13 +70,15 @@ void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::UploadBelt& belt
       uploaded.poses = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
     }
     const gpu::UploadBelt::Piece piece = belt.write(std::span<const wire::Affine3x4>(stream.poses));
-    recorder.pass("poses", {Use(uploaded.poses, access::transfer_write)}, [&](VkCommandBuffer commands) {
-      const VkBufferCopy copy{piece.offset, 0, bytes};
-      vkCmdCopyBuffer(commands, piece.buffer, uploaded.poses.get(), 1, &copy);
-    });
+    copies.push_back({piece.buffer, uploaded.poses.get(), {piece.offset, 0, bytes}});
+    uses.emplace_back(uploaded.poses, access::transfer_write);
     uploaded.epoch = stream.epoch;
     uploaded.revision = stream.revision;
   }
+  if (copies.empty()) return;
+  recorder.pass("poses", uses, [&](VkCommandBuffer commands) {  // one pass for all streams: timestamps are few
+    for (const Copy& copy : copies) vkCmdCopyBuffer(commands, copy.from, copy.to, 1, &copy.region);
+  });
 }
 
 void TransformsPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,

@@ -1,5 +1,6 @@
 #include "renderer/scene/gltf_meshes.h"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <numeric>
@@ -13,6 +14,10 @@ namespace fire3dv::scene {
 namespace {
 
 constexpr int kMissing = -1;
+// Of a whole file: enough for 100 million triangles, and what still fits a large machine. Accessors may share bytes, so
+// that a small file could ask for any amount of memory.
+constexpr size_t kMostVertices = size_t{1} << 28;
+constexpr size_t kMostIndices = size_t{1} << 30;
 constexpr size_t kAttributeFloats = sizeof(VertexAttributes) / sizeof(float);
 static_assert(sizeof(VertexAttributes) == kAttributeFloats * sizeof(float));
 
@@ -120,8 +125,8 @@ class MeshLoader {
     if (indices->empty()) return primitive;
     auto range = add_vertices(recipe, *vertex_count, *indices, where);
     if (!range) return range.error();
-    if (scene_.indices.size() + indices->size() > kNone)
-      return Error{where + ": the file holds more indices than 32 bits can count"};
+    if (scene_.indices.size() + indices->size() > kMostIndices)
+      return Error{where + ": the file holds more than " + std::to_string(kMostIndices) + " indices; split it"};
     primitive.first_vertex = range->first;
     primitive.vertex_count = range->count;
     primitive.first_index = static_cast<uint32_t>(scene_.indices.size());
@@ -165,15 +170,16 @@ class MeshLoader {
     if (recipe.vertices_stand_alone()) {
       if (const auto known = vertices_.find(key); known != vertices_.end()) return known->second;
     }
+    const size_t expanded = recipe.normal == kMissing ? std::max(count, indices.size()) : count;
+    if (scene_.positions.size() + expanded > kMostVertices) {
+      return Error{where + ": the file holds more than " + std::to_string(kMostVertices) + " vertices; split it"};
+    }
     auto vertices = read_vertices(recipe, count, where);
     if (!vertices) return vertices.error();
     if (recipe.normal == kMissing) make_flat(vertices->positions, vertices->attributes, indices);
     if (recipe.tangent_uv_set != kMissing) {
       generate_tangents(vertices->positions, vertices->attributes, indices,
                         static_cast<uint32_t>(recipe.tangent_uv_set));
-    }
-    if (scene_.positions.size() + vertices->positions.size() > kNone) {
-      return Error{where + ": the file holds more vertices than 32 bits can count"};
     }
     const VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
                             static_cast<uint32_t>(vertices->positions.size())};

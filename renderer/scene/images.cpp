@@ -17,7 +17,10 @@
 namespace fire3dv::scene {
 namespace {
 
-Result<Image> decode(const EncodedImage& encoded, uint64_t max_pixels) {
+// Of all images of a file together, 8 GiB when decoded: small images may share bytes, and compress well.
+constexpr uint64_t kMostPixelsInAll = uint64_t{1} << 31;
+
+Result<Image> decode(const EncodedImage& encoded, uint64_t max_pixels, std::atomic<uint64_t>& pixels_in_all) {
   if (encoded.bytes.size() > INT_MAX) return Error{encoded.where + " is larger than 2 GiB"};
   const auto* data = reinterpret_cast<const stbi_uc*>(encoded.bytes.data());
   const int size = static_cast<int>(encoded.bytes.size());
@@ -30,6 +33,10 @@ Result<Image> decode(const EncodedImage& encoded, uint64_t max_pixels) {
     return Error{encoded.where + " is " + std::to_string(width) + " x " + std::to_string(height) +
                  " pixels large; at most " + std::to_string(max_pixels) + " pixels are read"};
   }
+  if ((pixels_in_all += pixels) > kMostPixelsInAll) {
+    return Error{encoded.where + ": the file's images have more than " + std::to_string(kMostPixelsInAll) +
+                 " pixels in all; make them smaller or split the file"};
+  }
   const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(
       stbi_load_from_memory(data, size, &width, &height, &channels, STBI_rgb_alpha), stbi_image_free);
   if (!rgba) return Error{encoded.where + " cannot be decoded: " + stbi_failure_reason()};
@@ -41,9 +48,10 @@ Result<Image> decode(const EncodedImage& encoded, uint64_t max_pixels) {
   return image;
 }
 
-Result<Image> decode_or_out_of_memory(const EncodedImage& encoded, uint64_t max_pixels) {
+Result<Image> decode_or_out_of_memory(const EncodedImage& encoded, uint64_t max_pixels,
+                                      std::atomic<uint64_t>& pixels_in_all) {
   try {
-    return decode(encoded, max_pixels);
+    return decode(encoded, max_pixels, pixels_in_all);
   } catch (const std::bad_alloc&) {
     return Error{encoded.where + " does not fit into memory"};
   }
@@ -55,9 +63,10 @@ Result<std::vector<Image>> decode_images(std::span<const EncodedImage> encoded, 
                                          const std::function<void(size_t done)>& progress) {
   std::vector<std::optional<Result<Image>>> results(encoded.size());
   std::atomic<size_t> next{0}, done{0};
+  std::atomic<uint64_t> pixels_in_all{0};
   const auto work = [&](bool report) {
     for (size_t i = next++; i < encoded.size(); i = next++) {
-      results[i].emplace(decode_or_out_of_memory(encoded[i], max_pixels));
+      results[i].emplace(decode_or_out_of_memory(encoded[i], max_pixels, pixels_in_all));
       ++done;
       if (report && progress) progress(done);
     }

@@ -134,13 +134,14 @@ WindowInput Window::take_input() {
   return std::exchange(input_, {});
 }
 
-void Window::create_swapchain() {
+bool Window::create_swapchain() {
   VkSurfaceCapabilitiesKHR capabilities{};
   FIRE3DV_VK(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_->physical(), surface_, &capabilities));
   VkExtent2D extent = capabilities.currentExtent;
   if (extent.width == UINT32_MAX) extent = framebuffer_extent();  // the surface takes the swapchain's size
   extent.width = std::clamp(extent.width, capabilities.minImageExtent.width, capabilities.maxImageExtent.width);
   extent.height = std::clamp(extent.height, capabilities.minImageExtent.height, capabilities.maxImageExtent.height);
+  if (extent.width == 0 || extent.height == 0) return false;  // minimised just now
 
   uint32_t count = 0;
   vkGetPhysicalDeviceSurfaceFormatsKHR(device_->physical(), surface_, &count, nullptr);
@@ -181,19 +182,23 @@ void Window::create_swapchain() {
   rendered_.clear();
   for (uint32_t i = 0; i < count; ++i) rendered_.push_back(create_semaphore(*device_));
   stale_ = false;
+  return true;
 }
 
 bool Window::acquire() {
   if (minimized()) return false;
-  if (stale_) create_swapchain();
-  acquire_slot_ = (acquire_slot_ + 1) % gpu::kFramesInFlight;
-  const VkResult result = vkAcquireNextImageKHR(device_->handle(), swapchain_.get(), UINT64_MAX,
-                                                acquired_[acquire_slot_].get(), VK_NULL_HANDLE, &image_index_);
+  if (stale_ && !create_swapchain()) return false;
+  const uint32_t slot = (acquire_slot_ + 1) % static_cast<uint32_t>(acquired_.size());
+  constexpr uint64_t kPatienceNs = 100'000'000;  // a hidden window may get no image; adapters must not wait for it
+  const VkResult result = vkAcquireNextImageKHR(device_->handle(), swapchain_.get(), kPatienceNs,
+                                                acquired_[slot].get(), VK_NULL_HANDLE, &image_index_);
+  if (result == VK_TIMEOUT || result == VK_NOT_READY) return false;
   if (result == VK_ERROR_OUT_OF_DATE_KHR) {
     stale_ = true;
     return false;
   }
   gpu::check(result, "vkAcquireNextImageKHR");
+  acquire_slot_ = slot;
   if (result == VK_SUBOPTIMAL_KHR) stale_ = true;
   return true;
 }

@@ -54,7 +54,7 @@ class Window {
 
  private:
   Window() = default;
-  void create_swapchain();
+  bool create_swapchain();  // false: there is no room to show anything now
   void on_cursor(double x, double y);
 
   GLFWwindow* window_ = nullptr;
@@ -65,7 +65,8 @@ class Window {
   VkExtent2D swapchain_extent_{};
   std::vector<VkImage> images_;
   std::vector<gpu::Semaphore> rendered_;  // per swapchain image: its presentation may still wait on it
-  std::array<gpu::Semaphore, gpu::kFramesInFlight> acquired_;
+  // One more than frames in flight: an image is acquired before its frame waits for the slot's last one.
+  std::array<gpu::Semaphore, gpu::kFramesInFlight + 1> acquired_;
   uint32_t acquire_slot_ = 0;
   uint32_t image_index_ = 0;
   bool stale_ = true;
