@@ -1,0 +1,164 @@
+// What the renderer makes of what its links deliver, without links and without a GPU: a scripted listener stands in.
+#include "renderer/app/stream_intake.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+
+#include "protocol/wire/encode.h"
+
+namespace fire3dv::app {
+namespace {
+
+using transport::LinkEvent;
+using transport::PeerId;
+
+// Delivers what a test puts in; keeps what it is asked to send.
+class ScriptedListener final : public transport::ListenerLink {
+ public:
+  void poll(const std::function<void(const LinkEvent&)>& on_event) override {
+    while (!script_.empty()) {
+      const Entry entry = std::move(script_.front());
+      script_.pop_front();
+      on_event({entry.kind, entry.peer, entry.message, entry.text});
+    }
+  }
+  void wait(std::chrono::nanoseconds) override {}
+  void send(PeerId peer, std::span<const std::byte> message) override {
+    sent.emplace_back(peer, wire::Bytes(message.begin(), message.end()));
+  }
+  transport::LinkStats stats() const override { return {}; }
+  std::string uri() const override { return "test://listener"; }
+
+  void deliver(PeerId peer, LinkEvent::Kind kind, wire::Bytes message = {}, std::string text = {}) {
+    script_.push_back({kind, peer, std::move(message), std::move(text)});
+  }
+
+  std::vector<std::pair<PeerId, wire::Bytes>> sent;
+
+ private:
+  struct Entry {
+    LinkEvent::Kind kind;
+    PeerId peer;
+    wire::Bytes message;
+    std::string text;
+  };
+  std::deque<Entry> script_;
+};
+
+class StreamIntakeTest : public ::testing::Test {
+ protected:
+  StreamIntakeTest() : scene_(make_scene()), poses_(scene_), intake_(poses_, false) {
+    auto listener = std::make_unique<ScriptedListener>();
+    link_ = listener.get();
+    intake_.add(std::move(listener));
+  }
+
+  static scene::Scene make_scene() {
+    scene::Scene scene;
+    scene::Node node;
+    node.name = node.path = "arm";
+    scene.nodes.push_back(node);
+    return scene;
+  }
+
+  static wire::Bytes description(uint64_t epoch) {
+    wire::StreamDescription d;
+    d.epoch = epoch;
+    d.adapter_name = "adapter";
+    d.node_names = {"arm"};
+    return wire::encode(d);
+  }
+
+  static wire::Bytes frame(uint64_t epoch, uint64_t sequence) {
+    static const wire::Affine3x4 pose;
+    wire::PoseFrameView view;
+    view.header.epoch = epoch;
+    view.header.sequence = sequence;
+    view.node_count = 1;
+    view.poses = {&pose, 1};
+    return wire::encode(view);
+  }
+
+  // The answers of one kind that a peer got.
+  template <typename T>
+  std::vector<T> answers(PeerId peer) {
+    std::vector<T> found;
+    wire::Decoder decoder;
+    for (const auto& [to, bytes] : link_->sent) {
+      auto message = decoder.decode(bytes);
+      EXPECT_TRUE(message.ok());
+      if (to == peer && std::holds_alternative<T>(*message)) found.push_back(std::get<T>(*message));
+    }
+    return found;
+  }
+
+  scene::Scene scene_;
+  state::PoseState poses_;
+  StreamIntake intake_;
+  ScriptedListener* link_ = nullptr;
+};
+
+TEST_F(StreamIntakeTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNodes) {
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
+  EXPECT_TRUE(intake_.poll());
+  link_->deliver(2, LinkEvent::Kind::control, description(42));  // the first connection has not been missed yet
+  link_->deliver(2, LinkEvent::Kind::pose, frame(42, 2));
+  EXPECT_TRUE(intake_.poll());
+  EXPECT_EQ(intake_.active_streams(), 1u);
+  ASSERT_EQ(answers<wire::Welcome>(2).size(), 1u);
+  EXPECT_TRUE(answers<wire::Welcome>(2)[0].conflicting_names.empty());
+  ASSERT_EQ(poses_.shown().size(), 1u);
+  EXPECT_EQ(poses_.shown()[0].sequence, 2u);
+  EXPECT_NE(poses_.node_drives()[0].stream, state::kNone);
+
+  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "timed out");  // the old one is missed at last: nothing changes
+  intake_.poll();
+  EXPECT_EQ(intake_.active_streams(), 1u);
+}
+
+TEST_F(StreamIntakeTest, AnotherStreamOnTheSameNodeIsToldAndGetsItWhenItIsFree) {
+  link_->deliver(1, LinkEvent::Kind::control, description(1));
+  link_->deliver(2, LinkEvent::Kind::control, description(2));
+  intake_.poll();
+  ASSERT_EQ(answers<wire::Welcome>(2).size(), 1u);
+  EXPECT_EQ(answers<wire::Welcome>(2)[0].conflicting_names, std::vector<std::string>{"arm"});
+  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "it left");
+  intake_.poll();
+  ASSERT_EQ(answers<wire::Welcome>(2).size(), 2u);
+  EXPECT_TRUE(answers<wire::Welcome>(2)[1].conflicting_names.empty());
+}
+
+TEST_F(StreamIntakeTest, AFrameIsAcknowledgedOnceHoweverManyImagesShowIt) {
+  link_->deliver(1, LinkEvent::Kind::control, description(7));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(7, 1));
+  intake_.poll();
+  for (int image = 0; image < 100; ++image) intake_.acknowledge(poses_.shown());
+  link_->deliver(1, LinkEvent::Kind::pose, frame(7, 2));
+  intake_.poll();
+  intake_.acknowledge(poses_.shown());
+  const std::vector<wire::Ack> acks = answers<wire::Ack>(1);
+  ASSERT_EQ(acks.size(), 2u);
+  EXPECT_EQ(acks[0].sequence, 1u);
+  EXPECT_EQ(acks[1].sequence, 2u);
+}
+
+TEST_F(StreamIntakeTest, WhatCannotBeReadIsAnsweredAndCounted) {
+  link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
+  intake_.poll();
+  EXPECT_EQ(intake_.rejected_messages(), 1u);
+  ASSERT_EQ(answers<wire::Welcome>(1).size(), 1u);
+  EXPECT_EQ(answers<wire::Welcome>(1)[0].status, wire::WelcomeStatus::bad_description);
+  EXPECT_EQ(intake_.take_notes().size(), 1u);
+}
+
+TEST_F(StreamIntakeTest, NotesAreBounded) {
+  for (uint64_t epoch = 1; epoch <= 1000; ++epoch) link_->deliver(1, LinkEvent::Kind::control, description(epoch));
+  intake_.poll();
+  EXPECT_LT(intake_.take_notes().size(), 100u);  // 20 a second; each description would give two
+  EXPECT_EQ(intake_.active_streams(), 1u);
+}
+
+}  // namespace
+}  // namespace fire3dv::app
