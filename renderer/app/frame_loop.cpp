@@ -80,6 +80,8 @@ Result<void> FrameLoop::run() {
       window_->wait_events(0.05);
       continue;
     }
+    // Waiting for the display took its time: show the newest there is by now.
+    if (window_ && !options_.lockstep) intake_.poll();
     draw();
     undrawn_ = false;
 

@@ -5,31 +5,30 @@
 
 namespace fire3dv::passes {
 
-DrawList DrawList::collect(const scene::Scene& scene) {
+DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& mirrored) {
   struct Candidate {
     Draw draw;
     scene::AlphaMode alpha_mode;
-    bool double_sided, mirrored;
+    bool double_sided, inside_out;
     uint32_t material;
     auto key() const {
-      return std::tuple(alpha_mode, double_sided, mirrored, material, draw.primitive, draw.node);
+      return std::tuple(alpha_mode, double_sided, inside_out, material, draw.primitive, draw.node);
     }
     bool same_bin(const DrawBin& bin) const {
-      return alpha_mode == bin.alpha_mode && double_sided == bin.double_sided && mirrored == bin.mirrored;
+      return alpha_mode == bin.alpha_mode && double_sided == bin.double_sided && inside_out == bin.mirrored;
     }
   };
   std::vector<Candidate> candidates;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const scene::Node& node = scene.nodes[n];
     if (node.mesh == scene::kNone) continue;
-    const bool mirrored = glm::determinant(glm::mat3(node.world_from_node)) < 0;
     const scene::Mesh& mesh = scene.meshes[node.mesh];
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
       const uint32_t material = scene.primitives[p].material;
       candidates.push_back({{n, p},
                             scene.materials[material].alpha_mode,
                             scene.materials[material].double_sided,
-                            mirrored,
+                            mirrored[n],
                             material});
     }
   }
@@ -40,7 +39,7 @@ DrawList DrawList::collect(const scene::Scene& scene) {
   for (const Candidate& c : candidates) {
     if (list.bins.empty() || !c.same_bin(list.bins.back())) {
       list.bins.push_back(
-          {c.alpha_mode, c.double_sided, c.mirrored, static_cast<uint32_t>(list.draws.size()), 0});
+          {c.alpha_mode, c.double_sided, c.inside_out, static_cast<uint32_t>(list.draws.size()), 0});
     }
     list.bins.back().draw_count++;
     list.draws.push_back(c.draw);

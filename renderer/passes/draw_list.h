@@ -18,7 +18,7 @@ struct Draw {
 struct DrawBin {
   scene::AlphaMode alpha_mode = scene::AlphaMode::opaque;
   bool double_sided = false;
-  bool mirrored = false;  // the node's rest transform turns triangles inside out
+  bool mirrored = false;  // the node's transform turns triangles inside out
   uint32_t first_draw = 0;
   uint32_t draw_count = 0;
 };
@@ -27,7 +27,8 @@ struct DrawList {
   std::vector<Draw> draws;
   std::vector<DrawBin> bins;  // opaque, then mask, then blend
 
-  static DrawList collect(const scene::Scene& scene);
+  // mirrored: for each node, whether its transform has a negative determinant.
+  static DrawList collect(const scene::Scene& scene, const std::vector<bool>& mirrored);
 };
 
 }  // namespace fire3dv::passes

@@ -73,7 +73,7 @@ const gpu::Pipeline& ForwardPass::pipeline(scene::AlphaMode mode) const {
 
 void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene,
                                   const scene::Scene& source) {
-  if (commands_scene_ == &scene) return;
+  if (commands_revision_ == scene.draw_list_revision) return;
   std::vector<VkDrawIndexedIndirectCommand> commands;
   for (uint32_t i = 0; i < scene.draw_list.draws.size(); ++i) {
     commands.push_back(command_of(source.primitives[scene.draw_list.draws[i].primitive], i));
@@ -85,7 +85,7 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt
     const VkBufferCopy copy{piece.offset, 0, bytes};
     if (bytes) vkCmdCopyBuffer(commands_buffer, piece.buffer, commands_.get(), 1, &copy);
   });
-  commands_scene_ = &scene;
+  commands_revision_ = scene.draw_list_revision;
 }
 
 void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
@@ -105,6 +105,7 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
 
   const std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
                                     Use(scene.world_from_node, access::draw_read),
+                                    Use(scene.draws, access::draw_read),
                                     Use(targets.depth, access::depth_target, true)};
   std::vector<Use> color_uses = depth_uses;
   color_uses.back().discard = !device_.ray_query();

@@ -20,7 +20,7 @@ class ForwardPass {
   // globals: device address of the frame's Globals.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
               const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals);
-  void forget() { commands_scene_ = nullptr; }
+  void forget() { commands_revision_ = UINT64_MAX; }
 
  private:
   struct BinCommands {
@@ -36,7 +36,7 @@ class ForwardPass {
   VkPipelineLayout layout_;
   gpu::Pipeline depth_only_, opaque_, mask_, blend_;
   gpu::Buffer commands_;  // VkDrawIndexedIndirectCommand[], one per draw of the list
-  const GpuScene* commands_scene_ = nullptr;
+  uint64_t commands_revision_ = UINT64_MAX;  // of the draw list that they were made for
 };
 
 }  // namespace fire3dv::passes

@@ -111,9 +111,65 @@ VkAccelerationStructureInstanceKHR instance_record(uint32_t node, VkDeviceAddres
   return instance;
 }
 
+template <typename Affine>
+bool turns_inside_out(const Affine& affine) {
+  const auto& m = affine.m;
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+             m[2] * (m[4] * m[9] - m[5] * m[8]) <
+         0;
+}
+
+std::vector<bool> mirrored_at_rest(const scene::Scene& scene) {
+  std::vector<bool> mirrored;
+  for (const scene::Node& node : scene.nodes) {
+    mirrored.push_back(glm::determinant(glm::mat3(node.world_from_node)) < 0);
+  }
+  return mirrored;
+}
+
+std::vector<bool> mirrored_as_posed(const state::PoseState& poses) {
+  std::vector<bool> mirrored;
+  mirrored.reserve(poses.node_drives().size());
+  for (const state::NodeDrive& drive : poses.node_drives()) {
+    bool turned = turns_inside_out(drive.body_from_node);
+    if (drive.stream != state::kNone) {
+      const state::Stream& stream = poses.streams()[drive.stream];
+      turned ^= turns_inside_out(stream.poses[drive.pose_index]) ^ turns_inside_out(stream.world_from_stream);
+    }
+    mirrored.push_back(turned);
+  }
+  return mirrored;
+}
+
+std::vector<gpu_types::DrawRecord> draw_records(const DrawList& list) {
+  std::vector<gpu_types::DrawRecord> records;
+  for (const Draw& draw : list.draws) records.push_back({draw.node, draw.primitive});
+  return records;
+}
+
 }  // namespace
 
-GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene) : draw_list(DrawList::collect(scene)) {
+void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
+                             const state::PoseState& poses) {
+  uint64_t revision = poses.drive_revision();
+  for (const state::Stream& stream : poses.streams()) revision += stream.revision;  // both only ever rise
+  if (poses_seen == revision) return;
+  poses_seen = revision;
+  std::vector<bool> now = mirrored_as_posed(poses);
+  if (now == mirrored) return;
+  mirrored = std::move(now);
+  draw_list = DrawList::collect(scene, mirrored);
+  ++draw_list_revision;
+  const std::vector<gpu_types::DrawRecord> records = draw_records(draw_list);
+  const gpu::UploadBelt::Piece piece = belt.write(std::span<const gpu_types::DrawRecord>(records));
+  recorder.pass("draws", {gpu::Use(draws, gpu::access::transfer_write)}, [&](VkCommandBuffer commands) {
+    const VkBufferCopy copy{piece.offset, 0, records.size() * sizeof(records[0])};
+    if (copy.size) vkCmdCopyBuffer(commands, piece.buffer, draws.get(), 1, &copy);
+  });
+}
+
+GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
+    : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
@@ -146,9 +202,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene) : draw_list(D
   lights = upload_array(device, loader, light_records);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
-  std::vector<gpu_types::DrawRecord> draw_records;
-  for (const Draw& draw : draw_list.draws) draw_records.push_back({draw.node, draw.primitive});
-  draws = upload_array(device, loader, draw_records);
+  draws = upload_array(device, loader, draw_records(draw_list));
   world_from_node = gpu::create_buffer(device, node_count * sizeof(gpu_types::AffineRows),
                                        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
 

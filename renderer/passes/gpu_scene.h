@@ -9,13 +9,19 @@
 #include "renderer/gpu/acceleration.h"
 #include "renderer/gpu/bindless_textures.h"
 #include "renderer/gpu/resources.h"
+#include "renderer/gpu/upload_belt.h"
 #include "renderer/passes/draw_list.h"
 #include "renderer/scene/scene.h"
+#include "renderer/state/pose_state.h"
 
 namespace fire3dv::passes {
 
 struct GpuScene {
   GpuScene(gpu::Device& device, const scene::Scene& scene);
+
+  // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
+  void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
+                     const state::PoseState& poses);
 
   uint32_t node_count = 0;
   uint32_t light_count = 0;
@@ -29,7 +35,10 @@ struct GpuScene {
   gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
   gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass
 
+  std::vector<bool> mirrored;           // of each node, as the draw list has it
   DrawList draw_list;
+  uint64_t draw_list_revision = 0;      // +1 whenever the list changes
+  uint64_t poses_seen = UINT64_MAX;
   std::vector<gpu::Image> images;
   std::vector<gpu::Sampler> samplers;
   std::vector<gpu::AccelerationStructure> blas_of_mesh;

@@ -48,6 +48,8 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
                            const View& view) {
   // Where everything is now.
   transforms_.record(recorder, belt, *gpu_scene_, poses);
+  // Which way triangles face now.
+  gpu_scene_->follow_senses(recorder, belt, *scene_, poses);
   // What shadow rays can meet.
   record_top_level(recorder);
   // What the camera sees, in linear HDR.

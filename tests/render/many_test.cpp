@@ -99,6 +99,38 @@ TEST_F(Many, TenThousandMovingNodes) {
   EXPECT_EQ(right, kSide * kSide);
 }
 
+// A pose may mirror a body, and one that is mirrored at rest may be posed without: the outside is seen either way.
+TEST_F(Many, MirroredPosesShowTheOutside) {
+  for (const bool mirrored_at_rest : {false, true}) {
+    SceneBuilder builder;
+    scene::Material bright = matte({0.9f, 0.9f, 0.9f});
+    bright.unlit = true;
+    glm::mat4 rest(1);
+    if (mirrored_at_rest) rest[0] = -rest[0];
+    builder.mesh_node("tile", builder.quad(builder.material(bright), 1), rest);
+    builder.camera_node("camera", {0, 5, 0}, {0, 0, 0});
+    const scene::Scene scene = builder.build();
+    state::PoseState state(scene);
+    wire::StreamDescription description;
+    description.epoch = 9;
+    description.node_names = {"tile"};
+    const state::StreamId stream = state.add_stream(description);
+    RenderBench bench(scene, {16, 16});
+    EXPECT_GT(pixel(bench.draw(state, first_camera_view(scene, state, {16, 16})), 8, 8).r, 170) << "at rest";
+    for (uint64_t sequence = 1; sequence <= 4; ++sequence) {
+      wire::Affine3x4 pose;
+      pose.m[0] = sequence % 2 ? -1.0f : 1.0f;
+      wire::PoseFrameView frame;
+      frame.header.epoch = 9;
+      frame.header.sequence = sequence;
+      frame.node_count = 1;
+      frame.poses = {&pose, 1};
+      ASSERT_TRUE(state.push(stream, frame));
+      EXPECT_GT(pixel(bench.draw(state, first_camera_view(scene, state, {16, 16})), 8, 8).r, 170) << sequence;
+    }
+  }
+}
+
 TEST_F(Many, HundredsOfTextures) {
   SceneBuilder builder;
   constexpr uint32_t kSide = 20;

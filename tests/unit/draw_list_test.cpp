@@ -36,9 +36,17 @@ scene::Scene shuffled_scene(uint32_t seed) {
   return scene;
 }
 
+std::vector<bool> mirrored_of(const scene::Scene& scene) {
+  std::vector<bool> mirrored;
+  for (const scene::Node& node : scene.nodes) {
+    mirrored.push_back(glm::determinant(glm::mat3(node.world_from_node)) < 0);
+  }
+  return mirrored;
+}
+
 TEST(DrawList, EveryPrimitiveOfEveryNodeOnceAndBinsShareAllState) {
   const scene::Scene scene = shuffled_scene(1);
-  const DrawList list = DrawList::collect(scene);
+  const DrawList list = DrawList::collect(scene, mirrored_of(scene));
   std::set<std::pair<uint32_t, uint32_t>> drawn;
   size_t expected = 0;
   for (const scene::Node& node : scene.nodes) expected += node.mesh != scene::kNone;
@@ -62,7 +70,7 @@ TEST(DrawList, EveryPrimitiveOfEveryNodeOnceAndBinsShareAllState) {
 
 TEST(DrawList, OpaqueThenMaskThenBlendAndMaterialsTogether) {
   const scene::Scene scene = shuffled_scene(2);
-  const DrawList list = DrawList::collect(scene);
+  const DrawList list = DrawList::collect(scene, mirrored_of(scene));
   for (size_t i = 1; i < list.bins.size(); ++i) EXPECT_LE(list.bins[i - 1].alpha_mode, list.bins[i].alpha_mode);
   EXPECT_LE(list.bins.size(), 12u);  // 3 modes x 2 sides x 2 senses
   for (const DrawBin& bin : list.bins) {
