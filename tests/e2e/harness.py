@@ -285,6 +285,7 @@ def main(cases, programs):
     paths = dict(zip(programs, sys.argv[1:]))
     check(len(paths) == len(programs), f"give the programs: {' '.join(programs)}")
     wanted = sys.argv[1 + len(programs):]
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that a test that is ended ends what it started
     for name, run in cases.items():
         if wanted and not any(name == w or name.startswith(w + "_") for w in wanted):
             continue
