@@ -91,7 +91,7 @@ TEST_F(Analytic, ShadowEdgesFollowGeometry) {
   }
 }
 
-// Tiny and huge scenes alike cast shadows and have no acne: the same picture at scales a million apart.
+// Tiny and huge scenes alike cast shadows and have no acne: the same picture at scales 250,000 times apart.
 TEST_F(Analytic, ShadowsScaleWithTheScene) {
   std::vector<sinks::FrameImage> images;
   for (const float scale : {0.002f, 1.0f, 500.0f}) {
