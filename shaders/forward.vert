@@ -13,6 +13,7 @@ layout(location = 3) out vec4 out_uv;
 layout(location = 4) out vec4 out_color;
 layout(location = 5) flat out uint out_material;
 layout(location = 6) out vec3 out_position_center;
+layout(location = 7) out vec4 out_uv_center;
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
@@ -26,6 +27,7 @@ void main() {
   out_normal_world = transform_normal(world_from_node, vertex.normal);
   out_tangent_world = vec4(transform_direction(world_from_node, vertex.tangent.xyz), vertex.tangent.w);
   out_uv = vec4(vertex.uv0, vertex.uv1);
+  out_uv_center = out_uv;
   out_color = vertex.color;
   out_material = PrimitiveRef(globals.value.primitives).at[draw.primitive].material;
   gl_Position = globals.value.clip_from_world * vec4(out_position_world, 1);

@@ -34,8 +34,12 @@ struct VertexAttributes {
   glm::vec4 color{1};             // linear
 };
 
-// A triangle list with one material. Points and lines are left for a later stage and reported by the loader.
+// The loader unrolls strips, fans and loops.
+enum class Topology : uint8_t { triangles, lines, points };
+
+// A list of triangles, lines or points with one material.
 struct Primitive {
+  Topology topology = Topology::triangles;
   uint32_t first_index = 0;   // into Scene::indices; values are relative to first_vertex
   uint32_t index_count = 0;
   uint32_t first_vertex = 0;  // into Scene::positions and Scene::attributes
@@ -75,6 +79,20 @@ struct Material {
   bool double_sided = false;
   bool unlit = false;
   TextureRef base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture, emissive_texture;
+
+  float ior = 1.5f;                // KHR_materials_ior
+  float specular = 1;              // KHR_materials_specular
+  glm::vec3 specular_color{1};
+  float clearcoat = 0;             // KHR_materials_clearcoat
+  float clearcoat_roughness = 0;
+  float clearcoat_normal_scale = 1;
+  glm::vec3 sheen_color{0};        // KHR_materials_sheen
+  float sheen_roughness = 0;
+  float transmission = 0;          // KHR_materials_transmission, as a thin wall
+  TextureRef specular_texture, specular_color_texture;  // A; RGB
+  TextureRef clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;  // R; G; normal
+  TextureRef sheen_color_texture, sheen_roughness_texture;  // RGB; A
+  TextureRef transmission_texture;  // R
 };
 
 enum class Wrap : uint8_t { repeat, mirrored_repeat, clamp_to_edge };
@@ -105,6 +123,8 @@ struct Light {
   glm::vec3 color{1};         // linear
   float intensity = 1;        // candela (point, spot) or lux (directional)
   float range_m = 0;          // 0 = infinite
+  float radius_m = 0;         // point, spot: of the ball that shines; more than 0 gives soft shadows
+  float angular_radius_rad = 0;  // directional: half the angle that the source subtends
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853981634f;
 };

@@ -11,9 +11,12 @@ vec2 texture_uv(TextureUse use, vec4 uv01) {
   return vec2(dot(use.uv_rows.xy, uv), dot(use.uv_rows.zw, uv)) + use.uv_offset;
 }
 
-vec4 sample_or(TextureUse use, vec4 uv01, vec4 without) {
+// dx, dy: how both sets of coordinates change from this pixel to the next ones, given since not every shader has them
+// from the hardware.
+vec4 sample_or(TextureUse use, vec4 uv01, vec4 dx, vec4 dy, vec4 without) {
   if (use.texture == FIRE3DV_NO_INDEX) return without;
-  return texture(scene_textures[nonuniformEXT(use.texture)], texture_uv(use, uv01));
+  return textureGrad(scene_textures[nonuniformEXT(use.texture)], texture_uv(use, uv01),
+                     texture_uv(use, dx) - use.uv_offset, texture_uv(use, dy) - use.uv_offset);
 }
 
 // For code without derivatives, such as the alpha test of a shadow ray.
