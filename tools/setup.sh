@@ -12,7 +12,7 @@ packages=(
   glslang-tools spirv-tools flatbuffers-compiler
   # libraries; see CONTRIBUTING.md for what each is used for
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
-  libcli11-dev libstb-dev nlohmann-json3-dev
+  libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev
   # the example simulator
   libbullet-dev
   # tests

@@ -19,18 +19,23 @@ uint32_t max_textures(const Device& device) {
                    properties.maxPerStageUpdateAfterBindResources - 64});
 }
 
+constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT;
+constexpr VkShaderStageFlags kRayStages =
+    VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR;
+
 }  // namespace
 
 SetLayout BindlessTextures::create_layout(Device& device) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   std::vector<VkDescriptorBindingFlags> flags;
-  if (device.ray_query()) {
+  const VkShaderStageFlags stages = kStages | (device.report().ray_tracing_pipeline ? kRayStages : 0);
+  if (device.traces_rays()) {
     bindings.push_back({FIRE3DV_BINDING_TOP_LEVEL, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1,
-                        VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+                        stages, nullptr});
     flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT);
   }
   bindings.push_back({FIRE3DV_BINDING_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, max_textures(device),
-                      VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+                      stages, nullptr});
   flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT | VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT |
                   VK_DESCRIPTOR_BINDING_VARIABLE_DESCRIPTOR_COUNT_BIT);
 
@@ -52,7 +57,7 @@ BindlessTextures::BindlessTextures(Device& device, std::span<const SampledTextur
     : layout_(create_layout(device)) {
   const uint32_t count = std::max<uint32_t>(1, static_cast<uint32_t>(textures.size()));
   std::vector<VkDescriptorPoolSize> sizes{{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, count}};
-  if (device.ray_query()) sizes.push_back({VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1});
+  if (device.traces_rays()) sizes.push_back({VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1});
   VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   pool_info.flags = VK_DESCRIPTOR_POOL_CREATE_UPDATE_AFTER_BIND_BIT;
   pool_info.maxSets = 1;

@@ -52,6 +52,7 @@ class Device {
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   const VkPhysicalDeviceAccelerationStructurePropertiesKHR& acceleration_limits() const { return acceleration_; }
   bool ray_query() const { return report_.ray_query; }
+  bool traces_rays() const { return report_.ray_query || report_.ray_tracing_pipeline; }
 
   // Submits one command buffer; returns the timeline value that says it is done.
   uint64_t submit(VkCommandBuffer commands, std::span<const SemaphoreSignal> waits = {},

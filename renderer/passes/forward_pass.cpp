@@ -13,10 +13,8 @@ namespace access = gpu::access;
 constexpr gpu::Access kIndirectRead{VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
                                     false};
 constexpr gpu::Access kIndexRead{VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false};
-// What nothing covers; linear.
-constexpr VkClearColorValue kBackground{{0.16f, 0.18f, 0.21f, 1.0f}};
 
-VkDrawIndexedIndirectCommand command_of(const scene::Primitive& primitive, uint32_t draw) {
+VkDrawIndexedIndirectCommand command_of(const scene::ClusteredPrimitive& primitive, uint32_t draw) {
   return {primitive.index_count, 1, primitive.first_index, static_cast<int32_t>(primitive.first_vertex), draw};
 }
 
@@ -37,7 +35,7 @@ std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& 
   std::sort(order.begin(), order.end());
   std::vector<VkDrawIndexedIndirectCommand> commands;
   for (const auto& [key, i] : order) {
-    commands.push_back(command_of(source.primitives[scene.draw_list.draws[i].primitive], i));
+    commands.push_back(command_of(scene.geometry[scene.draw_list.draws[i].primitive], i));
   }
   return commands;
 }
@@ -71,12 +69,11 @@ const gpu::Pipeline& ForwardPass::pipeline(scene::AlphaMode mode) const {
   return opaque_;
 }
 
-void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene,
-                                  const scene::Scene& source) {
+void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene) {
   if (commands_revision_ == scene.draw_list_revision) return;
   std::vector<VkDrawIndexedIndirectCommand> commands;
   for (uint32_t i = 0; i < scene.draw_list.draws.size(); ++i) {
-    commands.push_back(command_of(source.primitives[scene.draw_list.draws[i].primitive], i));
+    commands.push_back(command_of(scene.geometry[scene.draw_list.draws[i].primitive], i));
   }
   const VkDeviceSize bytes = commands.size() * sizeof(commands[0]);
   commands_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device);
@@ -90,7 +87,7 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt
 
 void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
                          const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals) {
-  upload_commands(recorder, belt, scene, source);
+  upload_commands(recorder, belt, scene);
 
   std::vector<BinCommands> bin_commands;
   for (const DrawBin& bin : scene.draw_list.bins) {
@@ -118,7 +115,7 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
     color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
     color.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
     color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-    color.clearValue.color = kBackground;
+    color.clearValue.color = {{kBackground.r, kBackground.g, kBackground.b, 1}};
     VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
     depth.imageView = targets.depth.view.get();
     depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;

@@ -29,8 +29,7 @@ class ForwardPass {
   };
   const gpu::Pipeline& pipeline(scene::AlphaMode mode) const;
   void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const;
-  void upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene,
-                       const scene::Scene& source);
+  void upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "renderer/passes/material_records.h"
+#include "renderer/scene/caster_shape.h"
 #include "renderer/scene/math.h"
 #include "shaders/shared/types.h"
 
@@ -82,19 +83,81 @@ std::vector<gpu::SampledTexture> upload_textures(gpu::Device& device, gpu::Loade
   return textures;
 }
 
+bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
+  const scene::Primitive& p = scene.primitives[primitive];
+  return p.topology == scene::Topology::triangles &&
+         scene.materials[p.material].alpha_mode != scene::AlphaMode::blend;
+}
+
+uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
+  const scene::Primitive& p = scene.primitives[primitive];
+  const scene::Material& material = scene.materials[p.material];
+  const bool on_top =
+      p.topology != scene::Topology::triangles || material.alpha_mode == scene::AlphaMode::blend;
+  return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
+         (material.alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) |
+         (on_top ? FIRE3DV_PART_ON_TOP : 0) | (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
+         (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
+         (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
+}
+
+std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry) {
+  std::vector<gpu_types::ClusterRecord> records;
+  records.reserve(geometry.clusters.size());
+  for (const scene::Cluster& c : geometry.clusters) {
+    records.push_back({c.center, c.radius, c.cone_axis, c.cone_cutoff, c.first_vertex, c.first_triangle,
+                       c.vertex_count, c.triangle_count});
+  }
+  return records;
+}
+
+template <typename T>
+std::vector<T> in_order(const std::vector<T>& values, const std::vector<uint32_t>& source) {
+  std::vector<T> ordered;
+  ordered.reserve(source.size());
+  for (uint32_t index : source) ordered.push_back(values[index]);
+  return ordered;
+}
+
+// Every primitive at every node, and the clusters of each, in the order of the scene.
+struct Parts {
+  std::vector<gpu_types::PartRecord> parts;
+  std::vector<gpu_types::ClusterInstance> clusters;
+};
+
+Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  std::vector<scene::Caster> casters;
+  for (const scene::Mesh& mesh : scene.meshes) casters.push_back(scene::caster_of(scene, mesh));
+  Parts all;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    const uint32_t mesh = scene.nodes[n].mesh;
+    if (mesh == scene::kNone) continue;
+    const uint32_t first = scene.meshes[mesh].first_primitive;
+    for (uint32_t p = first; p < first + scene.meshes[mesh].primitive_count; ++p) {
+      const auto part = static_cast<uint32_t>(all.parts.size());
+      all.parts.push_back({n, p, part_flags(scene, p, casters[mesh])});
+      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[p];
+      for (uint32_t c = 0; c < geometry.cluster_count; ++c) {
+        all.clusters.push_back({part, geometry.first_cluster + c});
+      }
+    }
+  }
+  return all;
+}
+
 std::vector<std::vector<gpu::TriangleGeometry>> shadow_geometry(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<std::vector<gpu::TriangleGeometry>> meshes(scene.meshes.size());
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     const scene::Mesh& mesh = scene.meshes[m];
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      const scene::Primitive& primitive = scene.primitives[p];
-      const scene::AlphaMode alpha_mode = scene.materials[primitive.material].alpha_mode;
+      const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[p];
+      const scene::AlphaMode alpha_mode = scene.materials[scene.primitives[p].material].alpha_mode;
       gpu::TriangleGeometry geometry;
       geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
       geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
       geometry.vertex_count = primitive.vertex_count;
       // Blended surfaces cast no shadow. An empty geometry keeps the others' numbers.
-      geometry.triangle_count = alpha_mode == scene::AlphaMode::blend ? 0 : primitive.index_count / 3;
+      geometry.triangle_count = casts_shadow(scene, p) ? primitive.index_count / 3 : 0;
       geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
       meshes[m].push_back(geometry);
     }
@@ -141,9 +204,13 @@ std::vector<bool> mirrored_as_posed(const state::PoseState& poses) {
   return mirrored;
 }
 
-std::vector<gpu_types::DrawRecord> draw_records(const DrawList& list) {
+std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<gpu_types::DrawRecord> records;
-  for (const Draw& draw : list.draws) records.push_back({draw.node, draw.primitive});
+  for (const Draw& draw : gpu_scene.draw_list.draws) {
+    const uint32_t first_primitive = scene.meshes[scene.nodes[draw.node].mesh].first_primitive;
+    records.push_back(
+        {draw.node, draw.primitive, gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive});
+  }
   return records;
 }
 
@@ -160,7 +227,7 @@ void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, con
   mirrored = std::move(now);
   draw_list = DrawList::collect(scene, mirrored);
   ++draw_list_revision;
-  const std::vector<gpu_types::DrawRecord> records = draw_records(draw_list);
+  const std::vector<gpu_types::DrawRecord> records = draw_records(scene, *this);
   const gpu::UploadBelt::Piece piece = belt.write(std::span<const gpu_types::DrawRecord>(records));
   recorder.pass("draws", {gpu::Use(draws, gpu::access::transfer_write)}, [&](VkCommandBuffer commands) {
     const VkBufferCopy copy{piece.offset, 0, records.size() * sizeof(records[0])};
@@ -173,21 +240,25 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
+  const scene::ClusteredGeometry clustered = scene::cut_clusters(scene);
+  geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
-      (device.ray_query() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
-  positions = upload_array(device, loader, scene.positions, geometry_usage);
-  indices = upload_array(device, loader, scene.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+      (device.traces_rays() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
+  positions = upload_array(device, loader, in_order(scene.positions, clustered.source_vertices), geometry_usage);
+  indices = upload_array(device, loader, clustered.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   static_assert(sizeof(scene::VertexAttributes) == sizeof(gpu_types::VertexRecord));
-  vertices = upload_array(device, loader, scene.attributes);
+  vertices = upload_array(device, loader, in_order(scene.attributes, clustered.source_vertices));
+  clusters = upload_array(device, loader, cluster_records(clustered));
+  cluster_triangles = upload_array(device, loader, clustered.triangles);
 
   std::vector<gpu_types::MaterialRecord> material_records;
   for (const scene::Material& material : scene.materials) material_records.push_back(material_record(material));
   materials = upload_array(device, loader, material_records);
 
   std::vector<gpu_types::PrimitiveRecord> primitive_records;
-  for (const scene::Primitive& p : scene.primitives) {
-    primitive_records.push_back({p.first_index, p.first_vertex, p.material});
+  for (size_t p = 0; p < scene.primitives.size(); ++p) {
+    primitive_records.push_back({geometry[p].first_index, geometry[p].first_vertex, scene.primitives[p].material});
   }
   primitives = upload_array(device, loader, primitive_records);
 
@@ -202,11 +273,24 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
   lights = upload_array(device, loader, light_records);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
-  draws = upload_array(device, loader, draw_records(draw_list));
+  const Parts all_parts = collect_parts(scene, *this);
+  first_part_of_node.assign(node_count, 0);
+  for (uint32_t i = static_cast<uint32_t>(all_parts.parts.size()); i-- > 0;) {
+    first_part_of_node[all_parts.parts[i].node] = i;
+  }
+  for (const gpu_types::PartRecord& part : all_parts.parts) {
+    has_on_top |= (part.flags & FIRE3DV_PART_ON_TOP) != 0;
+    has_masked |= (part.flags & FIRE3DV_PART_MASK) != 0;
+  }
+  cluster_instance_count = static_cast<uint32_t>(all_parts.clusters.size());
+  parts = upload_array(device, loader, all_parts.parts);
+  cluster_instances = upload_array(device, loader, all_parts.clusters);
+
+  draws = upload_array(device, loader, draw_records(scene, *this));
   world_from_node = gpu::create_buffer(device, node_count * sizeof(gpu_types::AffineRows),
                                        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
 
-  if (device.ray_query()) {
+  if (device.traces_rays()) {
     blas_of_mesh =
         gpu::build_meshes(device, loader, shadow_geometry(scene, *this), positions, indices, blas_report);
     std::vector<VkAccelerationStructureInstanceKHR> instance_records;

@@ -11,6 +11,7 @@
 #include "renderer/gpu/resources.h"
 #include "renderer/gpu/upload_belt.h"
 #include "renderer/passes/draw_list.h"
+#include "renderer/scene/clusters.h"
 #include "renderer/scene/scene.h"
 #include "renderer/state/pose_state.h"
 
@@ -26,8 +27,13 @@ struct GpuScene {
   uint32_t node_count = 0;
   uint32_t light_count = 0;
   uint32_t instance_count = 0;  // of the top-level acceleration structure
+  uint32_t cluster_instance_count = 0;
+  bool has_on_top = false;      // something that only the forward pass draws
+  bool has_masked = false;
 
-  gpu::Buffer positions, vertices, indices;
+  gpu::Buffer positions, vertices, indices;  // in cluster order
+  gpu::Buffer parts, clusters, cluster_triangles, cluster_instances;
+  std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene
   gpu::Buffer materials, primitives, lights;
   gpu::Buffer draws;                    // DrawRecord[], in the order of the draw list
   gpu::Buffer first_primitive_of_node;  // uint[]
@@ -35,6 +41,7 @@ struct GpuScene {
   gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
   gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass
 
+  std::vector<uint32_t> first_part_of_node;
   std::vector<bool> mirrored;           // of each node, as the draw list has it
   DrawList draw_list;
   uint64_t draw_list_revision = 0;      // +1 whenever the list changes
@@ -42,7 +49,7 @@ struct GpuScene {
   std::vector<gpu::Image> images;
   std::vector<gpu::Sampler> samplers;
   std::vector<gpu::AccelerationStructure> blas_of_mesh;
-  gpu::TopLevel top_level;              // only with ray queries
+  gpu::TopLevel top_level;              // where rays can be traced
   gpu::BindlessTextures textures;
   gpu::BlasBuildReport blas_report;
 };

@@ -3,7 +3,6 @@
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
-namespace {
 
 uint32_t tone_map_number(ToneMap tone_map) {
   switch (tone_map) {
@@ -14,8 +13,6 @@ uint32_t tone_map_number(ToneMap tone_map) {
   }
   return FIRE3DV_TONE_MAP_NONE;
 }
-
-}  // namespace
 
 PostPass::PostPass(gpu::Device& device, VkSampleCountFlagBits samples)
     : tone_map_(device, samples == VK_SAMPLE_COUNT_1_BIT ? "post.comp" : "post_multisampled.comp", VK_FILTER_NEAREST),
@@ -34,6 +31,10 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSetti
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
   tone_map_.record(recorder, "post", targets.hdr, targets.display, push);
+  smooth(recorder, targets, settings);
+}
+
+void PostPass::smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings) {
   if (!settings.fxaa) return;
   const gpu_types::FxaaPush fxaa_push{targets.extent.width, targets.extent.height};
   fxaa_.record(recorder, "fxaa", targets.display, targets.smoothed, fxaa_push);

@@ -9,6 +9,8 @@ namespace fire3dv::passes {
 
 enum class ToneMap { reinhard, aces, neutral, none };
 
+uint32_t tone_map_number(ToneMap tone_map);  // as the shaders have it
+
 struct PostSettings {
   float exposure = 1;
   ToneMap tone_map = ToneMap::reinhard;
@@ -21,6 +23,8 @@ class PostPass {
 
   void bind(const Targets& targets);  // after each change of size
   void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
+  // FXAA alone, of an image that is tone-mapped already.
+  void smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
   // The image that record() with these settings leaves its result in.
   static gpu::Image& result(Targets& targets, const PostSettings& settings) {
     return settings.fxaa ? targets.smoothed : targets.display;

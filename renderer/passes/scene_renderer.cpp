@@ -10,10 +10,15 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
+bool draws_visibility(const gpu::Device& device, RasterPath wanted) {
+  return wanted != RasterPath::forward && device.report().int64_atomics;
+}
+
 // The largest count that the device has and the user allows.
-VkSampleCountFlagBits choose_samples(const gpu::Device& device, uint32_t wanted) {
+VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path, uint32_t wanted) {
   const VkSampleCountFlags possible =
       device.limits().framebufferColorSampleCounts & device.limits().framebufferDepthSampleCounts;
+  if (draws_visibility(device, path)) wanted = wanted >= 4 ? 4 : 1;  // what the compute path has
   for (uint32_t count = 16; count > 1; count /= 2) {
     if (count <= wanted && (possible & count)) return static_cast<VkSampleCountFlagBits>(count);
   }
@@ -25,12 +30,16 @@ VkSampleCountFlagBits choose_samples(const gpu::Device& device, uint32_t wanted)
 SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
     : device_(device),
       settings_(settings),
-      samples_(choose_samples(device, settings.samples)),
+      samples_(choose_samples(device, settings.raster, settings.samples)),
       scene_set_layout_(gpu::BindlessTextures::create_layout(device)),
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
       transforms_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
-      post_(device, samples_) {}
+      post_(device, samples_) {
+  if (draws_visibility(device, settings.raster)) {
+    visibility_.emplace(device, layout_.get(), scene_set_layout_.get(), static_cast<uint32_t>(samples_));
+  }
+}
 
 void SceneRenderer::set_scene(const scene::Scene& scene) {
   scene_ = &scene;
@@ -42,6 +51,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene) {
 void SceneRenderer::set_size(VkExtent2D extent) {
   targets_.emplace(device_, extent, samples_);
   post_.bind(*targets_);
+  if (visibility_) visibility_->set_size(*targets_);
 }
 
 void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
@@ -52,14 +62,30 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   gpu_scene_->follow_senses(recorder, belt, *scene_, poses);
   // What shadow rays can meet.
   record_top_level(recorder);
-  // What the camera sees, in linear HDR.
+  // What the camera sees, and what a display shows of it.
+  if (visibility_ && !gpu_scene_->has_on_top) {
+    draw_visibility(recorder, belt, view);
+  } else {
+    draw_forward(recorder, belt, poses, view);
+  }
+}
+
+void SceneRenderer::draw_forward(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+                                 const View& view) {
   forward_.record(recorder, belt, *gpu_scene_, *scene_, poses, *targets_, view, upload_globals(belt, view));
-  // What a display shows of it.
   post_.record(recorder, *targets_, settings_.post);
 }
 
+void SceneRenderer::draw_visibility(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view) {
+  const VkDeviceAddress globals = upload_globals(belt, view);
+  ClusterRaster* const sets[] = {&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull)};
+  ClusterRaster::record(recorder, sets);
+  visibility_->shade(recorder, *gpu_scene_, *targets_, globals, settings_.post);
+  post_.smooth(recorder, *targets_, settings_.post);
+}
+
 void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
-  if (!device_.ray_query()) return;
+  if (!device_.traces_rays()) return;
   GpuScene& scene = *gpu_scene_;
   recorder.pass("tlas",
                 {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),
@@ -81,11 +107,18 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.positions = scene.positions.address;
   globals.vertices = scene.vertices.address;
   globals.indices = scene.indices.address;
+  globals.parts = scene.parts.address;
+  globals.clusters = scene.clusters.address;
+  globals.cluster_triangles = scene.cluster_triangles.address;
+  globals.cluster_instances = scene.cluster_instances.address;
   globals.clip_from_world = view.clip_from_world;
   globals.eye_world = view.eye_world;
   globals.light_count = scene.light_count;
   globals.ambient = settings_.ambient;
   globals.shadows = settings_.shadows ? 1 : 0;
+  globals.background = kBackground;
+  globals.width = targets_->extent.width;
+  globals.height = targets_->extent.height;
   return belt.write(std::span<const gpu_types::Globals>(&globals, 1)).address;
 }
 

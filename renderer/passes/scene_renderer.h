@@ -11,10 +11,19 @@
 #include "renderer/passes/targets.h"
 #include "renderer/passes/transforms_pass.h"
 #include "renderer/passes/view.h"
+#include "renderer/passes/visibility_pass.h"
 
 namespace fire3dv::passes {
 
+enum class RasterPath : uint8_t {
+  automatic,   // visibility where the device can, else forward
+  forward,     // the raster pipeline: the reference
+  visibility,  // compute, from a visibility buffer
+};
+
 struct DrawSettings {
+  RasterPath raster = RasterPath::automatic;
+  bool cull = true;
   uint32_t samples = 4;
   bool shadows = true;  // where the device can trace rays
   glm::vec3 ambient{0.35f};
@@ -36,9 +45,12 @@ class SceneRenderer {
   VkExtent2D extent() const { return targets_->extent; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
+  RasterPath raster_path() const { return visibility_ ? RasterPath::visibility : RasterPath::forward; }
   PostSettings& post_settings() { return settings_.post; }
 
  private:
+  void draw_forward(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view);
+  void draw_visibility(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view);
   void record_top_level(gpu::Recorder& recorder);
 
@@ -49,6 +61,7 @@ class SceneRenderer {
   gpu::PipelineLayout layout_;
   TransformsPass transforms_;
   ForwardPass forward_;
+  std::optional<VisibilityPass> visibility_;
   PostPass post_;
   const scene::Scene* scene_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;

@@ -45,6 +45,8 @@ View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, 
     if (length > 0) rigid[axis] = glm::vec4(direction / length, 0);
   }
   rigid[3] = glm::vec4(view.eye_world, 1);
+  view.look_world = -glm::vec3(rigid[2]);
+  view.orthographic = camera.orthographic;
   view.clip_from_world = clip_from_camera(camera, image_aspect) * glm::inverse(rigid);
   return view;
 }

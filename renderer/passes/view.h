@@ -8,10 +8,15 @@
 
 namespace fire3dv::passes {
 
+// What nothing covers; linear.
+inline constexpr glm::vec3 kBackground{0.16f, 0.18f, 0.21f};
+
 struct View {
   std::string camera;  // name, for the image's tag
   glm::mat4 clip_from_world{1};
   glm::vec3 eye_world{0};
+  glm::vec3 look_world{0, 0, -1};  // unit
+  bool orthographic = false;
 };
 
 // Vulkan's clip space: y down, depth 1 at the near plane and 0 at the far one.

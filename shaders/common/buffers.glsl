@@ -20,6 +20,17 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Mat
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PrimitiveRef { PrimitiveRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawRef { DrawRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightRef { LightRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PartRef { PartRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterRef { ClusterRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterInstanceRef { ClusterInstance at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterViewRef { RasterView at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer RasterSetRef { RasterSet value; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ViewWorkRef { ViewWork at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LargeWorkRef { LargeWork value; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer HugeTriangleRef { HugeTriangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PreparedTriangleRef { PreparedTriangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileEntryRef { TileEntry at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer UintsRef { uint at[]; };
 
 vec3 transform_point(AffineRows m, vec3 p) {
   const vec4 h = vec4(p, 1);

@@ -37,4 +37,16 @@ vec3 encode_srgb(vec3 linear) {
   return mix(high, low, lessThanEqual(linear, vec3(0.0031308)));
 }
 
+
+// Exposed and mapped to what a display shows, linear, 0 to 1.
+vec3 display_linear(vec3 color, float exposure, uint tone_map) {
+  color = clamp(color * exposure, vec3(0), vec3(65504));
+  switch (tone_map) {
+    case FIRE3DV_TONE_MAP_REINHARD: return tone_map_reinhard(color);
+    case FIRE3DV_TONE_MAP_ACES: return tone_map_aces(color);
+    case FIRE3DV_TONE_MAP_NEUTRAL: return tone_map_neutral(color);
+  }
+  return min(color, vec3(1));
+}
+
 #endif

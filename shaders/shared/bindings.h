@@ -10,4 +10,7 @@
 #define FIRE3DV_BINDING_FILTER_IN 0
 #define FIRE3DV_BINDING_FILTER_OUT 1
 
+// set 1: a frame's images
+#define FIRE3DV_BINDING_DISPLAY 0
+
 #endif

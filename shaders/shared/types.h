@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 namespace fire3dv::gpu_types {
+using glm::ivec2;
 using glm::mat4;
 using glm::vec2;
 using glm::vec3;
@@ -80,10 +81,116 @@ struct PrimitiveRecord {
   uint material;
 };
 
-// One draw of the forward pass: a primitive at a node.
+// A primitive at a node, in the order of the scene: what clusters, ids and draws refer to.
+struct PartRecord {
+  uint node;
+  uint primitive;
+  uint flags;
+};
+
+#define FIRE3DV_PART_DOUBLE_SIDED 1u
+#define FIRE3DV_PART_MASK 2u      // alpha-masked
+#define FIRE3DV_PART_ON_TOP 4u    // blended, or not of triangles: drawn by the forward pass alone
+#define FIRE3DV_PART_CLOSED 8u    // see scene::CasterShape
+#define FIRE3DV_PART_PLANAR 16u
+#define FIRE3DV_PART_DEFORMED 32u  // vertices change: bounds are not known
+#define FIRE3DV_PART_NO_SHADOW 64u
+
+// scene::Cluster on the GPU; vertices and triangles are absolute.
+struct ClusterRecord {
+  vec3 center;
+  float radius;
+  vec3 cone_axis;
+  float cone_cutoff;
+  uint first_vertex;
+  uint first_triangle;
+  uint vertex_count;
+  uint triangle_count;
+};
+
+// A cluster of a part. Its number, plus one and times 128, plus the triangle is the id in the visibility buffer.
+struct ClusterInstance {
+  uint part;
+  uint cluster;
+};
+
+// From where clusters are culled and triangles drawn: the camera, or a light's map.
+struct RasterView {
+  mat4 clip_from_world;
+  vec4 planes_world[6];  // inside where dot(xyz, p) + w >= 0
+  vec4 eye_world;        // w = 1: a point; w = 0: an orthographic view, which looks along xyz
+  uint width;
+  uint height;
+  uint first_texel;      // of the light's maps
+  uint padding;
+};
+
+// A list of clusters, begun with the arguments of the dispatch that draws them.
+struct ClusterList {
+  uint groups_x;
+  uint groups_y;
+  uint groups_z;
+  uint count;
+};
+
+struct ViewWork {
+  ClusterList solid;
+  ClusterList masked;
+};
+
+// Triangles too large for one thread: cut at the view's border if need be, then into tiles.
+struct LargeWork {
+  ClusterList expand;  // one group for each entry of `huge`
+  ClusterList tiles;   // one group for each entry of `tiles`
+  uint prepared_count;
+  uint lost;           // triangles for which there was no room
+};
+
+struct HugeTriangle {
+  uint id;
+  uint view;
+};
+
+struct PreparedTriangle {
+  ivec2 a, b, c;  // 1/256 pixel; in an order that makes the area positive
+  float za, zb, zc;
+  uint id;
+  uint view;
+};
+
+struct TileEntry {
+  uint prepared;  // FIRE3DV_NO_INDEX = none
+  uint tile;      // x | y << 16
+};
+
+// All that the raster shaders share for one set of views.
+struct RasterSet {
+  FIRE3DV_ADDRESS views;     // RasterView[]
+  FIRE3DV_ADDRESS work;      // ViewWork[]
+  FIRE3DV_ADDRESS lists;     // uint[view][cluster instance]: solid ones from the front, masked ones from the back
+  FIRE3DV_ADDRESS large;     // LargeWork
+  FIRE3DV_ADDRESS huge;      // HugeTriangle[]
+  FIRE3DV_ADDRESS prepared;  // PreparedTriangle[]
+  FIRE3DV_ADDRESS tiles;     // TileEntry[]
+  FIRE3DV_ADDRESS target;    // uint64_t[pixel][sample] of the camera; uint[] of the lights
+  uint instance_count;
+  uint huge_capacity;
+  uint prepared_capacity;
+  uint tile_capacity;
+  uint cull;                 // 0: every cluster is drawn
+};
+
+struct RasterPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS set;  // RasterSet
+  uint view;
+};
+
+// One draw of the forward pass.
 struct DrawRecord {
   uint node;
   uint primitive;
+  uint part;
 };
 
 #define FIRE3DV_LIGHT_DIRECTIONAL 0u
@@ -110,11 +217,18 @@ struct Globals {
   FIRE3DV_ADDRESS positions;        // vec3[], node space
   FIRE3DV_ADDRESS vertices;         // VertexRecord[]
   FIRE3DV_ADDRESS indices;          // uint[]
+  FIRE3DV_ADDRESS parts;            // PartRecord[]
+  FIRE3DV_ADDRESS clusters;         // ClusterRecord[]
+  FIRE3DV_ADDRESS cluster_triangles;   // uint[], scene::ClusteredGeometry::triangles
+  FIRE3DV_ADDRESS cluster_instances;   // ClusterInstance[]
   mat4 clip_from_world;
   vec3 eye_world;
   uint light_count;
   vec3 ambient;                     // scales the built-in environment
   uint shadows;                     // 0 = off
+  vec3 background;                  // linear; what nothing covers
+  uint width;                       // of the image
+  uint height;
 };
 
 struct TransformsPush {
@@ -139,6 +253,13 @@ struct PostPush {
   uint width;
   uint height;
   uint samples;
+  float exposure;
+  uint tone_map;
+};
+
+struct ShadePush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
   float exposure;
   uint tone_map;
 };

@@ -1,0 +1,114 @@
+#include "renderer/passes/visibility_pass.h"
+
+#include <array>
+
+#include "shaders/shared/bindings.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+
+gpu::SetLayout create_image_set_layout(gpu::Device& device) {
+  const VkDescriptorSetLayoutBinding binding{FIRE3DV_BINDING_DISPLAY, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1,
+                                             VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+  VkDescriptorSetLayoutCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
+  info.bindingCount = 1;
+  info.pBindings = &binding;
+  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &layout));
+  return gpu::SetLayout(device, layout);
+}
+
+}  // namespace
+
+gpu_types::RasterView raster_view(const View& view, VkExtent2D extent) {
+  gpu_types::RasterView raster{};
+  raster.clip_from_world = view.clip_from_world;
+  const glm::mat4 rows = glm::transpose(view.clip_from_world);
+  const glm::vec4 planes[6] = {rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1],
+                               rows[3] - rows[1], rows[3] - rows[2], rows[2]};
+  for (int i = 0; i < 6; ++i) {
+    const float length = glm::length(glm::vec3(planes[i]));
+    // A far plane at infinity has no direction: everything is on this side of it.
+    raster.planes_world[i] = length > 0 ? planes[i] / length : glm::vec4(0, 0, 0, 1);
+  }
+  raster.eye_world = view.orthographic ? glm::vec4(view.look_world, 0) : glm::vec4(view.eye_world, 1);
+  raster.width = extent.width;
+  raster.height = extent.height;
+  return raster;
+}
+
+VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout, VkDescriptorSetLayout scene_set_layout,
+                               uint32_t samples)
+    : device_(device),
+      samples_(samples),
+      raster_(device, layout, samples == 4 ? RasterKind::camera_4_samples : RasterKind::camera_1_sample),
+      image_set_layout_(create_image_set_layout(device)) {
+  shade_layout_ = gpu::create_pipeline_layout(device, std::array{scene_set_layout, image_set_layout_.get()});
+  shade_ = gpu::create_compute_pipeline(device, shade_layout_.get(), samples == 4 ? "shade_4.comp" : "shade_1.comp");
+}
+
+void VisibilityPass::set_size(Targets& targets) {
+  extent_ = targets.extent;
+  visibility_ = gpu::create_buffer(device_, VkDeviceSize{8} * samples_ * extent_.width * extent_.height,
+                                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1};
+  VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
+  pool_info.maxSets = 1;
+  pool_info.poolSizeCount = 1;
+  pool_info.pPoolSizes = &size;
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateDescriptorPool(device_.handle(), &pool_info, nullptr, &pool));
+  pool_ = gpu::DescriptorPool(device_, pool);  // the old one retires to the frames that used it
+  VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
+  allocate.descriptorPool = pool;
+  allocate.descriptorSetCount = 1;
+  const VkDescriptorSetLayout layout = image_set_layout_.get();
+  allocate.pSetLayouts = &layout;
+  FIRE3DV_VK(vkAllocateDescriptorSets(device_.handle(), &allocate, &image_set_));
+  const VkDescriptorImageInfo image{VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL};
+  VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+  write.dstSet = image_set_;
+  write.dstBinding = FIRE3DV_BINDING_DISPLAY;
+  write.descriptorCount = 1;
+  write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+  write.pImageInfo = &image;
+  vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
+}
+
+ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view,
+                                       VkDeviceAddress globals, bool cull) {
+  const gpu_types::RasterView raster = raster_view(view, extent_);
+  ClusterRaster::Job job;
+  job.scene = &scene;
+  job.target = &visibility_;
+  job.views = belt.write(std::span<const gpu_types::RasterView>(&raster, 1)).address;
+  job.globals = globals;
+  job.cull = cull;
+  raster_.begin(belt, job);
+  return raster_;
+}
+
+void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, Targets& targets, VkDeviceAddress globals,
+                           const PostSettings& settings) {
+  gpu_types::ShadePush push{};
+  push.globals = globals;
+  push.visibility = visibility_.address;
+  push.exposure = settings.exposure;
+  push.tone_map = tone_map_number(settings.tone_map);
+  recorder.pass("shade",
+                {Use(visibility_, access::compute_read), Use(scene.world_from_node, access::compute_read),
+                 Use(targets.display, access::compute_write, true)},
+                [&](VkCommandBuffer commands) {
+                  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_.get());
+                  const VkDescriptorSet sets[] = {scene.textures.set(), image_set_};
+                  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
+                                          nullptr);
+                  vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+                  vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+                });
+}
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,41 @@
+// The compute path: the nearest triangle of every sample into a visibility buffer, then its shading from the ids.
+#pragma once
+
+#include "renderer/passes/cluster_raster.h"
+#include "renderer/passes/post_pass.h"
+#include "renderer/passes/targets.h"
+#include "renderer/passes/view.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+
+class VisibilityPass {
+ public:
+  // samples: 1 or 4.
+  VisibilityPass(gpu::Device& device, VkPipelineLayout layout, VkDescriptorSetLayout scene_set_layout, uint32_t samples);
+
+  void set_size(Targets& targets);  // after each change
+  // The camera's part of ClusterRaster::record.
+  ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals, bool cull);
+  // Tone-mapped, resolved colour into targets.display.
+  void shade(gpu::Recorder& recorder, GpuScene& scene, Targets& targets, VkDeviceAddress globals,
+             const PostSettings& settings);
+  gpu::Buffer& buffer() { return visibility_; }
+
+ private:
+  gpu::Device& device_;
+  uint32_t samples_;
+  ClusterRaster raster_;
+  gpu::SetLayout image_set_layout_;
+  gpu::PipelineLayout shade_layout_;
+  gpu::Pipeline shade_;
+  gpu::DescriptorPool pool_;
+  VkDescriptorSet image_set_ = VK_NULL_HANDLE;
+  VkExtent2D extent_{};
+  gpu::Buffer visibility_;  // uint64_t[pixel][sample]
+};
+
+// Frustum planes, inwards, from a projection with depth between 0 and w.
+gpu_types::RasterView raster_view(const View& view, VkExtent2D extent);
+
+}  // namespace fire3dv::passes

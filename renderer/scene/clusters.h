@@ -1,0 +1,46 @@
+// The scene's triangles cut into clusters: groups of up to 128 neighbouring triangles with bounds, that a GPU culls and
+// rasterises as one. Vertices are put in cluster order, those that several clusters share once for each of them, so
+// that a cluster's vertices are one run; the copies are equal to the bit and no crack can open between clusters.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "renderer/scene/scene.h"
+
+namespace fire3dv::scene {
+
+// Measured on an H200 and on lavapipe; a workgroup takes one cluster, one vertex and one triangle for each thread.
+constexpr uint32_t kClusterTriangles = 128;
+constexpr uint32_t kClusterVertices = 128;
+
+struct Cluster {
+  glm::vec3 center{0};  // bounding sphere, node space
+  float radius = 0;
+  // No triangle faces a viewer at `eye` when dot(center - eye, cone_axis) >= cone_cutoff * |center - eye| + radius.
+  glm::vec3 cone_axis{0};
+  float cone_cutoff = 1;
+  uint32_t first_vertex = 0;    // of ClusteredGeometry's order
+  uint32_t first_triangle = 0;  // into ClusteredGeometry::triangles
+  uint32_t vertex_count = 0;
+  uint32_t triangle_count = 0;
+};
+
+struct ClusteredPrimitive {
+  uint32_t first_index = 0, index_count = 0;
+  uint32_t first_vertex = 0, vertex_count = 0;
+  uint32_t first_cluster = 0, cluster_count = 0;  // none for lines and points
+};
+
+struct ClusteredGeometry {
+  std::vector<uint32_t> source_vertices;  // [vertex here] = vertex of the scene
+  std::vector<Cluster> clusters;          // in the order of the primitives
+  std::vector<uint32_t> triangles;        // three 8-bit vertex numbers inside the cluster, lowest first
+  std::vector<uint32_t> indices;          // relative to the primitive's first vertex; triangle t is at 3t
+  std::vector<ClusteredPrimitive> primitives;  // as Scene::primitives
+};
+
+ClusteredGeometry cut_clusters(const Scene& scene);
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,46 @@
+// Covers samples of the visibility buffer: depth in the upper half of 64 bits, id in the lower. The largest value wins,
+// whoever comes first: the nearest, and of equally near ones the one with the larger id.
+#ifndef FIRE3DV_CAMERA_RASTER_GLSL
+#define FIRE3DV_CAMERA_RASTER_GLSL
+#extension GL_EXT_shader_atomic_int64 : require
+#include "common/visible_triangle.glsl"
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) buffer VisibilityRef { uint64_t at[]; };
+
+void put(uint64_t target, uint sample_index, float depth, uint id, bool look_first) {
+  if (depth < 0) return;  // beyond the far plane
+  const uint64_t value = (uint64_t(floatBitsToUint(depth)) << 32) | id;
+  VisibilityRef visibility = VisibilityRef(target);
+  // A read saves the atomic where much is hidden, and costs more than it saves where little is.
+  if (look_first && visibility.at[sample_index] >= value) return;
+  atomicMax(visibility.at[sample_index], value);
+}
+
+// Where an alpha-masked surface is tested: the middle of the pixel, or of the samples that are covered.
+vec2 tested_place(ivec2 pixel, uint covered) {
+#if FIRE3DV_SAMPLES == 4
+  if (covered == 15) return vec2(pixel) + 0.5;
+  vec2 sum = vec2(0);
+  for (int s = 0; s < 4; ++s) if ((covered & (1u << s)) != 0) sum += vec2(kSamplePosition[s]) / 256;
+  return vec2(pixel) + sum / bitCount(covered);
+#else
+  return vec2(pixel) + 0.5;
+#endif
+}
+
+// The same for 32-bit and 64-bit edge functions, to the bit.
+#define FIRE3DV_COVER_PIXEL(INT, IVEC)                                                                            \
+  uint covered = 0;                                                                                               \
+  float depth[FIRE3DV_SAMPLES];                                                                                   \
+  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {                                                                     \
+    const ivec2 place = pixel * kSubpixels + kSamplePosition[s];                                                  \
+    const IVEC from_a = IVEC(place - a.xy), from_b = IVEC(place - b.xy), from_c = IVEC(place - c.xy);             \
+    const INT wa = INT(bc.x) * from_b.y - INT(bc.y) * from_b.x;                                                   \
+    const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                                   \
+    const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                                   \
+    precise const float z = (float(wa) * a.z + float(wb) * b.z + float(wc) * c.z) * inverse_area;                 \
+    depth[s] = z;                                                                                                 \
+    if (wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z)) covered |= 1u << s;                          \
+  }
+
+#endif

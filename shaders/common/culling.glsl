@@ -1,0 +1,53 @@
+// Whether any triangle of a cluster can cover a sample of a view. Never says no to one that does.
+#ifndef FIRE3DV_CULLING_GLSL
+#define FIRE3DV_CULLING_GLSL
+#include "common/raster_rules.glsl"
+
+// How much a transform stretches at most; exact where it only scales evenly.
+float largest_stretch(AffineRows m) {
+  const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
+             z = vec3(m.row0.z, m.row1.z, m.row2.z);
+  const float xx = dot(x, x), yy = dot(y, y), zz = dot(z, z);
+  // Gershgorin's bound on the eigenvalues of the transform's square.
+  const float xy = abs(dot(x, y)), xz = abs(dot(x, z)), yz = abs(dot(y, z));
+  return sqrt(max(xx + xy + xz, max(yy + xy + yz, zz + xz + yz)));
+}
+
+bool scales_evenly(AffineRows m) {
+  const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
+             z = vec3(m.row0.z, m.row1.z, m.row2.z);
+  const vec3 size2 = vec3(dot(x, x), dot(y, y), dot(z, z));
+  const float tolerance = 1e-4 * max(size2.x, max(size2.y, size2.z));
+  return all(lessThan(abs(size2 - size2.yzx), vec3(tolerance))) &&
+         all(lessThan(abs(vec3(dot(x, y), dot(y, z), dot(z, x))), vec3(tolerance)));
+}
+
+// Seen against its winding, clearly: a triangle that is nearly edge-on never is.
+bool faces_away(RasterView view, vec3 normal, vec3 point) {
+  const vec3 look = view.eye_world.w != 0 ? point - view.eye_world.xyz : view.eye_world.xyz;
+  return dot(normal, look) > 1e-4 * sqrt(dot(normal, normal) * dot(look, look));
+}
+
+bool can_be_seen(RasterView view, PartRecord part, ClusterRecord cluster, AffineRows world_from_node) {
+  const vec3 center = transform_point(world_from_node, cluster.center);
+  const float stretch = largest_stretch(world_from_node);
+  const float radius = cluster.radius * stretch * 1.0001;
+  for (int i = 0; i < 6; ++i) {
+    const vec4 plane = view.planes_world[i];
+    // The plane's own rounding grows with the distance from the origin.
+    if (dot(plane.xyz, center) + plane.w < -radius - 1e-6 * (abs(plane.w) + dot(abs(plane.xyz), abs(center)))) return false;
+  }
+  if ((part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 || cluster.cone_cutoff >= 1 || !scales_evenly(world_from_node)) return true;
+  vec3 axis = transform_direction(world_from_node, cluster.cone_axis) / stretch;
+  float slack = 1e-3;
+#ifdef FIRE3DV_LIGHTS
+  // Of a closed mesh, a light's map holds the triangles that face away from the light; of others all.
+  if ((part.flags & FIRE3DV_PART_CLOSED) == 0) return true;
+  axis = -axis;
+#endif
+  if (view.eye_world.w == 0) return dot(view.eye_world.xyz, axis) < cluster.cone_cutoff + slack;
+  const vec3 look = center - view.eye_world.xyz;
+  return dot(look, axis) < (cluster.cone_cutoff + slack) * length(look) + radius;
+}
+
+#endif

@@ -1,0 +1,95 @@
+// Hands triangles that are too large for one thread to the passes after: as tiles when they are few, to be expanded by
+// a workgroup when they are many or the triangle has to be cut first.
+#ifndef FIRE3DV_LARGE_TRIANGLES_GLSL
+#define FIRE3DV_LARGE_TRIANGLES_GLSL
+#include "common/raster_rules.glsl"
+
+const int kMostTilesByOne = 16;
+
+void emit_huge(RasterSet set, HugeTriangle triangle) {
+  LargeWorkRef large = LargeWorkRef(set.large);
+  const uint place = atomicAdd(large.value.expand.count, 1);
+  if (place >= set.huge_capacity) {
+    atomicAdd(large.value.lost, 1);  // the host makes room for the next frame
+    return;
+  }
+  HugeTriangleRef(set.huge).at[place] = triangle;
+  atomicMax(large.value.expand.groups_x, min(place + 1, 65535u));
+  atomicMax(large.value.expand.groups_y, place / 65535 + 1);
+  large.value.expand.groups_z = 1;
+}
+
+// Corners put into an order of positive area; false when the triangle shows nothing.
+bool prepare(HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored, bool double_sided,
+             out PreparedTriangle prepared) {
+  const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;
+  const int64_t area = int64_t(ab.x) * ac.y - int64_t(ab.y) * ac.x;
+  if (area == 0 || (!double_sided && (area > 0) != mirrored)) return false;
+  const bool swap_corners = area < 0;
+  prepared.a = a.xy;
+  prepared.za = a.z;
+  prepared.b = swap_corners ? c.xy : b.xy;
+  prepared.zb = swap_corners ? c.z : b.z;
+  prepared.c = swap_corners ? b.xy : c.xy;
+  prepared.zc = swap_corners ? b.z : c.z;
+  prepared.id = triangle.id;
+  prepared.view = triangle.view;
+  return true;
+}
+
+// Whether the triangle reaches into the box of pixels. Exact but for the corners of the box.
+bool reaches_box(PreparedTriangle t, ivec2 low_pixel, ivec2 high_pixel, int margin) {
+  const ivec2 low = low_pixel * kSubpixels - margin, high = (high_pixel + 1) * kSubpixels + margin;
+  const ivec2 corner[3] = ivec2[3](t.a, t.b, t.c);
+  for (int i = 0; i < 3; ++i) {
+    const ivec2 from = corner[i], d = corner[(i + 1) % 3] - from;
+    // The corner of the box that lies farthest inside the edge.
+    const ivec2 best = ivec2(d.y > 0 ? low.x : high.x, d.x > 0 ? high.y : low.y);
+    if (int64_t(d.x) * (best.y - from.y) - int64_t(d.y) * (best.x - from.x) < 0) return false;
+  }
+  return true;
+}
+
+// True when there was room.
+bool emit_tile(RasterSet set, uint prepared, ivec2 tile) {
+  LargeWorkRef large = LargeWorkRef(set.large);
+  const uint place = atomicAdd(large.value.tiles.count, 1);
+  if (place >= set.tile_capacity) return false;
+  TileEntryRef(set.tiles).at[place] = TileEntry(prepared, uint(tile.x) | (uint(tile.y) << 16));
+  atomicMax(large.value.tiles.groups_x, min(place + 1, 65535u));
+  atomicMax(large.value.tiles.groups_y, place / 65535 + 1);
+  large.value.tiles.groups_z = 1;
+  return true;
+}
+
+void emit_large(RasterSet set, HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored, bool double_sided,
+                ivec2 low, ivec2 high) {
+  const ivec2 first = low >> kTileShift, tiles = (high >> kTileShift) - first + 1;
+  PreparedTriangle prepared;
+  if (!prepare(triangle, a, b, c, mirrored, double_sided, prepared)) return;
+  LargeWorkRef large = LargeWorkRef(set.large);
+  const uint count = uint(tiles.x * tiles.y);
+  if (count > kMostTilesByOne || large.value.tiles.count + 65536 > set.tile_capacity ||
+      large.value.prepared_count + 65536 > set.prepared_capacity) {
+    emit_huge(set, triangle);  // when room grows scarce, too: only there is a full list provided for
+    return;
+  }
+  const uint place = atomicAdd(large.value.prepared_count, 1);
+  if (place >= set.prepared_capacity) {
+    emit_huge(set, triangle);
+    return;
+  }
+  PreparedTriangleRef(set.prepared).at[place] = prepared;
+  for (int y = 0; y < tiles.y; ++y) {
+    for (int x = 0; x < tiles.x; ++x) {
+      const ivec2 tile = first + ivec2(x, y);
+      if (!reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1, 2)) continue;
+      if (!emit_tile(set, place, tile)) {
+        emit_huge(set, triangle);  // drawn again as a whole: the result is the same
+        return;
+      }
+    }
+  }
+}
+
+#endif

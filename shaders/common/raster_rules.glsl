@@ -1,0 +1,70 @@
+// The one rule by which triangles cover samples, whatever draws them: corners on a grid of 1/256 pixel, exact integer
+// edge functions, the top-left rule. So neighbours never overlap or leave a gap, and it makes no difference to a
+// single bit whether a triangle is drawn by one thread or in tiles.
+#ifndef FIRE3DV_RASTER_RULES_GLSL
+#define FIRE3DV_RASTER_RULES_GLSL
+#include "common/buffers.glsl"
+
+const int kSubpixels = 256;
+const int kHalfPixel = 128;
+const int kTileShift = 5;  // tiles of 32 x 32 pixels
+// Corners farther than this from the image's corner are cut off first, so that edge functions fit 64 bits.
+const float kGuardPixels = 1048576;
+const ivec2 kNowhere = ivec2(-2147483647);
+
+struct Corner {
+  ivec2 xy;  // 1/256 pixel
+  float z;   // reversed depth
+};
+
+bool can_be_projected(vec4 clip, vec2 size) {
+  // z <= w is the near plane, and there w > 0.
+  return clip.w > 0 && clip.z <= clip.w && all(lessThan((abs(clip.xy) / clip.w + 1) * 0.5 * size, vec2(kGuardPixels)));
+}
+
+Corner project(vec4 clip, vec2 size) {
+  precise const vec2 ndc = clip.xy / clip.w;
+  precise const vec2 pixel = (ndc * 0.5 + 0.5) * size;
+  precise const vec2 steps = floor(pixel * float(kSubpixels) + 0.5);
+  precise const float z = clip.z / clip.w;
+  Corner corner;
+  corner.xy = ivec2(steps);
+  corner.z = z;
+  return corner;
+}
+
+vec4 clip_position(mat4 clip_from_world, vec3 world) {
+  precise const vec4 clip = clip_from_world * vec4(world, 1);
+  return clip;
+}
+
+vec3 world_position(AffineRows world_from_node, vec3 node) {
+  precise const vec3 world = transform_point(world_from_node, node);
+  return world;
+}
+
+// 0 for an edge that owns the samples on it, 1 for one that does not. Positive area, y down.
+int edge_bias(ivec2 from, ivec2 to) {
+  const ivec2 d = to - from;
+  return d.y < 0 || (d.y == 0 && d.x > 0) ? 0 : 1;
+}
+
+// Where samples lie in a pixel: the standard positions of Vulkan.
+#ifndef FIRE3DV_SAMPLES
+#define FIRE3DV_SAMPLES 1
+#endif
+#if FIRE3DV_SAMPLES == 4
+const ivec2 kSamplePosition[4] = ivec2[4](ivec2(96, 32), ivec2(224, 96), ivec2(32, 160), ivec2(160, 224));
+const int kFirstSample = 32, kLastSample = 224;  // the outermost positions, in both directions
+#else
+const ivec2 kSamplePosition[1] = ivec2[1](ivec2(128, 128));
+const int kFirstSample = 128, kLastSample = 128;
+#endif
+
+// Pixels that have a sample in the box of the corners; empty when high < low.
+void covered_pixels(ivec2 low_corner, ivec2 high_corner, ivec2 size, out ivec2 low, out ivec2 high) {
+  low = max((low_corner + (kSubpixels - 1 - kLastSample)) >> 8, ivec2(0));
+  high = min((high_corner - kFirstSample) >> 8, size - 1);
+}
+
+#endif

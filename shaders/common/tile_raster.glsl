@@ -1,0 +1,44 @@
+// Draws the part of a prepared triangle that lies in one tile, pixel by pixel, with 64-bit edge functions.
+#ifndef FIRE3DV_TILE_RASTER_GLSL
+#define FIRE3DV_TILE_RASTER_GLSL
+#include "common/camera_raster.glsl"
+
+struct TileTriangle {
+  Corner a, b, c;
+  ivec3 bias;
+  int64_t area;
+  uint id;
+};
+
+TileTriangle tile_triangle(PreparedTriangle p) {
+  TileTriangle t;
+  t.a = Corner(p.a, p.za);
+  t.b = Corner(p.b, p.zb);
+  t.c = Corner(p.c, p.zc);
+  t.bias = ivec3(edge_bias(p.b, p.c), edge_bias(p.c, p.a), edge_bias(p.a, p.b));
+  const ivec2 ab = p.b - p.a, ac = p.c - p.a;
+  t.area = int64_t(ab.x) * ac.y - int64_t(ab.y) * ac.x;
+  t.id = p.id;
+  return t;
+}
+
+void draw_tile_pixel(GlobalsRef globals, uint64_t target, ivec2 size, TileTriangle t, ivec2 pixel) {
+  if (pixel.x >= size.x || pixel.y >= size.y) return;
+  const Corner a = t.a, b = t.b, c = t.c;
+  const ivec3 bias = t.bias;
+  const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
+  precise const float inverse_area = 1 / float(t.area);
+  FIRE3DV_COVER_PIXEL(int64_t, i64vec2)
+  if (covered == 0) return;
+  const PartRecord part = PartRef(globals.value.parts).at[part_of_id(globals, t.id)];
+  if ((part.flags & FIRE3DV_PART_MASK) != 0 &&
+      !is_solid_at(globals, visible_triangle(globals, t.id), tested_place(pixel, covered))) {
+    return;
+  }
+  const uint first = uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
+  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
+    if ((covered & (1u << s)) != 0) put(target, first + s, depth[s], t.id, true);
+  }
+}
+
+#endif

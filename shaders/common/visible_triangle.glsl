@@ -1,0 +1,110 @@
+// From an id of the visibility buffer to the triangle, and to the point of it that a pixel shows.
+#ifndef FIRE3DV_VISIBLE_TRIANGLE_GLSL
+#define FIRE3DV_VISIBLE_TRIANGLE_GLSL
+#include "common/raster_rules.glsl"
+#include "common/surface_point.glsl"
+#include "common/textures.glsl"
+
+struct VisibleTriangle {
+  PartRecord part;
+  uint material;
+  uint vertex[3];
+  vec3 world[3];
+  vec4 clip[3];
+  AffineRows world_from_node;
+};
+
+uint part_of_id(GlobalsRef globals, uint id) {
+  return ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1].part;
+}
+
+VisibleTriangle visible_triangle(GlobalsRef globals, uint id) {
+  const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1];
+  const uint triangle = ClusterRef(globals.value.clusters).at[instance.cluster].first_triangle + (id & 127);
+  VisibleTriangle t;
+  t.part = PartRef(globals.value.parts).at[instance.part];
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[t.part.primitive];
+  t.material = primitive.material;
+  t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[t.part.node];
+  UintRef indices = UintRef(globals.value.indices);
+  PositionRef positions = PositionRef(globals.value.positions);
+  for (int i = 0; i < 3; ++i) {
+    t.vertex[i] = primitive.first_vertex + indices.at[3 * triangle + i];
+    t.world[i] = world_position(t.world_from_node, positions.at[t.vertex[i]]);
+    t.clip[i] = clip_position(globals.value.clip_from_world, t.world[i]);
+  }
+  return t;
+}
+
+// Of the point that is seen at a place of the image, in pixels. Perspective-correct, from homogeneous coordinates: a
+// corner may lie behind the eye.
+vec3 barycentrics_at(VisibleTriangle t, vec2 pixel, vec2 size) {
+  const vec2 ndc = pixel / size * 2 - 1;
+  const vec2 a = t.clip[0].xy - ndc * t.clip[0].w;
+  const vec2 b = t.clip[1].xy - ndc * t.clip[1].w;
+  const vec2 c = t.clip[2].xy - ndc * t.clip[2].w;
+  const vec3 weight = vec3(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x);
+  const float sum = weight.x + weight.y + weight.z;
+  return sum != 0 ? weight / sum : vec3(1, 0, 0);
+}
+
+// Weights of a point in the triangle: rounding puts that of a tiny triangle far outside.
+vec3 inside(vec3 barycentrics) {
+  const vec3 b = max(barycentrics, vec3(0));
+  return b / (b.x + b.y + b.z);
+}
+
+vec4 uv_at(VertexRecord v[3], vec3 b) {
+  return vec4(v[0].uv0, v[0].uv1) * b.x + vec4(v[1].uv0, v[1].uv1) * b.y + vec4(v[2].uv0, v[2].uv1) * b.z;
+}
+
+SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
+  const vec2 size = vec2(globals.value.width, globals.value.height);
+  const vec3 b = inside(barycentrics_at(t, pixel, size));
+  const vec3 b_x = barycentrics_at(t, pixel + vec2(1, 0), size);
+  const vec3 b_y = barycentrics_at(t, pixel + vec2(0, 1), size);
+  VertexRecord v[3];
+  for (int i = 0; i < 3; ++i) v[i] = VertexRef(globals.value.vertices).at[t.vertex[i]];
+
+  SurfacePoint point;
+  point.material = t.material;
+  point.position_world = t.world[0] * b.x + t.world[1] * b.y + t.world[2] * b.z;
+  const vec3 along_x = t.world[0] * b_x.x + t.world[1] * b_x.y + t.world[2] * b_x.z - point.position_world;
+  const vec3 along_y = t.world[0] * b_y.x + t.world[1] * b_y.y + t.world[2] * b_y.z - point.position_world;
+  point.pixel_size_m = min(length(along_x), length(along_y));
+  point.uv = uv_at(v, b);
+  point.uv_dx = uv_at(v, b_x) - point.uv;
+  point.uv_dy = uv_at(v, b_y) - point.uv;
+  point.color = v[0].color * b.x + v[1].color * b.y + v[2].color * b.z;
+  point.normal_world = normalize(
+      transform_normal(t.world_from_node, v[0].normal * b.x + v[1].normal * b.y + v[2].normal * b.z));
+  const vec4 tangent = v[0].tangent * b.x + v[1].tangent * b.y + v[2].tangent * b.z;
+  point.tangent_world = vec4(transform_direction(t.world_from_node, tangent.xyz), tangent.w);
+
+  // Which side is seen follows from the winding, as for the raster pipeline; a reflection swaps the sides.
+  vec3 plane = cross(t.world[1] - t.world[0], t.world[2] - t.world[0]);
+  const vec3 r0 = t.world_from_node.row0.xyz, r1 = t.world_from_node.row1.xyz, r2 = t.world_from_node.row2.xyz;
+  if (dot(r0, cross(r1, r2)) < 0) plane = -plane;
+  plane = dot(plane, plane) > 0 ? normalize(plane) : point.normal_world;
+  const bool from_behind = dot(plane, globals.value.eye_world - t.world[0]) < 0;
+  point.plane_normal_world = from_behind ? -plane : plane;
+  if (from_behind) point.normal_world = -point.normal_world;
+  return point;
+}
+
+// The test of an alpha-masked surface at a place of the image.
+bool is_solid_at(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
+  const vec2 size = vec2(globals.value.width, globals.value.height);
+  const vec3 b = inside(barycentrics_at(t, pixel, size));
+  VertexRecord v[3];
+  for (int i = 0; i < 3; ++i) v[i] = VertexRef(globals.value.vertices).at[t.vertex[i]];
+  const vec4 uv = uv_at(v, b);
+  const vec4 dx = uv_at(v, barycentrics_at(t, pixel + vec2(1, 0), size)) - uv;
+  const vec4 dy = uv_at(v, barycentrics_at(t, pixel + vec2(0, 1), size)) - uv;
+  const MaterialRecord material = MaterialRef(globals.value.materials).at[t.material];
+  const float vertex_alpha = v[0].color.a * b.x + v[1].color.a * b.y + v[2].color.a * b.z;
+  const float alpha = material.base_color.a * vertex_alpha * sample_or(material.base_color_texture, uv, dx, dy, vec4(1)).a;
+  return alpha >= material.alpha_cutoff;
+}
+
+#endif

@@ -1,0 +1,61 @@
+// Lists the clusters that one view can see. Which order they come in makes no difference to the image: ids follow from
+// the scene.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#include "common/culling.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { RasterPush push; };
+
+void append(bool wanted, uint view, bool masked, uint entry) {
+  RasterSet set = RasterSetRef(push.set).value;
+  const uvec4 ballot = subgroupBallot(wanted);
+  const uint count = subgroupBallotBitCount(ballot);
+  if (count == 0) return;
+  uint base = 0;
+  ViewWorkRef work = ViewWorkRef(set.work);
+  if (subgroupElect()) {
+    // Rows of 65535 groups: no device has fewer.
+    if (masked) {
+      base = atomicAdd(work.at[view].masked.count, count);
+      atomicMax(work.at[view].masked.groups_x, min(base + count, 65535u));
+      atomicMax(work.at[view].masked.groups_y, (base + count - 1) / 65535 + 1);
+      work.at[view].masked.groups_z = 1;
+    } else {
+      base = atomicAdd(work.at[view].solid.count, count);
+      atomicMax(work.at[view].solid.groups_x, min(base + count, 65535u));
+      atomicMax(work.at[view].solid.groups_y, (base + count - 1) / 65535 + 1);
+      work.at[view].solid.groups_z = 1;
+    }
+  }
+  base = subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
+  const uint place = masked ? set.instance_count - 1 - base : base;
+  if (wanted) UintsRef(set.lists).at[view * set.instance_count + place] = entry;
+}
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  RasterSet set = RasterSetRef(push.set).value;
+  const uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (65535 * 64);
+  const uint view_index = gl_GlobalInvocationID.z;
+  bool wanted = index < set.instance_count;
+  bool masked = false;
+  if (wanted) {
+    const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[index];
+    const PartRecord part = PartRef(globals.value.parts).at[instance.part];
+    masked = (part.flags & FIRE3DV_PART_MASK) != 0;
+#ifdef FIRE3DV_LIGHTS
+    wanted = (part.flags & FIRE3DV_PART_NO_SHADOW) == 0;
+#else
+    wanted = (part.flags & FIRE3DV_PART_ON_TOP) == 0;
+#endif
+    if (wanted && set.cull != 0 && (part.flags & FIRE3DV_PART_DEFORMED) == 0) {
+      const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
+      const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
+      wanted = can_be_seen(RasterViewRef(set.views).at[view_index], part, cluster, world_from_node);
+    }
+  }
+  append(wanted && !masked, view_index, false, index);
+  append(wanted && masked, view_index, true, index);
+}

@@ -1,0 +1,72 @@
+// One huge triangle for each workgroup: cut where it passes the eye or leaves the guard band, then listed in tiles.
+// Variants: FIRE3DV_SAMPLES 1 or 4.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/clip_polygon.glsl"
+#include "common/culling.glsl"
+#include "common/large_triangles.glsl"
+#include "common/tile_raster.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { RasterPush push; };
+
+shared uint shared_place;
+
+void list_tiles(GlobalsRef globals, RasterSet set, ivec2 size, PreparedTriangle prepared) {
+  barrier();  // the earlier piece's place has been read
+  if (gl_LocalInvocationIndex == 0) {
+    const uint place = atomicAdd(LargeWorkRef(set.large).value.prepared_count, 1);
+    shared_place = place < set.prepared_capacity ? place : FIRE3DV_NO_INDEX;
+    if (place < set.prepared_capacity) PreparedTriangleRef(set.prepared).at[place] = prepared;
+  }
+  barrier();
+  const uint place = shared_place;
+  ivec2 low, high;
+  covered_pixels(min(prepared.a, min(prepared.b, prepared.c)), max(prepared.a, max(prepared.b, prepared.c)), size, low, high);
+  if (low.x > high.x || low.y > high.y) return;
+  const ivec2 first = low >> kTileShift, tiles = (high >> kTileShift) - first + 1;
+  for (int i = int(gl_LocalInvocationIndex); i < tiles.x * tiles.y; i += 64) {
+    const ivec2 tile = first + ivec2(i % tiles.x, i / tiles.x);
+    const ivec2 origin = tile << kTileShift;
+    if (!reaches_box(prepared, origin, origin + (1 << kTileShift) - 1, 2)) continue;
+    if (place != FIRE3DV_NO_INDEX && emit_tile(set, place, tile)) continue;
+    // No room left: slow, but the same image.
+    const TileTriangle triangle = tile_triangle(prepared);
+    for (int p = 0; p < 1 << (2 * kTileShift); ++p) {
+      draw_tile_pixel(globals, set.target, size, triangle, origin + ivec2(p & ((1 << kTileShift) - 1), p >> kTileShift));
+    }
+  }
+}
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  RasterSet set = RasterSetRef(push.set).value;
+  const uint entry = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
+  if (entry >= min(LargeWorkRef(set.large).value.expand.count, set.huge_capacity)) return;
+  const HugeTriangle huge = HugeTriangleRef(set.huge).at[entry];
+  const VisibleTriangle triangle = visible_triangle(globals, huge.id);
+  const RasterView view = RasterViewRef(set.views).at[huge.view];
+  const ivec2 size = ivec2(view.width, view.height);
+  const bool double_sided = (triangle.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
+  const vec3 r0 = triangle.world_from_node.row0.xyz, r1 = triangle.world_from_node.row1.xyz,
+             r2 = triangle.world_from_node.row2.xyz;
+  const bool mirrored = dot(r0, cross(r1, r2)) < 0;
+  const vec3 normal = cross(triangle.world[1] - triangle.world[0], triangle.world[2] - triangle.world[0]);
+  if (!double_sided && faces_away(view, mirrored ? -normal : normal, triangle.world[0])) return;
+
+  vec4 corners[kMostCorners];
+  int count = 3;
+  bool whole = true;
+  for (int i = 0; i < 3; ++i) {
+    corners[i] = clip_position(view.clip_from_world, triangle.world[i]);
+    whole = whole && can_be_projected(corners[i], vec2(size));
+  }
+  if (!whole) cut_to_view(corners, count, vec2(size));
+  if (count < 3) return;
+  const Corner a = project(corners[0], vec2(size));
+  for (int i = 2; i < count; ++i) {
+    PreparedTriangle prepared;
+    const Corner b = project(corners[i - 1], vec2(size)), c = project(corners[i], vec2(size));
+    if (prepare(huge, a, b, c, mirrored, double_sided, prepared)) list_tiles(globals, set, size, prepared);
+  }
+}

@@ -1,0 +1,117 @@
+// One cluster for each workgroup: a vertex, then a triangle for each thread. Small triangles are drawn by their thread;
+// larger ones go to the tiles.
+// Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_ALPHA_MASK tests the surface's alpha.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/camera_raster.glsl"
+#include "common/culling.glsl"
+#include "common/large_triangles.glsl"
+
+layout(local_size_x = 128) in;
+layout(push_constant, scalar) uniform Push { RasterPush push; };
+
+shared ivec2 corner_xy[128];
+shared float corner_z[128];
+shared vec3 corner_world[128];
+
+const int kMostPixels = 256;            // of a box that one thread walks through
+const int kMostExtent = 64 * kSubpixels;  // so that edge functions fit 32 bits
+
+void draw_small(GlobalsRef globals, uint64_t target, ivec2 size, Corner a, Corner b, Corner c, int area, uint id,
+                ivec2 low, ivec2 high) {
+  const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
+  const ivec3 bias = ivec3(edge_bias(b.xy, c.xy), edge_bias(c.xy, a.xy), edge_bias(a.xy, b.xy));
+  precise const float inverse_area = 1 / float(area);
+#ifdef FIRE3DV_ALPHA_MASK
+  const VisibleTriangle triangle = visible_triangle(globals, id);
+#endif
+  for (int y = low.y; y <= high.y; ++y) {
+    for (int x = low.x; x <= high.x; ++x) {
+      const ivec2 pixel = ivec2(x, y);
+      FIRE3DV_COVER_PIXEL(int, ivec2)
+      if (covered == 0) continue;
+#ifdef FIRE3DV_ALPHA_MASK
+      if (!is_solid_at(globals, triangle, tested_place(pixel, covered))) continue;
+#endif
+      const uint first = uint(y * size.x + x) * FIRE3DV_SAMPLES;
+      for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
+        if ((covered & (1u << s)) != 0) put(target, first + s, depth[s], id, false);
+      }
+    }
+  }
+}
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  RasterSet set = RasterSetRef(push.set).value;
+  const uint entry = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
+#ifdef FIRE3DV_ALPHA_MASK
+  const uint count = ViewWorkRef(set.work).at[push.view].masked.count;
+  const uint place = set.instance_count - 1 - entry;
+#else
+  const uint count = ViewWorkRef(set.work).at[push.view].solid.count;
+  const uint place = entry;
+#endif
+  if (entry >= count) return;  // the whole group
+
+  const uint cluster_index = UintsRef(set.lists).at[push.view * set.instance_count + place];
+  const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[cluster_index];
+  const PartRecord part = PartRef(globals.value.parts).at[instance.part];
+  const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
+  const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
+  const RasterView view = RasterViewRef(set.views).at[push.view];
+  const ivec2 size = ivec2(view.width, view.height);
+  const uint thread = gl_LocalInvocationIndex;
+
+  if (thread < cluster.vertex_count) {
+    const vec3 world = world_position(world_from_node, PositionRef(globals.value.positions).at[cluster.first_vertex + thread]);
+    const vec4 clip = clip_position(view.clip_from_world, world);
+    Corner corner = Corner(kNowhere, 0);
+    if (can_be_projected(clip, vec2(size))) corner = project(clip, vec2(size));
+    corner_xy[thread] = corner.xy;
+    corner_z[thread] = corner.z;
+    corner_world[thread] = world;
+  }
+  barrier();
+  if (thread >= cluster.triangle_count) return;
+
+  const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + thread];
+  const uvec3 local = uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
+  const uint id = ((cluster_index + 1) << 7) | thread;
+  Corner a = Corner(corner_xy[local.x], corner_z[local.x]);
+  Corner b = Corner(corner_xy[local.y], corner_z[local.y]);
+  Corner c = Corner(corner_xy[local.z], corner_z[local.z]);
+  if (a.xy == kNowhere || b.xy == kNowhere || c.xy == kNowhere) {
+    emit_huge(set, HugeTriangle(id, push.view));
+    return;
+  }
+
+  ivec2 low, high;
+  const ivec2 low_corner = min(a.xy, min(b.xy, c.xy)), high_corner = max(a.xy, max(b.xy, c.xy));
+  covered_pixels(low_corner, high_corner, size, low, high);
+  if (low.x > high.x || low.y > high.y) return;
+
+  const bool double_sided = (part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
+  const vec3 r0 = world_from_node.row0.xyz, r1 = world_from_node.row1.xyz, r2 = world_from_node.row2.xyz;
+  const bool mirrored = dot(r0, cross(r1, r2)) < 0;
+  if (!double_sided) {
+    const vec3 wa = corner_world[local.x];
+    const vec3 normal = cross(corner_world[local.y] - wa, corner_world[local.z] - wa);
+    if (faces_away(view, mirrored ? -normal : normal, wa)) return;
+  }
+  const ivec2 extent = high_corner - low_corner, box = high - low + 1;
+  if (max(extent.x, extent.y) > kMostExtent || box.x * box.y > kMostPixels) {
+    emit_large(set, HugeTriangle(id, push.view), a, b, c, mirrored, double_sided, low, high);
+    return;
+  }
+  const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;
+  int area = ab.x * ac.y - ab.y * ac.x;
+  if (area == 0 || (!double_sided && (area > 0) != mirrored)) return;  // counter-clockwise is the front
+  if (area < 0) {
+    const Corner swapped = b;
+    b = c;
+    c = swapped;
+    area = -area;
+  }
+  draw_small(globals, set.target, size, a, b, c, area, id, low, high);
+}

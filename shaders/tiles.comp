@@ -1,0 +1,23 @@
+// One tile of one large triangle for each workgroup. Variants: FIRE3DV_SAMPLES 1 or 4.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/tile_raster.glsl"
+
+layout(local_size_x = 128) in;
+layout(push_constant, scalar) uniform Push { RasterPush push; };
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  RasterSet set = RasterSetRef(push.set).value;
+  const uint place = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
+  if (place >= min(LargeWorkRef(set.large).value.tiles.count, set.tile_capacity)) return;
+  const TileEntry entry = TileEntryRef(set.tiles).at[place];
+  const PreparedTriangle prepared = PreparedTriangleRef(set.prepared).at[entry.prepared];
+  const RasterView view = RasterViewRef(set.views).at[prepared.view];
+  const TileTriangle triangle = tile_triangle(prepared);
+  const ivec2 origin = ivec2(entry.tile & 0xffffu, entry.tile >> 16) << kTileShift;
+  for (uint i = gl_LocalInvocationIndex; i < 1u << (2 * kTileShift); i += 128) {
+    draw_tile_pixel(globals, set.target, ivec2(view.width, view.height), triangle,
+                    origin + ivec2(i & ((1 << kTileShift) - 1), i >> kTileShift));
+  }
+}

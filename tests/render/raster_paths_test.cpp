@@ -1,0 +1,50 @@
+// The two raster paths draw the same image.
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "tests/render/render_bench.h"
+#include "tests/render/scene_builder.h"
+#include "tests/support/image_compare.h"
+
+namespace fire3dv::test {
+namespace {
+
+class RasterPaths : public ValidationIsSilent {
+ protected:
+  static sinks::FrameImage drawn(const scene::Scene& scene, passes::RasterPath path, uint32_t samples) {
+    passes::DrawSettings settings;
+    settings.raster = path;
+    settings.samples = samples;
+    settings.shadows = false;
+    settings.post.fxaa = false;
+    RenderBench bench(scene, {320, 240}, settings);
+    return bench.draw_at_rest();
+  }
+  static void expect_same(const scene::Scene& scene) {
+    for (uint32_t samples : {1u, 4u}) {
+      SCOPED_TRACE(samples);
+      const sinks::FrameImage forward = drawn(scene, passes::RasterPath::forward, samples);
+      const sinks::FrameImage visibility = drawn(scene, passes::RasterPath::visibility, samples);
+      EXPECT_TRUE(matches_image(visibility, forward, "raster_paths_" + std::to_string(samples), Tolerance::colour()));
+    }
+  }
+};
+
+scene::Scene shapes() {
+  SceneBuilder builder;
+  builder.mesh_node("ground", builder.quad(builder.material(matte({0.6f, 0.6f, 0.6f})), 40), glm::mat4(1));
+  builder.mesh_node("ball", builder.sphere(builder.material(matte({0.8f, 0.4f, 0.2f})), 0.6f), at({0.8f, 0.6f, 0}));
+  builder.mesh_node("fine", builder.sphere(builder.material(matte({0.2f, 0.6f, 0.8f})), 0.4f, 256), at({-0.2f, 0.4f, 1}));
+  builder.mesh_node("box", builder.box(builder.material(matte({0.3f, 0.8f, 0.3f})), {0.5f, 0.5f, 0.5f}),
+                    at({-1, 0.5f, 0}) * glm::rotate(glm::mat4(1), 0.4f, glm::vec3(0, 1, 0)) *
+                        glm::scale(glm::mat4(1), glm::vec3(-1, 1, 1)));
+  builder.light_node(sun({1, 1, 1}, 2), shining_towards({-0.5f, -1, -0.4f}));
+  builder.camera_node("camera", {1.5f, 1.2f, 3.5f}, {0, 0.4f, 0});
+  return builder.build();
+}
+
+TEST_F(RasterPaths, ShapesOnGroundThatPassesTheEye) { expect_same(shapes()); }
+
+}  // namespace
+}  // namespace fire3dv::test
