@@ -4,6 +4,9 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #include "common/culling.glsl"
+#ifdef FIRE3DV_LIGHTS
+#include "common/sheets.glsl"
+#endif
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
@@ -46,14 +49,14 @@ void main() {
     const PartRecord part = PartRef(globals.value.parts).at[instance.part];
     masked = (part.flags & FIRE3DV_PART_MASK) != 0;
 #ifdef FIRE3DV_LIGHTS
-    wanted = (part.flags & FIRE3DV_PART_NO_SHADOW) == 0;
+    wanted = (part.flags & FIRE3DV_PART_NO_SHADOW) == 0 && !is_sheet(globals, instance.part);
 #else
     wanted = (part.flags & FIRE3DV_PART_ON_TOP) == 0;
 #endif
     if (wanted && set.cull != 0 && (part.flags & FIRE3DV_PART_DEFORMED) == 0) {
       const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
       const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
-      wanted = can_be_seen(RasterViewRef(set.views).at[view_index], part, cluster, world_from_node);
+      wanted = can_be_seen(globals, RasterViewRef(set.views).at[view_index], part, cluster, world_from_node);
     }
   }
   append(wanted && !masked, view_index, false, index);

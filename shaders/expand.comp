@@ -1,5 +1,5 @@
 // One huge triangle for each workgroup: cut where it passes the eye or leaves the guard band, then listed in tiles.
-// Variants: FIRE3DV_SAMPLES 1 or 4.
+// Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/clip_polygon.glsl"
@@ -12,7 +12,8 @@ layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 shared uint shared_place;
 
-void list_tiles(GlobalsRef globals, RasterSet set, ivec2 size, PreparedTriangle prepared) {
+void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTriangle prepared) {
+  const ivec2 size = ivec2(view.width, view.height);
   barrier();  // the earlier piece's place has been read
   if (gl_LocalInvocationIndex == 0) {
     const uint place = atomicAdd(LargeWorkRef(set.large).value.prepared_count, 1);
@@ -28,12 +29,12 @@ void list_tiles(GlobalsRef globals, RasterSet set, ivec2 size, PreparedTriangle 
   for (int i = int(gl_LocalInvocationIndex); i < tiles.x * tiles.y; i += 64) {
     const ivec2 tile = first + ivec2(i % tiles.x, i / tiles.x);
     const ivec2 origin = tile << kTileShift;
-    if (!reaches_box(prepared, origin, origin + (1 << kTileShift) - 1, 2)) continue;
+    if (!reaches_box(prepared, origin, origin + (1 << kTileShift) - 1, 4)) continue;
     if (place != FIRE3DV_NO_INDEX && emit_tile(set, place, tile)) continue;
     // No room left: slow, but the same image.
     const TileTriangle triangle = tile_triangle(prepared);
     for (int p = 0; p < 1 << (2 * kTileShift); ++p) {
-      draw_tile_pixel(globals, set.target, size, triangle, origin + ivec2(p & ((1 << kTileShift) - 1), p >> kTileShift));
+      draw_tile_pixel(globals, set, view, triangle, origin + ivec2(p & ((1 << kTileShift) - 1), p >> kTileShift));
     }
   }
 }
@@ -47,12 +48,16 @@ void main() {
   const VisibleTriangle triangle = visible_triangle(globals, huge.id);
   const RasterView view = RasterViewRef(set.views).at[huge.view];
   const ivec2 size = ivec2(view.width, view.height);
-  const bool double_sided = (triangle.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
   const vec3 r0 = triangle.world_from_node.row0.xyz, r1 = triangle.world_from_node.row1.xyz,
              r2 = triangle.world_from_node.row2.xyz;
   const bool mirrored = dot(r0, cross(r1, r2)) < 0;
   const vec3 normal = cross(triangle.world[1] - triangle.world[0], triangle.world[2] - triangle.world[0]);
-  if (!double_sided && faces_away(view, mirrored ? -normal : normal, triangle.world[0])) return;
+  if (!is_wanted(globals, view, triangle.part, triangle.world_from_node, mirrored ? -normal : normal, triangle.world[0])) return;
+#ifdef FIRE3DV_LIGHTS
+  const bool double_sided = true;
+#else
+  const bool double_sided = (triangle.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
+#endif
 
   vec4 corners[kMostCorners];
   int count = 3;
@@ -67,6 +72,6 @@ void main() {
   for (int i = 2; i < count; ++i) {
     PreparedTriangle prepared;
     const Corner b = project(corners[i - 1], vec2(size)), c = project(corners[i], vec2(size));
-    if (prepare(huge, a, b, c, mirrored, double_sided, prepared)) list_tiles(globals, set, size, prepared);
+    if (prepare(huge, a, b, c, mirrored, double_sided, prepared)) list_tiles(globals, set, view, prepared);
   }
 }

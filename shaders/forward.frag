@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/shading.glsl"
 #ifdef FIRE3DV_RAY_QUERY
+#include "common/ray_offset.glsl"
 #include "common/shadow_rays.glsl"
 #endif
 
@@ -24,7 +25,7 @@ layout(location = 0) out vec4 out_color;
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
 #ifdef FIRE3DV_RAY_QUERY
   GlobalsRef globals = GlobalsRef(push.globals);
-  if (globals.value.shadows != 0) {
+  if (globals.value.shadows == FIRE3DV_SHADOWS_INLINE) {
     // On the side that the light is on, so that thin sheets lit from behind are not taken for their own shadow.
     const vec3 normal = point.plane_normal_world;
     const vec3 side = dot(normal, light.to_light) < 0 ? -normal : normal;

@@ -1,9 +1,13 @@
 // One cluster for each workgroup: a vertex, then a triangle for each thread. Small triangles are drawn by their thread;
 // larger ones go to the tiles.
-// Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_ALPHA_MASK tests the surface's alpha.
+// Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS draws lights' maps; FIRE3DV_ALPHA_MASK tests the surface's alpha.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef FIRE3DV_LIGHTS
+#include "common/light_raster.glsl"
+#else
 #include "common/camera_raster.glsl"
+#endif
 #include "common/culling.glsl"
 #include "common/large_triangles.glsl"
 
@@ -17,26 +21,45 @@ shared vec3 corner_world[128];
 const int kMostPixels = 256;            // of a box that one thread walks through
 const int kMostExtent = 64 * kSubpixels;  // so that edge functions fit 32 bits
 
-void draw_small(GlobalsRef globals, uint64_t target, ivec2 size, Corner a, Corner b, Corner c, int area, uint id,
+void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Corner b, Corner c, int area, uint id,
                 ivec2 low, ivec2 high) {
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   const ivec3 bias = ivec3(edge_bias(b.xy, c.xy), edge_bias(c.xy, a.xy), edge_bias(a.xy, b.xy));
   precise const float inverse_area = 1 / float(area);
+#ifdef FIRE3DV_LIGHTS
+  const bool has_area = area > 0;
+  const bool is_broad = is_broad_triangle(float(area), ab, bc, ca);
+  const MapTarget target = map_target(set, view);
+#endif
 #ifdef FIRE3DV_ALPHA_MASK
-  const VisibleTriangle triangle = visible_triangle(globals, id);
+  VisibleTriangle triangle = visible_triangle(globals, id);
+#ifdef FIRE3DV_LIGHTS
+  triangle = seen_by_light(triangle, view);
+#endif
 #endif
   for (int y = low.y; y <= high.y; ++y) {
     for (int x = low.x; x <= high.x; ++x) {
+#ifdef FIRE3DV_LIGHTS
+      const ivec2 texel = ivec2(x, y);
+      FIRE3DV_COVER_TEXEL(int, ivec2)
+      if (!touches) continue;
+      put_nearest(target, texel, true, outer);
+#ifdef FIRE3DV_ALPHA_MASK
+      if (!is_solid_at(globals, triangle, vec2(texel) + 0.5, vec2(view.width))) continue;
+#endif
+      if (middle) put_nearest(target, texel, false, z);
+#else
       const ivec2 pixel = ivec2(x, y);
       FIRE3DV_COVER_PIXEL(int, ivec2)
       if (covered == 0) continue;
 #ifdef FIRE3DV_ALPHA_MASK
-      if (!is_solid_at(globals, triangle, tested_place(pixel, covered))) continue;
+      if (!is_solid_at(globals, triangle, tested_place(pixel, covered), vec2(view.width, view.height))) continue;
 #endif
-      const uint first = uint(y * size.x + x) * FIRE3DV_SAMPLES;
+      const uint first = uint(y * int(view.width) + x) * FIRE3DV_SAMPLES;
       for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-        if ((covered & (1u << s)) != 0) put(target, first + s, depth[s], id, false);
+        if ((covered & (1u << s)) != 0) put(set.target, first + s, depth[s], id, false);
       }
+#endif
     }
   }
 }
@@ -91,14 +114,16 @@ void main() {
   covered_pixels(low_corner, high_corner, size, low, high);
   if (low.x > high.x || low.y > high.y) return;
 
-  const bool double_sided = (part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
   const vec3 r0 = world_from_node.row0.xyz, r1 = world_from_node.row1.xyz, r2 = world_from_node.row2.xyz;
   const bool mirrored = dot(r0, cross(r1, r2)) < 0;
-  if (!double_sided) {
-    const vec3 wa = corner_world[local.x];
-    const vec3 normal = cross(corner_world[local.y] - wa, corner_world[local.z] - wa);
-    if (faces_away(view, mirrored ? -normal : normal, wa)) return;
-  }
+  const vec3 wa = corner_world[local.x];
+  const vec3 normal = cross(corner_world[local.y] - wa, corner_world[local.z] - wa);
+  if (!is_wanted(globals, view, part, world_from_node, mirrored ? -normal : normal, wa)) return;
+#ifdef FIRE3DV_LIGHTS
+  const bool double_sided = true;
+#else
+  const bool double_sided = (part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
+#endif
   const ivec2 extent = high_corner - low_corner, box = high - low + 1;
   if (max(extent.x, extent.y) > kMostExtent || box.x * box.y > kMostPixels) {
     emit_large(set, HugeTriangle(id, push.view), a, b, c, mirrored, double_sided, low, high);
@@ -106,12 +131,14 @@ void main() {
   }
   const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;
   int area = ab.x * ac.y - ab.y * ac.x;
+#ifndef FIRE3DV_LIGHTS  // a light's outer map holds lines, too
   if (area == 0 || (!double_sided && (area > 0) != mirrored)) return;  // counter-clockwise is the front
+#endif
   if (area < 0) {
     const Corner swapped = b;
     b = c;
     c = swapped;
     area = -area;
   }
-  draw_small(globals, set.target, size, a, b, c, area, id, low, high);
+  draw_small(globals, set, view, a, b, c, area, id, low, high);
 }

@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/visible_triangle.glsl"
 #include "common/shading.glsl"
+#include "common/shadow_maps.glsl"
 #include "common/tone_map.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -12,7 +13,20 @@ layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly imag
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };  // id, depth
 
-float light_visibility(uint light_index, LightSample light, SurfacePoint point) { return 1; }
+int shaded_sample;  // the first of those that are being shaded
+
+float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
+  const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
+  if (globals.value.shadows == FIRE3DV_SHADOWS_MAP) {
+    return map_visibility(globals, shadow, point.position_world, point.plane_normal_world, light);
+  }
+  const uint pixel = gl_GlobalInvocationID.y * globals.value.width + gl_GlobalInvocationID.x;
+  const uint word = UintRef(globals.value.shadow_mask).at[pixel * globals.value.mask_words + shadow.mask_word];
+  if (shadow.rays == 1) return (word >> (shadow.mask_shift + shaded_sample)) & 1;
+  return ((word >> (8 * shaded_sample)) & 255) / 255.0;
+}
 
 vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
   const VisibleTriangle triangle = visible_triangle(globals, id);
@@ -42,6 +56,7 @@ void main() {
       ++count;
       place += vec2(kSamplePosition[other]) / 256;
     }
+    shaded_sample = s;
     place = count == FIRE3DV_SAMPLES ? vec2(0.5) : place / count;
     const vec3 color = ids[s] == 0 ? globals.value.background : shaded(globals, ids[s], vec2(pixel) + place);
     sum += display_linear(color, push.exposure, push.tone_map) * count;

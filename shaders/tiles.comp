@@ -1,4 +1,4 @@
-// One tile of one large triangle for each workgroup. Variants: FIRE3DV_SAMPLES 1 or 4.
+// One tile of one large triangle for each workgroup. Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/tile_raster.glsl"
@@ -17,7 +17,7 @@ void main() {
   const TileTriangle triangle = tile_triangle(prepared);
   const ivec2 origin = ivec2(entry.tile & 0xffffu, entry.tile >> 16) << kTileShift;
   for (uint i = gl_LocalInvocationIndex; i < 1u << (2 * kTileShift); i += 128) {
-    draw_tile_pixel(globals, set.target, ivec2(view.width, view.height), triangle,
+    draw_tile_pixel(globals, set, view, triangle,
                     origin + ivec2(i & ((1 << kTileShift) - 1), i >> kTileShift));
   }
 }

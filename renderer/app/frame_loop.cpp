@@ -19,6 +19,8 @@ double milliseconds_since(Clock::time_point begin) {
 passes::DrawSettings draw_settings(const Options& options) {
   passes::DrawSettings settings;
   settings.samples = options.samples;
+  settings.raster = options.raster;
+  settings.cull = options.cull;
   settings.shadows = options.shadows;
   settings.post.exposure = options.exposure;
   settings.post.tone_map = options.tone_map;
@@ -56,8 +58,10 @@ FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::Pose
   VkExtent2D extent{options.width, options.height};
   if (window && !window->minimized()) extent = window->framebuffer_extent();
   renderer_.set_size(extent);
-  std::fprintf(stderr, "fire3dv: %ux, shadows by %s\n", static_cast<uint32_t>(renderer_.samples()),
-               !options.shadows ? "nothing (--shadows off)" : device.ray_query() ? "ray query" : "nothing: the device has no ray query");
+  const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
+  std::fprintf(stderr, "fire3dv: drawn %s, %u samples a pixel, shadows by %s\n",
+               compute ? "from a visibility buffer" : "forward", static_cast<uint32_t>(renderer_.samples()),
+               passes::describe(renderer_.shadow_way()));
 }
 
 Result<void> FrameLoop::run() {

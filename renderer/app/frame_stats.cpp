@@ -8,7 +8,9 @@ namespace fire3dv::app {
 namespace {
 
 // Passes in the order of a frame. One that did not run in an image is 0 there.
-constexpr const char* kColumns[] = {"drives", "poses", "transforms", "tlas", "depth", "forward", "post", "fxaa", "read-back", "window"};
+constexpr const char* kColumns[] = {"drives", "poses", "transforms", "tlas", "light views",
+                                      "clear", "cull", "raster", "expand", "tiles", "classify", "trace", "shade", "depth", "forward",
+                                      "post", "fxaa", "read-back", "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;

@@ -38,6 +38,21 @@ passes::ToneMap tone_map_named(const std::string& name) {
   return passes::ToneMap::none;
 }
 
+passes::RasterPath raster_path_named(const std::string& name) {
+  if (name == "forward") return passes::RasterPath::forward;
+  if (name == "visibility") return passes::RasterPath::visibility;
+  return passes::RasterPath::automatic;
+}
+
+passes::ShadowSettings shadows_named(const std::string& name) {
+  passes::ShadowSettings settings;
+  if (name == "off") settings.method = passes::ShadowMethod::off;
+  if (name == "map") settings.method = passes::ShadowMethod::map;
+  if (name.starts_with("ray")) settings.method = passes::ShadowMethod::ray;
+  if (name == "ray-pipeline") settings.back_end = passes::RayBackEnd::pipeline;
+  return settings;
+}
+
 }  // namespace
 
 std::variant<Options, int> parse_options(int argc, char** argv) {
@@ -74,8 +89,23 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option("--samples", options.samples, "samples per pixel, at most; what the device has decides")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  std::string shadows = "on";
-  app.add_option("--shadows", shadows, "ray-traced shadows")->check(CLI::IsMember({"on", "off"}))->capture_default_str();
+  std::string raster = "auto";
+  app.add_option("--raster", raster,
+                 "how triangles are drawn: by compute into a visibility buffer, or by the forward raster pipeline")
+      ->check(CLI::IsMember({"auto", "forward", "visibility"}))
+      ->capture_default_str();
+  std::string cull = "on";
+  app.add_option("--cull", cull, "leave out clusters that cannot be seen; off draws the same image, slower")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  std::string shadows = "auto";
+  app.add_option("--shadows", shadows, "shadows by rays (by ray query or a ray-tracing pipeline) or by maps alone")
+      ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
+      ->capture_default_str();
+  std::string shadow_rays = "hybrid";
+  app.add_option("--shadow-rays", shadow_rays, "hybrid: rays only where a map cannot tell; all: one for every lit surface")
+      ->check(CLI::IsMember({"hybrid", "all"}))
+      ->capture_default_str();
   app.add_option("--exposure", options.exposure, "factor on all light")->check(positive_number)->capture_default_str();
   std::string tone_map = "reinhard";
   app.add_option("--tone-map", tone_map, "how HDR light becomes display colour")
@@ -105,7 +135,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
   if (options.exit_when_done && options.listen.empty()) return usage_error("--exit-when-done needs a --listen URI");
-  options.shadows = shadows == "on";
+  options.raster = raster_path_named(raster);
+  options.cull = cull == "on";
+  options.shadows = shadows_named(shadows);
+  options.shadows.hybrid = shadow_rays == "hybrid";
   options.tone_map = tone_map_named(tone_map);
   options.fxaa = fxaa == "on";
   return options;

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "renderer/passes/post_pass.h"
+#include "renderer/passes/scene_renderer.h"
 
 namespace fire3dv::app {
 
@@ -30,7 +30,9 @@ struct Options {
   bool validation = false;
 
   uint32_t samples = 4;
-  bool shadows = true;
+  passes::RasterPath raster = passes::RasterPath::automatic;
+  bool cull = true;
+  passes::ShadowSettings shadows;
   float exposure = 1;
   passes::ToneMap tone_map = passes::ToneMap::reinhard;
   bool fxaa = true;

@@ -44,6 +44,7 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
   const bool acceleration_structures = device->report_.ray_query || device->report_.ray_tracing_pipeline;
   if (acceleration_structures) properties.pNext = &device->acceleration_;
+  if (device->report_.ray_tracing_pipeline) device->acceleration_.pNext = &device->ray_pipeline_;
   vkGetPhysicalDeviceProperties2(devices[index], &properties);
   device->limits_ = properties.properties.limits;
 
@@ -79,6 +80,9 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
     load(d, "vkCmdBuildAccelerationStructuresKHR", f.cmd_build_acceleration_structures);
     load(d, "vkCmdWriteAccelerationStructuresPropertiesKHR", f.cmd_write_acceleration_structures_properties);
     load(d, "vkCmdCopyAccelerationStructureKHR", f.cmd_copy_acceleration_structure);
+    load(d, "vkCreateRayTracingPipelinesKHR", f.create_ray_tracing_pipelines);
+    load(d, "vkGetRayTracingShaderGroupHandlesKHR", f.get_shader_group_handles);
+    load(d, "vkCmdTraceRaysIndirectKHR", f.cmd_trace_rays_indirect);
   }
 
   VmaAllocatorCreateInfo allocator{};

@@ -27,6 +27,9 @@ struct DeviceFunctions {
   PFN_vkCmdBuildAccelerationStructuresKHR cmd_build_acceleration_structures = nullptr;
   PFN_vkCmdWriteAccelerationStructuresPropertiesKHR cmd_write_acceleration_structures_properties = nullptr;
   PFN_vkCmdCopyAccelerationStructureKHR cmd_copy_acceleration_structure = nullptr;
+  PFN_vkCreateRayTracingPipelinesKHR create_ray_tracing_pipelines = nullptr;
+  PFN_vkGetRayTracingShaderGroupHandlesKHR get_shader_group_handles = nullptr;
+  PFN_vkCmdTraceRaysIndirectKHR cmd_trace_rays_indirect = nullptr;
 };
 
 struct SemaphoreSignal {
@@ -51,6 +54,7 @@ class Device {
   const DeviceReport& report() const { return report_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   const VkPhysicalDeviceAccelerationStructurePropertiesKHR& acceleration_limits() const { return acceleration_; }
+  const VkPhysicalDeviceRayTracingPipelinePropertiesKHR& ray_pipeline_limits() const { return ray_pipeline_; }
   bool ray_query() const { return report_.ray_query; }
   bool traces_rays() const { return report_.ray_query || report_.ray_tracing_pipeline; }
 
@@ -90,6 +94,8 @@ class Device {
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceAccelerationStructurePropertiesKHR acceleration_{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+  VkPhysicalDeviceRayTracingPipelinePropertiesKHR ray_pipeline_{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR};
   VkSemaphore timeline_ = VK_NULL_HANDLE;
   uint64_t submitted_ = 0;
   std::deque<Retired> retired_;

@@ -109,6 +109,7 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::enable_chain(std::vector<const char*>
       extensions.push_back(VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME);
       ray_pipeline = {ray_pipeline.sType, ray_pipeline.pNext};
       ray_pipeline.rayTracingPipeline = VK_TRUE;
+      ray_pipeline.rayTracingPipelineTraceRaysIndirect = VK_TRUE;
     }
   } else {
     vulkan13.pNext = nullptr;  // a device with the extension but without the feature

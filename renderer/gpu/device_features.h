@@ -28,7 +28,8 @@ struct DeviceFeatures {
   std::vector<std::string> missing_required() const;
   bool has_ray_query() const { return acceleration.accelerationStructure && ray_query.rayQuery; }
   bool has_ray_tracing_pipeline() const {
-    return acceleration.accelerationStructure && ray_pipeline.rayTracingPipeline;
+    return acceleration.accelerationStructure && ray_pipeline.rayTracingPipeline &&
+           ray_pipeline.rayTracingPipelineTraceRaysIndirect;
   }
 
   // Keeps of the queried features only what is used, for vkCreateDevice, and names the extensions to enable.

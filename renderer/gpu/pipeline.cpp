@@ -3,7 +3,6 @@
 #include "shaders/embedded.h"
 
 namespace fire3dv::gpu {
-namespace {
 
 ShaderModule create_shader_module(Device& device, std::string_view name) {
   const std::span<const uint32_t> code = shaders::embedded(name);
@@ -15,6 +14,8 @@ ShaderModule create_shader_module(Device& device, std::string_view name) {
   FIRE3DV_VK(vkCreateShaderModule(device.handle(), &info, nullptr, &module));
   return ShaderModule(device, module);
 }
+
+namespace {
 
 VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, const ShaderModule& module) {
   VkPipelineShaderStageCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};

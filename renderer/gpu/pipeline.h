@@ -14,6 +14,8 @@ constexpr uint32_t kPushConstantBytes = 128;  // what every device has
 
 PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets);
 
+ShaderModule create_shader_module(Device& device, std::string_view name);
+
 // name: the shader's file name, as in "post.comp".
 Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader);
 

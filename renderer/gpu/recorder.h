@@ -41,6 +41,15 @@ inline constexpr Access build_read{VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BU
                                    VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR, false};
 inline constexpr Access draw_trace{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
                                    VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR, false};
+inline constexpr Access compute_trace{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+                                      VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR, false};
+inline constexpr Access ray_trace{VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR,
+                                  VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR, false};
+inline constexpr Access ray_read{VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR, VK_ACCESS_2_SHADER_READ_BIT, false};
+inline constexpr Access ray_write{VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR,
+                                  VK_ACCESS_2_SHADER_READ_BIT | VK_ACCESS_2_SHADER_WRITE_BIT, true};
+inline constexpr Access indirect_read{VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
+                                      false};
 inline constexpr Access host_read{VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT, false};
 inline constexpr Access present{VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE, false, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR};
 }  // namespace access

@@ -123,7 +123,18 @@ std::vector<T> in_order(const std::vector<T>& values, const std::vector<uint32_t
 struct Parts {
   std::vector<gpu_types::PartRecord> parts;
   std::vector<gpu_types::ClusterInstance> clusters;
+  std::vector<GpuScene::PlanarPart> planar;
 };
+
+glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
+  glm::vec3 low(0), high(0);
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    const scene::Primitive& primitive = scene.primitives[p];
+    low = p == mesh.first_primitive ? primitive.bounds_min : glm::min(low, primitive.bounds_min);
+    high = p == mesh.first_primitive ? primitive.bounds_max : glm::max(high, primitive.bounds_max);
+  }
+  return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
+}
 
 Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<scene::Caster> casters;
@@ -136,12 +147,19 @@ Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
     for (uint32_t p = first; p < first + scene.meshes[mesh].primitive_count; ++p) {
       const auto part = static_cast<uint32_t>(all.parts.size());
       all.parts.push_back({n, p, part_flags(scene, p, casters[mesh])});
+      if (casters[mesh].shape == scene::CasterShape::planar) {
+        const glm::mat3 m(scene.nodes[n].world_from_node);
+        const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
+        all.planar.push_back({part, casters[mesh].plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
+      }
       const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[p];
       for (uint32_t c = 0; c < geometry.cluster_count; ++c) {
         all.clusters.push_back({part, geometry.first_cluster + c});
       }
     }
   }
+  std::stable_sort(all.planar.begin(), all.planar.end(),
+                   [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });
   return all;
 }
 
@@ -260,6 +278,13 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
   for (size_t p = 0; p < scene.primitives.size(); ++p) {
     primitive_records.push_back({geometry[p].first_index, geometry[p].first_vertex, scene.primitives[p].material});
   }
+  for (const scene::Mesh& mesh : scene.meshes) {
+    const glm::vec4 sphere = sphere_around(scene, mesh);
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      primitive_records[p].mesh_center = glm::vec3(sphere);
+      primitive_records[p].mesh_radius = sphere.w;
+    }
+  }
   primitives = upload_array(device, loader, primitive_records);
 
   std::vector<gpu_types::LightRecord> light_records;
@@ -273,7 +298,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
   lights = upload_array(device, loader, light_records);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
-  const Parts all_parts = collect_parts(scene, *this);
+  Parts all_parts = collect_parts(scene, *this);
+  part_count = static_cast<uint32_t>(all_parts.parts.size());
+  planar_parts = std::move(all_parts.planar);
   first_part_of_node.assign(node_count, 0);
   for (uint32_t i = static_cast<uint32_t>(all_parts.parts.size()); i-- > 0;) {
     first_part_of_node[all_parts.parts[i].node] = i;

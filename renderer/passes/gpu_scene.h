@@ -25,7 +25,7 @@ struct GpuScene {
                      const state::PoseState& poses);
 
   uint32_t node_count = 0;
-  uint32_t light_count = 0;
+  uint32_t light_count = 0, part_count = 0;
   uint32_t instance_count = 0;  // of the top-level acceleration structure
   uint32_t cluster_instance_count = 0;
   bool has_on_top = false;      // something that only the forward pass draws
@@ -42,6 +42,13 @@ struct GpuScene {
   gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass
 
   std::vector<uint32_t> first_part_of_node;
+  // Parts that lie in one plane, the largest at rest first.
+  struct PlanarPart {
+    uint32_t part;
+    glm::vec4 plane_node;
+    float radius_m;
+  };
+  std::vector<PlanarPart> planar_parts;
   std::vector<bool> mirrored;           // of each node, as the draw list has it
   DrawList draw_list;
   uint64_t draw_list_revision = 0;      // +1 whenever the list changes

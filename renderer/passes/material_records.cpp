@@ -46,6 +46,8 @@ gpu_types::LightRecord light_record(const scene::Light& light, uint32_t node) {
   record.color = light.color * light.intensity;
   record.range_m = light.range_m;
   record.node = node;
+  record.radius_m = light.radius_m;
+  record.angular_radius_rad = light.angular_radius_rad;
   switch (light.type) {
     case scene::LightType::directional: record.type = FIRE3DV_LIGHT_DIRECTIONAL; break;
     case scene::LightType::point: record.type = FIRE3DV_LIGHT_POINT; break;

@@ -35,9 +35,11 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
       transforms_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
+      shadow_way_(choose_shadow_way(device, settings.shadows)),
       post_(device, samples_) {
   if (draws_visibility(device, settings.raster)) {
     visibility_.emplace(device, layout_.get(), scene_set_layout_.get(), static_cast<uint32_t>(samples_));
+    shadows_.emplace(device, layout_.get(), static_cast<uint32_t>(samples_), shadow_way_);
   }
 }
 
@@ -46,12 +48,14 @@ void SceneRenderer::set_scene(const scene::Scene& scene) {
   transforms_.forget();
   forward_.forget();
   gpu_scene_ = std::make_unique<GpuScene>(device_, scene);
+  if (shadows_) shadows_->set_scene(scene, *gpu_scene_);
 }
 
 void SceneRenderer::set_size(VkExtent2D extent) {
   targets_.emplace(device_, extent, samples_);
   post_.bind(*targets_);
   if (visibility_) visibility_->set_size(*targets_);
+  if (shadows_) shadows_->set_size(extent);
 }
 
 void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
@@ -72,15 +76,17 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
 
 void SceneRenderer::draw_forward(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
                                  const View& view) {
-  forward_.record(recorder, belt, *gpu_scene_, *scene_, poses, *targets_, view, upload_globals(belt, view));
+  forward_.record(recorder, belt, *gpu_scene_, *scene_, poses, *targets_, view, upload_globals(belt, view, false));
   post_.record(recorder, *targets_, settings_.post);
 }
 
 void SceneRenderer::draw_visibility(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view) {
-  const VkDeviceAddress globals = upload_globals(belt, view);
-  ClusterRaster* const sets[] = {&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull)};
+  const VkDeviceAddress globals = upload_globals(belt, view, true);
+  std::vector<ClusterRaster*> sets{&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull)};
+  if (ClusterRaster* maps = shadows_->prepare_maps(recorder, belt, *gpu_scene_, globals)) sets.push_back(maps);
   ClusterRaster::record(recorder, sets);
-  visibility_->shade(recorder, *gpu_scene_, *targets_, globals, settings_.post);
+  shadows_->record(recorder, *gpu_scene_, visibility_->buffer(), globals);
+  visibility_->shade(recorder, *gpu_scene_, *shadows_, *targets_, globals, settings_.post);
   post_.smooth(recorder, *targets_, settings_.post);
 }
 
@@ -95,7 +101,7 @@ void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
                 });
 }
 
-VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View& view) {
+VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View& view, bool compute) {
   const GpuScene& scene = *gpu_scene_;
   gpu_types::Globals globals{};
   globals.world_from_node = scene.world_from_node.address;
@@ -115,7 +121,9 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.eye_world = view.eye_world;
   globals.light_count = scene.light_count;
   globals.ambient = settings_.ambient;
-  globals.shadows = settings_.shadows ? 1 : 0;
+  globals.part_count = scene.part_count;
+  globals.shadows = shadow_way_.method == ShadowMethod::ray ? FIRE3DV_SHADOWS_INLINE : FIRE3DV_SHADOWS_OFF;
+  if (compute) shadows_->describe_to(globals);
   globals.background = kBackground;
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;

@@ -25,7 +25,7 @@ struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
   bool cull = true;
   uint32_t samples = 4;
-  bool shadows = true;  // where the device can trace rays
+  ShadowSettings shadows;
   glm::vec3 ambient{0.35f};
   PostSettings post;
 };
@@ -45,13 +45,15 @@ class SceneRenderer {
   VkExtent2D extent() const { return targets_->extent; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
+  const ShadowWay& shadow_way() const { return shadow_way_; }
+  uint64_t shadow_rays() const { return shadows_ ? shadows_->rays_traced() : 0; }  // of a frame that is finished
   RasterPath raster_path() const { return visibility_ ? RasterPath::visibility : RasterPath::forward; }
   PostSettings& post_settings() { return settings_.post; }
 
  private:
   void draw_forward(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view);
   void draw_visibility(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view);
-  VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view);
+  VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool compute);
   void record_top_level(gpu::Recorder& recorder);
 
   gpu::Device& device_;
@@ -61,7 +63,9 @@ class SceneRenderer {
   gpu::PipelineLayout layout_;
   TransformsPass transforms_;
   ForwardPass forward_;
+  ShadowWay shadow_way_;
   std::optional<VisibilityPass> visibility_;
+  std::optional<ShadowPass> shadows_;
   PostPass post_;
   const scene::Scene* scene_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;

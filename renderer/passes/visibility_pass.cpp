@@ -91,17 +91,17 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, c
   return raster_;
 }
 
-void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, Targets& targets, VkDeviceAddress globals,
-                           const PostSettings& settings) {
+void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
+                           VkDeviceAddress globals, const PostSettings& settings) {
   gpu_types::ShadePush push{};
   push.globals = globals;
   push.visibility = visibility_.address;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
-  recorder.pass("shade",
-                {Use(visibility_, access::compute_read), Use(scene.world_from_node, access::compute_read),
-                 Use(targets.display, access::compute_write, true)},
-                [&](VkCommandBuffer commands) {
+  std::vector<Use> uses{Use(visibility_, access::compute_read), Use(scene.world_from_node, access::compute_read),
+                        Use(targets.display, access::compute_write, true)};
+  shadows.add_reads(uses);
+  recorder.pass("shade", uses, [&](VkCommandBuffer commands) {
                   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_.get());
                   const VkDescriptorSet sets[] = {scene.textures.set(), image_set_};
                   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,

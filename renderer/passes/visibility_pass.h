@@ -3,6 +3,7 @@
 
 #include "renderer/passes/cluster_raster.h"
 #include "renderer/passes/post_pass.h"
+#include "renderer/passes/shadow_pass.h"
 #include "renderer/passes/targets.h"
 #include "renderer/passes/view.h"
 #include "shaders/shared/types.h"
@@ -18,7 +19,7 @@ class VisibilityPass {
   // The camera's part of ClusterRaster::record.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals, bool cull);
   // Tone-mapped, resolved colour into targets.display.
-  void shade(gpu::Recorder& recorder, GpuScene& scene, Targets& targets, VkDeviceAddress globals,
+  void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets, VkDeviceAddress globals,
              const PostSettings& settings);
   gpu::Buffer& buffer() { return visibility_; }
 

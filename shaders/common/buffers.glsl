@@ -30,6 +30,12 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LargeWorkRef
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer HugeTriangleRef { HugeTriangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PreparedTriangleRef { PreparedTriangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileEntryRef { TileEntry at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightShadowRef { LightShadow at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SheetRef { SheetRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayEntryRef { RayEntry at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayListRef { RayList value; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightViewWantedRef { LightViewWanted at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer RasterViewOut { RasterView at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer UintsRef { uint at[]; };
 
 vec3 transform_point(AffineRows m, vec3 p) {

@@ -28,7 +28,26 @@ bool faces_away(RasterView view, vec3 normal, vec3 point) {
   return dot(normal, look) > 1e-4 * sqrt(dot(normal, normal) * dot(look, look));
 }
 
-bool can_be_seen(RasterView view, PartRecord part, ClusterRecord cluster, AffineRows world_from_node) {
+// Whether a light's map may hold only those triangles of the part that face away from the light: of a closed mesh seen
+// from outside, a ray from any visible point meets such a triangle first. Seen from inside that does not hold.
+bool casts_by_far_sides(PartRecord part, PrimitiveRecord primitive, AffineRows world_from_node, vec3 eye_world) {
+  if ((part.flags & FIRE3DV_PART_CLOSED) == 0) return false;
+  const vec3 center = transform_point(world_from_node, primitive.mesh_center);
+  return distance(center, eye_world) > primitive.mesh_radius * largest_stretch(world_from_node) * 1.01;
+}
+
+// Whether a view draws a triangle, by the side that it shows.
+bool is_wanted(GlobalsRef globals, RasterView view, PartRecord part, AffineRows world_from_node, vec3 normal, vec3 point) {
+#ifdef FIRE3DV_LIGHTS
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
+  // What is nearly edge-on belongs to both sides: nothing may be missing.
+  return !(casts_by_far_sides(part, primitive, world_from_node, globals.value.eye_world) && faces_away(view, -normal, point));
+#else
+  return (part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 || !faces_away(view, normal, point);
+#endif
+}
+
+bool can_be_seen(GlobalsRef globals, RasterView view, PartRecord part, ClusterRecord cluster, AffineRows world_from_node) {
   const vec3 center = transform_point(world_from_node, cluster.center);
   const float stretch = largest_stretch(world_from_node);
   const float radius = cluster.radius * stretch * 1.0001;
@@ -37,12 +56,16 @@ bool can_be_seen(RasterView view, PartRecord part, ClusterRecord cluster, Affine
     // The plane's own rounding grows with the distance from the origin.
     if (dot(plane.xyz, center) + plane.w < -radius - 1e-6 * (abs(plane.w) + dot(abs(plane.xyz), abs(center)))) return false;
   }
-  if ((part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 || cluster.cone_cutoff >= 1 || !scales_evenly(world_from_node)) return true;
+#ifndef FIRE3DV_LIGHTS
+  if ((part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0) return true;
+#endif
+  if (cluster.cone_cutoff >= 1 || !scales_evenly(world_from_node)) return true;
   vec3 axis = transform_direction(world_from_node, cluster.cone_axis) / stretch;
   float slack = 1e-3;
 #ifdef FIRE3DV_LIGHTS
   // Of a closed mesh, a light's map holds the triangles that face away from the light; of others all.
-  if ((part.flags & FIRE3DV_PART_CLOSED) == 0) return true;
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
+  if (!casts_by_far_sides(part, primitive, world_from_node, globals.value.eye_world)) return true;
   axis = -axis;
 #endif
   if (view.eye_world.w == 0) return dot(view.eye_world.xyz, axis) < cluster.cone_cutoff + slack;

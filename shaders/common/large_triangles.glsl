@@ -24,7 +24,9 @@ bool prepare(HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored,
              out PreparedTriangle prepared) {
   const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;
   const int64_t area = int64_t(ab.x) * ac.y - int64_t(ab.y) * ac.x;
+#ifndef FIRE3DV_LIGHTS  // a light's outer map holds lines, too
   if (area == 0 || (!double_sided && (area > 0) != mirrored)) return false;
+#endif
   const bool swap_corners = area < 0;
   prepared.a = a.xy;
   prepared.za = a.z;
@@ -83,7 +85,7 @@ void emit_large(RasterSet set, HugeTriangle triangle, Corner a, Corner b, Corner
   for (int y = 0; y < tiles.y; ++y) {
     for (int x = 0; x < tiles.x; ++x) {
       const ivec2 tile = first + ivec2(x, y);
-      if (!reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1, 2)) continue;
+      if (!reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1, 4)) continue;
       if (!emit_tile(set, place, tile)) {
         emit_huge(set, triangle);  // drawn again as a whole: the result is the same
         return;

@@ -1,6 +1,7 @@
 // KHR_lights_punctual.
 #ifndef FIRE3DV_LIGHTS_GLSL
 #define FIRE3DV_LIGHTS_GLSL
+#include "common/buffers.glsl"
 
 struct LightSample {
   vec3 to_light;      // unit

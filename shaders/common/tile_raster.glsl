@@ -1,7 +1,11 @@
 // Draws the part of a prepared triangle that lies in one tile, pixel by pixel, with 64-bit edge functions.
 #ifndef FIRE3DV_TILE_RASTER_GLSL
 #define FIRE3DV_TILE_RASTER_GLSL
+#ifdef FIRE3DV_LIGHTS
+#include "common/light_raster.glsl"
+#else
 #include "common/camera_raster.glsl"
+#endif
 
 struct TileTriangle {
   Corner a, b, c;
@@ -22,23 +26,43 @@ TileTriangle tile_triangle(PreparedTriangle p) {
   return t;
 }
 
-void draw_tile_pixel(GlobalsRef globals, uint64_t target, ivec2 size, TileTriangle t, ivec2 pixel) {
+void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTriangle t, ivec2 pixel) {
+  const ivec2 size = ivec2(view.width, view.height);
   if (pixel.x >= size.x || pixel.y >= size.y) return;
   const Corner a = t.a, b = t.b, c = t.c;
   const ivec3 bias = t.bias;
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   precise const float inverse_area = 1 / float(t.area);
+#ifdef FIRE3DV_LIGHTS
+  const bool has_area = t.area > 0;
+  const bool is_broad = is_broad_triangle(float(t.area), ab, bc, ca);
+  const ivec2 texel = pixel;
+  FIRE3DV_COVER_TEXEL(int64_t, i64vec2)
+  if (!touches) return;
+  const MapTarget target = map_target(set, view);
+  put_nearest(target, texel, true, outer);
+  if (!middle) return;
+#else
   FIRE3DV_COVER_PIXEL(int64_t, i64vec2)
   if (covered == 0) return;
+#endif
   const PartRecord part = PartRef(globals.value.parts).at[part_of_id(globals, t.id)];
-  if ((part.flags & FIRE3DV_PART_MASK) != 0 &&
-      !is_solid_at(globals, visible_triangle(globals, t.id), tested_place(pixel, covered))) {
-    return;
+  if ((part.flags & FIRE3DV_PART_MASK) != 0) {
+    const VisibleTriangle triangle = visible_triangle(globals, t.id);
+#ifdef FIRE3DV_LIGHTS
+    if (!is_solid_at(globals, seen_by_light(triangle, view), vec2(texel) + 0.5, vec2(size))) return;
+#else
+    if (!is_solid_at(globals, triangle, tested_place(pixel, covered), vec2(size))) return;
+#endif
   }
+#ifdef FIRE3DV_LIGHTS
+  put_nearest(target, texel, false, z);
+#else
   const uint first = uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-    if ((covered & (1u << s)) != 0) put(target, first + s, depth[s], t.id, true);
+    if ((covered & (1u << s)) != 0) put(set.target, first + s, depth[s], t.id, true);
   }
+#endif
 }
 
 #endif

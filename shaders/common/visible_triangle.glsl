@@ -92,9 +92,8 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   return point;
 }
 
-// The test of an alpha-masked surface at a place of the image.
-bool is_solid_at(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
-  const vec2 size = vec2(globals.value.width, globals.value.height);
+// The test of an alpha-masked surface at a place of an image of this size.
+bool is_solid_at(GlobalsRef globals, VisibleTriangle t, vec2 pixel, vec2 size) {
   const vec3 b = inside(barycentrics_at(t, pixel, size));
   VertexRecord v[3];
   for (int i = 0; i < 3; ++i) v[i] = VertexRef(globals.value.vertices).at[t.vertex[i]];

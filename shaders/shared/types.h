@@ -79,6 +79,8 @@ struct PrimitiveRecord {
   uint first_index;
   uint first_vertex;
   uint material;
+  vec3 mesh_center;  // sphere around the whole mesh, node space
+  float mesh_radius;
 };
 
 // A primitive at a node, in the order of the scene: what clusters, ids and draws refer to.
@@ -122,7 +124,10 @@ struct RasterView {
   uint width;
   uint height;
   uint first_texel;      // of the light's maps
-  uint padding;
+  // For shadow maps. Orthographic: metres for each unit of depth, and the side of a texel in metres. Perspective: the
+  // near distance in metres, and the side of a texel at a distance of 1 m.
+  float depth_m;
+  float texel_m;
 };
 
 // A list of clusters, begun with the arguments of the dispatch that draws them.
@@ -204,6 +209,45 @@ struct LightRecord {
   uint node;  // the light stands at this node and shines along its -Z
   float cone_scale;   // KHR_lights_punctual: attenuation = clamp(cos(angle) * scale + offset, 0, 1)^2
   float cone_offset;
+  float radius_m;            // point, spot: 0 = hard shadows
+  float angular_radius_rad;  // directional
+};
+
+// How a light's shadow is found.
+struct LightShadow {
+  uint first_view;  // of the lights' RasterViews: 1, or 6 sides of a cube
+  uint view_count;
+  uint mask_word;   // where the mask keeps this light's result
+  uint mask_shift;
+  uint rays;        // 1: hard, one bit for each sample; more: soft, 8 bits for each sample
+};
+
+// A mesh in one plane, which shadow maps leave out: whether it lies between a point and a light is computed.
+struct SheetRecord {
+  vec4 plane_node;
+  uint part;
+};
+
+#define FIRE3DV_SHADOWS_OFF 0u
+#define FIRE3DV_SHADOWS_MASK 1u  // found by rays before shading
+#define FIRE3DV_SHADOWS_MAP 2u
+#define FIRE3DV_SHADOWS_INLINE 3u  // rays traced where the surface is shaded
+
+// A pixel's rays that are to be traced, of one word of its mask.
+struct RayEntry {
+  uint pixel;
+  uint word;
+  uint wanted;  // bits as in the mask; of a soft light the lowest one of each sample
+};
+
+struct RayList {
+  uint width;  // of vkCmdTraceRaysIndirectKHR: entries
+  uint height;
+  uint depth;
+  uint groups_x;  // of vkCmdDispatchIndirect
+  uint groups_y;
+  uint groups_z;
+  uint rays;      // counted for the statistics
 };
 
 // What every shader of a frame may need; one per frame.
@@ -221,14 +265,22 @@ struct Globals {
   FIRE3DV_ADDRESS clusters;         // ClusterRecord[]
   FIRE3DV_ADDRESS cluster_triangles;   // uint[], scene::ClusteredGeometry::triangles
   FIRE3DV_ADDRESS cluster_instances;   // ClusterInstance[]
+  FIRE3DV_ADDRESS light_shadows;    // LightShadow[], as lights
+  FIRE3DV_ADDRESS light_views;      // RasterView[]
+  FIRE3DV_ADDRESS shadow_maps;      // uint[]: of each view, nearest depths at texels' middles, then outer ones
+  FIRE3DV_ADDRESS shadow_mask;      // uint[pixel][mask_words]
+  FIRE3DV_ADDRESS sheets;           // SheetRecord[]
   mat4 clip_from_world;
   vec3 eye_world;
   uint light_count;
   vec3 ambient;                     // scales the built-in environment
-  uint shadows;                     // 0 = off
+  uint shadows;                     // FIRE3DV_SHADOWS_*
   vec3 background;                  // linear; what nothing covers
   uint width;                       // of the image
   uint height;
+  uint mask_words;
+  uint sheet_count;
+  uint part_count;
 };
 
 struct TransformsPush {
@@ -255,6 +307,29 @@ struct PostPush {
   uint samples;
   float exposure;
   uint tone_map;
+};
+
+struct LightViewsPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS wanted;  // LightViewWanted[]
+  FIRE3DV_ADDRESS views;   // RasterView[], written
+};
+
+// A light's view before it is fitted to what there is to see.
+struct LightViewWanted {
+  uint light;
+  uint side;         // of a cube; FIRE3DV_NO_INDEX = not of a cube
+  uint size;         // texels along each side
+  uint first_texel;
+  float half_angle_rad;  // spot
+};
+
+struct ShadowPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS list;        // RayList
+  FIRE3DV_ADDRESS entries;     // RayEntry[]
+  uint hybrid;                 // 0: every ray is traced
 };
 
 struct ShadePush {

@@ -156,7 +156,7 @@ TEST_F(Golden, OneSampleNoShadowsNoFxaa) {
   builder.camera_node("camera", {0, 2, 5}, {0, 0.7f, 0});
   passes::DrawSettings settings;
   settings.samples = 1;
-  settings.shadows = false;
+  settings.shadows.method = passes::ShadowMethod::off;
   settings.post.fxaa = false;
   expect_golden(builder.build(), "one_sample_no_shadows", settings);
 }

@@ -16,7 +16,7 @@ class RasterPaths : public ValidationIsSilent {
     passes::DrawSettings settings;
     settings.raster = path;
     settings.samples = samples;
-    settings.shadows = false;
+    settings.shadows.method = passes::ShadowMethod::off;
     settings.post.fxaa = false;
     RenderBench bench(scene, {320, 240}, settings);
     return bench.draw_at_rest();

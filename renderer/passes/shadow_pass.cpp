@@ -1,0 +1,285 @@
+#include "renderer/passes/shadow_pass.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <string>
+
+#include "renderer/gpu/loader_commands.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+
+constexpr uint32_t kSoftRays = 16;
+constexpr size_t kMostSheets = 16;
+// All views together; beyond it every map gets smaller.
+constexpr uint64_t kMostTexels = 48u << 20;
+constexpr uint32_t kMapSide = 2048, kCubeSide = 1024, kSmallestSide = 64;
+// A spot that is wider than this has no map of one piece.
+constexpr float kWidestSpotRad = 1.2f;
+
+template <typename T>
+gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values) {
+  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                          gpu::Memory::device);
+  loader.upload(buffer, std::span<const T>(values));
+  return buffer;
+}
+
+std::vector<scene::Light> lights_in_node_order(const scene::Scene& scene) {
+  std::vector<scene::Light> lights;
+  for (const scene::Node& node : scene.nodes) {
+    if (node.light != scene::kNone) lights.push_back(scene.lights[node.light]);
+  }
+  return lights;
+}
+
+bool is_soft(const scene::Light& light) {
+  return light.type == scene::LightType::directional ? light.angular_radius_rad > 0 : light.radius_m > 0;
+}
+
+bool needs_cube(const scene::Light& light) {
+  return light.type == scene::LightType::point ||
+         (light.type == scene::LightType::spot && light.outer_cone_rad > kWidestSpotRad);
+}
+
+}  // namespace
+
+ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings) {
+  ShadowWay way;
+  if (settings.method == ShadowMethod::off) return way;
+  const gpu::DeviceReport& report = device.report();
+  const bool can_trace = report.ray_query || report.ray_tracing_pipeline;
+  if (settings.method == ShadowMethod::map || !can_trace) {
+    way.method = report.int64_atomics ? ShadowMethod::map : ShadowMethod::off;
+    return way;
+  }
+  way.method = ShadowMethod::ray;
+  way.hybrid = settings.hybrid;
+  const bool pipeline = report.ray_tracing_pipeline && (settings.back_end == RayBackEnd::pipeline || !report.ray_query);
+  way.back_end = pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
+  return way;
+}
+
+const char* describe(const ShadowWay& way) {
+  switch (way.method) {
+    case ShadowMethod::off:
+    case ShadowMethod::automatic: return "nothing";
+    case ShadowMethod::map: return "shadow maps";
+    case ShadowMethod::ray: break;
+  }
+  if (way.back_end == RayBackEnd::query) return way.hybrid ? "shadow maps and ray query" : "ray query";
+  return way.hybrid ? "shadow maps and a ray-tracing pipeline" : "a ray-tracing pipeline";
+}
+
+ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, const ShadowWay& way)
+    : device_(device), layout_(layout), samples_(samples), way_(way) {
+  if (needs_maps()) {
+    light_views_ = gpu::create_compute_pipeline(device, layout, "light_views.comp");
+    map_raster_.emplace(device, layout, RasterKind::lights);
+  }
+  if (way.method != ShadowMethod::ray) return;
+  const std::string suffix = samples == 4 ? "_4" : "_1";
+  classify_ = gpu::create_compute_pipeline(device, layout, "classify" + suffix + ".comp");
+  if (way.back_end == RayBackEnd::query) {
+    trace_query_ = gpu::create_compute_pipeline(device, layout, "trace" + suffix + ".comp");
+  } else {
+    trace_pipeline_ = gpu::RayPipeline(device, layout, "trace" + suffix + ".rgen", "trace.rmiss", "trace.rahit");
+  }
+  list_ = gpu::create_buffer(device, sizeof(gpu_types::RayList),
+                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                             gpu::Memory::device);
+  for (gpu::Buffer& seen : list_seen_) {
+    seen = gpu::create_buffer(device, sizeof(gpu_types::RayList), 0, gpu::Memory::readback);
+    std::memset(seen.mapped, 0, sizeof(gpu_types::RayList));
+  }
+}
+
+void ShadowPass::choose_views(const scene::Scene& scene) {
+  const std::vector<scene::Light> lights = lights_in_node_order(scene);
+  std::vector<gpu_types::LightViewWanted> wanted;
+  std::vector<gpu_types::LightShadow> shadows;
+  uint32_t bit = 0, soft_words = 0;
+  for (uint32_t i = 0; i < lights.size(); ++i) {
+    const bool cube = needs_cube(lights[i]);
+    gpu_types::LightShadow shadow{};
+    shadow.first_view = static_cast<uint32_t>(wanted.size());
+    shadow.view_count = cube ? 6 : 1;
+    shadow.rays = is_soft(lights[i]) ? kSoftRays : 1;
+    if (shadow.rays == 1) {
+      shadow.mask_word = bit / 32;
+      shadow.mask_shift = bit % 32;
+      bit += samples_;
+    } else {
+      shadow.mask_word = soft_words++;  // counted from the last hard one; set right below
+    }
+    for (uint32_t side = 0; side < shadow.view_count; ++side) {
+      wanted.push_back({i, cube ? side : FIRE3DV_NO_INDEX, cube ? kCubeSide : kMapSide, 0, lights[i].outer_cone_rad});
+    }
+    shadows.push_back(shadow);
+  }
+  const uint32_t hard_words = (bit + 31) / 32;
+  for (gpu_types::LightShadow& shadow : shadows) {
+    if (shadow.rays != 1) shadow.mask_word += hard_words;
+  }
+  mask_words_ = std::max(1u, hard_words + soft_words);
+
+  auto texels = [&] {
+    uint64_t sum = 0;
+    for (const gpu_types::LightViewWanted& view : wanted) sum += uint64_t{2} * view.size * view.size;
+    return sum;
+  };
+  while (texels() > kMostTexels && !wanted.empty() && wanted[0].size > kSmallestSide) {
+    for (gpu_types::LightViewWanted& view : wanted) view.size /= 2;
+  }
+  uint32_t first_texel = 0;
+  for (gpu_types::LightViewWanted& view : wanted) {
+    view.first_texel = first_texel;
+    first_texel += 2 * view.size * view.size;
+  }
+  light_count_ = static_cast<uint32_t>(lights.size());
+  view_count_ = needs_maps() ? static_cast<uint32_t>(wanted.size()) : 0;
+
+  gpu::LoaderCommands loader(device_);
+  light_shadows_ = upload_array(device_, loader, shadows);
+  wanted_views_ = upload_array(device_, loader, wanted);
+  loader.finish();
+  if (view_count_ == 0) return;
+  views_ = gpu::create_buffer(device_, view_count_ * sizeof(gpu_types::RasterView), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                              gpu::Memory::device);
+  maps_ = gpu::create_buffer(device_, VkDeviceSize{first_texel} * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                             gpu::Memory::device);
+}
+
+void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  std::vector<gpu_types::SheetRecord> sheets;
+  const float scene_radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
+  for (const GpuScene::PlanarPart& planar : gpu_scene.planar_parts) {
+    if (sheets.size() == kMostSheets) break;
+    // Maps alone have to hold all that could shadow; a ground that is most of the scene would leave nothing for the rest.
+    if (way_.method == ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
+    sheets.push_back({planar.plane_node, planar.part});
+  }
+  sheet_count_ = needs_maps() ? static_cast<uint32_t>(sheets.size()) : 0;
+  gpu::LoaderCommands loader(device_);
+  sheets_ = upload_array(device_, loader, sheets);
+  loader.finish();
+}
+
+void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  choose_views(scene);
+  choose_sheets(scene, gpu_scene);
+  if (extent_.width) set_size(extent_);
+}
+
+void ShadowPass::set_size(VkExtent2D extent) {
+  extent_ = extent;
+  if (way_.method != ShadowMethod::ray) return;
+  const VkDeviceSize words = VkDeviceSize{extent.width} * extent.height * mask_words_;
+  mask_ = gpu::create_buffer(device_, words * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  entries_ = gpu::create_buffer(device_, words * sizeof(gpu_types::RayEntry), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                gpu::Memory::device);
+}
+
+void ShadowPass::describe_to(gpu_types::Globals& globals) const {
+  globals.light_shadows = light_shadows_.address;
+  globals.light_views = views_.address;
+  globals.shadow_maps = maps_.address;
+  globals.shadow_mask = mask_.address;
+  globals.sheets = sheets_.address;
+  globals.sheet_count = sheet_count_;
+  globals.mask_words = mask_words_;
+  globals.shadows = way_.method == ShadowMethod::off   ? FIRE3DV_SHADOWS_OFF
+                    : way_.method == ShadowMethod::map ? FIRE3DV_SHADOWS_MAP
+                                                       : FIRE3DV_SHADOWS_MASK;
+}
+
+ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
+                                        VkDeviceAddress globals) {
+  if (view_count_ == 0) return nullptr;
+  recorder.pass("light views",
+                {Use(scene.world_from_node, access::compute_read), Use(views_, access::compute_write)},
+                [&](VkCommandBuffer commands) {
+                  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
+                  const gpu_types::LightViewsPush push{globals, wanted_views_.address, views_.address};
+                  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+                  vkCmdDispatch(commands, view_count_, 1, 1);
+                });
+  ClusterRaster::Job job;
+  job.scene = &scene;
+  job.views_written = &views_;
+  job.target = &maps_;
+  job.views = views_.address;
+  job.globals = globals;
+  job.view_count = view_count_;
+  map_raster_->begin(belt, job);
+  return &*map_raster_;
+}
+
+void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals) {
+  if (way_.method != ShadowMethod::ray || light_count_ == 0) return;
+  gpu::Buffer& seen = list_seen_[frame_++ % gpu::kFramesInFlight];
+  gpu_types::RayList last;
+  std::memcpy(&last, seen.mapped, sizeof(last));
+  rays_traced_ = last.rays;
+
+  const gpu_types::ShadowPush push{globals, visibility.address, list_.address, entries_.address, way_.hybrid ? 1u : 0u};
+  auto bind = [&](VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline) {
+    vkCmdBindPipeline(commands, point, pipeline);
+    const VkDescriptorSet set = scene.textures.set();
+    vkCmdBindDescriptorSets(commands, point, layout_, 0, 1, &set, 0, nullptr);
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+  };
+  recorder.transition({Use(list_, access::transfer_write)});
+  vkCmdFillBuffer(recorder.commands(), list_.get(), 0, VK_WHOLE_SIZE, 0);
+
+  std::vector<Use> classify_uses{Use(visibility, access::compute_read), Use(scene.world_from_node, access::compute_read),
+                                 Use(list_, access::compute_write), Use(entries_, access::compute_write),
+                                 Use(mask_, access::compute_write)};
+  if (view_count_) {
+    classify_uses.emplace_back(maps_, access::compute_read);
+    classify_uses.emplace_back(views_, access::compute_read);
+  }
+  recorder.pass("classify", classify_uses, [&](VkCommandBuffer commands) {
+    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, classify_.get());
+    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, mask_words_);
+  });
+
+  const bool query = way_.back_end == RayBackEnd::query;
+  const gpu::Access read = query ? access::compute_read : access::ray_read;
+  const gpu::Access write = query ? access::compute_write : access::ray_write;
+  gpu::Access arguments = read;  // the list is argument and input at once
+  arguments.stages |= access::indirect_read.stages;
+  arguments.access |= access::indirect_read.access;
+  recorder.pass("trace",
+                {Use(visibility, read), Use(scene.world_from_node, read), Use(list_, arguments), Use(entries_, read),
+                 Use(mask_, write),
+                 Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)},
+                [&](VkCommandBuffer commands) {
+                  if (query) {
+                    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, trace_query_.get());
+                    vkCmdDispatchIndirect(commands, list_.get(), offsetof(gpu_types::RayList, groups_x));
+                  } else {
+                    bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, trace_pipeline_.get());
+                    trace_pipeline_.trace(commands, list_.address);
+                  }
+                });
+  recorder.transition({Use(list_, access::transfer_read), Use(seen, access::transfer_write)});
+  const VkBufferCopy copy{0, 0, sizeof(gpu_types::RayList)};
+  vkCmdCopyBuffer(recorder.commands(), list_.get(), seen.get(), 1, &copy);
+  recorder.transition({Use(seen, access::host_read)});
+}
+
+void ShadowPass::add_reads(std::vector<Use>& uses) {
+  if (way_.method == ShadowMethod::ray && light_count_) uses.emplace_back(mask_, access::compute_read);
+  if (way_.method == ShadowMethod::map && view_count_) {
+    uses.emplace_back(maps_, access::compute_read);
+    uses.emplace_back(views_, access::compute_read);
+  }
+}
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,73 @@
+// Which lights reach which pixels: a list of rays becomes a mask. Lights' maps tell what needs no ray; the rest is
+// traced by ray query or by a ray-tracing pipeline. Where there are neither rays nor the wish for them, shading looks
+// into the maps itself.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "renderer/gpu/ray_pipeline.h"
+#include "renderer/passes/cluster_raster.h"
+
+namespace fire3dv::gpu_types {
+struct Globals;
+}
+
+namespace fire3dv::passes {
+
+enum class ShadowMethod : uint8_t { automatic, ray, map, off };
+enum class RayBackEnd : uint8_t { none, query, pipeline };
+
+struct ShadowSettings {
+  ShadowMethod method = ShadowMethod::automatic;
+  bool hybrid = true;  // maps first, rays where they cannot tell; false: a ray for every lit surface
+  RayBackEnd back_end = RayBackEnd::query;  // used if the device has it, else the other one
+};
+
+// What a device makes of the settings.
+struct ShadowWay {
+  ShadowMethod method = ShadowMethod::off;  // never automatic
+  RayBackEnd back_end = RayBackEnd::none;
+  bool hybrid = false;
+};
+ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings);
+const char* describe(const ShadowWay& way);
+
+class ShadowPass {
+ public:
+  // samples: 1 or 4, of the visibility buffer.
+  ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, const ShadowWay& way);
+
+  void set_scene(const scene::Scene& scene, const GpuScene& gpu_scene);
+  void set_size(VkExtent2D extent);
+  void describe_to(gpu_types::Globals& globals) const;
+
+  // The lights' maps, to be drawn beside the camera's view; null when no map is needed.
+  ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals);
+  // From the visibility buffer to the mask.
+  void record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
+  void add_reads(std::vector<gpu::Use>& uses);  // of whoever shades
+
+  uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
+
+ private:
+  bool needs_maps() const { return way_.method == ShadowMethod::map || (way_.method == ShadowMethod::ray && way_.hybrid); }
+  void choose_views(const scene::Scene& scene);
+  void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
+
+  gpu::Device& device_;
+  VkPipelineLayout layout_;
+  uint32_t samples_;
+  ShadowWay way_;
+  gpu::Pipeline light_views_, classify_, trace_query_;
+  gpu::RayPipeline trace_pipeline_;
+  std::optional<ClusterRaster> map_raster_;
+  uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, mask_words_ = 1;
+  VkExtent2D extent_{};
+  gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
+  gpu::Buffer mask_, list_, entries_;
+  std::array<gpu::Buffer, gpu::kFramesInFlight> list_seen_;
+  uint64_t frame_ = 0, rays_traced_ = 0;
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,56 @@
+// Covers texels of a light's two maps; see shadow_maps.glsl. Nearest depths win; depth is reversed, so the largest.
+#ifndef FIRE3DV_LIGHT_RASTER_GLSL
+#define FIRE3DV_LIGHT_RASTER_GLSL
+#include "common/visible_triangle.glsl"
+
+struct MapTarget {
+  uint64_t maps;
+  uint first_texel;
+  uint size;
+};
+
+MapTarget map_target(RasterSet set, RasterView view) { return MapTarget(set.target, view.first_texel, view.width); }
+
+void put_nearest(MapTarget target, ivec2 texel, bool outer, float depth) {
+  const uint index = target.first_texel + (outer ? target.size * target.size : 0) + uint(texel.y) * target.size + texel.x;
+  const uint value = floatBitsToUint(depth);
+  UintsRef maps = UintsRef(target.maps);
+  if (maps.at[index] < value) atomicMax(maps.at[index], value);
+}
+
+// A light's view of the triangle, for its alpha.
+VisibleTriangle seen_by_light(VisibleTriangle t, RasterView view) {
+  for (int i = 0; i < 3; ++i) t.clip[i] = clip_position(view.clip_from_world, t.world[i]);
+  return t;
+}
+
+// Half a texel, and the two steps by which corners and points may have been rounded.
+const int kReach = kHalfPixel + 2;
+
+// `touches`: the triangle reaches into the texel. `middle`: it covers its middle, at depth `z`. `outer`: no less than
+// the nearest depth that it has in the texel. A triangle without area touches what its line touches.
+#define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                              \
+  const ivec2 place = texel * kSubpixels + kHalfPixel;                                                              \
+  const IVEC from_a = IVEC(place - a.xy), from_b = IVEC(place - b.xy), from_c = IVEC(place - c.xy);                 \
+  const INT wa = INT(bc.x) * from_b.y - INT(bc.y) * from_b.x;                                                       \
+  const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                                       \
+  const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                                       \
+  const bool touches = wa + INT(abs(bc.x) + abs(bc.y)) * kReach >= 0 &&                                             \
+                       wb + INT(abs(ca.x) + abs(ca.y)) * kReach >= 0 && wc + INT(abs(ab.x) + abs(ab.y)) * kReach >= 0; \
+  const float za = float(wa) * a.z, zb = float(wb) * b.z, zc = float(wc) * c.z;                                     \
+  const float z = (za + zb + zc) * inverse_area;                                                                    \
+  const bool middle = has_area && wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);                      \
+  const float nearest = max(a.z, max(b.z, c.z));                                                                    \
+  float outer = nearest;                                                                                            \
+  if (is_broad) {                                                                                                   \
+    const vec2 slope = abs(vec2(-bc.y, bc.x) * a.z + vec2(-ca.y, ca.x) * b.z + vec2(-ab.y, ab.x) * c.z) * inverse_area; \
+    outer = min(nearest, z + (slope.x + slope.y) * (kReach * 1.001) + 4e-6 * nearest);                              \
+  }
+
+// Broad enough for its plane to say something about depths a little outside of it.
+bool is_broad_triangle(float area, ivec2 ab, ivec2 bc, ivec2 ca) {
+  const ivec2 extent = max(abs(ab), max(abs(bc), abs(ca)));
+  return area >= float(kSubpixels) * float(max(extent.x, extent.y));
+}
+
+#endif

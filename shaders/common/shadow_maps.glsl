@@ -1,0 +1,97 @@
+// What a shadow map can tell, and what it cannot.
+//
+// Each view of a light has two maps of the same triangles: the nearest depth at the middle of each texel, and the
+// nearest depth that any of them reaches anywhere in the texel, however thin it is (outer-conservative). Closed meshes
+// are there with the triangles that face away from the light only: a ray from a visible point, which lies outside every
+// closed mesh, that meets such a mesh at all meets one of those triangles. So a surface that faces the light is not in
+// its own way, and:
+// - nothing in the outer map nearer to the light than the point: lit, for certain;
+// - all of 3 x 3 texels' middles clearly nearer: taken for shadowed. A hole that none of nine middles sees is overlooked:
+//   light through it is lost where the hole is narrower than about two texels;
+// - else: unknown, a ray has to tell.
+#ifndef FIRE3DV_SHADOW_MAPS_GLSL
+#define FIRE3DV_SHADOW_MAPS_GLSL
+#include "common/lights.glsl"
+#include "common/sheets.glsl"
+
+const uint kLit = 0, kShadowed = 1, kUnknown = 2;
+
+struct MapPlace {
+  RasterView view;
+  vec2 texel;
+  float depth;
+  bool inside;
+};
+
+uint side_of_cube(vec3 direction) {
+  const vec3 size = abs(direction);
+  if (size.x >= size.y && size.x >= size.z) return direction.x > 0 ? 0 : 1;
+  if (size.y >= size.z) return direction.y > 0 ? 2 : 3;
+  return direction.z > 0 ? 4 : 5;
+}
+
+MapPlace map_place(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 to_light) {
+  const uint side = shadow.view_count == 6 ? side_of_cube(-to_light) : 0;
+  MapPlace place;
+  place.view = RasterViewRef(globals.value.light_views).at[shadow.first_view + side];
+  const vec4 clip = place.view.clip_from_world * vec4(point_world, 1);
+  place.inside = clip.w > 0 && all(lessThan(abs(clip.xy), vec2(clip.w)));
+  place.texel = (clip.xy / clip.w * 0.5 + 0.5) * float(place.view.width);
+  place.depth = clip.z / clip.w;
+  return place;
+}
+
+float map_depth(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
+  texel = clamp(texel, ivec2(0), ivec2(view.width - 1));
+  const uint index = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
+  return uintBitsToFloat(UintRef(globals.value.shadow_maps).at[index]);
+}
+
+// How much nearer to the light `depth` is than the place, in metres.
+float nearer_by_m(MapPlace place, float depth) {
+  if (place.view.eye_world.w == 0) return (depth - place.depth) * place.view.depth_m;
+  return place.view.depth_m / place.depth - place.view.depth_m / max(depth, 1e-20);
+}
+
+// Height of the receiver's plane over one texel, along the light's direction.
+float slope_m(MapPlace place, vec3 plane_normal, vec3 to_light) {
+  const float cosine = max(abs(dot(plane_normal, to_light)), 0.02);
+  const float texel_m = place.view.eye_world.w == 0 ? place.view.texel_m : place.view.texel_m * place.view.depth_m / place.depth;
+  return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + 0.1 * texel_m;
+}
+
+uint map_verdict(GlobalsRef globals, LightShadow shadow, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
+  const bool sheet = sheet_may_be_between(globals, part, point_world, light.to_light, light.distance_m);
+  const MapPlace place = map_place(globals, shadow, point_world, light.to_light);
+  // A map reaches around all that casts; a spot's reaches around its cone.
+  if (!place.inside) return sheet ? kUnknown : kLit;
+  const ivec2 texel = ivec2(floor(place.texel));
+  const float outer = map_depth(globals, place.view, texel, true);
+  const float rounding = 1e-5 * (place.view.eye_world.w == 0 ? 1.0 : place.depth);
+  if (outer == 0 || outer < place.depth - rounding) return sheet ? kUnknown : kLit;
+  const float clearly_m = 2 * slope_m(place, plane_normal, light.to_light);
+  for (int y = -1; y <= 1; ++y) {
+    for (int x = -1; x <= 1; ++x) {
+      const float depth = map_depth(globals, place.view, texel + ivec2(x, y), false);
+      if (depth == 0 || nearer_by_m(place, depth) < clearly_m) return kUnknown;
+    }
+  }
+  return kShadowed;
+}
+
+// Where there are no rays: the share of four texels around the point that are lit, weighted by how near they are.
+float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 plane_normal, LightSample light) {
+  const MapPlace place = map_place(globals, shadow, point_world, light.to_light);
+  if (!place.inside) return 1;
+  const float bias_m = 1.5 * slope_m(place, plane_normal, light.to_light);
+  const vec2 corner = floor(place.texel - 0.5);
+  const vec2 weight = place.texel - 0.5 - corner;
+  float lit[4];
+  for (int i = 0; i < 4; ++i) {
+    const float depth = map_depth(globals, place.view, ivec2(corner) + ivec2(i & 1, i >> 1), false);
+    lit[i] = depth == 0 || nearer_by_m(place, depth) < bias_m ? 1 : 0;
+  }
+  return mix(mix(lit[0], lit[1], weight.x), mix(lit[2], lit[3], weight.x), weight.y);
+}
+
+#endif
