@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/environment.h"
 #include "renderer/passes/forward_pass.h"
 #include "renderer/passes/gpu_scene.h"
 #include "renderer/passes/post_pass.h"
@@ -25,8 +26,11 @@ struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
   bool cull = true;
   uint32_t samples = 4;
-  bool shadows = true;  // where the device can trace rays
-  glm::vec3 ambient{0.35f};
+  bool shadows = true;                                         // where the device can trace rays
+  std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio
+  float environment_intensity = 1;
+  float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
+  Background background;
   PostSettings post;
 };
 
@@ -59,6 +63,7 @@ class SceneRenderer {
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
   gpu::PipelineLayout layout_;
+  Environment environment_;
   TransformsPass transforms_;
   ForwardPass forward_;
   std::optional<VisibilityPass> visibility_;

@@ -13,7 +13,7 @@ constexpr float kPi = 3.14159265f;
 
 passes::DrawSettings no_ambient() {
   passes::DrawSettings settings;
-  settings.ambient = glm::vec3(0);
+  settings.environment_intensity = 0;
   return settings;
 }
 
