@@ -14,16 +14,15 @@ struct Lobe {
   float roughness;  // perceptual
   float alpha;
   float n_dot_v;
-  vec3 f0;          // reflectance at normal incidence
-  float f90;        // and at grazing
-  vec3 gain;        // light that comes out after several bounces among the facets, over that of one (Turquin 2019)
-  vec3 albedo;      // share of even surroundings that it reflects, gain included
+  vec3 f0, f90;     // reflectance at normal incidence and at grazing, with what several bounces add
+  vec3 albedo;      // share of even surroundings that it reflects
 };
 
 struct Surface {
   vec3 to_eye;       // unit
-  vec3 diffuse;      // colour of what is not reflected by the lobe but scattered
+  vec3 diffuse;      // colour of what a body below the surface scatters; metals have none
   vec3 transmitted;  // colour of what goes straight through
+  float body_f0, body_f90, body_albedo;  // what the surface reflects before light reaches that body
   Lobe base;
   vec3 sheen_color;  // 0: none
   float sheen_alpha;
@@ -83,8 +82,8 @@ vec3 reflect_light(Surface s, vec3 to_light) {
   const float grazing = schlick_weight(dot(s.to_eye, h));
   vec3 result = vec3(0);
   if (n_dot_l > 0) {
-    const vec3 fresnel = mix(s.base.f0, vec3(s.base.f90), grazing);
-    result = n_dot_l * (fresnel * s.base.gain * microfacets(s.base, h, n_dot_l) + (1 - largest(fresnel)) / PI * s.diffuse);
+    const float entering = 1 - mix(s.body_f0, s.body_f90, grazing);
+    result = n_dot_l * (mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l) + entering / PI * s.diffuse);
     if (largest(s.sheen_color) > 0) {
       const float n_dot_h = clamp(dot(s.base.normal, h), 0, 1);
       result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
@@ -94,15 +93,15 @@ vec3 reflect_light(Surface s, vec3 to_light) {
   } else if (largest(s.transmitted) > 0 && n_dot_l < 0) {
     // Through a thin wall, which does not bend it: as if the light stood on this side, mirrored.
     const vec3 through = normalize(to_light - 2 * n_dot_l * s.base.normal + s.to_eye);
-    const vec3 fresnel = mix(s.base.f0, vec3(s.base.f90), schlick_weight(dot(s.to_eye, through)));
-    result = -n_dot_l * (1 - largest(fresnel)) * microfacets(s.base, through, -n_dot_l) * s.transmitted;
+    const float entering = 1 - mix(s.body_f0, s.body_f90, schlick_weight(dot(s.to_eye, through)));
+    result = -n_dot_l * entering * microfacets(s.base, through, -n_dot_l) * s.transmitted;
   }
   if (s.coat > 0) {
     result *= 1 - s.coat * s.coat_lobe.albedo.r;
     const float coat_n_dot_l = dot(s.coat_lobe.normal, to_light);
     if (coat_n_dot_l > 0) {
-      const vec3 fresnel = mix(s.coat_lobe.f0, vec3(1), grazing) * s.coat_lobe.gain;
-      result += coat_n_dot_l * s.coat * microfacets(s.coat_lobe, h, coat_n_dot_l) * fresnel;
+      result += coat_n_dot_l * s.coat * microfacets(s.coat_lobe, h, coat_n_dot_l) *
+                mix(s.coat_lobe.f0, s.coat_lobe.f90, grazing);
     }
   }
   return result;

@@ -37,18 +37,31 @@ vec3 background_radiance(GlobalsRef globals, vec3 direction) {
   return globals.value.environment_intensity * textureLod(environment_picture, uv, globals.value.background_lod).rgb;
 }
 
-Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90) {
+// How much of even surroundings one bounce reflects: by f0 and by f90.
+vec2 split_albedo(float n_dot_v, float roughness) { return textureLod(environment_albedo, vec2(n_dot_v, roughness), 0).rg; }
+
+// Light that comes out after several bounces among the facets, over that of one (Turquin 2019).
+vec3 bounce_gain(vec3 f0, vec2 split) { return 1 + f0 * (1 / (split.x + split.y) - 1); }
+
+// A dielectric's reflectances and a metal's, which reflects all at grazing, mixed.
+Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, vec3 metal_f0, float metallic) {
   Lobe lobe;
   lobe.normal = normal;
   lobe.roughness = clamp(roughness, 0, 1);
   lobe.alpha = max(lobe.roughness * lobe.roughness, LEAST_ALPHA);
   lobe.n_dot_v = clamp(dot(normal, to_eye), 1e-4, 1);
-  lobe.f0 = f0;
-  lobe.f90 = f90;
-  const vec2 split = textureLod(environment_albedo, vec2(lobe.n_dot_v, lobe.roughness), 0).rg;
-  lobe.gain = 1 + f0 * (1 / (split.x + split.y) - 1);
-  lobe.albedo = (f0 * split.x + f90 * split.y) * lobe.gain;
+  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
+  const vec3 gain = bounce_gain(f0, split), metal_gain = bounce_gain(metal_f0, split);
+  lobe.f0 = mix(f0 * gain, metal_f0 * metal_gain, metallic);
+  lobe.f90 = mix(f90 * gain, metal_gain, metallic);
+  lobe.albedo = lobe.f0 * split.x + lobe.f90 * split.y;
   return lobe;
+}
+
+// Of a dielectric without colour: what does not get below its surface.
+float dielectric_albedo(Lobe lobe, float f0, float f90) {
+  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
+  return (f0 * split.x + f90 * split.y) * bounce_gain(vec3(f0), split).x;
 }
 
 float sheen_albedo_of(float n_dot_v, float roughness) {
@@ -61,7 +74,7 @@ vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye) {
 
 vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
   const vec3 scattered = scattered_radiance(globals, s.base.normal);
-  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye) + (1 - largest(s.base.albedo)) * s.diffuse * scattered;
+  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye) + (1 - s.body_albedo) * s.diffuse * scattered;
   if (largest(s.sheen_color) > 0) {
     // The fibres' lobe is as wide as a hemisphere, so the matte look-up serves it too.
     result *= 1 - largest(s.sheen_color) * s.sheen_albedo;

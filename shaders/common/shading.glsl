@@ -48,7 +48,7 @@ void add_extensions(MaterialExtensionRecord extension, uint flags, float metalli
     const float roughness =
         extension.clearcoat_roughness * sample_or(extension.clearcoat_roughness_texture, uv, dx, dy, vec4(1)).g;
     const vec3 normal = mapped_normal(extension.clearcoat_normal_texture, extension.clearcoat_normal_scale, point);
-    surface.coat_lobe = make_lobe(normal, surface.to_eye, roughness, vec3(0.04), 1);
+    surface.coat_lobe = make_lobe(normal, surface.to_eye, roughness, vec3(0.04), 1, vec3(1), 0);
   }
 }
 
@@ -72,8 +72,11 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
   surface.diffuse = base_color.rgb * (1 - metallic);
   surface.transmitted = vec3(0);
   surface.base = make_lobe(mapped_normal(material.normal_texture, material.normal_scale, point), surface.to_eye,
-                           material.roughness * metallic_roughness.g, mix(dielectric_f0, base_color.rgb, metallic),
-                           mix(dielectric_f90, 1, metallic));
+                           material.roughness * metallic_roughness.g, dielectric_f0, dielectric_f90, base_color.rgb,
+                           metallic);
+  surface.body_f0 = largest(dielectric_f0);
+  surface.body_f90 = dielectric_f90;
+  surface.body_albedo = dielectric_albedo(surface.base, surface.body_f0, dielectric_f90);
   surface.sheen_color = vec3(0);
   surface.coat = 0;
   if (extended) add_extensions(extension, material.flags, metallic, base_color.rgb, point, surface);
@@ -108,7 +111,7 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
 
   if (largest(surface.transmitted) > 0) {
     const float under_sheen = largest(surface.sheen_color) > 0 ? 1 - largest(surface.sheen_color) * surface.sheen_albedo : 1;
-    behind += alpha * under_coat * under_sheen * (1 - largest(surface.base.albedo)) * surface.transmitted;
+    behind += alpha * under_coat * under_sheen * (1 - surface.body_albedo) * surface.transmitted;
   }
   // The alpha is for those who can blend by one number alone: the mean over the channels.
   return vec4(min(radiance, vec3(kLargestHalf)) * alpha, 1 - dot(behind, vec3(1.0 / 3.0)));
