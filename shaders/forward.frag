@@ -1,5 +1,5 @@
 // Shades one fragment. Writes linear HDR colour, premultiplied where it is blended.
-// Variants: FIRE3DV_RAY_QUERY traces shadows, FIRE3DV_ALPHA_MASK discards.
+// Variants: FIRE3DV_RAY_QUERY traces shadows, FIRE3DV_ALPHA_MASK discards, FIRE3DV_DUAL_SOURCE tints what lies behind.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/shading.glsl"
@@ -20,7 +20,12 @@ layout(location = 5) flat in uint in_material;
 layout(location = 6) in vec3 in_position_center;
 layout(location = 7) in vec4 in_uv_center;
 
+#ifdef FIRE3DV_DUAL_SOURCE
+layout(location = 0, index = 0) out vec4 out_color;
+layout(location = 0, index = 1) out vec4 out_behind;
+#else
 layout(location = 0) out vec4 out_color;
+#endif
 
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
 #ifdef FIRE3DV_RAY_QUERY
@@ -64,5 +69,11 @@ void main() {
 #ifdef FIRE3DV_ALPHA_MASK
   if (base_color.a < material.alpha_cutoff) discard;
 #endif
+#ifdef FIRE3DV_DUAL_SOURCE
+  vec3 behind;
+  out_color = shade(globals, material, base_color, point, behind);
+  out_behind = vec4(behind, 1 - out_color.a);
+#else
   out_color = shade(globals, material, base_color, point);
+#endif
 }

@@ -35,6 +35,13 @@ vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
   return shade(globals, material, surface_base_color(material, point), point).rgb;
 }
 
+// At the pixel's middle whatever part of it is free, as the raster pipeline has it.
+vec3 background_of(GlobalsRef globals, uvec2 pixel) {
+  const vec2 ndc = (vec2(pixel) + 0.5) / vec2(globals.value.width, globals.value.height) * 2 - 1;
+  return background_radiance(globals, globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
+                                          globals.value.world_from_ndc_origin);
+}
+
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   const uvec2 pixel = gl_GlobalInvocationID.xy;
@@ -58,7 +65,8 @@ void main() {
     }
     shaded_sample = s;
     place = count == FIRE3DV_SAMPLES ? vec2(0.5) : place / count;
-    const vec3 color = ids[s] == 0 ? globals.value.background : shaded(globals, ids[s], vec2(pixel) + place);
+    const vec3 color =
+        ids[s] == 0 ? background_of(globals, pixel) : shaded(globals, ids[s], vec2(pixel) + place);
     sum += display_linear(color, push.exposure, push.tone_map) * count;
   }
   imageStore(display, ivec2(pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));

@@ -16,8 +16,13 @@ double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-passes::DrawSettings draw_settings(const Options& options) {
+passes::DrawSettings draw_settings(const Options& options,
+                                   std::shared_ptr<const scene::EnvironmentImage> environment) {
   passes::DrawSettings settings;
+  settings.environment = std::move(environment);
+  settings.environment_intensity = options.environment_intensity;
+  settings.environment_rotation_rad = glm::radians(options.environment_rotation_deg);
+  settings.background = options.background;
   settings.samples = options.samples;
   settings.raster = options.raster;
   settings.cull = options.cull;
@@ -38,9 +43,10 @@ void install_stop_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses, StreamIntake& intake,
-                     CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,
-                     const Options& options)
+FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses,
+                     StreamIntake& intake, CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window,
+                     FrameStats& stats, const Options& options,
+                     std::shared_ptr<const scene::EnvironmentImage> environment)
     : device_(device),
       poses_(poses),
       intake_(intake),
@@ -50,7 +56,7 @@ FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::Pose
       stats_(stats),
       options_(options),
       frames_(device),
-      renderer_(device, draw_settings(options)),
+      renderer_(device, draw_settings(options, std::move(environment))),
       readback_(device),
       last_image_(Clock::now()),
       progress_("images:") {

@@ -22,10 +22,10 @@ void install_stop_signals();
 
 class FrameLoop {
  public:
-  // All are borrowed. window may be null.
+  // All but the surroundings are borrowed. window may be null; so may environment, for the studio.
   FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses, StreamIntake& intake,
             CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,
-            const Options& options);
+            const Options& options, std::shared_ptr<const scene::EnvironmentImage> environment);
 
   Result<void> run();
   uint64_t images() const { return images_; }

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <string_view>
 
 #include "renderer/app/version.h"
 
@@ -29,6 +30,35 @@ std::string positive_number(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool good = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
   return good ? "" : text + " is not a number above 0";
+}
+
+std::string number_from_zero(const std::string& text) {
+  return text == "0" ? "" : positive_number(text);
+}
+
+std::string finite_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good = error == std::errc() && end == text.data() + text.size() && std::abs(value) <= 1e6f;
+  return good ? "" : text + " is not a number between -1000000 and 1000000";
+}
+
+// "environment", or the light of a display's colour.
+bool parse_background(std::string_view text, passes::Background& background) {
+  if (text == "environment") {
+    background.surroundings = true;
+    return true;
+  }
+  if (text.starts_with('#')) text.remove_prefix(1);  // shells take it for a comment, so it may be left out
+  uint32_t rgb = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rgb, 16);
+  if (error != std::errc() || end != text.data() + text.size() || text.size() != 6) return false;
+  for (int c = 0; c < 3; ++c) {
+    const float encoded = static_cast<float>(rgb >> (16 - 8 * c) & 0xff) / 255;
+    background.color[c] =
+        encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+  }
+  return true;
 }
 
 passes::ToneMap tone_map_named(const std::string& name) {
@@ -86,6 +116,22 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_flag("--validation,!--no-validation", options.validation,
                "check every Vulkan call; a finding ends the run with exit code 1");
 
+  app.add_option(
+      "--environment", options.environment,
+      "surroundings that light the scene: an equirectangular Radiance picture (.hdr); without, a studio");
+  app.add_option("--environment-rotation", options.environment_rotation_deg,
+                 "degrees that the surroundings are turned by, counter-clockwise seen from above")
+      ->check(finite_number)
+      ->capture_default_str();
+  app.add_option("--environment-intensity", options.environment_intensity,
+                 "factor on the surroundings' light")
+      ->check(number_from_zero)
+      ->capture_default_str();
+  std::string background;
+  app.add_option(
+      "--background", background,
+      "what is seen behind the scene: environment, or light of one colour, RRGGBB, which is exposed and "
+      "tone-mapped like the rest");
   app.add_option("--samples", options.samples, "samples per pixel, at most; what the device has decides")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
@@ -131,6 +177,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (!parse_size(size, options.width, options.height)) {
     return usage_error("--size " + size + ": must be WxH with sides of 1 to " + std::to_string(kMaxSide) +
                        ", such as 1280x720");
+  }
+  if (!background.empty() && !parse_background(background, options.background)) {
+    return usage_error("--background " + background + ": must be environment or a colour such as 20a0ff");
   }
   if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "renderer/passes/environment.h"
 #include "renderer/passes/scene_renderer.h"
 
 namespace fire3dv::app {
@@ -28,6 +29,11 @@ struct Options {
   std::string device;
   bool list_devices = false;
   bool validation = false;
+
+  std::filesystem::path environment;  // Radiance picture; empty: the studio
+  float environment_rotation_deg = 0;
+  float environment_intensity = 1;
+  passes::Background background;
 
   uint32_t samples = 4;
   passes::RasterPath raster = passes::RasterPath::automatic;

@@ -8,6 +8,7 @@
 #include "renderer/app/progress.h"
 #include "renderer/gpu/device.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/radiance_file.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/null_sink.h"
 #include "renderer/sinks/window.h"
@@ -59,6 +60,15 @@ Result<scene::Scene> load_scene(const std::filesystem::path& path) {
   return scene;
 }
 
+// Null without the option.
+Result<std::shared_ptr<const scene::EnvironmentImage>> load_surroundings(const std::filesystem::path& path) {
+  if (path.empty()) return std::shared_ptr<const scene::EnvironmentImage>();
+  Result<scene::EnvironmentImage> image = scene::load_environment(path);
+  if (!image) return Error{"--environment: " + image.error().message};
+  return std::shared_ptr<const scene::EnvironmentImage>(
+      std::make_shared<scene::EnvironmentImage>(std::move(*image)));
+}
+
 Result<void> open_listeners(const Options& options, StreamIntake& intake) {
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
@@ -106,6 +116,9 @@ int run(const Options& options) {
     if (!stats) return fail(stats.error());
     Result<scene::Scene> scene = load_scene(options.scene);
     if (!scene) return fail(scene.error());
+    Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
+        load_surroundings(options.environment);
+    if (!environment) return fail(environment.error());
     Result<CameraRig> camera = CameraRig::create(*scene, options.camera);
     if (!camera) return fail(camera.error());
     state::PoseState poses(*scene);
@@ -127,7 +140,8 @@ int run(const Options& options) {
       if (Result<void> attached = window->attach(**instance, **device); !attached) return fail(attached.error());
     }
 
-    FrameLoop loop(**device, *scene, poses, intake, *camera, **sink, window.get(), *stats, options);
+    FrameLoop loop(**device, *scene, poses, intake, *camera, **sink, window.get(), *stats, options,
+                   std::move(*environment));
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());
     say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) + "\n" +

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "shaders/shared/bindings.h"
-
 namespace fire3dv::gpu {
 namespace {
 
@@ -34,6 +32,11 @@ SetLayout BindlessTextures::create_layout(Device& device) {
                         stages, nullptr});
     flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT);
   }
+  for (uint32_t i = 0; i < std::tuple_size_v<EnvironmentTextures>; ++i) {
+    bindings.push_back({FIRE3DV_BINDING_ENVIRONMENT_PICTURE + i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, stages,
+                        nullptr});
+    flags.push_back(0);
+  }
   bindings.push_back({FIRE3DV_BINDING_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, max_textures(device),
                       stages, nullptr});
   flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT | VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT |
@@ -53,10 +56,12 @@ SetLayout BindlessTextures::create_layout(Device& device) {
 }
 
 BindlessTextures::BindlessTextures(Device& device, std::span<const SampledTexture> textures,
+                                   const EnvironmentTextures& environment,
                                    VkAccelerationStructureKHR top_level)
     : layout_(create_layout(device)) {
   const uint32_t count = std::max<uint32_t>(1, static_cast<uint32_t>(textures.size()));
-  std::vector<VkDescriptorPoolSize> sizes{{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, count}};
+  std::vector<VkDescriptorPoolSize> sizes{
+      {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, count + static_cast<uint32_t>(environment.size())}};
   if (device.traces_rays()) sizes.push_back({VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1});
   VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   pool_info.flags = VK_DESCRIPTOR_POOL_CREATE_UPDATE_AFTER_BIND_BIT;
@@ -79,18 +84,26 @@ BindlessTextures::BindlessTextures(Device& device, std::span<const SampledTextur
   FIRE3DV_VK(vkAllocateDescriptorSets(device.handle(), &allocate, &set_));
 
   std::vector<VkDescriptorImageInfo> images;
-  for (const SampledTexture& texture : textures) {
-    images.push_back({texture.sampler, texture.view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL});
+  for (const std::span<const SampledTexture> from :
+       {std::span<const SampledTexture>(environment), textures}) {
+    for (const SampledTexture& texture : from) {
+      images.push_back({texture.sampler, texture.view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL});
+    }
   }
   std::vector<VkWriteDescriptorSet> writes;
-  if (!images.empty()) {
-    VkWriteDescriptorSet& write = writes.emplace_back(VkWriteDescriptorSet{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET});
+  auto write_images = [&](uint32_t binding, uint32_t first, uint32_t image_count) {
+    VkWriteDescriptorSet& write =
+        writes.emplace_back(VkWriteDescriptorSet{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET});
     write.dstSet = set_;
-    write.dstBinding = FIRE3DV_BINDING_TEXTURES;
-    write.descriptorCount = static_cast<uint32_t>(images.size());
+    write.dstBinding = binding;
+    write.descriptorCount = image_count;
     write.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-    write.pImageInfo = images.data();
-  }
+    write.pImageInfo = images.data() + first;
+  };
+  const auto fixed = static_cast<uint32_t>(environment.size());
+  for (uint32_t i = 0; i < fixed; ++i) write_images(FIRE3DV_BINDING_ENVIRONMENT_PICTURE + i, i, 1);
+  if (!textures.empty())
+    write_images(FIRE3DV_BINDING_TEXTURES, fixed, static_cast<uint32_t>(textures.size()));
   VkWriteDescriptorSetAccelerationStructureKHR structures{
       VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR};
   if (top_level) {

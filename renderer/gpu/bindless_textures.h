@@ -1,11 +1,13 @@
-// Descriptor set 0, the same for every pass: the scene's textures, indexed by the shader, and the top-level
-// acceleration structure where the device has ray queries.
+// Descriptor set 0, the same for every pass: the scene's textures, indexed by the shader, the images of its
+// surroundings, and the top-level acceleration structure where the device has ray queries.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "renderer/gpu/device.h"
+#include "shaders/shared/bindings.h"
 
 namespace fire3dv::gpu {
 
@@ -14,11 +16,16 @@ struct SampledTexture {
   VkSampler sampler = VK_NULL_HANDLE;
 };
 
+using EnvironmentTextures =
+    std::array<SampledTexture, FIRE3DV_BINDING_TEXTURES - FIRE3DV_BINDING_ENVIRONMENT_PICTURE>;
+
 class BindlessTextures {
  public:
   BindlessTextures() = default;
-  // top_level may be VK_NULL_HANDLE. The set does not own what it points to.
-  BindlessTextures(Device& device, std::span<const SampledTexture> textures, VkAccelerationStructureKHR top_level);
+  // environment: from FIRE3DV_BINDING_ENVIRONMENT_PICTURE on. top_level may be VK_NULL_HANDLE. The set does
+  // not own what it points to.
+  BindlessTextures(Device& device, std::span<const SampledTexture> textures,
+                   const EnvironmentTextures& environment, VkAccelerationStructureKHR top_level);
 
   // For pipeline layouts, which are made before any scene: all sets of one device are compatible with it.
   static SetLayout create_layout(Device& device);

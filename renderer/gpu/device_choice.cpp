@@ -103,6 +103,7 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   report.ray_tracing_pipeline = features.has_ray_tracing_pipeline();
   report.int64_atomics = features.vulkan12.shaderBufferInt64Atomics;
   report.anisotropy = features.core.features.samplerAnisotropy;
+  report.dual_source_blend = features.core.features.dualSrcBlend;
 
   uint32_t family_count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(device, &family_count, nullptr);

@@ -28,6 +28,7 @@ struct DeviceReport {
   bool int64_atomics = false;
   bool async_compute = false;
   bool anisotropy = false;
+  bool dual_source_blend = false;
   uint32_t max_samples = 1;
 
   bool usable() const { return missing.empty(); }

@@ -77,6 +77,7 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::enable_chain(std::vector<const char*>
   core.features.drawIndirectFirstInstance = VK_TRUE;
   core.features.shaderInt64 = VK_TRUE;
   core.features.samplerAnisotropy = had.samplerAnisotropy;
+  core.features.dualSrcBlend = had.dualSrcBlend;
 
   vulkan11 = {vulkan11.sType, vulkan11.pNext};
 

@@ -68,6 +68,19 @@ void LoaderCommands::upload(Buffer& buffer, VkDeviceSize offset, std::span<const
   }
 }
 
+void LoaderCommands::upload_level(Image& image, uint32_t level, std::span<const std::byte> bytes) {
+  VkBufferImageCopy copy{};
+  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, 1};
+  copy.imageExtent = {std::max(image.extent.width >> level, 1u), std::max(image.extent.height >> level, 1u),
+                      1};
+  std::byte* mapped = stage(bytes.size(), copy.bufferOffset);
+  std::memcpy(mapped, bytes.data(), bytes.size());
+  recorder().pass("upload", {Use(image, access::transfer_write)}, [&](VkCommandBuffer commands) {
+    vkCmdCopyBufferToImage(commands, staging_.get(), image.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1,
+                           &copy);
+  });
+}
+
 void LoaderCommands::upload_rgba8(Image& image, std::span<const uint8_t> rgba8) {
   VkBufferImageCopy copy{};
   copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};

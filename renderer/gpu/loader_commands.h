@@ -24,6 +24,9 @@ class LoaderCommands {
   // Fills level 0 and makes the smaller levels from it. Leaves the image ready for sampling.
   void upload_rgba8(Image& image, std::span<const uint8_t> rgba8);
 
+  // Fills one level, its rows tightly packed; whoever fills the last one makes the image ready for its use.
+  void upload_level(Image& image, uint32_t level, std::span<const std::byte> bytes);
+
   Recorder& recorder();
   void finish();  // submits and waits
 

@@ -82,6 +82,10 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const
   attachment.blendEnable = wanted.blend;
   attachment.srcColorBlendFactor = attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
   attachment.dstColorBlendFactor = attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+  if (wanted.dual_source) {
+    attachment.dstColorBlendFactor = VK_BLEND_FACTOR_SRC1_COLOR;
+    attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_SRC1_ALPHA;
+  }
   VkPipelineColorBlendStateCreateInfo blend{VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO};
   blend.attachmentCount = wanted.color_format == VK_FORMAT_UNDEFINED ? 0 : 1;
   blend.pAttachments = &attachment;

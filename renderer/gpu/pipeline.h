@@ -27,6 +27,7 @@ struct GraphicsPipelineInfo {
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
   bool depth_write = true;                // depth is reversed: greater is nearer
   bool blend = false;                     // premultiplied alpha over
+  bool dual_source = false;               // blending: what lies behind is scaled by the shader's second colour
   bool alpha_to_coverage = false;
 };
 // Cull mode, front face, viewport and scissor are dynamic.

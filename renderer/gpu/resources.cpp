@@ -7,6 +7,21 @@
 #include "renderer/gpu/device.h"
 
 namespace fire3dv::gpu {
+namespace {
+
+ImageView create_view(Device& device, const Image& image, VkImageViewType type,
+                      const VkImageSubresourceRange& range) {
+  VkImageViewCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
+  info.image = image.get();
+  info.viewType = type;
+  info.format = image.format;
+  info.subresourceRange = range;
+  VkImageView view = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateImageView(device.handle(), &info, nullptr, &view));
+  return ImageView(device, view);
+}
+
+}  // namespace
 
 Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags usage, Memory memory) {
   Buffer buffer;
@@ -53,15 +68,17 @@ Image create_image(Device& device, const ImageInfo& info) {
   image.format = info.format;
   image.extent = info.extent;
   image.mip_levels = info.mip_levels;
+  image.layers = info.cube ? 6 : 1;
   image.samples = info.samples;
   image.aspect = info.format == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 
   VkImageCreateInfo create{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
+  create.flags = info.cube ? VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT : 0;
   create.imageType = VK_IMAGE_TYPE_2D;
   create.format = info.format;
   create.extent = {info.extent.width, info.extent.height, 1};
   create.mipLevels = info.mip_levels;
-  create.arrayLayers = 1;
+  create.arrayLayers = image.layers;
   create.samples = info.samples;
   create.usage = info.usage;
 
@@ -72,15 +89,13 @@ Image create_image(Device& device, const ImageInfo& info) {
   FIRE3DV_VK(vmaCreateImage(device.allocator(), &create, &allocation_info, &handle, &allocation, nullptr));
   image.handle = ImageHandle(device, handle, allocation);
 
-  VkImageViewCreateInfo view{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
-  view.image = handle;
-  view.viewType = VK_IMAGE_VIEW_TYPE_2D;
-  view.format = info.format;
-  view.subresourceRange = {image.aspect, 0, info.mip_levels, 0, 1};
-  VkImageView view_handle = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateImageView(device.handle(), &view, nullptr, &view_handle));
-  image.view = ImageView(device, view_handle);
+  image.view = create_view(device, image, info.cube ? VK_IMAGE_VIEW_TYPE_CUBE : VK_IMAGE_VIEW_TYPE_2D,
+                           {image.aspect, 0, info.mip_levels, 0, image.layers});
   return image;
+}
+
+ImageView create_level_view(Device& device, const Image& image, uint32_t level) {
+  return create_view(device, image, VK_IMAGE_VIEW_TYPE_2D_ARRAY, {image.aspect, level, 1, 0, image.layers});
 }
 
 }  // namespace fire3dv::gpu

@@ -45,6 +45,7 @@ struct Image {
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkExtent2D extent{};
   uint32_t mip_levels = 1;
+  uint32_t layers = 1;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
   UseState use;
@@ -69,7 +70,10 @@ struct ImageInfo {
   VkImageUsageFlags usage = 0;
   uint32_t mip_levels = 1;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+  bool cube = false;  // six layers, seen as the faces of a cube
 };
 Image create_image(Device& device, const ImageInfo& info);
+// One level as an array of its layers: what a shader can write to.
+ImageView create_level_view(Device& device, const Image& image, uint32_t level);
 
 }  // namespace fire3dv::gpu

@@ -26,7 +26,7 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
       const uint32_t material = scene.primitives[p].material;
       candidates.push_back({{n, p},
-                            scene.materials[material].alpha_mode,
+                            scene::drawn_alpha_mode(scene.materials[material]),
                             scene.materials[material].double_sided,
                             mirrored[n],
                             material});

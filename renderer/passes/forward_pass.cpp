@@ -53,8 +53,15 @@ ForwardPass::ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleC
   opaque_ = gpu::create_graphics_pipeline(device, layout, info);
   info.blend = true;
   info.depth_write = false;
+  info.dual_source = device.report().dual_source_blend;
+  if (info.dual_source)
+    info.fragment_shader = device.ray_query() ? "forward_blend_ray.frag" : "forward_blend.frag";
   blend_ = gpu::create_graphics_pipeline(device, layout, info);
-  info.blend = false;
+  info.blend = info.dual_source = false;
+  info.vertex_shader = "background.vert";
+  info.fragment_shader = "background.frag";
+  background_ = gpu::create_graphics_pipeline(device, layout, info);
+  info.vertex_shader = "forward.vert";
   info.depth_write = true;
   info.fragment_shader = device.ray_query() ? "forward_mask_ray.frag" : "forward_mask.frag";
   mask_ = gpu::create_graphics_pipeline(device, layout, info);
@@ -86,7 +93,8 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt
 }
 
 void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
-                         const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals) {
+                         const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals,
+                         const Background& background) {
   upload_commands(recorder, belt, scene);
 
   std::vector<BinCommands> bin_commands;
@@ -115,7 +123,7 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
     color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
     color.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
     color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-    color.clearValue.color = {{kBackground.r, kBackground.g, kBackground.b, 1}};
+    color.clearValue.color = {{background.color.r, background.color.g, background.color.b, 1}};
     VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
     depth.imageView = targets.depth.view.get();
     depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
@@ -156,11 +164,22 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScen
   }
   recorder.pass("forward", color_uses, [&](VkCommandBuffer commands) {
     begin(commands, true, depth_first ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR);
-    for (size_t b = 0; b < scene.draw_list.bins.size(); ++b) {
-      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS,
-                        pipeline(scene.draw_list.bins[b].alpha_mode).get());
-      draw_bin(commands, scene.draw_list.bins[b], bin_commands[b]);
+    const auto draw_bins = [&](bool blended) {
+      for (size_t b = 0; b < scene.draw_list.bins.size(); ++b) {
+        const scene::AlphaMode mode = scene.draw_list.bins[b].alpha_mode;
+        if ((mode == scene::AlphaMode::blend) != blended) continue;
+        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(mode).get());
+        draw_bin(commands, scene.draw_list.bins[b], bin_commands[b]);
+      }
+    };
+    draw_bins(false);
+    if (background.surroundings) {  // where nothing solid is, and before what blends over it
+      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, background_.get());
+      vkCmdSetCullMode(commands, VK_CULL_MODE_NONE);
+      vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);
+      vkCmdDraw(commands, 3, 1, 0, 0);
     }
+    draw_bins(true);
     vkCmdEndRendering(commands);
   });
 }

@@ -6,6 +6,7 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipeline.h"
+#include "renderer/passes/environment.h"
 #include "renderer/passes/gpu_scene.h"
 #include "renderer/passes/targets.h"
 #include "renderer/passes/view.h"
@@ -19,7 +20,8 @@ class ForwardPass {
 
   // globals: device address of the frame's Globals.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
-              const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals);
+              const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals,
+              const Background& background);
   void forget() { commands_revision_ = UINT64_MAX; }
 
  private:
@@ -33,8 +35,8 @@ class ForwardPass {
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  gpu::Pipeline depth_only_, opaque_, mask_, blend_;
-  gpu::Buffer commands_;  // VkDrawIndexedIndirectCommand[], one per draw of the list
+  gpu::Pipeline depth_only_, opaque_, mask_, blend_, background_;
+  gpu::Buffer commands_;                     // VkDrawIndexedIndirectCommand[], one per draw of the list
   uint64_t commands_revision_ = UINT64_MAX;  // of the draw list that they were made for
 };
 

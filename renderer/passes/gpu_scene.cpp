@@ -86,16 +86,16 @@ std::vector<gpu::SampledTexture> upload_textures(gpu::Device& device, gpu::Loade
 bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
   const scene::Primitive& p = scene.primitives[primitive];
   return p.topology == scene::Topology::triangles &&
-         scene.materials[p.material].alpha_mode != scene::AlphaMode::blend;
+         scene::drawn_alpha_mode(scene.materials[p.material]) != scene::AlphaMode::blend;
 }
 
 uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
   const scene::Primitive& p = scene.primitives[primitive];
   const scene::Material& material = scene.materials[p.material];
-  const bool on_top =
-      p.topology != scene::Topology::triangles || material.alpha_mode == scene::AlphaMode::blend;
+  const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
+  const bool on_top = p.topology != scene::Topology::triangles || alpha_mode == scene::AlphaMode::blend;
   return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
-         (material.alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) |
+         (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) |
          (on_top ? FIRE3DV_PART_ON_TOP : 0) | (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
          (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
@@ -169,12 +169,12 @@ std::vector<std::vector<gpu::TriangleGeometry>> shadow_geometry(const scene::Sce
     const scene::Mesh& mesh = scene.meshes[m];
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
       const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[p];
-      const scene::AlphaMode alpha_mode = scene.materials[scene.primitives[p].material].alpha_mode;
+      const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(scene.materials[scene.primitives[p].material]);
       gpu::TriangleGeometry geometry;
       geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
       geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
       geometry.vertex_count = primitive.vertex_count;
-      // Blended surfaces cast no shadow. An empty geometry keeps the others' numbers.
+      // Blended surfaces, transmissive ones among them, cast no shadow. An empty geometry keeps the others' numbers.
       geometry.triangle_count = casts_shadow(scene, p) ? primitive.index_count / 3 : 0;
       geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
       meshes[m].push_back(geometry);
@@ -253,7 +253,8 @@ void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, con
   });
 }
 
-GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
+GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
+                   const gpu::EnvironmentTextures& environment)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
@@ -270,9 +271,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
   clusters = upload_array(device, loader, cluster_records(clustered));
   cluster_triangles = upload_array(device, loader, clustered.triangles);
 
-  std::vector<gpu_types::MaterialRecord> material_records;
-  for (const scene::Material& material : scene.materials) material_records.push_back(material_record(material));
-  materials = upload_array(device, loader, material_records);
+  const MaterialRecords records = material_records(scene.materials);
+  materials = upload_array(device, loader, records.materials);
+  material_extensions = upload_array(device, loader, records.extensions);
 
   std::vector<gpu_types::PrimitiveRecord> primitive_records;
   for (size_t p = 0; p < scene.primitives.size(); ++p) {
@@ -334,7 +335,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene)
   instance_of_node = upload_array(device, loader, instance_indices);
   const std::vector<gpu::SampledTexture> sampled = upload_textures(device, loader, scene, *this);
   loader.finish();
-  textures = gpu::BindlessTextures(device, sampled, top_level.handle());
+  textures = gpu::BindlessTextures(device, sampled, environment, top_level.handle());
 }
 
 }  // namespace fire3dv::passes

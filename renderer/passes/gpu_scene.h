@@ -18,7 +18,7 @@
 namespace fire3dv::passes {
 
 struct GpuScene {
-  GpuScene(gpu::Device& device, const scene::Scene& scene);
+  GpuScene(gpu::Device& device, const scene::Scene& scene, const gpu::EnvironmentTextures& environment);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
@@ -34,7 +34,7 @@ struct GpuScene {
   gpu::Buffer positions, vertices, indices;  // in cluster order
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances;
   std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene
-  gpu::Buffer materials, primitives, lights;
+  gpu::Buffer materials, material_extensions, primitives, lights;
   gpu::Buffer draws;                    // DrawRecord[], in the order of the draw list
   gpu::Buffer first_primitive_of_node;  // uint[]
   gpu::Buffer instance_of_node;         // uint[]

@@ -18,7 +18,43 @@ gpu_types::TextureUse texture_use(const scene::TextureRef& ref) {
   return use;
 }
 
-}  // namespace
+uint32_t extension_flags(const scene::Material& material) {
+  if (material.unlit) return 0;
+  return (material.transmission > 0 ? FIRE3DV_MATERIAL_TRANSMISSION : 0) |
+         (material.sheen_color != glm::vec3(0) ? FIRE3DV_MATERIAL_SHEEN : 0) |
+         (material.clearcoat > 0 ? FIRE3DV_MATERIAL_CLEARCOAT : 0);
+}
+
+bool is_extended(const scene::Material& material) {
+  const scene::Material core;
+  return !material.unlit &&
+         (extension_flags(material) || material.ior != core.ior || material.specular != core.specular ||
+          material.specular_color != core.specular_color ||
+          material.specular_texture.texture != scene::kNone ||
+          material.specular_color_texture.texture != scene::kNone);
+}
+
+gpu_types::MaterialExtensionRecord extension_record(const scene::Material& material) {
+  gpu_types::MaterialExtensionRecord record{};
+  const float ratio = (material.ior - 1) / (material.ior + 1);
+  record.dielectric_f0 = ratio * ratio * material.specular_color;
+  record.specular = material.specular;
+  record.sheen_color = material.sheen_color;
+  record.sheen_roughness = material.sheen_roughness;
+  record.clearcoat = material.clearcoat;
+  record.clearcoat_roughness = material.clearcoat_roughness;
+  record.clearcoat_normal_scale = material.clearcoat_normal_scale;
+  record.transmission = material.transmission;
+  record.specular_texture = texture_use(material.specular_texture);
+  record.specular_color_texture = texture_use(material.specular_color_texture);
+  record.clearcoat_texture = texture_use(material.clearcoat_texture);
+  record.clearcoat_roughness_texture = texture_use(material.clearcoat_roughness_texture);
+  record.clearcoat_normal_texture = texture_use(material.clearcoat_normal_texture);
+  record.sheen_color_texture = texture_use(material.sheen_color_texture);
+  record.sheen_roughness_texture = texture_use(material.sheen_roughness_texture);
+  record.transmission_texture = texture_use(material.transmission_texture);
+  return record;
+}
 
 gpu_types::MaterialRecord material_record(const scene::Material& material) {
   gpu_types::MaterialRecord record{};
@@ -33,12 +69,27 @@ gpu_types::MaterialRecord material_record(const scene::Material& material) {
                  (material.unlit ? FIRE3DV_MATERIAL_UNLIT : 0) |
                  (material.alpha_mode == scene::AlphaMode::mask ? FIRE3DV_MATERIAL_MASK : 0) |
                  (material.alpha_mode == scene::AlphaMode::blend ? FIRE3DV_MATERIAL_BLEND : 0);
+  record.flags |= extension_flags(material);
+  record.extension = FIRE3DV_NO_INDEX;
   record.base_color_texture = texture_use(material.base_color_texture);
   record.metallic_roughness_texture = texture_use(material.metallic_roughness_texture);
   record.normal_texture = texture_use(material.normal_texture);
   record.occlusion_texture = texture_use(material.occlusion_texture);
   record.emissive_texture = texture_use(material.emissive_texture);
   return record;
+}
+
+}  // namespace
+
+MaterialRecords material_records(std::span<const scene::Material> materials) {
+  MaterialRecords records;
+  for (const scene::Material& material : materials) {
+    records.materials.push_back(material_record(material));
+    if (!is_extended(material)) continue;
+    records.materials.back().extension = static_cast<uint32_t>(records.extensions.size());
+    records.extensions.push_back(extension_record(material));
+  }
+  return records;
 }
 
 gpu_types::LightRecord light_record(const scene::Light& light, uint32_t node) {

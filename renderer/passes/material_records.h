@@ -1,6 +1,7 @@
 // Materials and lights as the shaders read them.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "renderer/scene/scene.h"
@@ -8,7 +9,11 @@
 
 namespace fire3dv::passes {
 
-gpu_types::MaterialRecord material_record(const scene::Material& material);
+struct MaterialRecords {
+  std::vector<gpu_types::MaterialRecord> materials;
+  std::vector<gpu_types::MaterialExtensionRecord> extensions;  // of those that have any
+};
+MaterialRecords material_records(std::span<const scene::Material> materials);
 gpu_types::LightRecord light_record(const scene::Light& light, uint32_t node);
 
 }  // namespace fire3dv::passes

@@ -33,10 +33,12 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       samples_(choose_samples(device, settings.raster, settings.samples)),
       scene_set_layout_(gpu::BindlessTextures::create_layout(device)),
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
+      environment_(device, settings.environment ? *settings.environment : scene::studio_environment()),
       transforms_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
       shadow_way_(choose_shadow_way(device, settings.shadows)),
       post_(device, samples_) {
+  settings_.environment.reset();  // the GPU has it now
   if (draws_visibility(device, settings.raster)) {
     visibility_.emplace(device, layout_.get(), scene_set_layout_.get(), static_cast<uint32_t>(samples_));
     shadows_.emplace(device, layout_.get(), static_cast<uint32_t>(samples_), shadow_way_);
@@ -47,7 +49,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene) {
   scene_ = &scene;
   transforms_.forget();
   forward_.forget();
-  gpu_scene_ = std::make_unique<GpuScene>(device_, scene);
+  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, environment_.textures());
   if (shadows_) shadows_->set_scene(scene, *gpu_scene_);
 }
 
@@ -76,7 +78,8 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
 
 void SceneRenderer::draw_forward(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
                                  const View& view) {
-  forward_.record(recorder, belt, *gpu_scene_, *scene_, poses, *targets_, view, upload_globals(belt, view, false));
+  forward_.record(recorder, belt, *gpu_scene_, *scene_, poses, *targets_, view, upload_globals(belt, view, false),
+                  settings_.background);
   post_.record(recorder, *targets_, settings_.post);
 }
 
@@ -109,6 +112,7 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.draws = scene.draws.address;
   globals.primitives = scene.primitives.address;
   globals.materials = scene.materials.address;
+  globals.material_extensions = scene.material_extensions.address;
   globals.lights = scene.lights.address;
   globals.positions = scene.positions.address;
   globals.vertices = scene.vertices.address;
@@ -120,11 +124,16 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.clip_from_world = view.clip_from_world;
   globals.eye_world = view.eye_world;
   globals.light_count = scene.light_count;
-  globals.ambient = settings_.ambient;
+  environment_.describe(globals, settings_.environment_intensity, settings_.environment_rotation_rad);
+  globals.background = settings_.background.color;
+  globals.background_lod =
+      settings_.background.surroundings ? environment_.picture_level(view, targets_->extent.height) : -1;
+  globals.world_from_ndc_x = view.world_from_ndc_x;
+  globals.world_from_ndc_y = view.world_from_ndc_y;
+  globals.world_from_ndc_origin = view.world_from_ndc_origin;
   globals.part_count = scene.part_count;
   globals.shadows = shadow_way_.method == ShadowMethod::ray ? FIRE3DV_SHADOWS_INLINE : FIRE3DV_SHADOWS_OFF;
   if (compute) shadows_->describe_to(globals);
-  globals.background = kBackground;
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;
   return belt.write(std::span<const gpu_types::Globals>(&globals, 1)).address;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/environment.h"
 #include "renderer/passes/forward_pass.h"
 #include "renderer/passes/gpu_scene.h"
 #include "renderer/passes/post_pass.h"
@@ -26,7 +27,10 @@ struct DrawSettings {
   bool cull = true;
   uint32_t samples = 4;
   ShadowSettings shadows;
-  glm::vec3 ambient{0.35f};
+  std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio
+  float environment_intensity = 1;
+  float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
+  Background background;
   PostSettings post;
 };
 
@@ -61,6 +65,7 @@ class SceneRenderer {
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
   gpu::PipelineLayout layout_;
+  Environment environment_;
   TransformsPass transforms_;
   ForwardPass forward_;
   ShadowWay shadow_way_;

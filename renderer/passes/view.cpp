@@ -47,6 +47,12 @@ View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, 
   rigid[3] = glm::vec4(view.eye_world, 1);
   view.look_world = -glm::vec3(rigid[2]);
   view.orthographic = camera.orthographic;
+  if (!camera.orthographic) {
+    const float focal = 1 / std::tan(camera.vertical_fov_rad / 2);
+    view.world_from_ndc_x = glm::vec3(rigid[0]) * (image_aspect / focal);
+    view.world_from_ndc_y = -glm::vec3(rigid[1]) / focal;
+  }
+  view.world_from_ndc_origin = -glm::vec3(rigid[2]);
   view.clip_from_world = clip_from_camera(camera, image_aspect) * glm::inverse(rigid);
   return view;
 }

@@ -8,15 +8,15 @@
 
 namespace fire3dv::passes {
 
-// What nothing covers; linear.
-inline constexpr glm::vec3 kBackground{0.16f, 0.18f, 0.21f};
-
 struct View {
   std::string camera;  // name, for the image's tag
   glm::mat4 clip_from_world{1};
   glm::vec3 eye_world{0};
   glm::vec3 look_world{0, 0, -1};  // unit
   bool orthographic = false;
+  // The ray through a point of the image goes along x * ndc.x + y * ndc.y + origin, not normalised. Without
+  // the eye's place, so that it is as exact far from the world's origin as near it.
+  glm::vec3 world_from_ndc_x{0}, world_from_ndc_y{0}, world_from_ndc_origin{0, 0, -1};
 };
 
 // Vulkan's clip space: y down, depth 1 at the near plane and 0 at the far one.

@@ -93,7 +93,7 @@ bool is_planar(const WeldedTriangles& mesh, glm::vec4& plane) {
 Caster caster_of(const Scene& scene, const Mesh& mesh) {
   Caster caster;
   for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-    if (scene.materials[scene.primitives[p].material].alpha_mode != AlphaMode::opaque) return caster;
+    if (drawn_alpha_mode(scene.materials[scene.primitives[p].material]) != AlphaMode::opaque) return caster;
   }
   const WeldedTriangles welded = weld(scene, mesh);
   if (welded.corners.empty()) return caster;

@@ -2,6 +2,10 @@
 
 namespace fire3dv::scene {
 
+AlphaMode drawn_alpha_mode(const Material& material) {
+  return material.transmission > 0 && !material.unlit ? AlphaMode::blend : material.alpha_mode;
+}
+
 std::vector<uint32_t> camera_nodes(const Scene& scene) {
   std::vector<uint32_t> nodes;
   for (uint32_t index = 0; index < scene.nodes.size(); ++index) {

@@ -95,6 +95,9 @@ struct Material {
   TextureRef transmission_texture;  // R
 };
 
+// How a material's surfaces are drawn: those that light goes through are blended, whatever their alpha mode.
+AlphaMode drawn_alpha_mode(const Material& material);
+
 enum class Wrap : uint8_t { repeat, mirrored_repeat, clamp_to_edge };
 struct Sampler {
   Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;

@@ -1,17 +1,34 @@
-// The metallic-roughness BRDF of glTF 2.0 (appendix B): Lambert and a Cook-Torrance lobe with GGX distribution (Walter
-// et al. 2007), Schlick-GGX shadowing with the k for direct light (Karis 2013) and Schlick's Fresnel term (1994).
+// How surfaces reflect one light: glTF 2.0, appendix B, and the extensions KHR_materials_ior, specular, clearcoat, sheen
+// and transmission (thin walls). Microfacets are GGX (Walter et al. 2007) with height-correlated Smith shadowing (Heitz
+// 2014) and Schlick's Fresnel term (1994); fibres are Charlie's (Estevez and Kulla 2017).
 #ifndef FIRE3DV_BRDF_GLSL
 #define FIRE3DV_BRDF_GLSL
 
 const float PI = 3.14159265358979;
+const float LEAST_ALPHA = 1e-3;        // below it the lobe is sharper than numbers of 32 bits
+const float LEAST_SHEEN_ALPHA = 5e-3;
+
+// A lobe of microfacets and what it does to even surroundings.
+struct Lobe {
+  vec3 normal;
+  float roughness;  // perceptual
+  float alpha;
+  float n_dot_v;
+  vec3 f0, f90;     // reflectance at normal incidence and at grazing, with what several bounces add
+  vec3 albedo;      // share of even surroundings that it reflects
+};
 
 struct Surface {
-  vec3 position_world;
-  vec3 normal;       // shading normal, unit, towards the viewer's side
   vec3 to_eye;       // unit
-  vec3 diffuse_color;
-  vec3 f0;           // reflectance at normal incidence
-  float roughness;   // perceptual
+  vec3 diffuse;      // colour of what a body below the surface scatters; metals have none
+  vec3 transmitted;  // colour of what goes straight through
+  float body_f0, body_f90, body_albedo;  // what the surface reflects before light reaches that body
+  Lobe base;
+  vec3 sheen_color;  // 0: none
+  float sheen_alpha;
+  float sheen_albedo;
+  float coat;        // clearcoat's share; 0: none
+  Lobe coat_lobe;
 };
 
 float distribution_ggx(float n_dot_h, float alpha) {
@@ -20,26 +37,74 @@ float distribution_ggx(float n_dot_h, float alpha) {
   return a2 / (PI * d * d);
 }
 
-float shadowing_schlick_ggx(float n_dot_v, float n_dot_l, float roughness) {
-  const float k = (roughness + 1) * (roughness + 1) / 8;
-  return 1 / ((n_dot_v * (1 - k) + k) * (n_dot_l * (1 - k) + k));  // over 4 * n_dot_v * n_dot_l, which cancel
+// Shadowing and masking over 4 * n_dot_v * n_dot_l.
+float visibility_smith(float n_dot_v, float n_dot_l, float alpha) {
+  const float a2 = alpha * alpha;
+  return 0.5 / (n_dot_l * sqrt(n_dot_v * n_dot_v * (1 - a2) + a2) + n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2));
 }
 
-vec3 fresnel_schlick(vec3 f0, float cos_theta) { return f0 + (1 - f0) * pow(1 - cos_theta, 5); }
+float schlick_weight(float cos_theta) {
+  const float x = clamp(1 - cos_theta, 0, 1);
+  return x * x * x * x * x;
+}
 
-// Reflected radiance per unit of irradiance measured across the light's direction, times cos(theta).
+float distribution_charlie(float n_dot_h, float alpha) {
+  const float sin2 = max(1 - n_dot_h * n_dot_h, 1e-7);
+  return (2 + 1 / alpha) * pow(sin2, 0.5 / alpha) / (2 * PI);
+}
+
+// The fit of Estevez and Kulla to the fibres' shadowing.
+float sheen_lambda_fit(float x, float alpha) {
+  const float t = (1 - alpha) * (1 - alpha);
+  return mix(21.5473, 25.3245, t) / (1 + mix(3.82987, 3.32435, t) * pow(x, mix(0.19823, 0.16801, t))) +
+         mix(-1.97760, -1.27393, t) * x + mix(-4.32054, -4.85967, t);
+}
+float sheen_lambda(float cos_theta, float alpha) {
+  if (cos_theta < 0.5) return exp(sheen_lambda_fit(cos_theta, alpha));
+  return exp(2 * sheen_lambda_fit(0.5, alpha) - sheen_lambda_fit(1 - cos_theta, alpha));
+}
+float visibility_sheen(float n_dot_v, float n_dot_l, float alpha) {
+  return clamp(1 / ((1 + sheen_lambda(n_dot_v, alpha) + sheen_lambda(n_dot_l, alpha)) * (4 * n_dot_v * n_dot_l)), 0, 1);
+}
+
+float largest(vec3 v) { return max(v.r, max(v.g, v.b)); }
+
+// Distribution times visibility.
+float microfacets(Lobe lobe, vec3 half_vector, float n_dot_l) {
+  const float n_dot_h = clamp(dot(lobe.normal, half_vector), 0, 1);
+  return distribution_ggx(n_dot_h, lobe.alpha) * visibility_smith(lobe.n_dot_v, n_dot_l, lobe.alpha);
+}
+
+// Reflected radiance per unit of irradiance measured across the light's direction, times the cosines.
 vec3 reflect_light(Surface s, vec3 to_light) {
-  const float n_dot_l = dot(s.normal, to_light);
-  if (n_dot_l <= 0) return vec3(0);
+  const float n_dot_l = dot(s.base.normal, to_light);
   const vec3 h = normalize(to_light + s.to_eye);
-  const float n_dot_v = max(dot(s.normal, s.to_eye), 1e-4);
-  const float n_dot_h = clamp(dot(s.normal, h), 0, 1);
-  const float v_dot_h = clamp(dot(s.to_eye, h), 0, 1);
-  const float alpha = max(s.roughness * s.roughness, 1e-3);
-  const vec3 fresnel = fresnel_schlick(s.f0, v_dot_h);
-  const vec3 specular = fresnel * (distribution_ggx(n_dot_h, alpha) * shadowing_schlick_ggx(n_dot_v, n_dot_l, s.roughness) / 4);
-  const vec3 diffuse = (1 - fresnel) * s.diffuse_color / PI;
-  return (diffuse + specular) * n_dot_l;
+  const float grazing = schlick_weight(dot(s.to_eye, h));
+  vec3 result = vec3(0);
+  if (n_dot_l > 0) {
+    const float entering = 1 - mix(s.body_f0, s.body_f90, grazing);
+    result = n_dot_l * (mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l) + entering / PI * s.diffuse);
+    if (largest(s.sheen_color) > 0) {
+      const float n_dot_h = clamp(dot(s.base.normal, h), 0, 1);
+      result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
+      result += n_dot_l * distribution_charlie(n_dot_h, s.sheen_alpha) *
+                visibility_sheen(s.base.n_dot_v, n_dot_l, s.sheen_alpha) * s.sheen_color;
+    }
+  } else if (largest(s.transmitted) > 0 && n_dot_l < 0) {
+    // Through a thin wall, which does not bend it: as if the light stood on this side, mirrored.
+    const vec3 through = normalize(to_light - 2 * n_dot_l * s.base.normal + s.to_eye);
+    const float entering = 1 - mix(s.body_f0, s.body_f90, schlick_weight(dot(s.to_eye, through)));
+    result = -n_dot_l * entering * microfacets(s.base, through, -n_dot_l) * s.transmitted;
+  }
+  if (s.coat > 0) {
+    result *= 1 - s.coat * s.coat_lobe.albedo.r;
+    const float coat_n_dot_l = dot(s.coat_lobe.normal, to_light);
+    if (coat_n_dot_l > 0) {
+      result += coat_n_dot_l * s.coat * microfacets(s.coat_lobe, h, coat_n_dot_l) *
+                mix(s.coat_lobe.f0, s.coat_lobe.f90, grazing);
+    }
+  }
+  return result;
 }
 
 #endif

@@ -17,6 +17,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Wo
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionRef { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexRef { VertexRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialRef { MaterialRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialExtensionRef { MaterialExtensionRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PrimitiveRef { PrimitiveRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawRef { DrawRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightRef { LightRecord at[]; };

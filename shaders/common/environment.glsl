@@ -1,37 +1,90 @@
-// The built-in surroundings: a neutral studio with a bright ceiling and a darker floor, in closed form, so that metals
-// have something to reflect and shadows are not black.
+// The surroundings as light: prepared once for all roughnesses (environment_*.comp), looked up here.
 #ifndef FIRE3DV_ENVIRONMENT_GLSL
 #define FIRE3DV_ENVIRONMENT_GLSL
 #include "common/brdf.glsl"
+#include "common/buffers.glsl"
+#include "common/directions.glsl"
+#include "shared/bindings.h"
 
-// Radiance from a direction, blurred by a lobe of the given perceptual roughness.
-vec3 studio_radiance(vec3 direction, float roughness) {
-  const float softness = mix(0.15, 1.0, roughness);
-  const float up = smoothstep(-softness, softness, direction.y);
-  const vec3 floor_color = vec3(0.30, 0.29, 0.28);
-  const vec3 ceiling_color = vec3(1.10, 1.12, 1.15);
-  // Two soft panels give polished metal its contrast; they fade as the lobe widens.
-  const float panel = smoothstep(0.80 - 0.3 * roughness, 0.95, dot(direction, normalize(vec3(0.5, 0.6, 0.6)))) +
-                      smoothstep(0.85 - 0.3 * roughness, 0.97, dot(direction, normalize(vec3(-0.8, 0.4, -0.1))));
-  return mix(floor_color, ceiling_color, up) + panel * (1 - roughness) * vec3(1.5);
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_PICTURE) uniform sampler2D environment_picture;
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_SPECULAR) uniform samplerCube environment_specular;
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_IRRADIANCE) uniform samplerCube environment_irradiance;
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_ALBEDO) uniform sampler2D environment_albedo;
+
+// --environment-rotation turns the surroundings about +Y, counter-clockwise seen from above; so a look-up turns back.
+vec3 environment_from_world(GlobalsRef globals, vec3 direction) {
+  const float c = globals.value.environment_turn.x, s = globals.value.environment_turn.y;
+  return vec3(c * direction.x - s * direction.z, direction.y, s * direction.x + c * direction.z);
 }
 
-// Karis' approximation of the environment BRDF ("Physically Based Shading on Mobile", 2014).
-vec3 environment_brdf(vec3 f0, float roughness, float n_dot_v) {
-  const vec4 c0 = vec4(-1, -0.0275, -0.572, 0.022);
-  const vec4 c1 = vec4(1, 0.0425, 1.04, -0.04);
-  const vec4 r = roughness * c0 + c1;
-  const float a004 = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
-  const vec2 ab = vec2(-1.04, 1.04) * a004 + r.zw;
-  return f0 * ab.x + ab.y;
+// The level that holds a roughness; the other way round in environment.cpp.
+vec3 reflected_radiance(GlobalsRef globals, vec3 direction, float roughness) {
+  const float level = roughness * (2 - roughness) * float(textureQueryLevels(environment_specular) - 1);
+  return globals.value.environment_intensity *
+         textureLod(environment_specular, environment_from_world(globals, direction), level).rgb;
 }
 
-vec3 reflect_environment(Surface s, float occlusion) {
-  const float n_dot_v = clamp(dot(s.normal, s.to_eye), 0, 1);
-  const vec3 specular = environment_brdf(s.f0, s.roughness, n_dot_v) *
-                        studio_radiance(reflect(-s.to_eye, s.normal), s.roughness);
-  const vec3 diffuse = s.diffuse_color * studio_radiance(s.normal, 1);
-  return (diffuse + specular) * occlusion;
+// Of a white matte surface.
+vec3 scattered_radiance(GlobalsRef globals, vec3 normal) {
+  return globals.value.environment_intensity *
+         textureLod(environment_irradiance, environment_from_world(globals, normal), 0).rgb;
+}
+
+// What is seen where there is nothing else.
+vec3 background_radiance(GlobalsRef globals, vec3 direction) {
+  if (globals.value.background_lod < 0) return globals.value.background;
+  const vec2 uv = equirectangular_uv(normalize(environment_from_world(globals, direction)));
+  return globals.value.environment_intensity * textureLod(environment_picture, uv, globals.value.background_lod).rgb;
+}
+
+// How much of even surroundings one bounce reflects: by f0 and by f90.
+vec2 split_albedo(float n_dot_v, float roughness) { return textureLod(environment_albedo, vec2(n_dot_v, roughness), 0).rg; }
+
+// Light that comes out after several bounces among the facets, over that of one (Turquin 2019).
+vec3 bounce_gain(vec3 f0, vec2 split) { return 1 + f0 * (1 / (split.x + split.y) - 1); }
+
+// A dielectric's reflectances and a metal's, which reflects all at grazing, mixed.
+Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, vec3 metal_f0, float metallic) {
+  Lobe lobe;
+  lobe.normal = normal;
+  lobe.roughness = clamp(roughness, 0, 1);
+  lobe.alpha = max(lobe.roughness * lobe.roughness, LEAST_ALPHA);
+  lobe.n_dot_v = clamp(dot(normal, to_eye), 1e-4, 1);
+  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
+  const vec3 gain = bounce_gain(f0, split), metal_gain = bounce_gain(metal_f0, split);
+  lobe.f0 = mix(f0 * gain, metal_f0 * metal_gain, metallic);
+  lobe.f90 = mix(f90 * gain, metal_gain, metallic);
+  lobe.albedo = lobe.f0 * split.x + lobe.f90 * split.y;
+  return lobe;
+}
+
+// Of a dielectric without colour: what does not get below its surface.
+float dielectric_albedo(Lobe lobe, float f0, float f90) {
+  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
+  return (f0 * split.x + f90 * split.y) * bounce_gain(vec3(f0), split).x;
+}
+
+float sheen_albedo_of(float n_dot_v, float roughness) {
+  return textureLod(environment_albedo, vec2(n_dot_v, roughness), 0).b;
+}
+
+vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye) {
+  return lobe.albedo * reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness);
+}
+
+vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
+  const vec3 scattered = scattered_radiance(globals, s.base.normal);
+  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye) + (1 - s.body_albedo) * s.diffuse * scattered;
+  if (largest(s.sheen_color) > 0) {
+    // The fibres' lobe is as wide as a hemisphere, so the matte look-up serves it too.
+    result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
+    result += s.sheen_color * s.sheen_albedo * scattered;
+  }
+  if (s.coat > 0) {
+    result *= 1 - s.coat * s.coat_lobe.albedo.r;
+    result += s.coat * reflect_environment_lobe(globals, s.coat_lobe, s.to_eye);
+  }
+  return result * occlusion;
 }
 
 #endif

@@ -27,37 +27,99 @@ vec3 mapped_normal(TextureUse normal_texture, float normal_scale, SurfacePoint p
   return normalize(tangent * n.x + bitangent * n.y + point.normal_world * n.z);
 }
 
-// Linear HDR colour, premultiplied, and alpha.
-vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point) {
+// The extensions' share of a surface; base_color and the rest of it are known.
+void add_extensions(MaterialExtensionRecord extension, uint flags, float metallic, vec3 base_color, SurfacePoint point,
+                    inout Surface surface) {
+  const vec4 uv = point.uv, dx = point.uv_dx, dy = point.uv_dy;
+  if ((flags & FIRE3DV_MATERIAL_TRANSMISSION) != 0) {
+    const float share = extension.transmission * sample_or(extension.transmission_texture, uv, dx, dy, vec4(1)).r;
+    surface.transmitted = share * (1 - metallic) * base_color;
+    surface.diffuse *= 1 - share;
+  }
+  if ((flags & FIRE3DV_MATERIAL_SHEEN) != 0) {
+    const float roughness =
+        clamp(extension.sheen_roughness * sample_or(extension.sheen_roughness_texture, uv, dx, dy, vec4(1)).a, 0, 1);
+    surface.sheen_color = extension.sheen_color * sample_or(extension.sheen_color_texture, uv, dx, dy, vec4(1)).rgb;
+    surface.sheen_alpha = max(roughness * roughness, LEAST_SHEEN_ALPHA);
+    surface.sheen_albedo = sheen_albedo_of(surface.base.n_dot_v, roughness);
+  }
+  if ((flags & FIRE3DV_MATERIAL_CLEARCOAT) != 0) {
+    surface.coat = extension.clearcoat * sample_or(extension.clearcoat_texture, uv, dx, dy, vec4(1)).r;
+    const float roughness =
+        extension.clearcoat_roughness * sample_or(extension.clearcoat_roughness_texture, uv, dx, dy, vec4(1)).g;
+    const vec3 normal = mapped_normal(extension.clearcoat_normal_texture, extension.clearcoat_normal_scale, point);
+    surface.coat_lobe = make_lobe(normal, surface.to_eye, roughness, vec3(0.04), 1, vec3(1), 0);
+  }
+}
+
+Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point) {
+  const vec4 uv = point.uv, dx = point.uv_dx, dy = point.uv_dy;
+  const vec4 metallic_roughness = sample_or(material.metallic_roughness_texture, uv, dx, dy, vec4(1));
+  const float metallic = clamp(material.metallic * metallic_roughness.b, 0, 1);
+  vec3 dielectric_f0 = vec3(0.04);
+  float dielectric_f90 = 1;
+  const bool extended = material.extension != FIRE3DV_NO_INDEX;
+  MaterialExtensionRecord extension;
+  if (extended) {
+    extension = MaterialExtensionRef(globals.value.material_extensions).at[material.extension];
+    dielectric_f90 = extension.specular * sample_or(extension.specular_texture, uv, dx, dy, vec4(1)).a;
+    dielectric_f0 = min(extension.dielectric_f0 * sample_or(extension.specular_color_texture, uv, dx, dy, vec4(1)).rgb, 1) *
+                    dielectric_f90;
+  }
+
+  Surface surface;
+  surface.to_eye = normalize(globals.value.eye_world - point.position_world);
+  surface.diffuse = base_color.rgb * (1 - metallic);
+  surface.transmitted = vec3(0);
+  surface.base = make_lobe(mapped_normal(material.normal_texture, material.normal_scale, point), surface.to_eye,
+                           material.roughness * metallic_roughness.g, dielectric_f0, dielectric_f90, base_color.rgb,
+                           metallic);
+  surface.body_f0 = largest(dielectric_f0);
+  surface.body_f90 = dielectric_f90;
+  surface.body_albedo = dielectric_albedo(surface.base, surface.body_f0, dielectric_f90);
+  surface.sheen_color = vec3(0);
+  surface.coat = 0;
+  if (extended) add_extensions(extension, material.flags, metallic, base_color.rgb, point, surface);
+  return surface;
+}
+
+// Linear HDR colour, premultiplied, and alpha. behind: the share, by channel, of what lies behind that is to be added.
+vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point, out vec3 behind) {
   const float kLargestHalf = 65504;  // of the target's format: beyond it lies infinity, and then NaN
-  const float alpha = (material.flags & FIRE3DV_MATERIAL_BLEND) != 0 ? base_color.a : 1;
+  float alpha = 1;
+  if ((material.flags & FIRE3DV_MATERIAL_BLEND) != 0) alpha = clamp(base_color.a, 0, 1);
+  if ((material.flags & FIRE3DV_MATERIAL_MASK) != 0) alpha = base_color.a >= material.alpha_cutoff ? 1 : 0;
+  behind = vec3(1 - alpha);
   if ((material.flags & FIRE3DV_MATERIAL_UNLIT) != 0) return vec4(min(base_color.rgb, vec3(kLargestHalf)) * alpha, alpha);
 
   const vec4 uv = point.uv, dx = point.uv_dx, dy = point.uv_dy;
-  const vec4 metallic_roughness = sample_or(material.metallic_roughness_texture, uv, dx, dy, vec4(1));
-  const float metallic = material.metallic * metallic_roughness.b;
-  Surface surface;
-  surface.position_world = point.position_world;
-  surface.normal = mapped_normal(material.normal_texture, material.normal_scale, point);
-  surface.to_eye = normalize(globals.value.eye_world - point.position_world);
-  surface.roughness = material.roughness * metallic_roughness.g;
-  surface.diffuse_color = base_color.rgb * (1 - metallic);
-  surface.f0 = mix(vec3(0.04), base_color.rgb, metallic);
-
+  const Surface surface = make_surface(globals, material, base_color, point);
   const float occlusion_sample = sample_or(material.occlusion_texture, uv, dx, dy, vec4(1)).r;
   const float occlusion = 1 + material.occlusion_strength * (occlusion_sample - 1);
-  vec3 radiance = material.emissive * sample_or(material.emissive_texture, uv, dx, dy, vec4(1)).rgb;
-  radiance += globals.value.ambient * reflect_environment(surface, occlusion);
+  const float under_coat = surface.coat > 0 ? 1 - surface.coat * surface.coat_lobe.albedo.r : 1;
+  vec3 radiance = under_coat * material.emissive * sample_or(material.emissive_texture, uv, dx, dy, vec4(1)).rgb;
+  radiance += reflect_environment(globals, surface, occlusion);
 
   for (uint i = 0; i < globals.value.light_count; ++i) {
     const LightRecord light = LightRef(globals.value.lights).at[i];
     const LightSample s =
         sample_light(light, AffineRowsRef(globals.value.world_from_node).at[light.node], point.position_world);
     const vec3 reflected = reflect_light(surface, s.to_light) * s.irradiance;
-    if (max(reflected.r, max(reflected.g, reflected.b)) <= 0) continue;
+    if (largest(reflected) <= 0) continue;
     radiance += reflected * light_visibility(i, s, point);
   }
-  return vec4(min(radiance, vec3(kLargestHalf)) * alpha, alpha);
+
+  if (largest(surface.transmitted) > 0) {
+    const float under_sheen = largest(surface.sheen_color) > 0 ? 1 - largest(surface.sheen_color) * surface.sheen_albedo : 1;
+    behind += alpha * under_coat * under_sheen * (1 - surface.body_albedo) * surface.transmitted;
+  }
+  // The alpha is for those who can blend by one number alone: the mean over the channels.
+  return vec4(min(radiance, vec3(kLargestHalf)) * alpha, 1 - dot(behind, vec3(1.0 / 3.0)));
+}
+
+vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point) {
+  vec3 behind;
+  return shade(globals, material, base_color, point, behind);
 }
 
 #endif

@@ -4,7 +4,11 @@
 
 // set 0: the scene
 #define FIRE3DV_BINDING_TOP_LEVEL 0
-#define FIRE3DV_BINDING_TEXTURES 1  // last, since its count varies
+#define FIRE3DV_BINDING_ENVIRONMENT_PICTURE 1
+#define FIRE3DV_BINDING_ENVIRONMENT_SPECULAR 2
+#define FIRE3DV_BINDING_ENVIRONMENT_IRRADIANCE 3
+#define FIRE3DV_BINDING_ENVIRONMENT_ALBEDO 4
+#define FIRE3DV_BINDING_TEXTURES 5  // last, since its count varies
 
 // set 0 of an image filter
 #define FIRE3DV_BINDING_FILTER_IN 0
@@ -12,5 +16,9 @@
 
 // set 1: a frame's images
 #define FIRE3DV_BINDING_DISPLAY 0
+// set 0 of what prepares the surroundings
+#define FIRE3DV_BINDING_LEVEL_IN 0     // all levels, through a sampler
+#define FIRE3DV_BINDING_LEVEL_OUT 1
+#define FIRE3DV_BINDING_LEVEL_ABOVE 2  // one level, texel by texel
 
 #endif

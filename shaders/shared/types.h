@@ -50,6 +50,9 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_UNLIT 2u
 #define FIRE3DV_MATERIAL_MASK 4u
 #define FIRE3DV_MATERIAL_BLEND 8u
+#define FIRE3DV_MATERIAL_TRANSMISSION 16u
+#define FIRE3DV_MATERIAL_SHEEN 32u
+#define FIRE3DV_MATERIAL_CLEARCOAT 64u
 
 struct MaterialRecord {
   vec4 base_color;
@@ -60,11 +63,32 @@ struct MaterialRecord {
   float occlusion_strength;
   float alpha_cutoff;
   uint flags;
+  uint extension;  // into MaterialExtensionRecord[]; FIRE3DV_NO_INDEX = core glTF alone
   TextureUse base_color_texture;
   TextureUse metallic_roughness_texture;
   TextureUse normal_texture;
   TextureUse occlusion_texture;
   TextureUse emissive_texture;
+};
+
+// What extensions of glTF add, apart, since few materials have any.
+struct MaterialExtensionRecord {
+  vec3 dielectric_f0;  // of KHR_materials_ior, times specular's colour
+  float specular;
+  vec3 sheen_color;
+  float sheen_roughness;
+  float clearcoat;
+  float clearcoat_roughness;
+  float clearcoat_normal_scale;
+  float transmission;
+  TextureUse specular_texture;
+  TextureUse specular_color_texture;
+  TextureUse clearcoat_texture;
+  TextureUse clearcoat_roughness_texture;
+  TextureUse clearcoat_normal_texture;
+  TextureUse sheen_color_texture;
+  TextureUse sheen_roughness_texture;
+  TextureUse transmission_texture;
 };
 
 struct VertexRecord {
@@ -257,6 +281,7 @@ struct Globals {
   FIRE3DV_ADDRESS draws;            // DrawRecord[]
   FIRE3DV_ADDRESS primitives;       // PrimitiveRecord[]
   FIRE3DV_ADDRESS materials;        // MaterialRecord[]
+  FIRE3DV_ADDRESS material_extensions;  // MaterialExtensionRecord[]
   FIRE3DV_ADDRESS lights;           // LightRecord[]
   FIRE3DV_ADDRESS positions;        // vec3[], node space
   FIRE3DV_ADDRESS vertices;         // VertexRecord[]
@@ -273,9 +298,14 @@ struct Globals {
   mat4 clip_from_world;
   vec3 eye_world;
   uint light_count;
-  vec3 ambient;                     // scales the built-in environment
+  float environment_intensity;      // factor on what the environment's images hold
+  vec2 environment_turn;            // cosine and sine of its rotation about +Y
+  vec3 background;                  // where nothing is, unless the surroundings show; linear
+  float background_lod;             // of the environment's picture, so that its texels are a pixel large; < 0: background
+  vec3 world_from_ndc_x;            // the direction of the ray through a pixel is x * ndc.x + y * ndc.y + origin
+  vec3 world_from_ndc_y;
+  vec3 world_from_ndc_origin;
   uint shadows;                     // FIRE3DV_SHADOWS_*
-  vec3 background;                  // linear; what nothing covers
   uint width;                       // of the image
   uint height;
   uint mask_words;
@@ -290,6 +320,14 @@ struct TransformsPush {
   FIRE3DV_ADDRESS instance_of_node; // uint[]
   FIRE3DV_ADDRESS instances;        // VkAccelerationStructureInstanceKHR[], transforms written; 0 = none
   uint node_count;
+};
+
+// One step of the preparation of the surroundings.
+struct EnvironmentPush {
+  uint size;        // of the level that is written, in texels
+  uint samples;
+  float roughness;  // perceptual
+  float lod;        // of what is read
 };
 
 struct ForwardPush {

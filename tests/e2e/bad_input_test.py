@@ -52,6 +52,11 @@ def usage(test):
             (["--exposure"], [scene, "--exposure", "nan"]),
             (["--shadows", "maybe"], [scene, "--shadows", "maybe"]),
             (["--tone-map", "sepia"], [scene, "--tone-map", "sepia"]),
+            (["--background", "blue", "environment"], [scene, "--background", "blue"]),
+            (["--background", "#12345", "environment"], [scene, "--background", "#12345"]),
+            (["--background", "-12345", "environment"], [scene, "--background=-12345"]),
+            (["--environment-rotation", "inf"], [scene, "--environment-rotation", "inf"]),
+            (["--environment-intensity", "-1"], [scene, "--environment-intensity=-1"]),
             (["--lockstep", "--listen"], [scene, "--lockstep"]),
             (["--exit-when-done", "--listen"], [scene, "--exit-when-done"]),
             (["second.glb"], [scene, "second.glb"]),
@@ -97,6 +102,25 @@ def scenes(test):
                                      b'"nodes":[{}],"scenes":[{"nodes":[0]}],"scene":0}'))):
         expect_failure(test, 1, [os.path.basename(path)], path, *headless(test))
     expect_failure(test, 1, ["no_such_scene.glb", "No such file"], test.path("no_such_scene.glb"), *headless(test))
+
+
+def surroundings(test):
+    def refused(words, path):
+        expect_failure(test, 1, ["--environment", *words], test.scene, "--environment", path, *headless(test))
+
+    refused(["no_such.hdr", "No such file"], test.path("no_such.hdr"))
+    refused([os.path.basename(test.folder)], test.folder)
+    refused([os.path.basename(test.scene), "not a Radiance picture", ".hdr"], test.scene)
+    cut = test.path("cut.hdr")
+    with open(cut, "wb") as file:
+        file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n" + bytes([1, 2, 3, 128] * 3))
+    refused(["cut.hdr", "row 1", "copy or save"], cut)
+    whole = test.path("whole.hdr")
+    with open(whole, "wb") as file:
+        file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n" + bytes([1, 2, 3, 128] * 4))
+    result = run(test, test.scene, "--environment", whole, "--background", "environment", "--environment-rotation", "-90",
+                 "--environment-intensity", "0", *headless(test))
+    check(result.returncode == 0, f"--environment {whole}: {result.stderr}")
 
 
 def cameras(test):
@@ -166,4 +190,4 @@ def displays(test):
 
 
 if __name__ == "__main__":
-    main({f.__name__: f for f in (usage, scenes, cameras, links, devices, outputs, displays)}, ["fire3dv"])
+    main({f.__name__: f for f in (usage, scenes, surroundings, cameras, links, devices, outputs, displays)}, ["fire3dv"])

@@ -27,7 +27,7 @@ TEST_F(Many, SixtyFourLights) {
   }
   builder.camera_node("camera", {0, 40, 0}, {0, 0, 0}, 2 * std::atan(0.1f));  // sees 8 m x 8 m
   passes::DrawSettings settings;
-  settings.ambient = glm::vec3(0);
+  settings.environment_intensity = 0;
   const scene::Scene scene = builder.build();
   RenderBench bench(scene, {160, 160}, settings);
   const sinks::FrameImage image = bench.draw_at_rest();

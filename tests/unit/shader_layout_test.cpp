@@ -83,6 +83,11 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(MaterialRecord, flags);
   EXPECT_SAME_OFFSET(MaterialRecord, base_color_texture);
   EXPECT_SAME_OFFSET(MaterialRecord, emissive_texture);
+  EXPECT_SAME_OFFSET(MaterialRecord, extension);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular_texture);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission_texture);
   EXPECT_SAME_OFFSET(VertexRecord, tangent);
   EXPECT_SAME_OFFSET(VertexRecord, uv1);
   EXPECT_SAME_OFFSET(VertexRecord, color);
@@ -90,13 +95,18 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(DrawRecord, primitive);
   EXPECT_SAME_OFFSET(LightRecord, range_m);
   EXPECT_SAME_OFFSET(LightRecord, cone_offset);
+  EXPECT_SAME_OFFSET(LightRecord, angular_radius_rad);
   EXPECT_SAME_OFFSET(Globals, indices);
   EXPECT_SAME_OFFSET(Globals, clip_from_world);
   EXPECT_SAME_OFFSET(Globals, eye_world);
   EXPECT_SAME_OFFSET(Globals, light_count);
+  EXPECT_SAME_OFFSET(Globals, environment_turn);
+  EXPECT_SAME_OFFSET(Globals, background_lod);
+  EXPECT_SAME_OFFSET(Globals, world_from_ndc_origin);
   EXPECT_SAME_OFFSET(Globals, shadows);
   // The push blocks hold their structure at offset 0.
   EXPECT_SAME_OFFSET(TransformsPush, node_count);
+  EXPECT_SAME_OFFSET(EnvironmentPush, lod);
   EXPECT_SAME_OFFSET(ForwardPush, globals);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
 }

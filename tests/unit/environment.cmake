@@ -1,0 +1,6 @@
+if(TARGET fire3dv_scene)
+  fire3dv_test(radiance_file_test SOURCES radiance_file_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
+endif()
+if(TARGET fire3dv_passes)
+  fire3dv_test(material_records_test SOURCES material_records_test.cpp LINK fire3dv_passes LABELS unit)
+endif()

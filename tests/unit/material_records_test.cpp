@@ -1,0 +1,70 @@
+// Materials as the shaders read them: what is plain stays small, and what extensions say is where it is
+// looked for.
+#include "renderer/passes/material_records.h"
+
+#include <gtest/gtest.h>
+
+namespace fire3dv::passes {
+namespace {
+
+TEST(MaterialRecords, PlainMaterialsHaveNoExtension) {
+  std::vector<scene::Material> materials(3);
+  materials[1].clearcoat = 0.5f;
+  materials[2].unlit = true;
+  materials[2].transmission = 1;  // unlit: nothing but its colour counts
+  const MaterialRecords records = material_records(materials);
+  ASSERT_EQ(records.materials.size(), 3u);
+  ASSERT_EQ(records.extensions.size(), 1u);
+  EXPECT_EQ(records.materials[0].extension, FIRE3DV_NO_INDEX);
+  EXPECT_EQ(records.materials[0].flags, 0u);
+  EXPECT_EQ(records.materials[1].extension, 0u);
+  EXPECT_EQ(records.materials[1].flags, FIRE3DV_MATERIAL_CLEARCOAT);
+  EXPECT_EQ(records.materials[2].extension, FIRE3DV_NO_INDEX);
+  EXPECT_EQ(records.extensions[0].clearcoat, 0.5f);
+}
+
+TEST(MaterialRecords, EachExtensionIsSeen) {
+  std::vector<scene::Material> materials(7);
+  materials[0].ior = 1.333f;
+  materials[1].specular = 0.5f;
+  materials[2].specular_color = {1, 0.5f, 0.25f};
+  materials[3].specular_color_texture.texture = 4;
+  materials[4].sheen_color = {0, 0, 0.1f};
+  materials[5].transmission = 0.25f;
+  materials[6].specular_texture.texture = 5;
+  const MaterialRecords records = material_records(materials);
+  ASSERT_EQ(records.extensions.size(), 7u);
+  for (uint32_t i = 0; i < 7; ++i) EXPECT_EQ(records.materials[i].extension, i);
+  EXPECT_NEAR(records.extensions[0].dielectric_f0.g, 0.02037f, 1e-5f);
+  EXPECT_NEAR(records.extensions[1].dielectric_f0.g, 0.04f, 1e-6f);
+  EXPECT_EQ(records.extensions[1].specular, 0.5f);
+  EXPECT_NEAR(records.extensions[2].dielectric_f0.b, 0.01f, 1e-6f);
+  EXPECT_EQ(records.extensions[3].specular_color_texture.texture, 4u);
+  EXPECT_EQ(records.materials[4].flags, FIRE3DV_MATERIAL_SHEEN);
+  EXPECT_EQ(records.materials[5].flags, FIRE3DV_MATERIAL_TRANSMISSION);
+  EXPECT_EQ(records.extensions[5].transmission, 0.25f);
+  EXPECT_EQ(records.extensions[6].specular_texture.texture, 5u);
+  EXPECT_EQ(records.extensions[6].clearcoat_texture.texture, FIRE3DV_NO_INDEX);
+}
+
+TEST(MaterialRecords, WhatLightGoesThroughIsDrawnBlended) {
+  scene::Material material;
+  EXPECT_EQ(scene::drawn_alpha_mode(material), scene::AlphaMode::opaque);
+  material.transmission = 0.5f;
+  EXPECT_EQ(scene::drawn_alpha_mode(material), scene::AlphaMode::blend);
+  material.alpha_mode = scene::AlphaMode::mask;
+  EXPECT_EQ(scene::drawn_alpha_mode(material), scene::AlphaMode::blend);
+  material.unlit = true;
+  EXPECT_EQ(scene::drawn_alpha_mode(material), scene::AlphaMode::mask);
+}
+
+TEST(LightRecords, RadiiAreHandedOn) {
+  scene::Light light;
+  light.radius_m = 0.1f;
+  light.angular_radius_rad = 0.005f;
+  EXPECT_EQ(light_record(light, 3).radius_m, 0.1f);
+  EXPECT_EQ(light_record(light, 3).angular_radius_rad, 0.005f);
+}
+
+}  // namespace
+}  // namespace fire3dv::passes
