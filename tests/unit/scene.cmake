@@ -1,5 +1,6 @@
 if(TARGET fire3dv_scene)
-  fire3dv_test(scene_load_test SOURCES scene_load_test.cpp scene_material_test.cpp scene_geometry_test.cpp
+  fire3dv_test(scene_load_test SOURCES scene_load_test.cpp scene_material_test.cpp scene_material_extensions_test.cpp
+               scene_geometry_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_refuse_test SOURCES scene_refuse_test.cpp scene_files_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
