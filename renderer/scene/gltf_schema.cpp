@@ -115,6 +115,8 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"primitives", kObjects},
       {"lights", kObjects},
       {"attributes", kIndexMap},
+      {"filter", kText},
+      {"fallback", kBoolean},
       {"extensions", kExtensions},
   };
   return table;
@@ -200,7 +202,10 @@ Result<void> reduce(json& object, const std::string& where) {
       continue;
     }
     json& value = *member;
-    if (!fits(value, known->second, largest_size))
+    // A primitive's mode is a number, that of a compressed buffer view a word.
+    const bool mode_of_view = member.key() == "mode" && where.ends_with(".EXT_meshopt_compression");
+    const unsigned shape = mode_of_view ? kText : known->second;
+    if (!fits(value, shape, largest_size))
       return Error{where + ": " + member.key() + " is not of the type that glTF says"};
     if (known->second == kExtensions) {
       if (auto done = reduce_extensions(value, where + ".extensions"); !done) return done;
@@ -317,11 +322,11 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 11> supported{
+  static constexpr std::array<std::string_view, 12> supported{
       "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
       "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
       "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
-      "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"};
+      "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

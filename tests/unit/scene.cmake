@@ -4,6 +4,8 @@ if(TARGET fire3dv_scene)
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_instancing_test SOURCES scene_instancing_test.cpp
                LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_meshopt_test SOURCES scene_meshopt_test.cpp
+               LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_refuse_test SOURCES scene_refuse_test.cpp scene_files_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_corpus_test SOURCES scene_corpus_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
