@@ -32,7 +32,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - a C++20 compiler (g++ 12 or newer), CMake 3.25, Ninja, pkg-config, git
   - glslangValidator, spirv-val, flatc with the FlatBuffers headers of the same version (2.0 or newer)
   - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3
-  - tinygltf 2.7 or newer, stb_image, nlohmann-json, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
+  - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     CLI11 2
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3, ffmpeg
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)

@@ -24,6 +24,7 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
     if (node.mesh == scene::kNone) continue;
     const scene::Mesh& mesh = scene.meshes[node.mesh];
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      if (scene.primitives[p].topology != scene::Topology::triangles) continue;  // the pipelines draw triangles alone
       const uint32_t material = scene.primitives[p].material;
       candidates.push_back({{n, p},
                             scene::drawn_alpha_mode(scene.materials[material]),

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/scene/gltf_guard.h"
+#include "renderer/scene/gltf_meshopt.h"
 #include "renderer/scene/gltf_references.h"
 #include "renderer/scene/gltf_schema.h"
 
@@ -30,6 +31,10 @@ Result<void> take_buffers(const json& root, const Container& container, const Lo
     if (!buffer.contains("byteLength")) return Error{where + ": byteLength is missing"};
     const auto length = buffer["byteLength"].get<uint64_t>();
     std::span<const std::byte> bytes;
+    if (is_meshopt_fallback(buffer)) {
+      document.buffers.emplace_back();
+      continue;
+    }
     if (buffer.contains("uri")) {
       auto read = document.folder.read(buffer["uri"].get_ref<const std::string&>(), limits.max_file_bytes);
       if (!read) return Error{where + ": " + read.error().message};
@@ -115,6 +120,7 @@ Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimi
   GltfDocument document{.folder = AssetFolder(path)};
   if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
   if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
+  if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();
   if (auto done = take_images(*root, document); !done) return done.error();
   root->erase("buffers");
   root->erase("images");
@@ -136,8 +142,10 @@ Result<std::span<const std::byte>> buffer_view_bytes(const GltfDocument& documen
   }
   const auto buffer = document.buffers[static_cast<size_t>(view.buffer)];
   if (buffer.empty()) {
-    return Error{where + ": " + element("buffers", static_cast<size_t>(view.buffer)) +
-                 " has neither a uri nor the GLB's binary chunk"};
+    return Error{
+        where + ": " + element("buffers", static_cast<size_t>(view.buffer)) +
+        " holds no bytes: it has neither a uri nor the GLB's binary chunk, or is the fallback of compressed "
+        "buffer views"};
   }
   if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
     return Error{name + " reaches from byte " + std::to_string(view.byteOffset) + " over " +

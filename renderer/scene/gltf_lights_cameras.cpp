@@ -2,10 +2,32 @@
 
 #include <numbers>
 
+#include "renderer/scene/gltf_values.h"
+
 namespace fire3dv::scene {
 namespace {
 
-Result<Light> light_of(const tinygltf::Light& source, const std::string& where) {
+// glTF has no member for the size of a light. Blender exports custom properties of a light as its extras:
+// there "radius" is that of a point or spot light in metres, and a directional one has "angular_radius", half
+// the angle that it subtends, in radians; or "angle", the whole of it, as other programs and Blender's own
+// sun name it.
+void set_radius(const tinygltf::Light& source, const std::string& where, Light& light,
+                std::vector<std::string>& warnings) {
+  constexpr double kLargestAngle = std::numbers::pi / 2;
+  if (light.type == LightType::directional) {
+    const double radius =
+        number_or(source.extras, "angular_radius", number_or(source.extras, "angle", 0) / 2);
+    light.angular_radius_rad =
+        in_range_or_warn(radius, 0, kLargestAngle, where + ".extras.angular_radius", warnings);
+  } else {
+    const double radius = number_or(source.extras, "radius", 0);
+    light.radius_m =
+        in_range_or_warn(radius, 0, std::numeric_limits<float>::max(), where + ".extras.radius", warnings);
+  }
+}
+
+Result<Light> light_of(const tinygltf::Light& source, const std::string& where,
+                       std::vector<std::string>& warnings) {
   Light light;
   light.name = source.name;
   if (source.type == "directional") {
@@ -29,6 +51,7 @@ Result<Light> light_of(const tinygltf::Light& source, const std::string& where) 
         source.spot.outerConeAngle <= std::numbers::pi / 2 + 1e-4)) {
     return Error{where + ".spot: the cone angles are not 0 <= inner < outer <= pi/2"};
   }
+  set_radius(source, where, light, warnings);
   return light;
 }
 
@@ -66,7 +89,8 @@ Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& wher
 
 Result<void> add_lights(const GltfDocument& document, Scene& scene) {
   for (size_t i = 0; i < document.model.lights.size(); ++i) {
-    auto light = light_of(document.model.lights[i], "extensions.KHR_lights_punctual." + element("lights", i));
+    auto light = light_of(document.model.lights[i], "extensions.KHR_lights_punctual." + element("lights", i),
+                          scene.warnings);
     if (!light) return light.error();
     scene.lights.push_back(std::move(*light));
   }

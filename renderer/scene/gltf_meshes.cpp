@@ -14,8 +14,8 @@ namespace fire3dv::scene {
 namespace {
 
 constexpr int kMissing = -1;
-// Of a whole file: enough for 100 million triangles, and what still fits a large machine. Accessors may share bytes, so
-// that a small file could ask for any amount of memory.
+// Of a whole file: enough for 100 million triangles, and what still fits a large machine. Accessors may share
+// bytes, so that a small file could ask for any amount of memory.
 constexpr size_t kMostVertices = size_t{1} << 28;
 constexpr size_t kMostIndices = size_t{1} << 30;
 constexpr size_t kAttributeFloats = sizeof(VertexAttributes) / sizeof(float);
@@ -30,8 +30,13 @@ struct Recipe {
   int tangent_uv_set = kMissing;  // kMissing: no tangents to generate
   auto operator<=>(const Recipe&) const = default;
 
+  Topology topology() const {
+    if (mode == TINYGLTF_MODE_POINTS) return Topology::points;
+    return mode < TINYGLTF_MODE_TRIANGLES ? Topology::lines : Topology::triangles;
+  }
+  bool flat() const { return normal == kMissing && topology() == Topology::triangles; }
   // Vertices do not depend on the indices, unless something of them is derived from triangles.
-  bool vertices_stand_alone() const { return normal != kMissing && tangent_uv_set == kMissing; }
+  bool vertices_stand_alone() const { return !flat() && tangent_uv_set == kMissing; }
 };
 
 struct VertexRange {
@@ -42,6 +47,10 @@ struct Vertices {
   std::vector<glm::vec3> positions;
   std::vector<VertexAttributes> attributes;
 };
+
+const char* element_of(Topology topology) {
+  return topology == Topology::triangles ? "triangle" : topology == Topology::lines ? "line" : "point";
+}
 
 class MeshLoader {
  public:
@@ -73,10 +82,6 @@ class MeshLoader {
     const auto material = static_cast<uint32_t>(source.material + 1);  // 0 is glTF's default
     const Recipe recipe = recipe_of(source, scene_.materials[material]);
     if (recipe.position == kMissing) return Error{where + " has no POSITION"};
-    if (source.mode < TINYGLTF_MODE_TRIANGLES) {
-      scene_.warnings.push_back(where + " is made of points or lines, which are not drawn");
-      return {};
-    }
     auto known = geometry_.find(recipe);
     if (known == geometry_.end()) {
       auto made = make_geometry(recipe, where);
@@ -84,7 +89,8 @@ class MeshLoader {
       known = geometry_.emplace(recipe, *made).first;
     }
     if (known->second.index_count == 0) {
-      scene_.warnings.push_back(where + " has no whole triangle and is not drawn");
+      scene_.warnings.push_back(where + " has no whole " + element_of(recipe.topology()) +
+                                " and is not drawn");
       return {};
     }
     Primitive primitive = known->second;
@@ -108,8 +114,11 @@ class MeshLoader {
     recipe.indices = source.indices;
     recipe.mode = source.mode;
     if (recipe.normal == kMissing) recipe.tangent = kMissing;  // glTF: meaningless without normals
-    if (material.normal_texture.texture != kNone && recipe.tangent == kMissing) {
-      recipe.tangent_uv_set = static_cast<int>(material.normal_texture.uv_set);
+    if (recipe.topology() == Topology::triangles && recipe.tangent == kMissing) {
+      // One frame serves both normal maps; where they use different coordinates it is the surface's own.
+      const bool own = material.normal_texture.texture != kNone;
+      const TextureRef& ref = own ? material.normal_texture : material.clearcoat_normal_texture;
+      if (ref.texture != kNone) recipe.tangent_uv_set = static_cast<int>(ref.uv_set);
     }
     return recipe;
   }
@@ -119,14 +128,17 @@ class MeshLoader {
     auto vertex_count = reader_.count(recipe.position, where + ".POSITION");
     if (!vertex_count) return vertex_count.error();
     if (*vertex_count >= kNone) return Error{where + " has more vertices than 32-bit indices can name"};
-    auto indices = read_triangles(recipe, static_cast<uint32_t>(*vertex_count), where);
+    auto indices = read_list(recipe, static_cast<uint32_t>(*vertex_count), where);
     if (!indices) return indices.error();
     Primitive primitive;
     if (indices->empty()) return primitive;
+    primitive.topology = recipe.topology();
+    primitive.lit = recipe.normal != kMissing || recipe.flat();
     auto range = add_vertices(recipe, *vertex_count, *indices, where);
     if (!range) return range.error();
     if (scene_.indices.size() + indices->size() > kMostIndices)
-      return Error{where + ": the file holds more than " + std::to_string(kMostIndices) + " indices; split it"};
+      return Error{where + ": the file holds more than " + std::to_string(kMostIndices) +
+                   " indices; split it"};
     primitive.first_vertex = range->first;
     primitive.vertex_count = range->count;
     primitive.first_index = static_cast<uint32_t>(scene_.indices.size());
@@ -140,8 +152,8 @@ class MeshLoader {
     return primitive;
   }
 
-  Result<std::vector<uint32_t>> read_triangles(const Recipe& recipe, uint32_t vertex_count,
-                                               const std::string& where) {
+  Result<std::vector<uint32_t>> read_list(const Recipe& recipe, uint32_t vertex_count,
+                                          const std::string& where) {
     std::vector<uint32_t> indices;
     if (recipe.indices == kMissing) {
       indices.resize(vertex_count);
@@ -153,12 +165,26 @@ class MeshLoader {
       auto done = reader_.read_indices(recipe.indices, where + ".indices", indices.data(), vertex_count);
       if (!done) return done.error();
     }
-    if (recipe.mode == TINYGLTF_MODE_TRIANGLE_STRIP) return triangles_of_strip(indices);
-    if (recipe.mode == TINYGLTF_MODE_TRIANGLE_FAN) return triangles_of_fan(indices);
-    if (indices.size() % 3 != 0) {
+    switch (recipe.mode) {
+      case TINYGLTF_MODE_LINE_LOOP:
+        return lines_of_loop(indices);
+      case TINYGLTF_MODE_LINE_STRIP:
+        return lines_of_strip(indices);
+      case TINYGLTF_MODE_TRIANGLE_STRIP:
+        return triangles_of_strip(indices);
+      case TINYGLTF_MODE_TRIANGLE_FAN:
+        return triangles_of_fan(indices);
+      default:
+        break;
+    }
+    const size_t corners = recipe.topology() == Topology::triangles ? 3
+                           : recipe.topology() == Topology::lines   ? 2
+                                                                    : 1;
+    if (indices.size() % corners != 0) {
       scene_.warnings.push_back(where + " has " + std::to_string(indices.size()) +
-                                " indices, not a multiple of 3: the last are left out");
-      indices.resize(indices.size() / 3 * 3);
+                                " indices, not a multiple of " + std::to_string(corners) +
+                                ": the last are left out");
+      indices.resize(indices.size() / corners * corners);
     }
     return indices;
   }
@@ -170,13 +196,14 @@ class MeshLoader {
     if (recipe.vertices_stand_alone()) {
       if (const auto known = vertices_.find(key); known != vertices_.end()) return known->second;
     }
-    const size_t expanded = recipe.normal == kMissing ? std::max(count, indices.size()) : count;
+    const size_t expanded = recipe.flat() ? std::max(count, indices.size()) : count;
     if (scene_.positions.size() + expanded > kMostVertices) {
-      return Error{where + ": the file holds more than " + std::to_string(kMostVertices) + " vertices; split it"};
+      return Error{where + ": the file holds more than " + std::to_string(kMostVertices) +
+                   " vertices; split it"};
     }
     auto vertices = read_vertices(recipe, count, where);
     if (!vertices) return vertices.error();
-    if (recipe.normal == kMissing) make_flat(vertices->positions, vertices->attributes, indices);
+    if (recipe.flat()) make_flat(vertices->positions, vertices->attributes, indices);
     if (recipe.tangent_uv_set != kMissing) {
       generate_tangents(vertices->positions, vertices->attributes, indices,
                         static_cast<uint32_t>(recipe.tangent_uv_set));

@@ -5,6 +5,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <optional>
 
+#include "renderer/scene/gltf_instancing.h"
+
 namespace fire3dv::scene {
 namespace {
 
@@ -197,9 +199,25 @@ Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::s
   return node;
 }
 
+// The instances take the node's mesh. They have neither name nor path, so that they cannot take a name from a
+// node of the file: streams drive the node, and its instances with it.
+void add_instances(const std::vector<glm::mat4>& node_from_instances, uint32_t node, Scene& scene) {
+  const uint32_t mesh = scene.nodes[node].mesh;
+  scene.nodes[node].mesh = kNone;
+  if (mesh == kNone) return;
+  for (const glm::mat4& node_from_instance : node_from_instances) {
+    Node instance;
+    instance.parent = node;
+    instance.parent_from_node = node_from_instance;
+    instance.world_from_node = scene.nodes[node].world_from_node * node_from_instance;
+    instance.mesh = mesh;
+    scene.nodes.push_back(std::move(instance));
+  }
+}
+
 }  // namespace
 
-Result<void> add_nodes(const GltfDocument& document, Scene& scene) {
+Result<void> add_nodes(const GltfDocument& document, const LoadLimits& limits, Scene& scene) {
   const std::vector<tinygltf::Node>& nodes = document.model.nodes;
   auto parents = parents_of(nodes);
   if (!parents) return parents.error();
@@ -212,6 +230,7 @@ Result<void> add_nodes(const GltfDocument& document, Scene& scene) {
   };
   std::vector<Pending> pending;
   for (auto root = roots->rbegin(); root != roots->rend(); ++root) pending.push_back({*root, kNone});
+  Instancing instancing(document, limits);
   size_t path_bytes = 0;
   while (!pending.empty()) {
     const Pending next = pending.back();
@@ -224,6 +243,9 @@ Result<void> add_nodes(const GltfDocument& document, Scene& scene) {
       return Error{where + " lies so deep that the paths of the nodes exceed 1 GiB"};
     const auto index = static_cast<uint32_t>(scene.nodes.size());
     scene.nodes.push_back(std::move(*node));
+    auto instances = instancing.node_from_instances(nodes[next.source], where);
+    if (!instances) return instances.error();
+    if (*instances) add_instances(**instances, index, scene);
     const auto& children = nodes[next.source].children;
     for (auto child = children.rbegin(); child != children.rend(); ++child) {
       pending.push_back({static_cast<uint32_t>(*child), index});

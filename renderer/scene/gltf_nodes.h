@@ -8,6 +8,6 @@
 namespace fire3dv::scene {
 
 // Meshes are there already. Nodes outside the default scene are left out.
-Result<void> add_nodes(const GltfDocument& document, Scene& scene);
+Result<void> add_nodes(const GltfDocument& document, const LoadLimits& limits, Scene& scene);
 
 }  // namespace fire3dv::scene

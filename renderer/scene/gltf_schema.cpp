@@ -60,6 +60,22 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"intensity", kNumber},
       {"range", kNumber},
       {"emissiveStrength", kNumber},
+      {"ior", kNumber},
+      {"specularFactor", kNumber},
+      {"specularColorFactor", kNumbers},
+      {"clearcoatFactor", kNumber},
+      {"clearcoatRoughnessFactor", kNumber},
+      {"sheenColorFactor", kNumbers},
+      {"sheenRoughnessFactor", kNumber},
+      {"transmissionFactor", kNumber},
+      {"specularTexture", kObject},
+      {"specularColorTexture", kObject},
+      {"clearcoatTexture", kObject},
+      {"clearcoatRoughnessTexture", kObject},
+      {"clearcoatNormalTexture", kObject},
+      {"sheenColorTexture", kObject},
+      {"sheenRoughnessTexture", kObject},
+      {"transmissionTexture", kObject},
       {"innerConeAngle", kNumber},
       {"outerConeAngle", kNumber},
       {"yfov", kNumber},
@@ -99,6 +115,8 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"primitives", kObjects},
       {"lights", kObjects},
       {"attributes", kIndexMap},
+      {"filter", kText},
+      {"fallback", kBoolean},
       {"extensions", kExtensions},
   };
   return table;
@@ -160,17 +178,34 @@ Result<void> reduce_extensions(json& extensions, const std::string& where) {
   return {};
 }
 
+// Extras are the application's own: what is no number there is not for us, but no fault.
+constexpr const char* kPunctualLight = ".KHR_lights_punctual.lights[";
+void keep_numbers(json& extras) {
+  json numbers = json::object();
+  for (const auto& [name, value] : extras.items()) {
+    if (value.is_number()) numbers[name] = value.get<double>();
+  }
+  extras = std::move(numbers);
+}
+
 Result<void> reduce(json& object, const std::string& where) {
   // tinygltf keeps the sizes of sparse accessors as int.
   const double largest_size = where.find(".sparse") != std::string::npos ? INT_MAX : kLargestSize;
   for (auto member = object.begin(); member != object.end();) {
+    if (member.key() == "extras" && where.find(kPunctualLight) != std::string::npos) {
+      keep_numbers(*member++);
+      continue;
+    }
     const auto known = shapes().find(member.key());
     if (known == shapes().end()) {
       member = object.erase(member);
       continue;
     }
     json& value = *member;
-    if (!fits(value, known->second, largest_size))
+    // A primitive's mode is a number, that of a compressed buffer view a word.
+    const bool mode_of_view = member.key() == "mode" && where.ends_with(".EXT_meshopt_compression");
+    const unsigned shape = mode_of_view ? kText : known->second;
+    if (!fits(value, shape, largest_size))
       return Error{where + ": " + member.key() + " is not of the type that glTF says"};
     if (known->second == kExtensions) {
       if (auto done = reduce_extensions(value, where + ".extensions"); !done) return done;
@@ -287,9 +322,11 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 5> supported{
-      "KHR_lights_punctual", "KHR_materials_unlit", "KHR_materials_emissive_strength",
-      "KHR_texture_transform", "KHR_mesh_quantization"};
+  static constexpr std::array<std::string_view, 12> supported{
+      "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
+      "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
+      "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
+      "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

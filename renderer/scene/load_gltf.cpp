@@ -74,7 +74,7 @@ Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits,
   if (auto done = add_meshes(*document, limits, progress, scene); !done) return done.error();
   if (auto done = add_lights(*document, scene); !done) return done.error();
   if (auto done = add_cameras(*document, scene); !done) return done.error();
-  if (auto done = add_nodes(*document, scene); !done) return done.error();
+  if (auto done = add_nodes(*document, limits, scene); !done) return done.error();
   auto images = load_images(*document, *used_images, limits, progress);
   if (!images) return images.error();
   scene.images = std::move(*images);

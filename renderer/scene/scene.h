@@ -40,6 +40,7 @@ enum class Topology : uint8_t { triangles, lines, points };
 // A list of triangles, lines or points with one material.
 struct Primitive {
   Topology topology = Topology::triangles;
+  bool lit = true;  // false: lines and points without normals show base colour plus emission
   uint32_t first_index = 0;   // into Scene::indices; values are relative to first_vertex
   uint32_t index_count = 0;
   uint32_t first_vertex = 0;  // into Scene::positions and Scene::attributes

@@ -24,6 +24,20 @@ std::vector<uint32_t> triangles_of_fan(std::span<const uint32_t> fan) {
   return triangles;
 }
 
+std::vector<uint32_t> lines_of_strip(std::span<const uint32_t> strip) {
+  std::vector<uint32_t> lines;
+  if (strip.size() < 2) return lines;
+  lines.reserve(strip.size() * 2);  // room for the line that closes a loop
+  for (size_t i = 0; i + 1 < strip.size(); ++i) lines.insert(lines.end(), {strip[i], strip[i + 1]});
+  return lines;
+}
+
+std::vector<uint32_t> lines_of_loop(std::span<const uint32_t> loop) {
+  std::vector<uint32_t> lines = lines_of_strip(loop);
+  if (!lines.empty()) lines.insert(lines.end(), {loop.back(), loop.front()});
+  return lines;
+}
+
 void make_flat(std::vector<glm::vec3>& positions, std::vector<VertexAttributes>& attributes,
                std::span<uint32_t> indices) {
   std::vector<glm::vec3> corner_positions(indices.size());

@@ -68,14 +68,25 @@ TEST(DrawList, EveryPrimitiveOfEveryNodeOnceAndBinsShareAllState) {
   EXPECT_EQ(list.draws.size(), expected);
 }
 
+TEST(DrawList, LinesAndPointsAreNotDrawnAsTriangles) {
+  scene::Scene scene = shuffled_scene(3);
+  scene.primitives[0].topology = scene::Topology::lines;
+  scene.primitives[1].topology = scene::Topology::points;
+  const DrawList list = DrawList::collect(scene, mirrored_of(scene));
+  EXPECT_FALSE(list.draws.empty());
+  for (const Draw& draw : list.draws) EXPECT_GE(draw.primitive, 2u);
+}
+
 TEST(DrawList, OpaqueThenMaskThenBlendAndMaterialsTogether) {
   const scene::Scene scene = shuffled_scene(2);
   const DrawList list = DrawList::collect(scene, mirrored_of(scene));
-  for (size_t i = 1; i < list.bins.size(); ++i) EXPECT_LE(list.bins[i - 1].alpha_mode, list.bins[i].alpha_mode);
+  for (size_t i = 1; i < list.bins.size(); ++i)
+    EXPECT_LE(list.bins[i - 1].alpha_mode, list.bins[i].alpha_mode);
   EXPECT_LE(list.bins.size(), 12u);  // 3 modes x 2 sides x 2 senses
   for (const DrawBin& bin : list.bins) {
     for (uint32_t i = bin.first_draw + 1; i < bin.first_draw + bin.draw_count; ++i) {
-      EXPECT_LE(scene.primitives[list.draws[i - 1].primitive].material, scene.primitives[list.draws[i].primitive].material);
+      EXPECT_LE(scene.primitives[list.draws[i - 1].primitive].material,
+                scene.primitives[list.draws[i].primitive].material);
     }
   }
 }

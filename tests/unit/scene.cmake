@@ -1,5 +1,10 @@
 if(TARGET fire3dv_scene)
-  fire3dv_test(scene_load_test SOURCES scene_load_test.cpp scene_material_test.cpp scene_geometry_test.cpp
+  fire3dv_test(scene_load_test SOURCES scene_load_test.cpp scene_material_test.cpp scene_material_extensions_test.cpp
+               scene_geometry_test.cpp
+               LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_instancing_test SOURCES scene_instancing_test.cpp
+               LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_meshopt_test SOURCES scene_meshopt_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_refuse_test SOURCES scene_refuse_test.cpp scene_files_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)

@@ -25,7 +25,10 @@ void expect_consistent(const Scene& scene, const std::string& file) {
   for (const Primitive& primitive : scene.primitives) {
     ASSERT_LE(size_t{primitive.first_index} + primitive.index_count, scene.indices.size()) << file;
     ASSERT_LE(size_t{primitive.first_vertex} + primitive.vertex_count, scene.positions.size()) << file;
-    ASSERT_EQ(primitive.index_count % 3, 0u) << file;
+    const uint32_t corners = primitive.topology == Topology::triangles ? 3
+                             : primitive.topology == Topology::lines   ? 2
+                                                                       : 1;
+    ASSERT_EQ(primitive.index_count % corners, 0u) << file;
     ASSERT_LT(primitive.material, scene.materials.size()) << file;
     for (uint32_t i = 0; i < primitive.index_count; ++i) {
       ASSERT_LT(scene.indices[primitive.first_index + i], primitive.vertex_count) << file;

@@ -66,14 +66,77 @@ TEST(SceneGeometry, WithoutIndicesVerticesAreTakenInOrder) {
   EXPECT_EQ(triangle(scene, 0)[1], glm::vec3(1, 0, 0));
 }
 
-TEST(SceneGeometry, PointsAndLinesAreSkippedWithAWarning) {
-  GltfBuilder builder = test::triangle_file();
-  builder.root["meshes"][0]["primitives"][0]["mode"] = 1;
+TEST(SceneGeometry, PointsAndLinesBecomeLists) {
+  struct Case {
+    int mode;
+    Topology topology;
+    std::vector<uint32_t> list;
+  };
+  const std::vector<Case> cases{{0, Topology::points, {3, 1, 2, 0}},
+                                {1, Topology::lines, {3, 1, 2, 0}},
+                                {2, Topology::lines, {3, 1, 1, 2, 2, 0, 0, 3}},
+                                {3, Topology::lines, {3, 1, 1, 2, 2, 0}}};
+  for (const Case& c : cases) {
+    GltfBuilder builder;
+    const size_t positions = builder.add_positions(kSquare);
+    builder.add_mesh({{"attributes", {{"POSITION", positions}}},
+                      {"indices", builder.add_indices({3, 1, 2, 0})},
+                      {"mode", c.mode}});
+    const Scene scene = loaded(builder);
+    ASSERT_EQ(scene.primitives.size(), 1u);
+    EXPECT_EQ(scene.primitives[0].topology, c.topology);
+    EXPECT_FALSE(scene.primitives[0].lit);
+    EXPECT_EQ(scene.indices, c.list) << c.mode;
+    EXPECT_EQ(scene.positions.size(), 4u);
+    EXPECT_TRUE(scene.warnings.empty());
+  }
+}
+
+TEST(SceneGeometry, LinesWithNormalsAreLit) {
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions(kSquare);
+  const size_t normals = builder.add_positions({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1});
+  builder.add_mesh({{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}, {"mode", 3}});
+  EXPECT_TRUE(loaded(builder).primitives[0].lit);
+}
+
+TEST(SceneGeometry, TooFewIndicesForAnElementDrawNothingAndSaySo) {
+  const std::vector<std::pair<int, std::vector<uint16_t>>> modes{{1, {0}},    {2, {0}},    {3, {0}},
+                                                                 {4, {0, 1}}, {5, {0, 1}}, {6, {0, 1}}};
+  for (const auto& [mode, indices] : modes) {
+    GltfBuilder builder;
+    const size_t positions = builder.add_positions(kSquare);
+    builder.add_mesh({{"attributes", {{"POSITION", positions}}},
+                      {"indices", builder.add_indices(indices)},
+                      {"mode", mode}});
+    const Scene scene = loaded(builder);
+    EXPECT_TRUE(scene.primitives.empty()) << mode;
+    EXPECT_FALSE(scene.warnings.empty()) << mode;
+  }
+  GltfBuilder odd;
+  const size_t positions = odd.add_positions(kSquare);
+  odd.add_mesh(
+      {{"attributes", {{"POSITION", positions}}}, {"indices", odd.add_indices({0, 1, 2})}, {"mode", 1}});
+  const Scene scene = loaded(odd);
+  EXPECT_EQ(scene.indices, (std::vector<uint32_t>{0, 1}));
+  EXPECT_EQ(scene.warnings.size(), 1u);
+}
+
+TEST(SceneGeometry, TrianglesWithoutAnAreaAreKeptWithNumbersThatAreFinite) {
+  GltfBuilder builder;
+  builder.add_textured_material(test::png(1, 1, 0xffff8080));
+  builder.root["materials"][0]["normalTexture"] = {{"index", 0}};
+  const size_t positions = builder.add_positions(kSquare);
+  const size_t uv = builder.add_data<float>({0, 0, 0, 0, 0, 0, 0, 0}, "VEC2", test::kFloat, 2);
+  builder.add_mesh({{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", uv}}},
+                    {"indices", builder.add_indices({0, 0, 0, 0, 1, 1, 0, 1, 2})},
+                    {"material", 0}});
   const Scene scene = loaded(builder);
-  EXPECT_TRUE(scene.primitives.empty());
-  EXPECT_EQ(scene.meshes.at(0).primitive_count, 0u);
-  ASSERT_EQ(scene.warnings.size(), 1u);
-  EXPECT_NE(scene.warnings[0].find("meshes[0].primitives[0]"), std::string::npos);
+  EXPECT_EQ(scene.primitives[0].index_count, 9u);
+  for (const VertexAttributes& vertex : scene.attributes) {
+    EXPECT_NEAR(glm::length(vertex.normal), 1, 1e-6);
+    EXPECT_NEAR(glm::length(glm::vec3(vertex.tangent)), 1, 1e-6);
+  }
 }
 
 TEST(SceneGeometry, MissingNormalsAreFlatAndSplitTheVertices) {
