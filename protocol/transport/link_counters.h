@@ -13,6 +13,8 @@ namespace fire3dv::transport {
 class Counter {
  public:
   void add(uint64_t amount = 1) { value_.fetch_add(amount, std::memory_order_relaxed); }
+  // For a counter that one thread alone raises: no locked instruction.
+  void add_alone(uint64_t amount) { set(get() + amount); }
   void set(uint64_t value) { value_.store(value, std::memory_order_relaxed); }
   uint64_t get() const { return value_.load(std::memory_order_relaxed); }
 

@@ -140,8 +140,8 @@ bool ShmPublisher::publish(const wire::MessagePieces& message, bool) noexcept {
     return false;
   }
   now_->poses.write(message, description_number_);
-  counters_.messages_sent.add();
-  counters_.bytes_sent.add(message.size());
+  counters_.messages_sent.add_alone(1);
+  counters_.bytes_sent.add_alone(message.size());
   return true;
 }
 
@@ -152,7 +152,7 @@ void ShmPublisher::send_control(std::span<const std::byte> message) noexcept {
     return;
   }
   now_->controls.write({message, {}}, 0);
-  counters_.bytes_sent.add(message.size());
+  counters_.bytes_sent.add_alone(message.size());
 }
 
 bool ShmPublisher::poll_segment(Published& from, std::vector<std::byte>& message) {
