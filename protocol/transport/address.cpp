@@ -24,7 +24,8 @@ int look_up(const Uri& uri, int type, int flags, std::vector<Address>& found) {
   hints.ai_socktype = type;
   hints.ai_flags = AI_NUMERICSERV | flags;
   addrinfo* list = nullptr;
-  // RFC 6761: localhost is the loopback address, whatever the machine's files and name servers say, or fail to say.
+  // RFC 6761: localhost is the loopback address, whatever the machine's files and name servers say, or fail
+  // to say.
   const bool local = uri.host == "localhost";
   const std::string host = local ? "127.0.0.1" : uri.host;
   const int error = ::getaddrinfo(host.c_str(), std::to_string(uri.port).c_str(), &hints, &list);
@@ -78,8 +79,10 @@ bool Address::operator==(const Address& other) const {
 
 std::string uri_text(const Uri& uri) {
   const bool brackets = uri.host.find(':') != std::string::npos;
-  return std::string(uri.scheme == Uri::Scheme::udp ? "udp://" : "tcp://") + (brackets ? "[" : "") +
-         uri.host + (brackets ? "]:" : ":") + std::to_string(uri.port);
+  const std::string scheme = uri.scheme == Uri::Scheme::udp   ? "udp://"
+                             : uri.scheme == Uri::Scheme::tls ? "tls://"
+                                                              : "tcp://";
+  return scheme + (brackets ? "[" : "") + uri.host + (brackets ? "]:" : ":") + std::to_string(uri.port);
 }
 
 struct Lookup::Answer {
@@ -112,17 +115,19 @@ std::string Lookup::problem() const {
   return answer_->problem;
 }
 
-Result<BoundSocket> bind_listener(const Uri& uri, int type, bool insecure) {
+Result<BoundSocket> bind_listener(const Uri& uri, int type, bool may_be_public) {
   const std::string name = uri_text(uri);
   std::vector<Address> found;
   if (const int error = look_up(uri, type, AI_PASSIVE, found); error != 0)
     return Error{name + ": the host is not known (" + ::gai_strerror(error) +
                  "); use an address of this machine"};
   const Address& wanted = found.front();
-  if (!wanted.is_loopback() && !insecure)
+  if (!wanted.is_loopback() && !may_be_public)
     return Error{name +
                  ": listening on an address other than loopback lets anyone on the network send; use " +
-                 (wanted.family() == AF_INET6 ? "[::1]" : "127.0.0.1") + ", or --insecure if that is wanted"};
+                 (wanted.family() == AF_INET6 ? "[::1]" : "127.0.0.1") + ", or " +
+                 (type == SOCK_DGRAM ? "a key (key file), " : "tls:// with a certificate, ") +
+                 "or --insecure if that is wanted"};
   BoundSocket bound;
   bound.fd = UniqueFd(::socket(wanted.family(), type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!bound.fd) return Error{name + ": cannot make a socket: " + std::strerror(errno)};

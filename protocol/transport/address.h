@@ -50,6 +50,7 @@ struct BoundSocket {
   Address address;  // with the port that was chosen
 };
 // A non-blocking socket bound to the URI's address; `type` is SOCK_STREAM (listening) or SOCK_DGRAM.
-Result<BoundSocket> bind_listener(const Uri& uri, int type, bool insecure);
+// may_be_public: addresses other than loopback are allowed, since strangers are kept out or are wanted.
+Result<BoundSocket> bind_listener(const Uri& uri, int type, bool may_be_public);
 
 }  // namespace fire3dv::transport

@@ -11,13 +11,16 @@ namespace {
 constexpr size_t kMostControls = 256;
 constexpr size_t kMostControlBytes = kMaxMessageBytes + (size_t{16} << 20);
 // Empty messages take memory too.
-constexpr size_t cost_of(size_t message_bytes) { return message_bytes + 128; }
+constexpr size_t cost_of(size_t message_bytes) {
+  return message_bytes + 128;
+}
 constexpr size_t kMostNotes = 64;  // different texts; more of them are an attack on the log
 }  // namespace
 
 void Inbox::push(PeerId peer, Item item) {
   Entry& entry = entries_[peer];
   entry.bytes += cost_of(item.message.size());
+  bytes_ += cost_of(item.message.size());
   entry.items.push_back(std::move(item));
   news_ = true;
   came_.notify_one();
@@ -41,15 +44,18 @@ void Inbox::pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_ol
                                     [](const Item& item) { return item.kind == Kind::pose; });
     if (older != entry.items.end()) {
       entry.bytes -= cost_of(older->message.size());
+      bytes_ -= cost_of(older->message.size());
       entry.items.erase(older);
       counters_.poses_dropped.add();
     }
   }
+  if (!make_room(message.size())) return;
   push(peer, {Kind::pose, std::move(message), {}});
 }
 
 void Inbox::pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame) {
   const std::lock_guard lock(mutex_);
+  if (!make_room(message.size())) return;
   push(peer, {Kind::pose, std::move(message), {}, frame});
 }
 
@@ -60,18 +66,29 @@ void Inbox::drop_parts_before(PeerId peer, uint64_t frame) {
   std::erase_if(entry->second.items, [&](const Item& item) {
     if (item.kind != Kind::pose || item.frame >= frame) return false;
     entry->second.bytes -= cost_of(item.message.size());
+    bytes_ -= cost_of(item.message.size());
     counters_.poses_dropped.add();
     return true;
   });
 }
 
-bool Inbox::control(PeerId peer, std::vector<std::byte>&& message) {
+std::optional<Cause> Inbox::control(PeerId peer, std::vector<std::byte>&& message) {
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[peer];
-  if (entry.controls == kMostControls || entry.bytes + message.size() > kMostControlBytes) return false;
+  if (entry.controls == kMostControls || entry.bytes + message.size() > kMostControlBytes)
+    return Cause::unread;
+  if (bytes_ + cost_of(message.size()) > most_bytes_) return Cause::no_memory;
   ++entry.controls;
   push(peer, {Kind::control, std::move(message), {}});
-  return true;
+  return {};
+}
+
+// For a pose: when nobody polls, those that would not fit are what is dropped.
+bool Inbox::make_room(size_t bytes) {
+  if (bytes_ + cost_of(bytes) <= most_bytes_) return true;
+  counters_.poses_dropped.add();
+  counters_.reject(Cause::no_memory);
+  return false;
 }
 
 void Inbox::note_once(const std::string& text) {
@@ -100,6 +117,7 @@ void Inbox::poll(const std::function<void(const LinkEvent&)>& on_event) {
   {
     const std::lock_guard lock(mutex_);
     entries.swap(entries_);
+    bytes_ = 0;
     notes.swap(notes_);
     news_ = false;
   }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,15 +20,15 @@ namespace fire3dv::transport {
 
 class Inbox {
  public:
-  explicit Inbox(LinkCounters& counters) : counters_(counters) {}
+  Inbox(LinkCounters& counters, size_t most_bytes) : counters_(counters), most_bytes_(most_bytes) {}
 
   // --- the listener's thread
   void connected(PeerId peer);
   void disconnected(PeerId peer, std::string reason);
   // replaces_older: a pose that supersedes the pose of this peer that still waits.
   void pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_older);
-  // False when too many control messages of this peer wait already.
-  bool control(PeerId peer, std::vector<std::byte>&& message);
+  // A cause when too much of this peer, or of all peers, waits already.
+  std::optional<Cause> control(PeerId peer, std::vector<std::byte>&& message);
   // Once for each text.
   void note_once(const std::string& text);
   // Messages of this peer that wait, to hold back a peer whose poses must not be dropped.
@@ -58,8 +59,11 @@ class Inbox {
     size_t bytes = 0;
   };
   void push(PeerId peer, Item item);
+  bool make_room(size_t bytes);
 
   LinkCounters& counters_;
+  const size_t most_bytes_;  // of all peers together
+  size_t bytes_ = 0;
   mutable std::mutex mutex_;
   std::condition_variable came_;
   bool news_ = false;

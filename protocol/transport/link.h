@@ -1,8 +1,9 @@
-// A link carries whole messages between one publisher (a simulator's adapter) and any number of renderers. It knows
-// nothing of poses: a message is bytes and one of two kinds. Newest wins for pose messages; control messages are
-// never dropped silently. The three real links are opened by URI (open.h).
+// A link carries whole messages between one publisher (a simulator's adapter) and any number of renderers. It
+// knows nothing of poses: a message is bytes and one of two kinds. Newest wins for pose messages; control
+// messages are never dropped silently. The three real links are opened by URI (open.h).
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -19,17 +20,39 @@
 
 namespace fire3dv::transport {
 
+// Why something that came, or somebody who came, was turned away. cause_name() has the words for people and
+// metrics.
+enum class Cause : uint8_t {
+  malformed,        // bytes that are not ours, or contradict themselves
+  version,          // another version of the transport, or a kind that this one does not know
+  oversize,         // longer than is allowed
+  full,             // as many peers as allowed are there
+  silent,           // no greeting in time, or nothing at all for too long
+  unknown_session,  // datagrams of a session that is not known here, or comes from elsewhere
+  replayed,         // a datagram that came before, or too late to tell
+  bad_key,          // not sealed with our key, or no certificate that we trust
+  unread,           // control messages that nobody takes in time
+  no_memory,        // the memory set aside for all peers together is used up
+  lapped,           // control messages that were overwritten before they were read
+  system,           // the operating system refused
+};
+constexpr size_t kCauseCount = 12;
+const char* cause_name(Cause cause);
+
 struct LinkStats {
-  uint64_t messages_sent = 0;      // pose messages handed to the link (publisher) or replies (listener)
+  uint64_t messages_sent = 0;  // pose messages handed to the link (publisher) or replies (listener)
   uint64_t messages_received = 0;
   uint64_t bytes_sent = 0;
   uint64_t bytes_received = 0;
-  uint64_t poses_dropped = 0;      // pose messages replaced by a newer one before they left or were polled
-  uint64_t rejected = 0;           // malformed or unwelcome traffic; by cause in the log
-  uint32_t peers = 0;              // readers or connections now
+  uint64_t poses_dropped = 0;   // pose messages replaced by a newer one before they left or were polled
+  uint64_t frames_dropped = 0;  // publisher: frames of which at least one message was dropped
+  uint64_t rejected = 0;        // malformed or unwelcome traffic, all causes together
+  std::array<uint64_t, kCauseCount> rejected_by_cause{};
+  uint32_t peers = 0;  // readers or connections now
 };
 
-// --- the simulator's end ---------------------------------------------------------------------------------------------
+// --- the simulator's end
+// ---------------------------------------------------------------------------------------------
 
 // Thread-safety: one thread publishes and polls; stats() may be called from any thread.
 class PublisherLink {
@@ -39,13 +62,14 @@ class PublisherLink {
   // The largest pose message that the link takes. A longer frame is split into parts by the caller.
   virtual size_t max_pose_message_bytes() const = 0;
 
-  // Control state that every joiner gets before its first pose message: the encoded StreamDescription. The link keeps
-  // a copy and repeats it as its medium needs. Replaces an earlier one.
+  // Control state that every joiner gets before its first pose message: the encoded StreamDescription. The
+  // link keeps a copy and repeats it as its medium needs. Replaces an earlier one.
   virtual Result<void> set_description(std::span<const std::byte> message) = 0;
 
-  // Hands one pose message to the link. Never waits: not for a renderer, a socket, a lock that another thread may hold
-  // for long, or memory. last_part is false for all but the last part of a split frame. Returns false when the message
-  // was dropped (counted); a message that waits in the link and is overtaken by a newer one is counted later.
+  // Hands one pose message to the link. Never waits: not for a renderer, a socket, a lock that another thread
+  // may hold for long, or memory. last_part is false for all but the last part of a split frame. Returns
+  // false when the message was dropped (counted); a message that waits in the link and is overtaken by a
+  // newer one is counted later.
   virtual bool publish(const wire::MessagePieces& message, bool last_part = true) noexcept = 0;
 
   // Sends one control message (Ping, Goodbye) to whoever is connected now. Best effort; never waits.
@@ -54,10 +78,14 @@ class PublisherLink {
   // Next message of the back channel (Welcome, Ack, Pong), or false. Never waits. Reuses the vector's memory.
   virtual bool poll(std::vector<std::byte>& message) = 0;
 
+  // Why no renderer is reached, in one sentence for people, as far as the link knows; else empty.
+  virtual std::string problem() const { return {}; }
+
   virtual LinkStats stats() const = 0;
 };
 
-// --- the renderer's end ----------------------------------------------------------------------------------------------
+// --- the renderer's end
+// ----------------------------------------------------------------------------------------------
 
 using PeerId = uint64_t;  // unique within one listener for the life of the process, never reused
 
@@ -66,7 +94,7 @@ struct LinkEvent {
   Kind kind;
   PeerId peer = 0;
   std::span<const std::byte> message;  // pose, control; valid during the callback only
-  std::string_view text;               // disconnected: the reason; note: something a person should read (once)
+  std::string_view text;  // disconnected: the reason; note: something a person should read (once)
 };
 
 enum class Delivery {

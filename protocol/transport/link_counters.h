@@ -2,6 +2,7 @@
 // fetch_add.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 
@@ -12,6 +13,8 @@ namespace fire3dv::transport {
 class Counter {
  public:
   void add(uint64_t amount = 1) { value_.fetch_add(amount, std::memory_order_relaxed); }
+  // For a counter that one thread alone raises: no locked instruction.
+  void add_alone(uint64_t amount) { set(get() + amount); }
   void set(uint64_t value) { value_.store(value, std::memory_order_relaxed); }
   uint64_t get() const { return value_.load(std::memory_order_relaxed); }
 
@@ -20,7 +23,10 @@ class Counter {
 };
 
 struct LinkCounters {
-  Counter messages_sent, messages_received, bytes_sent, bytes_received, poses_dropped, rejected, peers;
+  Counter messages_sent, messages_received, bytes_sent, bytes_received, poses_dropped, frames_dropped, peers;
+  std::array<Counter, kCauseCount> rejected;
+
+  void reject(Cause cause, uint64_t amount = 1) { rejected[static_cast<size_t>(cause)].add(amount); }
 
   LinkStats snapshot() const {
     LinkStats stats;
@@ -29,7 +35,11 @@ struct LinkCounters {
     stats.bytes_sent = bytes_sent.get();
     stats.bytes_received = bytes_received.get();
     stats.poses_dropped = poses_dropped.get();
-    stats.rejected = rejected.get();
+    stats.frames_dropped = frames_dropped.get();
+    for (size_t i = 0; i < kCauseCount; ++i) {
+      stats.rejected_by_cause[i] = rejected[i].get();
+      stats.rejected += stats.rejected_by_cause[i];
+    }
     stats.peers = static_cast<uint32_t>(peers.get());
     return stats;
   }

@@ -33,8 +33,8 @@ Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view text,
     if (uri->scheme == Uri::Scheme::shm) return shm::make_publisher(uri->name, options);
     if (uri->port == 0)
       return Error{std::string(text) + ": port 0 is for listeners; name the renderer's port"};
-    if (uri->scheme == Uri::Scheme::tcp) return tcp::make_publisher(*uri);
-    return udp::make_publisher(*uri);
+    if (uri->scheme == Uri::Scheme::udp) return udp::make_publisher(*uri, options);
+    return tcp::make_publisher(*uri, options);
   });
 }
 
@@ -44,8 +44,8 @@ Result<std::unique_ptr<ListenerLink>> open_listener(std::string_view text, const
     if (!uri) return uri.error();
     if (uri->scheme == Uri::Scheme::shm) return shm::make_listener(uri->name, options);
     if (options.max_peers == 0) return Error{std::string(text) + ": max_peers is 0; allow at least one"};
-    if (uri->scheme == Uri::Scheme::tcp) return tcp::make_listener(*uri, options);
-    return udp::make_listener(*uri, options);
+    if (uri->scheme == Uri::Scheme::udp) return udp::make_listener(*uri, options);
+    return tcp::make_listener(*uri, options);
   });
 }
 

@@ -104,7 +104,9 @@ Result<Contest> contest_name(const Segment& segment, const std::string& name, bo
   struct stat info {};
   if (::fstat(old.get(), &info) != 0 || !S_ISREG(info.st_mode))
     return Error{"shm://" + name + ": " + path + " is not a regular file; choose another name"};
-  if (!try_lock_byte(old.get(), kPublisherLockByte)) {
+  // One contender at a time; and a publisher that is dead stays dead, so that what is seen here holds until
+  // the rename.
+  if (!try_lock_byte(old.get(), kTakeOverLockByte) || byte_held_by_other(old.get(), kPublisherLockByte)) {
     if (last_try) return busy(name, old.get());
     return Contest::lost;
   }
@@ -132,7 +134,8 @@ Result<Segment> create_segment(const std::string& name, const SegmentSizes& size
   segment.mapping = Mapping::of(segment.fd.get(), bytes, true);
   if (!segment.mapping) return system_error(name, "cannot map the segment", errno);
   std::memcpy(segment.mapping.base(), &segment.geometry, sizeof(SegmentHeader));
-  if (!try_lock_byte(segment.fd.get(), kPublisherLockByte))
+  segment.lock_fd = open_again(segment.fd.get());
+  if (!segment.lock_fd || !try_lock_byte(segment.lock_fd.get(), kPublisherLockByte))
     return system_error(name, "cannot lock the segment", errno);
   return segment;
 }

@@ -87,6 +87,8 @@ Result<Found> find_segment(const std::string& name, FileId& seen) {
   if (!byte_held_by_other(fd.get(), kPublisherLockByte)) return found;  // its publisher is dead
   found.segment.mapping = Mapping::of(fd.get(), file_bytes, false);
   if (!found.segment.mapping) return refuse(name, std::string("cannot be mapped: ") + std::strerror(errno));
+  found.segment.lock_fd = open_again(fd.get());
+  if (!found.segment.lock_fd) return refuse(name, std::string("cannot be opened: ") + std::strerror(errno));
   found.segment.fd = std::move(fd);
   return found;
 }

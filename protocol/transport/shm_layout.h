@@ -81,6 +81,9 @@ static_assert(sizeof(ReaderSlot) == 192 + kReplyWords * 8);
 
 // Locks on bytes of the segment's file say who is alive: the kernel takes them back when their owner dies.
 constexpr int64_t kPublisherLockByte = 0;
+// Held for a moment by who takes the name from a dead publisher. Not byte 0: that would look like life to a
+// reader.
+constexpr int64_t kTakeOverLockByte = 64;
 constexpr int64_t reader_lock_byte(uint32_t reader) {
   return 1 + static_cast<int64_t>(reader);
 }

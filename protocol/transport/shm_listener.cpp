@@ -75,7 +75,7 @@ void ShmListener::look(const OnEvent& on_event) {
   auto found = find_segment(name_, seen);
   if (!found) {
     if (seen != noted_file_ || found.error().message != noted_text_) {
-      counters_.rejected.add();
+      counters_.reject(Cause::malformed);
       noted_file_ = seen;
       noted_text_ = found.error().message;
       note(noted_text_, on_event);
@@ -134,7 +134,7 @@ void ShmListener::poll(const OnEvent& on_event) {
     const bool sound = reader_->drain(last_description_, on_message);
     if (!sound) {
       avoid_ = reader_->id();
-      counters_.rejected.add();
+      counters_.reject(Cause::malformed);
       reader_.reset();
       note(uri() + ": the segment is damaged; restart the simulator", on_event);
       end_peer("the segment is damaged", on_event);
@@ -164,7 +164,7 @@ void ShmListener::wait(std::chrono::nanoseconds timeout) {
 void ShmListener::send(PeerId peer, std::span<const std::byte> message) {
   if (peer == 0 || peer != peer_ || !reader_) return;
   if (!reader_->reply(message)) {
-    counters_.rejected.add();
+    counters_.reject(Cause::full);  // the simulator does not read replies
     return;
   }
   counters_.messages_sent.add();

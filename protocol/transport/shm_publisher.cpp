@@ -37,8 +37,6 @@ struct Published {
     controls = ring(kControlRing);
     for (uint32_t i = 0; i < kReaderCount; ++i) replies[i] = ReplyConsumer(segment.reader(i));
   }
-  // The mapping may outlive this descriptor by a moment; the lock must not.
-  ~Published() { unlock_byte(segment.fd.get(), kPublisherLockByte); }
   Published(const Published&) = delete;
   Published& operator=(const Published&) = delete;
 };
@@ -49,6 +47,7 @@ class ShmPublisher final : public PublisherLink {
       : name_(std::move(name)), publisher_id_(publisher_id), sizes_(sizes), now_(std::move(first)) {}
 
   ~ShmPublisher() override {
+    if (is_inherited()) return;
     now_->segment.set_state(SegmentState::closed);
     drop_name(now_->segment, name_);
   }
@@ -61,7 +60,9 @@ class ShmPublisher final : public PublisherLink {
   LinkStats stats() const override { return counters_.snapshot(); }
 
  private:
-  Result<void> grow(const SegmentSizes& sizes);
+  // The ring has one writer: a child that was forked without exec is not it.
+  bool is_inherited() const { return forked_from_ != fork_generation(); }
+  Result<void> grow(const SegmentSizes& sizes, const wire::Bytes& description);
   bool grow_for_pose(size_t bytes) noexcept;
   bool poll_segment(Published& from, std::vector<std::byte>& message);
   void count_readers(int64_t now_ns);
@@ -71,6 +72,7 @@ class ShmPublisher final : public PublisherLink {
   }
 
   std::string name_;
+  unsigned forked_from_ = fork_generation();
   uint64_t publisher_id_;
   SegmentSizes sizes_;
   std::unique_ptr<Published> now_;
@@ -84,18 +86,18 @@ class ShmPublisher final : public PublisherLink {
   LinkCounters counters_;
 };
 
-Result<void> ShmPublisher::grow(const SegmentSizes& sizes) {
+Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& description) {
   auto made = create_segment(name_, sizes, publisher_id_);
   if (!made) return made.error();
   auto next = std::make_unique<Published>(std::move(*made));
-  if (!description_.empty()) next->descriptions.write({description_, {}}, 0);
+  if (!description.empty()) next->descriptions.write({description, {}}, 0);
   if (auto named = take_name(next->segment, name_, true); !named) return named;
   now_->segment.set_state(
       SegmentState::retired);  // after the rename: a reader that sees it finds the new one
   before_ = std::move(now_);
   forget_before_at_ns_ = monotonic_ns() + kKeepReplacedForNs;
   now_ = std::move(next);
-  description_number_ = description_.empty() ? 0 : 1;
+  description_number_ = description.empty() ? 0 : 1;
   sizes_ = sizes;
   return {};
 }
@@ -105,7 +107,7 @@ bool ShmPublisher::grow_for_pose(size_t bytes) noexcept {
   try {
     SegmentSizes sizes = sizes_;
     sizes.pose_bytes = std::min<uint64_t>(bytes + bytes / 4, kMaxMessageBytes);
-    if (grow(sizes)) return true;
+    if (grow(sizes, description_)) return true;
   } catch (const std::exception&) {  // out of memory: as when /dev/shm is full
   }
   no_growth_until_ns_ = monotonic_ns() + kRetryGrowthAfterNs;
@@ -115,37 +117,42 @@ bool ShmPublisher::grow_for_pose(size_t bytes) noexcept {
 Result<void> ShmPublisher::set_description(std::span<const std::byte> message) {
   if (message.size() > kMaxMessageBytes)
     return Error{"shm://" + name_ + ": the description is larger than 256 MiB; describe fewer nodes"};
-  wire::Bytes earlier = std::move(description_);
-  description_.assign(message.begin(), message.end());
-  if (message.size() <= now_->descriptions.capacity()) {
-    write_description();
+  if (is_inherited())
+    return Error{"shm://" + name_ + ": the link was opened before fork(); open one in the child"};
+  // What fails, by an error or for lack of memory, fails before anything has changed.
+  wire::Bytes description(message.begin(), message.end());
+  if (message.size() > now_->descriptions.capacity()) {
+    SegmentSizes sizes = sizes_;
+    sizes.description_bytes = std::min<uint64_t>(message.size() + message.size() / 4, kMaxMessageBytes);
+    if (auto grown = grow(sizes, description); !grown) return grown;
+    description_ = std::move(description);
     return {};
   }
-  SegmentSizes sizes = sizes_;
-  sizes.description_bytes = std::min<uint64_t>(message.size() + message.size() / 4, kMaxMessageBytes);
-  auto grown = grow(sizes);
-  if (!grown) description_ = std::move(earlier);
-  return grown;
+  description_ = std::move(description);
+  write_description();
+  return {};
 }
 
 bool ShmPublisher::publish(const wire::MessagePieces& message, bool) noexcept {
-  if (message.size() > now_->poses.capacity() && !grow_for_pose(message.size())) {
+  if (is_inherited() || (message.size() > now_->poses.capacity() && !grow_for_pose(message.size()))) {
     counters_.poses_dropped.add();
+    counters_.frames_dropped.add();
     return false;
   }
   now_->poses.write(message, description_number_);
-  counters_.messages_sent.add();
-  counters_.bytes_sent.add(message.size());
+  counters_.messages_sent.add_alone(1);
+  counters_.bytes_sent.add_alone(message.size());
   return true;
 }
 
 void ShmPublisher::send_control(std::span<const std::byte> message) noexcept {
+  if (is_inherited()) return;
   if (message.size() > now_->controls.capacity()) {
-    counters_.rejected.add();
+    counters_.reject(Cause::oversize);
     return;
   }
   now_->controls.write({message, {}}, 0);
-  counters_.bytes_sent.add(message.size());
+  counters_.bytes_sent.add_alone(message.size());
 }
 
 bool ShmPublisher::poll_segment(Published& from, std::vector<std::byte>& message) {
@@ -155,7 +162,7 @@ bool ShmPublisher::poll_segment(Published& from, std::vector<std::byte>& message
       case ReplyConsumer::Outcome::empty:
         break;
       case ReplyConsumer::Outcome::corrupt:
-        counters_.rejected.add();
+        counters_.reject(Cause::malformed);
         break;
       case ReplyConsumer::Outcome::message:
         next_reader_ = reader + 1;  // turns: one busy reader does not silence the others
@@ -180,6 +187,7 @@ void ShmPublisher::count_readers(int64_t now_ns) {
 }
 
 bool ShmPublisher::poll(std::vector<std::byte>& message) {
+  if (is_inherited()) return false;
   count_readers(monotonic_ns());
   if (before_ && poll_segment(*before_, message)) return true;
   return poll_segment(*now_, message);

@@ -23,7 +23,7 @@ Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& count
   if (delivery_ == Delivery::all && !goes_on) last_pose_ = poses - std::min(poses, poses_.count() - 1);
   if (!goes_on) last_control_ = controls_.published();
   for (uint32_t i = 0; i < kReaderCount && !place_; ++i) {
-    if (!try_lock_byte(segment_.fd.get(), reader_lock_byte(i))) continue;
+    if (!try_lock_byte(segment_.lock_fd.get(), reader_lock_byte(i))) continue;
     place_ = i;
     ReaderSlot& slot = segment_.reader(i);
     replies_ = ReplyProducer(slot);
@@ -33,9 +33,9 @@ Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& count
 }
 
 Reader::~Reader() {
-  if (!place_) return;
+  if (!place_ || forked_from_ != fork_generation()) return;  // a child leaves its parent's place alone
   atomic_word(segment_.reader(*place_).active).store(0, std::memory_order_release);
-  unlock_byte(segment_.fd.get(), reader_lock_byte(*place_));
+  unlock_byte(segment_.lock_fd.get(), reader_lock_byte(*place_));
 }
 
 bool Reader::has_news() const {
@@ -145,7 +145,7 @@ bool Reader::drain_controls(const OnMessage& on_message) {
   const uint64_t until = controls_.published();
   if (until < last_control_) return false;
   if (until - last_control_ > controls_.count()) {
-    counters_.rejected.add(until - last_control_ - controls_.count());
+    counters_.reject(Cause::lapped, until - last_control_ - controls_.count());
     last_control_ = until - controls_.count();
   }
   while (last_control_ < until) {
@@ -153,7 +153,7 @@ bool Reader::drain_controls(const OnMessage& on_message) {
     const Outcome outcome = controls_.read(++last_control_, buffer_, tag);
     if (outcome == Outcome::corrupt) return false;
     if (outcome == Outcome::lapped) {
-      counters_.rejected.add();
+      counters_.reject(Cause::lapped);
       continue;
     }
     count_received();

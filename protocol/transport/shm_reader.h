@@ -26,7 +26,9 @@ class Reader {
 
   const FileId& id() const { return id_; }
   bool can_reply() const { return place_.has_value(); }
-  bool reply(std::span<const std::byte> message) { return replies_.push(message); }
+  bool reply(std::span<const std::byte> message) {
+    return forked_from_ == fork_generation() && replies_.push(message);
+  }
 
   bool has_news() const;
 
@@ -55,6 +57,7 @@ class Reader {
   uint64_t last_pose_ = 0;  // numbers of what was handed on or given up
   uint64_t last_description_ = 0;
   uint64_t last_control_ = 0;
+  unsigned forked_from_ = fork_generation();
   std::optional<uint32_t> place_;  // in the table of readers
   ReplyProducer replies_;
   std::vector<std::byte> buffer_;

@@ -1,65 +1,22 @@
 #include "protocol/transport/shm_ring.h"
 
-#include <algorithm>
-#include <cstring>
-
 #include "protocol/error.h"
+#include "protocol/transport/shm_copy.h"
 
 // The order of accesses follows H.-J. Boehm, "Can Seqlocks Get Along with Programming Language Memory
-// Models?" (MSPC 2012): the payload is written and read as relaxed atomics, so that a torn read is a value
-// that gets thrown away and never a data race.
+// Models?" (MSPC 2012): fences stand between the sequence and the payload, and a torn read is thrown away.
+// How the payload is copied without being a data race: shm_copy.h.
 
 namespace fire3dv::transport::shm {
 namespace {
 
 constexpr auto relaxed = std::memory_order_relaxed;
 
-uint64_t load_unaligned(const std::byte* from) {
-  uint64_t word;
-  std::memcpy(&word, from, sizeof word);
-  return word;
-}
-
-// Writes the two pieces one after the other as whole words; the last word is filled up with zeros.
-void store_words(uint64_t* to, const wire::MessagePieces& message) {
-  const std::byte* head = message.head.data();
-  const std::byte* body = message.body.data();
-  size_t head_left = message.head.size();
-  size_t body_left = message.body.size();
-  for (; head_left >= 8; head_left -= 8, head += 8) atomic_word(*to++).store(load_unaligned(head), relaxed);
-  if (head_left != 0) {
-    std::byte joint[8] = {};
-    std::memcpy(joint, head, head_left);
-    const size_t taken = std::min(body_left, 8 - head_left);
-    if (taken != 0) std::memcpy(joint + head_left, body, taken);
-    body += taken;
-    body_left -= taken;
-    atomic_word(*to++).store(load_unaligned(joint), relaxed);
-  }
-  for (; body_left >= 8; body_left -= 8, body += 8) atomic_word(*to++).store(load_unaligned(body), relaxed);
-  if (body_left != 0) {
-    std::byte last[8] = {};
-    std::memcpy(last, body, body_left);
-    atomic_word(*to).store(load_unaligned(last), relaxed);
-  }
-}
-
-void load_words(std::byte* to, uint64_t* from, size_t bytes) {
-  for (; bytes >= 8; bytes -= 8, to += 8) {
-    const uint64_t word = atomic_word(*from++).load(relaxed);
-    std::memcpy(to, &word, 8);
-  }
-  if (bytes != 0) {
-    const uint64_t word = atomic_word(*from).load(relaxed);
-    std::memcpy(to, &word, bytes);
-  }
-}
-
 SlotHeader& slot_at(std::byte* slots, size_t stride, uint64_t mask, uint64_t number) {
   return *reinterpret_cast<SlotHeader*>(slots + ((number - 1) & mask) * stride);
 }
-uint64_t* payload_of(SlotHeader& slot) {
-  return reinterpret_cast<uint64_t*>(reinterpret_cast<std::byte*>(&slot) + kSlotHeaderBytes);
+std::byte* payload_of(SlotHeader& slot) {
+  return reinterpret_cast<std::byte*>(&slot) + kSlotHeaderBytes;
 }
 
 }  // namespace
@@ -79,7 +36,8 @@ void RingWriter::write(const wire::MessagePieces& message, uint64_t tag) noexcep
   std::atomic_thread_fence(std::memory_order_release);
   atomic_word(slot.bytes).store(message.size(), relaxed);
   atomic_word(slot.tag).store(tag, relaxed);
-  store_words(payload_of(slot), message);
+  copy_to_shared(payload_of(slot), message.head.data(), message.head.size());
+  copy_to_shared(payload_of(slot) + message.head.size(), message.body.data(), message.body.size());
   atomic_word(slot.sequence).store(2 * number, std::memory_order_release);
   atomic_word(*published_).store(number, std::memory_order_release);
 }
@@ -103,7 +61,7 @@ RingReader::Outcome RingReader::read(uint64_t number, std::vector<std::byte>& me
   const bool fits = bytes <= capacity_;
   if (fits) {
     message.resize(bytes);
-    load_words(message.data(), payload_of(slot), bytes);
+    copy_from_shared(message.data(), payload_of(slot), bytes);
   }
   std::atomic_thread_fence(std::memory_order_acquire);
   if (atomic_word(slot.sequence).load(relaxed) != 2 * number) return Outcome::lapped;

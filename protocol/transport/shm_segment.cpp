@@ -55,6 +55,10 @@ std::string segment_path(const std::string& name) {
   return "/dev/shm/fire3dv." + name;
 }
 
+UnforkableFd open_again(int fd) {
+  return UnforkableFd(::open(("/proc/self/fd/" + std::to_string(fd)).c_str(), O_RDWR | O_CLOEXEC));
+}
+
 // These locks belong to the open file, not to the process: closing some other descriptor of the same file
 // does not lose them, and two links in one process exclude each other as two processes do.
 bool try_lock_byte(int fd, int64_t byte) {

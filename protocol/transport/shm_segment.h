@@ -5,6 +5,7 @@
 #include <string>
 
 #include "protocol/error.h"
+#include "protocol/transport/fork_guard.h"
 #include "protocol/transport/shm_layout.h"
 #include "protocol/transport/unique_fd.h"
 
@@ -25,7 +26,10 @@ class Mapping {
 };
 
 struct Segment {
-  UniqueFd fd;  // holds the locks
+  UniqueFd fd;
+  // An open file description of its own, which the mapping does not share: it holds the locks, and they go
+  // with it.
+  UnforkableFd lock_fd;
   Mapping mapping;
   SegmentHeader geometry{};  // a private copy that was checked; the mapped one is never believed for sizes
 
@@ -77,6 +81,9 @@ struct Found {
   FileId id;
 };
 Result<Found> find_segment(const std::string& name, FileId& seen);
+
+// The same file once more, as an open file description of its own.
+UnforkableFd open_again(int fd);
 
 // Locks on one byte of a segment's file. `held_by_other` looks without taking.
 bool try_lock_byte(int fd, int64_t byte);

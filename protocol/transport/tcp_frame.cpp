@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "protocol/transport/byte_order.h"
 #include "protocol/transport/link_counters.h"
@@ -54,16 +55,35 @@ FrameParser::Fault FrameParser::feed(std::span<const std::byte> bytes, const OnM
       if (header_got_ < kFrameHeaderBytes) return Fault::none;
       if (!read_header()) return Fault::bad_header;
       if (message_bytes_ > kMaxMessageBytes) return Fault::too_long;
-      message_.reserve(std::min<size_t>(message_bytes_, kFirstReserve));
     }
     const size_t taken = std::min(bytes.size(), message_bytes_ - message_.size());
+    if (!make_room(message_.size() + taken)) return Fault::no_memory;
     message_.insert(message_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(taken));
     bytes = bytes.subspan(taken);
     if (message_.size() < message_bytes_) return Fault::none;
     header_got_ = 0;
-    on_message(static_cast<FrameKind>(kind_), std::move(message_));
-    message_ = {};
+    release();
+    on_message(static_cast<FrameKind>(kind_), std::exchange(message_, {}));
   }
+}
+
+bool FrameParser::make_room(size_t bytes) {
+  if (bytes <= message_.capacity()) return true;
+  const size_t wanted = std::max(bytes, std::max(2 * message_.capacity(), kFirstReserve));
+  const size_t capacity = std::min<size_t>(wanted, message_bytes_);
+  // The first 64 KiB are every peer's own: those who use the budget up do not keep the others from saying a
+  // word.
+  const size_t shared = budget_ != nullptr && capacity > kFirstReserve ? capacity : 0;
+  if (shared > taken_) {
+    if (!budget_->take(shared - taken_)) return false;
+    taken_ = shared;
+  }
+  message_.reserve(capacity);
+  return true;
+}
+
+void FrameParser::release() {
+  if (budget_ != nullptr) budget_->give(std::exchange(taken_, 0));
 }
 
 bool FrameParser::read_header() {

@@ -9,6 +9,8 @@
 #include <span>
 #include <vector>
 
+#include "protocol/transport/memory_budget.h"
+
 namespace fire3dv::transport::tcp {
 
 constexpr uint16_t kTransportVersion = 1;
@@ -32,18 +34,31 @@ enum class FrameKind : uint8_t { pose = 1, control = 2 };
 using FrameHeader = std::array<std::byte, kFrameHeaderBytes>;
 FrameHeader write_frame_header(FrameKind kind, uint32_t message_bytes);
 
-// Cuts a byte stream into messages. What is kept grows only as bytes really arrive, whatever a header claims.
+// Cuts a byte stream into messages. What is kept grows only as bytes really arrive, whatever a header claims,
+// and only as far as the budget allows that all peers share.
 class FrameParser {
  public:
-  enum class Fault { none, bad_header, too_long };
+  enum class Fault { none, bad_header, too_long, no_memory };
   using OnMessage = std::function<void(FrameKind, std::vector<std::byte>&&)>;
+
+  explicit FrameParser(MemoryBudget* budget = nullptr) : budget_(budget) {}
+  ~FrameParser() { release(); }
+  FrameParser(const FrameParser&) = delete;
+  FrameParser& operator=(const FrameParser&) = delete;
+
+  // A message has begun and is not whole yet.
+  bool in_message() const { return header_got_ != 0; }
 
   // After a fault the stream is lost: where the next frame starts is not known.
   Fault feed(std::span<const std::byte> bytes, const OnMessage& on_message);
 
  private:
   bool read_header();
+  bool make_room(size_t bytes);
+  void release();
 
+  MemoryBudget* budget_;
+  size_t taken_ = 0;  // from the budget
   std::array<std::byte, kFrameHeaderBytes> header_{};
   size_t header_got_ = 0;
   uint32_t message_bytes_ = 0;

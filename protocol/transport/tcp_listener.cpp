@@ -1,12 +1,10 @@
 #include "protocol/transport/tcp_listener.h"
 
-#include <algorithm>
 #include <atomic>
-#include <thread>
 #include <unordered_map>
 
 #include "protocol/transport/address.h"
-#include "protocol/transport/inbox.h"
+#include "protocol/transport/network_listener.h"
 #include "protocol/transport/tcp_peer.h"  // says how Asio is used
 
 #include <asio/executor_work_guard.hpp>
@@ -21,44 +19,39 @@ constexpr size_t kMostWaitingMessages = 1024;
 constexpr size_t kMostWaitingBytes = 64 << 20;
 constexpr size_t kLeastHalfOpen = 16;
 
-class TcpListener final : public ListenerLink, public PeerHost {
+class TcpListener final : public NetworkListener, public PeerHost {
  public:
-  TcpListener(std::string uri, const ListenerOptions& options)
-      : uri_(std::move(uri)), options_(options), inbox_(counters_) {}
+  TcpListener(std::string uri, const ListenerOptions& options, TlsContext context)
+      : NetworkListener(std::move(uri), options),
+        context_(std::move(context)),
+        budget_(options.max_memory_bytes) {}
   Result<void> start(BoundSocket bound);
   ~TcpListener() override;
 
   void poll(const std::function<void(const LinkEvent&)>& on_event) override;
-  void wait(std::chrono::nanoseconds timeout) override { inbox_.wait(timeout); }
   void send(PeerId peer, std::span<const std::byte> message) override;
-  LinkStats stats() const override { return counters_.snapshot(); }
-  std::string uri() const override { return uri_; }
 
  private:
   void run();
   void accept();
   void accepted(tcp::socket socket);
 
-  PrefaceStatus greet(Peer& peer, const Preface& preface) override;
+  PrefaceStatus greet(Peer& peer) override;
   void received_bytes(size_t bytes) override { counters_.bytes_received.add(bytes); }
-  bool received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message, std::string& reason) override;
+  std::optional<Cause> received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) override;
   bool hold_back(const Peer& peer) override;
-  void ended(Peer& peer, const std::string& reason, bool at_fault) override;
+  void ended(Peer& peer, const std::string& reason, std::optional<Cause> cause) override;
 
-  std::string uri_;
-  ListenerOptions options_;
-  LinkCounters counters_;
-  Inbox inbox_;
+  const TlsContext context_;  // null: tcp://
+  MemoryBudget budget_;
   asio::io_context io_{1};
   tcp::acceptor acceptor_{io_};
   asio::steady_timer accept_again_{io_};
-  std::thread thread_;
   std::atomic<bool> held_back_{false};  // some peer waits for the next poll
 
   // On the listener's thread alone.
   std::deque<std::shared_ptr<Peer>> half_open_;  // oldest first
   std::unordered_map<PeerId, std::shared_ptr<Peer>> peers_;
-  PeerId last_id_ = 0;
 };
 
 Result<void> TcpListener::start(BoundSocket bound) {
@@ -72,13 +65,12 @@ Result<void> TcpListener::start(BoundSocket bound) {
     return Error{uri_ + ": cannot listen: " + error.message()};
   }
   accept();
-  thread_ = std::thread([this] { run(); });
-  return {};
+  return thread_.start(uri_, [this] { run(); });
 }
 
 TcpListener::~TcpListener() {
   io_.stop();
-  if (thread_.joinable()) thread_.join();
+  thread_.stop();
 }
 
 // Only lack of memory throws here; whoever's message it was is dropped with it and the others go on.
@@ -88,7 +80,7 @@ void TcpListener::run() {
     try {
       io_.run();
     } catch (const std::exception&) {
-      counters_.rejected.add();
+      counters_.reject(Cause::no_memory);
     }
   }
 }
@@ -96,12 +88,15 @@ void TcpListener::run() {
 void TcpListener::accept() {
   acceptor_.async_accept([this](const asio::error_code& error, tcp::socket socket) {
     if (!error) {
-      accepted(std::move(socket));
+      try {
+        accepted(std::move(socket));
+      } catch (const std::exception&) {  // the next one may find memory again
+        counters_.reject(Cause::no_memory);
+      }
       return accept();
     }
     // Out of descriptors, most often: asking again at once would only burn time.
-    counters_.rejected.add();
-    inbox_.note_once(uri_ + ": cannot accept a connection: " + error.message());
+    reject(Cause::system, "cannot accept a connection: " + error.message());
     accept_again_.expires_after(std::chrono::milliseconds(100));
     accept_again_.async_wait([this](const asio::error_code& cancelled) {
       if (!cancelled) accept();
@@ -112,16 +107,18 @@ void TcpListener::accept() {
 void TcpListener::accepted(tcp::socket socket) {
   // Who connects and says nothing must not keep others out: the oldest of them makes room.
   if (half_open_.size() >= std::max<size_t>(kLeastHalfOpen, options_.max_peers))
-    half_open_.front()->end("too many connections without a greeting");
-  half_open_.push_back(std::make_shared<Peer>(std::move(socket), *this));
+    half_open_.front()->end("too many connections without a greeting", Cause::silent);
+  std::unique_ptr<TlsSession> tls;
+  if (context_) {
+    tls = TlsSession::server(context_);
+    if (!tls) return counters_.reject(Cause::no_memory);
+  }
+  half_open_.push_back(std::make_shared<Peer>(std::move(socket), *this, budget_, std::move(tls)));
   half_open_.back()->start();
 }
 
-PrefaceStatus TcpListener::greet(Peer& peer, const Preface&) {
-  // Peers that left count until their end was polled, or a caller that does not poll would be filled with
-  // them.
-  if (peers_.size() >= options_.max_peers || inbox_.entries() >= size_t{2} * options_.max_peers)
-    return PrefaceStatus::full;
+PrefaceStatus TcpListener::greet(Peer& peer) {
+  if (is_full(peers_.size())) return PrefaceStatus::full;
   peer.id = ++last_id_;
   peers_.emplace(peer.id, peer.shared_from_this());
   std::erase_if(half_open_, [&](const auto& other) { return other.get() == &peer; });
@@ -130,19 +127,17 @@ PrefaceStatus TcpListener::greet(Peer& peer, const Preface&) {
   return PrefaceStatus::ok;
 }
 
-bool TcpListener::received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message,
-                           std::string& reason) {
+std::optional<Cause> TcpListener::received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) {
   switch (kind) {
     case FrameKind::pose:
       inbox_.pose(peer.id, std::move(message), options_.delivery == Delivery::newest);
-      return true;
+      return {};
     case FrameKind::control:
-      if (inbox_.control(peer.id, std::move(message))) return true;
-      reason = "it sent more control messages than were read";
-      return false;
+      return inbox_.control(peer.id, std::move(message));
   }
-  counters_.rejected.add();  // a kind of a later version: its length is known, so it can be passed over
-  return true;
+  counters_.reject(
+      Cause::version);  // a kind of a later version: its length is known, so it can be passed over
+  return {};
 }
 
 bool TcpListener::hold_back(const Peer& peer) {
@@ -153,15 +148,14 @@ bool TcpListener::hold_back(const Peer& peer) {
   return true;
 }
 
-void TcpListener::ended(Peer& peer, const std::string& reason, bool at_fault) {
+void TcpListener::ended(Peer& peer, const std::string& reason, std::optional<Cause> cause) {
+  if (cause) counters_.reject(*cause);
   if (peer.id != 0) {
-    if (at_fault) counters_.rejected.add();
     inbox_.disconnected(peer.id, reason);
     peers_.erase(peer.id);
     counters_.peers.set(peers_.size());
     return;
   }
-  counters_.rejected.add();
   inbox_.note_once(uri_ + ": a connection from " + peer.remote() + " was closed: " + reason);
   std::erase_if(half_open_, [&](const auto& other) { return other.get() == &peer; });
 }
@@ -175,28 +169,31 @@ void TcpListener::poll(const std::function<void(const LinkEvent&)>& on_event) {
 }
 
 void TcpListener::send(PeerId peer, std::span<const std::byte> message) {
-  if (message.size() > kMaxMessageBytes) {
-    counters_.rejected.add();
-    return;
-  }
+  if (message.size() > kMaxMessageBytes) return counters_.reject(Cause::oversize);
   counters_.messages_sent.add();
   counters_.bytes_sent.add(kFrameHeaderBytes + message.size());
-  asio::post(io_, [this, peer, copy = std::vector<std::byte>(message.begin(), message.end())]() mutable {
+  asio::post(io_, [this, peer, copy = std::vector<std::byte>(message.begin(), message.end())] {
     const auto found = peers_.find(peer);
     if (found == peers_.end()) return;
     const std::shared_ptr<Peer> keep = found->second;  // sending may end it
-    keep->send(std::move(copy));
+    keep->send(copy);
   });
 }
 
 }  // namespace
 
 Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options) {
-  auto bound = bind_listener(uri, SOCK_STREAM, options.insecure);
+  TlsContext context;
+  if (uri.scheme == Uri::Scheme::tls) {
+    auto made = make_server_context(uri_text(uri), options.tls);
+    if (!made) return made.error();
+    context = *made;
+  }
+  auto bound = bind_listener(uri, SOCK_STREAM, options.insecure || context != nullptr);
   if (!bound) return bound.error();
   Uri chosen = uri;
   chosen.port = bound->address.port();
-  auto listener = std::make_unique<TcpListener>(uri_text(chosen), options);
+  auto listener = std::make_unique<TcpListener>(uri_text(chosen), options, std::move(context));
   if (auto started = listener->start(std::move(*bound)); !started) return started.error();
   return std::unique_ptr<ListenerLink>(std::move(listener));
 }

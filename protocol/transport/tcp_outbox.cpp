@@ -11,6 +11,7 @@ namespace fire3dv::transport::tcp {
 namespace {
 
 constexpr size_t kMostBytesAFlush = 256 << 10;
+constexpr size_t kControlPieceBytes = 64 << 10;
 
 void append(std::vector<std::byte>& to, std::span<const std::byte> bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
@@ -20,11 +21,18 @@ bool only_full(int error) {
   return error == EAGAIN || error == EWOULDBLOCK || error == EINTR || error == ENOBUFS;
 }
 
+iovec piece(std::span<const std::byte> bytes) {
+  return {const_cast<std::byte*>(bytes.data()), bytes.size()};
+}
+
 }  // namespace
 
-void Outbox::start_connection() {
+void Outbox::start_connection(Sealer* sealer) {
+  sealer_ = sealer;
   bytes_.clear();
   at_ = 0;
+  controls_.clear();
+  control_bytes_ = 0;
 }
 
 void Outbox::keep_pose(const FrameHeader& header, const wire::MessagePieces& message) {
@@ -47,9 +55,10 @@ SendOutcome Outbox::pose(int fd, const wire::MessagePieces& message, bool& overt
     keep_pose(header, message);
     return SendOutcome::would_block;
   }
-  const auto piece = [](std::span<const std::byte> bytes) {
-    return iovec{const_cast<std::byte*>(bytes.data()), bytes.size()};
-  };
+  if (sealer_ != nullptr) {
+    keep_pose(header, message);
+    return flush(fd);
+  }
   iovec pieces[3] = {piece(header), piece(message.head), piece(message.body)};
   msghdr gathered{};
   gathered.msg_iov = pieces;
@@ -77,30 +86,64 @@ SendOutcome Outbox::pose(int fd, const wire::MessagePieces& message, bool& overt
   return SendOutcome::would_block;
 }
 
-bool Outbox::control(std::span<const std::byte> message, size_t limit) {
-  if (bytes_.size() - at_ > limit) return false;
-  if (at_ > bytes_.size() / 2) {
-    bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_));
-    at_ = 0;
-  }
-  append(bytes_, write_frame_header(FrameKind::control, static_cast<uint32_t>(message.size())));
-  append(bytes_, message);
+bool Outbox::control(SharedBytes message, size_t limit) {
+  if (control_bytes_ > limit) return false;
+  control_bytes_ += message->size();
+  controls_.push_back({std::move(message)});
   return true;
+}
+
+void Outbox::sealed(std::span<const std::byte> bytes) {
+  append(bytes_, bytes);
 }
 
 bool Outbox::drop_pose() {
   return std::exchange(has_pose_, false);
 }
 
+// The next piece of the control message in front. Copied piece by piece: a description of tens of megabytes
+// is never copied at once while the simulator waits for the lock.
+bool Outbox::take_from_control() {
+  Control& front = controls_.front();
+  std::byte piece_bytes[kControlPieceBytes];
+  size_t filled = 0;
+  if (front.at == 0) {
+    const auto header = write_frame_header(FrameKind::control, static_cast<uint32_t>(front.message->size()));
+    std::copy(header.begin(), header.end(), piece_bytes);
+    filled = header.size();
+  }
+  const size_t start = front.at == 0 ? 0 : front.at - kFrameHeaderBytes;
+  const size_t taken = std::min(front.message->size() - start, kControlPieceBytes - filled);
+  std::copy_n(front.message->begin() + static_cast<std::ptrdiff_t>(start), taken, piece_bytes + filled);
+  filled += taken;
+  front.at = kFrameHeaderBytes + start + taken;
+  const std::span<const std::byte> plain(piece_bytes, filled);
+  if (sealer_ == nullptr)
+    append(bytes_, plain);
+  else if (!sealer_->seal(plain, bytes_))
+    return false;
+  if (start + taken < front.message->size()) return true;
+  control_bytes_ -= front.message->size();
+  controls_.pop_front();
+  return true;
+}
+
+// All bytes are sent: what is next?
+bool Outbox::refill() {
+  bytes_.clear();
+  at_ = 0;
+  if (!controls_.empty()) return take_from_control();
+  has_pose_ = false;
+  if (sealer_ != nullptr) return sealer_->seal(pose_, bytes_);
+  std::swap(bytes_, pose_);
+  return true;
+}
+
 SendOutcome Outbox::flush(int fd) {
   size_t budget = kMostBytesAFlush;
   while (waits_to_send()) {
-    if (at_ == bytes_.size()) {
-      std::swap(bytes_, pose_);
-      at_ = 0;
-      has_pose_ = false;
-    }
     if (budget == 0) return SendOutcome::would_block;
+    if (at_ == bytes_.size() && !refill()) return SendOutcome::broken;
     const size_t wanted = std::min(bytes_.size() - at_, budget);
     const ssize_t sent = ::send(fd, bytes_.data() + at_, wanted, MSG_DONTWAIT | MSG_NOSIGNAL);
     if (sent < 0) return only_full(errno) ? SendOutcome::would_block : SendOutcome::broken;

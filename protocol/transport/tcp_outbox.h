@@ -1,11 +1,13 @@
-// What a TCP publisher has yet to send: ordered bytes that must go out, then the newest pose. Sending never
-// waits, so that it may be done from the simulator's thread while the lock is held.
+// What a TCP publisher has yet to send: ordered messages that must go out, then the newest pose. Sending
+// never waits, so that it may be done from the simulator's thread while the lock is held.
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <span>
 #include <vector>
 
+#include "protocol/transport/network_publisher.h"
 #include "protocol/transport/tcp_frame.h"
 #include "protocol/wire/encode.h"
 
@@ -13,32 +15,53 @@ namespace fire3dv::transport::tcp {
 
 enum class SendOutcome { done, would_block, broken };
 
+// Encrypts what goes out. Bytes that were sealed have to be sent: the receiver counts the records.
+class Sealer {
+ public:
+  virtual ~Sealer() = default;
+  // Appends the sealed bytes to `to`. False: this connection cannot go on.
+  virtual bool seal(std::span<const std::byte> plain, std::vector<std::byte>& to) = 0;
+};
+
 class Outbox {
  public:
-  // Forgets what belonged to an earlier connection, but keeps the newest pose.
-  void start_connection();
+  // Forgets what belonged to an earlier connection, but keeps the newest pose. sealer null: plain bytes.
+  void start_connection(Sealer* sealer);
 
   // Sends at once when nothing waits before it; else it becomes the waiting pose. True in *overtook when
   // another pose was given up for it. fd -1: not connected.
   SendOutcome pose(int fd, const wire::MessagePieces& message, bool& overtook);
 
-  // Behind all other control messages and before the waiting pose. False when too much waits already.
-  bool control(std::span<const std::byte> message, size_t limit);
+  // Behind all other control messages and before the waiting pose. False when more than `limit` bytes wait
+  // already.
+  bool control(SharedBytes message, size_t limit);
+
+  // Bytes of the sealer's own (handshake, alerts), before anything else.
+  void sealed(std::span<const std::byte> bytes);
 
   // Gives up the waiting pose; true when there was one.
   bool drop_pose();
 
-  bool waits_to_send() const { return at_ < bytes_.size() || has_pose_; }
+  bool waits_to_send() const { return at_ < bytes_.size() || !controls_.empty() || has_pose_; }
   // Sends what the socket takes, but at most about 256 KiB, so that the lock is soon free again.
   SendOutcome flush(int fd);
 
   uint64_t bytes_sent() const { return bytes_sent_; }
 
  private:
+  struct Control {
+    SharedBytes message;
+    size_t at = 0;  // bytes of header and message that were taken from it
+  };
   void keep_pose(const FrameHeader& header, const wire::MessagePieces& message);
+  bool refill();
+  bool take_from_control();
 
+  Sealer* sealer_ = nullptr;
   std::vector<std::byte> bytes_;  // from at_ on: to be sent before anything else
   size_t at_ = 0;
+  std::deque<Control> controls_;
+  size_t control_bytes_ = 0;
   std::vector<std::byte> pose_;  // the newest, framed
   bool has_pose_ = false;
   uint64_t bytes_sent_ = 0;

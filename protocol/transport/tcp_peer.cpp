@@ -1,15 +1,19 @@
 #include "protocol/transport/tcp_peer.h"
 
+#include <algorithm>
 #include <array>
-#include <asio/read.hpp>
 #include <asio/write.hpp>
+#include <utility>
 
 #include "protocol/transport/tcp_socket.h"
 
 namespace fire3dv::transport::tcp {
 namespace {
 
-constexpr std::chrono::seconds kPrefaceTimeout{5};
+constexpr std::chrono::seconds kGreetingTimeout{5};
+// Who begins a message and then sends less than this is holding a place, not sending.
+constexpr std::chrono::seconds kProgressEvery{10};
+constexpr size_t kLeastProgressBytes = 4 << 10;
 constexpr size_t kReadBytes = 64 << 10;
 constexpr size_t kMostUnsentBytes = 4 << 20;
 constexpr size_t kMostUnsentMessages = 4096;
@@ -22,129 +26,188 @@ std::string remote_of(const asio::ip::tcp::socket& socket) {
 
 }  // namespace
 
-Peer::Peer(asio::ip::tcp::socket socket, PeerHost& host)
+Peer::Peer(asio::ip::tcp::socket socket, PeerHost& host, MemoryBudget& budget,
+           std::unique_ptr<TlsSession> tls)
     : socket_(std::move(socket)),
       host_(host),
-      preface_timer_(socket_.get_executor()),
-      remote_(remote_of(socket_)) {}
+      watch_timer_(socket_.get_executor()),
+      remote_(remote_of(socket_)),
+      tls_(std::move(tls)),
+      parser_(&budget) {}
 
 void Peer::start() {
   tune_socket(socket_.native_handle());
-  preface_timer_.expires_after(kPrefaceTimeout);
-  preface_timer_.async_wait([self = shared_from_this()](const asio::error_code& error) {
-    if (!error && !self->greeted_) self->end("no greeting came in time");
+  watch();
+  read();
+}
+
+// Half-open connections, and those that hand over a message byte by byte, lose their place.
+void Peer::watch() {
+  watch_timer_.expires_after(greeted_ ? kProgressEvery : kGreetingTimeout);
+  watch_timer_.async_wait([self = shared_from_this()](const asio::error_code& error) {
+    if (error || self->over_) return;
+    if (!self->greeted_) return self->end("no greeting came in time", Cause::silent);
+    const size_t came = std::exchange(self->bytes_since_watch_, 0);
+    if (self->parser_.in_message() && !self->held_back_ && came < kLeastProgressBytes)
+      return self->end("it began a message and does not go on with it", Cause::silent);
+    self->watch();
   });
-  read_preface_bytes();
-}
-
-void Peer::read_preface_bytes() {
-  asio::async_read(
-      socket_, asio::buffer(preface_),
-      [self = shared_from_this()](const asio::error_code& error, size_t bytes) {
-        if (self->over_) return;
-        self->host_.received_bytes(bytes);
-        if (error) return self->end(bytes == 0 ? "it left without a greeting" : "its greeting was cut short");
-        self->answer_preface();
-      });
-}
-
-void Peer::answer_preface() {
-  Preface theirs;
-  if (!read_preface(preface_, theirs)) return end("its greeting is not FIRE-3DV's");
-  greeted_ = true;
-  preface_timer_.cancel();
-  Preface ours;
-  ours.status =
-      theirs.version == kTransportVersion ? host_.greet(*this, theirs) : PrefaceStatus::version_mismatch;
-  answer_ = write_preface(ours);
-  writing_ = true;
-  asio::async_write(socket_, asio::buffer(answer_),
-                    [self = shared_from_this(), status = ours.status, version = theirs.version](
-                        const asio::error_code& error, size_t) {
-                      if (self->over_) return;
-                      self->writing_ = false;
-                      if (error) return self->end("the connection broke");
-                      if (status == PrefaceStatus::version_mismatch)
-                        return self->end("it speaks transport version " + std::to_string(version) +
-                                         ", this program speaks " + std::to_string(kTransportVersion) +
-                                         "; use the same version on both sides");
-                      if (status == PrefaceStatus::full)
-                        return self->end("as many peers as allowed are connected");
-                      self->write();
-                      self->read();
-                    });
 }
 
 void Peer::read() {
-  if (over_) return;
-  if (host_.hold_back(*this)) {
+  if (over_ || !end_after_write_.empty()) return;
+  if (greeted_ && host_.hold_back(*this)) {
     held_back_ = true;
     return;
   }
   buffer_.resize(kReadBytes);
-  socket_.async_read_some(asio::buffer(buffer_),
-                          [self = shared_from_this()](const asio::error_code& error, size_t bytes) {
-                            if (self->over_) return;
-                            if (error == asio::error::eof)
-                              return self->end("the publisher closed the connection");
-                            if (error) return self->end("the connection broke (" + error.message() + ")");
-                            self->took(bytes);
-                          });
+  socket_.async_read_some(asio::buffer(buffer_), [self = shared_from_this()](const asio::error_code& error,
+                                                                             size_t bytes) {
+    if (self->over_) return;
+    if (error == asio::error::eof && !self->greeted_)
+      return self->end(self->preface_.empty() ? "it left without a greeting" : "its greeting was cut short",
+                       Cause::malformed);
+    if (error == asio::error::eof) return self->end("the publisher closed the connection");
+    if (error) return self->end("the connection broke (" + error.message() + ")");
+    // Lack of memory for what one peer sends is that peer's end, and nobody else's.
+    try {
+      self->took(bytes);
+    } catch (const std::exception&) {
+      self->end("there is no memory for what it sends", Cause::no_memory);
+    }
+  });
 }
 
 void Peer::took(size_t bytes) {
   host_.received_bytes(bytes);
-  std::string reason;
-  const auto fault =
-      parser_.feed({buffer_.data(), bytes}, [&](FrameKind kind, std::vector<std::byte>&& message) {
-        if (reason.empty() && !host_.received(*this, kind, std::move(message), reason) && reason.empty())
-          reason = "it was not welcome";
-      });
-  if (!reason.empty()) return end(reason, true);
-  if (fault == FrameParser::Fault::bad_header) return end("it sent a damaged frame header", true);
-  if (fault == FrameParser::Fault::too_long) return end("it sent a message of more than 256 MiB", true);
+  bytes_since_watch_ += bytes;
+  const std::span<const std::byte> came(buffer_.data(), bytes);
+  if (!tls_) {
+    take_plain(came);
+  } else {
+    std::vector<std::byte> to_send;
+    plain_.clear();
+    const bool sound = tls_->receive(came, plain_, to_send);
+    queue(std::move(to_send));
+    if (!sound) {
+      if (tls_->problem().empty()) return end("the publisher closed the connection");
+      end_after_write_ = tls_->problem();
+      end_cause_ = Cause::bad_key;
+    } else {
+      take_plain(plain_);
+    }
+  }
+  write();  // and the end, when it waits for nothing else
   read();
+}
+
+void Peer::take_plain(std::span<const std::byte> plain) {
+  if (!greeted_) {
+    const size_t taken = std::min(plain.size(), kPrefaceBytes - preface_.size());
+    preface_.insert(preface_.end(), plain.begin(), plain.begin() + static_cast<std::ptrdiff_t>(taken));
+    plain = plain.subspan(taken);
+    if (preface_.size() < kPrefaceBytes) return;
+    answer_preface();
+  }
+  if (over_ || !end_after_write_.empty()) return;
+  std::optional<Cause> cause;
+  const auto fault = parser_.feed(plain, [&](FrameKind kind, std::vector<std::byte>&& message) {
+    if (!cause) cause = host_.received(*this, kind, std::move(message));
+  });
+  if (cause == Cause::no_memory) return end("the messages of all peers together are too large", cause);
+  if (cause) return end("it sent more control messages than were read", cause);
+  switch (fault) {
+    case FrameParser::Fault::none:
+      return;
+    case FrameParser::Fault::bad_header:
+      return end("it sent a damaged frame header", Cause::malformed);
+    case FrameParser::Fault::too_long:
+      return end("it sent a message of more than 256 MiB", Cause::oversize);
+    case FrameParser::Fault::no_memory:
+      return end("the messages of all peers together are too large", Cause::no_memory);
+  }
+}
+
+void Peer::answer_preface() {
+  Preface theirs;
+  if (!read_preface(std::span(preface_).first<kPrefaceBytes>(), theirs))
+    return end("its greeting is not FIRE-3DV's", Cause::malformed);
+  greeted_ = true;
+  Preface ours;
+  ours.status = theirs.version == kTransportVersion ? host_.greet(*this) : PrefaceStatus::version_mismatch;
+  if (ours.status == PrefaceStatus::version_mismatch) {
+    end_after_write_ = "it speaks transport version " + std::to_string(theirs.version) +
+                       ", this program speaks " + std::to_string(kTransportVersion) +
+                       "; use the same version on both sides";
+    end_cause_ = Cause::version;
+  }
+  if (ours.status == PrefaceStatus::full) {
+    end_after_write_ = "as many peers as allowed are connected";
+    end_cause_ = Cause::full;
+  }
+  const PrefaceBytes bytes = write_preface(ours);
+  std::vector<std::byte> wire;
+  if (!tls_)
+    wire.assign(bytes.begin(), bytes.end());
+  else if (!tls_->seal(bytes, wire))
+    return end("TLS failed", Cause::bad_key);
+  queue(std::move(wire));
 }
 
 void Peer::resume() {
   if (!held_back_ || over_) return;
   held_back_ = false;
+  bytes_since_watch_ = kLeastProgressBytes;  // the silence was ours
   read();
 }
 
-void Peer::send(std::vector<std::byte>&& message) {
+void Peer::queue(std::vector<std::byte>&& bytes) {
+  if (bytes.empty()) return;
+  outgoing_bytes_ += bytes.size();
+  outgoing_.push_back(std::move(bytes));
+}
+
+void Peer::send(std::span<const std::byte> message) {
   if (over_) return;
-  outgoing_bytes_ += message.size();
-  if (outgoing_bytes_ > kMostUnsentBytes || outgoing_.size() >= kMostUnsentMessages)
-    return end("it does not read what is sent to it", true);
+  if (outgoing_bytes_ + message.size() > kMostUnsentBytes || outgoing_.size() >= kMostUnsentMessages)
+    return end("it does not read what is sent to it", Cause::unread);
   const auto header = write_frame_header(FrameKind::control, static_cast<uint32_t>(message.size()));
-  outgoing_.push_back({header, std::move(message)});
+  std::vector<std::byte> wire(header.begin(), header.end());
+  wire.insert(wire.end(), message.begin(), message.end());
+  if (tls_) {
+    const std::vector<std::byte> plain = std::exchange(wire, {});
+    if (!tls_->seal(plain, wire)) return end("TLS failed", Cause::bad_key);
+  }
+  queue(std::move(wire));
   write();
 }
 
 void Peer::write() {
-  if (writing_ || over_ || outgoing_.empty()) return;
+  if (writing_ || over_) return;
+  if (outgoing_.empty()) {
+    if (!end_after_write_.empty()) end(std::string(end_after_write_), end_cause_);
+    return;
+  }
   writing_ = true;
-  const Outgoing& next = outgoing_.front();
-  const std::array<asio::const_buffer, 2> pieces{asio::buffer(next.header), asio::buffer(next.message)};
-  asio::async_write(socket_, pieces, [self = shared_from_this()](const asio::error_code& error, size_t) {
-    if (self->over_) return;
-    self->writing_ = false;
-    if (error) return self->end("the connection broke (" + error.message() + ")");
-    self->outgoing_bytes_ -= self->outgoing_.front().message.size();
-    self->outgoing_.pop_front();
-    self->write();
-  });
+  asio::async_write(socket_, asio::buffer(outgoing_.front()),
+                    [self = shared_from_this()](const asio::error_code& error, size_t) {
+                      if (self->over_) return;
+                      self->writing_ = false;
+                      if (error) return self->end("the connection broke (" + error.message() + ")");
+                      self->outgoing_bytes_ -= self->outgoing_.front().size();
+                      self->outgoing_.pop_front();
+                      self->write();
+                    });
 }
 
-void Peer::end(const std::string& reason, bool at_fault) {
+void Peer::end(const std::string& reason, std::optional<Cause> cause) {
   if (over_) return;
   over_ = true;
   asio::error_code ignored;
-  preface_timer_.cancel();
+  watch_timer_.cancel();
   socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
-  host_.ended(*this, reason, at_fault);
+  host_.ended(*this, reason, cause);
 }
 
 }  // namespace fire3dv::transport::tcp

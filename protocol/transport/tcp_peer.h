@@ -1,11 +1,12 @@
 // One connection of a TCP listener, from accept to close. Lives on the listener's thread alone.
 #pragma once
 
-// The standard library's headers stand before Asio's: Asio 1.22 chooses its allocation functions by a macro of theirs,
-// and two sources that choose differently would free each other's memory wrongly.
+// The standard library's headers stand before Asio's: Asio 1.22 chooses its allocation functions by a macro
+// of theirs, and two sources that choose differently would free each other's memory wrongly.
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #define ASIO_STANDALONE 1
@@ -15,6 +16,7 @@
 
 #include "protocol/transport/link.h"
 #include "protocol/transport/tcp_frame.h"
+#include "protocol/transport/tls_session.h"
 
 namespace fire3dv::transport::tcp {
 
@@ -25,51 +27,52 @@ class PeerHost {
  public:
   virtual ~PeerHost() = default;
   // A sound preface came: may this be a peer? On yes it has a PeerId from now on.
-  virtual PrefaceStatus greet(Peer& peer, const Preface& preface) = 0;
+  virtual PrefaceStatus greet(Peer& peer) = 0;
   virtual void received_bytes(size_t bytes) = 0;
-  // False: the connection has to end, with what `reason` says.
-  virtual bool received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message,
-                        std::string& reason) = 0;
+  // A cause: the connection has to end.
+  virtual std::optional<Cause> received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) = 0;
   // True: reading stops until resume() is called.
   virtual bool hold_back(const Peer& peer) = 0;
-  // The connection is over. The peer must not be used after this.
-  virtual void ended(Peer& peer, const std::string& reason, bool at_fault) = 0;
+  // The connection is over. The peer must not be used after this. cause: it broke a rule; none: it left, or
+  // was lost.
+  virtual void ended(Peer& peer, const std::string& reason, std::optional<Cause> cause) = 0;
 };
 
 class Peer : public std::enable_shared_from_this<Peer> {
  public:
-  Peer(asio::ip::tcp::socket socket, PeerHost& host);
+  // tls null: tcp://
+  Peer(asio::ip::tcp::socket socket, PeerHost& host, MemoryBudget& budget, std::unique_ptr<TlsSession> tls);
 
   void start();
-  void send(std::vector<std::byte>&& message);
+  void send(std::span<const std::byte> message);
   void resume();
-  // at_fault: it broke the rules; otherwise it left, or was lost.
-  void end(const std::string& reason, bool at_fault = false);
+  void end(const std::string& reason, std::optional<Cause> cause = {});
 
   PeerId id = 0;  // 0 until greeted
   const std::string& remote() const { return remote_; }
 
  private:
-  void read_preface_bytes();
-  void answer_preface();
+  void watch();
   void read();
   void took(size_t bytes);
+  void take_plain(std::span<const std::byte> plain);
+  void answer_preface();
+  void queue(std::vector<std::byte>&& bytes);
   void write();
 
   asio::ip::tcp::socket socket_;
   PeerHost& host_;
-  asio::steady_timer preface_timer_;
+  asio::steady_timer watch_timer_;
   std::string remote_;
-  PrefaceBytes preface_{};
-  PrefaceBytes answer_{};
+  std::unique_ptr<TlsSession> tls_;
+  std::vector<std::byte> preface_;  // what of it came
   FrameParser parser_;
-  std::vector<std::byte> buffer_;
-  struct Outgoing {
-    FrameHeader header;
-    std::vector<std::byte> message;
-  };
-  std::deque<Outgoing> outgoing_;
+  std::vector<std::byte> buffer_, plain_;
+  std::deque<std::vector<std::byte>> outgoing_;  // as it goes on the wire
   size_t outgoing_bytes_ = 0;
+  size_t bytes_since_watch_ = 0;
+  std::string end_after_write_;  // the reason, once what is queued has gone
+  std::optional<Cause> end_cause_;
   bool greeted_ = false;
   bool writing_ = false;
   bool held_back_ = false;

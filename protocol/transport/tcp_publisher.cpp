@@ -1,148 +1,123 @@
 #include "protocol/transport/tcp_publisher.h"
 
-#include <netinet/tcp.h>
-
-#include <algorithm>
-#include <atomic>
 #include <cerrno>
-#include <deque>
-#include <mutex>
-#include <thread>
 
-#include "protocol/transport/address.h"
 #include "protocol/transport/clock.h"
-#include "protocol/transport/link_counters.h"
+#include "protocol/transport/network_publisher.h"
 #include "protocol/transport/tcp_frame.h"
 #include "protocol/transport/tcp_outbox.h"
 #include "protocol/transport/tcp_socket.h"
-#include "protocol/transport/waker.h"
+#include "protocol/transport/tls_session.h"
 
 namespace fire3dv::transport::tcp {
 namespace {
 
-constexpr int64_t kFirstBackoffNs = 10 * kMillisecondNs;
-constexpr int64_t kLongestBackoffNs = kSecondNs;
 constexpr int64_t kConnectTimeoutNs = 5 * kSecondNs;
-constexpr int64_t kPrefaceTimeoutNs = 5 * kSecondNs;
+constexpr int64_t kGreetingTimeoutNs = 5 * kSecondNs;
 constexpr size_t kMostUnsentControlBytes = 16 << 20;
-constexpr size_t kMostUnreadReplies = 1024;
+
+// One connection, from the first byte on.
+struct Connection {
+  UniqueFd fd;
+  std::unique_ptr<TlsSession> tls;  // null: tcp://
+  std::vector<std::byte> plain;     // came, and was not taken yet
+};
 
 // The simulator's thread sends straight into the socket while that is free; a thread of the link connects,
 // finishes what the socket did not take at once, and receives. Nobody holds the lock across anything that
 // waits.
-class TcpPublisher final : public PublisherLink {
+class TcpPublisher final : public NetworkPublisher {
  public:
-  explicit TcpPublisher(Uri uri) : uri_(std::move(uri)) {}
-  Result<void> start();
-  ~TcpPublisher() override;
+  TcpPublisher(Uri uri, TlsContext context)
+      : NetworkPublisher(std::move(uri)), context_(std::move(context)) {}
+  ~TcpPublisher() override { thread_.stop(); }
 
   size_t max_pose_message_bytes() const override { return kMaxMessageBytes; }
   Result<void> set_description(std::span<const std::byte> message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
   void send_control(std::span<const std::byte> message) noexcept override;
-  bool poll(std::vector<std::byte>& message) override;
   LinkStats stats() const override;
 
  private:
   // The link's thread.
-  void run();
-  UniqueFd connect();
+  bool visit(const Address& address) override;
   UniqueFd connect_to(const Address& address);
-  bool exchange_prefaces(int fd);
-  void serve(int fd);
-  bool receive(int fd, FrameParser& parser);
-  void pause(int64_t ns);
-  bool wait_for(int fd, short events, int64_t until_ns);
-  bool stopping() const { return stop_.load(std::memory_order_relaxed); }
-  void keep_reply(std::vector<std::byte>&& message);
-  // A description may be as large as it likes; what piles up behind it may not.
-  size_t most_unsent_bytes() const { return kMostUnsentControlBytes + description_.size(); }
+  bool greet(Connection& connection);
+  bool receive_some(Connection& connection, int64_t until_ns);
+  void serve(Connection& connection);
+  bool receive(Connection& connection, FrameParser& parser);
+  bool take(std::span<const std::byte> plain, FrameParser& parser);
 
-  Uri uri_;
-  Waker waker_;
-  std::thread thread_;
-  std::atomic<bool> stop_{false};
-  LinkCounters counters_;
+  // With the lock held. A description may be as large as it likes; what piles up behind it may not.
+  size_t most_unsent_bytes() const {
+    return kMostUnsentControlBytes + (description_ ? description_->size() : 0);
+  }
+  void dropped() {
+    counters_.poses_dropped.add();
+    counters_.frames_dropped.add();
+  }
 
-  mutable std::mutex mutex_;  // guards all that follows
-  int fd_ = -1;               // open and greeted; -1 otherwise
-  bool broken_ = false;       // the connection is to be given up
+  const TlsContext context_;
+
+  // Guarded by mutex_.
+  int fd_ = -1;          // open and greeted; -1 otherwise
+  bool broken_ = false;  // the connection is to be given up
   Outbox outbox_;
-  wire::Bytes description_;
-  std::deque<std::vector<std::byte>> replies_;
+  SharedBytes description_;  // null: none yet
 };
 
-Result<void> TcpPublisher::start() {
-  if (!waker_) return Error{uri_text(uri_) + ": out of file descriptors; close some or raise the limit"};
-  thread_ = std::thread([this] { run(); });
-  return {};
-}
-
-TcpPublisher::~TcpPublisher() {
-  stop_.store(true, std::memory_order_relaxed);
-  waker_.wake();
-  if (thread_.joinable()) thread_.join();
-}
-
 // --- the simulator's thread
-// ------------------------------------------------------------------------------------------
 
 Result<void> TcpPublisher::set_description(std::span<const std::byte> message) {
   if (message.size() > kMaxMessageBytes)
     return Error{uri_text(uri_) + ": the description is larger than 256 MiB; describe fewer nodes"};
+  SharedBytes earlier = share(message);
   const std::lock_guard lock(mutex_);
-  description_.assign(message.begin(), message.end());
-  if (outbox_.drop_pose()) counters_.poses_dropped.add();  // it belongs to the description before
+  description_.swap(earlier);          // what was there is released after the lock
+  if (outbox_.drop_pose()) dropped();  // it belongs to the description before
   if (fd_ < 0) return {};
   // Over the limit the connection starts anew, and with it comes the newest description alone.
-  if (!outbox_.control(message, most_unsent_bytes()) || outbox_.flush(fd_) == SendOutcome::broken)
+  if (!outbox_.control(description_, most_unsent_bytes()) || outbox_.flush(fd_) == SendOutcome::broken)
     broken_ = true;
-  waker_.wake();
+  thread_.wake();
   return {};
 }
 
 bool TcpPublisher::publish(const wire::MessagePieces& message, bool) noexcept {
   counters_.messages_sent.add();
   if (message.size() > kMaxMessageBytes) {
-    counters_.poses_dropped.add();
+    dropped();
     return false;
   }
   try {
     const std::lock_guard lock(mutex_);
     bool overtook = false;
     const SendOutcome outcome = outbox_.pose(fd_, message, overtook);
-    if (overtook) counters_.poses_dropped.add();
+    if (overtook) dropped();
     if (outcome == SendOutcome::broken) broken_ = true;
-    if (outcome != SendOutcome::done && fd_ >= 0) waker_.wake();
+    if (outcome != SendOutcome::done && fd_ >= 0) thread_.wake();
     return true;
   } catch (const std::exception&) {  // no memory for the first frame's copy
-    counters_.poses_dropped.add();
+    dropped();
     return false;
   }
 }
 
 void TcpPublisher::send_control(std::span<const std::byte> message) noexcept {
   try {
+    SharedBytes shared = share(message);
     const std::lock_guard lock(mutex_);
     if (fd_ < 0) return;
-    if (message.size() > kMaxMessageBytes || !outbox_.control(message, most_unsent_bytes())) {
-      counters_.rejected.add();
+    if (message.size() > kMaxMessageBytes || !outbox_.control(std::move(shared), most_unsent_bytes())) {
+      counters_.reject(Cause::unread);
       broken_ = true;  // a control message is not dropped while the rest goes on
     } else if (outbox_.flush(fd_) == SendOutcome::broken) {
       broken_ = true;
     }
-    waker_.wake();
+    thread_.wake();
   } catch (const std::exception&) {
-    counters_.rejected.add();
+    counters_.reject(Cause::no_memory);
   }
-}
-
-bool TcpPublisher::poll(std::vector<std::byte>& message) {
-  const std::lock_guard lock(mutex_);
-  if (replies_.empty()) return false;
-  message.swap(replies_.front());
-  replies_.pop_front();
-  return true;
 }
 
 LinkStats TcpPublisher::stats() const {
@@ -154,46 +129,14 @@ LinkStats TcpPublisher::stats() const {
 }
 
 // --- the link's thread
-// -----------------------------------------------------------------------------------------------
 
-void TcpPublisher::run() {
-  int64_t backoff_ns = kFirstBackoffNs;
-  while (!stopping()) {
-    try {
-      const UniqueFd fd = connect();
-      if (fd && exchange_prefaces(fd.get())) {
-        backoff_ns = kFirstBackoffNs;
-        serve(fd.get());
-      }
-    } catch (const std::exception&) {  // no memory: try again later, like after any other failure
-    }
-    pause(backoff_ns);
-    backoff_ns = std::min(backoff_ns * 2, kLongestBackoffNs);
-  }
-}
-
-void TcpPublisher::pause(int64_t ns) {
-  const int64_t until = monotonic_ns() + ns;
-  for (int64_t now = monotonic_ns(); now < until && !stopping(); now = monotonic_ns())
-    waker_.wait(-1, 0, static_cast<int>((until - now) / kMillisecondNs) + 1);
-}
-
-bool TcpPublisher::wait_for(int fd, short events, int64_t until_ns) {
-  while (!stopping()) {
-    const int64_t now = monotonic_ns();
-    if (now >= until_ns) return false;
-    if (waker_.wait(fd, events, static_cast<int>((until_ns - now) / kMillisecondNs) + 1) != 0) return true;
-  }
-  return false;
-}
-
-UniqueFd TcpPublisher::connect() {
-  const Lookup lookup(uri_);
-  while (!lookup.done() && !stopping()) waker_.wait(-1, 0, 1);
-  if (stopping()) return {};
-  for (const Address& address : lookup.addresses())
-    if (UniqueFd fd = connect_to(address)) return fd;
-  return {};
+bool TcpPublisher::visit(const Address& address) {
+  Connection connection;
+  connection.fd = connect_to(address);
+  if (!connection.fd || !greet(connection)) return false;
+  set_problem({});
+  serve(connection);
+  return true;
 }
 
 UniqueFd TcpPublisher::connect_to(const Address& address) {
@@ -201,7 +144,8 @@ UniqueFd TcpPublisher::connect_to(const Address& address) {
   if (!fd) return {};
   tune_socket(fd.get());
   if (::connect(fd.get(), address.get(), address.length) != 0) {
-    if (errno != EINPROGRESS || !wait_for(fd.get(), POLLOUT, monotonic_ns() + kConnectTimeoutNs)) return {};
+    if (errno != EINPROGRESS || !thread_.wait_for(fd.get(), POLLOUT, monotonic_ns() + kConnectTimeoutNs))
+      return {};
     int error = 0;
     socklen_t length = sizeof error;
     if (::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &length) != 0 || error != 0) return {};
@@ -209,45 +153,97 @@ UniqueFd TcpPublisher::connect_to(const Address& address) {
   return connected_to_itself(fd.get()) ? UniqueFd() : std::move(fd);
 }
 
-bool TcpPublisher::exchange_prefaces(int fd) {
-  const PrefaceBytes ours = write_preface({});
-  if (::send(fd, ours.data(), ours.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(ours.size())) return false;
-  PrefaceBytes theirs{};
-  size_t got = 0;
-  const int64_t until = monotonic_ns() + kPrefaceTimeoutNs;
-  while (got < theirs.size()) {
-    if (!wait_for(fd, POLLIN, until)) return false;
-    const ssize_t received = ::recv(fd, theirs.data() + got, theirs.size() - got, 0);
-    if (received < 0 && (errno == EAGAIN || errno == EINTR)) continue;
-    if (received <= 0) return false;
-    got += static_cast<size_t>(received);
-  }
-  Preface preface;
-  const bool welcome = read_preface(theirs, preface) && preface.version == kTransportVersion &&
-                       preface.status == PrefaceStatus::ok;
-  if (!welcome) counters_.rejected.add();
-  return welcome;
+// Sends what fits a fresh socket's buffer whole.
+bool send_whole(int fd, std::span<const std::byte> bytes) {
+  return bytes.empty() ||
+         ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
 }
 
-void TcpPublisher::serve(int fd) {
+bool TcpPublisher::receive_some(Connection& connection, int64_t until_ns) {
+  const int fd = connection.fd.get();
+  if (!thread_.wait_for(fd, POLLIN, until_ns)) return false;
+  std::byte buffer[16384];
+  const ssize_t got = ::recv(fd, buffer, sizeof buffer, 0);
+  if (got < 0) return errno == EAGAIN || errno == EINTR;
+  if (got == 0) return false;
+  const std::span<const std::byte> came(buffer, static_cast<size_t>(got));
+  if (!connection.tls) {
+    connection.plain.insert(connection.plain.end(), came.begin(), came.end());
+    return true;
+  }
+  std::vector<std::byte> to_send;
+  const bool sound = connection.tls->receive(came, connection.plain, to_send);
+  const bool sent = send_whole(fd, to_send);
+  if (!sound && !connection.tls->problem().empty()) {
+    counters_.reject(Cause::bad_key);
+    set_problem(uri_text(uri_) + ": " + connection.tls->problem());
+  }
+  return sound && sent;
+}
+
+bool TcpPublisher::greet(Connection& connection) {
+  const int64_t until = monotonic_ns() + kGreetingTimeoutNs;
+  const int fd = connection.fd.get();
+  std::vector<std::byte> to_send;
+  if (context_) {
+    connection.tls = TlsSession::client(context_, uri_.host);
+    if (!connection.tls || !connection.tls->handshake(to_send) || !send_whole(fd, to_send)) return false;
+    while (!connection.tls->established())
+      if (!receive_some(connection, until)) return false;
+    to_send.clear();
+  }
+  const PrefaceBytes ours = write_preface({});
+  if (!connection.tls)
+    to_send.assign(ours.begin(), ours.end());
+  else if (!connection.tls->seal(ours, to_send))
+    return false;
+  if (!send_whole(fd, to_send)) return false;
+  while (connection.plain.size() < kPrefaceBytes)
+    if (!receive_some(connection, until)) return false;
+  Preface preface;
+  const bool ours_too = read_preface(std::span(connection.plain).first<kPrefaceBytes>(), preface);
+  connection.plain.erase(connection.plain.begin(), connection.plain.begin() + kPrefaceBytes);
+  if (ours_too && preface.version == kTransportVersion && preface.status == PrefaceStatus::ok) return true;
+  if (!ours_too) {
+    counters_.reject(Cause::malformed);
+    set_problem(uri_text(uri_) + ": what listens there is not a FIRE-3DV renderer");
+  } else if (preface.version != kTransportVersion) {
+    counters_.reject(Cause::version);
+    set_problem(uri_text(uri_) + ": the renderer speaks transport version " +
+                std::to_string(preface.version) + ", this program " + std::to_string(kTransportVersion) +
+                "; use the same version on both sides");
+  } else {
+    counters_.reject(Cause::full);
+    set_problem(uri_text(uri_) + ": the renderer has as many publishers as it allows");
+  }
+  return false;
+}
+
+void TcpPublisher::serve(Connection& connection) {
+  const int fd = connection.fd.get();
   // However this ends, nobody may use the descriptor after it.
   struct Leave {
     TcpPublisher& self;
     ~Leave() {
       const std::lock_guard lock(self.mutex_);
       self.fd_ = -1;
+      self.outbox_.start_connection(nullptr);
     }
   } leave{*this};
   {
     const std::lock_guard lock(mutex_);
-    outbox_.start_connection();
-    if (!description_.empty()) outbox_.control(description_, kMaxMessageBytes);
+    outbox_.start_connection(connection.tls.get());
+    if (description_) outbox_.control(description_, kMaxMessageBytes);
     broken_ = false;
     fd_ = fd;  // from here on the simulator's thread may send
   }
   FrameParser parser;
-  bool alive = true;
-  while (alive && !stopping()) {
+  bool alive;
+  {
+    const std::lock_guard lock(mutex_);
+    alive = take(connection.plain, parser);  // what came with the greeting
+  }
+  while (alive && !thread_.stopping()) {
     short events = POLLIN;
     {
       const std::lock_guard lock(mutex_);
@@ -255,7 +251,8 @@ void TcpPublisher::serve(int fd) {
       if (broken_) break;
       if (outbox_.waits_to_send()) events |= POLLOUT;
     }
-    if ((waker_.wait(fd, events, 1000) & (POLLIN | POLLERR | POLLHUP)) != 0) alive = receive(fd, parser);
+    if ((thread_.wait(fd, events, kSecondNs) & (POLLIN | POLLERR | POLLHUP)) != 0)
+      alive = receive(connection, parser);
   }
   {
     const std::lock_guard lock(mutex_);
@@ -263,37 +260,54 @@ void TcpPublisher::serve(int fd) {
   }
 }
 
-bool TcpPublisher::receive(int fd, FrameParser& parser) {
+bool TcpPublisher::receive(Connection& connection, FrameParser& parser) {
   std::byte buffer[16384];
-  const ssize_t got = ::recv(fd, buffer, sizeof buffer, 0);
+  const ssize_t got = ::recv(connection.fd.get(), buffer, sizeof buffer, 0);
   if (got < 0) return errno == EAGAIN || errno == EINTR;
   if (got == 0) return false;
   counters_.bytes_received.add(static_cast<uint64_t>(got));
-  const auto fault = parser.feed({buffer, static_cast<size_t>(got)}, [this](FrameKind kind, auto&& message) {
+  const std::span<const std::byte> came(buffer, static_cast<size_t>(got));
+  std::span<const std::byte> plain = came;
+  const std::lock_guard lock(mutex_);
+  if (connection.tls) {  // one session seals and opens: both under the lock
+    connection.plain.clear();
+    std::vector<std::byte> to_send;
+    const bool sound = connection.tls->receive(came, connection.plain, to_send);
+    outbox_.sealed(to_send);
+    if (!sound && !connection.tls->problem().empty()) {
+      // The listener looks at our certificate after we think the handshake done.
+      counters_.reject(Cause::bad_key);
+      set_problem_locked(uri_text(uri_) + ": " + connection.tls->problem());
+    }
+    if (!sound) return false;
+    plain = connection.plain;
+  }
+  return take(plain, parser);
+}
+
+// With the lock held.
+bool TcpPublisher::take(std::span<const std::byte> plain, FrameParser& parser) {
+  const auto fault = parser.feed(plain, [this](FrameKind kind, auto&& message) {
     if (kind == FrameKind::control)
       keep_reply(std::move(message));
     else
-      counters_.rejected.add();
+      counters_.reject(Cause::version);
   });
   if (fault == FrameParser::Fault::none) return true;
-  counters_.rejected.add();
+  counters_.reject(Cause::malformed);
   return false;
-}
-
-void TcpPublisher::keep_reply(std::vector<std::byte>&& message) {
-  counters_.messages_received.add();
-  const std::lock_guard lock(mutex_);
-  if (replies_.size() == kMostUnreadReplies) {  // a simulator that never polls must not fill its memory
-    replies_.pop_front();
-    counters_.rejected.add();
-  }
-  replies_.push_back(std::move(message));
 }
 
 }  // namespace
 
-Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri) {
-  auto publisher = std::make_unique<TcpPublisher>(uri);
+Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri, const PublisherOptions& options) {
+  TlsContext context;
+  if (uri.scheme == Uri::Scheme::tls) {
+    auto made = make_client_context(uri_text(uri), options.tls);
+    if (!made) return made.error();
+    context = *made;
+  }
+  auto publisher = std::make_unique<TcpPublisher>(uri, std::move(context));
   if (auto started = publisher->start(); !started) return started.error();
   return std::unique_ptr<PublisherLink>(std::move(publisher));
 }

@@ -23,22 +23,27 @@ size_t fragment_size(const FragmentHeader& header) {
 
 }  // namespace
 
-std::optional<uint32_t> ControlSender::push(std::span<const std::byte> message, size_t most_waiting_bytes) {
-  if (message.size() > kMaxControlBytes || waiting_bytes_ > most_waiting_bytes) return {};
+ControlSender::Prepared ControlSender::prepare(std::span<const std::byte> message) {
+  return {share(message), fnv1a_64(message)};
+}
+
+std::optional<uint32_t> ControlSender::push(Prepared message, size_t most_waiting_bytes) {
+  const size_t bytes = message.bytes->size();
+  if (bytes > kMaxControlBytes || waiting_bytes_ > most_waiting_bytes) return {};
   Message queued;
-  queued.bytes.assign(message.begin(), message.end());
+  queued.bytes = std::move(message.bytes);
   queued.header.message = ++last_number_;
-  queued.header.count = fragments_of(message.size());
-  queued.header.message_bytes = static_cast<uint32_t>(message.size());
-  queued.header.hash = fnv1a_64(message);
-  waiting_bytes_ += message.size();
+  queued.header.count = fragments_of(bytes);
+  queued.header.message_bytes = static_cast<uint32_t>(bytes);
+  queued.header.hash = message.hash;
+  waiting_bytes_ += bytes;
   messages_.push_back(std::move(queued));
   if (messages_.size() == 1) begin();
   return last_number_;
 }
 
 void ControlSender::begin() {
-  sent_.assign(messages_.front().header.count, Sent{});
+  sent_.fill(Sent{});
   first_missing_ = 0;
   highest_acknowledged_ = 0;
   repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMostRepeatNs);
@@ -47,10 +52,10 @@ void ControlSender::begin() {
 // A fragment is repeated when its time is over, or soon after three later ones were acknowledged: then it is
 // lost and not late.
 bool ControlSender::due(uint32_t index, int64_t now_ns) {
-  const Sent& sent = sent_[index];
-  if (sent.acknowledged) return false;
-  if (sent.at_ns == 0) return true;
-  const int64_t waited_ns = now_ns - sent.at_ns;
+  const Sent& piece = sent(index);
+  if (piece.acknowledged) return false;
+  if (piece.at_ns == 0) return true;
+  const int64_t waited_ns = now_ns - piece.at_ns;
   if (highest_acknowledged_ > index + 3 && waited_ns > round_trip_ns_ + round_trip_ns_ / 4) return true;
   if (waited_ns < repeat_after_ns_) return false;
   if (now_ns - last_backoff_ns_ >= repeat_after_ns_) {  // once for all fragments that time out together
@@ -67,12 +72,12 @@ std::optional<ControlSender::Fragment> ControlSender::next(int64_t now_ns) {
   const uint32_t end = std::min<uint32_t>(message.header.count, first_missing_ + window_);
   for (uint32_t i = first_missing_; i < end; ++i) {
     if (!due(i, now_ns)) continue;
-    sent_[i].repeated = sent_[i].at_ns != 0;
-    sent_[i].at_ns = now_ns;
+    sent(i).repeated = sent(i).at_ns != 0;
+    sent(i).at_ns = now_ns;
     Fragment fragment;
     fragment.header = message.header;
     fragment.header.index = i;
-    fragment.data = std::span<const std::byte>(message.bytes)
+    fragment.data = std::span<const std::byte>(*message.bytes)
                         .subspan(size_t{i} * kFragmentBytes, fragment_size(fragment.header));
     return fragment;
   }
@@ -84,27 +89,30 @@ void ControlSender::acknowledge(const Ack& ack, int64_t now_ns) {
   const uint32_t count = messages_.front().header.count;
   uint32_t newly = 0;
   const auto mark = [&](uint32_t index) {
-    Sent& sent = sent_[index];
-    if (sent.acknowledged || sent.at_ns == 0) return;  // nobody can have what was never sent
-    sent.acknowledged = true;
+    Sent& piece = sent(index);
+    if (piece.acknowledged || piece.at_ns == 0) return;  // nobody can have what was never sent
+    piece.acknowledged = true;
     highest_acknowledged_ = std::max(highest_acknowledged_, index + 1);
     ++newly;
-    if (!sent.repeated) round_trip_ns_ += (std::max<int64_t>(now_ns - sent.at_ns, 0) - round_trip_ns_) / 8;
+    if (!piece.repeated) round_trip_ns_ += (std::max<int64_t>(now_ns - piece.at_ns, 0) - round_trip_ns_) / 8;
   };
-  const uint32_t below = std::min(ack.first_missing, count);
+  // What was never sent cannot be acknowledged, and what is on its way is at most this far ahead.
+  const uint32_t end = std::min(count, first_missing_ + kAckWindow);
+  const uint32_t below = std::min(ack.first_missing, end);
   for (uint32_t i = first_missing_; i < below; ++i) mark(i);
   for (uint32_t i = 0; i < kAckWindow && ack.first_missing < count; ++i) {
     const uint64_t index = uint64_t{ack.first_missing} + 1 + i;
-    if (index < count && (ack.beyond[i / 64] >> (i % 64) & 1) != 0) mark(static_cast<uint32_t>(index));
+    if (index >= first_missing_ && index < end && (ack.beyond[i / 64] >> (i % 64) & 1) != 0)
+      mark(static_cast<uint32_t>(index));
   }
-  while (first_missing_ < count && sent_[first_missing_].acknowledged) ++first_missing_;
+  while (first_missing_ < count && sent(first_missing_).acknowledged) sent(first_missing_++) = {};
   if (newly != 0) {
     window_ = std::min(kMostWindow, window_ + newly);
     repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMostRepeatNs);
   }
   if (first_missing_ < count) return;
   last_acknowledged_ = ack.message;
-  waiting_bytes_ -= messages_.front().bytes.size();
+  waiting_bytes_ -= messages_.front().bytes->size();
   messages_.pop_front();
   if (!messages_.empty()) begin();
 }

@@ -3,12 +3,14 @@
 // a clock.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "protocol/transport/network_publisher.h"
 #include "protocol/transport/udp_datagram.h"
 
 namespace fire3dv::transport::udp {
@@ -17,8 +19,16 @@ constexpr size_t kMaxControlBytes = size_t{64} << 20;
 
 class ControlSender {
  public:
+  // A message ready to be sent. Made before the lock is taken that publishing needs: tens of megabytes take
+  // their time.
+  struct Prepared {
+    SharedBytes bytes;
+    uint64_t hash = 0;
+  };
+  static Prepared prepare(std::span<const std::byte> message);
+
   // Number of the message; nothing when more than `most_waiting_bytes` wait already.
-  std::optional<uint32_t> push(std::span<const std::byte> message, size_t most_waiting_bytes);
+  std::optional<uint32_t> push(Prepared message, size_t most_waiting_bytes);
 
   // The next fragment that is due, if any; counts as sent now.
   struct Fragment {
@@ -40,14 +50,15 @@ class ControlSender {
     bool acknowledged = false;
   };
   struct Message {
-    std::vector<std::byte> bytes;
+    SharedBytes bytes;
     FragmentHeader header;
   };
   void begin();
+  Sent& sent(uint32_t index) { return sent_[index % sent_.size()]; }
   bool due(uint32_t index, int64_t now_ns);
 
-  std::deque<Message> messages_;  // the front one is under way
-  std::vector<Sent> sent_;        // its fragments
+  std::deque<Message> messages_;       // the front one is under way
+  std::array<Sent, kAckWindow> sent_;  // its fragments from first_missing_ on
   uint32_t first_missing_ = 0;
   uint32_t highest_acknowledged_ = 0;  // one past it
   uint32_t window_ = 32;

@@ -11,7 +11,7 @@ namespace fire3dv::transport::udp {
 
 constexpr uint8_t kTransportVersion = 1;
 constexpr size_t kMaxDatagramBytes = 1200;
-constexpr size_t kTagBytes = 16;  // not used yet
+constexpr size_t kTagBytes = 16;
 constexpr size_t kHeaderBytes = 24;
 constexpr size_t kPoseHeaderBytes = 12;
 constexpr size_t kFragmentHeaderBytes = 24;
@@ -32,9 +32,10 @@ enum class Type : uint8_t {
   pong = 9,      // the answer
   bye = 10,      // either: the session is over
   reset = 11,    // listener: I know no such session
+  have = 12,     // listener: the newest frame that is whole here
 };
 
-enum class Refusal : uint16_t { version_mismatch = 1, full = 2 };
+enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3 };
 
 struct Header {
   uint8_t version = kTransportVersion;

@@ -7,32 +7,40 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
-#include "protocol/transport/byte_order.h"
-#include "protocol/transport/udp_datagram.h"
+#include "protocol/transport/udp_seal.h"
 
 namespace fire3dv::transport::udp {
 
 using Hello = std::array<std::byte, kHelloBytes>;
-inline Hello write_hello(uint64_t nonce, uint64_t cookie) {
-  Hello bytes{};
-  write_header(bytes.data(), {kTransportVersion, Type::hello, nonce, 0});
-  put_le<uint64_t>(&bytes[kHeaderBytes], cookie);
-  return bytes;
-}
+// key null: a session without seals.
+Hello write_hello(uint64_t nonce, uint64_t cookie, const Random& random = {},
+                  const PreSharedKey* key = nullptr);
+struct HelloFields {
+  uint64_t cookie = 0;
+  bool sealed = false;
+  Random random{};
+  Proof proof{};
+};
+// The datagram is at least kHelloBytes long.
+HelloFields read_hello(std::span<const std::byte> datagram);
+bool proves_key(std::span<const std::byte> hello, const HelloFields& fields, const PreSharedKey& key);
 
-// cookie and accept carry one number, refuse two short ones; all have this length.
+// cookie and refuse carry one number.
 using Answer = std::array<std::byte, kHeaderBytes + 8>;
-static_assert(sizeof(Answer) <= kHelloBytes, "an answer must not be longer than the question");
-inline Answer write_answer(Type type, uint64_t nonce, uint64_t number) {
-  Answer bytes{};
-  write_header(bytes.data(), {kTransportVersion, type, nonce, 0});
-  put_le<uint64_t>(&bytes[kHeaderBytes], number);
-  return bytes;
-}
-inline std::optional<uint64_t> read_number(std::span<const std::byte> payload) {
-  if (payload.size() < 8) return {};
-  return get_le<uint64_t>(payload.data());
-}
+Answer write_answer(Type type, uint64_t nonce, uint64_t number);
+std::optional<uint64_t> read_number(std::span<const std::byte> payload);
+
+// accept carries the session, and with a key the listener's random and proof, about the hello's random.
+std::vector<std::byte> write_accept(uint64_t nonce, uint64_t session, const Random& publishers,
+                                    const Random& listeners, const PreSharedKey* key);
+struct AcceptFields {
+  uint64_t session = 0;
+  Random random{};
+};
+// Nothing when it is cut short, or key is given and not proved.
+std::optional<AcceptFields> read_accept(std::span<const std::byte> datagram, const Random& publishers,
+                                        const PreSharedKey* key);
 
 }  // namespace fire3dv::transport::udp

@@ -1,18 +1,16 @@
 #include "protocol/transport/udp_listener.h"
 
 #include <algorithm>
-#include <atomic>
-#include <thread>
+#include <mutex>
 #include <unordered_map>
 
 #include "protocol/transport/address.h"
 #include "protocol/transport/clock.h"
-#include "protocol/transport/inbox.h"
+#include "protocol/transport/network_listener.h"
 #include "protocol/transport/random.h"
 #include "protocol/transport/udp_cookie.h"
 #include "protocol/transport/udp_handshake.h"
 #include "protocol/transport/udp_session.h"
-#include "protocol/transport/waker.h"
 
 namespace fire3dv::transport::udp {
 namespace {
@@ -23,105 +21,85 @@ constexpr int kBatch = 32;
 constexpr int kMostBatchesATurn = 16;
 constexpr size_t kMostWaitingPoseBytes = 64 << 20;
 constexpr size_t kMostPeerControlBytes = 4 << 20;
-constexpr size_t kMostReassemblyBytes = 256 << 20;  // of all peers together
 constexpr int kReceiveBufferBytes = 8 << 20;
 
 struct Peer {
-  PeerId id = 0;
+  PeerId id = 0;  // 0 until it is a peer: a sealed session has to show that it has the key's seal
   uint64_t nonce = 0;
   Address address;
   Session session;
+  std::vector<std::byte> accept;  // our answer, should it be lost
   FrameTracker frames;
+  uint64_t told_frame = 0;  // the newest whole frame that we told it of
 };
 
-class UdpListener final : public ListenerLink {
+class UdpListener final : public NetworkListener {
  public:
-  UdpListener(std::string uri, const ListenerOptions& options, UniqueFd fd)
-      : uri_(std::move(uri)), options_(options), fd_(std::move(fd)), inbox_(counters_) {}
+  UdpListener(std::string uri, const ListenerOptions& options, UniqueFd fd,
+              std::shared_ptr<const PreSharedKey> key)
+      : NetworkListener(std::move(uri), options), fd_(std::move(fd)), key_(std::move(key)) {}
   Result<void> start();
-  ~UdpListener() override;
+  ~UdpListener() override { thread_.stop(); }
 
-  void poll(const std::function<void(const LinkEvent&)>& on_event) override { inbox_.poll(on_event); }
-  void wait(std::chrono::nanoseconds timeout) override { inbox_.wait(timeout); }
   void send(PeerId peer, std::span<const std::byte> message) override;
-  LinkStats stats() const override { return counters_.snapshot(); }
-  std::string uri() const override { return uri_; }
 
  private:
   void run();
   void turn(int64_t now_ns);
   void receive_all();
-  void handle(const Address& from, std::span<const std::byte> datagram, int64_t now_ns);
+  void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
+  void refuse(const Address& to, uint64_t nonce, Refusal refusal);
+  void welcome(Peer& peer);
   void pose(Peer& peer, std::span<const std::byte> payload);
-  // False: the peer has to go, for `reason`.
-  bool control(Peer& peer, const Header& header, std::span<const std::byte> payload, int64_t now_ns,
-               std::string& reason);
+  // A cause: the peer has to go, for `reason`.
+  std::optional<Cause> control(Peer& peer, const Header& header, std::span<const std::byte> payload,
+                               int64_t now_ns, std::string& reason);
   void take_outgoing();
   void emit_due(Peer& peer, int64_t now_ns);
   void end(uint64_t session, const std::string& reason);
   void send_to(const Address& to, std::span<const std::byte> datagram);
-  void reject(const std::string& what);
 
-  std::string uri_;
-  ListenerOptions options_;
-  UniqueFd fd_;
-  LinkCounters counters_;
-  Inbox inbox_;
-  Waker waker_;
-  std::thread thread_;
-  std::atomic<bool> stop_{false};
+  const UniqueFd fd_;
+  const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
 
   std::mutex outgoing_mutex_;
-  std::vector<std::pair<PeerId, std::vector<std::byte>>> outgoing_;
+  std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing_;
 
   // On the listener's thread alone.
   Cookies cookies_;
   std::unordered_map<uint64_t, Peer> peers_;  // by session
+  size_t welcomed_ = 0;                       // of them
   std::vector<uint64_t> touched_;             // sessions that may have something to send
-  PeerId last_id_ = 0;
 };
 
 Result<void> UdpListener::start() {
-  if (!waker_) return Error{uri_ + ": out of file descriptors; close some or raise the limit"};
   // A burst of a large frame has to fit; the first call may go above the system's limit, for root alone.
   if (::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBufferBytes, sizeof kReceiveBufferBytes) !=
       0)
     ::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBufferBytes, sizeof kReceiveBufferBytes);
-  thread_ = std::thread([this] { run(); });
-  return {};
-}
-
-UdpListener::~UdpListener() {
-  stop_.store(true, std::memory_order_relaxed);
-  waker_.wake();
-  if (thread_.joinable()) thread_.join();
+  return thread_.start(uri_, [this] { run(); });
 }
 
 void UdpListener::send(PeerId peer, std::span<const std::byte> message) {
-  if (message.size() > kMostPeerControlBytes) {
-    counters_.rejected.add();
-    return;
-  }
+  if (message.size() > kMostPeerControlBytes) return counters_.reject(Cause::oversize);
   counters_.messages_sent.add();
+  ControlSender::Prepared prepared = ControlSender::prepare(message);
   {
     const std::lock_guard lock(outgoing_mutex_);
-    outgoing_.emplace_back(peer, std::vector<std::byte>(message.begin(), message.end()));
+    outgoing_.emplace_back(peer, std::move(prepared));
   }
-  waker_.wake();
+  thread_.wake();
 }
 
 // --- the listener's thread
-// -------------------------------------------------------------------------------------------
 
 void UdpListener::run() {
   int64_t next_turn = 0;
-  while (!stop_.load(std::memory_order_relaxed)) {
+  while (!thread_.stopping()) {
     try {
       const int64_t now = monotonic_ns();
-      const int64_t wait_ns = std::clamp<int64_t>(next_turn - now, 0, kTickNs);
-      if (waker_.wait(fd_.get(), POLLIN, static_cast<int>((wait_ns + kMillisecondNs - 1) / kMillisecondNs)) !=
-          0)
+      if (thread_.wait(fd_.get(), POLLIN, std::clamp<int64_t>(next_turn - now, 0, kTickNs)) != 0)
         receive_all();
       take_outgoing();
       const int64_t after = monotonic_ns();
@@ -133,7 +111,7 @@ void UdpListener::run() {
         if (const auto peer = peers_.find(session); peer != peers_.end()) emit_due(peer->second, after);
       touched_.clear();
     } catch (const std::exception&) {  // no memory: what was being handled is dropped, the others go on
-      counters_.rejected.add();
+      counters_.reject(Cause::no_memory);
     }
   }
   for (auto& [session, peer] : peers_)
@@ -143,12 +121,20 @@ void UdpListener::run() {
 void UdpListener::turn(int64_t now_ns) {
   std::vector<uint64_t> silent;
   for (auto& [session, peer] : peers_) {
-    if (now_ns - peer.session.heard_at_ns() > kPeerTimeoutNs)
+    if (now_ns - peer.session.heard_at_ns() > kPeerTimeoutNs) {
       silent.push_back(session);
-    else
-      emit_due(peer, now_ns);
+      continue;
+    }
+    emit_due(peer, now_ns);
+    if (peer.frames.newest_whole() == peer.told_frame) continue;
+    peer.told_frame = peer.frames.newest_whole();
+    peer.session.emit_number(Type::have, peer.told_frame,
+                             [&](auto datagram) { send_to(peer.address, datagram); });
   }
-  for (const uint64_t session : silent) end(session, "nothing came from it for 10 seconds");
+  for (const uint64_t session : silent) {
+    counters_.reject(Cause::silent);
+    end(session, "nothing came from it for 10 seconds");
+  }
 }
 
 void UdpListener::receive_all() {
@@ -176,22 +162,17 @@ void UdpListener::receive_all() {
   }
 }
 
-void UdpListener::reject(const std::string& what) {
-  counters_.rejected.add();
-  inbox_.note_once(uri_ + ": " + what);
-}
-
-void UdpListener::handle(const Address& from, std::span<const std::byte> datagram, int64_t now_ns) {
+void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns) {
   Header header;
   if (!read_header(datagram, header))
-    return reject("datagrams came that are not FIRE-3DV's; they are dropped");
+    return reject(Cause::malformed, "datagrams came that are not FIRE-3DV's; they are dropped");
   if (header.type == Type::hello) return hello(from, header, datagram, now_ns);
   if (header.version != kTransportVersion)
-    return reject("datagrams of transport version " + std::to_string(header.version) +
-                  " came; use the same version on both sides");
+    return reject(Cause::version, "datagrams of transport version " + std::to_string(header.version) +
+                                      " came; use the same version on both sides");
   const auto found = peers_.find(header.session);
   if (found == peers_.end() || !(found->second.address == from)) {
-    counters_.rejected.add();
+    counters_.reject(Cause::unknown_session);
     // Not longer than what came, so that it is of no use for flooding somebody else. A reset is not answered,
     // or two listeners could be made to answer each other for ever.
     if (header.type == Type::reset || header.type == Type::bye || header.type == Type::pong) return;
@@ -200,64 +181,105 @@ void UdpListener::handle(const Address& from, std::span<const std::byte> datagra
     return send_to(from, reset);
   }
   Peer& peer = found->second;
-  if (!peer.session.heard(header, now_ns)) return counters_.rejected.add();
-  const std::span<const std::byte> payload = datagram.subspan(kHeaderBytes);
+  std::span<const std::byte> payload;
+  switch (peer.session.hear(header, datagram, now_ns, payload)) {
+    case Session::Heard::repeated:
+      return counters_.reject(Cause::replayed);
+    case Session::Heard::forged:
+      return reject(Cause::bad_key, "datagrams came that are not sealed with our key; they are dropped");
+    case Session::Heard::payload:
+      break;
+  }
+  if (peer.id == 0) welcome(peer);
   if (header.type == Type::pose) return pose(peer, payload);
   if (header.type == Type::bye) return end(header.session, "the publisher closed the link");
   std::string reason;
-  if (!control(peer, header, payload, now_ns, reason)) {
-    counters_.rejected.add();
+  if (const auto cause = control(peer, header, payload, now_ns, reason)) {
+    counters_.reject(*cause);
     return end(header.session, reason);
   }
   touched_.push_back(header.session);
 }
 
+void UdpListener::refuse(const Address& to, uint64_t nonce, Refusal refusal) {
+  send_to(to, write_answer(Type::refuse, nonce, static_cast<uint64_t>(refusal)));
+}
+
 void UdpListener::hello(const Address& from, const Header& header, std::span<const std::byte> datagram,
                         int64_t now_ns) {
-  if (datagram.size() < kHelloBytes) return reject("greetings came that are too short; they are dropped");
-  const auto answer = [&](Type type, uint64_t number) {
-    send_to(from, write_answer(type, header.session, number));
-  };
+  if (datagram.size() < kHelloBytes)
+    return reject(Cause::malformed, "greetings came that are too short; they are dropped");
   if (header.version != kTransportVersion) {
-    reject("a publisher speaks transport version " + std::to_string(header.version) +
-           ", this program speaks " + std::to_string(kTransportVersion) +
-           "; use the same version on both sides");
-    return answer(Type::refuse, static_cast<uint64_t>(Refusal::version_mismatch));
+    reject(Cause::version, "a publisher speaks transport version " + std::to_string(header.version) +
+                               ", this program speaks " + std::to_string(kTransportVersion) +
+                               "; use the same version on both sides");
+    return refuse(from, header.session, Refusal::version_mismatch);
   }
-  const uint64_t cookie = *read_number(datagram.subspan(kHeaderBytes));
-  if (!cookies_.check(cookie, from, header.session, now_ns))
-    return answer(Type::cookie, cookies_.make(from, header.session, now_ns));
+  const HelloFields fields = read_hello(datagram);
+  if (!cookies_.check(fields.cookie, from, header.session, now_ns))
+    return send_to(from,
+                   write_answer(Type::cookie, header.session, cookies_.make(from, header.session, now_ns)));
   // From here on the address is known to be real.
-  const auto same = std::find_if(peers_.begin(), peers_.end(),
-                                 [&](const auto& entry) { return entry.second.address == from; });
-  if (same != peers_.end()) {
-    if (same->second.nonce == header.session)
-      return answer(Type::accept, same->first);  // our answer was lost
-    end(same->first, "the publisher started anew");
+  if (fields.sealed != (key_ != nullptr) || (key_ && !proves_key(datagram, fields, *key_))) {
+    reject(Cause::bad_key, "a publisher was refused: " +
+                               std::string(!key_           ? "it has a key, and this renderer was given none"
+                                           : fields.sealed ? "it has another key"
+                                                           : "it has no key") +
+                               "; give both sides the same key file");
+    return refuse(from, header.session, Refusal::bad_key);
   }
-  // Peers that left count until their end was polled, or a caller that does not poll would be filled with
-  // them.
-  if (peers_.size() >= options_.max_peers || inbox_.entries() >= size_t{2} * options_.max_peers) {
-    reject("a publisher was refused: as many peers as allowed are connected");
-    return answer(Type::refuse, static_cast<uint64_t>(Refusal::full));
+  std::vector<uint64_t> earlier;
+  for (const auto& [session, peer] : peers_) {
+    if (!(peer.address == from)) continue;
+    if (peer.nonce == header.session) return send_to(from, peer.accept);  // our answer was lost
+    // A sealed peer goes only when the new session has shown its seal: this hello may be a recording.
+    if (!key_ || peer.id == 0) earlier.push_back(session);
+  }
+  for (const uint64_t session : earlier) end(session, "the publisher started anew");
+  const bool starts_anew = peers_.size() != 0 && key_ &&
+                           std::any_of(peers_.begin(), peers_.end(),
+                                       [&](const auto& entry) { return entry.second.address == from; });
+  if ((is_full(welcomed_) && !starts_anew) || peers_.size() >= size_t{2} * options_.max_peers) {
+    reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
+    return refuse(from, header.session, Refusal::full);
   }
   const uint64_t session = random_id();
-  peers_.emplace(session, Peer{++last_id_, header.session, from, Session(session, now_ns), {}});
-  counters_.peers.set(peers_.size());
-  inbox_.connected(last_id_);
-  answer(Type::accept, session);
+  const Random random = key_ ? make_random() : Random{};
+  std::unique_ptr<Seal> seal;
+  if (key_) seal = key_->make_seal(PreSharedKey::Side::listener, session, fields.random, random);
+  std::vector<std::byte> accept = write_accept(header.session, session, fields.random, random, key_.get());
+  Peer& peer =
+      peers_
+          .emplace(
+              session,
+              Peer{0, header.session, from, Session(session, now_ns, std::move(seal)), std::move(accept), {}})
+          .first->second;
+  if (!key_) welcome(peer);
+  send_to(from, peer.accept);
+}
+
+void UdpListener::welcome(Peer& peer) {
+  std::vector<uint64_t> earlier;
+  for (const auto& [session, other] : peers_)
+    if (&other != &peer && other.address == peer.address) earlier.push_back(session);
+  for (const uint64_t session : earlier) end(session, "the publisher started anew");
+  peer.id = ++last_id_;
+  counters_.peers.set(++welcomed_);
+  inbox_.connected(peer.id);
 }
 
 void UdpListener::pose(Peer& peer, std::span<const std::byte> payload) {
   PoseHeader header;
-  if (!read_pose_header(payload, header)) return counters_.rejected.add();
+  if (!read_pose_header(payload, header)) return counters_.reject(Cause::malformed);
   const std::span<const std::byte> message = payload.subspan(kPoseHeaderBytes);
   const bool newest = options_.delivery == Delivery::newest;
-  if (newest) {
-    const auto outcome = peer.frames.part(header.frame, header.part, header.last);
-    if (outcome == FrameTracker::Outcome::superseded) return counters_.poses_dropped.add();
-    if (outcome == FrameTracker::Outcome::whole) inbox_.drop_parts_before(peer.id, header.frame);
+  const auto outcome = peer.frames.part(header.frame, header.part, header.last);
+  if (outcome == FrameTracker::Outcome::repeated) {
+    peer.told_frame = 0;  // it may not have heard that we have the frame
+    return;
   }
+  if (newest && outcome == FrameTracker::Outcome::superseded) return counters_.poses_dropped.add();
+  if (newest && outcome == FrameTracker::Outcome::whole) inbox_.drop_parts_before(peer.id, header.frame);
   if (inbox_.waiting(peer.id).bytes > kMostWaitingPoseBytes) {
     // Nobody polls and no frame gets whole: the newest is what is worth keeping.
     if (!newest) return counters_.poses_dropped.add();
@@ -266,44 +288,48 @@ void UdpListener::pose(Peer& peer, std::span<const std::byte> payload) {
   inbox_.pose_part(peer.id, std::vector<std::byte>(message.begin(), message.end()), header.frame);
 }
 
-bool UdpListener::control(Peer& peer, const Header& header, std::span<const std::byte> payload,
-                          int64_t now_ns, std::string& reason) {
-  size_t budget = kMostReassemblyBytes;
+std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
+                                          std::span<const std::byte> payload, int64_t now_ns,
+                                          std::string& reason) {
+  size_t budget = options_.max_memory_bytes;
   if (header.type == Type::fragment) {
     size_t held = 0;
     for (auto& [session, other] : peers_) held += other.session.receiver().held_bytes();
     budget -= std::min(held, budget);
   }
   switch (peer.session.control(header, payload, budget, now_ns)) {
-    case ControlReceiver::Outcome::complete:
-      if (inbox_.control(peer.id, peer.session.receiver().take())) return true;
-      reason = "it sent more control messages than were read";
-      return false;
+    case ControlReceiver::Outcome::complete: {
+      const auto cause = inbox_.control(peer.id, peer.session.receiver().take());
+      if (cause)
+        reason = cause == Cause::unread ? "it sent more control messages than were read"
+                                        : "the messages of all peers together are too large";
+      return cause;
+    }
     case ControlReceiver::Outcome::corrupt:
       reason = "it sent a damaged control message";
-      return false;
+      return Cause::malformed;
     case ControlReceiver::Outcome::ignored:
-      counters_.rejected.add();
-      return true;
+      counters_.reject(Cause::malformed);
+      return {};
     case ControlReceiver::Outcome::kept:
-      return true;
+      return {};
   }
-  return true;
+  return {};
 }
 
 void UdpListener::take_outgoing() {
-  std::vector<std::pair<PeerId, std::vector<std::byte>>> outgoing;
+  std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing;
   {
     const std::lock_guard lock(outgoing_mutex_);
     outgoing.swap(outgoing_);
   }
-  for (const auto& [id, message] : outgoing) {
+  for (auto& [id, message] : outgoing) {
     const auto found = std::find_if(peers_.begin(), peers_.end(),
                                     [id = id](const auto& entry) { return entry.second.id == id; });
     if (found == peers_.end()) continue;
     touched_.push_back(found->first);
-    if (!found->second.session.sender().push(message, kMostPeerControlBytes)) {
-      counters_.rejected.add();
+    if (!found->second.session.sender().push(std::move(message), kMostPeerControlBytes)) {
+      counters_.reject(Cause::unread);
       end(found->first, "it does not acknowledge what is sent to it");
     }
   }
@@ -317,11 +343,13 @@ void UdpListener::emit_due(Peer& peer, int64_t now_ns) {
 void UdpListener::end(uint64_t session, const std::string& reason) {
   const auto found = peers_.find(session);
   if (found == peers_.end()) return;
-  found->second.session.emit_bare(Type::bye,
-                                  [&](auto datagram) { send_to(found->second.address, datagram); });
-  inbox_.disconnected(found->second.id, reason);
+  Peer& peer = found->second;
+  peer.session.emit_bare(Type::bye, [&](auto datagram) { send_to(peer.address, datagram); });
+  if (peer.id != 0) {
+    inbox_.disconnected(peer.id, reason);
+    counters_.peers.set(--welcomed_);
+  }
   peers_.erase(found);
-  counters_.peers.set(peers_.size());
 }
 
 void UdpListener::send_to(const Address& to, std::span<const std::byte> datagram) {
@@ -334,11 +362,18 @@ void UdpListener::send_to(const Address& to, std::span<const std::byte> datagram
 }  // namespace
 
 Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options) {
-  auto bound = bind_listener(uri, SOCK_DGRAM, options.insecure);
+  std::shared_ptr<const PreSharedKey> key;
+  if (!options.key_file.empty()) {
+    auto read = PreSharedKey::from_file(options.key_file);
+    if (!read) return Error{uri_text(uri) + ": " + read.error().message};
+    key = *read;
+  }
+  auto bound = bind_listener(uri, SOCK_DGRAM, options.insecure || key != nullptr);
   if (!bound) return bound.error();
   Uri chosen = uri;
   chosen.port = bound->address.port();
-  auto listener = std::make_unique<UdpListener>(uri_text(chosen), options, std::move(bound->fd));
+  auto listener =
+      std::make_unique<UdpListener>(uri_text(chosen), options, std::move(bound->fd), std::move(key));
   if (auto started = listener->start(); !started) return started.error();
   return std::unique_ptr<ListenerLink>(std::move(listener));
 }

@@ -3,86 +3,137 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
+#include <algorithm>
 #include <cerrno>
-
-#include "protocol/transport/byte_order.h"
+#include <cstring>
 
 namespace fire3dv::transport::udp {
 namespace {
 
-// 20,000 poses. More is not kept: the first frame after the session begins does as well.
-constexpr size_t kMostKeptBytes = 1 << 20;
-constexpr size_t kKeptHeaderBytes = kPoseHeaderBytes + 2;
+// 1,300,000 poses: more than a description may name.
+constexpr size_t kMostKeptBytes = 64 << 20;
+constexpr int64_t kFirstRepeatNs = 30'000'000;
+constexpr int64_t kLastRepeatNs = 250'000'000;
+// A burst must fit the receive buffer of a system with default limits, or repeating would lose the same
+// again.
+constexpr size_t kBurst = 64;
+constexpr int64_t kBurstEveryNs = 5'000'000;
 
 }  // namespace
 
 PoseSender::Outcome PoseSender::publish(int fd, Session* session, const wire::MessagePieces& message,
-                                        bool last_part, uint64_t& overtaken) {
-  const bool first_part = part_ == 0;
-  if (first_part) ++frame_;
-  const bool fits = message.size() <= kMaxPoseBytes && part_ <= UINT16_MAX;
+                                        bool last_part, int64_t now_ns, Drops& drops) {
+  if (part_ == 0) {
+    drops = drop_kept();
+    ++frame_;
+  }
+  const bool fits = message.size() <= kMaxPoseBytes && part_ <= UINT16_MAX && !lost_part_;
   const PoseHeader header{frame_, static_cast<uint16_t>(part_), last_part};
   part_ = last_part ? 0 : part_ + 1;
-  if (first_part) overtaken = drop_kept();
-  if (!fits) return Outcome::dropped;
-  if (session != nullptr) return send(fd, *session, header, message);
-  return keep(header, message) ? Outcome::kept : Outcome::dropped;
+  complete_ = last_part;
+  if (!fits || !keep(header, message)) {
+    ++drops.messages;
+    if (!lost_part_) ++drops.frames;
+    lost_part_ = true;
+    return Outcome::dropped;
+  }
+  repeat_after_ns_ = kFirstRepeatNs;
+  repeat_at_ns_ = now_ns + repeat_after_ns_;
+  if (session == nullptr || next_ + 1 < ends_.size()) return Outcome::kept;
+  const Outcome outcome = send(fd, *session, next_);
+  if (outcome == Outcome::sent)
+    ++next_;
+  else
+    repeat_at_ns_ = now_ns + kBurstEveryNs;
+  return outcome;
 }
 
-PoseSender::Outcome PoseSender::send(int fd, Session& session, const PoseHeader& header,
-                                     const wire::MessagePieces& message) {
-  Session::Buffer head;
-  session.start(head, Type::pose);
-  write_pose_header(head.data() + kHeaderBytes, header);
-  const auto piece = [](std::span<const std::byte> bytes) {
-    return iovec{const_cast<std::byte*>(bytes.data()), bytes.size()};
-  };
-  iovec pieces[3] = {
-      {head.data(), kHeaderBytes + kPoseHeaderBytes}, piece(message.head), piece(message.body)};
-  msghdr gathered{};
-  gathered.msg_iov = pieces;
-  gathered.msg_iovlen = 3;
-  const ssize_t sent = ::sendmsg(fd, &gathered, MSG_DONTWAIT | MSG_NOSIGNAL);
+// A datagram that the socket does not take waits, like one that has no session yet.
+PoseSender::Outcome PoseSender::send(int fd, Session& session, size_t index) {
+  const size_t start = index == 0 ? 0 : ends_[index - 1];
+  const std::span<const std::byte> payload(kept_.data() + start, ends_[index] - start);
+  Session::Buffer datagram;
+  session.start(datagram, Type::pose);
+  ssize_t sent;
+  if (session.sealed()) {
+    std::memcpy(datagram.data() + kHeaderBytes, payload.data(), payload.size());
+    const auto whole = session.finish(datagram, kHeaderBytes + payload.size());
+    sent = ::send(fd, whole.data(), whole.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+  } else {
+    iovec pieces[2] = {{datagram.data(), kHeaderBytes},
+                       {const_cast<std::byte*>(payload.data()), payload.size()}};
+    msghdr gathered{};
+    gathered.msg_iov = pieces;
+    gathered.msg_iovlen = 2;
+    sent = ::sendmsg(fd, &gathered, MSG_DONTWAIT | MSG_NOSIGNAL);
+  }
   if (sent >= 0) {
     bytes_sent_ += static_cast<uint64_t>(sent);
     return Outcome::sent;
   }
-  return errno == ECONNREFUSED ? Outcome::refused : Outcome::dropped;
+  return errno == ECONNREFUSED ? Outcome::refused : Outcome::kept;
 }
-
-// All memory at once: publish() must not allocate when a renderer goes away in mid-run.
-PoseSender::PoseSender() { kept_.reserve(kMostKeptBytes); }
 
 bool PoseSender::keep(const PoseHeader& header, const wire::MessagePieces& message) {
   const size_t at = kept_.size();
-  if (at + kKeptHeaderBytes + message.size() > kMostKeptBytes) return false;
-  kept_.resize(at + kKeptHeaderBytes);
+  const size_t end = at + kPoseHeaderBytes + message.size();
+  if (end > kMostKeptBytes) return false;
+  if (ends_.size() == ends_.capacity())
+    ends_.reserve(2 * ends_.size() + 64);  // nothing below may fail half-way
+  kept_.resize(end);
   write_pose_header(&kept_[at], header);
-  put_le<uint16_t>(&kept_[at + kPoseHeaderBytes], static_cast<uint16_t>(message.size()));
-  kept_.insert(kept_.end(), message.head.begin(), message.head.end());
-  kept_.insert(kept_.end(), message.body.begin(), message.body.end());
-  ++kept_messages_;
+  std::copy(message.head.begin(), message.head.end(),
+            kept_.begin() + static_cast<std::ptrdiff_t>(at + kPoseHeaderBytes));
+  std::copy(message.body.begin(), message.body.end(),
+            kept_.end() - static_cast<std::ptrdiff_t>(message.body.size()));
+  ends_.push_back(end);
   return true;
 }
 
-uint64_t PoseSender::send_kept(int fd, Session& session) {
-  uint64_t lost = 0;
-  for (std::span<const std::byte> rest = kept_; !rest.empty();) {
-    PoseHeader header;
-    read_pose_header(rest, header);
-    const size_t bytes = get_le<uint16_t>(rest.data() + kPoseHeaderBytes);
-    rest = rest.subspan(kKeptHeaderBytes);
-    if (send(fd, session, header, {rest.first(bytes), {}}) != Outcome::sent) ++lost;
-    rest = rest.subspan(bytes);
+void PoseSender::emit_due(int fd, Session& session, int64_t now_ns) {
+  if (acknowledged_ || ends_.empty()) return;
+  if (next_ == ends_.size()) {
+    if (!complete_ || now_ns < repeat_at_ns_) return;
+    next_ = 0;
+    first_round_ = false;
   }
-  kept_.clear();
-  kept_messages_ = 0;
-  return lost;
+  const size_t end = std::min(ends_.size(), next_ + kBurst);
+  while (next_ < end && send(fd, session, next_) == Outcome::sent) ++next_;
+  repeat_at_ns_ = now_ns + (next_ < ends_.size() ? kBurstEveryNs : repeat_after_ns_);
+  if (next_ == ends_.size()) repeat_after_ns_ = std::min(2 * repeat_after_ns_, kLastRepeatNs);
 }
 
-uint64_t PoseSender::drop_kept() {
+std::optional<int64_t> PoseSender::due_at_ns() const {
+  if (acknowledged_ || ends_.empty() || (next_ == ends_.size() && !complete_)) return {};
+  return repeat_at_ns_;
+}
+
+void PoseSender::acknowledge(uint64_t frame) {
+  if (frame == frame_ && complete_) acknowledged_ = true;
+}
+
+void PoseSender::start_session() {
+  if (next_ == ends_.size()) first_round_ = false;
+  acknowledged_ = false;
+  next_ = 0;
+  repeat_at_ns_ = 0;
+  repeat_after_ns_ = kFirstRepeatNs;
+}
+
+PoseSender::Drops PoseSender::unsent() const {
+  if (!first_round_ || acknowledged_) return {};
+  const uint64_t messages = ends_.size() - next_;
+  return {messages, messages != 0 && !lost_part_ ? 1u : 0u};
+}
+
+PoseSender::Drops PoseSender::drop_kept() {
+  const Drops drops = unsent();
   kept_.clear();
-  return std::exchange(kept_messages_, 0);
+  ends_.clear();
+  next_ = 0;
+  first_round_ = true;
+  lost_part_ = complete_ = acknowledged_ = false;
+  return drops;
 }
 
 }  // namespace fire3dv::transport::udp

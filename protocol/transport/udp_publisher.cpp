@@ -1,102 +1,86 @@
 #include "protocol/transport/udp_publisher.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
-#include <deque>
-#include <mutex>
 #include <optional>
-#include <thread>
 
-#include "protocol/transport/address.h"
 #include "protocol/transport/clock.h"
-#include "protocol/transport/link_counters.h"
+#include "protocol/transport/network_publisher.h"
 #include "protocol/transport/random.h"
 #include "protocol/transport/udp_handshake.h"
 #include "protocol/transport/udp_pose_sender.h"
-#include "protocol/transport/waker.h"
 
 namespace fire3dv::transport::udp {
 namespace {
 
-constexpr int64_t kFirstBackoffNs = 10 * kMillisecondNs;
-constexpr int64_t kLongestBackoffNs = kSecondNs;
+constexpr int64_t kFirstHelloAfterNs = 10 * kMillisecondNs;
+constexpr int64_t kLongestHelloAfterNs = kSecondNs;
 constexpr int64_t kTryAnAddressForNs = 3 * kSecondNs;
 constexpr int64_t kKeepaliveNs = kSecondNs;
 constexpr int64_t kLostAfterNs = 3500 * kMillisecondNs;
-constexpr int kTickMs = 10;
+// Anyone can say that a sealed session is unknown; who has the key is asked, and believed when silent.
+constexpr int64_t kDoubtNs = kSecondNs;
+constexpr int64_t kTickNs = 10 * kMillisecondNs;
+constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 constexpr size_t kMostWaitingBytes = 16 << 20;
-constexpr size_t kMostUnreadReplies = 1024;
 
 // The simulator's thread sends pose datagrams itself; a thread of the link greets, repeats and receives.
 // Every send is non-blocking, so that the lock is never held across a wait.
-class UdpPublisher final : public PublisherLink {
+class UdpPublisher final : public NetworkPublisher {
  public:
-  explicit UdpPublisher(Uri uri) : uri_(std::move(uri)) {}
-  Result<void> start();
-  ~UdpPublisher() override;
+  UdpPublisher(Uri uri, std::shared_ptr<const PreSharedKey> key)
+      : NetworkPublisher(std::move(uri)), key_(std::move(key)) {}
+  ~UdpPublisher() override { thread_.stop(); }
 
   size_t max_pose_message_bytes() const override { return kMaxPoseBytes; }
   Result<void> set_description(std::span<const std::byte> message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
   void send_control(std::span<const std::byte> message) noexcept override;
-  bool poll(std::vector<std::byte>& message) override;
   LinkStats stats() const override;
 
  private:
   // The link's thread.
-  void run();
-  void try_address(const Address& address);
-  enum class Greeting { accepted, refused, nobody, silent };
-  Greeting greet(int fd, uint64_t& session);
-  void serve(int fd, uint64_t session);
-  void receive(int fd, bool& lost);
-  void handle(std::span<const std::byte> datagram, bool& lost);
-  void emit_due(int fd, int64_t now_ns);
-  void check_described(int fd);
-  void pause(int64_t ns);
-  bool stopping() const { return stop_.load(std::memory_order_relaxed); }
+  bool visit(const Address& address) override;
+  std::unique_ptr<Session> greet(int fd);
+  bool wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer,
+                       std::span<const std::byte>& datagram);
+  void explain(Refusal refusal, uint8_t version);
+  void serve(int fd, std::unique_ptr<Session> session);
+  // The next thing to do, after all that is due has been done. False: the session is over.
+  bool tick(int fd, int64_t now_ns, int64_t& next_ns);
+  void receive(int fd);
+  void handle(std::span<std::byte> datagram);
 
   // With the lock held.
   bool queue_description();
-  Session* ready_session() { return session_ && described_ ? &*session_ : nullptr; }
-  size_t most_waiting_bytes() const { return kMostWaitingBytes + description_.size(); }
+  void check_described();
+  void emit(int fd, int64_t now_ns);
+  void count(const PoseSender::Drops& drops) {
+    counters_.poses_dropped.add(drops.messages);
+    counters_.frames_dropped.add(drops.frames);
+  }
+  size_t most_waiting_bytes() const {
+    return kMostWaitingBytes + (description_.bytes ? description_.bytes->size() : 0);
+  }
 
-  Uri uri_;
-  Waker waker_;
-  std::thread thread_;
-  std::atomic<bool> stop_{false};
-  LinkCounters counters_;
-  int64_t backoff_ns_ = kFirstBackoffNs;
+  const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
+  int64_t next_ping_ns_ = 0;                       // on the link's thread alone
 
-  mutable std::mutex mutex_;  // guards all that follows
+  // Guarded by mutex_.
   int fd_ = -1;
-  std::optional<Session> session_;
+  std::unique_ptr<Session> session_;
   bool described_ = false;  // the listener has the newest description: poses may follow
   uint32_t description_number_ = 0;
-  bool lost_ = false;  // the session is to be given up
+  bool lost_ = false;          // the session is to be given up
+  int64_t doubted_at_ns_ = 0;  // somebody said that the session is unknown; 0: nobody did
   PoseSender poses_;
-  wire::Bytes description_;
-  std::deque<std::vector<std::byte>> replies_;
+  ControlSender::Prepared description_;  // bytes null: none yet
 };
 
-Result<void> UdpPublisher::start() {
-  if (!waker_) return Error{uri_text(uri_) + ": out of file descriptors; close some or raise the limit"};
-  thread_ = std::thread([this] { run(); });
-  return {};
-}
-
-UdpPublisher::~UdpPublisher() {
-  stop_.store(true, std::memory_order_relaxed);
-  waker_.wake();
-  if (thread_.joinable()) thread_.join();
-}
-
 // --- the simulator's thread
-// ------------------------------------------------------------------------------------------
 
 bool UdpPublisher::queue_description() {
-  described_ = description_.empty();
+  described_ = description_.bytes == nullptr;
   if (described_) return true;
   const auto number = session_->sender().push(description_, most_waiting_bytes());
   description_number_ = number.value_or(0);
@@ -107,13 +91,14 @@ Result<void> UdpPublisher::set_description(std::span<const std::byte> message) {
   if (message.size() > kMaxControlBytes)
     return Error{uri_text(uri_) +
                  ": the description is larger than 64 MiB; use tcp:// or describe fewer nodes"};
+  ControlSender::Prepared prepared = ControlSender::prepare(message);
   const std::lock_guard lock(mutex_);
-  description_.assign(message.begin(), message.end());
-  counters_.poses_dropped.add(poses_.drop_kept());  // they belong to the description before
+  std::swap(description_, prepared);  // what was there is released after the lock
+  count(poses_.drop_kept());          // they belong to the description before
   described_ = false;
   // When too much waits, a new session carries the newest description alone.
   if (session_ && !queue_description()) lost_ = true;
-  waker_.wake();
+  thread_.wake();
   return {};
 }
 
@@ -121,40 +106,34 @@ bool UdpPublisher::publish(const wire::MessagePieces& message, bool last_part) n
   counters_.messages_sent.add();
   try {
     const std::lock_guard lock(mutex_);
-    uint64_t overtaken = 0;
-    const auto outcome = poses_.publish(fd_, ready_session(), message, last_part, overtaken);
-    counters_.poses_dropped.add(overtaken);
-    if (outcome == PoseSender::Outcome::sent || outcome == PoseSender::Outcome::kept) return true;
+    PoseSender::Drops drops;
+    Session* ready = session_ && described_ ? session_.get() : nullptr;
+    const auto outcome = poses_.publish(fd_, ready, message, last_part, monotonic_ns(), drops);
+    count(drops);
     if (outcome == PoseSender::Outcome::refused) {
       lost_ = true;
-      waker_.wake();
+      thread_.wake();
     }
+    return outcome != PoseSender::Outcome::dropped;
   } catch (const std::exception&) {  // no memory to keep the frame
+    count({1, 1});
+    return false;
   }
-  counters_.poses_dropped.add();
-  return false;
 }
 
 void UdpPublisher::send_control(std::span<const std::byte> message) noexcept {
   try {
+    ControlSender::Prepared prepared = ControlSender::prepare(message);
     const std::lock_guard lock(mutex_);
     if (!session_) return;
-    if (!session_->sender().push(message, most_waiting_bytes())) {
-      counters_.rejected.add();
+    if (!session_->sender().push(std::move(prepared), most_waiting_bytes())) {
+      counters_.reject(Cause::unread);
       lost_ = true;  // a control message is not dropped while the rest goes on
     }
-    waker_.wake();
+    thread_.wake();
   } catch (const std::exception&) {
-    counters_.rejected.add();
+    counters_.reject(Cause::no_memory);
   }
-}
-
-bool UdpPublisher::poll(std::vector<std::byte>& message) {
-  const std::lock_guard lock(mutex_);
-  if (replies_.empty()) return false;
-  message.swap(replies_.front());
-  replies_.pop_front();
-  return true;
 }
 
 LinkStats UdpPublisher::stats() const {
@@ -166,87 +145,95 @@ LinkStats UdpPublisher::stats() const {
 }
 
 // --- the link's thread
-// -----------------------------------------------------------------------------------------------
 
-void UdpPublisher::run() {
-  while (!stopping()) {
-    try {
-      const Lookup lookup(uri_);
-      while (!lookup.done() && !stopping()) waker_.wait(-1, 0, 1);
-      if (stopping()) return;
-      const std::vector<Address> addresses = lookup.addresses();
-      for (const Address& address : addresses)
-        if (!stopping()) try_address(address);
-      if (addresses.empty()) pause(kLongestBackoffNs);
-    } catch (const std::exception&) {  // no memory: try again later, like after any other failure
-      pause(kLongestBackoffNs);
-    }
-  }
-}
-
-void UdpPublisher::pause(int64_t ns) {
-  const int64_t until = monotonic_ns() + ns;
-  for (int64_t now = monotonic_ns(); now < until && !stopping(); now = monotonic_ns())
-    waker_.wait(-1, 0, static_cast<int>((until - now) / kMillisecondNs) + 1);
-}
-
-void UdpPublisher::try_address(const Address& address) {
+bool UdpPublisher::visit(const Address& address) {
   const UniqueFd fd(::socket(address.family(), SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!fd) return false;
   const int buffer = 4 << 20;
-  if (fd) ::setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
-  if (fd) ::setsockopt(fd.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
-  if (fd && ::connect(fd.get(), address.get(), address.length) == 0) {
-    uint64_t session = 0;
-    const Greeting greeting = greet(fd.get(), session);
-    if (greeting == Greeting::accepted) {
-      backoff_ns_ = kFirstBackoffNs;
-      serve(fd.get(), session);
-      return;  // its loss may be the listener's restart: greet again at once
-    }
-    if (greeting == Greeting::refused) counters_.rejected.add();
-  }
-  pause(backoff_ns_);
-  backoff_ns_ = std::min(backoff_ns_ * 2, kLongestBackoffNs);
+  ::setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+  ::setsockopt(fd.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
+  if (::connect(fd.get(), address.get(), address.length) != 0) return false;
+  auto session = greet(fd.get());
+  if (!session) return false;
+  set_problem({});
+  serve(fd.get(), std::move(session));
+  return true;
 }
 
-UdpPublisher::Greeting UdpPublisher::greet(int fd, uint64_t& session) {
+// False: nobody listens at the address. An empty datagram: the time is over.
+bool UdpPublisher::wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer,
+                                   std::span<const std::byte>& datagram) {
+  datagram = {};
+  if (!thread_.wait_for(fd, POLLIN | POLLERR, until_ns)) return true;
+  const ssize_t got = ::recv(fd, buffer.data(), buffer.size(), 0);
+  if (got < 0) return errno != ECONNREFUSED;
+  datagram = buffer.first(static_cast<size_t>(got));
+  return true;
+}
+
+std::unique_ptr<Session> UdpPublisher::greet(int fd) {
   const uint64_t nonce = random_id();
+  const Random random = key_ ? make_random() : Random{};
   uint64_t cookie = 0;
-  int64_t wait_ns = kFirstBackoffNs;
+  int64_t wait_ns = kFirstHelloAfterNs;
   const int64_t until = monotonic_ns() + kTryAnAddressForNs;
-  while (!stopping() && monotonic_ns() < until) {
-    const Hello hello = write_hello(nonce, cookie);
-    if (::send(fd, hello.data(), hello.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED)
-      return Greeting::nobody;
+  std::byte buffer[kMaxDatagramBytes + 1];
+  while (!thread_.stopping() && monotonic_ns() < until) {
+    const Hello hello = write_hello(nonce, cookie, random, key_.get());
+    if (::send(fd, hello.data(), hello.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED) return nullptr;
     const int64_t repeat_at = monotonic_ns() + wait_ns;
-    wait_ns = std::min(wait_ns * 2, kLongestBackoffNs);
+    wait_ns = std::min(wait_ns * 2, kLongestHelloAfterNs);
     bool answered = false;
-    for (int64_t now = monotonic_ns(); now < repeat_at && !answered && !stopping(); now = monotonic_ns()) {
-      if (waker_.wait(fd, POLLIN, static_cast<int>((repeat_at - now) / kMillisecondNs) + 1) == 0) continue;
-      std::byte buffer[kMaxDatagramBytes + 1];
-      const ssize_t got = ::recv(fd, buffer, sizeof buffer, 0);
-      if (got < 0 && errno == ECONNREFUSED) return Greeting::nobody;
+    while (!answered && !thread_.stopping() && monotonic_ns() < repeat_at) {
+      std::span<const std::byte> datagram;
+      if (!wait_for_answer(fd, repeat_at, buffer, datagram)) return nullptr;
       Header header;
-      if (got < 0 || !read_header({buffer, static_cast<size_t>(got)}, header) || header.session != nonce)
-        continue;
-      if (header.type == Type::refuse || header.version != kTransportVersion) return Greeting::refused;
-      const auto number = read_number({buffer + kHeaderBytes, static_cast<size_t>(got) - kHeaderBytes});
-      if (!number) continue;
-      if (header.type == Type::accept && cookie != 0) {
-        session = *number;
-        return Greeting::accepted;
+      if (!read_header(datagram, header) || header.session != nonce) continue;
+      const auto number = read_number(datagram.subspan(kHeaderBytes));
+      if (header.type == Type::refuse || header.version != kTransportVersion) {
+        explain(static_cast<Refusal>(number.value_or(0)), header.version);
+        return nullptr;
       }
-      if (header.type == Type::cookie && cookie == 0) {
+      if (header.type == Type::cookie && cookie == 0 && number) {
         cookie = *number;
-        wait_ns = kFirstBackoffNs;
+        wait_ns = kFirstHelloAfterNs;
         answered = true;
       }
+      if (header.type != Type::accept || cookie == 0) continue;
+      const auto accept = read_accept(datagram, random, key_.get());
+      if (!accept) {  // nobody with our key wrote it; who has may still answer
+        counters_.reject(Cause::bad_key);
+        continue;
+      }
+      std::unique_ptr<Seal> seal;
+      if (key_)
+        seal = key_->make_seal(PreSharedKey::Side::publisher, accept->session, random, accept->random);
+      return std::make_unique<Session>(accept->session, monotonic_ns(), std::move(seal));
     }
   }
-  return Greeting::silent;
+  return nullptr;
 }
 
-void UdpPublisher::serve(int fd, uint64_t session) {
+void UdpPublisher::explain(Refusal refusal, uint8_t version) {
+  const std::string who = uri_text(uri_) + ": the renderer ";
+  switch (refusal) {
+    case Refusal::version_mismatch:
+      counters_.reject(Cause::version);
+      return set_problem(who + "speaks transport version " + std::to_string(version) + ", this program " +
+                         std::to_string(kTransportVersion) + "; use the same version on both sides");
+    case Refusal::bad_key:
+      counters_.reject(Cause::bad_key);
+      return set_problem(who + (key_ ? "has another key or none; give both sides the same key file"
+                                     : "asks for a key; give both sides the same key file"));
+    case Refusal::full:
+      counters_.reject(Cause::full);
+      return set_problem(who + "has as many publishers as it allows");
+  }
+  counters_.reject(Cause::version);
+  set_problem(who + "refuses, and gives a reason that this version does not know");
+}
+
+void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
   // However this ends, nobody may use the descriptor after it.
   struct Leave {
     UdpPublisher& self;
@@ -257,104 +244,111 @@ void UdpPublisher::serve(int fd, uint64_t session) {
       self.described_ = false;
     }
   } leave{*this};
-  int64_t now = monotonic_ns();
-  int64_t next_ping = now + kKeepaliveNs;
   {
     const std::lock_guard lock(mutex_);
-    session_.emplace(session, now);
+    session_ = std::move(session);
     fd_ = fd;
     lost_ = false;
+    doubted_at_ns_ = 0;
+    poses_.start_session();
     queue_description();
-    if (described_)
-      counters_.poses_dropped.add(poses_.send_kept(fd, *session_));  // a stream without a description
   }
-  bool lost = false;
-  while (!lost && !stopping()) {
-    check_described(fd);
-    emit_due(fd, now);
-    if (now >= next_ping) {
-      const std::lock_guard lock(mutex_);
-      session_->emit_bare(Type::ping,
-                          [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
-      next_ping = now + kKeepaliveNs;
-    }
-    bool waiting;
-    {
-      const std::lock_guard lock(mutex_);
-      waiting = !session_->sender().idle();
-      lost = lost_ || now - session_->heard_at_ns() > kLostAfterNs;
-    }
-    if (!lost && waker_.wait(fd, POLLIN, waiting ? kTickMs : 200) != 0) receive(fd, lost);
-    now = monotonic_ns();
+  next_ping_ns_ = monotonic_ns() + kKeepaliveNs;
+  while (!thread_.stopping()) {
+    const int64_t now = monotonic_ns();
+    int64_t next = now;
+    if (!tick(fd, now, next)) return;
+    if (thread_.wait(fd, POLLIN, next - now) != 0) receive(fd);
   }
-  if (!lost) {  // leaving in order: what still waits goes out once, then the farewell
-    emit_due(fd, now);
-    const std::lock_guard lock(mutex_);
-    session_->emit_bare(Type::bye, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
-  }
+  // Leaving in order: what still waits goes out once, then the farewell.
+  const std::lock_guard lock(mutex_);
+  emit(fd, monotonic_ns());
+  session_->emit_bare(Type::bye, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
 }
 
-void UdpPublisher::check_described(int fd) {
+bool UdpPublisher::tick(int fd, int64_t now_ns, int64_t& next_ns) {
   const std::lock_guard lock(mutex_);
-  if (described_ || session_->sender().last_acknowledged() < description_number_) return;
-  described_ = true;
-  counters_.poses_dropped.add(poses_.send_kept(fd, *session_));
+  const bool doubted = doubted_at_ns_ != 0 && now_ns - doubted_at_ns_ > kDoubtNs;
+  if (lost_ || doubted || now_ns - session_->heard_at_ns() > kLostAfterNs) return false;
+  check_described();
+  emit(fd, now_ns);
+  if (now_ns >= next_ping_ns_) {
+    session_->emit_bare(Type::ping, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
+    next_ping_ns_ = now_ns + kKeepaliveNs;
+  }
+  next_ns = now_ns + (session_->sender().idle() ? kIdleTickNs : kTickNs);
+  if (const auto due = described_ ? poses_.due_at_ns() : std::nullopt)
+    next_ns = std::clamp(*due, now_ns + kMillisecondNs, next_ns);
+  return true;
 }
 
-void UdpPublisher::emit_due(int fd, int64_t now_ns) {
-  const std::lock_guard lock(mutex_);
+void UdpPublisher::check_described() {
+  described_ = described_ || session_->sender().last_acknowledged() >= description_number_;
+}
+
+void UdpPublisher::emit(int fd, int64_t now_ns) {
   session_->emit_due(now_ns, [&](std::span<const std::byte> datagram) {
     // A datagram that does not go out now is repeated like a lost one.
     if (::send(fd, datagram.data(), datagram.size(), MSG_NOSIGNAL) >= 0)
       counters_.bytes_sent.add(datagram.size());
   });
+  if (described_) poses_.emit_due(fd, *session_, now_ns);
 }
 
-void UdpPublisher::receive(int fd, bool& lost) {
-  for (int i = 0; i < 64 && !lost; ++i) {
+void UdpPublisher::receive(int fd) {
+  for (int i = 0; i < 64; ++i) {
     std::byte buffer[kMaxDatagramBytes + 1];
     const ssize_t got = ::recv(fd, buffer, sizeof buffer, 0);
+    const std::lock_guard lock(mutex_);
     if (got < 0) {
-      lost = errno == ECONNREFUSED;
+      lost_ = lost_ || errno == ECONNREFUSED;
       return;
     }
     counters_.bytes_received.add(static_cast<uint64_t>(got));
-    handle({buffer, static_cast<size_t>(got)}, lost);
+    handle({buffer, static_cast<size_t>(got)});
+    if (lost_) return;
   }
 }
 
-void UdpPublisher::handle(std::span<const std::byte> datagram, bool& lost) {
-  const std::lock_guard lock(mutex_);
+void UdpPublisher::handle(std::span<std::byte> datagram) {
   Header header;
-  if (!read_header(datagram, header) || header.version != kTransportVersion ||
-      header.session != session_->id()) {
-    counters_.rejected.add();
-    return;
-  }
-  if (header.type == Type::reset) {
-    lost = true;
-    return;
-  }
+  if (!read_header(datagram, header)) return counters_.reject(Cause::malformed);
+  if (header.version != kTransportVersion) return counters_.reject(Cause::version);
+  if (header.session != session_->id()) return counters_.reject(Cause::unknown_session);
   const int64_t now = monotonic_ns();
-  if (!session_->heard(header, now)) return;
-  if (header.type == Type::bye) {
-    lost = true;
+  if (header.type == Type::reset) {
+    lost_ = !session_->sealed();
+    if (doubted_at_ns_ == 0) doubted_at_ns_ = now;
+    next_ping_ns_ = now;
     return;
   }
-  switch (session_->control(header, datagram.subspan(kHeaderBytes), kMaxControlBytes, now)) {
+  std::span<const std::byte> payload;
+  switch (session_->hear(header, datagram, now, payload)) {
+    case Session::Heard::repeated:
+      return counters_.reject(Cause::replayed);
+    case Session::Heard::forged:
+      return counters_.reject(Cause::bad_key);
+    case Session::Heard::payload:
+      break;
+  }
+  doubted_at_ns_ = 0;
+  if (header.type == Type::bye) {
+    lost_ = true;
+    return;
+  }
+  if (header.type == Type::have) {
+    if (const auto frame = read_number(payload)) poses_.acknowledge(*frame);
+    return;
+  }
+  switch (session_->control(header, payload, kMaxControlBytes, now)) {
     case ControlReceiver::Outcome::complete:
-      counters_.messages_received.add();
-      if (replies_.size() == kMostUnreadReplies) {  // a simulator that never polls must not fill its memory
-        replies_.pop_front();
-        counters_.rejected.add();
-      }
-      replies_.push_back(session_->receiver().take());
+      keep_reply(session_->receiver().take());
       break;
     case ControlReceiver::Outcome::corrupt:
-      lost = true;
+      lost_ = true;
       [[fallthrough]];
     case ControlReceiver::Outcome::ignored:
-      counters_.rejected.add();
+      counters_.reject(Cause::malformed);
       break;
     case ControlReceiver::Outcome::kept:
       break;
@@ -363,8 +357,14 @@ void UdpPublisher::handle(std::span<const std::byte> datagram, bool& lost) {
 
 }  // namespace
 
-Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri) {
-  auto publisher = std::make_unique<UdpPublisher>(uri);
+Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri, const PublisherOptions& options) {
+  std::shared_ptr<const PreSharedKey> key;
+  if (!options.key_file.empty()) {
+    auto read = PreSharedKey::from_file(options.key_file);
+    if (!read) return Error{uri_text(uri) + ": " + read.error().message};
+    key = *read;
+  }
+  auto publisher = std::make_unique<UdpPublisher>(uri, std::move(key));
   if (auto started = publisher->start(); !started) return started.error();
   return std::unique_ptr<PublisherLink>(std::move(publisher));
 }

@@ -1,11 +1,25 @@
 #include "protocol/transport/udp_session.h"
 
+#include <cstring>
+#include <utility>
+
+#include "protocol/transport/byte_order.h"
+
 namespace fire3dv::transport::udp {
 
-bool Session::heard(const Header& header, int64_t now_ns) {
-  if (!window_.first_time(header.counter)) return false;
+Session::Heard Session::hear(const Header& header, std::span<std::byte> datagram, int64_t now_ns,
+                             std::span<const std::byte>& payload) {
+  if (!window_.is_new(header.counter)) return Heard::repeated;
+  if (seal_) {
+    const auto opened = seal_->open(datagram, header.counter);
+    if (!opened) return Heard::forged;
+    payload = *opened;
+  } else {
+    payload = datagram.subspan(kHeaderBytes);
+  }
+  window_.mark(header.counter);
   heard_at_ns_ = now_ns;
-  return true;
+  return Heard::payload;
 }
 
 ControlReceiver::Outcome Session::control(const Header& header, std::span<const std::byte> payload,
@@ -42,7 +56,7 @@ void Session::emit_due(int64_t now_ns, const Emit& emit) {
     if (const auto ack = receiver_.ack()) {
       start(datagram, Type::ack);
       write_ack(datagram.data() + kHeaderBytes, *ack);
-      emit({datagram.data(), kHeaderBytes + kAckBytes});
+      emit(finish(datagram, kHeaderBytes + kAckBytes));
     }
   }
   while (const auto fragment = sender_.next(now_ns)) {
@@ -51,14 +65,21 @@ void Session::emit_due(int64_t now_ns, const Emit& emit) {
     const size_t data_at = kHeaderBytes + kFragmentHeaderBytes;
     if (!fragment->data.empty())
       std::memcpy(datagram.data() + data_at, fragment->data.data(), fragment->data.size());
-    emit({datagram.data(), data_at + fragment->data.size()});
+    emit(finish(datagram, data_at + fragment->data.size()));
   }
 }
 
 void Session::emit_bare(Type type, const Emit& emit) {
   Buffer datagram;
   start(datagram, type);
-  emit({datagram.data(), kHeaderBytes});
+  emit(finish(datagram, kHeaderBytes));
+}
+
+void Session::emit_number(Type type, uint64_t number, const Emit& emit) {
+  Buffer datagram;
+  start(datagram, type);
+  put_le<uint64_t>(datagram.data() + kHeaderBytes, number);
+  emit(finish(datagram, kHeaderBytes + 8));
 }
 
 }  // namespace fire3dv::transport::udp

@@ -1,13 +1,13 @@
-// One side of a session between a publisher and a listener: counters, control messages, liveness. No I/O of
-// its own: what is to be sent goes to `emit`.
+// One side of a session between a publisher and a listener: counters, seals, control messages, liveness. No
+// I/O of its own: what is to be sent goes to `emit`.
 #pragma once
 
-#include <cstring>
 #include <functional>
-#include <utility>
+#include <memory>
 
 #include "protocol/transport/udp_control.h"
 #include "protocol/transport/udp_datagram.h"
+#include "protocol/transport/udp_seal.h"
 #include "protocol/transport/udp_window.h"
 
 namespace fire3dv::transport::udp {
@@ -16,21 +16,30 @@ class Session {
  public:
   using Emit = std::function<void(std::span<const std::byte> datagram)>;
 
-  Session(uint64_t id, int64_t now_ns) : id_(id), heard_at_ns_(now_ns) {}
+  // seal null: datagrams go and come in the open.
+  Session(uint64_t id, int64_t now_ns, std::unique_ptr<Seal> seal)
+      : id_(id), heard_at_ns_(now_ns), seal_(std::move(seal)) {}
 
   uint64_t id() const { return id_; }
+  bool sealed() const { return seal_ != nullptr; }
   int64_t heard_at_ns() const { return heard_at_ns_; }
   ControlSender& sender() { return sender_; }
   ControlReceiver& receiver() { return receiver_; }
 
-  // The header of this side's next datagram, and room behind it.
+  // This side's next datagram: the header goes to the front of `datagram`, and when the rest has been filled
+  // in, to `bytes` in all, finish() gives what is to be sent.
   using Buffer = std::array<std::byte, kMaxDatagramBytes>;
   void start(Buffer& datagram, Type type) {
     write_header(datagram.data(), {kTransportVersion, type, id_, ++sent_});
   }
+  std::span<const std::byte> finish(Buffer& datagram, size_t bytes) const {
+    return {datagram.data(), seal_ ? seal_->seal(datagram.data(), bytes, sent_) : bytes};
+  }
 
-  // A datagram of this session came. False when it is a repetition.
-  bool heard(const Header& header, int64_t now_ns);
+  // A datagram of this session came: its payload, opened in place, or why it is dropped.
+  enum class Heard { payload, repeated, forged };
+  Heard hear(const Header& header, std::span<std::byte> datagram, int64_t now_ns,
+             std::span<const std::byte>& payload);
 
   // Takes what is the session's own business (fragment, ack, ping, pong). `complete`: receiver().take() has a
   // message.
@@ -40,11 +49,13 @@ class Session {
   // Acknowledgments and fragments that are due.
   void emit_due(int64_t now_ns, const Emit& emit);
   void emit_bare(Type type, const Emit& emit);
+  void emit_number(Type type, uint64_t number, const Emit& emit);
 
  private:
   uint64_t id_;
   uint64_t sent_ = 0;
   int64_t heard_at_ns_;
+  std::unique_ptr<Seal> seal_;
   ReplayWindow window_;
   ControlSender sender_;
   ControlReceiver receiver_;

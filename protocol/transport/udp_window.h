@@ -11,7 +11,9 @@ namespace fire3dv::transport::udp {
 // Lets each datagram counter through once. One that is too old to be remembered counts as a repetition.
 class ReplayWindow {
  public:
-  bool first_time(uint64_t counter);
+  bool is_new(uint64_t counter) const;
+  // Only what has proved to be the peer's may move the window, or a forged counter would shut the peer out.
+  void mark(uint64_t counter);
 
  private:
   static constexpr uint64_t kSpan = 4096;
@@ -22,8 +24,10 @@ class ReplayWindow {
 // Tells when all parts of a frame have come, and which frames a whole newer one has superseded.
 class FrameTracker {
  public:
-  enum class Outcome { superseded, part, whole };
+  // repeated: this part came before.
+  enum class Outcome { superseded, repeated, part, whole };
   Outcome part(uint64_t frame, uint16_t part, bool last);
+  uint64_t newest_whole() const { return newest_whole_; }
 
  private:
   struct Building {

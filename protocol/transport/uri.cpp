@@ -20,7 +20,7 @@ std::string printable(std::string_view text) {
 
 Error bad_uri(std::string_view text, std::string_view reason) {
   return Error{"'" + printable(text) + "' is not a link: " + std::string(reason) +
-               "; use shm://NAME, tcp://HOST:PORT or udp://HOST:PORT"};
+               "; use shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT"};
 }
 
 bool is_alnum(char c) {
@@ -91,6 +91,7 @@ Result<Uri> parse_uri(std::string_view text) {
   const std::string_view rest = text.substr(colon + 3);
   if (scheme == "shm") return parse_shm(text, rest);
   if (scheme == "tcp") return parse_host_and_port(text, Uri::Scheme::tcp, rest);
+  if (scheme == "tls") return parse_host_and_port(text, Uri::Scheme::tls, rest);
   if (scheme == "udp") return parse_host_and_port(text, Uri::Scheme::udp, rest);
   return bad_uri(text, "the scheme '" + printable(scheme) + "' is not known");
 }

@@ -1,4 +1,5 @@
-// URIs that name a link: shm://NAME, tcp://HOST:PORT, udp://HOST:PORT (IPv6 hosts in brackets).
+// URIs that name a link: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT, udp://HOST:PORT (IPv6 hosts in
+// brackets).
 #pragma once
 
 #include <cstdint>
@@ -10,11 +11,11 @@
 namespace fire3dv::transport {
 
 struct Uri {
-  enum class Scheme { shm, tcp, udp };
+  enum class Scheme { shm, tcp, tls, udp };
   Scheme scheme = Scheme::shm;
   std::string name;   // shm: 1 to 64 characters of [A-Za-z0-9_.-], not starting with a dot
-  std::string host;   // tcp, udp: as written, without brackets
-  uint16_t port = 0;  // tcp, udp: 0 lets a listener choose
+  std::string host;   // the others: as written, without brackets
+  uint16_t port = 0;  // the others: 0 lets a listener choose
 };
 
 // The error names the URI, what is wrong with it and which forms there are.

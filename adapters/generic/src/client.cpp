@@ -102,7 +102,7 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
   status.sequence = stream.sequence;
   status.acked_sequence = stream.acked_sequence;
   status.frames_published = stream.frames_published;
-  status.frames_dropped = stats.poses_dropped;
+  status.frames_dropped = stats.frames_dropped;
   status.welcome = stream.welcome;
   status.unmatched_names = stream.unmatched_names;
   const size_t length = std::min(stream.welcome_message.size(), sizeof status.welcome_message - 1);

@@ -1,9 +1,11 @@
 // Shared memory between processes: writers that are killed at any instruction, and frames that must never be
 // torn.
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/wait.h>
 
 #include <random>
+#include <thread>
 
 #include "tests/unit/transport/link_fixture.h"
 
@@ -154,6 +156,67 @@ TEST(ShmCrash, AStoppedReaderCostsTheWriterNothing) {
   reader.signal(SIGCONT);
   publisher->publish(message_of("pose"));
   EXPECT_TRUE(poll_until_reply(*publisher, "seen"));
+}
+
+// A simulator that forks a helper and dies: the helper holds nothing of the link.
+TEST(ShmCrash, AForkedChildDoesNotKeepItsDeadParentsSegmentAlive) {
+  const std::string uri = unique_shm_uri("fork");
+  int ready[2];
+  ASSERT_EQ(::pipe2(ready, O_CLOEXEC), 0);
+  pid_t helper = 0;
+  Child simulator([&] {
+    auto publisher = open_publisher(uri);
+    if (!publisher || !(*publisher)->set_description(bytes_of("description"))) ::_exit(1);
+    (*publisher)->publish(message_of("pose"));
+    const pid_t forked = ::fork();
+    if (forked == 0) {
+      // Not its own link: it changes nothing, and nothing goes wrong.
+      (*publisher)->publish(message_of("not mine"));
+      if ((*publisher)->set_description(bytes_of("not mine"))) ::_exit(1);
+      const pid_t own = ::getpid();
+      [[maybe_unused]] const ssize_t told = ::write(ready[1], &own, sizeof own);
+      while (true) ::pause();
+    }
+    while (true) ::pause();
+  });
+  ASSERT_EQ(::read(ready[0], &helper, sizeof helper), static_cast<ssize_t>(sizeof helper));
+  Listener listener(uri);
+  EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "pose"); }));
+  simulator.kill();
+  EXPECT_TRUE(listener.poll_until([&] { return listener.saw_part(Kind::disconnected, "died"); }));
+  EXPECT_EQ(listener.count(Kind::pose), 1u);
+  auto next = open_publisher(uri);
+  EXPECT_TRUE(next.ok()) << "the name is free";
+  ::kill(helper, SIGKILL);
+  ::close(ready[0]);
+  ::close(ready[1]);
+}
+
+// While one publisher takes the name from a dead one, readers come at every moment: none of them takes the
+// dead one's segment for a living one.
+TEST(ShmCrash, NoReaderAttachesToTheDeadPublishersSegmentWhileItsNameIsTaken) {
+  const std::string uri = unique_shm_uri("takeover");
+  for (int run = 0; run < 60; ++run) {
+    {
+      Child dead([&] {
+        auto publisher = open_publisher(uri);
+        if (!publisher || !(*publisher)->set_description(bytes_of("dead"))) ::_exit(1);
+        while (true) ::pause();
+      });
+      Listener listener(uri);
+      ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "dead"); }));
+    }
+    std::unique_ptr<PublisherLink> next;
+    std::thread heir([&] { next = must_open_publisher(uri); });
+    for (bool taken = false; !taken;) {
+      Listener listener(uri);
+      listener.poll();
+      EXPECT_FALSE(listener.saw(Kind::control, "dead")) << "run " << run;
+      taken = listener.count(Kind::connected) == 1;
+    }
+    heir.join();
+    ASSERT_FALSE(HasFailure());
+  }
 }
 
 }  // namespace

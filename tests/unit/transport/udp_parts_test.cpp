@@ -25,6 +25,12 @@ TEST(UdpCookie, SipHashIsTheReferenceFunction) {
   EXPECT_EQ(siphash({0x0706050403020100, 0x0f0e0d0c0b0a0908}, message), 0xa129ca6149be45e5u);
 }
 
+bool first_time(ReplayWindow& window, uint64_t counter) {
+  const bool is_new = window.is_new(counter);
+  if (is_new) window.mark(counter);
+  return is_new;
+}
+
 struct Wire {
   FragmentHeader header;
   std::vector<std::byte> data;
@@ -39,7 +45,7 @@ TEST(UdpControl, MessagesArriveWholeAndInOrderWhateverTheLoss) {
     std::vector<std::vector<std::byte>> sent;
     for (const size_t bytes : {0, 1, 1135, 1136, 1137, 100'000, 700'000, 17}) {
       sent.push_back(pattern(bytes, static_cast<uint32_t>(bytes)));
-      ASSERT_TRUE(sender.push(sent.back(), SIZE_MAX));
+      ASSERT_TRUE(sender.push(ControlSender::prepare(sent.back()), SIZE_MAX));
     }
     std::vector<std::vector<std::byte>> got;
     std::vector<Wire> on_the_way;
@@ -119,7 +125,7 @@ TEST(UdpControl, ASenderThatContradictsItselfIsCorrupt) {
 
 TEST(UdpControl, ForgedAcknowledgmentsDoNoHarm) {
   ControlSender sender;
-  ASSERT_TRUE(sender.push(pattern(500'000, 1), SIZE_MAX));
+  ASSERT_TRUE(sender.push(ControlSender::prepare(pattern(500'000, 1)), SIZE_MAX));
   std::mt19937 generator(6);
   for (int i = 0; i < 10'000; ++i) {
     Ack ack;
@@ -134,7 +140,7 @@ TEST(UdpControl, ForgedAcknowledgmentsDoNoHarm) {
 
 TEST(UdpWindow, EachCounterPassesOnce) {
   ReplayWindow window;
-  EXPECT_FALSE(window.first_time(0));
+  EXPECT_FALSE(first_time(window, 0));
   std::mt19937 generator(7);
   std::vector<uint64_t> counters;
   for (uint64_t i = 1; i <= 100'000; ++i) counters.push_back(i);
@@ -142,13 +148,13 @@ TEST(UdpWindow, EachCounterPassesOnce) {
     std::shuffle(counters.begin() + static_cast<std::ptrdiff_t>(i),
                  counters.begin() + static_cast<std::ptrdiff_t>(i + 64), generator);
   for (size_t i = 0; i < counters.size(); ++i) {
-    EXPECT_TRUE(window.first_time(counters[i]));
-    EXPECT_FALSE(window.first_time(counters[i]));
-    EXPECT_FALSE(window.first_time(counters[i - std::min<size_t>(i, 1000)]));
+    EXPECT_TRUE(first_time(window, counters[i]));
+    EXPECT_FALSE(first_time(window, counters[i]));
+    EXPECT_FALSE(first_time(window, counters[i - std::min<size_t>(i, 1000)]));
   }
-  EXPECT_TRUE(window.first_time(UINT64_MAX));
-  EXPECT_FALSE(window.first_time(UINT64_MAX));
-  EXPECT_FALSE(window.first_time(100'001)) << "too old to be known";
+  EXPECT_TRUE(first_time(window, UINT64_MAX));
+  EXPECT_FALSE(first_time(window, UINT64_MAX));
+  EXPECT_FALSE(first_time(window, 100'001)) << "too old to be known";
 }
 
 TEST(UdpWindow, AFrameIsWholeWithAllItsParts) {
@@ -156,7 +162,7 @@ TEST(UdpWindow, AFrameIsWholeWithAllItsParts) {
   FrameTracker tracker;
   EXPECT_EQ(tracker.part(1, 2, true), Outcome::part);
   EXPECT_EQ(tracker.part(1, 0, false), Outcome::part);
-  EXPECT_EQ(tracker.part(1, 0, false), Outcome::part) << "a repetition does not count twice";
+  EXPECT_EQ(tracker.part(1, 0, false), Outcome::repeated) << "a repetition does not count twice";
   EXPECT_EQ(tracker.part(1, 1, false), Outcome::whole);
   EXPECT_EQ(tracker.part(2, 0, false), Outcome::part);
   EXPECT_EQ(tracker.part(3, 0, true), Outcome::whole);

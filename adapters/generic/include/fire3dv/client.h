@@ -69,7 +69,7 @@ typedef struct fire3dv_status {
   uint64_t sequence;         /* of the last published frame, 0 = none */
   uint64_t acked_sequence;   /* newest frame that a renderer has shown, 0 = none */
   uint64_t frames_published;
-  uint64_t frames_dropped;   /* overtaken by a newer frame before they left; over udp:// their datagrams are counted */
+  uint64_t frames_dropped;   /* overtaken by a newer frame before all of them had left */
   int32_t welcome;           /* last answer: -1 none yet, 0 accepted, 1 version mismatch, 2 bad description,
                                 3 refused, 4 bad key */
   uint32_t unmatched_names;  /* of the last answer; the names are in welcome_message */

@@ -1,0 +1,66 @@
+#include "protocol/transport/fork_guard.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <mutex>
+#include <set>
+
+namespace fire3dv::transport {
+namespace {
+
+std::atomic<unsigned> generation{0};
+
+// Never destroyed: links may outlive static objects, and fork may come at any time.
+struct Registry {
+  std::mutex mutex;
+  std::set<int> fds;
+};
+Registry& registry() {
+  static Registry* const the_one = [] {
+    auto* made = new Registry;
+    // The lock is held across fork, so that the child does not find the set half changed.
+    ::pthread_atfork([] { registry().mutex.lock(); }, [] { registry().mutex.unlock(); },
+                     [] {
+                       // A closed number might be given out again while its owner here still holds it: the
+                       // number stays taken, by a descriptor of nothing.
+                       const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+                       for (const int fd : registry().fds)
+                         if (nothing < 0 || ::dup3(nothing, fd, O_CLOEXEC) < 0) ::close(fd);
+                       if (nothing >= 0) ::close(nothing);
+                       registry().fds.clear();
+                       generation.fetch_add(1, std::memory_order_relaxed);
+                       registry().mutex.unlock();
+                     });
+    return made;
+  }();
+  return *the_one;
+}
+
+void forget(int fd) {
+  const std::lock_guard lock(registry().mutex);
+  registry().fds.erase(fd);
+}
+
+}  // namespace
+
+UnforkableFd::UnforkableFd(int fd) : fd_(fd) {
+  if (fd < 0) return;
+  const std::lock_guard lock(registry().mutex);
+  registry().fds.insert(fd);
+}
+
+UnforkableFd::UnforkableFd(UnforkableFd&& other) noexcept = default;
+UnforkableFd& UnforkableFd::operator=(UnforkableFd&& other) noexcept = default;
+
+// Forgotten before it is closed: afterwards the number may be somebody else's.
+UnforkableFd::~UnforkableFd() {
+  if (fd_) forget(fd_.get());
+}
+
+unsigned fork_generation() {
+  return generation.load(std::memory_order_relaxed);
+}
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,13 @@
+#include "protocol/transport/link.h"
+
+namespace fire3dv::transport {
+
+const char* cause_name(Cause cause) {
+  constexpr const char* kNames[] = {"malformed", "version",         "oversize", "full",
+                                    "silent",    "unknown_session", "replayed", "bad_key",
+                                    "unread",    "no_memory",       "lapped",   "system"};
+  static_assert(std::size(kNames) == kCauseCount);
+  return kNames[static_cast<size_t>(cause)];
+}
+
+}  // namespace fire3dv::transport

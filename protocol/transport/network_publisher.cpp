@@ -1,0 +1,70 @@
+#include "protocol/transport/network_publisher.h"
+
+#include <algorithm>
+
+#include "protocol/transport/clock.h"
+
+namespace fire3dv::transport {
+namespace {
+
+constexpr int64_t kFirstBackoffNs = 10 * kMillisecondNs;
+constexpr int64_t kLongestBackoffNs = kSecondNs;
+constexpr size_t kMostUnreadReplies = 1024;
+
+}  // namespace
+
+SharedBytes share(std::span<const std::byte> bytes) {
+  return std::make_shared<const wire::Bytes>(bytes.begin(), bytes.end());
+}
+
+Result<void> NetworkPublisher::start() {
+  return thread_.start(uri_text(uri_), [this] { run(); });
+}
+
+void NetworkPublisher::run() {
+  int64_t backoff_ns = kFirstBackoffNs;
+  while (!thread_.stopping()) {
+    bool served = false;
+    try {
+      const Lookup lookup(uri_);
+      while (!lookup.done() && !thread_.stopping()) thread_.wait(-1, 0, kMillisecondNs);
+      if (thread_.stopping()) return;
+      for (const Address& address : lookup.addresses())
+        if (!served && !thread_.stopping()) served = visit(address);
+      if (!lookup.problem().empty()) set_problem(uri_text(uri_) + ": " + lookup.problem());
+    } catch (const std::exception&) {  // no memory: try again later, like after any other failure
+    }
+    if (served) backoff_ns = kFirstBackoffNs;  // its loss may be the listener's restart
+    thread_.pause(backoff_ns);
+    backoff_ns = std::min(backoff_ns * 2, kLongestBackoffNs);
+  }
+}
+
+bool NetworkPublisher::poll(std::vector<std::byte>& message) {
+  const std::lock_guard lock(mutex_);
+  if (replies_.empty()) return false;
+  message.swap(replies_.front());
+  replies_.pop_front();
+  return true;
+}
+
+std::string NetworkPublisher::problem() const {
+  const std::lock_guard lock(mutex_);
+  return problem_;
+}
+
+void NetworkPublisher::set_problem(std::string problem) {
+  const std::lock_guard lock(mutex_);
+  problem_ = std::move(problem);
+}
+
+void NetworkPublisher::keep_reply(std::vector<std::byte>&& message) {
+  counters_.messages_received.add();
+  if (replies_.size() == kMostUnreadReplies) {  // a simulator that never polls must not fill its memory
+    replies_.pop_front();
+    counters_.reject(Cause::unread);
+  }
+  replies_.push_back(std::move(message));
+}
+
+}  // namespace fire3dv::transport

@@ -1,0 +1,53 @@
+// What the publishers of TCP and UDP have in common: the search for the listener, the description, and the
+// replies that nobody has read yet.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "protocol/transport/address.h"
+#include "protocol/transport/link.h"
+#include "protocol/transport/link_counters.h"
+#include "protocol/transport/link_thread.h"
+
+namespace fire3dv::transport {
+
+// Shared, so that neither copy nor release of tens of megabytes happens while the lock is held.
+using SharedBytes = std::shared_ptr<const wire::Bytes>;
+SharedBytes share(std::span<const std::byte> bytes);
+
+class NetworkPublisher : public PublisherLink {
+ public:
+  Result<void> start();
+  bool poll(std::vector<std::byte>& message) final;
+  std::string problem() const final;
+
+ protected:
+  explicit NetworkPublisher(Uri uri) : uri_(std::move(uri)) {}
+
+  // One address of the listener, on the link's thread: connects, serves until the connection is lost or the
+  // link is closed. False when nobody answered there.
+  virtual bool visit(const Address& address) = 0;
+
+  // Why nobody is reached, for people; empty when somebody is.
+  void set_problem(std::string problem);
+
+  // With the lock held.
+  void set_problem_locked(std::string problem) { problem_ = std::move(problem); }
+  void keep_reply(std::vector<std::byte>&& message);
+
+  const Uri uri_;
+  LinkCounters counters_;
+  LinkThread thread_;
+  mutable std::mutex mutex_;  // guards the replies, and in derived links what they say
+
+ private:
+  void run();
+
+  std::deque<std::vector<std::byte>> replies_;
+  std::string problem_;
+};
+
+}  // namespace fire3dv::transport

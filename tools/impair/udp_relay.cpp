@@ -1,0 +1,202 @@
+#include "tools/impair/udp_relay.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <queue>
+#include <random>
+#include <vector>
+
+#include "protocol/transport/clock.h"
+#include "protocol/transport/uri.h"
+
+namespace fire3dv::impair {
+
+using transport::Address;
+using transport::monotonic_ns;
+using transport::UniqueFd;
+
+namespace {
+
+constexpr int64_t kLongestQueueNs = 200 * transport::kMillisecondNs;
+constexpr size_t kMostClients = 256;
+
+struct Waiting {
+  int64_t due_ns = 0;
+  uint64_t order = 0;
+  size_t client = 0;
+  bool to_target = false;
+  std::vector<std::byte> datagram;
+  bool operator>(const Waiting& other) const {
+    return due_ns != other.due_ns ? due_ns > other.due_ns : order > other.order;
+  }
+};
+
+struct Client {
+  Address address;
+  UniqueFd to_target;  // connected, so that answers find their client
+};
+
+}  // namespace
+
+struct UdpRelay::State {
+  UniqueFd front;
+  Address target;
+  std::vector<Client> clients;
+
+  mutable std::mutex mutex;  // guards what follows
+  Impairment impairment;
+  std::mt19937_64 generator;
+  RelayCounts counts;
+  Filter filter;
+
+  std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>> waiting;
+  int64_t free_at_ns[2] = {0, 0};  // when the limited link has sent what it has, each way
+  uint64_t order = 0;
+
+  double chance() { return std::uniform_real_distribution<double>(0, 1)(generator); }
+  void take(size_t client, bool to_target, std::span<std::byte> datagram, int64_t now_ns);
+  void deliver(int64_t now_ns);
+  size_t client_of(const Address& from);
+};
+
+void UdpRelay::State::take(size_t client, bool to_target, std::span<std::byte> datagram, int64_t now_ns) {
+  const std::lock_guard lock(mutex);
+  const bool filtered = filter && !filter(to_target, datagram);
+  // Drawn whether or not they are used, so that one option does not change what another does.
+  const double loss = chance(), twice = chance(), overtakes = chance(), jitter = 2 * chance() - 1;
+  if (filtered || impairment.down || loss < impairment.loss) {
+    ++counts.lost;
+    return;
+  }
+  int64_t due = now_ns;
+  if (impairment.bits_per_second != 0) {
+    int64_t& free_at = free_at_ns[to_target];
+    free_at = std::max(free_at, now_ns) +
+              static_cast<int64_t>(datagram.size() * 8 * 1'000'000'000 / impairment.bits_per_second);
+    if (free_at - now_ns > kLongestQueueNs) {
+      free_at -= static_cast<int64_t>(datagram.size() * 8 * 1'000'000'000 / impairment.bits_per_second);
+      ++counts.lost;
+      return;
+    }
+    due = free_at;
+  }
+  if (overtakes < impairment.reorder) {
+    ++counts.reordered;
+  } else {
+    due += std::max<int64_t>(
+        0, impairment.delay_ns + static_cast<int64_t>(jitter * static_cast<double>(impairment.jitter_ns)));
+  }
+  Waiting copy{due, ++order, client, to_target, {datagram.begin(), datagram.end()}};
+  if (twice < impairment.duplicate) {
+    ++counts.duplicated;
+    waiting.push(copy);
+  }
+  waiting.push(std::move(copy));
+}
+
+void UdpRelay::State::deliver(int64_t now_ns) {
+  while (!waiting.empty() && waiting.top().due_ns <= now_ns) {
+    const Waiting& next = waiting.top();
+    const Client& client = clients[next.client];
+    if (next.to_target)
+      ::send(client.to_target.get(), next.datagram.data(), next.datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+    else
+      ::sendto(front.get(), next.datagram.data(), next.datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+               client.address.get(), client.address.length);
+    waiting.pop();
+    const std::lock_guard lock(mutex);
+    ++counts.passed;
+  }
+}
+
+size_t UdpRelay::State::client_of(const Address& from) {
+  for (size_t i = 0; i < clients.size(); ++i)
+    if (clients[i].address == from) return i;
+  if (clients.size() == kMostClients) return kMostClients;
+  Client client;
+  client.address = from;
+  client.to_target = UniqueFd(::socket(target.family(), SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!client.to_target || ::connect(client.to_target.get(), target.get(), target.length) != 0)
+    return kMostClients;
+  clients.push_back(std::move(client));
+  return clients.size() - 1;
+}
+
+Result<std::unique_ptr<UdpRelay>> UdpRelay::open(const std::string& from, const std::string& to,
+                                                 const Impairment& impairment) {
+  auto from_uri = transport::parse_uri(from);
+  if (!from_uri) return from_uri.error();
+  const auto to_uri = transport::parse_uri(to);
+  if (!to_uri) return to_uri.error();
+  const transport::Lookup lookup(*to_uri);
+  if (!lookup.done()) return Error{to + ": name the target by its address, in digits"};
+  auto bound = transport::bind_listener(*from_uri, SOCK_DGRAM, true);
+  if (!bound) return bound.error();
+  from_uri->port = bound->address.port();
+
+  std::unique_ptr<UdpRelay> relay(new UdpRelay);
+  relay->uri_ = transport::uri_text(*from_uri);
+  relay->state_ = std::make_unique<State>();
+  relay->state_->front = std::move(bound->fd);
+  const int buffer = 8 << 20;
+  ::setsockopt(relay->state_->front.get(), SOL_SOCKET, SO_RCVBUFFORCE, &buffer, sizeof buffer);
+  relay->state_->target = lookup.addresses().front();
+  relay->set(impairment);
+  if (auto started = relay->thread_.start(relay->uri_, [self = relay.get()] { self->run(); }); !started)
+    return started.error();
+  return relay;
+}
+
+UdpRelay::~UdpRelay() {
+  thread_.stop();
+}
+
+void UdpRelay::set(const Impairment& impairment) {
+  const std::lock_guard lock(state_->mutex);
+  if (state_->impairment.seed != impairment.seed) state_->generator.seed(impairment.seed);
+  state_->impairment = impairment;
+}
+
+void UdpRelay::set_filter(Filter filter) {
+  const std::lock_guard lock(state_->mutex);
+  state_->filter = std::move(filter);
+}
+
+RelayCounts UdpRelay::counts() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->counts;
+}
+
+void UdpRelay::run() {
+  State& state = *state_;
+  std::byte buffer[65536];
+  std::vector<pollfd> polled;
+  while (!thread_.stopping()) {
+    polled.assign(1, {state.front.get(), POLLIN, 0});
+    for (const Client& client : state.clients) polled.push_back({client.to_target.get(), POLLIN, 0});
+    const int64_t wait_ns =
+        state.waiting.empty()
+            ? 10'000'000
+            : std::clamp<int64_t>(state.waiting.top().due_ns - monotonic_ns(), 0, 10'000'000);
+    const timespec timeout{0, static_cast<long>(wait_ns)};
+    ::ppoll(polled.data(), polled.size(), &timeout, nullptr);
+    for (size_t i = 1; i < polled.size(); ++i) {
+      ssize_t got;
+      while ((got = ::recv(polled[i].fd, buffer, sizeof buffer, MSG_DONTWAIT)) >= 0)
+        state.take(i - 1, false, {buffer, static_cast<size_t>(got)}, monotonic_ns());
+    }
+    for (int i = 0; i < 1024; ++i) {
+      Address from;
+      from.length = sizeof from.storage;
+      const ssize_t got =
+          ::recvfrom(state.front.get(), buffer, sizeof buffer, MSG_DONTWAIT, from.get(), &from.length);
+      if (got < 0) break;
+      const size_t client = state.client_of(from);
+      if (client < kMostClients) state.take(client, true, {buffer, static_cast<size_t>(got)}, monotonic_ns());
+    }
+    state.deliver(monotonic_ns());
+  }
+}
+
+}  // namespace fire3dv::impair
