@@ -38,12 +38,11 @@ void main() {
   entry.wanted = 0;
   if (inside) {
     uint known = FIRE3DV_NO_INDEX;  // all lit
-    const PixelParts parts = pixel_parts(globals, push.visibility, entry.pixel);
+    const PixelIds ids = pixel_ids(push.visibility, entry.pixel);
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      const uint same = samples_of_surface(parts, s);
-      if (same == 0) continue;
-      uint part;
-      const SurfacePoint point = shadow_point(globals, parts, s, same, entry.pixel, part);
+      const uint same = samples_of_triangle(ids, s);
+      if (ids.at[s] == 0 || same == 0) continue;
+      const SurfacePoint point = shadow_point(globals, ids.at[s], same, entry.pixel);
       if ((MaterialRef(globals.value.materials).at[point.material].flags & FIRE3DV_MATERIAL_UNLIT) != 0) continue;
       for (uint i = 0; i < globals.value.light_count; ++i) {
         const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
@@ -53,7 +52,7 @@ void main() {
             sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
         if (!light_matters(globals, point, light)) continue;
         const uint verdict = push.hybrid != 0 && shadow.rays == 1
-                                 ? map_verdict(globals, shadow, part, point.position_world, point.plane_normal_world, light)
+                                 ? map_verdict(globals, shadow, part_of_id(globals, ids.at[s]), point.position_world, point.plane_normal_world, light)
                                  : kUnknown;
         if (verdict == kLit) continue;
         if (shadow.rays == 1) {

@@ -1,11 +1,25 @@
 // Shades one fragment. Writes linear HDR colour, premultiplied where it is blended.
-// Variants: FIRE3DV_RAY_QUERY traces shadows, FIRE3DV_ALPHA_MASK discards, FIRE3DV_DUAL_SOURCE tints what lies behind.
+// Variants: FIRE3DV_RAY_QUERY traces shadows, FIRE3DV_ON_TOP is drawn over the solid, FIRE3DV_DUAL_SOURCE tints what lies behind,
+// FIRE3DV_VISIBLE_PLACE shades 4 samples in the middle of those that are visible, as the compute path does.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/shading.glsl"
+#include "common/shadow_maps.glsl"
+#include "common/shadow_mask.glsl"
 #ifdef FIRE3DV_RAY_QUERY
-#include "common/ray_offset.glsl"
+#include "common/light_rays.glsl"
 #include "common/shadow_rays.glsl"
+#endif
+
+#ifdef FIRE3DV_VISIBLE_PLACE
+// Depth is there already: the coverage then holds what is visible, not what the triangle covers.
+#extension GL_EXT_post_depth_coverage : require
+layout(early_fragment_tests) in;
+layout(post_depth_coverage) in;
+#include "common/sample_place.glsl"
+#define FIRE3DV_AT_PLACE(value) interpolateAtOffset(value, place)
+#else
+#define FIRE3DV_AT_PLACE(value) value
 #endif
 
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
@@ -19,6 +33,7 @@ layout(location = 5) flat in uint in_material;
 // Not centroid: the derivatives of a centroid input jump at edges.
 layout(location = 6) in vec3 in_position_center;
 layout(location = 7) in vec4 in_uv_center;
+layout(location = 8) flat in uint in_part_flags;
 
 #ifdef FIRE3DV_DUAL_SOURCE
 layout(location = 0, index = 0) out vec4 out_color;
@@ -28,47 +43,59 @@ layout(location = 0) out vec4 out_color;
 #endif
 
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
-#ifdef FIRE3DV_RAY_QUERY
   GlobalsRef globals = GlobalsRef(push.globals);
-  if (globals.value.shadows == FIRE3DV_SHADOWS_INLINE) {
-    // On the side that the light is on, so that thin sheets lit from behind are not taken for their own shadow.
-    const vec3 normal = point.plane_normal_world;
-    const vec3 side = dot(normal, light.to_light) < 0 ? -normal : normal;
-    const vec3 origin = offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m);
-    if (is_shadowed(globals, origin, light.to_light, light.distance_m)) return 0;
+  if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
+  const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
+#ifndef FIRE3DV_ON_TOP
+  if (globals.value.shadows == FIRE3DV_SHADOWS_MASK) {
+    const uint pixel = uint(gl_FragCoord.y) * globals.value.width + uint(gl_FragCoord.x);
+    return mask_visibility(globals, shadow, pixel, max(findLSB(uint(gl_SampleMaskIn[0])), 0));
   }
 #endif
-  return 1;
+#ifdef FIRE3DV_RAY_QUERY
+  if (globals.value.shadows != FIRE3DV_SHADOWS_MAP) {
+    const vec3 origin = ray_origin(globals, point, light.to_light);
+    const LightRecord record = LightRef(globals.value.lights).at[light_index];
+    const uint pixel = uint(gl_FragCoord.y) * globals.value.width + uint(gl_FragCoord.x);
+    return light_that_arrives(globals, shadow, record, light, origin, pixel);
+  }
+#endif
+  // What is on top has no mask; a map may be there.
+  if (globals.value.light_views == 0) return 1;
+  return map_visibility(globals, shadow, point.position_world, point.plane_normal_world, light);
 }
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
-  const MaterialRecord material = MaterialRef(globals.value.materials).at[in_material];
+  MaterialRecord material = MaterialRef(globals.value.materials).at[in_material];
+  if ((in_part_flags & FIRE3DV_PART_UNLIT) != 0) material.flags |= FIRE3DV_MATERIAL_UNLIT;
 
+#ifdef FIRE3DV_VISIBLE_PLACE
+  const vec2 place = sample_place(uint(gl_SampleMaskIn[0]));
+#endif
   SurfacePoint point;
   point.material = in_material;
-  point.tangent_world = in_tangent_world;
-  point.uv = in_uv;
+  point.tangent_world = FIRE3DV_AT_PLACE(in_tangent_world);
+  point.uv = FIRE3DV_AT_PLACE(in_uv);
   point.uv_dx = dFdx(in_uv_center);
   point.uv_dy = dFdy(in_uv_center);
-  point.color = in_color;
+  point.color = FIRE3DV_AT_PLACE(in_color);
   // The triangle's plane, from inputs at the pixel's middle; its normal on the viewer's side. The centroid lies inside
   // the triangle but, as some drivers interpolate, a little off its plane: it is put back.
   const vec3 along_x = dFdx(in_position_center), along_y = dFdy(in_position_center);
   // Far from the origin and close to the eye, all corners of a pixel may round to one point: no plane to be had then.
   const vec3 plane = cross(along_x, along_y);
-  vec3 normal = normalize(dot(plane, plane) > 0 ? plane : in_normal_world);
-  point.position_world = in_position_world - normal * dot(normal, in_position_world - in_position_center);
+  const vec3 vertex_normal = FIRE3DV_AT_PLACE(in_normal_world);
+  vec3 normal = normalize(dot(plane, plane) > 0 ? plane : vertex_normal);
+  const vec3 position = FIRE3DV_AT_PLACE(in_position_world);
+  point.position_world = position - normal * dot(normal, position - in_position_center);
   if (dot(normal, globals.value.eye_world - point.position_world) < 0) normal = -normal;
   point.plane_normal_world = normal;
   point.pixel_size_m = min(length(along_x), length(along_y));
-  point.normal_world = normalize(in_normal_world);
+  point.normal_world = normalize(vertex_normal);
   if (!gl_FrontFacing) point.normal_world = -point.normal_world;
 
   const vec4 base_color = surface_base_color(material, point);
-#ifdef FIRE3DV_ALPHA_MASK
-  if (base_color.a < material.alpha_cutoff) discard;
-#endif
 #ifdef FIRE3DV_DUAL_SOURCE
   vec3 behind;
   out_color = shade(globals, material, base_color, point, behind);

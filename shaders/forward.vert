@@ -14,6 +14,7 @@ layout(location = 4) out vec4 out_color;
 layout(location = 5) flat out uint out_material;
 layout(location = 6) out vec3 out_position_center;
 layout(location = 7) out vec4 out_uv_center;
+layout(location = 8) flat out uint out_part_flags;
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
@@ -30,5 +31,7 @@ void main() {
   out_uv_center = out_uv;
   out_color = vertex.color;
   out_material = PrimitiveRef(globals.value.primitives).at[draw.primitive].material;
+  out_part_flags = PartRef(globals.value.parts).at[draw.part].flags;
+  gl_PointSize = 1;
   gl_Position = globals.value.clip_from_world * vec4(out_position_world, 1);
 }

@@ -1,17 +1,24 @@
 // Shades what the visibility buffer holds, each distinct triangle of a pixel once, and tone-maps and averages the
-// samples as the forward path's resolve does. Variants: FIRE3DV_SAMPLES 1 or 4.
+// samples as the forward path's resolve does. Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_UNRESOLVED leaves linear samples,
+// for what is drawn on top.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/pixel_ids.glsl"
 #include "common/visible_triangle.glsl"
 #include "common/shading.glsl"
 #include "common/shadow_maps.glsl"
+#include "common/shadow_mask.glsl"
 #include "common/tone_map.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };
+#ifndef FIRE3DV_UNRESOLVED
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
-
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };  // id, depth
+#elif FIRE3DV_SAMPLES == 4
+layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2DMS hdr;
+#else
+layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
+#endif
 
 int shaded_sample;  // the first of those that are being shaded
 
@@ -23,9 +30,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
     return map_visibility(globals, shadow, point.position_world, point.plane_normal_world, light);
   }
   const uint pixel = gl_GlobalInvocationID.y * globals.value.width + gl_GlobalInvocationID.x;
-  const uint word = UintRef(globals.value.shadow_mask).at[pixel * globals.value.mask_words + shadow.mask_word];
-  if (shadow.rays == 1) return (word >> (shadow.mask_shift + shaded_sample)) & 1;
-  return ((word >> (8 * shaded_sample)) & 255) / 255.0;
+  return mask_visibility(globals, shadow, pixel, shaded_sample);
 }
 
 vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
@@ -46,28 +51,25 @@ void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   const uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;
-  const uint first = (pixel.y * globals.value.width + pixel.x) * FIRE3DV_SAMPLES;
-  uint ids[FIRE3DV_SAMPLES];
-  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) ids[s] = SampleRef(push.visibility).at[first + s].x;
-
+  const PixelIds ids = pixel_ids(push.visibility, pixel.y * globals.value.width + pixel.x);
   vec3 sum = vec3(0);
-  uint done = 0;
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-    if ((done & (1u << s)) != 0) continue;
-    // At the pixel's middle when the triangle has all of it, as the raster pipeline interpolates at centroids.
-    int count = 0;
-    vec2 place = vec2(0);
-    for (int other = s; other < FIRE3DV_SAMPLES; ++other) {
-      if (ids[other] != ids[s]) continue;
-      done |= 1u << other;
-      ++count;
-      place += vec2(kSamplePosition[other]) / 256;
-    }
+    const uint same = samples_of_triangle(ids, s);
+    if (same == 0) continue;
     shaded_sample = s;
-    place = count == FIRE3DV_SAMPLES ? vec2(0.5) : place / count;
     const vec3 color =
-        ids[s] == 0 ? background_of(globals, pixel) : shaded(globals, ids[s], vec2(pixel) + place);
-    sum += display_linear(color, push.exposure, push.tone_map) * count;
+        ids.at[s] == 0 ? background_of(globals, pixel) : shaded(globals, ids.at[s], place_of_samples(pixel, same));
+#ifndef FIRE3DV_UNRESOLVED
+    sum += display_linear(color, push.exposure, push.tone_map) * bitCount(same);
+#elif FIRE3DV_SAMPLES == 4
+    for (int other = s; other < FIRE3DV_SAMPLES; ++other) {
+      if ((same & (1u << other)) != 0) imageStore(hdr, ivec2(pixel), other, vec4(color, 1));
+    }
+#else
+    imageStore(hdr, ivec2(pixel), vec4(color, 1));
+#endif
   }
+#ifndef FIRE3DV_UNRESOLVED
   imageStore(display, ivec2(pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
+#endif
 }

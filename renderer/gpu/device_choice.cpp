@@ -103,6 +103,8 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   report.ray_tracing_pipeline = features.has_ray_tracing_pipeline();
   report.int64_atomics = features.vulkan12.shaderBufferInt64Atomics;
   report.anisotropy = features.core.features.samplerAnisotropy;
+  report.multisample_storage = features.core.features.shaderStorageImageMultisample;
+  report.visible_coverage = features.has_visible_coverage();
   report.dual_source_blend = features.core.features.dualSrcBlend;
 
   uint32_t family_count = 0;

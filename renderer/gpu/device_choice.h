@@ -29,6 +29,8 @@ struct DeviceReport {
   bool async_compute = false;
   bool anisotropy = false;
   bool dual_source_blend = false;
+  bool multisample_storage = false;  // shaders can write multisampled images
+  bool visible_coverage = false;  // a fragment shader can know which samples the depth test has left
   uint32_t max_samples = 1;
 
   bool usable() const { return missing.empty(); }

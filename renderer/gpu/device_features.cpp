@@ -27,6 +27,7 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::query_chain(VkPhysicalDevice device) 
   core.pNext = &vulkan11;
   vulkan11.pNext = &vulkan12;
   vulkan12.pNext = &vulkan13;
+  post_depth_coverage = has_extension(extensions, VK_EXT_POST_DEPTH_COVERAGE_EXTENSION_NAME);
   void** tail = &vulkan13.pNext;
   const bool acceleration_structures = has_extension(extensions, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) &&
                                        has_extension(extensions, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
@@ -77,6 +78,9 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::enable_chain(std::vector<const char*>
   core.features.drawIndirectFirstInstance = VK_TRUE;
   core.features.shaderInt64 = VK_TRUE;
   core.features.samplerAnisotropy = had.samplerAnisotropy;
+  core.features.shaderStorageImageMultisample = had.shaderStorageImageMultisample;
+  core.features.sampleRateShading = had.sampleRateShading;
+  if (post_depth_coverage) extensions.push_back(VK_EXT_POST_DEPTH_COVERAGE_EXTENSION_NAME);
   core.features.dualSrcBlend = had.dualSrcBlend;
 
   vulkan11 = {vulkan11.sType, vulkan11.pNext};

@@ -19,6 +19,8 @@ struct DeviceFeatures {
   VkPhysicalDeviceRayTracingPipelineFeaturesKHR ray_pipeline{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR};
 
+  bool post_depth_coverage = false;  // an extension without a structure of its own
+
   DeviceFeatures() = default;
   DeviceFeatures(const DeviceFeatures&) = delete;  // the chain points into the object
   DeviceFeatures& operator=(const DeviceFeatures&) = delete;
@@ -26,6 +28,7 @@ struct DeviceFeatures {
   // Links the structures whose extensions the device has; the result is for vkGetPhysicalDeviceFeatures2.
   VkPhysicalDeviceFeatures2* query_chain(VkPhysicalDevice device);
   std::vector<std::string> missing_required() const;
+  bool has_visible_coverage() const { return post_depth_coverage && core.features.sampleRateShading; }
   bool has_ray_query() const { return acceleration.accelerationStructure && ray_query.rayQuery; }
   bool has_ray_tracing_pipeline() const {
     return acceleration.accelerationStructure && ray_pipeline.rayTracingPipeline &&

@@ -22,10 +22,12 @@ Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::s
 struct GraphicsPipelineInfo {
   std::string_view vertex_shader;
   std::string_view fragment_shader;       // empty: depth only
+  VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
   VkFormat color_format = VK_FORMAT_UNDEFINED;
   VkFormat depth_format = VK_FORMAT_D32_SFLOAT;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
   bool depth_write = true;                // depth is reversed: greater is nearer
+  VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   bool blend = false;                     // premultiplied alpha over
   bool dual_source = false;               // blending: what lies behind is scaled by the shader's second colour
   bool alpha_to_coverage = false;

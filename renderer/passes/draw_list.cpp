@@ -8,14 +8,15 @@ namespace fire3dv::passes {
 DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& mirrored) {
   struct Candidate {
     Draw draw;
+    scene::Topology topology;
     scene::AlphaMode alpha_mode;
     bool double_sided, inside_out;
     uint32_t material;
     auto key() const {
-      return std::tuple(alpha_mode, double_sided, inside_out, material, draw.primitive, draw.node);
+      return std::tuple(alpha_mode, topology, double_sided, inside_out, material, draw.primitive, draw.node);
     }
     bool same_bin(const DrawBin& bin) const {
-      return alpha_mode == bin.alpha_mode && double_sided == bin.double_sided && inside_out == bin.mirrored;
+      return topology == bin.topology && alpha_mode == bin.alpha_mode && double_sided == bin.double_sided && inside_out == bin.mirrored;
     }
   };
   std::vector<Candidate> candidates;
@@ -24,9 +25,9 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
     if (node.mesh == scene::kNone) continue;
     const scene::Mesh& mesh = scene.meshes[node.mesh];
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      if (scene.primitives[p].topology != scene::Topology::triangles) continue;  // the pipelines draw triangles alone
       const uint32_t material = scene.primitives[p].material;
       candidates.push_back({{n, p},
+                            scene.primitives[p].topology,
                             scene::drawn_alpha_mode(scene.materials[material]),
                             scene.materials[material].double_sided,
                             mirrored[n],
@@ -40,7 +41,7 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
   for (const Candidate& c : candidates) {
     if (list.bins.empty() || !c.same_bin(list.bins.back())) {
       list.bins.push_back(
-          {c.alpha_mode, c.double_sided, c.inside_out, static_cast<uint32_t>(list.draws.size()), 0});
+          {c.topology, c.alpha_mode, c.double_sided, c.inside_out, static_cast<uint32_t>(list.draws.size()), 0});
     }
     list.bins.back().draw_count++;
     list.draws.push_back(c.draw);

@@ -40,40 +40,66 @@ std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& 
   return commands;
 }
 
+VkPrimitiveTopology vk_topology(scene::Topology topology) {
+  switch (topology) {
+    case scene::Topology::triangles: return VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+    case scene::Topology::lines: return VK_PRIMITIVE_TOPOLOGY_LINE_LIST;
+    case scene::Topology::points: return VK_PRIMITIVE_TOPOLOGY_POINT_LIST;
+  }
+  return VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+}
+
+void draw_fullscreen(VkCommandBuffer commands, const gpu::Pipeline& pipeline) {
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.get());
+  vkCmdSetCullMode(commands, VK_CULL_MODE_NONE);
+  vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);
+  vkCmdDraw(commands, 3, 1, 0, 0);
+}
+
 }  // namespace
 
 ForwardPass::ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleCountFlagBits samples)
-    : device_(device), layout_(layout) {
+    : device_(device), layout_(layout), samples_(samples) {
   gpu::GraphicsPipelineInfo info;
-  info.vertex_shader = "forward.vert";
   info.samples = samples;
-  depth_only_ = gpu::create_graphics_pipeline(device, layout, info);
-  info.fragment_shader = device.ray_query() ? "forward_ray.frag" : "forward.frag";
-  info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
-  opaque_ = gpu::create_graphics_pipeline(device, layout, info);
-  info.blend = true;
-  info.depth_write = false;
-  info.dual_source = device.report().dual_source_blend;
-  if (info.dual_source)
-    info.fragment_shader = device.ray_query() ? "forward_blend_ray.frag" : "forward_blend.frag";
-  blend_ = gpu::create_graphics_pipeline(device, layout, info);
-  info.blend = info.dual_source = false;
   info.vertex_shader = "background.vert";
   info.fragment_shader = "background.frag";
+  info.depth_write = false;
+  info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
   background_ = gpu::create_graphics_pipeline(device, layout, info);
-  info.vertex_shader = "forward.vert";
-  info.depth_write = true;
-  info.fragment_shader = device.ray_query() ? "forward_mask_ray.frag" : "forward_mask.frag";
-  mask_ = gpu::create_graphics_pipeline(device, layout, info);
 }
 
-const gpu::Pipeline& ForwardPass::pipeline(scene::AlphaMode mode) const {
-  switch (mode) {
-    case scene::AlphaMode::opaque: return opaque_;
-    case scene::AlphaMode::mask: return mask_;
-    case scene::AlphaMode::blend: return blend_;
+const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
+  gpu::Pipeline& known = pipelines_[{bin.topology, bin.alpha_mode, stage}];
+  if (known) return known;
+  const bool rays = device_.ray_query();
+  const bool visible_places = samples_ == VK_SAMPLE_COUNT_4_BIT && device_.report().visible_coverage;
+  gpu::GraphicsPipelineInfo info;
+  info.vertex_shader = "forward.vert";
+  info.samples = samples_;
+  info.topology = vk_topology(bin.topology);
+  if (stage == Stage::depth) {
+    if (bin.alpha_mode == scene::AlphaMode::mask) {
+      info.fragment_shader = visible_places ? "depth_mask_4.frag" : "depth_mask.frag";
+    }
+  } else {
+    info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+    info.depth_write = false;
+    info.blend = bin.blended();
+    info.dual_source = info.blend && device_.report().dual_source_blend;
+    if (!info.blend) info.depth_compare = VK_COMPARE_OP_EQUAL;  // depth is there already
+    if (info.dual_source) {
+      info.fragment_shader = rays ? "forward_blend_ray.frag" : "forward_blend.frag";
+    } else if (bin.on_top()) {
+      info.fragment_shader = rays ? "forward_on_top_ray.frag" : "forward_on_top.frag";
+    } else if (visible_places) {
+      info.fragment_shader = rays ? "forward_visible_ray.frag" : "forward_visible.frag";
+    } else {
+      info.fragment_shader = rays ? "forward_ray.frag" : "forward.frag";
+    }
   }
-  return opaque_;
+  known = gpu::create_graphics_pipeline(device_, layout_, info);
+  return known;
 }
 
 void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene) {
@@ -92,96 +118,108 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt
   commands_revision_ = scene.draw_list_revision;
 }
 
-void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
-                         const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals,
-                         const Background& background) {
-  upload_commands(recorder, belt, scene);
-
-  std::vector<BinCommands> bin_commands;
-  for (const DrawBin& bin : scene.draw_list.bins) {
-    if (bin.alpha_mode == scene::AlphaMode::blend) {
-      const auto sorted = sorted_blend_commands(scene, source, poses, bin, view.eye_world);
+std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::UploadBelt& belt, const Frame& frame) const {
+  std::vector<BinCommands> of_bins;
+  for (const DrawBin& bin : frame.scene.draw_list.bins) {
+    if (bin.blended()) {
+      const auto sorted = sorted_blend_commands(frame.scene, frame.source, frame.poses, bin, frame.view.eye_world);
       const gpu::UploadBelt::Piece piece = belt.write(std::span<const VkDrawIndexedIndirectCommand>(sorted));
-      bin_commands.push_back({piece.buffer, piece.offset});
+      of_bins.push_back({piece.buffer, piece.offset});
     } else {
-      bin_commands.push_back({commands_.get(), bin.first_draw * sizeof(VkDrawIndexedIndirectCommand)});
+      of_bins.push_back({commands_.get(), bin.first_draw * sizeof(VkDrawIndexedIndirectCommand)});
     }
   }
+  return of_bins;
+}
 
-  const std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
-                                    Use(scene.world_from_node, access::draw_read),
-                                    Use(scene.draws, access::draw_read),
-                                    Use(targets.depth, access::depth_target, true)};
-  std::vector<Use> color_uses = depth_uses;
-  color_uses.back().discard = !device_.ray_query();
-  color_uses.emplace_back(targets.hdr, access::color_target, true);
+void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const {
+  Targets& targets = frame.targets;
+  VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+  color.imageView = targets.hdr.view.get();
+  color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+  color.loadOp = frame.visibility ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR;
+  color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  const glm::vec3& background = frame.background.color;
+  color.clearValue.color = {{background.r, background.g, background.b, 1}};
+  VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+  depth.imageView = targets.depth.view.get();
+  depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+  depth.loadOp = stage == Stage::depth ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+  depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  depth.clearValue.depthStencil = {0, 0};
+  VkRenderingInfo rendering{VK_STRUCTURE_TYPE_RENDERING_INFO};
+  rendering.renderArea = {{0, 0}, targets.extent};
+  rendering.layerCount = 1;
+  rendering.colorAttachmentCount = stage == Stage::color ? 1 : 0;
+  rendering.pColorAttachments = &color;
+  rendering.pDepthAttachment = &depth;
+  vkCmdBeginRendering(commands, &rendering);
+
+  const VkViewport viewport{0, 0, static_cast<float>(targets.extent.width), static_cast<float>(targets.extent.height),
+                            0, 1};
+  vkCmdSetViewport(commands, 0, 1, &viewport);
+  vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
+  const VkDescriptorSet set = frame.scene.textures.set();
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &set, 0, nullptr);
+  vkCmdBindIndexBuffer(commands, frame.scene.indices.get(), 0, VK_INDEX_TYPE_UINT32);
+}
+
+void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Frame& frame) {
+  GpuScene& scene = frame.scene;
+  upload_commands(recorder, belt, scene);
+  const std::vector<BinCommands> of_bins = bin_commands(belt, frame);
+  std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
+                              Use(scene.world_from_node, access::draw_read), Use(scene.draws, access::draw_read),
+                              Use(frame.targets.depth, access::depth_target, true)};
+  if (frame.visibility) depth_uses.emplace_back(*frame.visibility, access::draw_read);
+  std::vector<Use> color_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
+                              Use(scene.world_from_node, access::draw_read), Use(scene.draws, access::draw_read),
+                              Use(frame.targets.depth, access::depth_target),
+                              Use(frame.targets.hdr, access::color_target, !frame.visibility)};
   if (device_.ray_query()) color_uses.emplace_back(scene.top_level.storage(), access::draw_trace);
+  if (frame.shadows) frame.shadows->add_reads(color_uses, access::draw_read);
 
-  auto begin = [&](VkCommandBuffer commands, bool color_too, VkAttachmentLoadOp depth_load) {
-    VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
-    color.imageView = targets.hdr.view.get();
-    color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-    color.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
-    color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-    color.clearValue.color = {{background.color.r, background.color.g, background.color.b, 1}};
-    VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
-    depth.imageView = targets.depth.view.get();
-    depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
-    depth.loadOp = depth_load;
-    depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-    depth.clearValue.depthStencil = {0, 0};
-    VkRenderingInfo rendering{VK_STRUCTURE_TYPE_RENDERING_INFO};
-    rendering.renderArea = {{0, 0}, targets.extent};
-    rendering.layerCount = 1;
-    rendering.colorAttachmentCount = color_too ? 1 : 0;
-    rendering.pColorAttachments = &color;
-    rendering.pDepthAttachment = &depth;
-    vkCmdBeginRendering(commands, &rendering);
-
-    const VkViewport viewport{0, 0, static_cast<float>(targets.extent.width),
-                              static_cast<float>(targets.extent.height), 0, 1};
-    vkCmdSetViewport(commands, 0, 1, &viewport);
-    vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
-    const VkDescriptorSet set = scene.textures.set();
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &set, 0, nullptr);
-    const gpu_types::ForwardPush push{globals};
-    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdBindIndexBuffer(commands, scene.indices.get(), 0, VK_INDEX_TYPE_UINT32);
-  };
-
-  // Depth first where a fragment costs rays: none is traced for a surface that another hides.
-  const bool depth_first = device_.ray_query();
-  if (depth_first) {
-    recorder.pass("depth", depth_uses, [&](VkCommandBuffer commands) {
-      begin(commands, false, VK_ATTACHMENT_LOAD_OP_CLEAR);
-      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, depth_only_.get());
-      for (size_t b = 0; b < scene.draw_list.bins.size(); ++b) {
-        if (scene.draw_list.bins[b].alpha_mode != scene::AlphaMode::opaque) continue;
-        draw_bin(commands, scene.draw_list.bins[b], bin_commands[b]);
-      }
-      vkCmdEndRendering(commands);
-    });
-  }
-  recorder.pass("forward", color_uses, [&](VkCommandBuffer commands) {
-    begin(commands, true, depth_first ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR);
-    const auto draw_bins = [&](bool blended) {
-      for (size_t b = 0; b < scene.draw_list.bins.size(); ++b) {
-        const scene::AlphaMode mode = scene.draw_list.bins[b].alpha_mode;
-        if ((mode == scene::AlphaMode::blend) != blended) continue;
-        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(mode).get());
-        draw_bin(commands, scene.draw_list.bins[b], bin_commands[b]);
-      }
-    };
-    draw_bins(false);
-    if (background.surroundings) {  // where nothing solid is, and before what blends over it
-      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, background_.get());
-      vkCmdSetCullMode(commands, VK_CULL_MODE_NONE);
-      vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);
-      vkCmdDraw(commands, 3, 1, 0, 0);
-    }
-    draw_bins(true);
+  // Depth first: nothing is shaded that something else hides, and a fragment knows which of its samples are seen.
+  recorder.pass("depth", depth_uses, [&](VkCommandBuffer commands) {
+    begin(commands, frame, Stage::depth);
+    if (frame.visibility) draw_visible_depth(commands, frame);
+    draw_bins(commands, frame, Stage::depth, false, of_bins);
     vkCmdEndRendering(commands);
   });
+  recorder.pass("forward", color_uses, [&](VkCommandBuffer commands) {
+    begin(commands, frame, Stage::color);
+    draw_bins(commands, frame, Stage::color, false, of_bins);
+    // Where nothing solid is, and before what blends over it.
+    if (frame.background.surroundings && !frame.visibility) draw_fullscreen(commands, background_);
+    draw_bins(commands, frame, Stage::color, true, of_bins);
+    vkCmdEndRendering(commands);
+  });
+}
+
+void ForwardPass::draw_visible_depth(VkCommandBuffer commands, const Frame& frame) {
+  if (!visible_depth_) {
+    gpu::GraphicsPipelineInfo info;
+    info.vertex_shader = "background.vert";
+    info.fragment_shader = samples_ == VK_SAMPLE_COUNT_4_BIT ? "visible_depth_4.frag" : "visible_depth_1.frag";
+    info.samples = samples_;
+    info.depth_compare = VK_COMPARE_OP_ALWAYS;
+    visible_depth_ = gpu::create_graphics_pipeline(device_, layout_, info);
+  }
+  const gpu_types::VisibleDepthPush push{frame.visibility->address, frame.targets.extent.width};
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+  draw_fullscreen(commands, visible_depth_);
+}
+
+void ForwardPass::draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
+                            const std::vector<BinCommands>& of_bins) {
+  const gpu_types::ForwardPush push{frame.globals};
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+  const std::vector<DrawBin>& bins = frame.scene.draw_list.bins;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    if (bins[b].blended() != blended || (frame.visibility && !bins[b].on_top())) continue;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(bins[b], stage).get());
+    draw_bin(commands, bins[b], of_bins[b]);
+  }
 }
 
 void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const {

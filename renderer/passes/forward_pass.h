@@ -1,13 +1,16 @@
-// Draws the scene into multisampled linear HDR colour: sorted multi-draw-indirect, vertex pulling, PBR, shadows by ray
-// query in the fragment shader. The reference for how an image has to look.
+// The raster pipeline: sorted multi-draw-indirect, vertex pulling, PBR. Draws the whole scene into multisampled linear HDR
+// colour, as the reference for how an image has to look; or, over what the compute path has drawn, what only it can:
+// blended surfaces, lines and points.
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipeline.h"
 #include "renderer/passes/environment.h"
 #include "renderer/passes/gpu_scene.h"
+#include "renderer/passes/shadow_pass.h"
 #include "renderer/passes/targets.h"
 #include "renderer/passes/view.h"
 #include "renderer/state/pose_state.h"
@@ -18,10 +21,18 @@ class ForwardPass {
  public:
   ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleCountFlagBits samples);
 
-  // globals: device address of the frame's Globals.
-  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const scene::Scene& source,
-              const state::PoseState& poses, Targets& targets, const View& view, VkDeviceAddress globals,
-              const Background& background);
+  struct Frame {
+    GpuScene& scene;
+    const scene::Scene& source;
+    const state::PoseState& poses;
+    Targets& targets;
+    const View& view;
+    VkDeviceAddress globals;
+    const Background& background;
+    ShadowPass* shadows;                // null: none, or rays in the fragment shader
+    gpu::Buffer* visibility = nullptr;  // given: only what goes on top of this, whose colour is in the target already
+  };
+  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Frame& frame);
   void forget() { commands_revision_ = UINT64_MAX; }
 
  private:
@@ -29,13 +40,21 @@ class ForwardPass {
     VkBuffer buffer;
     VkDeviceSize offset;
   };
-  const gpu::Pipeline& pipeline(scene::AlphaMode mode) const;
+  enum class Stage : uint8_t { depth, color };
+  const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage);
+  std::vector<BinCommands> bin_commands(gpu::UploadBelt& belt, const Frame& frame) const;
+  void begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const;
+  void draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
+                 const std::vector<BinCommands>& bin_commands);
   void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const;
+  void draw_visible_depth(VkCommandBuffer commands, const Frame& frame);
   void upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt, const GpuScene& scene);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  gpu::Pipeline depth_only_, opaque_, mask_, blend_, background_;
+  VkSampleCountFlagBits samples_;
+  std::map<std::tuple<scene::Topology, scene::AlphaMode, Stage>, gpu::Pipeline> pipelines_;  // made when first used
+  gpu::Pipeline background_, visible_depth_;
   gpu::Buffer commands_;                     // VkDrawIndexedIndirectCommand[], one per draw of the list
   uint64_t commands_revision_ = UINT64_MAX;  // of the draw list that they were made for
 };

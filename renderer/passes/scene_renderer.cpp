@@ -10,15 +10,15 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-bool draws_visibility(const gpu::Device& device, RasterPath wanted) {
-  return wanted != RasterPath::forward && device.report().int64_atomics;
+RasterPath choose_path(const gpu::Device& device, RasterPath wanted) {
+  return wanted != RasterPath::forward && device.report().int64_atomics ? RasterPath::visibility : RasterPath::forward;
 }
 
 // The largest count that the device has and the user allows.
 VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path, uint32_t wanted) {
   const VkSampleCountFlags possible =
       device.limits().framebufferColorSampleCounts & device.limits().framebufferDepthSampleCounts;
-  if (draws_visibility(device, path)) wanted = wanted >= 4 ? 4 : 1;  // what the compute path has
+  if (path == RasterPath::visibility) wanted = wanted >= 4 ? 4 : 1;  // what the compute path has
   for (uint32_t count = 16; count > 1; count /= 2) {
     if (count <= wanted && (possible & count)) return static_cast<VkSampleCountFlagBits>(count);
   }
@@ -30,18 +30,20 @@ VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path,
 SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
     : device_(device),
       settings_(settings),
-      samples_(choose_samples(device, settings.raster, settings.samples)),
+      path_(choose_path(device, settings.raster)),
+      samples_(choose_samples(device, path_, settings.samples)),
       scene_set_layout_(gpu::BindlessTextures::create_layout(device)),
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
       environment_(device, settings.environment ? *settings.environment : scene::studio_environment()),
       transforms_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
-      shadow_way_(choose_shadow_way(device, settings.shadows)),
+      shadow_way_(choose_shadow_way(device, settings.shadows, path_ == RasterPath::visibility)),
+      shadows_(device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, shadow_way_),
       post_(device, samples_) {
   settings_.environment.reset();  // the GPU has it now
-  if (draws_visibility(device, settings.raster)) {
-    visibility_.emplace(device, layout_.get(), scene_set_layout_.get(), static_cast<uint32_t>(samples_));
-    shadows_.emplace(device, layout_.get(), static_cast<uint32_t>(samples_), shadow_way_);
+  // The forward path finds what rays start from in the same way, where it cannot trace them itself.
+  if (path_ == RasterPath::visibility || shadow_way_.back_end == RayBackEnd::pipeline) {
+    visibility_.emplace(device, layout_.get(), scene_set_layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
   }
 }
 
@@ -50,14 +52,14 @@ void SceneRenderer::set_scene(const scene::Scene& scene) {
   transforms_.forget();
   forward_.forget();
   gpu_scene_ = std::make_unique<GpuScene>(device_, scene, environment_.textures());
-  if (shadows_) shadows_->set_scene(scene, *gpu_scene_);
+  shadows_.set_scene(scene, *gpu_scene_);
 }
 
 void SceneRenderer::set_size(VkExtent2D extent) {
   targets_.emplace(device_, extent, samples_);
   post_.bind(*targets_);
   if (visibility_) visibility_->set_size(*targets_);
-  if (shadows_) shadows_->set_size(extent);
+  shadows_.set_size(extent);
 }
 
 void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
@@ -68,29 +70,33 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   gpu_scene_->follow_senses(recorder, belt, *scene_, poses);
   // What shadow rays can meet.
   record_top_level(recorder);
-  // What the camera sees, and what a display shows of it.
-  if (visibility_ && !gpu_scene_->has_on_top) {
-    draw_visibility(recorder, belt, view);
+  // What the camera and the lights see of it.
+  const bool on_top = gpu_scene_->has_on_top;
+  const bool compute = path_ == RasterPath::visibility && (!on_top || visibility_->can_leave_samples());
+  const bool masked = shadow_way_.method == ShadowMethod::ray &&
+                      (compute || shadow_way_.back_end == RayBackEnd::pipeline);
+  const VkDeviceAddress globals = upload_globals(belt, view, masked);
+  find_visible(recorder, belt, view, globals, compute || masked);
+  // Which lights reach that.
+  if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
+  // Its colour, in linear HDR where something goes on top, and what a display shows of it.
+  if (compute) visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, globals, settings_.post, on_top);
+  if (!compute || on_top) {
+    forward_.record(recorder, belt,
+                    {*gpu_scene_, *scene_, poses, *targets_, view, globals, settings_.background, &shadows_,
+                     compute ? &visibility_->buffer() : nullptr});
+    post_.record(recorder, *targets_, settings_.post);
   } else {
-    draw_forward(recorder, belt, poses, view);
+    post_.smooth(recorder, *targets_, settings_.post);
   }
 }
 
-void SceneRenderer::draw_forward(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
-                                 const View& view) {
-  forward_.record(recorder, belt, *gpu_scene_, *scene_, poses, *targets_, view, upload_globals(belt, view, false),
-                  settings_.background);
-  post_.record(recorder, *targets_, settings_.post);
-}
-
-void SceneRenderer::draw_visibility(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view) {
-  const VkDeviceAddress globals = upload_globals(belt, view, true);
-  std::vector<ClusterRaster*> sets{&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull)};
-  if (ClusterRaster* maps = shadows_->prepare_maps(recorder, belt, *gpu_scene_, globals)) sets.push_back(maps);
-  ClusterRaster::record(recorder, sets);
-  shadows_->record(recorder, *gpu_scene_, visibility_->buffer(), globals);
-  visibility_->shade(recorder, *gpu_scene_, *shadows_, *targets_, globals, settings_.post);
-  post_.smooth(recorder, *targets_, settings_.post);
+void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
+                                 VkDeviceAddress globals, bool camera_too) {
+  std::vector<ClusterRaster*> sets;
+  if (camera_too) sets.push_back(&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull));
+  if (ClusterRaster* maps = shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals)) sets.push_back(maps);
+  if (!sets.empty()) ClusterRaster::record(recorder, sets);
 }
 
 void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
@@ -104,7 +110,7 @@ void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
                 });
 }
 
-VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View& view, bool compute) {
+VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View& view, bool masked) {
   const GpuScene& scene = *gpu_scene_;
   gpu_types::Globals globals{};
   globals.world_from_node = scene.world_from_node.address;
@@ -132,8 +138,7 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.world_from_ndc_y = view.world_from_ndc_y;
   globals.world_from_ndc_origin = view.world_from_ndc_origin;
   globals.part_count = scene.part_count;
-  globals.shadows = shadow_way_.method == ShadowMethod::ray ? FIRE3DV_SHADOWS_INLINE : FIRE3DV_SHADOWS_OFF;
-  if (compute) shadows_->describe_to(globals);
+  shadows_.describe_to(globals, masked);
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;
   return belt.write(std::span<const gpu_types::Globals>(&globals, 1)).address;

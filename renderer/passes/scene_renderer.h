@@ -50,18 +50,19 @@ class SceneRenderer {
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
   const ShadowWay& shadow_way() const { return shadow_way_; }
-  uint64_t shadow_rays() const { return shadows_ ? shadows_->rays_traced() : 0; }  // of a frame that is finished
-  RasterPath raster_path() const { return visibility_ ? RasterPath::visibility : RasterPath::forward; }
+  uint64_t shadow_rays() const { return shadows_.rays_traced(); }  // of a frame that is finished
+  RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }
 
  private:
-  void draw_forward(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view);
-  void draw_visibility(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view);
-  VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool compute);
+  void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
+                    bool camera_too);
+  VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
   void record_top_level(gpu::Recorder& recorder);
 
   gpu::Device& device_;
   DrawSettings settings_;
+  RasterPath path_;  // never automatic
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
   gpu::PipelineLayout layout_;
@@ -70,7 +71,7 @@ class SceneRenderer {
   ForwardPass forward_;
   ShadowWay shadow_way_;
   std::optional<VisibilityPass> visibility_;
-  std::optional<ShadowPass> shadows_;
+  ShadowPass shadows_;
   PostPass post_;
   const scene::Scene* scene_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;

@@ -49,18 +49,18 @@ bool needs_cube(const scene::Light& light) {
 
 }  // namespace
 
-ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings) {
+ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings, bool compute) {
   ShadowWay way;
   if (settings.method == ShadowMethod::off) return way;
   const gpu::DeviceReport& report = device.report();
   const bool can_trace = report.ray_query || report.ray_tracing_pipeline;
   if (settings.method == ShadowMethod::map || !can_trace) {
-    way.method = report.int64_atomics ? ShadowMethod::map : ShadowMethod::off;
+    way.method = ShadowMethod::map;
     return way;
   }
   way.method = ShadowMethod::ray;
-  way.hybrid = settings.hybrid;
   const bool pipeline = report.ray_tracing_pipeline && (settings.back_end == RayBackEnd::pipeline || !report.ray_query);
+  way.hybrid = settings.hybrid && (compute || pipeline);
   way.back_end = pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
   return way;
 }
@@ -78,7 +78,7 @@ const char* describe(const ShadowWay& way) {
 
 ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, const ShadowWay& way)
     : device_(device), layout_(layout), samples_(samples), way_(way) {
-  if (needs_maps()) {
+  if (way.method != ShadowMethod::off) {
     light_views_ = gpu::create_compute_pipeline(device, layout, "light_views.comp");
     map_raster_.emplace(device, layout, RasterKind::lights);
   }
@@ -142,7 +142,7 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
     first_texel += 2 * view.size * view.size;
   }
   light_count_ = static_cast<uint32_t>(lights.size());
-  view_count_ = needs_maps() ? static_cast<uint32_t>(wanted.size()) : 0;
+  view_count_ = needs_maps_ ? static_cast<uint32_t>(wanted.size()) : 0;
 
   gpu::LoaderCommands loader(device_);
   light_shadows_ = upload_array(device_, loader, shadows);
@@ -164,13 +164,16 @@ void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_sc
     if (way_.method == ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
     sheets.push_back({planar.plane_node, planar.part});
   }
-  sheet_count_ = needs_maps() ? static_cast<uint32_t>(sheets.size()) : 0;
+  sheet_count_ = needs_maps_ ? static_cast<uint32_t>(sheets.size()) : 0;
   gpu::LoaderCommands loader(device_);
   sheets_ = upload_array(device_, loader, sheets);
   loader.finish();
 }
 
 void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  // What is drawn on top has no mask, and where there is no ray query it has nothing but maps.
+  needs_maps_ = way_.method == ShadowMethod::map || way_.hybrid ||
+                (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
   choose_views(scene);
   choose_sheets(scene, gpu_scene);
   if (extent_.width) set_size(extent_);
@@ -185,7 +188,7 @@ void ShadowPass::set_size(VkExtent2D extent) {
                                 gpu::Memory::device);
 }
 
-void ShadowPass::describe_to(gpu_types::Globals& globals) const {
+void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
   globals.light_shadows = light_shadows_.address;
   globals.light_views = views_.address;
   globals.shadow_maps = maps_.address;
@@ -195,7 +198,8 @@ void ShadowPass::describe_to(gpu_types::Globals& globals) const {
   globals.mask_words = mask_words_;
   globals.shadows = way_.method == ShadowMethod::off   ? FIRE3DV_SHADOWS_OFF
                     : way_.method == ShadowMethod::map ? FIRE3DV_SHADOWS_MAP
-                                                       : FIRE3DV_SHADOWS_MASK;
+                    : masked                           ? FIRE3DV_SHADOWS_MASK
+                                                       : FIRE3DV_SHADOWS_INLINE;
 }
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
@@ -274,11 +278,11 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& v
   recorder.transition({Use(seen, access::host_read)});
 }
 
-void ShadowPass::add_reads(std::vector<Use>& uses) {
-  if (way_.method == ShadowMethod::ray && light_count_) uses.emplace_back(mask_, access::compute_read);
-  if (way_.method == ShadowMethod::map && view_count_) {
-    uses.emplace_back(maps_, access::compute_read);
-    uses.emplace_back(views_, access::compute_read);
+void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {
+  if (way_.method == ShadowMethod::ray && light_count_) uses.emplace_back(mask_, access);
+  if (view_count_) {
+    uses.emplace_back(maps_, access);
+    uses.emplace_back(views_, access);
   }
 }
 

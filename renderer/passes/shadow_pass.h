@@ -30,7 +30,8 @@ struct ShadowWay {
   RayBackEnd back_end = RayBackEnd::none;
   bool hybrid = false;
 };
-ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings);
+// compute: the image is drawn from a visibility buffer. Else, where there are ray queries, shading traces by itself.
+ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings, bool compute);
 const char* describe(const ShadowWay& way);
 
 class ShadowPass {
@@ -40,18 +41,19 @@ class ShadowPass {
 
   void set_scene(const scene::Scene& scene, const GpuScene& gpu_scene);
   void set_size(VkExtent2D extent);
-  void describe_to(gpu_types::Globals& globals) const;
+  // masked: shading reads the mask; else it traces where it shades, or reads maps.
+  void describe_to(gpu_types::Globals& globals, bool masked) const;
 
   // The lights' maps, to be drawn beside the camera's view; null when no map is needed.
   ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals);
   // From the visibility buffer to the mask.
   void record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
-  void add_reads(std::vector<gpu::Use>& uses);  // of whoever shades
+  // Of whoever shades, with this access.
+  void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
 
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
 
  private:
-  bool needs_maps() const { return way_.method == ShadowMethod::map || (way_.method == ShadowMethod::ray && way_.hybrid); }
   void choose_views(const scene::Scene& scene);
   void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
 
@@ -62,6 +64,7 @@ class ShadowPass {
   gpu::Pipeline light_views_, classify_, trace_query_;
   gpu::RayPipeline trace_pipeline_;
   std::optional<ClusterRaster> map_raster_;
+  bool needs_maps_ = false;
   uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, mask_words_ = 1;
   VkExtent2D extent_{};
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;

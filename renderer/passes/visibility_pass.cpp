@@ -11,11 +11,12 @@ using gpu::Use;
 namespace access = gpu::access;
 
 gpu::SetLayout create_image_set_layout(gpu::Device& device) {
-  const VkDescriptorSetLayoutBinding binding{FIRE3DV_BINDING_DISPLAY, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1,
-                                             VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+  const VkDescriptorSetLayoutBinding bindings[] = {
+      {FIRE3DV_BINDING_DISPLAY, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
+      {FIRE3DV_BINDING_HDR, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr}};
   VkDescriptorSetLayoutCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-  info.bindingCount = 1;
-  info.pBindings = &binding;
+  info.bindingCount = std::size(bindings);
+  info.pBindings = bindings;
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
   FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &layout));
   return gpu::SetLayout(device, layout);
@@ -54,7 +55,7 @@ void VisibilityPass::set_size(Targets& targets) {
   extent_ = targets.extent;
   visibility_ = gpu::create_buffer(device_, VkDeviceSize{8} * samples_ * extent_.width * extent_.height,
                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1};
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2};
   VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   pool_info.maxSets = 1;
   pool_info.poolSizeCount = 1;
@@ -68,13 +69,14 @@ void VisibilityPass::set_size(Targets& targets) {
   const VkDescriptorSetLayout layout = image_set_layout_.get();
   allocate.pSetLayouts = &layout;
   FIRE3DV_VK(vkAllocateDescriptorSets(device_.handle(), &allocate, &image_set_));
-  const VkDescriptorImageInfo image{VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL};
+  const VkDescriptorImageInfo images[] = {{VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL},
+                                          {VK_NULL_HANDLE, targets.hdr.view.get(), VK_IMAGE_LAYOUT_GENERAL}};
   VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
   write.dstSet = image_set_;
   write.dstBinding = FIRE3DV_BINDING_DISPLAY;
-  write.descriptorCount = 1;
   write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-  write.pImageInfo = &image;
+  write.descriptorCount = can_leave_samples() ? 2 : 1;  // the second goes on into the next binding
+  write.pImageInfo = images;
   vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
 }
 
@@ -92,23 +94,26 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, c
 }
 
 void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                           VkDeviceAddress globals, const PostSettings& settings) {
+                           VkDeviceAddress globals, const PostSettings& settings, bool leave_samples) {
+  if (leave_samples && !shade_samples_) {
+    shade_samples_ = gpu::create_compute_pipeline(
+        device_, shade_layout_.get(), samples_ == 4 ? "shade_unresolved_4.comp" : "shade_unresolved_1.comp");
+  }
   gpu_types::ShadePush push{};
   push.globals = globals;
   push.visibility = visibility_.address;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
   std::vector<Use> uses{Use(visibility_, access::compute_read), Use(scene.world_from_node, access::compute_read),
-                        Use(targets.display, access::compute_write, true)};
-  shadows.add_reads(uses);
+                        Use(leave_samples ? targets.hdr : targets.display, access::compute_write, true)};
+  shadows.add_reads(uses, access::compute_read);
   recorder.pass("shade", uses, [&](VkCommandBuffer commands) {
-                  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_.get());
-                  const VkDescriptorSet sets[] = {scene.textures.set(), image_set_};
-                  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
-                                          nullptr);
-                  vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-                  vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
-                });
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, (leave_samples ? shade_samples_ : shade_).get());
+    const VkDescriptorSet sets[] = {scene.textures.set(), image_set_};
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0, nullptr);
+    vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+  });
 }
 
 }  // namespace fire3dv::passes

@@ -18,9 +18,11 @@ class VisibilityPass {
   void set_size(Targets& targets);  // after each change
   // The camera's part of ClusterRaster::record.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals, bool cull);
-  // Tone-mapped, resolved colour into targets.display.
+  // Tone-mapped, resolved colour into targets.display; or, for what goes on top, linear samples into targets.hdr, which
+  // needs can_leave_samples().
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets, VkDeviceAddress globals,
-             const PostSettings& settings);
+             const PostSettings& settings, bool leave_samples);
+  bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return visibility_; }
 
  private:
@@ -29,7 +31,7 @@ class VisibilityPass {
   ClusterRaster raster_;
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  gpu::Pipeline shade_;
+  gpu::Pipeline shade_, shade_samples_;  // the second is made when it is first used
   gpu::DescriptorPool pool_;
   VkDescriptorSet image_set_ = VK_NULL_HANDLE;
   VkExtent2D extent_{};

@@ -121,6 +121,7 @@ struct PartRecord {
 #define FIRE3DV_PART_PLANAR 16u
 #define FIRE3DV_PART_DEFORMED 32u  // vertices change: bounds are not known
 #define FIRE3DV_PART_NO_SHADOW 64u
+#define FIRE3DV_PART_UNLIT 128u  // lines and points without normals
 
 // scene::Cluster on the GPU; vertices and triangles are absolute.
 struct ClusterRecord {
@@ -375,6 +376,11 @@ struct ShadePush {
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
   float exposure;
   uint tone_map;
+};
+
+struct VisibleDepthPush {
+  FIRE3DV_ADDRESS visibility;
+  uint width;
 };
 
 struct FxaaPush {

@@ -1,0 +1,12 @@
+// What rays have found, read back where a surface is shaded.
+#ifndef FIRE3DV_SHADOW_MASK_GLSL
+#define FIRE3DV_SHADOW_MASK_GLSL
+#include "common/buffers.glsl"
+
+float mask_visibility(GlobalsRef globals, LightShadow shadow, uint pixel, int sample_index) {
+  const uint word = UintRef(globals.value.shadow_mask).at[pixel * globals.value.mask_words + shadow.mask_word];
+  if (shadow.rays == 1) return (word >> (shadow.mask_shift + sample_index)) & 1;
+  return ((word >> (8 * sample_index)) & 255) / 255.0;
+}
+
+#endif
