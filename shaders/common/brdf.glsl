@@ -69,21 +69,24 @@ float visibility_sheen(float n_dot_v, float n_dot_l, float alpha) {
 
 float largest(vec3 v) { return max(v.r, max(v.g, v.b)); }
 
-// Distribution times visibility.
-float microfacets(Lobe lobe, vec3 half_vector, float n_dot_l) {
+// Distribution times visibility. A source that is no point widens the highlight: half vectors to a disk spread by
+// sine^2 / 16 each way, slopes of facets by alpha^2 / 2.
+float microfacets(Lobe lobe, vec3 half_vector, float n_dot_l, float sine) {
   const float n_dot_h = clamp(dot(lobe.normal, half_vector), 0, 1);
-  return distribution_ggx(n_dot_h, lobe.alpha) * visibility_smith(lobe.n_dot_v, n_dot_l, lobe.alpha);
+  const float widened = min(sqrt(lobe.alpha * lobe.alpha + sine * sine / 8), 1);
+  return distribution_ggx(n_dot_h, widened) * visibility_smith(lobe.n_dot_v, n_dot_l, lobe.alpha);
 }
 
 // Reflected radiance per unit of irradiance measured across the light's direction, times the cosines.
-vec3 reflect_light(Surface s, vec3 to_light) {
+// sine: of half the angle that the light subtends.
+vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   const float n_dot_l = dot(s.base.normal, to_light);
   const vec3 h = normalize(to_light + s.to_eye);
   const float grazing = schlick_weight(dot(s.to_eye, h));
   vec3 result = vec3(0);
   if (n_dot_l > 0) {
     const float entering = 1 - mix(s.body_f0, s.body_f90, grazing);
-    result = n_dot_l * (mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l) + entering / PI * s.diffuse);
+    result = n_dot_l * (mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l, sine) + entering / PI * s.diffuse);
     if (largest(s.sheen_color) > 0) {
       const float n_dot_h = clamp(dot(s.base.normal, h), 0, 1);
       result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
@@ -94,13 +97,13 @@ vec3 reflect_light(Surface s, vec3 to_light) {
     // Through a thin wall, which does not bend it: as if the light stood on this side, mirrored.
     const vec3 through = normalize(to_light - 2 * n_dot_l * s.base.normal + s.to_eye);
     const float entering = 1 - mix(s.body_f0, s.body_f90, schlick_weight(dot(s.to_eye, through)));
-    result = -n_dot_l * entering * microfacets(s.base, through, -n_dot_l) * s.transmitted;
+    result = -n_dot_l * entering * microfacets(s.base, through, -n_dot_l, sine) * s.transmitted;
   }
   if (s.coat > 0) {
     result *= 1 - s.coat * s.coat_lobe.albedo.r;
     const float coat_n_dot_l = dot(s.coat_lobe.normal, to_light);
     if (coat_n_dot_l > 0) {
-      result += coat_n_dot_l * s.coat * microfacets(s.coat_lobe, h, coat_n_dot_l) *
+      result += coat_n_dot_l * s.coat * microfacets(s.coat_lobe, h, coat_n_dot_l, sine) *
                 mix(s.coat_lobe.f0, s.coat_lobe.f90, grazing);
     }
   }

@@ -7,6 +7,7 @@ struct LightSample {
   vec3 to_light;      // unit
   float distance_m;   // infinite lights: a distance beyond any scene
   vec3 irradiance;    // across to_light, without shadow
+  float sine;         // of half the angle that the source subtends; 0 = a point
 };
 
 LightSample sample_light(LightRecord light, AffineRows world_from_light, vec3 position_world) {
@@ -16,6 +17,7 @@ LightSample sample_light(LightRecord light, AffineRows world_from_light, vec3 po
     result.to_light = -shines_along;
     result.distance_m = 1e30;
     result.irradiance = light.color;
+    result.sine = sin(light.angular_radius_rad);
     return result;
   }
   const vec3 position = vec3(world_from_light.row0.w, world_from_light.row1.w, world_from_light.row2.w);
@@ -33,6 +35,7 @@ LightSample sample_light(LightRecord light, AffineRows world_from_light, vec3 po
     attenuation *= cone * cone;
   }
   result.irradiance = light.color * attenuation;
+  result.sine = light.radius_m / max(result.distance_m, light.radius_m + 1e-12);
   return result;
 }
 

@@ -104,7 +104,7 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
     const LightRecord light = LightRef(globals.value.lights).at[i];
     const LightSample s =
         sample_light(light, AffineRowsRef(globals.value.world_from_node).at[light.node], point.position_world);
-    const vec3 reflected = reflect_light(surface, s.to_light) * s.irradiance;
+    const vec3 reflected = reflect_light(surface, s.to_light, s.sine) * s.irradiance;
     if (largest(reflected) <= 0) continue;
     radiance += reflected * light_visibility(i, s, point);
   }

@@ -7,6 +7,7 @@
 
 #include "tests/render/render_bench.h"
 #include "tests/render/scene_builder.h"
+#include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
 namespace {
@@ -296,6 +297,86 @@ TEST_F(Surroundings, IntensityAndPlainBackground) {
   const glm::vec3 plain = light_at(RenderBench(empty, {9, 9}, settings).draw_at_rest(), 4, 4);
   EXPECT_LT(glm::distance(plain, glm::vec3(0.1f, 0.2f, 0.3f)), 0.005f);
   EXPECT_NEAR(seen_of_wall(surface(glm::vec3(1), 1, 0.3f), settings).g, 0.25f, 0.003f);
+}
+
+// A lamp that is no point makes a wider and dimmer highlight of as much light.
+TEST_F(Surroundings, LargeLampsWidenHighlights) {
+  float sum[2] = {}, peak[2] = {};
+  for (const int large : {0, 1}) {
+    SceneBuilder builder;
+    builder.mesh_node("ball", builder.sphere(builder.material(surface(glm::vec3(1), 1, 0.3f)), 1, 128),
+                      glm::mat4(1));
+    scene::Light light = sun({1, 1, 1}, 0.08f);
+    light.angular_radius_rad = large ? 0.3f : 0;
+    builder.light_node(light, shining_towards({0, -0.3f, -1}));
+    builder.camera_node("camera", {0, 0, 5}, {0, 0, 0}, 0.5f);
+    const scene::Scene scene = builder.build();
+    passes::DrawSettings settings = lit_evenly(0);
+    settings.background.color = glm::vec3(0);
+    settings.shadows.method = passes::ShadowMethod::off;
+    const sinks::FrameImage image = RenderBench(scene, {96, 96}, settings).draw_at_rest();
+    for (uint32_t i = 0; i < 96 * 96; ++i) {
+      const float here = light_at(image, i % 96, i / 96).g;
+      peak[large] = std::max(peak[large], here);
+      sum[large] += here;
+    }
+  }
+  EXPECT_GT(peak[0], 0.5f);
+  EXPECT_LT(peak[0], 0.99f);
+  EXPECT_NEAR(peak[1] / peak[0], 0.43f, 0.04f);  // alpha^2 over alpha^2 + sine^2 / 8
+  EXPECT_NEAR(sum[1] / sum[0], 1, 0.1f);
+}
+
+// Coat over metal, fibres, a dense gem and a tinted reflection, in the studio; with a pane of glass before
+// two of them.
+scene::Scene layers(bool with_glass) {
+  SceneBuilder builder;
+  scene::Material paint = surface({0.5f, 0.03f, 0.03f}, 0.6f, 0.55f);
+  paint.clearcoat = 1;
+  paint.clearcoat_roughness = 0.2f;
+  paint.clearcoat_normal_texture.texture = builder.texture(64, 64, false, [](float u, float v) {
+    const glm::vec2 wave(0.15f * std::sin(u * 25), 0.15f * std::sin(v * 19));
+    return glm::vec4(glm::normalize(glm::vec3(wave, 1)) * 0.5f + 0.5f, 1);
+  });
+  scene::Material cloth = surface({0.05f, 0.02f, 0.1f}, 0, 0.9f);
+  cloth.sheen_color = {0.7f, 0.6f, 0.9f};
+  cloth.sheen_roughness = 0.4f;
+  scene::Material gem = surface({0.01f, 0.15f, 0.06f}, 0, 0.25f);
+  gem.ior = 2.4f;
+  scene::Material tinted = surface({0.02f, 0.02f, 0.02f}, 0, 0.3f);
+  tinted.ior = 2.4f;
+  tinted.specular_color = {1, 0.4f, 0.1f};
+  float x = -1.5f;
+  builder.mesh_node("ground", builder.quad(builder.material(matte({0.4f, 0.4f, 0.4f})), 12), glm::mat4(1));
+  for (const scene::Material& material : {paint, cloth, gem, tinted}) {
+    builder.mesh_node("ball", builder.sphere(builder.material(material), 0.45f, 32), at({x, 0.45f, 0}));
+    x += 1;
+  }
+  if (with_glass) {
+    scene::Material glass = surface({0.6f, 0.9f, 0.7f}, 0, 0.05f);
+    glass.transmission = 1;
+    glass.double_sided = true;
+    builder.mesh_node("glass", builder.quad(builder.material(glass), 0.6f),
+                      at({0, 0.6f, 0.9f}) * glm::rotate(glm::mat4(1), 1.45f, glm::vec3(1, 0, 0)));
+  }
+  scene::Light lamp = sun({1, 0.97f, 0.92f}, 1);
+  lamp.angular_radius_rad = 0.2f;
+  builder.light_node(lamp, shining_towards({-0.4f, -1, -0.6f}));
+  builder.camera_node("camera", {0, 1.3f, 5}, {0, 0.45f, 0}, 0.5f);
+  return builder.build();
+}
+
+TEST_F(Surroundings, LayersOfMaterials) {
+  passes::DrawSettings settings;
+  settings.background.surroundings = true;
+  settings.shadows.method = passes::ShadowMethod::off;  // of a large lamp: their own tests
+  EXPECT_TRUE(matches_golden(RenderBench(layers(true), {320, 160}, settings).draw_at_rest(),
+                             "material_layers", Tolerance::colour()));
+  settings.raster = passes::RasterPath::forward;
+  const sinks::FrameImage forward = RenderBench(layers(false), {320, 160}, settings).draw_at_rest();
+  settings.raster = passes::RasterPath::visibility;
+  const sinks::FrameImage visibility = RenderBench(layers(false), {320, 160}, settings).draw_at_rest();
+  EXPECT_TRUE(matches_image(visibility, forward, "material_layers_by_both", Tolerance::colour()));
 }
 
 // A pane of coloured glass before a wall that shines: the wall through the glass by channel, less what the

@@ -1,0 +1,123 @@
+#include "examples/gallery/scenes.h"
+
+#include <cmath>
+
+#include "examples/bullet_arm/glb_writer.h"
+#include "examples/bullet_arm/mesh.h"
+
+namespace gallery {
+namespace {
+
+using bullet_arm::GlbLight;
+using bullet_arm::GlbMaterial;
+using bullet_arm::GlbMatrix;
+using bullet_arm::GlbWriter;
+using bullet_arm::Mesh;
+using bullet_arm::Vec3;
+
+// Shapes stand along Z and the scene along Y: a quarter turn about X, then one about Y, then to its place.
+GlbMatrix standing(Vec3 at, float turn_rad = 0) {
+  const float c = std::cos(turn_rad), s = std::sin(turn_rad);
+  return {c, -s, 0, at.x, 0, 0, 1, at.y, -s, -c, 0, at.z};
+}
+
+// A camera or a light at `eye`: it looks along its -Z.
+GlbMatrix looking(Vec3 eye, Vec3 target) {
+  const Vec3 back = normalized(eye - target);
+  const Vec3 right = normalized(cross({0, 1, 0}, back));
+  const Vec3 up = cross(back, right);
+  return {right.x, up.x, back.x, eye.x, right.y, up.y, back.y, eye.y, right.z, up.z, back.z, eye.z};
+}
+
+// Writes one scene, thing by thing.
+class Stage {
+ public:
+  void shape(const std::string& name, const Mesh& mesh, const GlbMaterial& material, const GlbMatrix& pose) {
+    const GlbWriter::Primitive primitive{&mesh, writer_.add_material(material), 1};
+    GlbWriter::Node node{name, pose, {}, {}, {}};
+    node.mesh = writer_.add_mesh(name, std::span(&primitive, 1));
+    writer_.add_node(node);
+  }
+  void light(const GlbLight& light, Vec3 eye, Vec3 target) {
+    GlbWriter::Node node{light.name, looking(eye, target), {}, {}, {}};
+    node.light = writer_.add_light(light);
+    writer_.add_node(node);
+  }
+  void camera(const std::string& name, Vec3 eye, Vec3 target, float vertical_fov_rad) {
+    GlbWriter::Node node{name, looking(eye, target), {}, {}, {}};
+    node.camera = writer_.add_camera(name, vertical_fov_rad, 0.05f);
+    writer_.add_node(node);
+  }
+  void ground(std::array<float, 3> color) {
+    shape("ground", bullet_arm::floor_mesh(30), {"ground", color, 0, 0.9f, {}, {}, {}, {}}, standing({}));
+  }
+  SceneFile finish(const std::string& name) const {
+    return {name + ".glb", writer_.finish(name, "FIRE-3DV gallery")};
+  }
+
+ private:
+  GlbWriter writer_;
+};
+
+Mesh ball(float radius) {
+  return bullet_arm::capsule_mesh(radius, 0, 96);
+}
+
+// Reflectances of the metals at normal incidence, linear; roughness as polished by hand.
+SceneFile material_spheres() {
+  const GlbMaterial materials[] = {
+      {"aluminium", {0.912f, 0.914f, 0.920f}, 1, 0.2f, {}, {}, {}, {}},
+      {"gold", {1.000f, 0.782f, 0.344f}, 1, 0.2f, {}, {}, {}, {}},
+      {"copper", {0.955f, 0.638f, 0.538f}, 1, 0.25f, {}, {}, {}, {}},
+      {"glossy plastic", {0.02f, 0.12f, 0.55f}, 0, 0.08f, {}, {}, {}, {}},
+      {"matte plastic", {0.02f, 0.12f, 0.55f}, 0, 0.8f, {}, {}, {}, {}},
+  };
+  Stage stage;
+  stage.ground({0.35f, 0.35f, 0.36f});
+  float x = -2;
+  for (const GlbMaterial& material : materials) {
+    stage.shape(material.name, ball(0.45f), material, standing({x, 0.45f, 0}));
+    x += 1;
+  }
+  stage.light({"sun", "directional", {1, 0.96f, 0.9f}, 2.5f}, {1, 2, 1.2f}, {});
+  stage.camera("front", {0, 1.5f, 6.2f}, {0, 0.42f, 0}, 0.36f);
+  return stage.finish("material_spheres");
+}
+
+// Thin bars at many angles before a bright ground, and a ball for what is curved.
+SceneFile edges() {
+  Stage stage;
+  stage.ground({0.75f, 0.74f, 0.72f});
+  const GlbMaterial dark{"bar", {0.06f, 0.07f, 0.09f}, 0, 0.6f, {}, {}, {}, {}};
+  for (int i = 0; i < 9; ++i) {
+    const float turn = -0.7f + 0.175f * static_cast<float>(i);
+    stage.shape("bar_" + std::to_string(i), bullet_arm::box_mesh({0.6f, 0.012f, 0.012f}, 0.002f), dark,
+                standing({0.62f * std::cos(turn), 0.02f, -0.62f * std::sin(turn)}, turn));
+  }
+  const GlbMaterial red{"ball", {0.7f, 0.12f, 0.08f}, 0, 0.35f, {}, {}, {}, {}};
+  stage.shape("ball", ball(0.16f), red, standing({-0.15f, 0.16f, 0}));
+  stage.light({"sun", "directional", {1, 1, 1}, 2.5f}, {-0.6f, 2, 0.8f}, {});
+  stage.camera("top", {0.42f, 2.2f, 1.6f}, {0.42f, 0, 0.02f}, 0.5f);
+  return stage.finish("edges");
+}
+
+SceneFile two_lights() {
+  Stage stage;
+  stage.ground({0.6f, 0.6f, 0.6f});
+  const GlbMaterial green{"post", {0.15f, 0.4f, 0.16f}, 0, 0.5f, {}, {}, {}, {}};
+  const GlbMaterial gold{"ball", {1.000f, 0.782f, 0.344f}, 1, 0.3f, {}, {}, {}, {}};
+  stage.shape("post", bullet_arm::box_mesh({0.12f, 0.12f, 0.9f}, 0.02f), green, standing({0, 0.9f, 0}, 0.4f));
+  stage.shape("ball", ball(0.4f), gold, standing({1, 0.4f, 0.6f}));
+  stage.light({"warm", "spot", {1, 0.8f, 0.6f}, 160, 0.35f, 0.5f}, {3, 4, 1}, {0, 0.2f, 0});
+  stage.light({"cool", "point", {0.5f, 0.7f, 1}, 45}, {-3, 3, 1.5f}, {0, 0, 0});
+  stage.camera("front", {0.5f, 3.2f, 5}, {0.2f, 0.45f, 0}, 0.6f);
+  return stage.finish("two_lights");
+}
+
+}  // namespace
+
+std::vector<SceneFile> make_scenes() {
+  return {material_spheres(), edges(), two_lights()};
+}
+
+}  // namespace gallery
