@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <unordered_map>
 
 namespace fire3dv::scene {
@@ -35,30 +36,55 @@ WeldedTriangles weld(const Scene& scene, const Mesh& mesh) {
     }
     for (uint32_t i = 0; i + 2 < primitive.index_count; i += 3) {
       const uint32_t* index = scene.indices.data() + primitive.first_index + i;
-      const uint32_t a = point_of_vertex[index[0]], b = point_of_vertex[index[1]], c = point_of_vertex[index[2]];
+      const uint32_t a = point_of_vertex[index[0]], b = point_of_vertex[index[1]],
+                     c = point_of_vertex[index[2]];
       if (a != b && b != c && c != a) welded.corners.insert(welded.corners.end(), {a, b, c});
     }
   }
   return welded;
 }
 
-// Every edge is run through once in each direction, and the volume inside is positive.
+// Numbers the pieces that hang together: of each point its piece.
+std::vector<uint32_t> pieces_of(const WeldedTriangles& mesh) {
+  std::vector<uint32_t> towards(mesh.points.size());
+  std::iota(towards.begin(), towards.end(), 0u);
+  auto piece_of = [&](uint32_t point) {
+    while (towards[point] != point) point = towards[point] = towards[towards[point]];
+    return point;
+  };
+  for (size_t i = 0; i < mesh.corners.size(); i += 3) {
+    for (int c = 1; c < 3; ++c)
+      towards[piece_of(mesh.corners[i])] = piece_of(mesh.corners[i + static_cast<size_t>(c)]);
+  }
+  for (uint32_t point = 0; point < towards.size(); ++point) towards[point] = piece_of(point);
+  return towards;
+}
+
+// Every edge is run through once in each direction, and the volume inside is positive; of each piece, since a
+// lamp may stand inside one that is inside out.
 bool is_closed(const WeldedTriangles& mesh) {
   std::vector<uint64_t> edges;
   edges.reserve(mesh.corners.size());
-  double volume = 0;
+  const std::vector<uint32_t> piece = pieces_of(mesh);
+  std::vector<double> volume(mesh.points.size(), 0);
+  std::vector<bool> has_triangles(mesh.points.size(), false);
   for (size_t i = 0; i < mesh.corners.size(); i += 3) {
     const uint32_t* corner = &mesh.corners[i];
     for (int e = 0; e < 3; ++e) edges.push_back(uint64_t{corner[e]} << 32 | corner[(e + 1) % 3]);
+    // From a point of the piece, so that a small one far off has its sign, too.
+    const glm::dvec3 from(mesh.points[piece[*corner]]);
     const glm::dvec3 a(mesh.points[corner[0]]), b(mesh.points[corner[1]]), c(mesh.points[corner[2]]);
-    volume += glm::dot(a, glm::cross(b, c));
+    volume[piece[*corner]] += glm::dot(a - from, glm::cross(b - from, c - from));
+    has_triangles[piece[*corner]] = true;
   }
   std::sort(edges.begin(), edges.end());
   if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return false;
-  const bool paired = std::all_of(edges.begin(), edges.end(), [&](uint64_t edge) {
+  for (size_t p = 0; p < volume.size(); ++p) {
+    if (has_triangles[p] && volume[p] <= 0) return false;
+  }
+  return std::all_of(edges.begin(), edges.end(), [&](uint64_t edge) {
     return std::binary_search(edges.begin(), edges.end(), edge << 32 | edge >> 32);
   });
-  return paired && volume > 0;
 }
 
 bool is_planar(const WeldedTriangles& mesh, glm::vec4& plane) {

@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace fire3dv::scene {
 namespace {
@@ -18,9 +19,9 @@ struct Scratch {
 
 Cluster bounded_cluster(const meshopt_Meshlet& meshlet, const Scratch& scratch, const float* positions,
                         size_t vertex_count) {
-  const meshopt_Bounds bounds =
-      meshopt_computeMeshletBounds(&scratch.vertices[meshlet.vertex_offset], &scratch.triangles[meshlet.triangle_offset],
-                                   meshlet.triangle_count, positions, vertex_count, sizeof(glm::vec3));
+  const meshopt_Bounds bounds = meshopt_computeMeshletBounds(
+      &scratch.vertices[meshlet.vertex_offset], &scratch.triangles[meshlet.triangle_offset],
+      meshlet.triangle_count, positions, vertex_count, sizeof(glm::vec3));
   Cluster cluster;
   cluster.center = {bounds.center[0], bounds.center[1], bounds.center[2]};
   // The library leaves out degenerate triangles; the sphere has to hold what is drawn, whatever it is.
@@ -44,6 +45,7 @@ void cut_primitive(const Scene& scene, const Primitive& source, Scratch& scratch
   primitive.first_index = static_cast<uint32_t>(out.indices.size());
   primitive.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
   primitive.first_cluster = static_cast<uint32_t>(out.clusters.size());
+  if (source.index_count == 0) return;  // the library takes it for a mistake of ours
   const size_t most = meshopt_buildMeshletsBound(source.index_count, kClusterVertices, kClusterTriangles);
   scratch.meshlets.resize(most);
   scratch.vertices.resize(most * kClusterVertices);
@@ -51,8 +53,8 @@ void cut_primitive(const Scene& scene, const Primitive& source, Scratch& scratch
   const auto* positions = reinterpret_cast<const float*>(scene.positions.data() + source.first_vertex);
   const size_t count = meshopt_buildMeshlets(
       scratch.meshlets.data(), scratch.vertices.data(), scratch.triangles.data(),
-      scene.indices.data() + source.first_index, source.index_count, positions, source.vertex_count, sizeof(glm::vec3),
-      kClusterVertices, kClusterTriangles, kConeWeight);
+      scene.indices.data() + source.first_index, source.index_count, positions, source.vertex_count,
+      sizeof(glm::vec3), kClusterVertices, kClusterTriangles, kConeWeight);
   for (size_t m = 0; m < count; ++m) {
     const meshopt_Meshlet& meshlet = scratch.meshlets[m];
     Cluster cluster = bounded_cluster(meshlet, scratch, positions, source.vertex_count);
