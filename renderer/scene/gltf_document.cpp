@@ -116,6 +116,7 @@ Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimi
   if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
   if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
   if (auto done = take_images(*root, document); !done) return done.error();
+  if (auto done = take_motion(*root, document.skins, document.animations); !done) return done.error();
   root->erase("buffers");
   root->erase("images");
   if (auto done = parse_model(root->dump(), document.model); !done) return done.error();
