@@ -125,7 +125,7 @@ void sample(const scene::Scene& scene, const scene::AnimationChannel& channel, d
 }
 
 Result<std::vector<uint32_t>> choose_animations(const scene::Scene& scene, const std::string& argument) {
-  if (scene.animations.empty()) return Error{"--animate: the scene has no animations"};
+  if (scene.animations.empty()) return Error{"--animate: the scene has no animations: leave it out"};
   std::vector<uint32_t> named;
   for (uint32_t i = 0; i < scene.animations.size(); ++i) {
     if (!argument.empty() && scene.animations[i].name == argument) named.push_back(i);
@@ -147,6 +147,11 @@ Result<std::vector<uint32_t>> choose_animations(const scene::Scene& scene, const
   if (parsed.ec == std::errc() && parsed.ptr == end && index < scene.animations.size())
     return std::vector<uint32_t>{index};
   return Error{"--animate " + scene::quote(argument) + ": no animation has that name or index" + there_are};
+}
+
+std::string animation_title(const scene::Scene& scene, uint32_t animation) {
+  const std::string& name = scene.animations[animation].name;
+  return name.empty() ? std::to_string(animation) : scene::quote(name);
 }
 
 AnimationPlayer::AnimationPlayer(const scene::Scene& scene, const std::vector<uint32_t>& animations)

@@ -28,6 +28,9 @@ void sample(const scene::Scene& scene, const scene::AnimationChannel& channel, d
 // an earlier one moves, since clips of one figure exclude each other. The error lists what there is.
 Result<std::vector<uint32_t>> choose_animations(const scene::Scene& scene, const std::string& argument);
 
+// "Walk" in quotes, or its index where it has no name.
+std::string animation_title(const scene::Scene& scene, uint32_t animation);
+
 // Plays animations in loops, each from 0 to its last key.
 class AnimationPlayer {
  public:
