@@ -11,6 +11,7 @@
 
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/motion_file.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -126,8 +127,7 @@ test::GltfBuilder rich_file() {
   return builder;
 }
 
-TEST(SceneCorpus, OneFileDamagedInEveryByte) {
-  const std::vector<std::byte> good = rich_file().glb();
+void damage_every_byte(const std::vector<std::byte>& good) {
   const test::ScratchFolder folder;
   {
     const auto scene = load_gltf(folder.write("good.glb", good));
@@ -147,6 +147,10 @@ TEST(SceneCorpus, OneFileDamagedInEveryByte) {
   std::cout << "damaged files: " << still_loads << " load, " << refused << " are refused\n";
   EXPECT_GT(refused, good.size() / 4);
 }
+
+TEST(SceneCorpus, OneFileDamagedInEveryByte) { damage_every_byte(rich_file().glb()); }
+
+TEST(SceneCorpus, OneFileThatMovesDamagedInEveryByte) { damage_every_byte(test::motion_file().glb()); }
 
 fs::path assets() {
   if (const char* given = std::getenv("FIRE3DV_ASSETS")) return given;
