@@ -54,21 +54,24 @@ Intervals weights_of_channel(const Scene& scene, const AnimationChannel& channel
 }
 
 std::vector<Intervals> weights_of_meshes(const Scene& scene) {
-  std::vector<Intervals> of_mesh(scene.meshes.size());
-  for (const Node& node : scene.nodes) {
-    if (node.morph_weight_count == 0) continue;
-    Intervals rest(node.morph_weight_count);
-    for (uint32_t i = 0; i < node.morph_weight_count; ++i)
-      rest[i].add(scene.morph_weights[node.first_morph_weight + i]);
-    merge(of_mesh[node.mesh], rest);
-  }
-  // Thousands of channels may share their keys.
-  std::map<std::pair<uint32_t, uint32_t>, Intervals> known;
+  // Thousands of channels may share their keys, and nodes their weights.
+  std::map<std::pair<uint32_t, uint32_t>, Intervals> of_keys;
+  std::map<uint32_t, Intervals> of_weights;
   for (const AnimationChannel& channel : scene.channels) {
     if (channel.path != AnimationPath::weights) continue;
-    auto [entry, is_new] = known.try_emplace({channel.first_time, channel.first_value});
+    auto [entry, is_new] = of_keys.try_emplace({channel.first_time, channel.first_value});
     if (is_new) entry->second = weights_of_channel(scene, channel);
-    merge(of_mesh[scene.nodes[channel.node].mesh], entry->second);
+    merge(of_weights[scene.nodes[channel.node].first_morph_weight], entry->second);
+  }
+  std::vector<Intervals> of_mesh(scene.meshes.size());
+  for (const Node& node : scene.nodes) {
+    if (node.mesh == kNone || node.morph_weight_count == 0) continue;
+    Intervals weights(node.morph_weight_count);
+    for (uint32_t i = 0; i < node.morph_weight_count; ++i)
+      weights[i].add(scene.morph_weights[node.first_morph_weight + i]);
+    if (const auto animated = of_weights.find(node.first_morph_weight); animated != of_weights.end())
+      merge(weights, animated->second);
+    merge(of_mesh[node.mesh], weights);
   }
   return of_mesh;
 }
