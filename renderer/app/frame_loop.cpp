@@ -44,12 +44,13 @@ void install_stop_signals() {
 }
 
 FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses,
-                     StreamIntake& intake, CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window,
-                     FrameStats& stats, const Options& options,
+                     StreamIntake& intake, state::AnimationPlayer* animations, CameraRig& camera,
+                     sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options,
                      std::shared_ptr<const scene::EnvironmentImage> environment)
     : device_(device),
       poses_(poses),
       intake_(intake),
+      animations_(animations),
       camera_(camera),
       sink_(sink),
       window_(window),
@@ -58,7 +59,8 @@ FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::Pose
       frames_(device),
       renderer_(device, draw_settings(options, std::move(environment))),
       readback_(device),
-      last_image_(Clock::now()),
+      started_(Clock::now()),
+      last_image_(started_),
       progress_("images:") {
   renderer_.set_scene(scene);
   VkExtent2D extent{options.width, options.height};
@@ -92,6 +94,7 @@ Result<void> FrameLoop::run() {
     }
     // Waiting for the display took its time: show the newest there is by now.
     if (window_ && !options_.lockstep) intake_.poll();
+    if (animations_) animate();
     draw();
     undrawn_ = false;
 
@@ -133,6 +136,12 @@ void FrameLoop::steer() {
     const float seconds = static_cast<float>(milliseconds_since(last_image_) * 1e-3);
     camera_.fly(poses_, input.fly, 0.5f * camera_.scene_radius_m() * std::min(seconds, 0.1f));
   }
+}
+
+void FrameLoop::animate() {
+  const double now_s =
+      window_ ? milliseconds_since(started_) * 1e-3 : static_cast<double>(images_) / kHeadlessImagesPerSecond;
+  poses_.set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
 }
 
 void FrameLoop::draw() {

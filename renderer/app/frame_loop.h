@@ -4,6 +4,7 @@
 #include <chrono>
 #include <vector>
 
+#include "renderer/app/animation_clock.h"
 #include "renderer/app/camera_rig.h"
 #include "renderer/app/frame_stats.h"
 #include "renderer/app/options.h"
@@ -14,6 +15,7 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/sinks/window.h"
+#include "renderer/state/animation.h"
 
 namespace fire3dv::app {
 
@@ -22,10 +24,12 @@ void install_stop_signals();
 
 class FrameLoop {
  public:
-  // All but the surroundings are borrowed. window may be null; so may environment, for the studio.
+  // All but the surroundings are borrowed. window may be null; so may animations, where none play, and environment,
+  // for the studio.
   FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses, StreamIntake& intake,
-            CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,
-            const Options& options, std::shared_ptr<const scene::EnvironmentImage> environment);
+            state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window,
+            FrameStats& stats, const Options& options,
+            std::shared_ptr<const scene::EnvironmentImage> environment);
 
   Result<void> run();
   uint64_t images() const { return images_; }
@@ -38,6 +42,7 @@ class FrameLoop {
   };
   bool done() const;
   void steer();                 // the window's input
+  void animate();
   void draw();
   Result<void> deliver();       // finished images to the sink
   Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8);
@@ -47,6 +52,8 @@ class FrameLoop {
   gpu::Device& device_;
   state::PoseState& poses_;
   StreamIntake& intake_;
+  state::AnimationPlayer* animations_;
+  AnimationClock animation_clock_;
   CameraRig& camera_;
   sinks::FrameSink& sink_;
   sinks::Window* window_;
@@ -59,6 +66,7 @@ class FrameLoop {
   uint64_t images_ = 0;     // drawn
   bool undrawn_ = false;    // lockstep: a pose frame is shown that no image has been drawn of yet
   std::vector<std::pair<uint64_t, std::vector<state::FrameTag>>> unacknowledged_;  // timeline value, frames
+  const std::chrono::steady_clock::time_point started_;
   std::chrono::steady_clock::time_point last_image_;
   Progress progress_;
 };

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <iostream>
 #include <string_view>
+#include <utility>
 
+#include "renderer/app/animation_clock.h"
 #include "renderer/app/version.h"
 
 namespace fire3dv::app {
@@ -102,6 +104,11 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   std::string size = "1280x720";
   app.add_option("--size", size, "image size, WxH")->capture_default_str();
   app.add_option("--camera", options.camera, "camera by node or camera name");
+  CLI::Option* animate = app.add_option("--animate", options.animate,
+                 "play an animation of the scene in a loop, by name or index, or all that do not contradict one another "
+                 "(all, the default); time is the adapter's simulated one, else the clock's, or without a window " +
+                     std::to_string(kHeadlessImagesPerSecond) + " images a second");
+  animate->expected(0, 1)->type_name("[NAME|INDEX|all]");
   app.add_option("--frames", options.frames, "stop after this many images")
       ->check(CLI::Range(uint64_t{0}, kMostFrames).description(""));  // a minus sign would wrap around
   app.add_flag("--exit-when-done", options.exit_when_done, "stop when the last stream has ended");
@@ -181,6 +188,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (!background.empty() && !parse_background(background, options.background)) {
     return usage_error("--background " + background + ": must be environment or a colour such as 20a0ff");
   }
+  if (animate->count() > 0 && options.scene.empty()) {  // "--animate SCENE": the scene is no animation's name
+    options.scene = std::exchange(options.animate, "all");
+  }
+  if (animate->count() > 0 && options.animate.empty()) options.animate = "all";
   if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
   if (options.exit_when_done && options.listen.empty()) return usage_error("--exit-when-done needs a --listen URI");

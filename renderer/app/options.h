@@ -23,6 +23,7 @@ struct Options {
   std::string camera;               // node or camera name; empty: the scene's first, or one that frames it
   uint64_t frames = 0;              // 0 = until told to stop
   bool exit_when_done = false;      // end when the last stream has ended
+  std::string animate;              // an animation's name, its index, or "all"; empty: none plays
   std::filesystem::path out;        // folder of PNGs; empty = none
   std::filesystem::path stats;      // CSV of times per frame; empty = none
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include "protocol/transport/open.h"
 #include "renderer/app/frame_loop.h"
@@ -69,6 +70,20 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_surroundings(const s
       std::make_shared<scene::EnvironmentImage>(std::move(*image)));
 }
 
+Result<std::optional<state::AnimationPlayer>> open_animations(const Options& options, const scene::Scene& scene) {
+  if (options.animate.empty()) return std::optional<state::AnimationPlayer>();
+  Result<std::vector<uint32_t>> chosen = state::choose_animations(scene, options.animate);
+  if (!chosen) return chosen.error();
+  std::string playing = "playing animation";
+  constexpr size_t kNamesShown = 10;
+  for (size_t i = 0; i < std::min(chosen->size(), kNamesShown); ++i) {
+    playing += (i ? ", " : " ") + state::animation_title(scene, (*chosen)[i]);
+  }
+  if (chosen->size() > kNamesShown) playing += " and " + std::to_string(chosen->size() - kNamesShown) + " more";
+  say(playing + ", of " + std::to_string(scene.animations.size()));
+  return std::optional<state::AnimationPlayer>(std::in_place, scene, *chosen);
+}
+
 Result<void> open_listeners(const Options& options, StreamIntake& intake) {
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
@@ -121,6 +136,8 @@ int run(const Options& options) {
     if (!environment) return fail(environment.error());
     Result<CameraRig> camera = CameraRig::create(*scene, options.camera);
     if (!camera) return fail(camera.error());
+    Result<std::optional<state::AnimationPlayer>> animations = open_animations(options, *scene);
+    if (!animations) return fail(animations.error());
     state::PoseState poses(*scene);
     StreamIntake intake(poses, options.lockstep);
     if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
@@ -140,8 +157,8 @@ int run(const Options& options) {
       if (Result<void> attached = window->attach(**instance, **device); !attached) return fail(attached.error());
     }
 
-    FrameLoop loop(**device, *scene, poses, intake, *camera, **sink, window.get(), *stats, options,
-                   std::move(*environment));
+    FrameLoop loop(**device, *scene, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
+                   window.get(), *stats, options, std::move(*environment));
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());
     say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) + "\n" +

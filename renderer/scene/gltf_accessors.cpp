@@ -26,7 +26,7 @@ size_t component_bytes(int component_type) {
   }
 }
 
-// Scalars and vectors; matrices are used by skins and animations alone.
+// Of the matrices only those that skins hold, which have no padding between their columns.
 int component_count(int type) {
   switch (type) {
     case TINYGLTF_TYPE_SCALAR:
@@ -37,6 +37,8 @@ int component_count(int type) {
       return 3;
     case TINYGLTF_TYPE_VEC4:
       return 4;
+    case TINYGLTF_TYPE_MAT4:
+      return 16;
     default:
       return 0;
   }
@@ -135,7 +137,7 @@ Result<AccessorReader::Elements> AccessorReader::elements(const tinygltf::Access
   const size_t component = component_bytes(accessor.componentType);
   if (component == 0)
     return Error{name + " has the unknown componentType " + std::to_string(accessor.componentType)};
-  if (result.components == 0) return Error{name + " is a matrix, which has no use here"};
+  if (result.components == 0) return Error{name + " is a matrix of a size that has no use"};
   const size_t packed_bytes = component * static_cast<size_t>(result.components);
   result.stride = packed_bytes;
   if (accessor.bufferView < 0) {

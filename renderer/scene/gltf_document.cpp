@@ -122,6 +122,7 @@ Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimi
   if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
   if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();
   if (auto done = take_images(*root, document); !done) return done.error();
+  if (auto done = take_motion(*root, document.skins, document.animations); !done) return done.error();
   root->erase("buffers");
   root->erase("images");
   if (auto done = parse_model(root->dump(), document.model); !done) return done.error();

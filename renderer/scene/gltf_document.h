@@ -14,6 +14,7 @@
 
 #include "protocol/error.h"
 #include "renderer/scene/files.h"
+#include "renderer/scene/gltf_motion.h"
 #include "renderer/scene/load_gltf.h"
 
 namespace fire3dv::scene {
@@ -25,9 +26,11 @@ struct ImageSource {
 };
 
 struct GltfDocument {
-  tinygltf::Model model;                            // without buffers and images
+  tinygltf::Model model;                            // without buffers, images, skins and animations
   std::vector<std::span<const std::byte>> buffers;  // of the declared length; empty: it names no bytes
   std::vector<ImageSource> images;
+  std::vector<SkinSource> skins;
+  std::vector<AnimationSource> animations;
   AssetFolder folder;
   std::vector<std::string> warnings;
   std::vector<Bytes> owned;  // what the buffers look into

@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_morphs.h"
+#include "renderer/scene/gltf_skins.h"
 #include "renderer/scene/tangents.h"
 #include "renderer/scene/triangles.h"
 
@@ -28,6 +30,8 @@ struct Recipe {
       color = kMissing;
   int indices = kMissing, mode = TINYGLTF_MODE_TRIANGLES;
   int tangent_uv_set = kMissing;  // kMissing: no tangents to generate
+  InfluenceAccessors influences;
+  std::vector<MorphAccessors> targets;
   auto operator<=>(const Recipe&) const = default;
 
   Topology topology() const {
@@ -41,11 +45,14 @@ struct Recipe {
 
 struct VertexRange {
   uint32_t first = 0, count = 0;
+  InfluenceRange influences;
+  MorphRange morphs;
 };
 
 struct Vertices {
   std::vector<glm::vec3> positions;
   std::vector<VertexAttributes> attributes;
+  std::vector<uint32_t> source;  // the accessors' element of each vertex; empty: in their order
 };
 
 const char* element_of(Topology topology) {
@@ -62,6 +69,9 @@ class MeshLoader {
     mesh.name = source.name;
     mesh.first_primitive = static_cast<uint32_t>(scene_.primitives.size());
     if (source.primitives.empty()) return Error{where + " has no primitives"};
+    auto targets = morph_target_count(source, where);
+    if (!targets) return targets.error();
+    mesh.morph_target_count = *targets;
     for (size_t i = 0; i < source.primitives.size(); ++i) {
       auto done = add_primitive(source.primitives[i], where + "." + element("primitives", i));
       if (!done) return done;
@@ -80,7 +90,11 @@ class MeshLoader {
       return out_of_range(where, "materials", source.material, model_.materials.size());
     }
     const auto material = static_cast<uint32_t>(source.material + 1);  // 0 is glTF's default
-    const Recipe recipe = recipe_of(source, scene_.materials[material]);
+    Recipe recipe = recipe_of(source, scene_.materials[material]);
+    auto influences = influence_accessors(source, where, scene_.warnings);
+    if (!influences) return influences.error();
+    recipe.influences = *influences;
+    recipe.targets = morph_accessors(source, where, scene_.warnings);
     if (recipe.position == kMissing) return Error{where + " has no POSITION"};
     auto known = geometry_.find(recipe);
     if (known == geometry_.end()) {
@@ -141,6 +155,11 @@ class MeshLoader {
                    " indices; split it"};
     primitive.first_vertex = range->first;
     primitive.vertex_count = range->count;
+    primitive.first_influence = range->influences.first;
+    primitive.influence_sets = range->influences.sets;
+    primitive.joint_limit = range->influences.joint_limit;
+    primitive.first_morph_delta = range->morphs.first;
+    primitive.morph_target_count = range->morphs.count;
     primitive.first_index = static_cast<uint32_t>(scene_.indices.size());
     primitive.index_count = static_cast<uint32_t>(indices->size());
     if (scene_.indices.empty()) {
@@ -203,13 +222,19 @@ class MeshLoader {
     }
     auto vertices = read_vertices(recipe, count, where);
     if (!vertices) return vertices.error();
-    if (recipe.flat()) make_flat(vertices->positions, vertices->attributes, indices);
+    if (recipe.flat()) {
+      vertices->source = indices;  // each corner of a triangle becomes a vertex
+      make_flat(vertices->positions, vertices->attributes, indices);
+    }
     if (recipe.tangent_uv_set != kMissing) {
       generate_tangents(vertices->positions, vertices->attributes, indices,
                         static_cast<uint32_t>(recipe.tangent_uv_set));
     }
-    const VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
-                            static_cast<uint32_t>(vertices->positions.size())};
+    VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
+                      static_cast<uint32_t>(vertices->positions.size()),
+                      {},
+                      {}};
+    if (auto done = add_deformation(recipe, count, *vertices, indices, where, range); !done) return done.error();
     if (scene_.positions.empty()) {  // the whole of a single large mesh is not copied again
       scene_.positions = std::move(vertices->positions);
       scene_.attributes = std::move(vertices->attributes);
@@ -229,7 +254,7 @@ class MeshLoader {
       float* first;
       int components, min_components;
     };
-    Vertices vertices{std::vector<glm::vec3>(count), std::vector<VertexAttributes>(count)};
+    Vertices vertices{std::vector<glm::vec3>(count), std::vector<VertexAttributes>(count), {}};
     auto done = reader_.read_floats(recipe.position, where + ".POSITION", &vertices.positions[0].x, 3, 3, 3);
     if (!done) return done.error();
     VertexAttributes& first = vertices.attributes[0];
@@ -252,6 +277,20 @@ class MeshLoader {
       if (!done) return done.error();
     }
     return vertices;
+  }
+
+  Result<void> add_deformation(const Recipe& recipe, size_t count, const Vertices& vertices,
+                               std::span<const uint32_t> indices, const std::string& where, VertexRange& range) {
+    FIRE3DV_ASSERT(vertices.positions.size() == (vertices.source.empty() ? count : vertices.source.size()));
+    auto influences = add_influences(reader_, recipe.influences, count, vertices.source, where, scene_);
+    if (!influences) return influences.error();
+    range.influences = *influences;
+    MorphBase base{count, vertices.source, vertices.positions, vertices.attributes, {}};
+    if (recipe.flat()) base.flat = indices;
+    auto morphs = add_morphs(reader_, recipe.targets, base, where, scene_);
+    if (!morphs) return morphs.error();
+    range.morphs = *morphs;
+    return {};
   }
 
   void find_bounds(Primitive& primitive) const {

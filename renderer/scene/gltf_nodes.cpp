@@ -1,11 +1,10 @@
 #include "renderer/scene/gltf_nodes.h"
 
 #include <cmath>
-#include <glm/gtc/matrix_transform.hpp>
-#include <glm/gtc/quaternion.hpp>
 #include <optional>
 
 #include "renderer/scene/gltf_instancing.h"
+#include "renderer/scene/gltf_morphs.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -132,34 +131,36 @@ Result<void> check_length(const std::vector<double>& numbers, size_t length, con
                std::to_string(length)};
 }
 
-Result<glm::mat4> transform_of(const tinygltf::Node& source, const std::string& where) {
-  if (auto ok = check_length(source.matrix, 16, where, "matrix"); !ok) return ok.error();
-  if (auto ok = check_length(source.translation, 3, where, "translation"); !ok) return ok.error();
-  if (auto ok = check_length(source.rotation, 4, where, "rotation"); !ok) return ok.error();
-  if (auto ok = check_length(source.scale, 3, where, "scale"); !ok) return ok.error();
+Result<void> set_transform(const tinygltf::Node& source, const std::string& where, Node& node) {
+  if (auto ok = check_length(source.matrix, 16, where, "matrix"); !ok) return ok;
+  if (auto ok = check_length(source.translation, 3, where, "translation"); !ok) return ok;
+  if (auto ok = check_length(source.rotation, 4, where, "rotation"); !ok) return ok;
+  if (auto ok = check_length(source.scale, 3, where, "scale"); !ok) return ok;
   if (!source.matrix.empty()) {
     glm::mat4 matrix;
     for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = to_float(source.matrix[static_cast<size_t>(i)]);
     if (matrix[0][3] != 0 || matrix[1][3] != 0 || matrix[2][3] != 0 || matrix[3][3] != 1) {
       return Error{where + ".matrix is not affine: its last row is not 0 0 0 1"};
     }
-    return matrix;
+    node.parent_from_node = matrix;
+    node.given_by_matrix = true;
+    return {};
   }
   const auto vec3_or = [](const std::vector<double>& numbers, glm::vec3 otherwise) {
     return numbers.empty() ? otherwise
                            : glm::vec3(to_float(numbers[0]), to_float(numbers[1]), to_float(numbers[2]));
   };
-  glm::dquat rotation(1, 0, 0, 0);
   if (!source.rotation.empty()) {
     const glm::dquat given(source.rotation[3], source.rotation[0], source.rotation[1], source.rotation[2]);
     const double length = glm::length(given);
     if (!(length > 1e-6) || !std::isfinite(length))
       return Error{where + ".rotation is no rotation: its length is not 1"};
-    rotation = given / length;
+    node.rotation = glm::quat(given / length);
   }
-  const glm::mat4 turned = glm::translate(glm::mat4(1), vec3_or(source.translation, glm::vec3(0))) *
-                           glm::mat4(glm::mat4_cast(rotation));
-  return glm::scale(turned, vec3_or(source.scale, glm::vec3(1)));
+  node.translation = vec3_or(source.translation, glm::vec3(0));
+  node.scale = vec3_or(source.scale, glm::vec3(1));
+  node.parent_from_node = parent_from_parts(node.translation, node.rotation, node.scale);
+  return {};
 }
 
 // A reference of a node to another object: kNone where there is none.
@@ -180,10 +181,9 @@ Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::s
   Node node;
   node.name = source.name;
   node.parent = parent;
-  auto transform = transform_of(source, where);
-  if (!transform) return transform.error();
-  node.parent_from_node = *transform;
-  node.world_from_node = parent == kNone ? *transform : scene.nodes[parent].world_from_node * *transform;
+  if (auto done = set_transform(source, where, node); !done) return done.error();
+  node.world_from_node = node.parent_from_node;
+  if (parent != kNone) node.world_from_node = scene.nodes[parent].world_from_node * node.parent_from_node;
   node.path = escaped(source.name);
   if (parent != kNone) node.path = scene.nodes[parent].path + "/" + node.path;
 
@@ -211,17 +211,20 @@ void add_instances(const std::vector<glm::mat4>& node_from_instances, uint32_t n
     instance.parent_from_node = node_from_instance;
     instance.world_from_node = scene.nodes[node].world_from_node * node_from_instance;
     instance.mesh = mesh;
+    instance.first_morph_weight = scene.nodes[node].first_morph_weight;
+    instance.morph_weight_count = scene.nodes[node].morph_weight_count;
     scene.nodes.push_back(std::move(instance));
   }
 }
 
 }  // namespace
 
-Result<void> add_nodes(const GltfDocument& document, const LoadLimits& limits, Scene& scene) {
+Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const LoadLimits& limits,
+                                        Scene& scene) {
   const std::vector<tinygltf::Node>& nodes = document.model.nodes;
   auto parents = parents_of(nodes);
   if (!parents) return parents.error();
-  if (auto done = refuse_cycles(*parents); !done) return done;
+  if (auto done = refuse_cycles(*parents); !done) return done.error();
   auto roots = roots_of(document, *parents, scene.warnings);
   if (!roots) return roots.error();
 
@@ -231,6 +234,7 @@ Result<void> add_nodes(const GltfDocument& document, const LoadLimits& limits, S
   std::vector<Pending> pending;
   for (auto root = roots->rbegin(); root != roots->rend(); ++root) pending.push_back({*root, kNone});
   Instancing instancing(document, limits);
+  std::vector<uint32_t> node_of_source(nodes.size(), kNone);
   size_t path_bytes = 0;
   while (!pending.empty()) {
     const Pending next = pending.back();
@@ -241,7 +245,10 @@ Result<void> add_nodes(const GltfDocument& document, const LoadLimits& limits, S
     path_bytes += node->path.size();
     if (path_bytes > kMaxPathBytes)
       return Error{where + " lies so deep that the paths of the nodes exceed 1 GiB"};
+    auto weights = add_morph_weights(document, nodes[next.source], where, *node, scene);
+    if (!weights) return weights.error();
     const auto index = static_cast<uint32_t>(scene.nodes.size());
+    node_of_source[next.source] = index;
     scene.nodes.push_back(std::move(*node));
     auto instances = instancing.node_from_instances(nodes[next.source], where);
     if (!instances) return instances.error();
@@ -251,7 +258,7 @@ Result<void> add_nodes(const GltfDocument& document, const LoadLimits& limits, S
       pending.push_back({static_cast<uint32_t>(*child), index});
     }
   }
-  return {};
+  return node_of_source;
 }
 
 }  // namespace fire3dv::scene

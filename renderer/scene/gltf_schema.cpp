@@ -27,6 +27,7 @@ enum Shape : unsigned {
   kObjects = 256,      // array of objects
   kIndexMap = 512,     // object of kIndex: attributes
   kExtensions = 1024,  // object, reduced to the supported ones
+  kIndexMaps = 2048,   // array of kIndexMap: morph targets
 };
 
 const std::unordered_map<std::string_view, unsigned>& shapes() {
@@ -117,14 +118,26 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"attributes", kIndexMap},
       {"filter", kText},
       {"fallback", kBoolean},
+      {"targets", kIndexMaps},
+      {"weights", kNumbers},
+      {"joints", kIndices},
+      {"inverseBindMatrices", kIndex},
+      {"channels", kObjects},
+      {"samplers", kObjects},
+      {"target", kObject | kIndex},  // of a channel; of a buffer view
+      {"node", kIndex},
+      {"path", kText},
+      {"input", kIndex},
+      {"output", kIndex},
+      {"interpolation", kText},
       {"extensions", kExtensions},
   };
   return table;
 }
 
-constexpr std::array<std::string_view, 11> kRootArrays{"accessors", "bufferViews", "buffers", "cameras",
-                                                       "images",    "materials",   "meshes",  "nodes",
-                                                       "samplers",  "scenes",      "textures"};
+constexpr std::array<std::string_view, 13> kRootArrays{
+    "accessors", "animations", "bufferViews", "buffers", "cameras", "images",  "materials",
+    "meshes",    "nodes",      "samplers",    "scenes",  "skins",   "textures"};
 
 // Integers may be written as 3.0; such a value is made an integer, since tinygltf takes it for none.
 bool is_integer(json& value, double max) {
@@ -155,6 +168,8 @@ bool fits(json& value, unsigned shape, double largest_size = kLargestSize) {
   if (value.is_array()) {
     if ((shape & kIndices) && all_of(value, is_index)) return true;
     if ((shape & kNumbers) && all_of(value, [](json& v) { return v.is_number(); })) return true;
+    if ((shape & kIndexMaps) && all_of(value, [](json& v) { return v.is_object() && all_of(v, is_index); }))
+      return true;
     return (shape & kObjects) && all_of(value, [](json& v) { return v.is_object(); });
   }
   if (value.is_object()) {
@@ -266,28 +281,6 @@ Result<void> check_extensions(const json& document, std::vector<std::string>& wa
   return {};
 }
 
-// Later stages of the loader read these; until then the file is drawn at rest.
-void warn_of_motion(const json& document, std::vector<std::string>& warnings) {
-  const auto filled = [](const json& object, const char* member) {
-    const auto found = object.find(member);
-    return found != object.end() && found->is_array() && !found->empty();
-  };
-  if (filled(document, "animations")) warnings.push_back("animations are not played");
-  if (filled(document, "skins"))
-    warnings.push_back("skins are not applied: skinned meshes are drawn at rest");
-  const auto meshes = document.find("meshes");
-  if (meshes == document.end() || !meshes->is_array()) return;
-  for (const json& mesh : *meshes) {
-    const auto primitives = mesh.find("primitives");
-    if (!mesh.is_object() || primitives == mesh.end() || !primitives->is_array()) continue;
-    for (const json& primitive : *primitives) {
-      if (!primitive.is_object() || !filled(primitive, "targets")) continue;
-      warnings.push_back("morph targets are not applied");
-      return;
-    }
-  }
-}
-
 // tinygltf follows these indices itself, and its message does not say from where.
 Result<void> check_index_accessors(const json& document) {
   static const json kNone = json::array();
@@ -334,7 +327,6 @@ Result<void> check_and_reduce(json& document, std::vector<std::string>& warnings
   if (!document.is_object()) return Error{"the JSON is not an object"};
   if (auto done = check_version(document); !done) return done;
   if (auto done = check_extensions(document, warnings); !done) return done;
-  warn_of_motion(document, warnings);
 
   json reduced = json::object();
   reduced["asset"]["version"] = "2.0";

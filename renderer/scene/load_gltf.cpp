@@ -1,14 +1,16 @@
 #include "renderer/scene/load_gltf.h"
 
 #include <exception>
-#include <limits>
 #include <new>
 
+#include "renderer/scene/bounds.h"
+#include "renderer/scene/gltf_animations.h"
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_lights_cameras.h"
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_nodes.h"
+#include "renderer/scene/gltf_skins.h"
 #include "renderer/scene/images.h"
 
 namespace fire3dv::scene {
@@ -38,30 +40,6 @@ Result<std::vector<Image>> load_images(GltfDocument& document, const std::vector
   });
 }
 
-void find_world_bounds(Scene& scene) {
-  glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
-  bool any = false;
-  for (const Node& node : scene.nodes) {
-    if (node.mesh == kNone) continue;
-    const Mesh& mesh = scene.meshes[node.mesh];
-    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      const Primitive& primitive = scene.primitives[p];
-      for (int corner = 0; corner < 8; ++corner) {
-        const glm::vec3 local((corner & 1) ? primitive.bounds_max.x : primitive.bounds_min.x,
-                              (corner & 2) ? primitive.bounds_max.y : primitive.bounds_min.y,
-                              (corner & 4) ? primitive.bounds_max.z : primitive.bounds_min.z);
-        const glm::vec3 world(node.world_from_node * glm::vec4(local, 1));
-        low = glm::min(low, world);
-        high = glm::max(high, world);
-        any = true;
-      }
-    }
-  }
-  if (!any) return;
-  scene.bounds_min = low;
-  scene.bounds_max = high;
-}
-
 Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits,
                    const LoadProgress& progress) {
   auto document = open_gltf(path, limits);
@@ -74,10 +52,14 @@ Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits,
   if (auto done = add_meshes(*document, limits, progress, scene); !done) return done.error();
   if (auto done = add_lights(*document, scene); !done) return done.error();
   if (auto done = add_cameras(*document, scene); !done) return done.error();
-  if (auto done = add_nodes(*document, limits, scene); !done) return done.error();
+  auto node_of_source = add_nodes(*document, limits, scene);
+  if (!node_of_source) return node_of_source.error();
+  if (auto done = add_skins(*document, limits, *node_of_source, scene); !done) return done.error();
+  if (auto done = add_animations(*document, limits, *node_of_source, scene); !done) return done.error();
   auto images = load_images(*document, *used_images, limits, progress);
   if (!images) return images.error();
   scene.images = std::move(*images);
+  bound_deformed_primitives(scene);
   find_world_bounds(scene);
   return scene;
 }

@@ -2,9 +2,11 @@
 // cameras look along -Z, counter-clockwise front faces. Loaded by load_gltf.h; GPU copies are derived from it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,9 +21,17 @@ struct Node {
   uint32_t parent = kNone;        // parents stand before their children
   glm::mat4 parent_from_node{1};  // rest pose
   glm::mat4 world_from_node{1};   // rest pose, derived
+  // The parts of parent_from_node, which animations replace one by one; without meaning for a node given by a matrix.
+  glm::vec3 translation{0};
+  glm::quat rotation{1, 0, 0, 0};
+  glm::vec3 scale{1};
+  bool given_by_matrix = false;
   uint32_t mesh = kNone;
   uint32_t camera = kNone;
   uint32_t light = kNone;
+  uint32_t skin = kNone;                 // only with a mesh, and only a skin that has joints
+  uint32_t first_morph_weight = 0;       // into Scene::morph_weights
+  uint32_t morph_weight_count = 0;       // the mesh's morph_target_count
 };
 
 // Attributes beside the position. The loader generates missing normals, and missing tangents where the material has a
@@ -37,6 +47,28 @@ struct VertexAttributes {
 // The loader unrolls strips, fans and loops.
 enum class Topology : uint8_t { triangles, lines, points };
 
+// Four of the joints that move a vertex, as indices into its skin. The weights of all sets of a vertex add up to 1; an
+// unused place has joint 0 and weight 0.
+struct Influences {
+  std::array<uint16_t, 4> joints{};
+  std::array<float, 4> weights{};
+};
+
+// What a morph target of weight 1 adds to a vertex.
+struct MorphDelta {
+  glm::vec3 position{0};
+  glm::vec3 normal{0};
+  glm::vec3 tangent{0};  // none for generated tangents: whoever deforms makes those perpendicular to the normal again
+};
+
+// The box around all vertices of a primitive that a joint moves, in the mesh's frame before skinning. A posed vertex lies
+// in the hull of its joints' posed boxes.
+struct JointBounds {
+  uint32_t joint = 0;    // index into the skin
+  glm::vec3 bounds_min{0};
+  glm::vec3 bounds_max{0};
+};
+
 // A list of triangles, lines or points with one material.
 struct Primitive {
   Topology topology = Topology::triangles;
@@ -46,14 +78,60 @@ struct Primitive {
   uint32_t first_vertex = 0;  // into Scene::positions and Scene::attributes
   uint32_t vertex_count = 0;
   uint32_t material = 0;
+  // In the mesh's frame, before skinning, with every weight that morph targets have at rest or in an animation.
   glm::vec3 bounds_min{0};
   glm::vec3 bounds_max{0};
+  // Into Scene::influences: vertex v has the influence_sets sets from first_influence + v * influence_sets. kNone: the
+  // primitive moves with its node, whatever skin that has.
+  uint32_t first_influence = kNone;
+  uint32_t influence_sets = 0;
+  uint32_t joint_limit = 0;         // every joint of its influences is below
+  uint32_t first_joint_bounds = 0;  // into Scene::joint_bounds, by rising joint
+  uint32_t joint_bounds_count = 0;
+  // Into Scene::morph_deltas: target t moves vertex v by first_morph_delta + t * vertex_count + v.
+  uint32_t first_morph_delta = kNone;
+  uint32_t morph_target_count = 0;
 };
 
 struct Mesh {
   std::string name;
   uint32_t first_primitive = 0;
   uint32_t primitive_count = 0;
+  uint32_t morph_target_count = 0;  // of each of its primitives
+};
+
+struct Joint {
+  uint32_t node = 0;
+  glm::mat4 joint_from_mesh{1};  // inverse bind matrix
+};
+
+// A vertex of a skinned mesh is shown at the sum of weight * world_from_joint * joint_from_mesh * vertex over its
+// influences: the transform of the mesh's own node has no part in it.
+struct Skin {
+  std::string name;
+  uint32_t first_joint = 0;  // into Scene::joints
+  uint32_t joint_count = 0;  // 0: a joint is not part of the shown scene
+};
+
+enum class AnimationPath : uint8_t { translation, rotation, scale, weights };
+enum class Interpolation : uint8_t { step, linear, cubic_spline };
+
+// One part of one node's transform, or its morph weights, over time.
+struct AnimationChannel {
+  uint32_t node = 0;
+  AnimationPath path = AnimationPath::translation;
+  Interpolation interpolation = Interpolation::linear;
+  uint32_t width = 3;        // floats a value: 3, 4 (rotation, xyzw) or the number of morph targets
+  uint32_t first_time = 0;   // into Scene::key_times_s, key_count times that rise
+  uint32_t key_count = 0;    // 1 or more
+  uint32_t first_value = 0;  // into Scene::key_values: a value a key; cubic splines: in-tangent, value, out-tangent
+};
+
+struct Animation {
+  std::string name;
+  uint32_t first_channel = 0;  // into Scene::channels; several of one node and path: the last one counts
+  uint32_t channel_count = 0;
+  float duration_s = 0;        // from 0 to the last key
 };
 
 struct TextureRef {
@@ -151,6 +229,16 @@ struct Scene {
   std::vector<glm::vec3> positions;
   std::vector<VertexAttributes> attributes;
   std::vector<uint32_t> indices;
+  std::vector<Influences> influences;
+  std::vector<MorphDelta> morph_deltas;
+  std::vector<JointBounds> joint_bounds;
+  std::vector<Skin> skins;
+  std::vector<Joint> joints;
+  std::vector<float> morph_weights;  // at rest
+  std::vector<Animation> animations;
+  std::vector<AnimationChannel> channels;
+  std::vector<float> key_times_s;
+  std::vector<float> key_values;
   std::vector<Material> materials;  // [0] is glTF's default material
   std::vector<Texture> textures;
   std::vector<Image> images;
@@ -163,5 +251,8 @@ struct Scene {
 // The nodes that carry a camera, in node order: camera names on the command line resolve against these, first by node
 // name, then by camera name.
 std::vector<uint32_t> camera_nodes(const Scene& scene);
+
+// A node's transform from its parts.
+glm::mat4 parent_from_parts(const glm::vec3& translation, const glm::quat& rotation, const glm::vec3& scale);
 
 }  // namespace fire3dv::scene

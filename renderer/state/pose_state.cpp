@@ -8,6 +8,7 @@ namespace fire3dv::state {
 
 PoseState::PoseState(const scene::Scene& scene)
     : scene_(scene),
+      rest_(rest_pose(scene)),
       names_(scene),
       node_drives_(scene.nodes.size()),
       driver_stream_of_node_(scene.nodes.size(), kNone),
@@ -103,14 +104,22 @@ void PoseState::derive_drives() {
     }
     const uint32_t parent = scene_.nodes[node].parent;
     if (parent == scene::kNone || node_drives_[parent].stream == kNone) {
-      drive.body_from_node = scene::to_affine(scene_.nodes[node].world_from_node);
+      drive.body_from_node = scene::to_affine(rest_.world_from_node[node]);
       continue;
     }
     drive = node_drives_[parent];
     drive.body_from_node =
-        scene::to_affine(scene::to_mat4(drive.body_from_node) * scene_.nodes[node].parent_from_node);
+        scene::to_affine(scene::to_mat4(drive.body_from_node) * rest_.parent_from_node[node]);
   }
   ++drive_revision_;
+}
+
+void PoseState::set_rest(const RestPose& rest) {
+  FIRE3DV_ASSERT(rest.parent_from_node.size() == scene_.nodes.size() &&
+                 rest.world_from_node.size() == scene_.nodes.size() &&
+                 rest.morph_weights.size() == scene_.morph_weights.size());
+  rest_ = rest;
+  derive_drives();
 }
 
 bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
@@ -161,7 +170,7 @@ void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
 
 glm::mat4 PoseState::world_from_node(uint32_t node) const {
   const NodeDrive& drive = node_drives_[node];
-  if (drive.stream == kNone) return scene_.nodes[node].world_from_node;
+  if (drive.stream == kNone) return rest_.world_from_node[node];
   const Stream& stream = streams_[drive.stream];
   return glm::mat4(scene::to_dmat4(stream.world_from_stream) *
                    glm::dmat4(scene::to_mat4(stream.poses[drive.pose_index])) *
@@ -176,6 +185,18 @@ std::vector<FrameTag> PoseState::shown() const {
                     stream.header.publish_time_ns});
   }
   return tags;
+}
+
+std::optional<int64_t> PoseState::sim_time_ns() const {
+  std::optional<int64_t> time;
+  uint64_t newest = 0;
+  for (size_t id = 0; id < streams_.size(); ++id) {
+    const Stream& stream = streams_[id];
+    if (!stream.active || stream.header.sequence == 0 || wishes_[id].order < newest) continue;
+    newest = wishes_[id].order;
+    time = stream.header.sim_time_ns;
+  }
+  return time;
 }
 
 }  // namespace fire3dv::state

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include "protocol/error.h"
 #include "protocol/wire/messages.h"
 #include "renderer/scene/scene.h"
+#include "renderer/state/animation.h"
 #include "renderer/state/bindings.h"
 #include "renderer/state/frame_assembly.h"
 
@@ -30,7 +32,8 @@ struct FrameTag {
 
 // How a scene node moves: world_from_node = world_from_stream(stream) * pose[pose_index] * body_from_node, where
 // body_from_node already holds the rest transform from the driven ancestor down to this node. stream == kNone: the
-// node rests, and body_from_node is its world_from_node at rest.
+// node rests, and body_from_node is its world_from_node at rest. Rest is what the scene's file says, or what an animation
+// makes of it (PoseState::set_rest).
 struct NodeDrive {
   uint32_t stream = kNone;
   uint32_t pose_index = 0;
@@ -68,8 +71,13 @@ class PoseState {
   // the shown frame changed.
   bool push(StreamId id, const wire::PoseFrameView& frame);
 
+  // Where nodes are that no stream drives, and relative to what their descendants stand. As long as the scene's own.
+  void set_rest(const RestPose& rest);
+  // As Scene::morph_weights.
+  const std::vector<float>& morph_weights() const { return rest_.morph_weights; }
+
   const std::vector<Stream>& streams() const { return streams_; }
-  // One per scene node. drive_revision() changes when bindings do.
+  // One per scene node. drive_revision() changes when bindings or rest poses do.
   const std::vector<NodeDrive>& node_drives() const { return node_drives_; }
   uint64_t drive_revision() const { return drive_revision_; }
 
@@ -78,6 +86,9 @@ class PoseState {
 
   // The tags of all active streams that have shown a frame.
   std::vector<FrameTag> shown() const;
+
+  // Of the frame shown of the stream that came last, if any has shown one.
+  std::optional<int64_t> sim_time_ns() const;
 
  private:
   // What a stream asked for, beside what it got (Stream).
@@ -93,6 +104,7 @@ class PoseState {
   void show(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
 
   const scene::Scene& scene_;
+  RestPose rest_;
   NodeNames names_;
   std::vector<Stream> streams_;
   std::vector<Wish> wishes_;  // beside streams_

@@ -127,6 +127,12 @@ def cameras(test):
     expect_failure(test, 1, ["--camera nobody", "squares.glb", "front"], test.scene, "--camera", "nobody", *headless(test))
 
 
+def animations(test):
+    for argument in ("walk", "0", "all"):
+        expect_failure(test, 1, ["--animate", "the scene has no animations"], test.scene, "--animate", argument,
+                       *headless(test))
+
+
 def links(test):
     scene = test.scene
     remedy = ["shm://NAME", "tcp://HOST:PORT", "udp://HOST:PORT"]
@@ -190,4 +196,5 @@ def displays(test):
 
 
 if __name__ == "__main__":
-    main({f.__name__: f for f in (usage, scenes, surroundings, cameras, links, devices, outputs, displays)}, ["fire3dv"])
+    main({f.__name__: f for f in (usage, scenes, surroundings, cameras, animations, links, devices, outputs, displays)},
+         ["fire3dv"])

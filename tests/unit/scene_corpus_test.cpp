@@ -11,12 +11,61 @@
 
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/motion_file.h"
 
 namespace fire3dv::scene {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+void expect_consistent_deformation(const Scene& scene, const Node& node, const std::string& file) {
+  ASSERT_LE(size_t{node.first_morph_weight} + node.morph_weight_count, scene.morph_weights.size()) << file;
+  if (node.mesh == kNone) return;
+  const Mesh& mesh = scene.meshes[node.mesh];
+  ASSERT_EQ(node.morph_weight_count, mesh.morph_target_count) << file;
+  ASSERT_TRUE(node.skin == kNone || node.skin < scene.skins.size()) << file;
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    const Primitive& primitive = scene.primitives[p];
+    ASSERT_EQ(primitive.morph_target_count, mesh.morph_target_count) << file;
+    if (node.skin == kNone) continue;
+    ASSERT_LE(primitive.joint_limit, scene.skins[node.skin].joint_count) << file;
+  }
+}
+
+void expect_consistent_motion(const Scene& scene, const std::string& file) {
+  for (const Primitive& primitive : scene.primitives) {
+    if (primitive.morph_target_count > 0) {
+      const size_t deltas = size_t{primitive.morph_target_count} * primitive.vertex_count;
+      ASSERT_LE(primitive.first_morph_delta + deltas, scene.morph_deltas.size()) << file;
+    }
+    if (primitive.first_influence == kNone) continue;
+    const size_t sets = size_t{primitive.vertex_count} * primitive.influence_sets;
+    ASSERT_LE(primitive.first_influence + sets, scene.influences.size()) << file;
+    for (size_t i = 0; i < sets; ++i) {
+      for (const uint16_t joint : scene.influences[primitive.first_influence + i].joints)
+        ASSERT_LT(joint, primitive.joint_limit) << file;
+    }
+    ASSERT_LE(size_t{primitive.first_joint_bounds} + primitive.joint_bounds_count, scene.joint_bounds.size());
+    for (uint32_t b = 0; b < primitive.joint_bounds_count; ++b)
+      ASSERT_LT(scene.joint_bounds[primitive.first_joint_bounds + b].joint, primitive.joint_limit) << file;
+  }
+  for (const Skin& skin : scene.skins)
+    ASSERT_LE(size_t{skin.first_joint} + skin.joint_count, scene.joints.size()) << file;
+  for (const Joint& joint : scene.joints) ASSERT_LT(joint.node, scene.nodes.size()) << file;
+  for (const Animation& animation : scene.animations)
+    ASSERT_LE(size_t{animation.first_channel} + animation.channel_count, scene.channels.size()) << file;
+  for (const AnimationChannel& channel : scene.channels) {
+    ASSERT_LT(channel.node, scene.nodes.size()) << file;
+    ASSERT_GT(channel.key_count, 0u) << file;
+    ASSERT_LE(size_t{channel.first_time} + channel.key_count, scene.key_times_s.size()) << file;
+    const size_t values = channel.interpolation == Interpolation::cubic_spline ? 3 : 1;
+    ASSERT_LE(channel.first_value + values * channel.key_count * channel.width, scene.key_values.size()) << file;
+    if (channel.path == AnimationPath::weights) {
+      ASSERT_EQ(channel.width, scene.nodes[channel.node].morph_weight_count) << file;
+    }
+  }
+}
 
 // What later code relies on without looking again.
 void expect_consistent(const Scene& scene, const std::string& file) {
@@ -43,7 +92,9 @@ void expect_consistent(const Scene& scene, const std::string& file) {
     ASSERT_TRUE(node.mesh == kNone || node.mesh < scene.meshes.size()) << file;
     ASSERT_TRUE(node.camera == kNone || node.camera < scene.cameras.size()) << file;
     ASSERT_TRUE(node.light == kNone || node.light < scene.lights.size()) << file;
+    expect_consistent_deformation(scene, node, file);
   }
+  expect_consistent_motion(scene, file);
   for (const Texture& texture : scene.textures) ASSERT_LT(texture.image, scene.images.size()) << file;
   for (const Image& image : scene.images)
     ASSERT_EQ(image.rgba8.size(), size_t{image.width} * image.height * 4) << file;
@@ -79,8 +130,7 @@ test::GltfBuilder rich_file() {
   return builder;
 }
 
-TEST(SceneCorpus, OneFileDamagedInEveryByte) {
-  const std::vector<std::byte> good = rich_file().glb();
+void damage_every_byte(const std::vector<std::byte>& good) {
   const test::ScratchFolder folder;
   {
     const auto scene = load_gltf(folder.write("good.glb", good));
@@ -100,6 +150,10 @@ TEST(SceneCorpus, OneFileDamagedInEveryByte) {
   std::cout << "damaged files: " << still_loads << " load, " << refused << " are refused\n";
   EXPECT_GT(refused, good.size() / 4);
 }
+
+TEST(SceneCorpus, OneFileDamagedInEveryByte) { damage_every_byte(rich_file().glb()); }
+
+TEST(SceneCorpus, OneFileThatMovesDamagedInEveryByte) { damage_every_byte(test::motion_file().glb()); }
 
 fs::path assets() {
   if (const char* given = std::getenv("FIRE3DV_ASSETS")) return given;
