@@ -43,11 +43,6 @@ struct VertexRange {
   uint32_t first = 0, count = 0;
 };
 
-struct Vertices {
-  std::vector<glm::vec3> positions;
-  std::vector<VertexAttributes> attributes;
-};
-
 const char* element_of(Topology topology) {
   return topology == Topology::triangles ? "triangle" : topology == Topology::lines ? "line" : "point";
 }
@@ -134,11 +129,11 @@ class MeshLoader {
     if (indices->empty()) return primitive;
     primitive.topology = recipe.topology();
     primitive.lit = recipe.normal != kMissing || recipe.flat();
-    auto range = add_vertices(recipe, *vertex_count, *indices, where);
-    if (!range) return range.error();
     if (scene_.indices.size() + indices->size() > kMostIndices)
       return Error{where + ": the file holds more than " + std::to_string(kMostIndices) +
                    " indices; split it"};
+    auto range = add_vertices(recipe, *vertex_count, *indices, where);
+    if (!range) return range.error();
     primitive.first_vertex = range->first;
     primitive.vertex_count = range->count;
     primitive.first_index = static_cast<uint32_t>(scene_.indices.size());
@@ -196,18 +191,14 @@ class MeshLoader {
     if (recipe.vertices_stand_alone()) {
       if (const auto known = vertices_.find(key); known != vertices_.end()) return known->second;
     }
-    const size_t expanded = recipe.flat() ? std::max(count, indices.size()) : count;
-    if (scene_.positions.size() + expanded > kMostVertices) {
-      return Error{where + ": the file holds more than " + std::to_string(kMostVertices) +
-                   " vertices; split it"};
-    }
+    if (auto ok = check_room(recipe.flat() ? indices.size() : count, where); !ok) return ok.error();
     auto vertices = read_vertices(recipe, count, where);
     if (!vertices) return vertices.error();
-    if (recipe.flat()) make_flat(vertices->positions, vertices->attributes, indices);
+    if (recipe.flat()) make_flat(*vertices, indices);
     if (recipe.tangent_uv_set != kMissing) {
-      generate_tangents(vertices->positions, vertices->attributes, indices,
-                        static_cast<uint32_t>(recipe.tangent_uv_set));
+      generate_tangents(*vertices, indices, static_cast<uint32_t>(recipe.tangent_uv_set));
     }
+    if (auto ok = check_room(vertices->positions.size(), where); !ok) return ok.error();
     const VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
                             static_cast<uint32_t>(vertices->positions.size())};
     if (scene_.positions.empty()) {  // the whole of a single large mesh is not copied again
@@ -222,6 +213,12 @@ class MeshLoader {
     return range;
   }
 
+  Result<void> check_room(size_t vertices, const std::string& where) const {
+    if (scene_.positions.size() + vertices <= kMostVertices) return {};
+    return Error{where + ": the file holds more than " + std::to_string(kMostVertices) +
+                 " vertices; split it"};
+  }
+
   Result<Vertices> read_vertices(const Recipe& recipe, size_t count, const std::string& where) {
     struct Attribute {
       const char* name;
@@ -229,7 +226,7 @@ class MeshLoader {
       float* first;
       int components, min_components;
     };
-    Vertices vertices{std::vector<glm::vec3>(count), std::vector<VertexAttributes>(count)};
+    Vertices vertices{std::vector<glm::vec3>(count), std::vector<VertexAttributes>(count), {}};
     auto done = reader_.read_floats(recipe.position, where + ".POSITION", &vertices.positions[0].x, 3, 3, 3);
     if (!done) return done.error();
     VertexAttributes& first = vertices.attributes[0];

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "renderer/scene/load_gltf.h"
-#include "renderer/scene/tangents.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {
@@ -240,23 +239,6 @@ TEST(SceneGeometry, PrimitivesOfOneVertexBufferShareItsVertices) {
   ASSERT_EQ(scene.primitives.size(), 3u);
   EXPECT_EQ(scene.primitives[1].first_vertex, 0u);
   EXPECT_EQ(scene.primitives[2].first_index, scene.primitives[0].first_index);
-}
-
-TEST(SceneGeometry, TangentsFollowRisingU) {
-  const std::vector<glm::vec3> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  const std::vector<uint32_t> indices{0, 1, 2};
-  std::vector<VertexAttributes> attributes(3);
-  // u rises along +Y, v along +X: a mirrored frame.
-  attributes[1].uv0 = {0, 1};
-  attributes[2].uv0 = {1, 0};
-  generate_tangents(positions, attributes, indices, 0);
-  for (const VertexAttributes& vertex : attributes) EXPECT_EQ(vertex.tangent, glm::vec4(0, 1, 0, -1));
-  // With no texture coordinates any direction in the surface does, but it must be one.
-  generate_tangents(positions, attributes, indices, 1);
-  for (const VertexAttributes& vertex : attributes) {
-    EXPECT_NEAR(glm::length(glm::vec3(vertex.tangent)), 1, 1e-6);
-    EXPECT_NEAR(glm::dot(glm::vec3(vertex.tangent), vertex.normal), 0, 1e-6);
-  }
 }
 
 }  // namespace
