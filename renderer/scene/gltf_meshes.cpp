@@ -76,7 +76,10 @@ class MeshLoader {
     }
     const auto material = static_cast<uint32_t>(source.material + 1);  // 0 is glTF's default
     const Recipe recipe = recipe_of(source, scene_.materials[material]);
-    if (recipe.position == kMissing) return Error{where + " has no POSITION"};
+    if (recipe.position == kMissing) {
+      scene_.warnings.push_back(where + " has no POSITION and is not drawn");
+      return {};
+    }
     auto known = geometry_.find(recipe);
     if (known == geometry_.end()) {
       auto made = make_geometry(recipe, where);
@@ -248,6 +251,7 @@ class MeshLoader {
                                  attribute.components, attribute.min_components);
       if (!done) return done.error();
     }
+    make_usable(vertices);
     return vertices;
   }
 

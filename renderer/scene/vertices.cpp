@@ -23,4 +23,16 @@ void copy_vertices(Vertices& vertices, std::span<const uint32_t> copied) {
   }
 }
 
+void make_usable(Vertices& vertices) {
+  constexpr float kShortest = 1e-12f;  // squared; below it normalizing loses the direction
+  for (VertexAttributes& vertex : vertices.attributes) {
+    if (!(glm::dot(vertex.normal, vertex.normal) > kShortest)) vertex.normal = VertexAttributes().normal;
+    const glm::vec3 tangent(vertex.tangent);
+    const glm::vec3 kept =
+        glm::dot(tangent, tangent) > kShortest ? tangent : glm::vec3(VertexAttributes().tangent);
+    vertex.tangent = glm::vec4(kept, vertex.tangent.w < 0 ? -1.0f : 1.0f);
+    vertex.color = glm::clamp(vertex.color, 0.0f, 1.0f);
+  }
+}
+
 }  // namespace fire3dv::scene

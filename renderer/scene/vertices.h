@@ -19,4 +19,8 @@ struct Vertices {
 // so that whatever else there is of a vertex can follow `source`.
 void copy_vertices(Vertices& vertices, std::span<const uint32_t> copied);
 
+// Puts right what shading could not use: colours beyond white or below black, normals and tangents without a
+// direction, and signs of bitangents that are none.
+void make_usable(Vertices& vertices);
+
 }  // namespace fire3dv::scene

@@ -121,6 +121,39 @@ TEST(SceneGeometry, TooFewIndicesForAnElementDrawNothingAndSaySo) {
   EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
+TEST(SceneGeometry, WithoutPositionsNothingIsDrawnAndThatIsSaid) {
+  GltfBuilder builder = test::triangle_file();
+  builder.root["meshes"][0]["primitives"][0]["attributes"] = json::object();
+  const Scene scene = loaded(builder);
+  EXPECT_TRUE(scene.primitives.empty());
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_EQ(scene.warnings[0], "meshes[0].primitives[0] has no POSITION and is not drawn");
+}
+
+TEST(SceneGeometry, ValuesThatShadingCouldNotUse) {
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const size_t normals = builder.add_positions({0, 0, 0, 0, 0, 1, 0, 2, 0});
+  const size_t tangents =
+      builder.add_data<float>({0, 0, 0, 1, 1, 0, 0, 0, 0, 3, 0, -0.5f}, "VEC4", test::kFloat, 4);
+  const size_t colors =
+      builder.add_data<float>({2, -1, 0.5f, 1, 0, 0, 0, -3, 1, 1, 1, 7}, "VEC4", test::kFloat, 4);
+  builder.add_mesh(
+      {{"attributes",
+        {{"POSITION", positions}, {"NORMAL", normals}, {"TANGENT", tangents}, {"COLOR_0", colors}}}});
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.attributes.size(), 3u);
+  EXPECT_EQ(scene.attributes[0].normal, glm::vec3(0, 0, 1));
+  EXPECT_EQ(scene.attributes[2].normal,
+            glm::vec3(0, 2, 0));  // a direction; its length is the shaders' business
+  EXPECT_EQ(scene.attributes[0].tangent, glm::vec4(1, 0, 0, 1));
+  EXPECT_EQ(scene.attributes[1].tangent, glm::vec4(1, 0, 0, 1));
+  EXPECT_EQ(scene.attributes[2].tangent, glm::vec4(0, 3, 0, -1));
+  EXPECT_EQ(scene.attributes[0].color, glm::vec4(1, 0, 0.5f, 1));
+  EXPECT_EQ(scene.attributes[1].color, glm::vec4(0));
+  EXPECT_EQ(scene.attributes[2].color, glm::vec4(1));
+}
+
 TEST(SceneGeometry, TrianglesWithoutAnAreaAreKeptWithNumbersThatAreFinite) {
   GltfBuilder builder;
   builder.add_textured_material(test::png(1, 1, 0xffff8080));
