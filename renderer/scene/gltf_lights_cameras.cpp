@@ -35,7 +35,10 @@ Result<Light> light_of(const tinygltf::Light& source, const std::string& where,
   } else if (source.type == "spot") {
     light.type = LightType::spot;
   } else if (source.type != "point") {
-    return Error{where + " has the unknown type " + quote(source.type)};
+    // The standard lets later versions add types: their nodes are kept, but give no light.
+    warnings.push_back(where + " has the unknown type " + quote(source.type) + " and gives no light");
+    light.intensity = 0;
+    return light;
   }
   if (!source.color.empty()) {
     if (source.color.size() != 3) return Error{where + ".color does not hold three numbers"};

@@ -49,12 +49,6 @@ struct VertexRange {
   MorphRange morphs;
 };
 
-struct Vertices {
-  std::vector<glm::vec3> positions;
-  std::vector<VertexAttributes> attributes;
-  std::vector<uint32_t> source;  // the accessors' element of each vertex; empty: in their order
-};
-
 const char* element_of(Topology topology) {
   return topology == Topology::triangles ? "triangle" : topology == Topology::lines ? "line" : "point";
 }
@@ -95,7 +89,10 @@ class MeshLoader {
     if (!influences) return influences.error();
     recipe.influences = *influences;
     recipe.targets = morph_accessors(source, where, scene_.warnings);
-    if (recipe.position == kMissing) return Error{where + " has no POSITION"};
+    if (recipe.position == kMissing) {
+      scene_.warnings.push_back(where + " has no POSITION and is not drawn");
+      return {};
+    }
     auto known = geometry_.find(recipe);
     if (known == geometry_.end()) {
       auto made = make_geometry(recipe, where);
@@ -148,11 +145,11 @@ class MeshLoader {
     if (indices->empty()) return primitive;
     primitive.topology = recipe.topology();
     primitive.lit = recipe.normal != kMissing || recipe.flat();
-    auto range = add_vertices(recipe, *vertex_count, *indices, where);
-    if (!range) return range.error();
     if (scene_.indices.size() + indices->size() > kMostIndices)
       return Error{where + ": the file holds more than " + std::to_string(kMostIndices) +
                    " indices; split it"};
+    auto range = add_vertices(recipe, *vertex_count, *indices, where);
+    if (!range) return range.error();
     primitive.first_vertex = range->first;
     primitive.vertex_count = range->count;
     primitive.first_influence = range->influences.first;
@@ -215,21 +212,14 @@ class MeshLoader {
     if (recipe.vertices_stand_alone()) {
       if (const auto known = vertices_.find(key); known != vertices_.end()) return known->second;
     }
-    const size_t expanded = recipe.flat() ? std::max(count, indices.size()) : count;
-    if (scene_.positions.size() + expanded > kMostVertices) {
-      return Error{where + ": the file holds more than " + std::to_string(kMostVertices) +
-                   " vertices; split it"};
-    }
+    if (auto ok = check_room(recipe.flat() ? indices.size() : count, where); !ok) return ok.error();
     auto vertices = read_vertices(recipe, count, where);
     if (!vertices) return vertices.error();
-    if (recipe.flat()) {
-      vertices->source = indices;  // each corner of a triangle becomes a vertex
-      make_flat(vertices->positions, vertices->attributes, indices);
-    }
+    if (recipe.flat()) make_flat(*vertices, indices);
     if (recipe.tangent_uv_set != kMissing) {
-      generate_tangents(vertices->positions, vertices->attributes, indices,
-                        static_cast<uint32_t>(recipe.tangent_uv_set));
+      generate_tangents(*vertices, indices, static_cast<uint32_t>(recipe.tangent_uv_set));
     }
+    if (auto ok = check_room(vertices->positions.size(), where); !ok) return ok.error();
     VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
                       static_cast<uint32_t>(vertices->positions.size()),
                       {},
@@ -245,6 +235,12 @@ class MeshLoader {
     }
     if (recipe.vertices_stand_alone()) vertices_.emplace(key, range);
     return range;
+  }
+
+  Result<void> check_room(size_t vertices, const std::string& where) const {
+    if (scene_.positions.size() + vertices <= kMostVertices) return {};
+    return Error{where + ": the file holds more than " + std::to_string(kMostVertices) +
+                 " vertices; split it"};
   }
 
   Result<Vertices> read_vertices(const Recipe& recipe, size_t count, const std::string& where) {
@@ -276,6 +272,7 @@ class MeshLoader {
                                  attribute.components, attribute.min_components);
       if (!done) return done.error();
     }
+    make_usable(vertices);
     return vertices;
   }
 

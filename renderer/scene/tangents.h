@@ -1,18 +1,18 @@
-// Tangents for normal maps, where the file has none.
+// Tangents for normal maps, where the file has none: frames of corners by the definition of MikkTSpace, which
+// bakers of normal maps follow too.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include "renderer/scene/scene.h"
+#include "renderer/scene/vertices.h"
 
 namespace fire3dv::scene {
 
-// Fills the tangents of a triangle list. MikkTSpace's frame of each corner (the direction of rising u, made
-// normal to the vertex normal, weighted by the corner's angle) is averaged over each vertex. Unlike
-// MikkTSpace no vertex is split: where mirrored halves of a texture share a vertex, that vertex follows the
-// stronger one.
-void generate_tangents(std::span<const glm::vec3> positions, std::span<VertexAttributes> attributes,
-                       std::span<const uint32_t> indices, uint32_t uv_set);
+// Fills the tangents of a triangle list. Corners of triangles at the same position, normal and texture
+// coordinates share a frame where their triangles are joined by edges and are not mirrored against each
+// other. Where corners that share a vertex get different frames, the vertex is doubled, and `indices` names
+// the copies.
+void generate_tangents(Vertices& vertices, std::span<uint32_t> indices, uint32_t uv_set);
 
 }  // namespace fire3dv::scene

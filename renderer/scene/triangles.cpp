@@ -1,6 +1,7 @@
 #include "renderer/scene/triangles.h"
 
 #include <cmath>
+#include <numeric>
 
 namespace fire3dv::scene {
 
@@ -38,25 +39,17 @@ std::vector<uint32_t> lines_of_loop(std::span<const uint32_t> loop) {
   return lines;
 }
 
-void make_flat(std::vector<glm::vec3>& positions, std::vector<VertexAttributes>& attributes,
-               std::span<uint32_t> indices) {
-  std::vector<glm::vec3> corner_positions(indices.size());
-  std::vector<VertexAttributes> corner_attributes(indices.size());
+void make_flat(Vertices& vertices, std::span<uint32_t> indices) {
+  copy_vertices(vertices, indices);
+  std::iota(indices.begin(), indices.end(), 0u);
   for (size_t i = 0; i + 2 < indices.size(); i += 3) {
-    const glm::vec3& a = positions[indices[i]];
-    const glm::vec3 cross = glm::cross(positions[indices[i + 1]] - a, positions[indices[i + 2]] - a);
+    const glm::vec3& a = vertices.positions[i];
+    const glm::vec3 cross = glm::cross(vertices.positions[i + 1] - a, vertices.positions[i + 2] - a);
     const float length = std::sqrt(glm::dot(cross, cross));
     // A triangle without an area is not seen, but its normal must be a number.
     const glm::vec3 normal = length > 0 && std::isfinite(length) ? cross / length : glm::vec3(0, 0, 1);
-    for (size_t corner = i; corner < i + 3; ++corner) {
-      corner_positions[corner] = positions[indices[corner]];
-      corner_attributes[corner] = attributes[indices[corner]];
-      corner_attributes[corner].normal = normal;
-      indices[corner] = static_cast<uint32_t>(corner);
-    }
+    for (size_t corner = i; corner < i + 3; ++corner) vertices.attributes[corner].normal = normal;
   }
-  positions = std::move(corner_positions);
-  attributes = std::move(corner_attributes);
 }
 
 }  // namespace fire3dv::scene

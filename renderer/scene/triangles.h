@@ -1,11 +1,12 @@
-// Lists of triangles and lines from the other topologies, and what can be derived from a list of triangles alone.
+// Lists of triangles and lines from the other topologies, and what can be derived from a list of triangles
+// alone.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "renderer/scene/scene.h"
+#include "renderer/scene/vertices.h"
 
 namespace fire3dv::scene {
 
@@ -19,7 +20,6 @@ std::vector<uint32_t> lines_of_loop(std::span<const uint32_t> loop);
 
 // Gives each corner of each triangle its own vertex with the triangle's normal, as glTF asks for where
 // normals are missing. `indices` is renumbered.
-void make_flat(std::vector<glm::vec3>& positions, std::vector<VertexAttributes>& attributes,
-               std::span<uint32_t> indices);
+void make_flat(Vertices& vertices, std::span<uint32_t> indices);
 
 }  // namespace fire3dv::scene

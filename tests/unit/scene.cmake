@@ -8,6 +8,8 @@ if(TARGET fire3dv_scene)
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_refuse_test SOURCES scene_refuse_test.cpp scene_files_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_tangent_test SOURCES scene_tangent_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  target_compile_definitions(scene_tangent_test PRIVATE FIRE3DV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   fire3dv_test(scene_corpus_test SOURCES scene_corpus_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
   target_compile_definitions(scene_corpus_test PRIVATE FIRE3DV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endif()

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "renderer/scene/load_gltf.h"
-#include "renderer/scene/tangents.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {
@@ -120,6 +119,39 @@ TEST(SceneGeometry, TooFewIndicesForAnElementDrawNothingAndSaySo) {
   const Scene scene = loaded(odd);
   EXPECT_EQ(scene.indices, (std::vector<uint32_t>{0, 1}));
   EXPECT_EQ(scene.warnings.size(), 1u);
+}
+
+TEST(SceneGeometry, WithoutPositionsNothingIsDrawnAndThatIsSaid) {
+  GltfBuilder builder = test::triangle_file();
+  builder.root["meshes"][0]["primitives"][0]["attributes"] = json::object();
+  const Scene scene = loaded(builder);
+  EXPECT_TRUE(scene.primitives.empty());
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_EQ(scene.warnings[0], "meshes[0].primitives[0] has no POSITION and is not drawn");
+}
+
+TEST(SceneGeometry, ValuesThatShadingCouldNotUse) {
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const size_t normals = builder.add_positions({0, 0, 0, 0, 0, 1, 0, 2, 0});
+  const size_t tangents =
+      builder.add_data<float>({0, 0, 0, 1, 1, 0, 0, 0, 0, 3, 0, -0.5f}, "VEC4", test::kFloat, 4);
+  const size_t colors =
+      builder.add_data<float>({2, -1, 0.5f, 1, 0, 0, 0, -3, 1, 1, 1, 7}, "VEC4", test::kFloat, 4);
+  builder.add_mesh(
+      {{"attributes",
+        {{"POSITION", positions}, {"NORMAL", normals}, {"TANGENT", tangents}, {"COLOR_0", colors}}}});
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.attributes.size(), 3u);
+  EXPECT_EQ(scene.attributes[0].normal, glm::vec3(0, 0, 1));
+  EXPECT_EQ(scene.attributes[2].normal,
+            glm::vec3(0, 2, 0));  // a direction; its length is the shaders' business
+  EXPECT_EQ(scene.attributes[0].tangent, glm::vec4(1, 0, 0, 1));
+  EXPECT_EQ(scene.attributes[1].tangent, glm::vec4(1, 0, 0, 1));
+  EXPECT_EQ(scene.attributes[2].tangent, glm::vec4(0, 3, 0, -1));
+  EXPECT_EQ(scene.attributes[0].color, glm::vec4(1, 0, 0.5f, 1));
+  EXPECT_EQ(scene.attributes[1].color, glm::vec4(0));
+  EXPECT_EQ(scene.attributes[2].color, glm::vec4(1));
 }
 
 TEST(SceneGeometry, TrianglesWithoutAnAreaAreKeptWithNumbersThatAreFinite) {
@@ -240,23 +272,6 @@ TEST(SceneGeometry, PrimitivesOfOneVertexBufferShareItsVertices) {
   ASSERT_EQ(scene.primitives.size(), 3u);
   EXPECT_EQ(scene.primitives[1].first_vertex, 0u);
   EXPECT_EQ(scene.primitives[2].first_index, scene.primitives[0].first_index);
-}
-
-TEST(SceneGeometry, TangentsFollowRisingU) {
-  const std::vector<glm::vec3> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  const std::vector<uint32_t> indices{0, 1, 2};
-  std::vector<VertexAttributes> attributes(3);
-  // u rises along +Y, v along +X: a mirrored frame.
-  attributes[1].uv0 = {0, 1};
-  attributes[2].uv0 = {1, 0};
-  generate_tangents(positions, attributes, indices, 0);
-  for (const VertexAttributes& vertex : attributes) EXPECT_EQ(vertex.tangent, glm::vec4(0, 1, 0, -1));
-  // With no texture coordinates any direction in the surface does, but it must be one.
-  generate_tangents(positions, attributes, indices, 1);
-  for (const VertexAttributes& vertex : attributes) {
-    EXPECT_NEAR(glm::length(glm::vec3(vertex.tangent)), 1, 1e-6);
-    EXPECT_NEAR(glm::dot(glm::vec3(vertex.tangent), vertex.normal), 0, 1e-6);
-  }
 }
 
 }  // namespace

@@ -141,6 +141,16 @@ TEST(SceneLoad, LightsAndCameras) {
   EXPECT_EQ(camera_nodes(scene), (std::vector<uint32_t>{1, 2}));
 }
 
+TEST(SceneLoad, LightsOfALaterTypeAreDark) {
+  test::GltfBuilder builder = test::triangle_file();
+  builder.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "laser"}, {"intensity", 5}}};
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.lights[0].intensity, 0);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find("the unknown type \"laser\""), std::string::npos) << scene.warnings[0];
+}
+
 TEST(SceneLoad, WhatIsNotUsedIsSaid) {
   GltfBuilder builder = test::triangle_file();
   builder.root["extensionsUsed"] = {"EXT_unheard_of"};
