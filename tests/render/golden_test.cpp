@@ -15,8 +15,14 @@ constexpr VkExtent2D kExtent{320, 240};
 class Golden : public ValidationIsSilent {
  protected:
   static void expect_golden(const scene::Scene& scene, const char* name, const passes::DrawSettings& settings = {}) {
-    RenderBench bench(scene, kExtent, settings);
-    EXPECT_TRUE(matches_golden(bench.draw_at_rest(), name, Tolerance::colour()));
+    // Every path to the picture leads to the same one.
+    for (const passes::RasterPath path : {passes::RasterPath::forward, passes::RasterPath::visibility}) {
+      passes::DrawSettings wanted = settings;
+      wanted.raster = path;
+      SCOPED_TRACE(path == passes::RasterPath::forward ? "forward" : "visibility");
+      RenderBench bench(scene, kExtent, wanted);
+      EXPECT_TRUE(matches_golden(bench.draw_at_rest(), name, Tolerance::colour()));
+    }
   }
 };
 
