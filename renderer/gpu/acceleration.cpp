@@ -26,15 +26,10 @@ AccelerationStructure create_structure(Device& device, VkAccelerationStructureTy
   return structure;
 }
 
-// Geometry descriptions of one mesh, with the arrays that Vulkan's build call points to.
-struct MeshBuild {
-  std::vector<VkAccelerationStructureGeometryKHR> geometries;
-  std::vector<VkAccelerationStructureBuildRangeInfoKHR> ranges;
-  VkAccelerationStructureBuildGeometryInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
-  VkAccelerationStructureBuildSizesInfoKHR sizes{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-};
+}  // namespace
 
-MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mesh) {
+MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mesh,
+                        VkBuildAccelerationStructureFlagsKHR flags) {
   MeshBuild build;
   std::vector<uint32_t> max_triangles;
   for (const TriangleGeometry& triangles : mesh) {
@@ -54,8 +49,7 @@ MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mes
     max_triangles.push_back(triangles.triangle_count);
   }
   build.info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
-  build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
-                     VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+  build.info.flags = flags;
   build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
   build.info.geometryCount = static_cast<uint32_t>(build.geometries.size());
   build.info.pGeometries = build.geometries.data();
@@ -63,8 +57,6 @@ MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mes
                                      max_triangles.data(), &build.sizes);
   return build;
 }
-
-}  // namespace
 
 std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& loader,
                                                 std::span<const std::vector<TriangleGeometry>> meshes,
@@ -75,7 +67,9 @@ std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& 
   VkDeviceSize scratch_size = 0;
   for (uint32_t i = 0; i < meshes.size(); ++i) {
     if (meshes[i].empty()) continue;
-    builds.push_back(describe_mesh(device, meshes[i]));
+    builds.push_back(describe_mesh(device, meshes[i],
+                                   VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+                                       VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR));
     mesh_of_build.push_back(i);
     scratch_size = std::max(scratch_size, builds.back().sizes.buildScratchSize);
   }

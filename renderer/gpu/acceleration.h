@@ -25,6 +25,17 @@ struct TriangleGeometry {
   bool opaque = true;             // false: rays stop for a look at alpha
 };
 
+// Geometry descriptions of one mesh, with the arrays that Vulkan's build call points to. Whoever moves it points
+// info.pGeometries at `geometries` again.
+struct MeshBuild {
+  std::vector<VkAccelerationStructureGeometryKHR> geometries;
+  std::vector<VkAccelerationStructureBuildRangeInfoKHR> ranges;
+  VkAccelerationStructureBuildGeometryInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
+  VkAccelerationStructureBuildSizesInfoKHR sizes{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+};
+MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mesh,
+                        VkBuildAccelerationStructureFlagsKHR flags);
+
 struct BlasBuildReport {
   VkDeviceSize bytes_built = 0;
   VkDeviceSize bytes_compacted = 0;

@@ -78,7 +78,7 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
 }
 
 void ClusterRaster::add_uses(std::vector<Use>& uses, bool large) {
-  uses.emplace_back(job_.scene->world_from_node, access::compute_read);
+  job_.scene->add_reads(uses, access::compute_read);
   if (job_.views_written) uses.emplace_back(*job_.views_written, access::compute_read);
   uses.emplace_back(work_, kArgumentsAndCompute);
   uses.emplace_back(lists_, access::compute_write);

@@ -18,6 +18,24 @@ VkDrawIndexedIndirectCommand command_of(const scene::ClusteredPrimitive& primiti
   return {primitive.index_count, 1, primitive.first_index, static_cast<int32_t>(primitive.first_vertex), draw};
 }
 
+// In the world. Of a skinned one the mean of the places of its joints' boxes.
+glm::vec3 middle_of(const scene::Scene& source, const state::PoseState& poses, const Draw& draw) {
+  const scene::Primitive& primitive = source.primitives[draw.primitive];
+  const uint32_t skin = source.nodes[draw.node].skin;
+  if (skin == scene::kNone || primitive.joint_bounds_count == 0) {
+    const glm::vec3 middle_node = 0.5f * (primitive.bounds_min + primitive.bounds_max);
+    return glm::vec3(poses.world_from_node(draw.node) * glm::vec4(middle_node, 1));
+  }
+  glm::vec3 sum(0);
+  for (uint32_t i = 0; i < primitive.joint_bounds_count; ++i) {
+    const scene::JointBounds& box = source.joint_bounds[primitive.first_joint_bounds + i];
+    const scene::Joint& joint = source.joints[source.skins[skin].first_joint + box.joint];
+    const glm::vec4 middle_mesh(0.5f * (box.bounds_min + box.bounds_max), 1);
+    sum += glm::vec3(poses.world_from_node(joint.node) * (joint.joint_from_mesh * middle_mesh));
+  }
+  return sum / static_cast<float>(primitive.joint_bounds_count);
+}
+
 // Back to front by the distance of each primitive's middle, as the poses are now. On the CPU: blended draws are few,
 // and their order is all that is needed of them.
 std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& scene, const scene::Scene& source,
@@ -26,16 +44,13 @@ std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& 
   std::vector<std::pair<float, uint32_t>> order;
   for (uint32_t i = bin.first_draw; i < bin.first_draw + bin.draw_count; ++i) {
     const Draw& draw = scene.draw_list.draws[i];
-    const scene::Primitive& primitive = source.primitives[draw.primitive];
-    const glm::vec3 middle_node = 0.5f * (primitive.bounds_min + primitive.bounds_max);
-    const glm::vec3 middle_world(poses.world_from_node(draw.node) * glm::vec4(middle_node, 1));
-    const glm::vec3 offset = middle_world - eye_world;
+    const glm::vec3 offset = middle_of(source, poses, draw) - eye_world;
     order.emplace_back(-glm::dot(offset, offset), i);
   }
   std::sort(order.begin(), order.end());
   std::vector<VkDrawIndexedIndirectCommand> commands;
   for (const auto& [key, i] : order) {
-    commands.push_back(command_of(scene.geometry[scene.draw_list.draws[i].primitive], i));
+    commands.push_back(command_of(scene.geometry_of(scene.draw_list.draws[i]), i));
   }
   return commands;
 }
@@ -106,7 +121,7 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt
   if (commands_revision_ == scene.draw_list_revision) return;
   std::vector<VkDrawIndexedIndirectCommand> commands;
   for (uint32_t i = 0; i < scene.draw_list.draws.size(); ++i) {
-    commands.push_back(command_of(scene.geometry[scene.draw_list.draws[i].primitive], i));
+    commands.push_back(command_of(scene.geometry_of(scene.draw_list.draws[i]), i));
   }
   const VkDeviceSize bytes = commands.size() * sizeof(commands[0]);
   commands_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device);
@@ -169,13 +184,14 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const F
   upload_commands(recorder, belt, scene);
   const std::vector<BinCommands> of_bins = bin_commands(belt, frame);
   std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
-                              Use(scene.world_from_node, access::draw_read), Use(scene.draws, access::draw_read),
+                              Use(scene.draws, access::draw_read),
                               Use(frame.targets.depth, access::depth_target, true)};
+  scene.add_reads(depth_uses, access::draw_read);
   if (frame.visibility) depth_uses.emplace_back(*frame.visibility, access::draw_read);
   std::vector<Use> color_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
-                              Use(scene.world_from_node, access::draw_read), Use(scene.draws, access::draw_read),
-                              Use(frame.targets.depth, access::depth_target),
+                              Use(scene.draws, access::draw_read), Use(frame.targets.depth, access::depth_target),
                               Use(frame.targets.hdr, access::color_target, !frame.visibility)};
+  scene.add_reads(color_uses, access::draw_read);
   if (device_.ray_query()) color_uses.emplace_back(scene.top_level.storage(), access::draw_trace);
   if (frame.shadows) frame.shadows->add_reads(color_uses, access::draw_read);
 

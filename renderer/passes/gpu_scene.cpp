@@ -124,6 +124,7 @@ struct Parts {
   std::vector<gpu_types::PartRecord> parts;
   std::vector<gpu_types::ClusterInstance> clusters;
   std::vector<GpuScene::PlanarPart> planar;
+  std::vector<uint32_t> first_of_node;
 };
 
 glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
@@ -136,23 +137,33 @@ glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
   return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
 }
 
+// Skinned vertices are in the world already: they are drawn at a node that never moves, behind the scene's own.
+uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
+  return scene.nodes[node].skin == scene::kNone ? node : static_cast<uint32_t>(scene.nodes.size());
+}
+
 Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<scene::Caster> casters;
   for (const scene::Mesh& mesh : scene.meshes) casters.push_back(scene::caster_of(scene, mesh));
   Parts all;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const uint32_t mesh = scene.nodes[n].mesh;
+    all.first_of_node.push_back(static_cast<uint32_t>(all.parts.size()));
     if (mesh == scene::kNone) continue;
     const uint32_t first = scene.meshes[mesh].first_primitive;
     for (uint32_t p = first; p < first + scene.meshes[mesh].primitive_count; ++p) {
       const auto part = static_cast<uint32_t>(all.parts.size());
-      all.parts.push_back({n, p, part_flags(scene, p, casters[mesh])});
-      if (casters[mesh].shape == scene::CasterShape::planar) {
+      const uint32_t primitive = gpu_scene.primitive_at(n, p);
+      const bool deformed = scene::is_deformed(scene.nodes[n]);
+      const scene::Caster caster = deformed ? scene::Caster{} : casters[mesh];
+      all.parts.push_back({drawn_at(scene, n), primitive,
+                           part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0)});
+      if (caster.shape == scene::CasterShape::planar) {
         const glm::mat3 m(scene.nodes[n].world_from_node);
         const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
-        all.planar.push_back({part, casters[mesh].plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
+        all.planar.push_back({part, caster.plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
       }
-      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[p];
+      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[primitive];
       for (uint32_t c = 0; c < geometry.cluster_count; ++c) {
         all.clusters.push_back({part, geometry.first_cluster + c});
       }
@@ -163,28 +174,49 @@ Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
   return all;
 }
 
-std::vector<std::vector<gpu::TriangleGeometry>> shadow_geometry(const scene::Scene& scene, const GpuScene& gpu_scene) {
+// first_primitive: of those that stand for the mesh's own.
+std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
+                                                   const scene::Mesh& mesh, uint32_t first_primitive) {
+  std::vector<gpu::TriangleGeometry> geometries;
+  for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
+    const uint32_t p = mesh.first_primitive + i;
+    const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[first_primitive + i];
+    const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(scene.materials[scene.primitives[p].material]);
+    gpu::TriangleGeometry geometry;
+    geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
+    geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
+    geometry.vertex_count = primitive.vertex_count;
+    // Blended surfaces, transmissive ones among them, cast no shadow. An empty geometry keeps the others' numbers.
+    geometry.triangle_count = casts_shadow(scene, p) ? primitive.index_count / 3 : 0;
+    geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
+    geometries.push_back(geometry);
+  }
+  return geometries;
+}
+
+// None of a mesh that only deformed nodes show.
+std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<std::vector<gpu::TriangleGeometry>> meshes(scene.meshes.size());
-  for (size_t m = 0; m < scene.meshes.size(); ++m) {
-    const scene::Mesh& mesh = scene.meshes[m];
-    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[p];
-      const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(scene.materials[scene.primitives[p].material]);
-      gpu::TriangleGeometry geometry;
-      geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
-      geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
-      geometry.vertex_count = primitive.vertex_count;
-      // Blended surfaces, transmissive ones among them, cast no shadow. An empty geometry keeps the others' numbers.
-      geometry.triangle_count = casts_shadow(scene, p) ? primitive.index_count / 3 : 0;
-      geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
-      meshes[m].push_back(geometry);
-    }
+  for (const scene::Node& node : scene.nodes) {
+    if (node.mesh == scene::kNone || scene::is_deformed(node) || !meshes[node.mesh].empty()) continue;
+    const scene::Mesh& mesh = scene.meshes[node.mesh];
+    meshes[node.mesh] = shadow_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
+  }
+  return meshes;
+}
+
+std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  std::vector<std::vector<gpu::TriangleGeometry>> meshes;
+  for (const scene::DeformedNode& shape : gpu_scene.deformed.nodes) {
+    const scene::Mesh& mesh = scene.meshes[scene.nodes[shape.node].mesh];
+    meshes.push_back(shadow_geometry(scene, gpu_scene, mesh, shape.first_primitive));
   }
   return meshes;
 }
 
 VkAccelerationStructureInstanceKHR instance_record(uint32_t node, VkDeviceAddress blas) {
   VkAccelerationStructureInstanceKHR instance{};
+  for (int i = 0; i < 3; ++i) instance.transform.matrix[i][i] = 1;
   instance.instanceCustomIndex = node & 0xffffff;
   instance.mask = 0xff;
   instance.flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
@@ -203,12 +235,12 @@ bool turns_inside_out(const Affine& affine) {
 std::vector<bool> mirrored_at_rest(const scene::Scene& scene) {
   std::vector<bool> mirrored;
   for (const scene::Node& node : scene.nodes) {
-    mirrored.push_back(glm::determinant(glm::mat3(node.world_from_node)) < 0);
+    mirrored.push_back(node.skin == scene::kNone && glm::determinant(glm::mat3(node.world_from_node)) < 0);
   }
   return mirrored;
 }
 
-std::vector<bool> mirrored_as_posed(const state::PoseState& poses) {
+std::vector<bool> mirrored_as_posed(const scene::Scene& scene, const state::PoseState& poses) {
   std::vector<bool> mirrored;
   mirrored.reserve(poses.node_drives().size());
   for (const state::NodeDrive& drive : poses.node_drives()) {
@@ -217,9 +249,26 @@ std::vector<bool> mirrored_as_posed(const state::PoseState& poses) {
       const state::Stream& stream = poses.streams()[drive.stream];
       turned ^= turns_inside_out(stream.poses[drive.pose_index]) ^ turns_inside_out(stream.world_from_stream);
     }
-    mirrored.push_back(turned);
+    mirrored.push_back(turned && scene.nodes[mirrored.size()].skin == scene::kNone);
   }
   return mirrored;
+}
+
+std::vector<gpu_types::PrimitiveRecord> make_primitive_records(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  std::vector<gpu_types::PrimitiveRecord> records(gpu_scene.geometry.size());
+  const auto fill = [&](const scene::Mesh& mesh, uint32_t first_primitive) {
+    const glm::vec4 sphere = sphere_around(scene, mesh);
+    for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
+      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[first_primitive + i];
+      records[first_primitive + i] = {geometry.first_index, geometry.first_vertex,
+                                      scene.primitives[mesh.first_primitive + i].material, glm::vec3(sphere), sphere.w};
+    }
+  };
+  for (const scene::Mesh& mesh : scene.meshes) fill(mesh, mesh.first_primitive);
+  for (const scene::DeformedNode& shape : gpu_scene.deformed.nodes) {
+    fill(scene.meshes[scene.nodes[shape.node].mesh], shape.first_primitive);
+  }
+  return records;
 }
 
 std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -227,7 +276,8 @@ std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const
   for (const Draw& draw : gpu_scene.draw_list.draws) {
     const uint32_t first_primitive = scene.meshes[scene.nodes[draw.node].mesh].first_primitive;
     records.push_back(
-        {draw.node, draw.primitive, gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive});
+        {drawn_at(scene, draw.node), gpu_scene.primitive_at(draw.node, draw.primitive),
+         gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive});
   }
   return records;
 }
@@ -236,11 +286,9 @@ std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const
 
 void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
                              const state::PoseState& poses) {
-  uint64_t revision = poses.drive_revision();
-  for (const state::Stream& stream : poses.streams()) revision += stream.revision;  // both only ever rise
-  if (poses_seen == revision) return;
-  poses_seen = revision;
-  std::vector<bool> now = mirrored_as_posed(poses);
+  if (poses_seen == poses.revision()) return;
+  poses_seen = poses.revision();
+  std::vector<bool> now = mirrored_as_posed(scene, poses);
   if (now == mirrored) return;
   mirrored = std::move(now);
   draw_list = DrawList::collect(scene, mirrored);
@@ -253,13 +301,18 @@ void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, con
   });
 }
 
+void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
+  for (gpu::Buffer* written : {&world_from_node, &positions, &vertices, &primitives}) uses.emplace_back(*written, access);
+}
+
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
                    const gpu::EnvironmentTextures& environment)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
-  const scene::ClusteredGeometry clustered = scene::cut_clusters(scene);
+  scene::ClusteredGeometry clustered = scene::cut_clusters(scene);
+  deformed = DeformedShapes(device, loader, scene, scene::add_deformed_copies(scene, clustered), clustered);
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
@@ -275,17 +328,12 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   materials = upload_array(device, loader, records.materials);
   material_extensions = upload_array(device, loader, records.extensions);
 
-  std::vector<gpu_types::PrimitiveRecord> primitive_records;
-  for (size_t p = 0; p < scene.primitives.size(); ++p) {
-    primitive_records.push_back({geometry[p].first_index, geometry[p].first_vertex, scene.primitives[p].material});
+  primitive_shift_of_node.assign(node_count, 0);
+  for (const scene::DeformedNode& shape : deformed.nodes) {
+    primitive_shift_of_node[shape.node] =
+        shape.first_primitive - scene.meshes[scene.nodes[shape.node].mesh].first_primitive;
   }
-  for (const scene::Mesh& mesh : scene.meshes) {
-    const glm::vec4 sphere = sphere_around(scene, mesh);
-    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      primitive_records[p].mesh_center = glm::vec3(sphere);
-      primitive_records[p].mesh_radius = sphere.w;
-    }
-  }
+  const std::vector<gpu_types::PrimitiveRecord> primitive_records = make_primitive_records(scene, *this);
   primitives = upload_array(device, loader, primitive_records);
 
   std::vector<gpu_types::LightRecord> light_records;
@@ -293,7 +341,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   for (uint32_t n = 0; n < node_count; ++n) {
     const scene::Node& node = scene.nodes[n];
     if (node.light != scene::kNone) light_records.push_back(light_record(scene.lights[node.light], n));
-    if (node.mesh != scene::kNone) first_primitives[n] = scene.meshes[node.mesh].first_primitive;
+    if (node.mesh != scene::kNone) first_primitives[n] = primitive_at(n, scene.meshes[node.mesh].first_primitive);
   }
   light_count = static_cast<uint32_t>(light_records.size());
   lights = upload_array(device, loader, light_records);
@@ -302,10 +350,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   Parts all_parts = collect_parts(scene, *this);
   part_count = static_cast<uint32_t>(all_parts.parts.size());
   planar_parts = std::move(all_parts.planar);
-  first_part_of_node.assign(node_count, 0);
-  for (uint32_t i = static_cast<uint32_t>(all_parts.parts.size()); i-- > 0;) {
-    first_part_of_node[all_parts.parts[i].node] = i;
-  }
+  first_part_of_node = std::move(all_parts.first_of_node);
   for (const gpu_types::PartRecord& part : all_parts.parts) {
     has_on_top |= (part.flags & FIRE3DV_PART_ON_TOP) != 0;
     has_masked |= (part.flags & FIRE3DV_PART_MASK) != 0;
@@ -315,18 +360,27 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   cluster_instances = upload_array(device, loader, all_parts.clusters);
 
   draws = upload_array(device, loader, draw_records(scene, *this));
-  world_from_node = gpu::create_buffer(device, node_count * sizeof(gpu_types::AffineRows),
-                                       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+  std::vector<gpu_types::AffineRows> transforms(node_count + 1);
+  transforms.back() = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+  world_from_node = upload_array(device, loader, transforms);
 
   if (device.traces_rays()) {
-    blas_of_mesh =
-        gpu::build_meshes(device, loader, shadow_geometry(scene, *this), positions, indices, blas_report);
+    blas_of_mesh = gpu::build_meshes(device, loader, static_geometry(scene, *this), positions, indices, blas_report);
+    deformed.levels = gpu::DeformedLevels(device, deformed_geometry(scene, *this));
+    std::vector<VkDeviceAddress> blas_of_node(node_count, 0);
+    for (uint32_t n = 0; n < node_count; ++n) {
+      const scene::Node& node = scene.nodes[n];
+      if (node.mesh != scene::kNone) blas_of_node[n] = blas_of_mesh[node.mesh].address;
+    }
+    for (size_t i = 0; i < deformed.nodes.size(); ++i) {
+      blas_of_node[deformed.nodes[i].node] = deformed.levels.address(i);
+    }
     std::vector<VkAccelerationStructureInstanceKHR> instance_records;
     for (uint32_t n = 0; n < node_count; ++n) {
-      const uint32_t mesh = scene.nodes[n].mesh;
-      if (mesh == scene::kNone || !blas_of_mesh[mesh].address) continue;
-      instance_indices[n] = static_cast<uint32_t>(instance_records.size());
-      instance_records.push_back(instance_record(n, blas_of_mesh[mesh].address));
+      if (!blas_of_node[n]) continue;
+      // Instances of skinned nodes stay where they are: the transforms pass does not know them.
+      if (drawn_at(scene, n) == n) instance_indices[n] = static_cast<uint32_t>(instance_records.size());
+      instance_records.push_back(instance_record(n, blas_of_node[n]));
     }
     instance_count = static_cast<uint32_t>(instance_records.size());
     instances = upload_array(device, loader, instance_records, geometry_usage);

@@ -10,6 +10,7 @@
 #include "renderer/gpu/bindless_textures.h"
 #include "renderer/gpu/resources.h"
 #include "renderer/gpu/upload_belt.h"
+#include "renderer/passes/deformed_shapes.h"
 #include "renderer/passes/draw_list.h"
 #include "renderer/scene/clusters.h"
 #include "renderer/scene/scene.h"
@@ -24,6 +25,14 @@ struct GpuScene {
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
                      const state::PoseState& poses);
 
+  // What shaders read of a scene that this frame may have written.
+  void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
+  // Of the scene's primitive at a node: its own where the node is deformed.
+  uint32_t primitive_at(uint32_t node, uint32_t primitive) const { return primitive + primitive_shift_of_node[node]; }
+  const scene::ClusteredPrimitive& geometry_of(const Draw& draw) const {
+    return geometry[primitive_at(draw.node, draw.primitive)];
+  }
+
   uint32_t node_count = 0;
   uint32_t light_count = 0, part_count = 0;
   uint32_t instance_count = 0;  // of the top-level acceleration structure
@@ -33,13 +42,15 @@ struct GpuScene {
 
   gpu::Buffer positions, vertices, indices;  // in cluster order
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances;
-  std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene
+  std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene, then of deformed nodes
+  std::vector<uint32_t> primitive_shift_of_node;    // from the scene's primitives to those of the node; most are 0
+  DeformedShapes deformed;
   gpu::Buffer materials, material_extensions, primitives, lights;
   gpu::Buffer draws;                    // DrawRecord[], in the order of the draw list
   gpu::Buffer first_primitive_of_node;  // uint[]
   gpu::Buffer instance_of_node;         // uint[]
   gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
-  gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass
+  gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass; the last one is the identity
 
   std::vector<uint32_t> first_part_of_node;
   // Parts that lie in one plane, the largest at rest first.

@@ -36,6 +36,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
       environment_(device, settings.environment ? *settings.environment : scene::studio_environment()),
       transforms_(device, layout_.get()),
+      deform_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
       shadow_way_(choose_shadow_way(device, settings.shadows, path_ == RasterPath::visibility)),
       shadows_(device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, shadow_way_),
@@ -50,6 +51,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
 void SceneRenderer::set_scene(const scene::Scene& scene) {
   scene_ = &scene;
   transforms_.forget();
+  deform_.forget();
   forward_.forget();
   gpu_scene_ = std::make_unique<GpuScene>(device_, scene, environment_.textures());
   shadows_.set_scene(scene, *gpu_scene_);
@@ -68,6 +70,8 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   transforms_.record(recorder, belt, *gpu_scene_, poses);
   // Which way triangles face now.
   gpu_scene_->follow_senses(recorder, belt, *scene_, poses);
+  // Which shape it has now.
+  deform_.record(recorder, belt, *gpu_scene_, poses);
   // What shadow rays can meet.
   record_top_level(recorder);
   // What the camera and the lights see of it.

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/deform_pass.h"
 #include "renderer/passes/environment.h"
 #include "renderer/passes/forward_pass.h"
 #include "renderer/passes/gpu_scene.h"
@@ -68,6 +69,7 @@ class SceneRenderer {
   gpu::PipelineLayout layout_;
   Environment environment_;
   TransformsPass transforms_;
+  DeformPass deform_;
   ForwardPass forward_;
   ShadowWay shadow_way_;
   std::optional<VisibilityPass> visibility_;

@@ -205,9 +205,9 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
 ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
                                         VkDeviceAddress globals) {
   if (view_count_ == 0) return nullptr;
-  recorder.pass("light views",
-                {Use(scene.world_from_node, access::compute_read), Use(views_, access::compute_write)},
-                [&](VkCommandBuffer commands) {
+  std::vector<Use> uses{Use(views_, access::compute_write)};
+  scene.add_reads(uses, access::compute_read);
+  recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
                   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
                   const gpu_types::LightViewsPush push{globals, wanted_views_.address, views_.address};
                   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
@@ -241,9 +241,9 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& v
   recorder.transition({Use(list_, access::transfer_write)});
   vkCmdFillBuffer(recorder.commands(), list_.get(), 0, VK_WHOLE_SIZE, 0);
 
-  std::vector<Use> classify_uses{Use(visibility, access::compute_read), Use(scene.world_from_node, access::compute_read),
-                                 Use(list_, access::compute_write), Use(entries_, access::compute_write),
-                                 Use(mask_, access::compute_write)};
+  std::vector<Use> classify_uses{Use(visibility, access::compute_read), Use(list_, access::compute_write),
+                                 Use(entries_, access::compute_write), Use(mask_, access::compute_write)};
+  scene.add_reads(classify_uses, access::compute_read);
   if (view_count_) {
     classify_uses.emplace_back(maps_, access::compute_read);
     classify_uses.emplace_back(views_, access::compute_read);
@@ -259,10 +259,10 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& v
   gpu::Access arguments = read;  // the list is argument and input at once
   arguments.stages |= access::indirect_read.stages;
   arguments.access |= access::indirect_read.access;
-  recorder.pass("trace",
-                {Use(visibility, read), Use(scene.world_from_node, read), Use(list_, arguments), Use(entries_, read),
-                 Use(mask_, write),
-                 Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)},
+  std::vector<Use> trace_uses{Use(visibility, read), Use(list_, arguments), Use(entries_, read), Use(mask_, write),
+                              Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
+  scene.add_reads(trace_uses, read);
+  recorder.pass("trace", trace_uses,
                 [&](VkCommandBuffer commands) {
                   if (query) {
                     bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, trace_query_.get());

@@ -104,8 +104,9 @@ void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass&
   push.visibility = visibility_.address;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
-  std::vector<Use> uses{Use(visibility_, access::compute_read), Use(scene.world_from_node, access::compute_read),
+  std::vector<Use> uses{Use(visibility_, access::compute_read),
                         Use(leave_samples ? targets.hdr : targets.display, access::compute_write, true)};
+  scene.add_reads(uses, access::compute_read);
   shadows.add_reads(uses, access::compute_read);
   recorder.pass("shade", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, (leave_samples ? shade_samples_ : shade_).get());

@@ -38,7 +38,7 @@ struct ClusteredGeometry {
   std::vector<Cluster> clusters;          // in the order of the primitives
   std::vector<uint32_t> triangles;        // three 8-bit vertex numbers inside the cluster, lowest first
   std::vector<uint32_t> indices;          // relative to the primitive's first vertex; triangle t is at 3t
-  std::vector<ClusteredPrimitive> primitives;  // as Scene::primitives
+  std::vector<ClusteredPrimitive> primitives;  // as Scene::primitives; behind them deformed_copies.h's
 };
 
 ClusteredGeometry cut_clusters(const Scene& scene);

@@ -4,6 +4,7 @@
 #include <new>
 
 #include "renderer/scene/bounds.h"
+#include "renderer/scene/deformed_copies.h"
 #include "renderer/scene/gltf_animations.h"
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_lights_cameras.h"
@@ -56,6 +57,7 @@ Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits,
   if (!node_of_source) return node_of_source.error();
   if (auto done = add_skins(*document, limits, *node_of_source, scene); !done) return done.error();
   if (auto done = add_animations(*document, limits, *node_of_source, scene); !done) return done.error();
+  if (auto done = check_deformed_copies(scene); !done) return done.error();
   auto images = load_images(*document, *used_images, limits, progress);
   if (!images) return images.error();
   scene.images = std::move(*images);

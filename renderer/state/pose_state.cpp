@@ -168,6 +168,12 @@ void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
   if (first) derive_drives();  // until now its nodes were at rest
 }
 
+uint64_t PoseState::revision() const {
+  uint64_t revision = drive_revision_;
+  for (const Stream& stream : streams_) revision += stream.revision;  // each only ever rises
+  return revision;
+}
+
 glm::mat4 PoseState::world_from_node(uint32_t node) const {
   const NodeDrive& drive = node_drives_[node];
   if (drive.stream == kNone) return rest_.world_from_node[node];

@@ -80,6 +80,8 @@ class PoseState {
   // One per scene node. drive_revision() changes when bindings or rest poses do.
   const std::vector<NodeDrive>& node_drives() const { return node_drives_; }
   uint64_t drive_revision() const { return drive_revision_; }
+  // Rises with whatever changes what is shown.
+  uint64_t revision() const;
 
   // Global transform of one node as shown now, on the CPU: for cameras and panels, not for drawing.
   glm::mat4 world_from_node(uint32_t node) const;

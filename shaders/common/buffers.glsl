@@ -37,6 +37,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayEntryRef 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayListRef { RayList value; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightViewWantedRef { LightViewWanted at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer RasterViewOut { RasterView at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DeformRecordRef { DeformRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DeformGroupRef { DeformGroup at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer JointRef { JointRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer UintsRef { uint at[]; };
 
 vec3 transform_point(AffineRows m, vec3 p) {

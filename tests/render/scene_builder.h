@@ -13,6 +13,9 @@ class SceneBuilder {
   uint32_t material(const scene::Material& material);
   uint32_t texture(uint32_t width, uint32_t height, bool srgb, const std::function<glm::vec4(float u, float v)>& texel);
 
+  // One primitive of triangles.
+  uint32_t mesh(uint32_t material, const std::vector<glm::vec3>& positions,
+                const std::vector<scene::VertexAttributes>& attributes, const std::vector<uint32_t>& indices);
   uint32_t sphere(uint32_t material, float radius_m, uint32_t segments = 64);
   uint32_t box(uint32_t material, glm::vec3 half_extent_m);
   uint32_t quad(uint32_t material, float half_extent_m, float uv_repeat = 1);  // in the XZ plane, facing +Y
@@ -25,8 +28,6 @@ class SceneBuilder {
   scene::Scene build();
 
  private:
-  uint32_t mesh(uint32_t material, const std::vector<glm::vec3>& positions,
-                const std::vector<scene::VertexAttributes>& attributes, const std::vector<uint32_t>& indices);
   uint32_t node(scene::Node node, uint32_t parent);
 
   scene::Scene scene_;

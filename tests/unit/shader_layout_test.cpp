@@ -92,6 +92,14 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(VertexRecord, uv1);
   EXPECT_SAME_OFFSET(VertexRecord, color);
   EXPECT_SAME_OFFSET(PrimitiveRecord, material);
+  EXPECT_SAME_OFFSET(PrimitiveRecord, mesh_radius);
+  EXPECT_SAME_OFFSET(InfluenceRecord, weights);
+  EXPECT_SAME_OFFSET(JointRecord, node);
+  EXPECT_SAME_OFFSET(JointBoundsRecord, high);
+  EXPECT_SAME_OFFSET(MorphDeltaRecord, tangent);
+  EXPECT_SAME_OFFSET(DeformRecord, skinned);
+  EXPECT_SAME_OFFSET(DeformRecord, first_weight);
+  EXPECT_SAME_OFFSET(DeformGroup, first_vertex);
   EXPECT_SAME_OFFSET(DrawRecord, primitive);
   EXPECT_SAME_OFFSET(LightRecord, range_m);
   EXPECT_SAME_OFFSET(LightRecord, cone_offset);
@@ -106,6 +114,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(Globals, shadows);
   // The push blocks hold their structure at offset 0.
   EXPECT_SAME_OFFSET(TransformsPush, node_count);
+  EXPECT_SAME_OFFSET(DeformPush, group_count);
   EXPECT_SAME_OFFSET(EnvironmentPush, lod);
   EXPECT_SAME_OFFSET(ForwardPush, globals);
   EXPECT_SAME_OFFSET(PostPush, tone_map);

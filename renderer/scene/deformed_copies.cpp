@@ -1,0 +1,64 @@
+#include "renderer/scene/deformed_copies.h"
+
+#include <algorithm>
+#include <string>
+
+namespace fire3dv::scene {
+namespace {
+
+// Some 5 GB on the GPU, were no vertex shared between triangles.
+constexpr uint64_t kMostVertices = uint64_t{1} << 26;
+
+void copy_primitive(ClusteredGeometry& geometry, uint32_t index) {
+  ClusteredPrimitive copy = geometry.primitives[index];
+  const uint32_t source_vertex = copy.first_vertex, source_cluster = copy.first_cluster;
+  copy.first_vertex = static_cast<uint32_t>(geometry.source_vertices.size());
+  copy.first_cluster = static_cast<uint32_t>(geometry.clusters.size());
+  for (uint32_t v = 0; v < copy.vertex_count; ++v) {
+    geometry.source_vertices.push_back(geometry.source_vertices[source_vertex + v]);
+  }
+  for (uint32_t c = 0; c < copy.cluster_count; ++c) {
+    Cluster cluster = geometry.clusters[source_cluster + c];
+    cluster.first_vertex += copy.first_vertex - source_vertex;
+    geometry.clusters.push_back(cluster);
+  }
+  geometry.primitives.push_back(copy);
+}
+
+}  // namespace
+
+bool is_deformed(const Node& node) {
+  return node.mesh != kNone && (node.skin != kNone || node.morph_weight_count > 0);
+}
+
+Result<void> check_deformed_copies(const Scene& scene) {
+  uint64_t vertices = 0;
+  for (const Node& node : scene.nodes) {
+    if (!is_deformed(node)) continue;
+    const Mesh& mesh = scene.meshes[node.mesh];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      // Clusters repeat a vertex that they share, at worst for each of its triangles.
+      vertices += std::max(scene.primitives[p].vertex_count, scene.primitives[p].index_count);
+    }
+    if (vertices > kMostVertices) {
+      return Error{"the nodes with skins or morph targets have more than " + std::to_string(kMostVertices) +
+                   " corners of triangles together, each node counted for itself; show fewer of them"};
+    }
+  }
+  return {};
+}
+
+std::vector<DeformedNode> add_deformed_copies(const Scene& scene, ClusteredGeometry& geometry) {
+  std::vector<DeformedNode> nodes;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    if (!is_deformed(scene.nodes[n])) continue;
+    nodes.push_back({n, static_cast<uint32_t>(geometry.primitives.size())});
+    const Mesh& mesh = scene.meshes[scene.nodes[n].mesh];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      copy_primitive(geometry, p);
+    }
+  }
+  return nodes;
+}
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,28 @@
+// Nodes whose mesh changes its shape have its vertices to themselves: copies behind those of the scene, which a pass
+// writes anew whenever something moves. Triangles are shared.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "protocol/error.h"
+#include "renderer/scene/clusters.h"
+#include "renderer/scene/scene.h"
+
+namespace fire3dv::scene {
+
+// By a skin or by morph targets.
+bool is_deformed(const Node& node);
+
+// Thousands of nodes may share a mesh, each with a copy of it: refuses what no machine has the memory for.
+Result<void> check_deformed_copies(const Scene& scene);
+
+struct DeformedNode {
+  uint32_t node = 0;
+  uint32_t first_primitive = 0;  // into ClusteredGeometry::primitives: copies of all primitives of the mesh
+};
+
+// Appends the copies, in node order.
+std::vector<DeformedNode> add_deformed_copies(const Scene& scene, ClusteredGeometry& geometry);
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,195 @@
+// Skins and morph targets: what the GPU deforms looks as what was computed vertex by vertex, on both raster paths and
+// with shadows of every kind, and follows the poses from frame to frame.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "renderer/scene/bounds.h"
+#include "renderer/scene/load_gltf.h"
+#include "tests/render/bent_bar.h"
+#include "tests/render/render_bench.h"
+#include "tests/support/image_compare.h"
+
+namespace fire3dv::test {
+namespace {
+
+constexpr VkExtent2D kExtent{160, 120};
+
+struct Way {
+  const char* name;
+  passes::RasterPath raster;
+  passes::ShadowSettings shadows;
+};
+const Way kWays[] = {
+    {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
+    {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
+    {"rays", passes::RasterPath::visibility, {passes::ShadowMethod::ray, false, passes::RayBackEnd::query}},
+    {"pipeline", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
+    {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
+};
+
+passes::DrawSettings settings_of(const Way& way) {
+  passes::DrawSettings settings;
+  settings.raster = way.raster;
+  settings.shadows = way.shadows;
+  settings.post.fxaa = false;
+  return settings;
+}
+
+sinks::FrameImage draw(RenderBench& bench, const scene::Scene& scene, const state::PoseState& poses) {
+  return bench.draw(poses, first_camera_view(scene, poses, kExtent));
+}
+
+sinks::FrameImage draw_static(RenderBench& bench, const scene::Scene& scene) {
+  bench.renderer().set_scene(scene);
+  return draw(bench, scene, state::PoseState(scene));
+}
+
+glm::mat4 turned(float angle, const glm::vec3& axis) { return glm::rotate(glm::mat4(1), angle, axis); }
+
+// The second one lies elsewhere, so that bounds which stayed behind would lose its shadow.
+BarPose one_pose() { return {at({-0.6f, 0, 0}), at({0, 1, 0}) * turned(0.9f, {0, 0, 1}), 1}; }
+BarPose other_pose() {
+  return {at({-2, 0.1f, -1}) * turned(0.7f, {0, 1, 0}),
+          at({0.1f, 1.1f, 0}) * turned(-1.1f, {1, 0, 0}) * glm::scale(glm::mat4(1), {1.3f, 1, 0.8f}), 0.4f};
+}
+
+class Deform : public ValidationIsSilent {};
+
+TEST_F(Deform, ABarBendsAsComputedInEveryWayOfDrawing) {
+  const scene::Scene skinned = skinned_bar(one_pose());
+  const scene::Scene computed = computed_bar(one_pose()), computed_later = computed_bar(other_pose());
+  for (const Way& way : kWays) {
+    SCOPED_TRACE(way.name);
+    RenderBench bench(skinned, kExtent, settings_of(way));
+    state::PoseState poses(skinned);
+    const sinks::FrameImage first = draw(bench, skinned, poses);
+    poses.set_rest(moved(skinned, other_pose()));
+    const sinks::FrameImage later = draw(bench, skinned, poses);
+    const sinks::FrameImage still = draw(bench, skinned, poses);
+    const std::string name = std::string("deform_bar_") + way.name;
+    EXPECT_TRUE(matches_image(first, draw_static(bench, computed), name, Tolerance::colour()));
+    EXPECT_TRUE(matches_image(later, draw_static(bench, computed_later), name + "_later", Tolerance::colour()));
+    EXPECT_TRUE(matches_image(still, later, name + "_still", Tolerance::exact()));
+    EXPECT_FALSE(difference_of(first, later, Tolerance::colour()).within(Tolerance::colour()));
+  }
+}
+
+TEST_F(Deform, AMorphTargetWeighsWhatItIsSaidTo) {
+  const scene::Scene morphed = morphed_bar(1);
+  for (const Way& way : {kWays[0], kWays[1]}) {
+    SCOPED_TRACE(way.name);
+    RenderBench bench(morphed, kExtent, settings_of(way));
+    state::PoseState poses(morphed);
+    std::vector<sinks::FrameImage> images;
+    const std::vector<float> weights{1, 0, 0.35f};
+    for (const float weight : weights) {
+      state::RestPose rest = state::rest_pose(morphed);
+      rest.morph_weights = {weight};
+      poses.set_rest(rest);
+      images.push_back(draw(bench, morphed, poses));
+    }
+    for (size_t i = 0; i < weights.size(); ++i) {
+      const std::string name = std::string("deform_morph_") + way.name + "_" + std::to_string(i);
+      EXPECT_TRUE(matches_image(images[i], draw_static(bench, computed_morphed_bar(weights[i])), name,
+                                Tolerance::colour()));
+    }
+    EXPECT_FALSE(difference_of(images[0], images[1], Tolerance::colour()).within(Tolerance::colour()));
+  }
+}
+
+// Where the box around a node's mesh is in the image: low x, low y, high x, high y.
+glm::vec4 box_in_image(const scene::Box& box, const passes::View& view) {
+  glm::vec2 low(1e9f), high(-1e9f);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::vec4 clip = view.clip_from_world * glm::vec4((corner & 1) ? box.high.x : box.low.x,
+                                                            (corner & 2) ? box.high.y : box.low.y,
+                                                            (corner & 4) ? box.high.z : box.low.z, 1);
+    EXPECT_GT(clip.w, 0) << "the box passes the eye: the test means nothing";
+    const glm::vec2 place =
+        (glm::vec2(clip) / clip.w * 0.5f + 0.5f) * glm::vec2(kExtent.width, kExtent.height);
+    low = glm::min(low, place);
+    high = glm::max(high, place);
+  }
+  return {low, high};
+}
+
+// Of what is not background: how many pixels, and how many of them lie outside a rectangle.
+std::pair<int, int> covered_and_outside(const sinks::FrameImage& image, const glm::vec4& rectangle) {
+  const glm::ivec3 background = pixel(image, 0, 0);
+  int covered = 0, outside = 0;
+  for (uint32_t y = 0; y < image.height; ++y) {
+    for (uint32_t x = 0; x < image.width; ++x) {
+      if (pixel(image, x, y) == background) continue;
+      ++covered;
+      const auto px = static_cast<float>(x), py = static_cast<float>(y);
+      outside += px + 1 < rectangle.x || py + 1 < rectangle.y || px > rectangle.z || py > rectangle.w;
+    }
+  }
+  return {covered, outside};
+}
+
+TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
+  const std::filesystem::path file = std::filesystem::path(FIRE3DV_SOURCE_DIR) / "../shared/assets/bevy/Fox.glb";
+  scene::Scene scene;
+  std::vector<state::RestPose> poses_shown;
+  uint32_t figure = scene::kNone;
+  if (std::filesystem::exists(file)) {
+    auto loaded = scene::load_gltf(file);
+    ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+    scene = std::move(*loaded);
+    state::AnimationPlayer player(scene, {0});
+    for (const double time_s : {0.0, 0.4, 0.9}) poses_shown.push_back(player.at(time_s));
+  } else {
+    scene = skinned_bar(one_pose());
+    scene.nodes[0].mesh = scene.nodes[4].mesh = scene::kNone;  // the ground, and the bar that does not bend
+    for (const BarPose& pose : {one_pose(), other_pose()}) poses_shown.push_back(moved(scene, pose));
+  }
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    if (scene.nodes[n].skin != scene::kNone) figure = n;
+  }
+  ASSERT_NE(figure, scene::kNone);
+  scene::Camera camera;
+  const float aspect = static_cast<float>(kExtent.width) / static_cast<float>(kExtent.height);
+  const passes::View view = passes::make_view(
+      camera, passes::framing_camera_pose(camera, aspect, 1.3f * scene.bounds_min, 1.3f * scene.bounds_max), aspect);
+  for (const Way& way : {kWays[0], kWays[1]}) {
+    SCOPED_TRACE(way.name);
+    RenderBench bench(scene, kExtent, settings_of(way));
+    state::PoseState poses(scene);
+    std::vector<sinks::FrameImage> images;
+    for (const state::RestPose& pose : poses_shown) {
+      poses.set_rest(pose);
+      images.push_back(bench.draw(poses, view));
+      const scene::Box box = scene::bounds_in_world(scene, figure, pose.world_from_node);
+      const auto [covered, outside] = covered_and_outside(images.back(), box_in_image(box, view));
+      EXPECT_GT(covered, 300);
+      EXPECT_EQ(outside, 0);
+    }
+    EXPECT_FALSE(difference_of(images[0], images[1], Tolerance::colour()).within(Tolerance::colour()));
+  }
+}
+
+TEST_F(Deform, ReloadingLeavesNothingBehind) {
+  const scene::Scene first = skinned_bar(one_pose()), second = morphed_bar(0.5f);
+  RenderBench bench(first, kExtent);
+  const auto draw_both = [&] {
+    bench.renderer().set_scene(second);
+    draw(bench, second, state::PoseState(second));
+    bench.renderer().set_scene(first);
+    draw(bench, first, state::PoseState(first));
+  };
+  for (uint32_t frame = 0; frame < gpu::kFramesInFlight; ++frame) draw_both();  // each slot has its memory
+  device().retire_all_now();
+  const gpu::LiveObjects before = device().live_objects();
+  const uint64_t bytes_before = device().allocated_bytes();
+  for (int i = 0; i < 4; ++i) draw_both();
+  device().retire_all_now();
+  EXPECT_EQ(device().live_objects(), before);
+  EXPECT_EQ(device().allocated_bytes(), bytes_before);
+}
+
+}  // namespace
+}  // namespace fire3dv::test
