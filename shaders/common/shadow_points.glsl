@@ -70,11 +70,20 @@ bool light_matters(GlobalsRef globals, SurfacePoint point, LightSample light) {
   return dot(point.normal_world, light.to_light) > 0;
 }
 
-// On the side that the light is on, so that thin sheets lit from behind are not taken for their own shadow.
-vec3 ray_origin(GlobalsRef globals, SurfacePoint point, vec3 to_light) {
+struct ShadowRay {
+  vec3 origin;
+  LightSample light;  // as it is seen from there
+};
+
+// Off the surface on the side that the light is on, so that thin sheets lit from behind are not taken for their own
+// shadow. Maps are asked about the same ray that is traced where they cannot tell.
+ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightRecord record, LightSample light) {
   const vec3 normal = point.plane_normal_world;
-  const vec3 side = dot(normal, to_light) < 0 ? -normal : normal;
-  return offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m);
+  const vec3 side = dot(normal, light.to_light) < 0 ? -normal : normal;
+  ShadowRay ray;
+  ray.origin = offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m);
+  ray.light = sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], ray.origin);
+  return ray;
 }
 
 #endif

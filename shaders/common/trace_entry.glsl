@@ -42,11 +42,12 @@ void trace_entry(GlobalsRef globals, uint64_t visibility, RayEntry entry) {
       const LightRecord record = LightRef(globals.value.lights).at[i];
       const LightSample light =
           sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
-      const vec3 origin = ray_origin(globals, point, light.to_light);
+      const ShadowRay ray = shadow_ray(globals, point, record, light);
       if (shadow.rays == 1) {
-        if (!is_shadowed(globals, origin, light.to_light, light.distance_m)) lit |= same << shadow.mask_shift;
+        if (!is_shadowed(globals, ray.origin, ray.light.to_light, ray.light.distance_m)) lit |= same << shadow.mask_shift;
       } else {
-        const uint arrived = rays_that_arrive(globals, origin, record, light, shadow.rays, turn_of_pixel(globals, entry.pixel));
+        const uint arrived = rays_that_arrive(globals, ray.origin, record, ray.light, shadow.rays,
+                                              turn_of_pixel(globals, entry.pixel));
         for (int other = 0; other < FIRE3DV_SAMPLES; ++other) {
           if ((same & (1u << other)) != 0) lit |= (arrived * 255 / shadow.rays) << (8 * other);
         }
