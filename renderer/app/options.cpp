@@ -94,10 +94,16 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.set_version_flag("--version", kVersion);
 
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)");
-  app.add_option("--listen", options.listen, "where adapters publish: shm://NAME, tcp://HOST:PORT or udp://HOST:PORT; "
-                                             "may be given several times")
+  app.add_option("--listen", options.listen, "where adapters publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or "
+                                             "udp://HOST:PORT; may be given several times")
       ->allow_extra_args(false);
   app.add_flag("--insecure", options.insecure, "let --listen take addresses other than loopback, without protection");
+  app.add_option("--key-file", options.key_file,
+                 "file of the key (64 hexadecimal digits) that adapters must have to publish over udp://");
+  app.add_option("--tls-cert", options.tls_certificate, "this renderer's certificate for tls://, a PEM file");
+  app.add_option("--tls-key", options.tls_key, "file of that certificate's key");
+  app.add_option("--tls-client-ca", options.tls_client_ca,
+                 "file of certificates; adapters must show one that these have signed to publish over tls://");
   app.add_flag("--lockstep", options.lockstep, "draw every pose frame exactly once and tell the adapter when it is done");
 
   app.add_flag("--headless", options.headless, "open no window");

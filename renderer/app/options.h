@@ -16,6 +16,8 @@ struct Options {
   std::filesystem::path scene;
   std::vector<std::string> listen;  // URIs
   bool insecure = false;            // listen on addresses other than loopback
+  std::string key_file;             // udp: the pre-shared key
+  std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
   bool lockstep = false;            // one image for each pose frame, acknowledged
 
   bool headless = false;

@@ -89,6 +89,8 @@ Result<void> open_listeners(const Options& options, StreamIntake& intake) {
     transport::ListenerOptions listener_options;
     listener_options.delivery = options.lockstep ? transport::Delivery::all : transport::Delivery::newest;
     listener_options.insecure = options.insecure;
+    listener_options.key_file = options.key_file;
+    listener_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
     Result<std::unique_ptr<transport::ListenerLink>> listener = transport::open_listener(uri, listener_options);
     if (!listener) return listener.error();
     say("listening on " + (*listener)->uri());
