@@ -141,7 +141,7 @@ int run(const Options& options) {
     Result<std::optional<state::AnimationPlayer>> animations = open_animations(options, *scene);
     if (!animations) return fail(animations.error());
     state::PoseState poses(*scene);
-    StreamIntake intake(poses, options.lockstep);
+    StreamIntake intake(poses, options.lockstep, options.play);
     if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
     Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
     if (!sink) return fail(sink.error());
