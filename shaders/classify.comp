@@ -51,9 +51,11 @@ void main() {
         const LightSample light =
             sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
         if (!light_matters(globals, point, light)) continue;
-        const uint verdict = push.hybrid != 0 && shadow.rays == 1
-                                 ? map_verdict(globals, shadow, part_of_id(globals, ids.at[s]), point.position_world, point.plane_normal_world, light)
-                                 : kUnknown;
+        uint verdict = kUnknown;
+        if (push.hybrid != 0 && shadow.rays == 1) {
+          const ShadowRay ray = shadow_ray(globals, point, record, light);
+          verdict = map_verdict(globals, shadow, part_of_id(globals, ids.at[s]), ray.origin, point.plane_normal_world, ray.light);
+        }
         if (verdict == kLit) continue;
         if (shadow.rays == 1) {
           known &= ~(same << shadow.mask_shift);

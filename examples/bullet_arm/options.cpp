@@ -15,10 +15,19 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   Options options;
   bool realtime = false, fast = false, lockstep = false;
   CLI::App app{"A robot arm simulated by Bullet, published to FIRE-3DV renderers", "bullet_arm"};
-  app.add_option("--to", options.to,
-                 "Where to publish: shm://NAME, tcp://HOST:PORT or udp://HOST:PORT; repeatable")
+  app.add_option(
+         "--to", options.to,
+         "Where to publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; repeatable")
       ->type_name("URI")
       ->allow_extra_args(false);
+  app.add_option("--key-file", options.key_file, "File of the key that udp:// renderers ask for")
+      ->type_name("FILE");
+  app.add_option("--tls-ca", options.tls_ca, "File of the certificates to trust for tls://")
+      ->type_name("FILE");
+  app.add_option("--tls-cert", options.tls_certificate,
+                 "Own certificate, for tls:// renderers that ask for one")
+      ->type_name("FILE");
+  app.add_option("--tls-key", options.tls_key, "File of that certificate's key")->type_name("FILE");
   auto* seconds = app.add_option("--seconds", options.seconds, "Simulated time of a run")
                       ->check(CLI::Range(0.01, 86400.0))
                       ->capture_default_str();

@@ -16,6 +16,7 @@ enum class Pace {
 
 struct Options {
   std::vector<std::string> to;
+  std::string key_file, tls_ca, tls_certificate, tls_key;  // files, for links that keep strangers out
   double seconds = 8;
   double rate_hz = 240;
   std::optional<uint64_t> frames;  // instead of seconds

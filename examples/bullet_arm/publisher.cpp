@@ -16,10 +16,11 @@ std::string failed(const char* what, const std::string& uri, const fire3dv::Clie
 
 }  // namespace
 
-std::optional<std::string> Publisher::open(const std::vector<std::string>& uris) {
+std::optional<std::string> Publisher::open(const std::vector<std::string>& uris,
+                                           const fire3dv::Security& security) {
   for (const std::string& uri : uris) {
     try {
-      targets_.push_back({uri, fire3dv::Stream(uri, "bullet_arm")});
+      targets_.push_back({uri, fire3dv::Stream(uri, "bullet_arm", security)});
     } catch (const fire3dv::ClientError& error) {
       return failed("cannot open", uri, error);
     }

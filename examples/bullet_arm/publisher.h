@@ -14,7 +14,7 @@ namespace bullet_arm {
 class Publisher {
  public:
   // The client's exceptions end here: each call returns one sentence on error.
-  std::optional<std::string> open(const std::vector<std::string>& uris);
+  std::optional<std::string> open(const std::vector<std::string>& uris, const fire3dv::Security& security);
   std::optional<std::string> describe(const std::vector<std::string>& names, double rate_hz,
                                       const std::string& scene);
   std::optional<std::string> publish(int64_t sim_time_ns, const std::vector<float>& poses,

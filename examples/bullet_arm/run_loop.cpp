@@ -19,7 +19,9 @@ int fail(const std::string& sentence) {
 
 int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, const std::atomic<bool>& stop) {
   Publisher publisher;
-  if (const auto error = publisher.open(options.to)) return fail(*error);
+  if (const auto error = publisher.open(
+          options.to, {options.key_file, options.tls_ca, options.tls_certificate, options.tls_key}))
+    return fail(*error);
   if (const auto error = publisher.describe(simulation->names(), options.rate_hz / options.publish_every,
                                             options.write_scene)) {
     return fail(*error);

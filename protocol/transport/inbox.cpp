@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocol/transport/clock.h"
+
 namespace fire3dv::transport {
 
 using Kind = LinkEvent::Kind;
@@ -21,6 +23,7 @@ void Inbox::push(PeerId peer, Item item) {
   Entry& entry = entries_[peer];
   entry.bytes += cost_of(item.message.size());
   bytes_ += cost_of(item.message.size());
+  item.received_ns = monotonic_ns();
   entry.items.push_back(std::move(item));
   news_ = true;
   came_.notify_one();
@@ -121,11 +124,11 @@ void Inbox::poll(const std::function<void(const LinkEvent&)>& on_event) {
     notes.swap(notes_);
     news_ = false;
   }
-  for (const std::string& text : notes) on_event({Kind::note, 0, {}, text});
+  for (const std::string& text : notes) on_event({Kind::note, 0, {}, text, 0});
   for (const auto& [peer, entry] : entries) {
     for (const Item& item : entry.items) {
       if (item.kind == Kind::pose || item.kind == Kind::control) counters_.messages_received.add();
-      on_event({item.kind, peer, item.message, item.text});
+      on_event({item.kind, peer, item.message, item.text, item.received_ns});
     }
   }
 }

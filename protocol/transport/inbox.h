@@ -52,6 +52,7 @@ class Inbox {
     std::vector<std::byte> message;
     std::string text;
     uint64_t frame = 0;
+    int64_t received_ns = 0;
   };
   struct Entry {
     std::vector<Item> items;

@@ -94,7 +94,8 @@ struct LinkEvent {
   Kind kind;
   PeerId peer = 0;
   std::span<const std::byte> message;  // pose, control; valid during the callback only
-  std::string_view text;  // disconnected: the reason; note: something a person should read (once)
+  std::string_view text;    // disconnected: the reason; note: something a person should read (once)
+  int64_t received_ns = 0;  // pose, control: monotonic, when the link got it; 0: just now
 };
 
 enum class Delivery {

@@ -58,12 +58,12 @@ class ShmListener final : public ListenerLink {
 };
 
 void ShmListener::note(const std::string& text, const OnEvent& on_event) {
-  on_event({LinkEvent::Kind::note, peer_, {}, text});
+  on_event({LinkEvent::Kind::note, peer_, {}, text, 0});
 }
 
 void ShmListener::end_peer(const std::string& reason, const OnEvent& on_event) {
   if (peer_ == 0) return;
-  on_event({LinkEvent::Kind::disconnected, peer_, {}, reason});
+  on_event({LinkEvent::Kind::disconnected, peer_, {}, reason, 0});
   peer_ = 0;
   publisher_id_ = 0;
   last_description_.clear();
@@ -97,7 +97,7 @@ void ShmListener::attach(Found found, const OnEvent& on_event) {
     peer_ = ++last_peer_;
     publisher_id_ = publisher_id;
     counters_.peers.set(1);
-    on_event({LinkEvent::Kind::connected, peer_, {}, {}});
+    on_event({LinkEvent::Kind::connected, peer_, {}, {}, 0});
   }
   if (!reader_->can_reply())
     note(uri() + ": all " + std::to_string(kReaderCount) +
@@ -129,7 +129,7 @@ void ShmListener::poll(const OnEvent& on_event) {
     // Asked before the rings are read: what was published before the end is not lost.
     const std::optional<Reader::End> end = end_of_segment();
     const auto on_message = [&](LinkEvent::Kind kind, std::span<const std::byte> message) {
-      on_event({kind, peer_, message, {}});
+      on_event({kind, peer_, message, {}, 0});
     };
     const bool sound = reader_->drain(last_description_, on_message);
     if (!sound) {

@@ -115,7 +115,7 @@ void UdpListener::run() {
     }
   }
   for (auto& [session, peer] : peers_)
-    peer.session.emit_bare(Type::bye, [&](auto datagram) { send_to(peer.address, datagram); });
+    peer.session.emit_bare(Type::bye, [&, &to = peer.address](auto datagram) { send_to(to, datagram); });
 }
 
 void UdpListener::turn(int64_t now_ns) {
@@ -129,7 +129,7 @@ void UdpListener::turn(int64_t now_ns) {
     if (peer.frames.newest_whole() == peer.told_frame) continue;
     peer.told_frame = peer.frames.newest_whole();
     peer.session.emit_number(Type::have, peer.told_frame,
-                             [&](auto datagram) { send_to(peer.address, datagram); });
+                             [&, &to = peer.address](auto datagram) { send_to(to, datagram); });
   }
   for (const uint64_t session : silent) {
     counters_.reject(Cause::silent);

@@ -94,10 +94,26 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.set_version_flag("--version", kVersion);
 
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)");
-  app.add_option("--listen", options.listen, "where adapters publish: shm://NAME, tcp://HOST:PORT or udp://HOST:PORT; "
-                                             "may be given several times")
+  app.add_option("--listen", options.listen, "where adapters publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or "
+                                             "udp://HOST:PORT; may be given several times")
       ->allow_extra_args(false);
   app.add_flag("--insecure", options.insecure, "let --listen take addresses other than loopback, without protection");
+  app.add_option("--key-file", options.key_file,
+                 "file of the key (64 hexadecimal digits) that adapters must have to publish over udp://");
+  app.add_option("--tls-cert", options.tls_certificate, "this renderer's certificate for tls://, a PEM file");
+  app.add_option("--tls-key", options.tls_key, "file of that certificate's key");
+  app.add_option("--tls-client-ca", options.tls_client_ca,
+                 "file of certificates; adapters must show one that these have signed to publish over tls://");
+  std::string play = "auto";
+  app.add_option("--play", play,
+                 "latest: the newest frame at once; interpolate: a little late and evenly; auto: interpolate what comes from "
+                 "other machines")
+      ->check(CLI::IsMember({"auto", "latest", "interpolate"}))
+      ->capture_default_str();
+  double delay_ms = 0;
+  const CLI::Option* const fixed_delay =
+      app.add_option("--delay", delay_ms, "how late interpolated streams are shown, in milliseconds; unless given, it "
+                                          "follows their jitter");
   app.add_flag("--lockstep", options.lockstep, "draw every pose frame exactly once and tell the adapter when it is done");
 
   app.add_flag("--headless", options.headless, "open no window");
@@ -197,6 +213,14 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (options.exit_when_done && options.listen.empty()) return usage_error("--exit-when-done needs a --listen URI");
   options.raster = raster_path_named(raster);
   options.cull = cull == "on";
+  if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
+  if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
+  if (*fixed_delay) {
+    if (!(delay_ms >= 0 && delay_ms <= 10'000)) return usage_error("--delay must be a number from 0 to 10000");
+    options.play.delay_ns = static_cast<int64_t>(delay_ms * 1e6);
+  }
+  if (options.lockstep && play == "interpolate")
+    return usage_error("--play interpolate and --lockstep exclude each other");
   options.shadows = shadows_named(shadows);
   options.shadows.hybrid = shadow_rays == "hybrid";
   options.tone_map = tone_map_named(tone_map);

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "renderer/app/play_options.h"
 #include "renderer/passes/environment.h"
 #include "renderer/passes/scene_renderer.h"
 
@@ -16,6 +17,9 @@ struct Options {
   std::filesystem::path scene;
   std::vector<std::string> listen;  // URIs
   bool insecure = false;            // listen on addresses other than loopback
+  std::string key_file;             // udp: the pre-shared key
+  std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
+  PlayOptions play;
   bool lockstep = false;            // one image for each pose frame, acknowledged
 
   bool headless = false;

@@ -89,6 +89,8 @@ Result<void> open_listeners(const Options& options, StreamIntake& intake) {
     transport::ListenerOptions listener_options;
     listener_options.delivery = options.lockstep ? transport::Delivery::all : transport::Delivery::newest;
     listener_options.insecure = options.insecure;
+    listener_options.key_file = options.key_file;
+    listener_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
     Result<std::unique_ptr<transport::ListenerLink>> listener = transport::open_listener(uri, listener_options);
     if (!listener) return listener.error();
     say("listening on " + (*listener)->uri());
@@ -139,7 +141,7 @@ int run(const Options& options) {
     Result<std::optional<state::AnimationPlayer>> animations = open_animations(options, *scene);
     if (!animations) return fail(animations.error());
     state::PoseState poses(*scene);
-    StreamIntake intake(poses, options.lockstep);
+    StreamIntake intake(poses, options.lockstep, options.play);
     if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
     Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
     if (!sink) return fail(sink.error());

@@ -1,6 +1,8 @@
 #include "renderer/app/stream_intake.h"
 
 #include <algorithm>
+#include <fstream>
+#include <utility>
 
 #include "protocol/wire/encode.h"
 #include "renderer/app/version.h"
@@ -31,13 +33,24 @@ std::vector<std::string> first_names(const std::vector<std::string>& names) {
 
 std::string renderer_name() { return std::string("fire3dv ") + kVersion; }
 
+// Never empty, so that a publisher that does not know its own is not taken for one of this machine.
+const std::string& boot_id() {
+  static const std::string id = [] {
+    std::string text;
+    std::ifstream("/proc/sys/kernel/random/boot_id") >> text;
+    return text.empty() ? "unknown" : text;
+  }();
+  return id;
+}
+
 uint64_t monotonic_now_ns() {
   return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
 }
 
 }  // namespace
 
-StreamIntake::StreamIntake(state::PoseState& poses, bool lockstep) : poses_(poses), lockstep_(lockstep) {}
+StreamIntake::StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play)
+    : poses_(poses), lockstep_(lockstep), play_(play) {}
 
 void StreamIntake::add(std::unique_ptr<transport::ListenerLink> listener) { listeners_.push_back(std::move(listener)); }
 
@@ -48,18 +61,23 @@ bool StreamIntake::poll() {
       listeners_[i]->poll([&](const transport::LinkEvent& event) {
         const Peer peer{i, event.peer};
         if (!lockstep_) {
-          changed |= handle(peer, event.kind, event.message, event.text);
+          changed |= handle(peer, event.kind, event.message, event.text, event.received_ns);
           return;
         }
-        held_.push_back({peer, event.kind, {event.message.begin(), event.message.end()}, std::string(event.text)});
+        held_.push_back({peer, event.kind, {event.message.begin(), event.message.end()}, std::string(event.text),
+                         event.received_ns});
       });
     }
   }
   while (!changed && !held_.empty()) {
     const Held held = std::move(held_.front());
     held_.pop_front();
-    changed = handle(held.peer, held.kind, held.message, held.text);
+    changed = handle(held.peer, held.kind, held.message, held.text, held.received_ns);
   }
+  const auto now_ns = static_cast<int64_t>(monotonic_now_ns());
+  changed |= poses_.advance(now_ns);
+  ask_for_time(now_ns);
+  tell_conditions();
   return changed;
 }
 
@@ -70,8 +88,30 @@ void StreamIntake::wait(std::chrono::nanoseconds timeout) {
   for (const auto& listener : listeners_) listener->wait(timeout / static_cast<int64_t>(listeners_.size()));
 }
 
+// Clocks of other machines are asked often at first, then often enough for their drift.
+void StreamIntake::ask_for_time(int64_t now_ns) {
+  constexpr int64_t kFirstEveryNs = 100'000'000, kLaterEveryNs = 1'000'000'000;
+  constexpr uint64_t kFirst = 10;
+  for (auto& [peer, stream] : stream_of_peer_) {
+    if (!stream.interpolated || stream.clock.source() == state::ClockOffset::Source::same_clock ||
+        now_ns < stream.next_ping_ns)
+      continue;
+    stream.next_ping_ns = now_ns + (stream.pings < kFirst ? kFirstEveryNs : kLaterEveryNs);
+    reply(peer, wire::encode(wire::Ping{++stream.pings, static_cast<uint64_t>(now_ns)}));
+  }
+}
+
+// A simulator that pauses is late soon, and nobody needs to hear of it; lost and back again are news.
+void StreamIntake::tell_conditions() {
+  for (auto& [peer, stream] : stream_of_peer_) {
+    const bool is_lost = poses_.streams()[stream.id].condition == state::Condition::lost;
+    if (std::exchange(stream.lost_told, is_lost) == is_lost) continue;
+    note("stream \"" + stream.name + (is_lost ? "\" sends no frames; the last one is held" : "\" sends frames again"));
+  }
+}
+
 bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message,
-                          std::string_view text) {
+                          std::string_view text, int64_t received_ns) {
   using Kind = transport::LinkEvent::Kind;
   switch (kind) {
     case Kind::connected:
@@ -108,7 +148,10 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
       reject(peer, "pose frame before a description");
       return false;
     }
-    return poses_.push(stream->second.id, *frame);
+    const int64_t came_ns = received_ns != 0 ? received_ns : static_cast<int64_t>(monotonic_now_ns());
+    state::ClockOffset& clock = stream->second.clock;
+    clock.on_frame(frame->header.publish_time_ns, came_ns);
+    return poses_.push(stream->second.id, *frame, clock.local_ns(frame->header.publish_time_ns), came_ns);
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
     describe(peer, *description);
@@ -122,9 +165,15 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     end_stream(peer, "it said goodbye");
     return false;  // in lockstep, images are of pose frames alone
   }
-  if (std::holds_alternative<wire::UnknownMessage>(*decoded) || std::holds_alternative<wire::Pong>(*decoded)) {
-    return false;  // of a later minor version, or an answer that nobody waits for any more
+  if (const auto* pong = std::get_if<wire::Pong>(&*decoded)) {
+    const auto stream = stream_of_peer_.find(peer);
+    const bool asked = stream != stream_of_peer_.end() && pong->id != 0 && pong->id <= stream->second.pings;
+    const int64_t came_ns = received_ns != 0 ? received_ns : static_cast<int64_t>(monotonic_now_ns());
+    if (asked && pong->ping_sender_time_ns <= static_cast<uint64_t>(came_ns))
+      stream->second.clock.on_pong(static_cast<int64_t>(pong->ping_sender_time_ns), pong->answer_time_ns, came_ns);
+    return false;
   }
+  if (std::holds_alternative<wire::UnknownMessage>(*decoded)) return false;  // of a later minor version
   reject(peer, "a message that only renderers send");
   return false;
 }
@@ -157,7 +206,16 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
                                   [&](const auto& entry) { return entry.second.epoch == description.epoch; });
   if (ghost != stream_of_peer_.end()) end_stream(Peer(ghost->first), "it came back over another connection");
   const state::StreamId id = poses_.add_stream(description);
-  PeerStream& stream = stream_of_peer_[peer] = {id, description.epoch, name, 0, {}};
+  PeerStream& stream = stream_of_peer_[peer] = {};
+  stream.id = id;
+  stream.epoch = description.epoch;
+  stream.name = name;
+  const std::string& their_boot = description.clock.boot_id;
+  if (their_boot == boot_id()) stream.clock.same_clock();
+  stream.interpolated = !lockstep_ && (play_.mode == PlayOptions::Mode::interpolate ||
+                                       (play_.mode == PlayOptions::Mode::by_clock && !their_boot.empty() &&
+                                        their_boot != boot_id()));
+  if (stream.interpolated) poses_.interpolate(id, play_.delay_ns);
   had_streams_ = true;
 
   const state::Stream& bound = poses_.streams()[id];

@@ -11,6 +11,8 @@
 
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
+#include "renderer/app/play_options.h"
+#include "renderer/state/clock_offset.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {
@@ -18,7 +20,7 @@ namespace fire3dv::app {
 class StreamIntake {
  public:
   // lockstep: the listeners deliver every frame, and poll() stops after the first that is to be shown.
-  StreamIntake(state::PoseState& poses, bool lockstep);
+  StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play = {});
 
   void add(std::unique_ptr<transport::ListenerLink> listener);
 
@@ -42,6 +44,7 @@ class StreamIntake {
     transport::LinkEvent::Kind kind;
     wire::Bytes message;
     std::string text;
+    int64_t received_ns = 0;
   };
   struct PeerStream {
     state::StreamId id;
@@ -49,9 +52,17 @@ class StreamIntake {
     std::string name;
     uint64_t acked_sequence = 0;
     std::vector<std::string> conflicts_told;  // as of the last Welcome
+    bool interpolated = false;
+    state::ClockOffset clock;
+    uint64_t pings = 0;  // asked so far, which are their ids
+    int64_t next_ping_ns = 0;
+    bool lost_told = false;
   };
 
-  bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message, std::string_view text);
+  bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message, std::string_view text,
+              int64_t received_ns);
+  void ask_for_time(int64_t now_ns);
+  void tell_conditions();
   void describe(Peer peer, const wire::StreamDescription& description);
   void welcome(Peer peer, PeerStream& stream);
   void end_stream(Peer peer, const std::string& reason);
@@ -61,6 +72,7 @@ class StreamIntake {
 
   state::PoseState& poses_;
   bool lockstep_;
+  PlayOptions play_;
   std::vector<std::unique_ptr<transport::ListenerLink>> listeners_;
   wire::Decoder decoder_;
   std::deque<Held> held_;  // lockstep: what has arrived after the frame that is shown

@@ -133,6 +133,9 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.cluster_instances = scene.cluster_instances.address;
   globals.clip_from_world = view.clip_from_world;
   globals.eye_world = view.eye_world;
+  const NearWindow window = near_window(view);
+  globals.near_window = glm::vec4(window.center_world, window.radius_m);
+  globals.near_plane = window.plane_world;
   globals.light_count = scene.light_count;
   environment_.describe(globals, settings_.environment_intensity, settings_.environment_rotation_rad);
   globals.background = settings_.background.color;

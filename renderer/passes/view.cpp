@@ -57,6 +57,23 @@ View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, 
   return view;
 }
 
+NearWindow near_window(const View& view) {
+  const glm::dmat4 world_from_clip = glm::inverse(glm::dmat4(view.clip_from_world));
+  glm::dvec3 corners[4];
+  for (int i = 0; i < 4; ++i) {
+    const glm::dvec4 corner = world_from_clip * glm::dvec4(i & 1 ? 1 : -1, i & 2 ? 1 : -1, 1, 1);
+    corners[i] = glm::dvec3(corner) / corner.w;
+  }
+  const glm::dvec3 center = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  NearWindow window;
+  window.center_world = center;
+  for (const glm::dvec3& corner : corners) {
+    window.radius_m = std::max(window.radius_m, 1.001f * static_cast<float>(glm::distance(corner, center)));
+  }
+  window.plane_world = glm::vec4(view.look_world, -glm::dot(glm::dvec3(view.look_world), center));
+  return window;
+}
+
 glm::mat4 look_at_pose(const glm::vec3& eye, const glm::vec3& target) {
   const glm::vec3 back = glm::normalize(eye - target);
   const glm::vec3 up = std::abs(back.y) > 0.999f ? glm::vec3(0, 0, back.y > 0 ? -1 : 1) : glm::vec3(0, 1, 0);

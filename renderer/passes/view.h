@@ -19,6 +19,14 @@ struct View {
   glm::vec3 world_from_ndc_x{0}, world_from_ndc_y{0}, world_from_ndc_origin{0, 0, -1};
 };
 
+// The piece of the near plane that the image is seen through: what lies between it and the eye is not drawn.
+struct NearWindow {
+  glm::vec3 center_world{0};
+  float radius_m = 0;
+  glm::vec4 plane_world{0};  // what is drawn lies where dot(xyz, p) + w >= 0
+};
+NearWindow near_window(const View& view);
+
 // Vulkan's clip space: y down, depth 1 at the near plane and 0 at the far one.
 glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect);
 View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, float image_aspect);

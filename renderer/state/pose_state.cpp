@@ -122,7 +122,15 @@ void PoseState::set_rest(const RestPose& rest) {
   derive_drives();
 }
 
+void PoseState::interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns) {
+  if (id < streams_.size() && streams_[id].active) wishes_[id].playout.emplace(fixed_delay_ns);
+}
+
 bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
+  return push(id, frame, 0, 0);
+}
+
+bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   Stream& stream = streams_[id];
   FrameAssembly& assembly = wishes_[id].assembly;
@@ -135,15 +143,13 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
     return false;
   }
   if (frame.first_node == 0 && frame.poses.size() == frame.node_count) {
-    show(id, frame.header, frame.poses);
-    return true;
+    return take(id, frame.header, frame.poses, published_ns, received_ns);
   }
   const FrameAssembly::Outcome outcome = assembly.add(frame);
   stream.frames_incomplete += assembly.take_given_up();
   switch (outcome) {
     case FrameAssembly::Outcome::whole:
-      show(id, assembly.header(), assembly.poses());
-      return true;
+      return take(id, assembly.header(), assembly.poses(), published_ns, received_ns);
     case FrameAssembly::Outcome::open:
       break;
     case FrameAssembly::Outcome::stale:
@@ -156,6 +162,38 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
   return false;
 }
 
+bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
+                     int64_t published_ns, int64_t received_ns) {
+  Stream& stream = streams_[id];
+  Wish& wish = wishes_[id];
+  wish.received_ns = std::max(wish.received_ns, received_ns);
+  if (!wish.playout) {
+    show(id, header, poses);
+    ++stream.frames_received;
+    return true;
+  }
+  if (wish.playout->add(header, poses, published_ns, received_ns))
+    ++stream.frames_received;
+  else
+    ++stream.frames_stale;
+  return false;  // advance() shows it when its time has come
+}
+
+bool PoseState::advance(int64_t now_ns) {
+  bool changed = false;
+  for (StreamId id = 0; id < streams_.size(); ++id) {
+    Wish& wish = wishes_[id];
+    if (!streams_[id].active || wish.received_ns == 0) continue;
+    streams_[id].condition = condition_after(now_ns - wish.received_ns);
+    if (!wish.playout) continue;
+    const auto shown = wish.playout->at(now_ns);
+    if (!shown || !shown->changed) continue;
+    show(id, shown->header, shown->poses);
+    changed = true;
+  }
+  return changed;
+}
+
 void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
                      std::span<const wire::Affine3x4> poses) {
   Stream& stream = streams_[id];
@@ -163,7 +201,6 @@ void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
   stream.poses.assign(poses.begin(), poses.end());
   stream.header = header;
   ++stream.revision;
-  ++stream.frames_received;
   stream.frames_incomplete += wishes_[id].assembly.close_up_to(stream.header.sequence);
   if (first) derive_drives();  // until now its nodes were at rest
 }

@@ -15,6 +15,7 @@
 #include "renderer/state/animation.h"
 #include "renderer/state/bindings.h"
 #include "renderer/state/frame_assembly.h"
+#include "renderer/state/playout.h"
 
 namespace fire3dv::state {
 
@@ -50,6 +51,7 @@ struct Stream {
   uint64_t revision = 0;                    // +1 whenever poses change; never goes back, even for another stream here
   std::vector<std::string> unmatched_names;
   std::vector<std::string> conflicting_names;
+  Condition condition = Condition::live;    // as of the last advance(); a picture that is held is not alive
   uint64_t frames_received = 0;             // whole frames that were shown
   uint64_t frames_incomplete = 0;           // frames that a newer one overtook before all their parts had come
   uint64_t frames_stale = 0;                // pushes of another epoch, not newer than the shown frame, or repeated
@@ -76,6 +78,15 @@ class PoseState {
   // As Scene::morph_weights.
   const std::vector<float>& morph_weights() const { return rest_.morph_weights; }
 
+  // A stream whose frames come unevenly: from now on they are shown a little late, with what lies between them. The delay
+  // follows the jitter unless it is given.
+  void interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns);
+  // As push, with the times, on this machine's monotonic clock, at which the frame was published (as far as that is known)
+  // and came.
+  bool push(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns);
+  // Shows what is to be seen now. Returns true when that is something else than before.
+  bool advance(int64_t now_ns);
+
   const std::vector<Stream>& streams() const { return streams_; }
   // One per scene node. drive_revision() changes when bindings or rest poses do.
   const std::vector<NodeDrive>& node_drives() const { return node_drives_; }
@@ -100,9 +111,13 @@ class PoseState {
     std::vector<std::string> names;
     std::vector<wire::Affine3x4> body_from_node;     // none, one for all, or one per pose
     FrameAssembly assembly;
+    std::optional<Playout> playout;                  // interpolated streams
+    int64_t received_ns = 0;                         // the newest frame
   };
   void rebind();
   void derive_drives();
+  bool take(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
+            int64_t published_ns, int64_t received_ns);
   void show(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
 
   const scene::Scene& scene_;

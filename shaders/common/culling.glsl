@@ -29,11 +29,14 @@ bool faces_away(RasterView view, vec3 normal, vec3 point) {
 }
 
 // Whether a light's map may hold only those triangles of the part that face away from the light: of a closed mesh seen
-// from outside, a ray from any visible point meets such a triangle first. Seen from inside that does not hold.
-bool casts_by_far_sides(PartRecord part, PrimitiveRecord primitive, AffineRows world_from_node, vec3 eye_world) {
+// from outside, a ray from any visible point meets such a triangle first. Not so where the near plane may cut it open.
+bool casts_by_far_sides(GlobalsRef globals, PartRecord part, PrimitiveRecord primitive, AffineRows world_from_node) {
   if ((part.flags & FIRE3DV_PART_CLOSED) == 0) return false;
   const vec3 center = transform_point(world_from_node, primitive.mesh_center);
-  return distance(center, eye_world) > primitive.mesh_radius * largest_stretch(world_from_node) * 1.01;
+  const float radius = primitive.mesh_radius * largest_stretch(world_from_node) * 1.01;
+  const vec4 window = globals.value.near_window, plane = globals.value.near_plane;
+  return distance(center, window.xyz) > radius + window.w ||
+         dot(plane.xyz, center) + plane.w > radius + 1e-6 * (abs(plane.w) + dot(abs(plane.xyz), abs(center)));
 }
 
 // Whether a view draws a triangle, by the side that it shows.
@@ -41,7 +44,7 @@ bool is_wanted(GlobalsRef globals, RasterView view, PartRecord part, AffineRows 
 #ifdef FIRE3DV_LIGHTS
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
   // What is nearly edge-on belongs to both sides: nothing may be missing.
-  return !(casts_by_far_sides(part, primitive, world_from_node, globals.value.eye_world) && faces_away(view, -normal, point));
+  return !(casts_by_far_sides(globals, part, primitive, world_from_node) && faces_away(view, -normal, point));
 #else
   return (part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 || !faces_away(view, normal, point);
 #endif
@@ -65,7 +68,7 @@ bool can_be_seen(GlobalsRef globals, RasterView view, PartRecord part, ClusterRe
 #ifdef FIRE3DV_LIGHTS
   // Of a closed mesh, a light's map holds the triangles that face away from the light; of others all.
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
-  if (!casts_by_far_sides(part, primitive, world_from_node, globals.value.eye_world)) return true;
+  if (!casts_by_far_sides(globals, part, primitive, world_from_node)) return true;
   axis = -axis;
 #endif
   if (view.eye_world.w == 0) return dot(view.eye_world.xyz, axis) < cluster.cone_cutoff + slack;

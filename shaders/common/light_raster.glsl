@@ -50,7 +50,7 @@ const int kReach = kHalfPixel + 2;
 // Broad enough for its plane to say something about depths a little outside of it.
 bool is_broad_triangle(float area, ivec2 ab, ivec2 bc, ivec2 ca) {
   const ivec2 extent = max(abs(ab), max(abs(bc), abs(ca)));
-  return area >= float(kSubpixels) * float(max(extent.x, extent.y));
+  return area > 0 && area >= float(kSubpixels) * float(max(extent.x, extent.y));
 }
 
 #endif

@@ -1,24 +1,7 @@
 // Rays from a surface to a light. The shader that includes this defines is_shadowed().
 #ifndef FIRE3DV_LIGHT_RAYS_GLSL
 #define FIRE3DV_LIGHT_RAYS_GLSL
-#include "common/lights.glsl"
-#include "common/surface_point.glsl"
-
-// A point off the surface, far enough that rounding cannot put the origin below it: the error of an interpolated
-// position is a few units in the last place of its largest coordinate or of its distance to the eye, and near an edge a
-// fraction of a pixel. So the offset scales with the scene and the view: a needle seen from 0.1 m gets about 1e-5 m.
-vec3 offset_from_surface(vec3 position_world, vec3 geometric_normal, vec3 eye_world, float pixel_size_m) {
-  const vec3 size = max(abs(position_world), abs(position_world - eye_world));
-  const float rounding = max(size.x, max(size.y, size.z)) / 262144.0;  // 2^-18
-  return position_world + geometric_normal * (rounding + 0.1 * pixel_size_m);
-}
-
-// On the side that the light is on, so that thin sheets lit from behind are not taken for their own shadow.
-vec3 ray_origin(GlobalsRef globals, SurfacePoint point, vec3 to_light) {
-  const vec3 normal = point.plane_normal_world;
-  const vec3 side = dot(normal, to_light) < 0 ? -normal : normal;
-  return offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m);
-}
+#include "common/shadow_ray.glsl"
 
 bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m);
 

@@ -21,6 +21,8 @@ struct MapPlace {
   vec2 texel;
   float depth;
   bool inside;
+  vec2 reach;      // in texels: how far rounding may have moved the point against what casts
+  float rounding;  // of the depths
 };
 
 uint side_of_cube(vec3 direction) {
@@ -38,6 +40,12 @@ MapPlace map_place(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec
   place.inside = clip.w > 0 && all(lessThan(abs(clip.xy), vec2(clip.w)));
   place.texel = (clip.xy / clip.w * 0.5 + 0.5) * float(place.view.width);
   place.depth = clip.z / clip.w;
+  // Rounding grows with the distance from the world's origin. The maps themselves reach 1/256 texel farther than needed.
+  const mat4 m = place.view.clip_from_world;
+  const vec4 error =
+      6e-7 * (abs(m[0] * point_world.x) + abs(m[1] * point_world.y) + abs(m[2] * point_world.z) + abs(m[3]));
+  place.reach = max((error.xy + error.w) / clip.w * 0.5 * float(place.view.width) - 1.0 / 256, vec2(0));
+  place.rounding = place.view.eye_world.w == 0 ? 1e-5 + error.z : place.depth * (1e-5 + 2 * error.w / clip.w);
   return place;
 }
 
@@ -65,10 +73,14 @@ uint map_verdict(GlobalsRef globals, LightShadow shadow, uint part, vec3 point_w
   const MapPlace place = map_place(globals, shadow, point_world, light.to_light);
   // A map reaches around all that casts; a spot's reaches around its cone.
   if (!place.inside) return sheet ? kUnknown : kLit;
+  if (max(place.reach.x, place.reach.y) > 0.5) return kUnknown;
   const ivec2 texel = ivec2(floor(place.texel));
-  const float outer = map_depth(globals, place.view, texel, true);
-  const float rounding = 1e-5 * (place.view.eye_world.w == 0 ? 1.0 : place.depth);
-  if (outer == 0 || outer < place.depth - rounding) return sheet ? kUnknown : kLit;
+  const ivec2 low = ivec2(floor(place.texel - place.reach)), high = ivec2(floor(place.texel + place.reach));
+  float outer = 0;
+  for (int y = low.y; y <= high.y; ++y) {
+    for (int x = low.x; x <= high.x; ++x) outer = max(outer, map_depth(globals, place.view, ivec2(x, y), true));
+  }
+  if (outer == 0 || outer < place.depth - place.rounding) return sheet ? kUnknown : kLit;
   const float clearly_m = 2 * slope_m(place, plane_normal, light.to_light);
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {

@@ -4,6 +4,7 @@
 #define FIRE3DV_SHADOW_POINTS_GLSL
 #include "common/lights.glsl"
 #include "common/pixel_ids.glsl"
+#include "common/shadow_ray.glsl"
 #include "common/visible_triangle.glsl"
 
 SurfacePoint shadow_point(GlobalsRef globals, uint id, uint same, uint pixel) {

@@ -18,8 +18,8 @@ void trace_entry(GlobalsRef globals, uint64_t visibility, RayEntry entry) {
       const LightRecord record = LightRef(globals.value.lights).at[i];
       const LightSample light =
           sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
-      const vec3 origin = ray_origin(globals, point, light.to_light);
-      const float arrives = light_that_arrives(globals, shadow, record, light, origin, entry.pixel);
+      const ShadowRay ray = shadow_ray(globals, point, record, light);
+      const float arrives = light_that_arrives(globals, shadow, record, ray.light, ray.origin, entry.pixel);
       if (shadow.rays == 1) {
         if (arrives > 0) lit |= same << shadow.mask_shift;
       } else {

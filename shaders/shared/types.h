@@ -350,6 +350,8 @@ struct Globals {
   FIRE3DV_ADDRESS sheets;           // SheetRecord[]
   mat4 clip_from_world;
   vec3 eye_world;
+  vec4 near_window;  // passes::NearWindow: middle and radius
+  vec4 near_plane;
   uint light_count;
   float environment_intensity;      // factor on what the environment's images hold
   vec2 environment_turn;            // cosine and sine of its rotation about +Y

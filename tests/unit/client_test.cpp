@@ -1,6 +1,7 @@
 // The C interface: what it refuses, and a whole conversation with a renderer over each link.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <memory>
 
@@ -64,6 +65,24 @@ TEST(Client, TakesALongerStructWhoseNewFieldsAreUnused) {
   fire3dv_close(&stream);
   later.unknown = 1;
   EXPECT_EQ(fire3dv_open(uri.c_str(), &later.known), nullptr);
+}
+
+TEST(Client, TakesTheStructOfTheFirstVersion) {
+  fire3dv_options options{};
+  options.struct_size = offsetof(fire3dv_options, key_file);
+  options.key_file = "/nowhere";  // what lies behind the caller's struct is not read
+  fire3dv_stream* stream = fire3dv_open("udp://127.0.0.1:9", &options);
+  EXPECT_NE(stream, nullptr) << fire3dv_last_error();
+  fire3dv_close(&stream);
+}
+
+TEST(Client, KeyFilesAreReadWhenTheStreamIsOpened) {
+  fire3dv_options options{};
+  options.struct_size = sizeof options;
+  options.key_file = "/nowhere";
+  EXPECT_EQ(fire3dv_open("udp://127.0.0.1:9", &options), nullptr);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("key file '/nowhere' cannot be read"), std::string::npos)
+      << fire3dv_last_error();
 }
 
 TEST(Client, NullStreamsAreErrorsAndNothingElse) {

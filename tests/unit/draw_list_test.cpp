@@ -68,13 +68,18 @@ TEST(DrawList, EveryPrimitiveOfEveryNodeOnceAndBinsShareAllState) {
   EXPECT_EQ(list.draws.size(), expected);
 }
 
-TEST(DrawList, LinesAndPointsAreNotDrawnAsTriangles) {
+TEST(DrawList, TrianglesLinesAndPointsHaveBinsOfTheirOwn) {
   scene::Scene scene = shuffled_scene(3);
   scene.primitives[0].topology = scene::Topology::lines;
   scene.primitives[1].topology = scene::Topology::points;
   const DrawList list = DrawList::collect(scene, mirrored_of(scene));
-  EXPECT_FALSE(list.draws.empty());
-  for (const Draw& draw : list.draws) EXPECT_GE(draw.primitive, 2u);
+  std::set<scene::Topology> seen;
+  for (const DrawBin& bin : list.bins) {
+    seen.insert(bin.topology);
+    for (uint32_t i = bin.first_draw; i < bin.first_draw + bin.draw_count; ++i)
+      EXPECT_EQ(scene.primitives[list.draws[i].primitive].topology, bin.topology);
+  }
+  EXPECT_EQ(seen.size(), 3u);
 }
 
 TEST(DrawList, OpaqueThenMaskThenBlendAndMaterialsTogether) {

@@ -20,7 +20,7 @@ class ScriptedListener final : public transport::ListenerLink {
     while (!script_.empty()) {
       const Entry entry = std::move(script_.front());
       script_.pop_front();
-      on_event({entry.kind, entry.peer, entry.message, entry.text});
+      on_event({entry.kind, entry.peer, entry.message, entry.text, 0});
     }
   }
   void wait(std::chrono::nanoseconds) override {}
@@ -158,6 +158,26 @@ TEST_F(StreamIntakeTest, NotesAreBounded) {
   intake_.poll();
   EXPECT_LT(intake_.take_notes().size(), 100u);  // 20 a second; each description would give two
   EXPECT_EQ(intake_.active_streams(), 1u);
+}
+
+// Another boot id is another machine: its frames are shown with a delay, and its clock is asked for.
+TEST_F(StreamIntakeTest, WhatComesFromAnotherMachineIsInterpolatedOnItsClock) {
+  wire::StreamDescription d;
+  d.epoch = 3;
+  d.adapter_name = "remote";
+  d.node_names = {"arm"};
+  d.clock.boot_id = "the boot of another machine";
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(d));
+  intake_.poll();
+  const std::vector<wire::Ping> pings = answers<wire::Ping>(1);
+  ASSERT_EQ(pings.size(), 1u);
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(wire::Pong{pings[0].id, pings[0].sender_time_ns, 5'000'000'000}));
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(wire::Pong{99, 1, 1}));  // nobody asked
+  link_->deliver(1, LinkEvent::Kind::pose, frame(3, 1));
+  intake_.poll();
+  ASSERT_EQ(poses_.shown().size(), 1u) << "the first frame is held until a second one comes";
+  EXPECT_EQ(poses_.streams()[0].frames_received, 1u);
+  EXPECT_EQ(intake_.rejected_messages(), 0u);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@ fire3dv_test(transport_uri_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/uri_
 fire3dv_test(transport_shm_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_test.cpp
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_network_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/network_test.cpp
-             LINK fire3dv_transport LABELS unit)
+             LINK fire3dv_transport fire3dv_certificates LABELS unit)
 fire3dv_test(transport_shm_crash_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_crash_test.cpp
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_shm_hostile_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_hostile_test.cpp
@@ -16,3 +16,7 @@ fire3dv_test(transport_udp_newest_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transpo
              LINK fire3dv_transport fire3dv_impair LABELS unit)
 fire3dv_test(transport_memory_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/memory_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/scarce_memory.cpp
              LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_tls_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/tls_test.cpp
+             LINK fire3dv_transport fire3dv_certificates LABELS unit)
+fire3dv_test(transport_udp_key_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_key_test.cpp
+             LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)

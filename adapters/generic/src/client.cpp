@@ -4,6 +4,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <string>
 
@@ -19,6 +20,7 @@ namespace wire = fire3dv::wire;
 
 namespace {
 
+constexpr size_t kFirstOptionsSize = offsetof(fire3dv_options, key_file);  // programs of the first version know no more
 constexpr uint32_t kKnownFlags = FIRE3DV_FRAME_DISCONTINUITY;
 constexpr long kAckPollNs = 100'000;  // short beside a frame, long beside a poll
 
@@ -35,14 +37,29 @@ int fail_null_stream() {
   return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
 }
 
-int open(const char* uri, const fire3dv_options* options, fire3dv_stream** result) {
+// A longer path is none that the system takes.
+std::string path_of(const char* name) {
+  constexpr size_t kMostPathBytes = 4096;
+  return name ? std::string(name, strnlen(name, kMostPathBytes)) : std::string();
+}
+
+int open(const char* uri, const fire3dv_options* given, fire3dv_stream** result) {
   if (!uri) return fail(FIRE3DV_ERROR_ARGUMENT, "uri is NULL");
   auto stream = std::make_unique<fire3dv_stream>();
   stream->adapter_name = "generic";
-  if (options) {
-    if (!fire3dv::client::struct_is_known(options, options->struct_size, sizeof *options)) {
-      return fail_struct("options", options->struct_size, sizeof *options);
+  fire3dv::transport::PublisherOptions link_options;
+  if (given) {
+    const size_t known = std::min(std::max(given->struct_size, kFirstOptionsSize), sizeof *given);
+    if (!fire3dv::client::struct_is_known(given, given->struct_size, known)) {
+      return fail_struct("options", given->struct_size, sizeof *given);
     }
+    fire3dv_options complete{};
+    std::memcpy(&complete, given, known);
+    const fire3dv_options* const options = &complete;
+    link_options.key_file = path_of(options->key_file);
+    link_options.tls.ca_file = path_of(options->tls_ca_file);
+    link_options.tls.certificate_file = path_of(options->tls_certificate_file);
+    link_options.tls.key_file = path_of(options->tls_key_file);
     const uint32_t limit = fire3dv::client::outgoing_limits().max_name_bytes;
     if (options->adapter_name)
       stream->adapter_name.assign(options->adapter_name, strnlen(options->adapter_name, limit + 1));
@@ -51,7 +68,7 @@ int open(const char* uri, const fire3dv_options* options, fire3dv_stream** resul
   }
   const auto parsed = fire3dv::transport::parse_uri(uri);
   if (!parsed.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, parsed.error().message);
-  auto link = fire3dv::transport::open_publisher(uri);
+  auto link = fire3dv::transport::open_publisher(uri, link_options);
   if (!link.ok()) return fail(FIRE3DV_ERROR_SYSTEM, link.error().message);
   stream->link = std::move(*link);
   *result = stream.release();
@@ -105,8 +122,10 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
   status.frames_dropped = stats.frames_dropped;
   status.welcome = stream.welcome;
   status.unmatched_names = stream.unmatched_names;
-  const size_t length = std::min(stream.welcome_message.size(), sizeof status.welcome_message - 1);
-  std::memcpy(status.welcome_message, stream.welcome_message.data(), length);
+  const std::string problem = stats.peers == 0 ? stream.link->problem() : std::string();
+  const std::string sentence = problem.empty() ? stream.welcome_message : wire::printable(problem, sizeof status.welcome_message - 1);
+  const size_t length = std::min(sentence.size(), sizeof status.welcome_message - 1);
+  std::memcpy(status.welcome_message, sentence.data(), length);
   status.welcome_message[length] = '\0';
 }
 

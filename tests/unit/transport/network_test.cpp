@@ -1,17 +1,28 @@
-// What holds for TCP and UDP alike: who starts first, who restarts, what is refused.
-#include "tests/unit/transport/link_fixture.h"
+// What holds for TCP and UDP alike, in the open and sealed: who starts first, who restarts, what is refused.
+#include "tests/unit/transport/secure_fixture.h"
 
 namespace fire3dv::transport::test {
 namespace {
 
 class Network : public testing::TestWithParam<const char*> {
  protected:
-  std::string any_port() const { return std::string(GetParam()) + "://127.0.0.1:0"; }
+  std::string scheme() const { return std::string(GetParam()).substr(0, 3); }
+  std::string any_port() const { return scheme() + "://127.0.0.1:0"; }
+  bool is_sealed() const { return std::string(GetParam()) == "udp_key"; }
+  ListenerOptions listener_options() const {
+    if (scheme() == "tls") return secured.tls_listener();
+    return is_sealed() ? secured.keyed_listener('5') : ListenerOptions{};
+  }
+  PublisherOptions publisher_options() const {
+    if (scheme() == "tls") return secured.tls_publisher();
+    return is_sealed() ? secured.keyed_publisher('5') : PublisherOptions{};
+  }
+  Secured secured;
 };
 
 TEST_P(Network, ListenerFirst) {
-  Listener listener(any_port());
-  auto publisher = must_open_publisher(listener.link->uri());
+  Listener listener(any_port(), listener_options());
+  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
   EXPECT_EQ(listener.events[0].kind, Kind::connected);
@@ -24,24 +35,24 @@ TEST_P(Network, ListenerFirst) {
 TEST_P(Network, PublisherFirst) {
   std::string uri;
   {
-    Listener taken(any_port());
+    Listener taken(any_port(), listener_options());
     uri = taken.link->uri();
   }
-  auto publisher = must_open_publisher(uri);
+  auto publisher = must_open_publisher(uri, publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   for (int i = 0; i < 1000; ++i) publisher->publish(message_of(std::to_string(i)));
   EXPECT_EQ(publisher->stats().poses_dropped, 999u) << "the newest one waits for a renderer";
-  Listener listener(uri);
+  Listener listener(uri, listener_options());
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "999"); }));
   EXPECT_EQ(listener.count(Kind::pose), 1u);
   EXPECT_TRUE(listener.saw(Kind::control, "description"));
 }
 
 TEST_P(Network, PublisherRestarts) {
-  Listener listener(any_port());
+  Listener listener(any_port(), listener_options());
   PeerId earlier = 0;
   for (int run = 0; run < 3; ++run) {
-    auto publisher = must_open_publisher(listener.link->uri());
+    auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
     ASSERT_TRUE(publisher->set_description(bytes_of("d" + std::to_string(run))));
     ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
     EXPECT_EQ(listener.count(Kind::connected), 1u);
@@ -55,24 +66,24 @@ TEST_P(Network, PublisherRestarts) {
 }
 
 TEST_P(Network, ListenerRestarts) {
-  auto first = std::make_unique<Listener>(any_port());
+  auto first = std::make_unique<Listener>(any_port(), listener_options());
   const std::string uri = first->link->uri();
-  auto publisher = must_open_publisher(uri);
+  auto publisher = must_open_publisher(uri, publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   ASSERT_TRUE(publish_until_seen(*publisher, *first, "pose"));
   first.reset();
   for (int run = 0; run < 3; ++run) {
-    Listener listener(uri);
+    Listener listener(uri, listener_options());
     ASSERT_TRUE(publish_until_seen(*publisher, listener, "again" + std::to_string(run)));
     EXPECT_TRUE(listener.saw(Kind::control, "description"));
   }
 }
 
 TEST_P(Network, RepliesAndControlMessagesKeepTheirOrder) {
-  ListenerOptions options;
+  ListenerOptions options = listener_options();
   options.delivery = Delivery::all;
   Listener listener(any_port(), options);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 1; }));
   const PeerId peer = listener.peer();
@@ -88,10 +99,10 @@ TEST_P(Network, RepliesAndControlMessagesKeepTheirOrder) {
 }
 
 TEST_P(Network, ALargeDescriptionArrivesWhole) {
-  Listener listener(any_port());
+  Listener listener(any_port(), listener_options());
   std::string large(3'000'000, ' ');
   for (size_t i = 0; i < large.size(); ++i) large[i] = static_cast<char>('a' + i * i % 26);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of(large)));
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 1; }));
   EXPECT_EQ(listener.last(Kind::control), large);
@@ -101,8 +112,8 @@ TEST_P(Network, ALargeDescriptionArrivesWhole) {
 }
 
 TEST_P(Network, ASlowListenerGetsTheNewestAndThePublisherNeverWaits) {
-  Listener listener(any_port());
-  auto publisher = must_open_publisher(listener.link->uri());
+  Listener listener(any_port(), listener_options());
+  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "first"));
   const std::string filler(1000, '.');
@@ -119,10 +130,10 @@ TEST_P(Network, ASlowListenerGetsTheNewestAndThePublisherNeverWaits) {
 }
 
 TEST_P(Network, LockstepLosesNothing) {
-  ListenerOptions options;
+  ListenerOptions options = listener_options();
   options.delivery = Delivery::all;
   Listener listener(any_port(), options);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   for (int i = 0; i < 300; ++i) {
     const std::string text = "frame" + std::to_string(i);
@@ -135,24 +146,25 @@ TEST_P(Network, LockstepLosesNothing) {
 }
 
 TEST_P(Network, OverIpv6) {
-  Listener listener(std::string(GetParam()) + "://[::1]:0");
+  Listener listener(scheme() + "://[::1]:0", listener_options());
   EXPECT_NE(listener.link->uri().find("://[::1]:"), std::string::npos);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
 TEST_P(Network, ByName) {
-  Listener listener(any_port());
+  Listener listener(any_port(), listener_options());
   const std::string uri = listener.link->uri();
-  auto publisher = must_open_publisher(std::string(GetParam()) + "://localhost" + uri.substr(uri.rfind(':')));
+  auto publisher =
+      must_open_publisher(scheme() + "://localhost" + uri.substr(uri.rfind(':')), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
 TEST_P(Network, APortInUseIsAnErrorThatNamesTheUri) {
-  Listener listener(any_port());
-  const auto second = open_listener(listener.link->uri());
+  Listener listener(any_port(), listener_options());
+  const auto second = open_listener(listener.link->uri(), listener_options());
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().message.find(listener.link->uri() + ": the port is in use"), 0u)
       << second.error().message;
@@ -160,34 +172,35 @@ TEST_P(Network, APortInUseIsAnErrorThatNamesTheUri) {
 
 TEST_P(Network, OnlyLoopbackWithoutInsecure) {
   for (const char* host : {"0.0.0.0", "[::]"}) {
-    const std::string uri = std::string(GetParam()) + "://" + host + ":0";
+    const std::string uri = scheme() + "://" + host + ":0";
     const auto refused = open_listener(uri);
     ASSERT_FALSE(refused.ok());
-    EXPECT_NE(refused.error().message.find("--insecure"), std::string::npos) << refused.error().message;
-    ListenerOptions insecure;
+    const char* remedy = scheme() == "tls" ? "needs a certificate" : "--insecure";
+    EXPECT_NE(refused.error().message.find(remedy), std::string::npos) << refused.error().message;
+    ListenerOptions insecure = listener_options();
     insecure.insecure = true;
     EXPECT_TRUE(open_listener(uri, insecure).ok());
   }
 }
 
 TEST_P(Network, AddressesThatAreNotOursAreRefused) {
-  ListenerOptions insecure;
+  ListenerOptions insecure = listener_options();
   insecure.insecure = true;
-  const auto refused = open_listener(std::string(GetParam()) + "://192.0.2.1:0", insecure);
+  const auto refused = open_listener(scheme() + "://192.0.2.1:0", insecure);
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find("not one of this machine"), std::string::npos)
       << refused.error().message;
-  EXPECT_FALSE(open_publisher(any_port()).ok()) << "a publisher needs a port";
+  EXPECT_FALSE(open_publisher(any_port(), publisher_options()).ok()) << "a publisher needs a port";
 }
 
 TEST_P(Network, NoMorePeersThanAllowed) {
-  ListenerOptions options;
+  ListenerOptions options = listener_options();
   options.max_peers = 2;
   Listener listener(any_port(), options);
-  auto first = must_open_publisher(listener.link->uri());
-  auto second = must_open_publisher(listener.link->uri());
+  auto first = must_open_publisher(listener.link->uri(), publisher_options());
+  auto second = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 2; }));
-  auto third = must_open_publisher(listener.link->uri());
+  auto third = must_open_publisher(listener.link->uri(), publisher_options());
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw_part(Kind::note, "as many peers as allowed"); }));
   EXPECT_EQ(listener.count(Kind::connected), 2u);
   first.reset();
@@ -226,7 +239,7 @@ TEST(UdpFrames, APollGivesAllPartsOfTheNewestWholeFrame) {
     EXPECT_TRUE(listener.saw(Kind::pose, std::to_string(kFrames) + "/" + std::to_string(part))) << part;
 }
 
-INSTANTIATE_TEST_SUITE_P(Transport, Network, testing::Values("tcp", "udp"),
+INSTANTIATE_TEST_SUITE_P(Transport, Network, testing::Values("tcp", "tls", "udp", "udp_key"),
                          [](const auto& link) { return std::string(link.param); });
 
 }  // namespace

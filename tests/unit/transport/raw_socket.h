@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 

@@ -47,6 +47,11 @@ enum {
 typedef struct fire3dv_options {
   size_t struct_size;       /* sizeof(fire3dv_options) */
   const char *adapter_name; /* for people; default "generic" */
+  /* Files only, never keys themselves; files of keys must be closed to other users. They are read in fire3dv_open. */
+  const char *key_file;             /* udp://: the key that the renderer has too, 64 hexadecimal digits; NULL = none */
+  const char *tls_ca_file;          /* tls://: certificates to trust (PEM); NULL = the system's */
+  const char *tls_certificate_file; /* tls://: this simulator's own, for renderers that ask (PEM); NULL = none */
+  const char *tls_key_file;         /* tls://: of that certificate */
 } fire3dv_options;
 
 typedef struct fire3dv_description {
@@ -73,13 +78,13 @@ typedef struct fire3dv_status {
   int32_t welcome;           /* last answer: -1 none yet, 0 accepted, 1 version mismatch, 2 bad description,
                                 3 refused, 4 bad key */
   uint32_t unmatched_names;  /* of the last answer; the names are in welcome_message */
-  char welcome_message[512]; /* one line for people, NUL-terminated, cut if longer */
+  char welcome_message[512]; /* one line for people, NUL-terminated, cut if longer; while no renderer is reached: why */
 } fire3dv_status;
 
 /* Version of the library, "0.1.0". Static storage. */
 FIRE3DV_API const char *fire3dv_version(void);
 
-/* Opens a link: "shm://NAME", "tcp://HOST:PORT", "udp://HOST:PORT". Succeeds whether or not a renderer is there.
+/* Opens a link: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT", "udp://HOST:PORT". Succeeds whether or not a renderer is there.
  * options may be NULL. Returns NULL on error. */
 FIRE3DV_API fire3dv_stream *fire3dv_open(const char *uri, const fire3dv_options *options);
 

@@ -47,14 +47,27 @@ struct Description {
   std::string scene_uri;                  // a hint for people and recordings
 };
 
+// Names of files that keep strangers out; keys themselves are never passed. Empty: none (client.h says which link reads which).
+struct Security {
+  std::string key_file;
+  std::string tls_ca_file;
+  std::string tls_certificate_file;
+  std::string tls_key_file;
+};
+
 // Owns a stream; movable, not copyable. One thread at a time.
 class Stream {
  public:
-  // uri: "shm://NAME", "tcp://HOST:PORT" or "udp://HOST:PORT".
-  explicit Stream(const std::string& uri, const std::string& adapter_name = {}) {
+  // uri: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT".
+  explicit Stream(const std::string& uri, const std::string& adapter_name = {}, const Security& security = {}) {
     fire3dv_options options{};
     options.struct_size = sizeof options;
     if (!adapter_name.empty()) options.adapter_name = adapter_name.c_str();
+    const auto file = [](const std::string& name) { return name.empty() ? nullptr : name.c_str(); };
+    options.key_file = file(security.key_file);
+    options.tls_ca_file = file(security.tls_ca_file);
+    options.tls_certificate_file = file(security.tls_certificate_file);
+    options.tls_key_file = file(security.tls_key_file);
     stream_ = fire3dv_open(uri.c_str(), &options);
     if (!stream_) throw ClientError(FIRE3DV_ERROR_ARGUMENT, fire3dv_last_error());
   }

@@ -1,0 +1,64 @@
+#include "renderer/state/clock_offset.h"
+
+#include <algorithm>
+
+namespace fire3dv::state {
+namespace {
+
+constexpr int64_t kPeriodNs = 1'000'000'000;
+
+// Clocks of strangers may show anything: sums wrap around instead of overflowing.
+int64_t difference(int64_t a, uint64_t b) {
+  return static_cast<int64_t>(static_cast<uint64_t>(a) - b);
+}
+
+}  // namespace
+
+template <size_t count>
+ClockOffset::Sample ClockOffset::Best<count>::least() const {
+  return *std::min_element(samples.begin(), samples.end(),
+                           [](const Sample& a, const Sample& b) { return a.cost_ns < b.cost_ns; });
+}
+
+void ClockOffset::same_clock() {
+  same_ = true;
+}
+
+void ClockOffset::on_pong(int64_t sent_ns, uint64_t answer_ns, int64_t received_ns) {
+  if (received_ns < sent_ns) return;
+  const int64_t round_trip_ns = received_ns - sent_ns;
+  pongs_.add({difference(sent_ns + round_trip_ns / 2, answer_ns), round_trip_ns});
+}
+
+void ClockOffset::on_frame(uint64_t publish_ns, int64_t received_ns) {
+  const int64_t offset_ns = difference(received_ns, publish_ns);
+  if (this_period_.cost_ns == INT64_MAX) period_began_ns_ = received_ns;
+  if (received_ns - period_began_ns_ >= kPeriodNs) {
+    frame_periods_.add(this_period_);
+    this_period_ = {};
+    period_began_ns_ = received_ns;
+  }
+  if (offset_ns < this_period_.cost_ns) this_period_ = {offset_ns, offset_ns};
+}
+
+ClockOffset::Source ClockOffset::source() const {
+  if (same_) return Source::same_clock;
+  if (pongs_.next != 0) return Source::round_trip;
+  return this_period_.cost_ns != INT64_MAX ? Source::one_way : Source::none;
+}
+
+int64_t ClockOffset::local_ns(uint64_t publisher_ns) const {
+  int64_t offset_ns = 0;
+  if (source() == Source::round_trip) offset_ns = pongs_.least().offset_ns;
+  if (source() == Source::one_way) {
+    const Sample earlier = frame_periods_.least();
+    offset_ns = std::min(this_period_.cost_ns, earlier.cost_ns);
+  }
+  return static_cast<int64_t>(publisher_ns + static_cast<uint64_t>(offset_ns));
+}
+
+int64_t ClockOffset::uncertainty_ns() const {
+  return source() == Source::round_trip ? pongs_.least().cost_ns / 2 : 0;
+}
+
+}  // namespace fire3dv::state

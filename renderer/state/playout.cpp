@@ -1,0 +1,141 @@
+#include "renderer/state/playout.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/state/interpolate.h"
+
+namespace fire3dv::state {
+namespace {
+
+constexpr size_t kMostFrames = 256;
+constexpr size_t kMostPoses = size_t{4} << 20;  // 192 MiB of one stream
+constexpr size_t kLatenessWindow = 256;
+constexpr int64_t kMillisecondNs = 1'000'000;
+constexpr int64_t kMostDelayNs = 500 * kMillisecondNs;
+constexpr int64_t kMostClockErrorNs = 60'000 * kMillisecondNs;
+constexpr int64_t kMarginNs = 2 * kMillisecondNs;
+constexpr int64_t kMostExtrapolationNs = 100 * kMillisecondNs;
+constexpr int64_t kLateAfterNs = 250 * kMillisecondNs;
+constexpr int64_t kLostAfterNs = 3000 * kMillisecondNs;
+
+bool jumps(const wire::PoseFrameHeader& into) {
+  return (into.flags & wire::kFrameDiscontinuity) != 0;
+}
+
+}  // namespace
+
+bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
+                  int64_t published_ns, int64_t received_ns) {
+  // Whatever a stranger's clock says: it is only the order and the distance of frames that count.
+  published_ns = std::clamp(published_ns, received_ns - kMostClockErrorNs, received_ns + kMostClockErrorNs);
+  const auto later = std::find_if(frames_.begin(), frames_.end(), [&](const Frame& frame) {
+    return frame.header.sequence >= header.sequence;
+  });
+  if (later != frames_.end() && later->header.sequence == header.sequence) return false;
+  // What was passed by already would only be put in front of what is shown.
+  if (later == frames_.begin() && !frames_.empty()) return false;
+  // A publisher's clock that runs backwards is not to be believed: its frames are shown in order all the
+  // same.
+  if (later == frames_.end() && !frames_.empty())
+    published_ns = std::max(published_ns, frames_.back().published_ns);
+  else if (later != frames_.end())
+    published_ns = std::clamp(published_ns, std::prev(later)->published_ns, later->published_ns);
+  measure(published_ns, received_ns);
+
+  Frame frame;
+  frame.header = header;
+  frame.published_ns = published_ns;
+  if (!spare_.empty()) {
+    frame.poses = std::move(spare_.back());
+    spare_.pop_back();
+  }
+  frame.poses.assign(poses.begin(), poses.end());
+  frames_.insert(later, std::move(frame));
+  while (frames_.size() > kMostFrames || (frames_.size() > 2 && frames_.size() * poses.size() > kMostPoses)) {
+    spare_.push_back(std::move(frames_.front().poses));
+    frames_.pop_front();
+  }
+  return true;
+}
+
+// Late enough that nearly every frame has come when it is needed: the frame after the moment shown, that is.
+// It rises at once, or the picture would stop, and falls slowly, since every change of it shows as another
+// speed.
+void Playout::measure(int64_t published_ns, int64_t received_ns) {
+  lateness_ns_.push_back(received_ns - published_ns);
+  if (lateness_ns_.size() > kLatenessWindow) lateness_ns_.pop_front();
+  std::vector<int64_t> sorted(lateness_ns_.begin(), lateness_ns_.end());
+  const size_t at = std::min(sorted.size() - 1, sorted.size() * 98 / 100);
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(at), sorted.end());
+  const int64_t wanted = std::clamp<int64_t>(sorted[at] + interval_ns() + kMarginNs, 0, kMostDelayNs);
+  delay_ns_ = wanted > delay_ns_ ? wanted : delay_ns_ - (delay_ns_ - wanted) / 64;
+}
+
+// Of the frames that are there. Few are enough: it is only added to the delay.
+int64_t Playout::interval_ns() const {
+  if (frames_.size() < 2) return 0;
+  const int64_t span = frames_.back().published_ns - frames_.front().published_ns;
+  return span / static_cast<int64_t>(frames_.back().header.sequence - frames_.front().header.sequence);
+}
+
+std::optional<Playout::Shown> Playout::at(int64_t now_ns) {
+  if (frames_.empty()) return {};
+  const int64_t moment_ns = now_ns - delay_ns();
+  while (frames_.size() > 2 && frames_[1].published_ns <= moment_ns) {
+    spare_.push_back(std::move(frames_.front().poses));
+    frames_.pop_front();
+  }
+  if (spare_.size() > 8) spare_.resize(8);
+  const Frame& earlier = frames_.front();
+  const Frame& later = frames_.size() > 1 ? frames_[1] : earlier;
+  const int64_t span = later.published_ns - earlier.published_ns;
+  const int64_t into = std::max<int64_t>(moment_ns - earlier.published_ns, 0);
+  bool changed;
+  if (&later == &earlier)
+    changed = show(earlier, earlier, 0);
+  else if (!jumps(later.header))
+    changed = show(earlier, later, way(into, span));
+  else  // into a jump nothing moves: the earlier frame is held until it comes
+    changed = into < span ? show(earlier, earlier, 0) : show(later, later, 0);
+  return Shown{header_, poses_, changed};
+}
+
+// How far between two frames, 1 being the later. When no other has come in time the motion goes on for a
+// while, then comes back to the last frame: a simulator that pauses is shown where it stands, and not where
+// it might have gone.
+double Playout::way(int64_t into_ns, int64_t span_ns) {
+  if (span_ns <= 0) return 1;
+  const int64_t most = std::min(2 * span_ns, kMostExtrapolationNs);
+  const int64_t over = into_ns - span_ns;
+  if (over > 2 * most) return 1;
+  return static_cast<double>(over <= most ? into_ns : span_ns + 2 * most - over) /
+         static_cast<double>(span_ns);
+}
+
+bool Playout::show(const Frame& earlier, const Frame& later, double t) {
+  if (earlier.header.sequence == shown_earlier_ && later.header.sequence == shown_later_ && t == shown_t_)
+    return false;
+  shown_earlier_ = earlier.header.sequence;
+  shown_later_ = later.header.sequence;
+  shown_t_ = t;
+  header_ = t >= 1 ? later.header : earlier.header;
+  // Between honest frames the difference is small; a hostile stream's may be anything, and must not overflow.
+  const auto step = static_cast<int64_t>(static_cast<uint64_t>(later.header.sim_time_ns) -
+                                         static_cast<uint64_t>(earlier.header.sim_time_ns));
+  const auto moved = static_cast<int64_t>(std::clamp(static_cast<double>(step) * t, -9e18, 9e18));
+  header_.sim_time_ns =
+      static_cast<int64_t>(static_cast<uint64_t>(earlier.header.sim_time_ns) + static_cast<uint64_t>(moved));
+  poses_.resize(later.poses.size());
+  const bool comparable = earlier.poses.size() == later.poses.size();
+  for (size_t i = 0; i < poses_.size(); ++i)
+    poses_[i] = comparable ? interpolate(earlier.poses[i], later.poses[i], t) : later.poses[i];
+  return true;
+}
+
+Condition condition_after(int64_t silence_ns) {
+  if (silence_ns > kLostAfterNs) return Condition::lost;
+  return silence_ns > kLateAfterNs ? Condition::late : Condition::live;
+}
+
+}  // namespace fire3dv::state

@@ -1,0 +1,102 @@
+// A segment of which the input has overwritten words: a reader, and a publisher that reads replies, take what
+// is sound or say that it is damaged, and touch nothing outside.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "protocol/error.h"
+#include "protocol/transport/byte_order.h"
+#include "protocol/transport/shm_reader.h"
+#include "tests/fuzz/target.h"
+
+namespace fire3dv::fuzz {
+namespace {
+
+using namespace transport;
+using namespace transport::shm;
+
+struct Victim {
+  std::string name = "fuzz-" + std::to_string(::getpid());
+  Segment segment;
+
+  Victim() {
+    auto made = create_segment(name, {4000, 4, 2000}, 99);
+    FIRE3DV_ASSERT(made.ok());
+    segment = std::move(*made);
+    SegmentHeader& header = segment.header();
+    const std::vector<std::byte> message(1000, std::byte{1});
+    for (size_t i = 0; i < kRingCount; ++i) {
+      RingWriter ring(segment.mapping.base(), segment.geometry.rings[i], header.published[i].value);
+      for (int n = 0; n < 5; ++n) ring.write({message, {}}, 1);
+    }
+    ReplyProducer(segment.reader(0)).push(message);
+    FIRE3DV_ASSERT(take_name(segment, name, false).ok());
+  }
+  ~Victim() { drop_name(segment, name); }
+};
+
+constexpr size_t kWordBytes = 12;
+
+void append(Input& input, uint32_t offset, uint64_t value) {
+  for (int i = 0; i < 4; ++i) input.push_back(static_cast<uint8_t>(offset >> (8 * i)));
+  for (int i = 0; i < 8; ++i) input.push_back(static_cast<uint8_t>(value >> (8 * i)));
+}
+
+}  // namespace
+
+// An input is words: where each goes (u32) and what it becomes (u64).
+std::vector<Input> seeds() {
+  std::vector<Input> inputs(4);
+  append(inputs[0], 256, 6);          // poses published
+  append(inputs[1], 64, 4096);        // the pose ring's place
+  append(inputs[1], 64 + 16, 100);    // and capacity
+  append(inputs[2], 4096 + 64, 500);  // a reply ring's head
+  append(inputs[2], 4096 + 192, 0x4633445600000040);
+  append(inputs[3], 448, 1);  // retired
+  append(inputs[3], 320, 7);
+  return inputs;
+}
+
+}  // namespace fire3dv::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace fire3dv;
+  using namespace fire3dv::fuzz;
+  static Victim victim;
+  std::byte* const base = victim.segment.mapping.base();
+  const size_t words = victim.segment.geometry.segment_bytes / 8;
+  std::map<size_t, uint64_t> before;
+  for (; size >= kWordBytes; data += kWordBytes, size -= kWordBytes) {
+    const auto* bytes = reinterpret_cast<const std::byte*>(data);
+    const size_t at = get_le<uint32_t>(bytes) / 8 % words * 8;
+    uint64_t word;
+    std::memcpy(&word, base + at, 8);
+    before.emplace(at, word);
+    word = get_le<uint64_t>(bytes + 4);
+    std::memcpy(base + at, &word, 8);
+  }
+  for (const Delivery delivery : {Delivery::newest, Delivery::all}) {
+    FileId seen;
+    auto found = find_segment(victim.name, seen);
+    if (!found || !found->segment.fd) continue;
+    LinkCounters counters;
+    Reader reader(std::move(*found), delivery, delivery == Delivery::all, counters);
+    wire::Bytes description;
+    size_t messages = 0;
+    (void)reader.drain(description, [&](LinkEvent::Kind, std::span<const std::byte> message) {
+      FIRE3DV_ASSERT(message.size() <= victim.segment.geometry.segment_bytes);
+      FIRE3DV_ASSERT(++messages <= 4096);
+    });
+    (void)reader.end_by_state();
+    (void)reader.has_news();
+  }
+  ReplyConsumer replies(victim.segment.reader(0));
+  std::vector<std::byte> message;
+  for (int i = 0; i < 64; ++i) (void)replies.pop(message);
+  for (const auto& [at, word] : before) std::memcpy(base + at, &word, 8);
+  std::memset(&victim.segment.reader(1), 0, 192);  // what the readers above left there
+  return 0;
+}

@@ -1,0 +1,91 @@
+// Datagrams in the order in which the input has them, into a session of each side: nothing is believed that
+// its hash does not hold, and what is held stays within the budget.
+#include <cstring>
+
+#include "protocol/error.h"
+#include "protocol/transport/byte_order.h"
+#include "protocol/transport/udp_handshake.h"
+#include "protocol/transport/udp_session.h"
+#include "tests/fuzz/target.h"
+
+namespace fire3dv::fuzz {
+namespace {
+
+using namespace transport::udp;
+
+constexpr uint64_t kSession = 0x1122334455667788;
+
+// An input is datagrams, each with its length in two bytes before it.
+void append(Input& input, std::span<const std::byte> datagram) {
+  input.push_back(static_cast<uint8_t>(datagram.size()));
+  input.push_back(static_cast<uint8_t>(datagram.size() >> 8));
+  for (const std::byte byte : datagram) input.push_back(static_cast<uint8_t>(byte));
+}
+
+}  // namespace
+
+std::vector<Input> seeds() {
+  std::vector<Input> inputs;
+  for (const size_t bytes : {size_t{0}, size_t{10}, size_t{3000}}) {
+    Input input;
+    Session session(kSession, 0, nullptr);
+    const std::vector<std::byte> message(bytes, std::byte{7});
+    session.sender().push(ControlSender::prepare(message), SIZE_MAX);
+    const auto emit = [&](std::span<const std::byte> datagram) { append(input, datagram); };
+    session.emit_due(1, emit);
+    session.emit_bare(Type::ping, emit);
+    session.emit_number(Type::have, 3, emit);
+    Session::Buffer pose{};
+    session.start(pose, Type::pose);
+    write_pose_header(pose.data() + kHeaderBytes, {1, 0, true});
+    append(input, std::span(pose).first(kHeaderBytes + kPoseHeaderBytes + 40));
+    Session::Buffer ack{};
+    session.start(ack, Type::ack);
+    write_ack(ack.data() + kHeaderBytes, {1, 2, {5, 0, 0, 0}});
+    append(input, std::span(ack).first(kHeaderBytes + kAckBytes));
+    append(input, write_hello(5, 6));
+    append(input, write_accept(5, kSession, {}, {}, nullptr));
+    inputs.push_back(std::move(input));
+  }
+  return inputs;
+}
+
+}  // namespace fire3dv::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace fire3dv;
+  using namespace fire3dv::transport::udp;
+  constexpr size_t kBudget = 64 << 10;
+  Session session(fuzz::kSession, 0, nullptr);
+  static const ControlSender::Prepared large = ControlSender::prepare(std::vector<std::byte>(100'000));
+  session.sender().push(large, SIZE_MAX);
+  FrameTracker frames;
+  int64_t now = 1;
+  while (size >= 2) {
+    const size_t length = std::min<size_t>(data[0] | data[1] << 8, size - 2);
+    std::vector<std::byte> datagram(length);
+    if (length != 0) std::memcpy(datagram.data(), data + 2, length);
+    data += 2 + length;
+    size -= 2 + length;
+    now += 1'000'000;
+    Header header;
+    if (!read_header(datagram, header)) continue;
+    if (header.type == Type::hello && datagram.size() >= kHelloBytes) (void)read_hello(datagram);
+    if (header.type == Type::accept) (void)read_accept(datagram, {}, nullptr);
+    std::span<const std::byte> payload;
+    if (session.hear(header, datagram, now, payload) != Session::Heard::payload) continue;
+    PoseHeader pose;
+    if (header.type == Type::pose && read_pose_header(payload, pose)) {
+      (void)frames.part(pose.frame, pose.part, pose.last);
+      continue;
+    }
+    const size_t held = session.receiver().held_bytes();
+    const auto outcome = session.control(header, payload, kBudget - std::min(kBudget, held), now);
+    if (outcome == ControlReceiver::Outcome::complete) (void)session.receiver().take();
+    FIRE3DV_ASSERT(session.receiver().held_bytes() <= 4 * kBudget);
+    if (outcome == ControlReceiver::Outcome::corrupt) break;
+    session.emit_due(now,
+                     [](std::span<const std::byte> out) { FIRE3DV_ASSERT(out.size() <= kMaxDatagramBytes); });
+  }
+  return 0;
+}

@@ -1,0 +1,1 @@
+fire3dv_test(inspect_test SOURCES inspect_test.cpp LINK fire3dv_observer LABELS unit)

@@ -1,0 +1,159 @@
+#include "tools/inspect/observer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "protocol/transport/clock.h"
+#include "protocol/wire/check.h"
+
+namespace fire3dv::inspect {
+namespace {
+
+using transport::LinkEvent;
+using transport::LinkStats;
+
+constexpr size_t kMostStreams = 4096;  // those that ended are remembered too
+
+std::string own_boot_id() {
+  std::string id;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> id;
+  return id;
+}
+
+}  // namespace
+
+double StreamSeen::rate_hz() const {
+  if (frames < 2 || last_frame_ns <= first_frame_ns) return 0;
+  return static_cast<double>(frames - 1) * 1e9 / static_cast<double>(last_frame_ns - first_frame_ns);
+}
+
+uint64_t StreamSeen::age_us(double quantile) const {
+  uint64_t total = 0, sum = 0;
+  for (const uint64_t count : ages) total += count;
+  for (size_t i = 0; i < ages.size() && total != 0; ++i) {
+    sum += ages[i];
+    if (static_cast<double>(sum) >= quantile * static_cast<double>(total)) return uint64_t{1} << i;
+  }
+  return 0;
+}
+
+void Observer::poll(transport::ListenerLink& link) {
+  link.poll([&](const LinkEvent& event) {
+    if (event.kind == LinkEvent::Kind::note)
+      std::fprintf(stderr, "fire3dv-inspect: %s\n", std::string(event.text).c_str());
+    if (event.kind == LinkEvent::Kind::disconnected)
+      if (const auto stream = streams_.find(event.peer); stream != streams_.end())
+        stream->second.ended = true;
+    if (event.kind == LinkEvent::Kind::pose || event.kind == LinkEvent::Kind::control)
+      take(event.peer, event.message, event.received_ns != 0 ? event.received_ns : transport::monotonic_ns());
+  });
+}
+
+void Observer::take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns) {
+  const auto decoded = decoder_.decode(message);
+  if (!decoded) {
+    ++refused_;
+    return;
+  }
+  if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
+    if (streams_.size() == kMostStreams && streams_.find(peer) == streams_.end()) return;
+    static const std::string own_boot = own_boot_id();
+    StreamSeen& stream = streams_[peer];
+    if (stream.epoch == description->epoch) return;
+    stream = {};
+    stream.name = description->adapter_name;
+    stream.epoch = description->epoch;
+    stream.nodes = static_cast<uint32_t>(description->node_names.size());
+    stream.nominal_rate_hz = description->nominal_rate_hz;
+    stream.same_clock = !own_boot.empty() && description->clock.boot_id == own_boot;
+    return;
+  }
+  const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
+  const auto found = streams_.find(peer);
+  if (frame == nullptr || found == streams_.end() || frame->header.epoch != found->second.epoch) return;
+  StreamSeen& stream = found->second;
+  ++stream.messages;
+  stream.bytes += message.size();
+  if (frame->header.sequence <= stream.sequence) return;
+  if (stream.sequence != 0) stream.missing += frame->header.sequence - stream.sequence - 1;
+  if (stream.frames++ == 0) stream.first_frame_ns = received_ns;
+  stream.sequence = frame->header.sequence;
+  stream.last_frame_ns = received_ns;
+  if (!stream.same_clock) return;
+  const auto age_ns = static_cast<uint64_t>(received_ns) - frame->header.publish_time_ns;
+  if (static_cast<int64_t>(age_ns) < 0) return;  // from the future: nobody's clock here
+  ++stream.ages[std::min<size_t>(static_cast<size_t>(std::bit_width(age_ns / 1000)), kAgeBuckets - 1)];
+}
+
+std::string Observer::text(const transport::ListenerLink& link) const {
+  std::string text;
+  char line[256];
+  for (const auto& [peer, stream] : streams_) {
+    std::snprintf(line, sizeof line, "\"%s\"%s: %u nodes, %.1f Hz, %llu frames, %llu missing, %llu bytes",
+                  wire::printable(stream.name, 64).c_str(), stream.ended ? " (ended)" : "", stream.nodes,
+                  stream.rate_hz(), static_cast<unsigned long long>(stream.frames),
+                  static_cast<unsigned long long>(stream.missing),
+                  static_cast<unsigned long long>(stream.bytes));
+    text += line;
+    if (stream.age_us(0.5) != 0) {
+      std::snprintf(line, sizeof line, "; age below %llu us (half), %llu us (99 %%)",
+                    static_cast<unsigned long long>(stream.age_us(0.5)),
+                    static_cast<unsigned long long>(stream.age_us(0.99)));
+      text += line;
+    }
+    text += '\n';
+  }
+  if (streams_.empty()) text += "no stream has described itself\n";
+  const LinkStats stats = link.stats();
+  std::snprintf(
+      line, sizeof line, "%s: %u peers, %llu messages, %llu poses overtaken, %llu messages not understood",
+      link.uri().c_str(), stats.peers, static_cast<unsigned long long>(stats.messages_received),
+      static_cast<unsigned long long>(stats.poses_dropped), static_cast<unsigned long long>(refused_));
+  text += line;
+  for (size_t i = 0; i < transport::kCauseCount; ++i)
+    if (stats.rejected_by_cause[i] != 0)
+      text += std::string(", ") + transport::cause_name(static_cast<transport::Cause>(i)) + " " +
+              std::to_string(stats.rejected_by_cause[i]);
+  return text + '\n';
+}
+
+std::string Observer::json(const transport::ListenerLink& link) const {
+  using nlohmann::json;
+  const LinkStats stats = link.stats();
+  json rejected = json::object();
+  for (size_t i = 0; i < transport::kCauseCount; ++i)
+    rejected[transport::cause_name(static_cast<transport::Cause>(i))] = stats.rejected_by_cause[i];
+  json streams = json::array();
+  for (const auto& [peer, stream] : streams_) {
+    json ages = json::array();
+    for (const uint64_t count : stream.ages) ages.push_back(count);
+    streams.push_back({{"name", stream.name},
+                       {"epoch", stream.epoch},
+                       {"nodes", stream.nodes},
+                       {"nominal_rate_hz", stream.nominal_rate_hz},
+                       {"rate_hz", stream.rate_hz()},
+                       {"ended", stream.ended},
+                       {"frames", stream.frames},
+                       {"messages", stream.messages},
+                       {"bytes", stream.bytes},
+                       {"missing", stream.missing},
+                       {"sequence", stream.sequence},
+                       {"ages_known", stream.same_clock},
+                       {"ages_below_power_of_two_us", ages}});
+  }
+  return json{{"uri", link.uri()},
+              {"peers", stats.peers},
+              {"messages", stats.messages_received},
+              {"bytes", stats.bytes_received},
+              {"poses_overtaken", stats.poses_dropped},
+              {"not_understood", refused_},
+              {"rejected", rejected},
+              {"streams", streams}}
+             .dump() +
+         '\n';
+}
+
+}  // namespace fire3dv::inspect
