@@ -26,6 +26,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.samples = options.samples;
   settings.raster = options.raster;
   settings.cull = options.cull;
+  settings.anisotropy = options.anisotropy;
   settings.shadows = options.shadows;
   settings.post.exposure = options.exposure;
   settings.post.tone_map = options.tone_map;

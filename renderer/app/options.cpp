@@ -167,6 +167,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option("--cull", cull, "leave out clusters that cannot be seen; off draws the same image, slower")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
+  app.add_option("--anisotropy", options.anisotropy,
+                 "anisotropic texture filtering, 1 to 16; from 2 on devices differ in what they draw")
+      ->check(CLI::Range(1.0, 16.0))
+      ->capture_default_str();
   std::string shadows = "auto";
   app.add_option("--shadows", shadows, "shadows by rays (by ray query or a ray-tracing pipeline) or by maps alone")
       ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))

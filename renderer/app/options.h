@@ -43,6 +43,7 @@ struct Options {
   uint32_t samples = 4;
   passes::RasterPath raster = passes::RasterPath::automatic;
   bool cull = true;
+  float anisotropy = 1;
   passes::ShadowSettings shadows;
   float exposure = 1;
   passes::ToneMap tone_map = passes::ToneMap::reinhard;

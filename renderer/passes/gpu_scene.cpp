@@ -33,7 +33,7 @@ VkSamplerAddressMode address_mode(scene::Wrap wrap) {
   return VK_SAMPLER_ADDRESS_MODE_REPEAT;
 }
 
-gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted) {
+gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted, float anisotropy) {
   VkSamplerCreateInfo info{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
   info.magFilter = wanted.nearest_mag ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
   info.minFilter = wanted.nearest_min ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
@@ -43,9 +43,9 @@ gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted) {
   info.addressModeW = VK_SAMPLER_ADDRESS_MODE_REPEAT;
   info.maxLod = wanted.use_mips ? VK_LOD_CLAMP_NONE : 0.25f;
   const bool smooth = !wanted.nearest_mag && !wanted.nearest_min && wanted.use_mips;
-  if (smooth && device.report().anisotropy && device.report().type != gpu::DeviceType::software) {
-    info.anisotropyEnable = VK_TRUE;  // on a software device it costs more than all the rest
-    info.maxAnisotropy = std::min(8.0f, device.limits().maxSamplerAnisotropy);
+  if (smooth && anisotropy > 1 && device.report().anisotropy) {
+    info.anisotropyEnable = VK_TRUE;
+    info.maxAnisotropy = std::min(anisotropy, device.limits().maxSamplerAnisotropy);
   }
   VkSampler sampler = VK_NULL_HANDLE;
   FIRE3DV_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
@@ -54,7 +54,7 @@ gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted) {
 
 // One GPU image for each use of an image as colour or as data; one sampler for each distinct description.
 std::vector<gpu::SampledTexture> upload_textures(gpu::Device& device, gpu::LoaderCommands& loader,
-                                                 const scene::Scene& scene, GpuScene& gpu_scene) {
+                                                 const scene::Scene& scene, float anisotropy, GpuScene& gpu_scene) {
   std::map<std::pair<uint32_t, bool>, VkImageView> views;
   std::vector<std::pair<scene::Sampler, VkSampler>> samplers;
   std::vector<gpu::SampledTexture> textures;
@@ -75,7 +75,7 @@ std::vector<gpu::SampledTexture> upload_textures(gpu::Device& device, gpu::Loade
     auto sampler = std::find_if(samplers.begin(), samplers.end(),
                                 [&](const auto& known) { return known.first == texture.sampler; });
     if (sampler == samplers.end()) {
-      gpu_scene.samplers.push_back(create_sampler(device, texture.sampler));
+      gpu_scene.samplers.push_back(create_sampler(device, texture.sampler, anisotropy));
       samplers.emplace_back(texture.sampler, gpu_scene.samplers.back().get());
       sampler = samplers.end() - 1;
     }
@@ -310,7 +310,7 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
 }
 
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
-                   const gpu::EnvironmentTextures& environment)
+                   const gpu::EnvironmentTextures& environment, float anisotropy)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
@@ -393,7 +393,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
     top_level = gpu::TopLevel(device, instance_count);
   }
   instance_of_node = upload_array(device, loader, instance_indices);
-  const std::vector<gpu::SampledTexture> sampled = upload_textures(device, loader, scene, *this);
+  const std::vector<gpu::SampledTexture> sampled = upload_textures(device, loader, scene, anisotropy, *this);
   loader.finish();
   textures = gpu::BindlessTextures(device, sampled, environment, top_level.handle());
 }

@@ -19,7 +19,9 @@
 namespace fire3dv::passes {
 
 struct GpuScene {
-  GpuScene(gpu::Device& device, const scene::Scene& scene, const gpu::EnvironmentTextures& environment);
+  // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
+  GpuScene(gpu::Device& device, const scene::Scene& scene, const gpu::EnvironmentTextures& environment,
+           float anisotropy);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,

@@ -53,7 +53,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene) {
   transforms_.forget();
   deform_.forget();
   forward_.forget();
-  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, environment_.textures());
+  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, environment_.textures(), settings_.anisotropy);
   shadows_.set_scene(scene, *gpu_scene_);
 }
 

@@ -26,6 +26,7 @@ enum class RasterPath : uint8_t {
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
   bool cull = true;
+  float anisotropy = 1;  // off: images are then the same on all devices
   uint32_t samples = 4;
   ShadowSettings shadows;
   std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio

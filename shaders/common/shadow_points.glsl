@@ -15,7 +15,9 @@ SurfacePoint shadow_point(GlobalsRef globals, uint id, uint same, uint pixel) {
 // Whether light from there can make a difference: to a surface without a normal map only from before it.
 bool light_matters(GlobalsRef globals, SurfacePoint point, LightSample light) {
   if (max(light.irradiance.r, max(light.irradiance.g, light.irradiance.b)) <= 0) return false;
-  if (MaterialRef(globals.value.materials).at[point.material].normal_texture.texture != FIRE3DV_NO_INDEX) return true;
+  const MaterialRecord material = MaterialRef(globals.value.materials).at[point.material];
+  // A clear coat may have a normal map of its own.
+  if (material.normal_texture.texture != FIRE3DV_NO_INDEX || material.extension != FIRE3DV_NO_INDEX) return true;
   return dot(point.normal_world, light.to_light) > 0;
 }
 
