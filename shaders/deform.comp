@@ -74,6 +74,9 @@ void main() {
     position = transform_point(world_from_rest, position);
     normal = unit_or(transform_normal(world_from_rest, normal), normal);
     tangent = transform_direction(world_from_rest, tangent);
+    position.x *= record.sign_x;
+    normal.x *= record.sign_x;
+    tangent.x *= record.sign_x;
   }
   // A triangle with such a corner would drop out of the acceleration structure, which an update may not do.
   if (any(isnan(position)) || any(isinf(position))) position = vec3(0);

@@ -52,6 +52,7 @@ void main() {
   low = low_of_thread[0];
   high = high_of_thread[0];
   const bool known = low.x <= high.x;
-  PrimitivesOut(push.primitives).at[record.primitive].mesh_center = known ? 0.5 * (low + high) : vec3(0);
+  PrimitivesOut(push.primitives).at[record.primitive].mesh_center =
+      known ? 0.5 * (low + high) * vec3(record.sign_x, 1, 1) : vec3(0);
   PrimitivesOut(push.primitives).at[record.primitive].mesh_radius = known ? 0.5001 * length(high - low) : 0;
 }

@@ -59,6 +59,7 @@ class Tables {
     record.vertex_count = posed.vertex_count;
     record.first_source = first_source(source);
     record.skinned = node.skin != scene::kNone ? 1 : 0;
+    record.sign_x = scene::is_mirrored_by_joints(scene_, node) ? -1.0f : 1.0f;
     record.first_influence = FIRE3DV_NO_INDEX;
     if (record.skinned != 0) {
       if (primitive.first_influence != scene::kNone) {

@@ -229,11 +229,12 @@ void ForwardPass::draw_visible_depth(VkCommandBuffer commands, const Frame& fram
 void ForwardPass::draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
                             const std::vector<BinCommands>& of_bins) {
   const gpu_types::ForwardPush push{frame.globals};
-  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   const std::vector<DrawBin>& bins = frame.scene.draw_list.bins;
   for (size_t b = 0; b < bins.size(); ++b) {
     if (bins[b].blended() != blended || (frame.visibility && !bins[b].on_top())) continue;
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(bins[b], stage).get());
+    // For each pipeline: lavapipe forgets them for fragments when one without a fragment shader comes first.
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     draw_bin(commands, bins[b], of_bins[b]);
   }
 }

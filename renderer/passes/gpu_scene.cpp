@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <map>
 
 #include "renderer/passes/material_records.h"
@@ -137,9 +138,11 @@ glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
   return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
 }
 
-// Skinned vertices are in the world already: they are drawn at a node that never moves, behind the scene's own.
+// Skinned vertices are in the world already: they are drawn at nodes that never move, behind the scene's own. One is
+// the world; the other one mirrors it, for figures that their joints mirror, so that front faces stay front faces.
 uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
-  return scene.nodes[node].skin == scene::kNone ? node : static_cast<uint32_t>(scene.nodes.size());
+  if (scene.nodes[node].skin == scene::kNone) return node;
+  return static_cast<uint32_t>(scene.nodes.size()) + (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
 }
 
 Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -216,7 +219,6 @@ std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::S
 
 VkAccelerationStructureInstanceKHR instance_record(uint32_t node, VkDeviceAddress blas) {
   VkAccelerationStructureInstanceKHR instance{};
-  for (int i = 0; i < 3; ++i) instance.transform.matrix[i][i] = 1;
   instance.instanceCustomIndex = node & 0xffffff;
   instance.mask = 0xff;
   instance.flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
@@ -235,7 +237,8 @@ bool turns_inside_out(const Affine& affine) {
 std::vector<bool> mirrored_at_rest(const scene::Scene& scene) {
   std::vector<bool> mirrored;
   for (const scene::Node& node : scene.nodes) {
-    mirrored.push_back(node.skin == scene::kNone && glm::determinant(glm::mat3(node.world_from_node)) < 0);
+    mirrored.push_back(node.skin == scene::kNone ? glm::determinant(glm::mat3(node.world_from_node)) < 0
+                                                 : scene::is_mirrored_by_joints(scene, node));
   }
   return mirrored;
 }
@@ -249,7 +252,8 @@ std::vector<bool> mirrored_as_posed(const scene::Scene& scene, const state::Pose
       const state::Stream& stream = poses.streams()[drive.stream];
       turned ^= turns_inside_out(stream.poses[drive.pose_index]) ^ turns_inside_out(stream.world_from_stream);
     }
-    mirrored.push_back(turned && scene.nodes[mirrored.size()].skin == scene::kNone);
+    const scene::Node& node = scene.nodes[mirrored.size()];
+    mirrored.push_back(node.skin == scene::kNone ? turned : scene::is_mirrored_by_joints(scene, node));
   }
   return mirrored;
 }
@@ -360,8 +364,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   cluster_instances = upload_array(device, loader, all_parts.clusters);
 
   draws = upload_array(device, loader, draw_records(scene, *this));
-  std::vector<gpu_types::AffineRows> transforms(node_count + 1);
-  transforms.back() = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+  std::vector<gpu_types::AffineRows> transforms(node_count);
+  transforms.push_back({{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
+  transforms.push_back({{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
   world_from_node = upload_array(device, loader, transforms);
 
   if (device.traces_rays()) {
@@ -381,6 +386,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
       // Instances of skinned nodes stay where they are: the transforms pass does not know them.
       if (drawn_at(scene, n) == n) instance_indices[n] = static_cast<uint32_t>(instance_records.size());
       instance_records.push_back(instance_record(n, blas_of_node[n]));
+      std::memcpy(&instance_records.back().transform, &transforms[drawn_at(scene, n)], sizeof(VkTransformMatrixKHR));
     }
     instance_count = static_cast<uint32_t>(instance_records.size());
     instances = upload_array(device, loader, instance_records, geometry_usage);

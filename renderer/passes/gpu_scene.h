@@ -52,7 +52,7 @@ struct GpuScene {
   gpu::Buffer first_primitive_of_node;  // uint[]
   gpu::Buffer instance_of_node;         // uint[]
   gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
-  gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass; the last one is the identity
+  gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass; then the frames of skinned parts
 
   std::vector<uint32_t> first_part_of_node;
   // Parts that lie in one plane, the largest at rest first.

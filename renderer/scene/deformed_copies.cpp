@@ -31,6 +31,12 @@ bool is_deformed(const Node& node) {
   return node.mesh != kNone && (node.skin != kNone || node.morph_weight_count > 0);
 }
 
+bool is_mirrored_by_joints(const Scene& scene, const Node& node) {
+  if (node.skin == kNone) return false;
+  const Joint& joint = scene.joints[scene.skins[node.skin].first_joint];
+  return glm::determinant(glm::mat3(scene.nodes[joint.node].world_from_node * joint.joint_from_mesh)) < 0;
+}
+
 Result<void> check_deformed_copies(const Scene& scene) {
   uint64_t vertices = 0;
   for (const Node& node : scene.nodes) {

@@ -14,6 +14,9 @@ namespace fire3dv::scene {
 // By a skin or by morph targets.
 bool is_deformed(const Node& node);
 
+// Whether the joints of a skinned node turn its triangles inside out, at rest: its own transform has no part in that.
+bool is_mirrored_by_joints(const Scene& scene, const Node& node);
+
 // Thousands of nodes may share a mesh, each with a copy of it: refuses what no machine has the memory for.
 Result<void> check_deformed_copies(const Scene& scene);
 

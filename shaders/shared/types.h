@@ -175,6 +175,7 @@ struct DeformRecord {
   uint vertex_count;
   uint first_source;     // of each vertex: its number in the arrays that the scene has in its own order
   uint skinned;          // 1: written in the world; 0: in the node's frame
+  float sign_x;          // skinned ones: -1 where the frame that they are drawn in mirrors the world
   uint first_influence;  // FIRE3DV_NO_INDEX: moves with the node
   uint influence_sets;
   uint first_joint;

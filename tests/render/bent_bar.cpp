@@ -174,6 +174,11 @@ scene::Scene computed_bar(const BarPose& pose) {
   std::vector<Shape> pieces = bar();
   const uint32_t as_modelled = add_bar(builder, pieces);
   for (Shape& piece : pieces) deform(piece, pose, true);
+  if (glm::determinant(glm::mat3(pose.world_from_root)) < 0) {
+    for (Shape& piece : pieces) {
+      for (size_t i = 0; i < piece.indices.size(); i += 3) std::swap(piece.indices[i], piece.indices[i + 1]);
+    }
+  }
   const uint32_t bent = add_bar(builder, pieces);
   builder.mesh_node("bar", bent, glm::mat4(1));
   builder.mesh_node("beside", as_modelled, kBeside);

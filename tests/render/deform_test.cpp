@@ -28,6 +28,8 @@ const Way kWays[] = {
     {"rays", passes::RasterPath::visibility, {passes::ShadowMethod::ray, false, passes::RayBackEnd::query}},
     {"pipeline", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
     {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
+    {"forward_maps", passes::RasterPath::forward, {passes::ShadowMethod::map}},
+    {"forward_pipeline", passes::RasterPath::forward, {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
 };
 
 passes::DrawSettings settings_of(const Way& way) {
@@ -74,6 +76,20 @@ TEST_F(Deform, ABarBendsAsComputedInEveryWayOfDrawing) {
     EXPECT_TRUE(matches_image(later, draw_static(bench, computed_later), name + "_later", Tolerance::colour()));
     EXPECT_TRUE(matches_image(still, later, name + "_still", Tolerance::exact()));
     EXPECT_FALSE(difference_of(first, later, Tolerance::colour()).within(Tolerance::colour()));
+  }
+}
+
+// Outsides stay outsides.
+TEST_F(Deform, AFigureMirroredByItsJointsIsDrawnAsComputed) {
+  BarPose pose = one_pose();
+  pose.world_from_root = pose.world_from_root * glm::scale(glm::mat4(1), {-1, 1, 1});
+  const scene::Scene skinned = skinned_bar(pose), computed = computed_bar(pose);
+  for (const Way& way : {kWays[0], kWays[1]}) {
+    SCOPED_TRACE(way.name);
+    RenderBench bench(skinned, kExtent, settings_of(way));
+    const sinks::FrameImage image = draw(bench, skinned, state::PoseState(skinned));
+    EXPECT_TRUE(matches_image(image, draw_static(bench, computed), std::string("deform_mirrored_") + way.name,
+                              Tolerance::colour()));
   }
 }
 

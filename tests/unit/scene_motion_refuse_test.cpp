@@ -221,5 +221,25 @@ TEST(SceneMotionRefuse, SharedBytesCannotAskForAnyAmountOfMemory) {
       << scene.error().message;
 }
 
+// Each node has a copy of what it deforms.
+TEST(SceneMotionRefuse, ManyNodesOfOneMeshCannotAskForAnyAmountOfMemory) {
+  GltfBuilder builder = test::motion_file();
+  for (const size_t accessor :
+       {test::kPositions, test::kNormals, test::kJoints, test::kWeights, test::kTargetA}) {
+    builder.root["accessors"][accessor].erase("bufferView");
+    builder.root["accessors"][accessor]["count"] = 99999;
+  }
+  targets(builder) = json(1, json{{"POSITION", test::kTargetA}});
+  builder.root["meshes"][0].erase("weights");
+  builder.root.erase("animations");
+  const test::ScratchFolder folder;
+  EXPECT_TRUE(load_gltf(folder.write("one.glb", builder.glb())).ok());
+  for (int i = 0; i < 1000; ++i) builder.add_node("another", {{"mesh", 0}});
+  const auto scene = load_gltf(folder.write("many.glb", builder.glb()));
+  ASSERT_FALSE(scene.ok());
+  EXPECT_NE(scene.error().message.find("the nodes with skins or morph targets have more than"), std::string::npos)
+      << scene.error().message;
+}
+
 }  // namespace
 }  // namespace fire3dv::scene
