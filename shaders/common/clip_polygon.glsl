@@ -7,13 +7,22 @@
 
 const int kMostCorners = 8;
 
-// Inside where dot(plane, clip) >= 0.
-void cut(vec4 plane, inout vec4 corners[kMostCorners], inout int count) {
+const float kNearPlane = -1;
+
+// How far inside; exactly as can_be_projected() compares. guard: kNearPlane, or how many times w the side lies off.
+float distance_inside_of(float guard, vec2 side, vec4 clip) {
+  if (guard == kNearPlane) return clip.w - clip.z;
+  precise const float limit = guard * clip.w;
+  precise const float result = limit - (side.x * clip.x + side.y * clip.y);
+  return result;
+}
+
+void cut(float guard, vec2 side, inout vec4 corners[kMostCorners], inout int count) {
   vec4 kept[kMostCorners];
   int kept_count = 0;
   for (int i = 0; i < count; ++i) {
     const vec4 here = corners[i], next = corners[i + 1 < count ? i + 1 : 0];
-    const float distance_here = dot(plane, here), distance_next = dot(plane, next);
+    const float distance_here = distance_inside_of(guard, side, here), distance_next = distance_inside_of(guard, side, next);
     if (distance_here >= 0 && kept_count < kMostCorners) kept[kept_count++] = here;
     if ((distance_here >= 0) != (distance_next >= 0) && kept_count < kMostCorners) {
       const bool here_inside = distance_here >= 0;
@@ -29,13 +38,13 @@ void cut(vec4 plane, inout vec4 corners[kMostCorners], inout int count) {
 }
 
 void cut_to_view(inout vec4 corners[kMostCorners], inout int count, vec2 size) {
-  cut(vec4(0, 0, -1, 1), corners, count);  // near: z <= w
-  // Half the guard band: the rounding of a new corner must not take it out again.
-  const vec2 guard = 0.5 * kGuardPixels / size;
-  cut(vec4(1, 0, 0, guard.x), corners, count);
-  cut(vec4(-1, 0, 0, guard.x), corners, count);
-  cut(vec4(0, 1, 0, guard.y), corners, count);
-  cut(vec4(0, -1, 0, guard.y), corners, count);
+  cut(kNearPlane, vec2(0), corners, count);
+  // A new corner may lie outside by its rounding; there is room for that.
+  const vec2 guard = kGuardPixels / size;
+  cut(guard.x, vec2(1, 0), corners, count);
+  cut(guard.x, vec2(-1, 0), corners, count);
+  cut(guard.y, vec2(0, 1), corners, count);
+  cut(guard.y, vec2(0, -1), corners, count);
 }
 
 #endif

@@ -8,7 +8,7 @@
 const int kSubpixels = 256;
 const int kHalfPixel = 128;
 const int kTileShift = 5;  // tiles of 32 x 32 pixels
-// Corners farther than this from the image's corner are cut off first, so that edge functions fit 64 bits.
+// Corners farther than half of this from the image's middle are cut off first, so that edge functions fit 64 bits.
 const float kGuardPixels = 1048576;
 const ivec2 kNowhere = ivec2(-2147483647);
 
@@ -17,9 +17,12 @@ struct Corner {
   float z;   // reversed depth
 };
 
+// The same planes, to the bit, as those that triangles are cut at: of an edge whose ends can both be projected nothing is
+// ever cut, so that it runs the same way in both of its triangles.
 bool can_be_projected(vec4 clip, vec2 size) {
+  precise const vec2 guard = kGuardPixels / size * clip.w;
   // z <= w is the near plane, and there w > 0.
-  return clip.w > 0 && clip.z <= clip.w && all(lessThan((abs(clip.xy) / clip.w + 1) * 0.5 * size, vec2(kGuardPixels)));
+  return clip.w > 0 && clip.z <= clip.w && all(lessThanEqual(abs(clip.xy), guard));
 }
 
 Corner project(vec4 clip, vec2 size) {
