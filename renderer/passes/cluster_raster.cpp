@@ -15,6 +15,7 @@ namespace access = gpu::access;
 
 constexpr uint32_t kPreparedCapacity = 1u << 18;
 constexpr uint32_t kTileCapacity = 1u << 20;
+constexpr uint32_t kHugeAtFirst = 1u << 22;  // 32 MiB, of scenes that large
 constexpr gpu::Access kArgumentsAndCompute{
     VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
     VK_ACCESS_2_SHADER_READ_BIT | VK_ACCESS_2_SHADER_WRITE_BIT | VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, true};
@@ -49,6 +50,8 @@ void ClusterRaster::make_room(const Job& job) {
   while (seen.expand.count > huge_capacity_ && huge_capacity_ < (1u << 27)) huge_capacity_ *= 2;
 
   const VkDeviceSize entries = VkDeviceSize{job.view_count} * job.scene->cluster_instance_count;
+  // Room for every triangle of a scene that is not vast, so that the first image lacks none.
+  while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles) huge_capacity_ *= 2;
   grow(device_, lists_, entries * sizeof(uint32_t));
   grow(device_, work_, job.view_count * sizeof(gpu_types::ViewWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
   grow(device_, large_, sizeof(gpu_types::LargeWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);

@@ -99,7 +99,8 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
                                  VkDeviceAddress globals, bool camera_too) {
   std::vector<ClusterRaster*> sets;
   if (camera_too) sets.push_back(&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull));
-  if (ClusterRaster* maps = shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals)) sets.push_back(maps);
+  ClusterRaster* maps = shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull);
+  if (maps) sets.push_back(maps);
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
 }
 

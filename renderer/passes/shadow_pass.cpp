@@ -108,8 +108,9 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
     const bool cube = needs_cube(lights[i]);
     gpu_types::LightShadow shadow{};
     shadow.first_view = static_cast<uint32_t>(wanted.size());
-    shadow.view_count = cube ? 6 : 1;
     shadow.rays = is_soft(lights[i]) ? kSoftRays : 1;
+    // A map knows of one ray to each point; for soft shadows all rays are traced where they can be.
+    shadow.view_count = shadow.rays > 1 && way_.method == ShadowMethod::ray ? 0 : cube ? 6 : 1;
     if (shadow.rays == 1) {
       shadow.mask_word = bit / 32;
       shadow.mask_shift = bit % 32;
@@ -203,7 +204,7 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
 }
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                                        VkDeviceAddress globals) {
+                                        VkDeviceAddress globals, bool cull) {
   if (view_count_ == 0) return nullptr;
   std::vector<Use> uses{Use(views_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
@@ -220,6 +221,7 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   job.views = views_.address;
   job.globals = globals;
   job.view_count = view_count_;
+  job.cull = cull;
   map_raster_->begin(belt, job);
   return &*map_raster_;
 }

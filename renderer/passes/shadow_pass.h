@@ -45,7 +45,8 @@ class ShadowPass {
   void describe_to(gpu_types::Globals& globals, bool masked) const;
 
   // The lights' maps, to be drawn beside the camera's view; null when no map is needed.
-  ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals);
+  ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals,
+                              bool cull);
   // From the visibility buffer to the mask.
   void record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
   // Of whoever shades, with this access.

@@ -16,8 +16,8 @@ SurfacePoint shadow_point(GlobalsRef globals, uint id, uint same, uint pixel) {
 bool light_matters(GlobalsRef globals, SurfacePoint point, LightSample light) {
   if (max(light.irradiance.r, max(light.irradiance.g, light.irradiance.b)) <= 0) return false;
   const MaterialRecord material = MaterialRef(globals.value.materials).at[point.material];
-  // A clear coat may have a normal map of its own.
-  if (material.normal_texture.texture != FIRE3DV_NO_INDEX || material.extension != FIRE3DV_NO_INDEX) return true;
+  if (material.normal_texture.texture != FIRE3DV_NO_INDEX) return true;
+  if ((material.flags & FIRE3DV_MATERIAL_CLEARCOAT) != 0) return true;  // may have a normal map of its own
   return dot(point.normal_world, light.to_light) > 0;
 }
 

@@ -86,7 +86,11 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec3 r0 = t.world_from_node.row0.xyz, r1 = t.world_from_node.row1.xyz, r2 = t.world_from_node.row2.xyz;
   if (dot(r0, cross(r1, r2)) < 0) plane = -plane;
   plane = dot(plane, plane) > 0 ? normalize(plane) : point.normal_world;
-  const bool from_behind = dot(plane, globals.value.eye_world - t.world[0]) < 0;
+  // A surface with one side shows that one. Of one with two, the ray through the pixel tells.
+  const vec2 ndc = pixel / size * 2 - 1;
+  const vec3 look = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
+                    globals.value.world_from_ndc_origin;
+  const bool from_behind = (t.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 && dot(plane, look) > 0;
   point.plane_normal_world = from_behind ? -plane : plane;
   if (from_behind) point.normal_world = -point.normal_world;
   return point;

@@ -54,6 +54,48 @@ uint32_t SceneBuilder::mesh(uint32_t material, const std::vector<glm::vec3>& pos
   return static_cast<uint32_t>(scene_.meshes.size() - 1);
 }
 
+uint32_t SceneBuilder::triangles(uint32_t material, const std::vector<glm::vec3>& positions,
+                                 const std::vector<uint32_t>& indices) {
+  std::vector<glm::vec3> corners;
+  std::vector<scene::VertexAttributes> attributes;
+  std::vector<uint32_t> order;
+  for (size_t i = 0; i < indices.size(); ++i) {
+    const uint32_t* triangle = &indices[i - i % 3];
+    const glm::vec3 a = positions[triangle[0]], b = positions[triangle[1]], c = positions[triangle[2]];
+    const glm::dvec3 n = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
+    corners.push_back(positions[indices[i]]);
+    attributes.emplace_back();
+    attributes.back().normal = glm::dot(n, n) > 0 ? glm::vec3(glm::normalize(n)) : glm::vec3(0, 1, 0);
+    order.push_back(static_cast<uint32_t>(i));
+  }
+  return mesh(material, corners, attributes, order);
+}
+
+uint32_t SceneBuilder::lathe(uint32_t material, const std::function<glm::vec3(float, float)>& place,
+                             uint32_t segments) {
+  const uint32_t rings = segments / 2;
+  std::vector<glm::vec3> positions;
+  std::vector<uint32_t> indices;
+  for (uint32_t r = 1; r < rings; ++r) {
+    for (uint32_t s = 0; s < segments; ++s) {
+      positions.push_back(place(static_cast<float>(r) / static_cast<float>(rings) * 3.14159265f,
+                                static_cast<float>(s) / static_cast<float>(segments) * 6.28318531f));
+    }
+  }
+  const auto north = static_cast<uint32_t>(positions.size());
+  positions.push_back(place(0, 0));
+  positions.push_back(place(3.14159265f, 0));
+  for (uint32_t s = 0; s < segments; ++s) {
+    const uint32_t next = (s + 1) % segments, last = (rings - 2) * segments;
+    for (uint32_t i : {north, s, next, north + 1, last + next, last + s}) indices.push_back(i);
+    for (uint32_t r = 0; r + 2 < rings; ++r) {
+      const uint32_t a = r * segments + s, b = r * segments + next, c = a + segments, d = b + segments;
+      for (uint32_t i : {a, c, b, b, c, d}) indices.push_back(i);
+    }
+  }
+  return triangles(material, positions, indices);
+}
+
 uint32_t SceneBuilder::sphere(uint32_t material, float radius_m, uint32_t segments) {
   const uint32_t rings = segments / 2;
   std::vector<glm::vec3> positions;
@@ -89,7 +131,8 @@ uint32_t SceneBuilder::box(uint32_t material, glm::vec3 half) {
       u[(axis + 1) % 3] = 1;
       const glm::vec3 v = glm::cross(n, u);
       const auto first = static_cast<uint32_t>(positions.size());
-      for (const glm::vec2 corner : {glm::vec2(-1, -1), glm::vec2(1, -1), glm::vec2(1, 1), glm::vec2(-1, 1)}) {
+      for (const glm::vec2 corner :
+           {glm::vec2(-1, -1), glm::vec2(1, -1), glm::vec2(1, 1), glm::vec2(-1, 1)}) {
         positions.push_back((n + u * corner.x + v * corner.y) * half);
         const glm::vec2 uv = corner * 0.5f + 0.5f;
         attributes.push_back({n, glm::vec4(u, 1), uv, uv, glm::vec4(1)});
@@ -113,8 +156,9 @@ uint32_t SceneBuilder::quad(uint32_t material, float half, float uv_repeat) {
 
 uint32_t SceneBuilder::node(scene::Node node, uint32_t parent) {
   node.parent = parent;
-  node.world_from_node =
-      parent == scene::kNone ? node.parent_from_node : scene_.nodes[parent].world_from_node * node.parent_from_node;
+  node.world_from_node = parent == scene::kNone
+                             ? node.parent_from_node
+                             : scene_.nodes[parent].world_from_node * node.parent_from_node;
   node.path = parent == scene::kNone ? node.name : scene_.nodes[parent].path + "/" + node.name;
   scene_.nodes.push_back(std::move(node));
   return static_cast<uint32_t>(scene_.nodes.size() - 1);
@@ -138,7 +182,8 @@ uint32_t SceneBuilder::light_node(const scene::Light& light, const glm::mat4& pa
   return node(std::move(n), scene::kNone);
 }
 
-uint32_t SceneBuilder::camera_node(const std::string& name, glm::vec3 eye, glm::vec3 target, float vertical_fov_rad) {
+uint32_t SceneBuilder::camera_node(const std::string& name, glm::vec3 eye, glm::vec3 target,
+                                   float vertical_fov_rad) {
   scene::Camera camera;
   camera.name = name;
   camera.vertical_fov_rad = vertical_fov_rad;
@@ -155,7 +200,9 @@ scene::Scene SceneBuilder::build() {
   return scene_;
 }
 
-glm::mat4 at(glm::vec3 position) { return glm::translate(glm::mat4(1), position); }
+glm::mat4 at(glm::vec3 position) {
+  return glm::translate(glm::mat4(1), position);
+}
 
 scene::Material matte(glm::vec3 color) {
   scene::Material material;
@@ -173,6 +220,8 @@ scene::Light sun(glm::vec3 color, float lux) {
   return light;
 }
 
-glm::mat4 shining_towards(glm::vec3 direction, glm::vec3 from) { return passes::look_at_pose(from, from + direction); }
+glm::mat4 shining_towards(glm::vec3 direction, glm::vec3 from) {
+  return passes::look_at_pose(from, from + direction);
+}
 
 }  // namespace fire3dv::test

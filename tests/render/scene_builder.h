@@ -1,4 +1,5 @@
-// Scenes made in code: shapes with materials, lights, cameras. No file, so a failing image is about drawing alone.
+// Scenes made in code: shapes with materials, lights, cameras. No file, so a failing image is about drawing
+// alone.
 #pragma once
 
 #include <functional>
@@ -11,7 +12,8 @@ namespace fire3dv::test {
 class SceneBuilder {
  public:
   uint32_t material(const scene::Material& material);
-  uint32_t texture(uint32_t width, uint32_t height, bool srgb, const std::function<glm::vec4(float u, float v)>& texel);
+  uint32_t texture(uint32_t width, uint32_t height, bool srgb,
+                   const std::function<glm::vec4(float u, float v)>& texel);
 
   // One primitive of triangles.
   uint32_t mesh(uint32_t material, const std::vector<glm::vec3>& positions,
@@ -20,10 +22,18 @@ class SceneBuilder {
   uint32_t box(uint32_t material, glm::vec3 half_extent_m);
   uint32_t quad(uint32_t material, float half_extent_m, float uv_repeat = 1);  // in the XZ plane, facing +Y
 
+  // Any triangles, a normal for each of them.
+  uint32_t triangles(uint32_t material, const std::vector<glm::vec3>& positions,
+                     const std::vector<uint32_t>& indices);
+  // A closed mesh, as a sphere is one: theta from pole to pole, phi around.
+  uint32_t lathe(uint32_t material, const std::function<glm::vec3(float theta, float phi)>& place,
+                 uint32_t segments);
+
   uint32_t mesh_node(const std::string& name, uint32_t mesh, const glm::mat4& parent_from_node,
                      uint32_t parent = scene::kNone);
   uint32_t light_node(const scene::Light& light, const glm::mat4& parent_from_node);
-  uint32_t camera_node(const std::string& name, glm::vec3 eye, glm::vec3 target, float vertical_fov_rad = 0.7f);
+  uint32_t camera_node(const std::string& name, glm::vec3 eye, glm::vec3 target,
+                       float vertical_fov_rad = 0.7f);
 
   scene::Scene build();
 
