@@ -7,14 +7,16 @@ namespace {
 
 constexpr VkDeviceSize kStructureAlignment = 256;  // Vulkan's, of the offset in the storage
 constexpr VkBuildAccelerationStructureFlagsKHR kFlags =
-    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR | VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+    VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
 
 VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment) {
   return (value + alignment - 1) / alignment * alignment;
 }
 
 bool has_triangles(const std::vector<TriangleGeometry>& mesh) {
-  return std::any_of(mesh.begin(), mesh.end(), [](const TriangleGeometry& g) { return g.triangle_count > 0; });
+  return std::any_of(mesh.begin(), mesh.end(),
+                     [](const TriangleGeometry& g) { return g.triangle_count > 0; });
 }
 
 }  // namespace
@@ -37,8 +39,10 @@ DeformedLevels::DeformedLevels(Device& device, const std::vector<std::vector<Tri
     scratch_size += align_up(std::max(sizes.buildScratchSize, sizes.updateScratchSize), scratch_alignment);
   }
   if (builds_.empty()) return;
-  storage_ = create_buffer(device, storage_size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, Memory::device);
-  scratch_ = create_buffer(device, scratch_size + scratch_alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+  storage_ = create_buffer(device, storage_size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
+                           Memory::device);
+  scratch_ = create_buffer(device, scratch_size + scratch_alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                           Memory::device);
   for (size_t b = 0; b < builds_.size(); ++b) {
     VkAccelerationStructureCreateInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR};
     info.buffer = storage_.get();
@@ -51,7 +55,8 @@ DeformedLevels::DeformedLevels(Device& device, const std::vector<std::vector<Tri
     VkAccelerationStructureDeviceAddressInfoKHR address{
         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR};
     address.accelerationStructure = handle;
-    addresses_[mesh_of_build[b]] = device.functions().get_acceleration_structure_address(device.handle(), &address);
+    addresses_[mesh_of_build[b]] =
+        device.functions().get_acceleration_structure_address(device.handle(), &address);
     MeshBuild& build = builds_[b];
     build.info.pGeometries = build.geometries.data();  // the vector of builds has moved them
     build.info.dstAccelerationStructure = handle;
@@ -70,8 +75,8 @@ void DeformedLevels::record(VkCommandBuffer commands) {
     }
     ranges.push_back(build.ranges.data());
   }
-  device_->functions().cmd_build_acceleration_structures(commands, static_cast<uint32_t>(infos.size()), infos.data(),
-                                                         ranges.data());
+  device_->functions().cmd_build_acceleration_structures(commands, static_cast<uint32_t>(infos.size()),
+                                                         infos.data(), ranges.data());
   built_ = true;
 }
 

@@ -1,5 +1,5 @@
-// Bottom-level acceleration structures of meshes whose vertices move: built by the first frame that uses them, updated
-// by later ones. An update keeps the tree and fits its boxes anew.
+// Bottom-level acceleration structures of meshes whose vertices move: built by the first frame that uses
+// them, updated by later ones. An update keeps the tree and fits its boxes anew.
 #pragma once
 
 #include <vector>
@@ -18,8 +18,8 @@ class DeformedLevels {
   VkDeviceAddress address(size_t mesh) const { return addresses_[mesh]; }  // 0: it has none
   Buffer& storage() { return storage_; }
   Buffer& scratch() { return scratch_; }
-  // Builds or updates all of them. The caller declares storage() and scratch() as build_write and what the geometries
-  // point to as build_input.
+  // Builds or updates all of them. The caller declares storage() and scratch() as build_write and what the
+  // geometries point to as build_input.
   void record(VkCommandBuffer commands);
 
  private:

@@ -29,10 +29,11 @@ void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::UploadBelt& belt, 
   const std::vector<float>& weights = poses.morph_weights();
   if (weights.empty()) return;
   const gpu::UploadBelt::Piece piece = belt.write(std::span<const float>(weights));
-  recorder.pass("morph weights", {Use(shapes.weights, access::transfer_write)}, [&](VkCommandBuffer commands) {
-    const VkBufferCopy copy{piece.offset, 0, weights.size() * sizeof(float)};
-    vkCmdCopyBuffer(commands, piece.buffer, shapes.weights.get(), 1, &copy);
-  });
+  recorder.pass("morph weights", {Use(shapes.weights, access::transfer_write)},
+                [&](VkCommandBuffer commands) {
+                  const VkBufferCopy copy{piece.offset, 0, weights.size() * sizeof(float)};
+                  vkCmdCopyBuffer(commands, piece.buffer, shapes.weights.get(), 1, &copy);
+                });
 }
 
 void DeformPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
@@ -72,11 +73,12 @@ void DeformPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene
 
   if (shapes.levels.empty()) return;
   // The last frame's rays have met these through the top level: nobody else declares them.
-  recorder.pass("deformed blas",
-                {Use(scene.positions, access::build_input), Use(scene.indices, access::build_input),
-                 Use(shapes.levels.scratch(), access::build_write), Use(shapes.levels.storage(), access::build_write),
-                 Use(scene.top_level.storage(), access::build_write)},
-                [&](VkCommandBuffer commands) { shapes.levels.record(commands); });
+  recorder.pass(
+      "deformed blas",
+      {Use(scene.positions, access::build_input), Use(scene.indices, access::build_input),
+       Use(shapes.levels.scratch(), access::build_write), Use(shapes.levels.storage(), access::build_write),
+       Use(scene.top_level.storage(), access::build_write)},
+      [&](VkCommandBuffer commands) { shapes.levels.record(commands); });
 }
 
 }  // namespace fire3dv::passes

@@ -1,5 +1,5 @@
-// Skins and morph targets, on the GPU: writes the vertices of deformed meshes whenever something has moved, the spheres
-// around them, and lets their acceleration structures follow.
+// Skins and morph targets, on the GPU: writes the vertices of deformed meshes whenever something has moved,
+// the spheres around them, and lets their acceleration structures follow.
 #pragma once
 
 #include "renderer/gpu/frame_ring.h"

@@ -12,8 +12,8 @@ constexpr uint32_t kGroupVertices = 64;  // deform.comp's threads
 
 template <typename T>
 gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values) {
-  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                          gpu::Memory::device);
+  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T),
+                                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
   loader.upload(buffer, std::span<const T>(values));
   return buffer;
 }
@@ -28,7 +28,8 @@ std::vector<gpu_types::InfluenceRecord> influence_records(const scene::Scene& sc
   records.reserve(scene.influences.size());
   for (const scene::Influences& from : scene.influences) {
     const auto& j = from.joints;
-    records.push_back({j[0] | uint32_t{j[1]} << 16, j[2] | uint32_t{j[3]} << 16,
+    records.push_back({j[0] | uint32_t{j[1]} << 16,
+                       j[2] | uint32_t{j[3]} << 16,
                        {from.weights[0], from.weights[1], from.weights[2], from.weights[3]}});
   }
   return records;
@@ -36,13 +37,15 @@ std::vector<gpu_types::InfluenceRecord> influence_records(const scene::Scene& sc
 
 std::vector<gpu_types::JointRecord> joint_records(const scene::Scene& scene) {
   std::vector<gpu_types::JointRecord> records;
-  for (const scene::Joint& joint : scene.joints) records.push_back({rows_of(joint.joint_from_mesh), joint.node});
+  for (const scene::Joint& joint : scene.joints)
+    records.push_back({rows_of(joint.joint_from_mesh), joint.node});
   return records;
 }
 
 class Tables {
  public:
-  Tables(const scene::Scene& scene, const scene::ClusteredGeometry& geometry) : scene_(scene), geometry_(geometry) {
+  Tables(const scene::Scene& scene, const scene::ClusteredGeometry& geometry)
+      : scene_(scene), geometry_(geometry) {
     for (const scene::JointBounds& from : scene.joint_bounds) {
       bounds.push_back({from.joint, from.bounds_min, from.bounds_max});
     }
@@ -95,7 +98,8 @@ class Tables {
     if (is_new) {
       const scene::ClusteredPrimitive& rest = geometry_.primitives[source];
       for (uint32_t v = 0; v < rest.vertex_count; ++v) {
-        sources.push_back(geometry_.source_vertices[rest.first_vertex + v] - scene_.primitives[source].first_vertex);
+        sources.push_back(geometry_.source_vertices[rest.first_vertex + v] -
+                          scene_.primitives[source].first_vertex);
       }
     }
     return known->second;
@@ -109,7 +113,8 @@ class Tables {
 }  // namespace
 
 DeformedShapes::DeformedShapes(gpu::Device& device, gpu::LoaderCommands& loader, const scene::Scene& scene,
-                               std::vector<scene::DeformedNode> deformed, const scene::ClusteredGeometry& geometry)
+                               std::vector<scene::DeformedNode> deformed,
+                               const scene::ClusteredGeometry& geometry)
     : nodes(std::move(deformed)) {
   if (nodes.empty()) return;
   Tables tables(scene, geometry);

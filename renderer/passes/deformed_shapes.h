@@ -1,5 +1,5 @@
-// What of a scene changes its shape, on the GPU: who moves which vertices how far, and structures for rays that follow.
-// Written once; the deform pass reads it.
+// What of a scene changes its shape, on the GPU: who moves which vertices how far, and structures for rays
+// that follow. Written once; the deform pass reads it.
 #pragma once
 
 #include <vector>
@@ -17,11 +17,11 @@ struct DeformedShapes {
                  std::vector<scene::DeformedNode> nodes, const scene::ClusteredGeometry& geometry);
 
   std::vector<scene::DeformedNode> nodes;
-  gpu::Buffer records, groups, sources;           // see gpu_types::DeformRecord
+  gpu::Buffer records, groups, sources;  // see gpu_types::DeformRecord
   gpu::Buffer influences, joints, joint_bounds, deltas;
-  gpu::Buffer weights;                            // float[], written by the deform pass
+  gpu::Buffer weights;  // float[], written by the deform pass
   uint32_t record_count = 0, group_count = 0;
-  gpu::DeformedLevels levels;                     // as nodes; where rays can be traced
+  gpu::DeformedLevels levels;  // as nodes; where rays can be traced
 };
 
 }  // namespace fire3dv::passes

@@ -1,5 +1,5 @@
-// Nodes whose mesh changes its shape have its vertices to themselves: copies behind those of the scene, which a pass
-// writes anew whenever something moves. Triangles are shared.
+// Nodes whose mesh changes its shape have its vertices to themselves: copies behind those of the scene, which
+// a pass writes anew whenever something moves. Triangles are shared.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ namespace fire3dv::scene {
 // By a skin or by morph targets.
 bool is_deformed(const Node& node);
 
-// Whether the joints of a skinned node turn its triangles inside out, at rest: its own transform has no part in that.
+// Whether the joints of a skinned node turn its triangles inside out, at rest: its own transform has no part
+// in that.
 bool is_mirrored_by_joints(const Scene& scene, const Node& node);
 
 // Thousands of nodes may share a mesh, each with a copy of it: refuses what no machine has the memory for.

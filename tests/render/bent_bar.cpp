@@ -46,17 +46,21 @@ Shape bar_piece(float low, float high) {
   for (const float end : {-1.0f, 1.0f}) {
     const auto first = static_cast<uint32_t>(shape.positions.size());
     for (const glm::vec2 corner : {glm::vec2(-1, 1), glm::vec2(1, 1), glm::vec2(1, -1), glm::vec2(-1, -1)}) {
-      add_vertex({end * corner.x * kHalfWidth, end < 0 ? low : high, corner.y * kHalfWidth}, {0, end, 0}, {end, 0, 0},
-                 0.5f * corner + 0.5f);
+      add_vertex({end * corner.x * kHalfWidth, end < 0 ? low : high, corner.y * kHalfWidth}, {0, end, 0},
+                 {end, 0, 0}, 0.5f * corner + 0.5f);
     }
     add_quad(first, first + 1, first + 2, first + 3);
   }
   return shape;
 }
 
-std::vector<Shape> bar() { return {bar_piece(0, kTipHeight), bar_piece(kTipHeight, kLength)}; }
+std::vector<Shape> bar() {
+  return {bar_piece(0, kTipHeight), bar_piece(kTipHeight, kLength)};
+}
 
-float tip_weight(const glm::vec3& position) { return glm::smoothstep(0.6f, 1.4f, position.y); }
+float tip_weight(const glm::vec3& position) {
+  return glm::smoothstep(0.6f, 1.4f, position.y);
+}
 
 // Away from the bar's middle, most so halfway up; normals lean upwards.
 scene::MorphDelta bulge_of(const glm::vec3& position) {
@@ -82,7 +86,8 @@ void deform(Shape& shape, const BarPose& pose, bool with_skin) {
     }
     shape.positions[i] = position;
     attributes.normal = normal;
-    attributes.tangent = glm::vec4(glm::normalize(tangent - normal * glm::dot(normal, tangent)), attributes.tangent.w);
+    attributes.tangent =
+        glm::vec4(glm::normalize(tangent - normal * glm::dot(normal, tangent)), attributes.tangent.w);
   }
 }
 
@@ -102,7 +107,9 @@ uint32_t add_bar(SceneBuilder& builder, const std::vector<Shape>& pieces) {
   return first;
 }
 
-void join_pieces(scene::Scene& scene, uint32_t first_mesh) { scene.meshes[first_mesh].primitive_count = 2; }
+void join_pieces(scene::Scene& scene, uint32_t first_mesh) {
+  scene.meshes[first_mesh].primitive_count = 2;
+}
 
 void add_surroundings(SceneBuilder& builder) {
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.7f, 0.7f, 0.7f})), 20), glm::mat4(1));

@@ -1,5 +1,5 @@
-// A bar that bends and bulges: drawn as skin and morph target by the GPU, and computed here vertex by vertex as shapes
-// that stay as they are.
+// A bar that bends and bulges: drawn as skin and morph target by the GPU, and computed here vertex by vertex
+// as shapes that stay as they are.
 #pragma once
 
 #include "renderer/state/animation.h"
@@ -13,8 +13,8 @@ struct BarPose {
   float bulge = 0;  // the morph target's weight
 };
 
-// On a ground, under a sun, seen by a camera. The upper half of the bar is alpha-masked and has a normal map. Beside it
-// the same mesh stands without a skin, as it was modelled.
+// On a ground, under a sun, seen by a camera. The upper half of the bar is alpha-masked and has a normal map.
+// Beside it the same mesh stands without a skin, as it was modelled.
 scene::Scene skinned_bar(const BarPose& pose);
 scene::Scene computed_bar(const BarPose& pose);
 

@@ -1,5 +1,5 @@
-// Skins and morph targets: what the GPU deforms looks as what was computed vertex by vertex, on both raster paths and
-// with shadows of every kind, and follows the poses from frame to frame.
+// Skins and morph targets: what the GPU deforms looks as what was computed vertex by vertex, on both raster
+// paths and with shadows of every kind, and follows the poses from frame to frame.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,10 +26,14 @@ const Way kWays[] = {
     {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
     {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
     {"rays", passes::RasterPath::visibility, {passes::ShadowMethod::ray, false, passes::RayBackEnd::query}},
-    {"pipeline", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
+    {"pipeline",
+     passes::RasterPath::visibility,
+     {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
     {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
     {"forward_maps", passes::RasterPath::forward, {passes::ShadowMethod::map}},
-    {"forward_pipeline", passes::RasterPath::forward, {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
+    {"forward_pipeline",
+     passes::RasterPath::forward,
+     {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
 };
 
 passes::DrawSettings settings_of(const Way& way) {
@@ -49,10 +53,14 @@ sinks::FrameImage draw_static(RenderBench& bench, const scene::Scene& scene) {
   return draw(bench, scene, state::PoseState(scene));
 }
 
-glm::mat4 turned(float angle, const glm::vec3& axis) { return glm::rotate(glm::mat4(1), angle, axis); }
+glm::mat4 turned(float angle, const glm::vec3& axis) {
+  return glm::rotate(glm::mat4(1), angle, axis);
+}
 
 // The second one lies elsewhere, so that bounds which stayed behind would lose its shadow.
-BarPose one_pose() { return {at({-0.6f, 0, 0}), at({0, 1, 0}) * turned(0.9f, {0, 0, 1}), 1}; }
+BarPose one_pose() {
+  return {at({-0.6f, 0, 0}), at({0, 1, 0}) * turned(0.9f, {0, 0, 1}), 1};
+}
 BarPose other_pose() {
   return {at({-2, 0.1f, -1}) * turned(0.7f, {0, 1, 0}),
           at({0.1f, 1.1f, 0}) * turned(-1.1f, {1, 0, 0}) * glm::scale(glm::mat4(1), {1.3f, 1, 0.8f}), 0.4f};
@@ -73,7 +81,8 @@ TEST_F(Deform, ABarBendsAsComputedInEveryWayOfDrawing) {
     const sinks::FrameImage still = draw(bench, skinned, poses);
     const std::string name = std::string("deform_bar_") + way.name;
     EXPECT_TRUE(matches_image(first, draw_static(bench, computed), name, Tolerance::colour()));
-    EXPECT_TRUE(matches_image(later, draw_static(bench, computed_later), name + "_later", Tolerance::colour()));
+    EXPECT_TRUE(
+        matches_image(later, draw_static(bench, computed_later), name + "_later", Tolerance::colour()));
     EXPECT_TRUE(matches_image(still, later, name + "_still", Tolerance::exact()));
     EXPECT_FALSE(difference_of(first, later, Tolerance::colour()).within(Tolerance::colour()));
   }
@@ -148,7 +157,8 @@ std::pair<int, int> covered_and_outside(const sinks::FrameImage& image, const gl
 }
 
 TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
-  const std::filesystem::path file = std::filesystem::path(FIRE3DV_SOURCE_DIR) / "../shared/assets/bevy/Fox.glb";
+  const std::filesystem::path file =
+      std::filesystem::path(FIRE3DV_SOURCE_DIR) / "../shared/assets/bevy/Fox.glb";
   scene::Scene scene;
   std::vector<state::RestPose> poses_shown;
   uint32_t figure = scene::kNone;
@@ -170,7 +180,8 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
   scene::Camera camera;
   const float aspect = static_cast<float>(kExtent.width) / static_cast<float>(kExtent.height);
   const passes::View view = passes::make_view(
-      camera, passes::framing_camera_pose(camera, aspect, 1.3f * scene.bounds_min, 1.3f * scene.bounds_max), aspect);
+      camera, passes::framing_camera_pose(camera, aspect, 1.3f * scene.bounds_min, 1.3f * scene.bounds_max),
+      aspect);
   for (const Way& way : {kWays[0], kWays[1]}) {
     SCOPED_TRACE(way.name);
     RenderBench bench(scene, kExtent, settings_of(way));

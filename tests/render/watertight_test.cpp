@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "renderer/scene/bounds.h"
 #include "tests/render/proof_bench.h"
 
 namespace fire3dv::test {
@@ -135,6 +136,56 @@ TEST_F(Watertight, BallsFineBumpyRoughAndStretched) {
   }
   EXPECT_EQ(views, 700);
   EXPECT_GT(looked_at, 200000u);
+}
+
+// A ball that a morph target swells and two joints pull apart; at rest, it lies in the ball of radius 1.
+scene::Scene pulled_ball(const mat4& world_from_root, vec3 pull) {
+  SceneBuilder builder;
+  const uint32_t mesh = builder.lathe(builder.material(glowing()), on_ball, 128);
+  const uint32_t node = builder.mesh_node("ball", mesh, at({5, 5, 5}));
+  const uint32_t root = builder.mesh_node("root", scene::kNone, world_from_root);
+  const uint32_t tip = builder.mesh_node("tip", scene::kNone, at(pull), root);
+  scene::Scene scene = builder.build();
+  scene::Primitive& primitive = scene.primitives[0];
+  primitive.first_influence = primitive.first_morph_delta = 0;
+  primitive.influence_sets = primitive.morph_target_count = 1;
+  primitive.joint_limit = 2;
+  for (const vec3& p : scene.positions) {
+    const float weight = glm::smoothstep(-0.2f, 0.8f, p.y);
+    scene.influences.push_back({{0, 1, 0, 0}, {1 - weight, weight, 0, 0}});
+    scene.morph_deltas.push_back(
+        {p * (0.2f + 0.2f * std::sin(40 * p.x) * std::sin(40 * p.z)), vec3(0), vec3(0)});
+  }
+  scene.joints = {{root, mat4(1)}, {tip, mat4(1)}};
+  scene.skins = {{"bones", 0, 2}};
+  scene.meshes[mesh].morph_target_count = 1;
+  scene.nodes[node].skin = 0;
+  scene.nodes[node].morph_weight_count = 1;
+  scene.morph_weights = {0.7f};
+  scene::bound_deformed_primitives(scene);
+  return scene;
+}
+
+TEST_F(Watertight, BallsThatJointsAndTargetsDeform) {
+  std::mt19937 random(13);
+  std::uniform_real_distribution<float> share(0, 1);
+  const mat4 root = at({-1, 2, 0.5f}) * glm::rotate(mat4(1), 1.3f, vec3(0.6f, 0, 0.8f)) *
+                    glm::scale(mat4(1), vec3(0.8f, 1.1f, -1));
+  const scene::Scene scene = pulled_ball(root, {0.1f, 0.6f, 0});
+  const Ellipsoid inside{glm::inverse(root), 0.9f};
+  uint64_t looked_at = 0;
+  for (uint32_t samples : {1u, 4u}) {
+    bench(samples).show(scene);
+    for (int i = 0; i < 50; ++i) {
+      const vec3 center(root[3]);
+      const vec3 eye = center + any_direction(random) * (3 + 5 * share(random));
+      const vec3 target = center + 0.5f * share(random) * any_direction(random);
+      const sinks::FrameImage image = bench(samples).draw(eye, target, 0.8f);
+      ASSERT_EQ(holes(image, passes::look_at_pose(eye, target), 0.8f, inside, looked_at), 0u)
+          << "view " << i << ", " << samples << " samples";
+    }
+  }
+  EXPECT_GT(looked_at, 10000u);
 }
 
 // Boxes thousands of metres long with the eye on them or among them: triangles cross the near plane and leave

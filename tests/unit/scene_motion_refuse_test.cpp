@@ -237,7 +237,8 @@ TEST(SceneMotionRefuse, ManyNodesOfOneMeshCannotAskForAnyAmountOfMemory) {
   for (int i = 0; i < 1000; ++i) builder.add_node("another", {{"mesh", 0}});
   const auto scene = load_gltf(folder.write("many.glb", builder.glb()));
   ASSERT_FALSE(scene.ok());
-  EXPECT_NE(scene.error().message.find("the nodes with skins or morph targets have more than"), std::string::npos)
+  EXPECT_NE(scene.error().message.find("the nodes with skins or morph targets have more than"),
+            std::string::npos)
       << scene.error().message;
 }
 
