@@ -20,6 +20,6 @@ void main() {
   uv = interpolateAtOffset(in_uv, place);
   color = interpolateAtOffset(in_color, place);
 #endif
-  const vec4 texel = sample_or(material.base_color_texture, uv, dFdx(in_uv), dFdy(in_uv), vec4(1));
+  const vec4 texel = sample_or(material.base_color_texture, uv, dFdxFine(in_uv), dFdyFine(in_uv), vec4(1));
   if (material.base_color.a * color.a * texel.a < material.alpha_cutoff) discard;
 }

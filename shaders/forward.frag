@@ -77,12 +77,12 @@ void main() {
   point.material = in_material;
   point.tangent_world = FIRE3DV_AT_PLACE(in_tangent_world);
   point.uv = FIRE3DV_AT_PLACE(in_uv);
-  point.uv_dx = dFdx(in_uv_center);
-  point.uv_dy = dFdy(in_uv_center);
+  point.uv_dx = dFdxFine(in_uv_center);
+  point.uv_dy = dFdyFine(in_uv_center);
   point.color = FIRE3DV_AT_PLACE(in_color);
   // The triangle's plane, from inputs at the pixel's middle; its normal on the viewer's side. The centroid lies inside
   // the triangle but, as some drivers interpolate, a little off its plane: it is put back.
-  const vec3 along_x = dFdx(in_position_center), along_y = dFdy(in_position_center);
+  const vec3 along_x = dFdxFine(in_position_center), along_y = dFdyFine(in_position_center);
   // Far from the origin and close to the eye, all corners of a pixel may round to one point: no plane to be had then.
   const vec3 plane = cross(along_x, along_y);
   const vec3 vertex_normal = FIRE3DV_AT_PLACE(in_normal_world);

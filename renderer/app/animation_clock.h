@@ -9,7 +9,8 @@ namespace fire3dv::app {
 // Without a window animations go by images, so that the same command gives the same images on every machine.
 constexpr int kHeadlessImagesPerSecond = 30;
 
-// The simulated time of a stream as long as there is one; before and after it, time goes on by what `now_s` advances.
+// The simulated time of a stream as long as there is one; before and after it, time goes on by what `now_s`
+// advances.
 class AnimationClock {
  public:
   double at(std::optional<int64_t> sim_time_ns, double now_s) {

@@ -24,11 +24,11 @@ void install_stop_signals();
 
 class FrameLoop {
  public:
-  // All but the surroundings are borrowed. window may be null; so may animations, where none play, and environment,
-  // for the studio.
+  // All but the surroundings are borrowed. window may be null; so may animations, where none play, and
+  // environment, for the studio.
   FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses, StreamIntake& intake,
-            state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window,
-            FrameStats& stats, const Options& options,
+            state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink,
+            sinks::Window* window, FrameStats& stats, const Options& options,
             std::shared_ptr<const scene::EnvironmentImage> environment);
 
   Result<void> run();
@@ -41,10 +41,10 @@ class FrameLoop {
     std::vector<state::FrameTag> shown;
   };
   bool done() const;
-  void steer();                 // the window's input
+  void steer();  // the window's input
   void animate();
   void draw();
-  Result<void> deliver();       // finished images to the sink
+  Result<void> deliver();  // finished images to the sink
   Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8);
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
   bool wants_pixels() const { return !options_.out.empty(); }
@@ -63,8 +63,8 @@ class FrameLoop {
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
   passes::ReadbackBelt<ImageTag> readback_;
-  uint64_t images_ = 0;     // drawn
-  bool undrawn_ = false;    // lockstep: a pose frame is shown that no image has been drawn of yet
+  uint64_t images_ = 0;   // drawn
+  bool undrawn_ = false;  // lockstep: a pose frame is shown that no image has been drawn of yet
   std::vector<std::pair<uint64_t, std::vector<state::FrameTag>>> unacknowledged_;  // timeline value, frames
   const std::chrono::steady_clock::time_point started_;
   std::chrono::steady_clock::time_point last_image_;

@@ -8,9 +8,10 @@ namespace fire3dv::app {
 namespace {
 
 // Passes in the order of a frame. One that did not run in an image is 0 there.
-constexpr const char* kColumns[] = {"drives", "poses", "transforms", "tlas", "light views",
-                                      "clear", "cull", "raster", "expand", "tiles", "classify", "trace", "shade", "depth", "forward",
-                                      "post", "fxaa", "read-back", "window"};
+constexpr const char* kColumns[] = {"drives",   "poses", "transforms", "tlas",   "light views",
+                                    "clear",    "cull",  "raster",     "expand", "tiles",
+                                    "classify", "trace", "shade",      "depth",  "forward",
+                                    "post",     "fxaa",  "read-back",  "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
@@ -21,8 +22,8 @@ double at_fraction(std::vector<double> values, double fraction) {
 
 std::string line(const char* what, const RecentTimes& times) {
   char text[160];
-  std::snprintf(text, sizeof text, "  %-12s median %8.2f ms   p95 %8.2f ms\n", what, at_fraction(times.values(), 0.5),
-                at_fraction(times.values(), 0.95));
+  std::snprintf(text, sizeof text, "  %-12s median %8.2f ms   p95 %8.2f ms\n", what,
+                at_fraction(times.values(), 0.5), at_fraction(times.values(), 0.95));
   return text;
 }
 
@@ -44,7 +45,8 @@ Result<FrameStats> FrameStats::create(const std::filesystem::path& csv) {
   stats.path_ = csv;
   stats.file_.reset(std::fopen(csv.c_str(), "w"));
   if (!stats.file_) {
-    return Error{"--stats " + csv.string() + ": cannot be written: " + std::strerror(errno) + "; choose another file"};
+    return Error{"--stats " + csv.string() + ": cannot be written: " + std::strerror(errno) +
+                 "; choose another file"};
   }
   return stats;
 }
@@ -73,8 +75,8 @@ void FrameStats::write_row(const FrameCost& cost, const gpu::FrameTimes& times) 
     std::fprintf(file_.get(), "\n");
     header_written_ = true;
   }
-  std::fprintf(file_.get(), "%llu,%.4f,%.4f,", static_cast<unsigned long long>(cost.frame_index), cost.frame_ms,
-               cost.cpu_ms);
+  std::fprintf(file_.get(), "%llu,%.4f,%.4f,", static_cast<unsigned long long>(cost.frame_index),
+               cost.frame_ms, cost.cpu_ms);
   if (cost.pose_age_ms) std::fprintf(file_.get(), "%.4f", *cost.pose_age_ms);
   std::fprintf(file_.get(), ",%.4f", times.total_ms);
   for (const char* column : kColumns) {

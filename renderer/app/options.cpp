@@ -30,7 +30,8 @@ bool parse_size(const std::string& text, uint32_t& width, uint32_t& height) {
 std::string positive_number(const std::string& text) {
   float value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool good = error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
+  const bool good =
+      error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
   return good ? "" : text + " is not a number above 0";
 }
 
@@ -89,41 +90,50 @@ passes::ShadowSettings shadows_named(const std::string& name) {
 
 std::variant<Options, int> parse_options(int argc, char** argv) {
   Options options;
-  CLI::App app{"FIRE-3DV: shows what simulators do. Draws a glTF scene and moves its nodes as adapters publish poses."};
+  CLI::App app{
+      "FIRE-3DV: shows what simulators do. Draws a glTF scene and moves its nodes as adapters publish "
+      "poses."};
   app.name("fire3dv");
   app.set_version_flag("--version", kVersion);
 
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)");
-  app.add_option("--listen", options.listen, "where adapters publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or "
-                                             "udp://HOST:PORT; may be given several times")
+  app.add_option("--listen", options.listen,
+                 "where adapters publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or "
+                 "udp://HOST:PORT; may be given several times")
       ->allow_extra_args(false);
-  app.add_flag("--insecure", options.insecure, "let --listen take addresses other than loopback, without protection");
+  app.add_flag("--insecure", options.insecure,
+               "let --listen take addresses other than loopback, without protection");
   app.add_option("--key-file", options.key_file,
                  "file of the key (64 hexadecimal digits) that adapters must have to publish over udp://");
   app.add_option("--tls-cert", options.tls_certificate, "this renderer's certificate for tls://, a PEM file");
   app.add_option("--tls-key", options.tls_key, "file of that certificate's key");
-  app.add_option("--tls-client-ca", options.tls_client_ca,
-                 "file of certificates; adapters must show one that these have signed to publish over tls://");
+  app.add_option(
+      "--tls-client-ca", options.tls_client_ca,
+      "file of certificates; adapters must show one that these have signed to publish over tls://");
   std::string play = "auto";
   app.add_option("--play", play,
-                 "latest: the newest frame at once; interpolate: a little late and evenly; auto: interpolate what comes from "
+                 "latest: the newest frame at once; interpolate: a little late and evenly; auto: interpolate "
+                 "what comes from "
                  "other machines")
       ->check(CLI::IsMember({"auto", "latest", "interpolate"}))
       ->capture_default_str();
   double delay_ms = 0;
   const CLI::Option* const fixed_delay =
-      app.add_option("--delay", delay_ms, "how late interpolated streams are shown, in milliseconds; unless given, it "
-                                          "follows their jitter");
-  app.add_flag("--lockstep", options.lockstep, "draw every pose frame exactly once and tell the adapter when it is done");
+      app.add_option("--delay", delay_ms,
+                     "how late interpolated streams are shown, in milliseconds; unless given, it "
+                     "follows their jitter");
+  app.add_flag("--lockstep", options.lockstep,
+               "draw every pose frame exactly once and tell the adapter when it is done");
 
   app.add_flag("--headless", options.headless, "open no window");
   std::string size = "1280x720";
   app.add_option("--size", size, "image size, WxH")->capture_default_str();
   app.add_option("--camera", options.camera, "camera by node or camera name");
-  CLI::Option* animate = app.add_option("--animate", options.animate,
-                 "play an animation of the scene in a loop, by name or index, or all that do not contradict one another "
-                 "(all, the default); time is the adapter's simulated one, else the clock's, or without a window " +
-                     std::to_string(kHeadlessImagesPerSecond) + " images a second");
+  CLI::Option* animate = app.add_option(
+      "--animate", options.animate,
+      "play an animation of the scene in a loop, by name or index, or all that do not contradict one another "
+      "(all, the default); time is the adapter's simulated one, else the clock's, or without a window " +
+          std::to_string(kHeadlessImagesPerSecond) + " images a second");
   animate->expected(0, 1)->type_name("[NAME|INDEX|all]");
   app.add_option("--frames", options.frames, "stop after this many images")
       ->check(CLI::Range(uint64_t{0}, kMostFrames).description(""));  // a minus sign would wrap around
@@ -159,8 +169,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   std::string raster = "auto";
-  app.add_option("--raster", raster,
-                 "how triangles are drawn: by compute into a visibility buffer, or by the forward raster pipeline")
+  app.add_option(
+         "--raster", raster,
+         "how triangles are drawn: by compute into a visibility buffer, or by the forward raster pipeline")
       ->check(CLI::IsMember({"auto", "forward", "visibility"}))
       ->capture_default_str();
   std::string cull = "on";
@@ -172,14 +183,18 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->check(CLI::Range(1.0, 16.0))
       ->capture_default_str();
   std::string shadows = "auto";
-  app.add_option("--shadows", shadows, "shadows by rays (by ray query or a ray-tracing pipeline) or by maps alone")
+  app.add_option("--shadows", shadows,
+                 "shadows by rays (by ray query or a ray-tracing pipeline) or by maps alone")
       ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
       ->capture_default_str();
   std::string shadow_rays = "hybrid";
-  app.add_option("--shadow-rays", shadow_rays, "hybrid: rays only where a map cannot tell; all: one for every lit surface")
+  app.add_option("--shadow-rays", shadow_rays,
+                 "hybrid: rays only where a map cannot tell; all: one for every lit surface")
       ->check(CLI::IsMember({"hybrid", "all"}))
       ->capture_default_str();
-  app.add_option("--exposure", options.exposure, "factor on all light")->check(positive_number)->capture_default_str();
+  app.add_option("--exposure", options.exposure, "factor on all light")
+      ->check(positive_number)
+      ->capture_default_str();
   std::string tone_map = "reinhard";
   app.add_option("--tone-map", tone_map, "how HDR light becomes display colour")
       ->check(CLI::IsMember({"reinhard", "aces", "neutral", "none"}))
@@ -214,13 +229,15 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (animate->count() > 0 && options.animate.empty()) options.animate = "all";
   if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
-  if (options.exit_when_done && options.listen.empty()) return usage_error("--exit-when-done needs a --listen URI");
+  if (options.exit_when_done && options.listen.empty())
+    return usage_error("--exit-when-done needs a --listen URI");
   options.raster = raster_path_named(raster);
   options.cull = cull == "on";
   if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
   if (*fixed_delay) {
-    if (!(delay_ms >= 0 && delay_ms <= 10'000)) return usage_error("--delay must be a number from 0 to 10000");
+    if (!(delay_ms >= 0 && delay_ms <= 10'000))
+      return usage_error("--delay must be a number from 0 to 10000");
     options.play.delay_ns = static_cast<int64_t>(delay_ms * 1e6);
   }
   if (options.lockstep && play == "interpolate")

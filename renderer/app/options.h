@@ -15,21 +15,21 @@ namespace fire3dv::app {
 
 struct Options {
   std::filesystem::path scene;
-  std::vector<std::string> listen;  // URIs
-  bool insecure = false;            // listen on addresses other than loopback
-  std::string key_file;             // udp: the pre-shared key
+  std::vector<std::string> listen;                      // URIs
+  bool insecure = false;                                // listen on addresses other than loopback
+  std::string key_file;                                 // udp: the pre-shared key
   std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
   PlayOptions play;
-  bool lockstep = false;            // one image for each pose frame, acknowledged
+  bool lockstep = false;  // one image for each pose frame, acknowledged
 
   bool headless = false;
   uint32_t width = 1280, height = 720;
-  std::string camera;               // node or camera name; empty: the scene's first, or one that frames it
-  uint64_t frames = 0;              // 0 = until told to stop
-  bool exit_when_done = false;      // end when the last stream has ended
-  std::string animate;              // an animation's name, its index, or "all"; empty: none plays
-  std::filesystem::path out;        // folder of PNGs; empty = none
-  std::filesystem::path stats;      // CSV of times per frame; empty = none
+  std::string camera;           // node or camera name; empty: the scene's first, or one that frames it
+  uint64_t frames = 0;          // 0 = until told to stop
+  bool exit_when_done = false;  // end when the last stream has ended
+  std::string animate;          // an animation's name, its index, or "all"; empty: none plays
+  std::filesystem::path out;    // folder of PNGs; empty = none
+  std::filesystem::path stats;  // CSV of times per frame; empty = none
 
   std::string device;
   bool list_devices = false;

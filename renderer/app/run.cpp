@@ -17,7 +17,9 @@
 namespace fire3dv::app {
 namespace {
 
-void say(const std::string& text) { std::fprintf(stderr, "fire3dv: %s\n", text.c_str()); }
+void say(const std::string& text) {
+  std::fprintf(stderr, "fire3dv: %s\n", text.c_str());
+}
 
 int fail(const Error& error) {
   say(error.message);
@@ -27,7 +29,8 @@ int fail(const Error& error) {
 int list_devices(const gpu::Instance& instance) {
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
   if (reports.empty()) {
-    return fail(Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU"});
+    return fail(
+        Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU"});
   }
   for (const gpu::DeviceReport& report : reports) std::printf("%s\n", gpu::describe(report).c_str());
   return 0;
@@ -35,7 +38,7 @@ int list_devices(const gpu::Instance& instance) {
 
 Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options) {
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
-  Result<gpu::DeviceChoice> choice = 
+  Result<gpu::DeviceChoice> choice =
       gpu::choose_device(reports, options.device, gpu::graphics_vendors_present());
   if (!choice) return choice.error();
   for (const std::string& note : choice->notes) say("device: " + note);
@@ -49,15 +52,17 @@ Result<scene::Scene> load_scene(const std::filesystem::path& path) {
       path, {}, [&](const char*, size_t done, size_t total) { progress.update(done, total); });
   if (!scene) return scene;
   constexpr size_t kWarningsShown = 20;
-  for (size_t i = 0; i < std::min(scene->warnings.size(), kWarningsShown); ++i) say("warning: " + scene->warnings[i]);
+  for (size_t i = 0; i < std::min(scene->warnings.size(), kWarningsShown); ++i)
+    say("warning: " + scene->warnings[i]);
   if (scene->warnings.size() > kWarningsShown) {
     say("warning: and " + std::to_string(scene->warnings.size() - kWarningsShown) + " more");
   }
   size_t triangles = 0;
   for (const scene::Primitive& primitive : scene->primitives) triangles += primitive.index_count / 3;
   say(path.string() + ": " + std::to_string(scene->nodes.size()) + " nodes, " + std::to_string(triangles) +
-      " triangles, " + std::to_string(scene->lights.size()) + " lights, " + std::to_string(scene->cameras.size()) +
-      " cameras, " + std::to_string(scene->textures.size()) + " textures");
+      " triangles, " + std::to_string(scene->lights.size()) + " lights, " +
+      std::to_string(scene->cameras.size()) + " cameras, " + std::to_string(scene->textures.size()) +
+      " textures");
   return scene;
 }
 
@@ -70,7 +75,8 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_surroundings(const s
       std::make_shared<scene::EnvironmentImage>(std::move(*image)));
 }
 
-Result<std::optional<state::AnimationPlayer>> open_animations(const Options& options, const scene::Scene& scene) {
+Result<std::optional<state::AnimationPlayer>> open_animations(const Options& options,
+                                                              const scene::Scene& scene) {
   if (options.animate.empty()) return std::optional<state::AnimationPlayer>();
   Result<std::vector<uint32_t>> chosen = state::choose_animations(scene, options.animate);
   if (!chosen) return chosen.error();
@@ -79,7 +85,8 @@ Result<std::optional<state::AnimationPlayer>> open_animations(const Options& opt
   for (size_t i = 0; i < std::min(chosen->size(), kNamesShown); ++i) {
     playing += (i ? ", " : " ") + state::animation_title(scene, (*chosen)[i]);
   }
-  if (chosen->size() > kNamesShown) playing += " and " + std::to_string(chosen->size() - kNamesShown) + " more";
+  if (chosen->size() > kNamesShown)
+    playing += " and " + std::to_string(chosen->size() - kNamesShown) + " more";
   say(playing + ", of " + std::to_string(scene.animations.size()));
   return std::optional<state::AnimationPlayer>(std::in_place, scene, *chosen);
 }
@@ -91,7 +98,8 @@ Result<void> open_listeners(const Options& options, StreamIntake& intake) {
     listener_options.insecure = options.insecure;
     listener_options.key_file = options.key_file;
     listener_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
-    Result<std::unique_ptr<transport::ListenerLink>> listener = transport::open_listener(uri, listener_options);
+    Result<std::unique_ptr<transport::ListenerLink>> listener =
+        transport::open_listener(uri, listener_options);
     if (!listener) return listener.error();
     say("listening on " + (*listener)->uri());
     intake.add(std::move(*listener));
@@ -156,15 +164,16 @@ int run(const Options& options) {
       }
     } detach_at_end{window.get()};
     if (window) {
-      if (Result<void> attached = window->attach(**instance, **device); !attached) return fail(attached.error());
+      if (Result<void> attached = window->attach(**instance, **device); !attached)
+        return fail(attached.error());
     }
 
     FrameLoop loop(**device, *scene, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
                    window.get(), *stats, options, std::move(*environment));
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());
-    say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) + "\n" +
-        stats->summary());
+    say(std::to_string(loop.images()) + " images" +
+        (options.out.empty() ? "" : " in " + options.out.string()) + "\n" + stats->summary());
   }
   if (const uint64_t messages = (*instance)->validation_messages()) {
     exit_code = fail(Error{std::to_string(messages) + " validation messages"});

@@ -11,11 +11,13 @@ namespace fire3dv::app {
 namespace {
 
 constexpr size_t kNamesInNote = 5;
-constexpr size_t kNameBytesInWelcome = 16 << 10;  // of each list: an answer must fit what every link carries back
+constexpr size_t kNameBytesInWelcome =
+    16 << 10;  // of each list: an answer must fit what every link carries back
 
 std::string list_names(const std::vector<std::string>& names) {
   std::string text;
-  for (size_t i = 0; i < std::min(names.size(), kNamesInNote); ++i) text += (i ? ", \"" : "\"") + names[i] + "\"";
+  for (size_t i = 0; i < std::min(names.size(), kNamesInNote); ++i)
+    text += (i ? ", \"" : "\"") + names[i] + "\"";
   if (names.size() > kNamesInNote) text += " and " + std::to_string(names.size() - kNamesInNote) + " more";
   return text;
 }
@@ -31,7 +33,9 @@ std::vector<std::string> first_names(const std::vector<std::string>& names) {
   return first;
 }
 
-std::string renderer_name() { return std::string("fire3dv ") + kVersion; }
+std::string renderer_name() {
+  return std::string("fire3dv ") + kVersion;
+}
 
 // Never empty, so that a publisher that does not know its own is not taken for one of this machine.
 const std::string& boot_id() {
@@ -44,7 +48,8 @@ const std::string& boot_id() {
 }
 
 uint64_t monotonic_now_ns() {
-  return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
+  return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch() /
+                               std::chrono::nanoseconds(1));
 }
 
 }  // namespace
@@ -52,7 +57,9 @@ uint64_t monotonic_now_ns() {
 StreamIntake::StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play)
     : poses_(poses), lockstep_(lockstep), play_(play) {}
 
-void StreamIntake::add(std::unique_ptr<transport::ListenerLink> listener) { listeners_.push_back(std::move(listener)); }
+void StreamIntake::add(std::unique_ptr<transport::ListenerLink> listener) {
+  listeners_.push_back(std::move(listener));
+}
 
 bool StreamIntake::poll() {
   bool changed = false;
@@ -64,7 +71,10 @@ bool StreamIntake::poll() {
           changed |= handle(peer, event.kind, event.message, event.text, event.received_ns);
           return;
         }
-        held_.push_back({peer, event.kind, {event.message.begin(), event.message.end()}, std::string(event.text),
+        held_.push_back({peer,
+                         event.kind,
+                         {event.message.begin(), event.message.end()},
+                         std::string(event.text),
                          event.received_ns});
       });
     }
@@ -106,7 +116,8 @@ void StreamIntake::tell_conditions() {
   for (auto& [peer, stream] : stream_of_peer_) {
     const bool is_lost = poses_.streams()[stream.id].condition == state::Condition::lost;
     if (std::exchange(stream.lost_told, is_lost) == is_lost) continue;
-    note("stream \"" + stream.name + (is_lost ? "\" sends no frames; the last one is held" : "\" sends frames again"));
+    note("stream \"" + stream.name +
+         (is_lost ? "\" sends no frames; the last one is held" : "\" sends frames again"));
   }
 }
 
@@ -170,7 +181,8 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     const bool asked = stream != stream_of_peer_.end() && pong->id != 0 && pong->id <= stream->second.pings;
     const int64_t came_ns = received_ns != 0 ? received_ns : static_cast<int64_t>(monotonic_now_ns());
     if (asked && pong->ping_sender_time_ns <= static_cast<uint64_t>(came_ns))
-      stream->second.clock.on_pong(static_cast<int64_t>(pong->ping_sender_time_ns), pong->answer_time_ns, came_ns);
+      stream->second.clock.on_pong(static_cast<int64_t>(pong->ping_sender_time_ns), pong->answer_time_ns,
+                                   came_ns);
     return false;
   }
   if (std::holds_alternative<wire::UnknownMessage>(*decoded)) return false;  // of a later minor version
@@ -187,8 +199,8 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
     refusal.renderer_name = renderer_name();
     refusal.message = "this renderer speaks protocol " + std::to_string(wire::kProtocolMajor) + "." +
                       std::to_string(wire::kProtocolMinor) + ", the adapter " +
-                      std::to_string(description.protocol_major) + "." + std::to_string(description.protocol_minor) +
-                      "; update the older one";
+                      std::to_string(description.protocol_major) + "." +
+                      std::to_string(description.protocol_minor) + "; update the older one";
     note(name + " was refused: " + refusal.message);
     end_stream(peer, "it goes on in another version of the protocol");
     reply(peer, wire::encode(refusal));
@@ -212,16 +224,20 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
   stream.name = name;
   const std::string& their_boot = description.clock.boot_id;
   if (their_boot == boot_id()) stream.clock.same_clock();
-  stream.interpolated = !lockstep_ && (play_.mode == PlayOptions::Mode::interpolate ||
-                                       (play_.mode == PlayOptions::Mode::by_clock && !their_boot.empty() &&
-                                        their_boot != boot_id()));
+  stream.interpolated =
+      !lockstep_ &&
+      (play_.mode == PlayOptions::Mode::interpolate ||
+       (play_.mode == PlayOptions::Mode::by_clock && !their_boot.empty() && their_boot != boot_id()));
   if (stream.interpolated) poses_.interpolate(id, play_.delay_ns);
   had_streams_ = true;
 
   const state::Stream& bound = poses_.streams()[id];
-  std::string accepted = "stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes accepted";
-  if (!bound.unmatched_names.empty()) accepted += "; no scene node is called " + list_names(bound.unmatched_names);
-  if (!bound.conflicting_names.empty()) accepted += "; another stream drives " + list_names(bound.conflicting_names);
+  std::string accepted =
+      "stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes accepted";
+  if (!bound.unmatched_names.empty())
+    accepted += "; no scene node is called " + list_names(bound.unmatched_names);
+  if (!bound.conflicting_names.empty())
+    accepted += "; another stream drives " + list_names(bound.conflicting_names);
   note(std::move(accepted));
   welcome(peer, stream);
 }
@@ -268,12 +284,13 @@ void StreamIntake::reply(Peer peer, const wire::Bytes& message) {
   listeners_[peer.first]->send(peer.second, message);
 }
 
-// The first fault of a peer is told, the others are counted: a broken adapter at 1 kHz must not fill the terminal.
+// The first fault of a peer is told, the others are counted: a broken adapter at 1 kHz must not fill the
+// terminal.
 void StreamIntake::reject(Peer peer, const std::string& reason) {
   rejected_++;
   if (rejected_of_peer_[peer]++ == 0) {
-    note("dropped a message from " + listeners_[peer.first]->uri() + " peer " +
-                     std::to_string(peer.second) + ": " + reason);
+    note("dropped a message from " + listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
+         ": " + reason);
   }
 }
 
@@ -293,6 +310,8 @@ void StreamIntake::note(std::string text) {
   }
 }
 
-std::vector<std::string> StreamIntake::take_notes() { return std::exchange(notes_, {}); }
+std::vector<std::string> StreamIntake::take_notes() {
+  return std::exchange(notes_, {});
+}
 
 }  // namespace fire3dv::app

@@ -59,8 +59,8 @@ class StreamIntake {
     bool lost_told = false;
   };
 
-  bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message, std::string_view text,
-              int64_t received_ns);
+  bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message,
+              std::string_view text, int64_t received_ns);
   void ask_for_time(int64_t now_ns);
   void tell_conditions();
   void describe(Peer peer, const wire::StreamDescription& description);

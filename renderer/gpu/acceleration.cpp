@@ -9,7 +9,8 @@ VkDeviceAddress align_up(VkDeviceAddress value, VkDeviceAddress alignment) {
   return (value + alignment - 1) / alignment * alignment;
 }
 
-AccelerationStructure create_structure(Device& device, VkAccelerationStructureTypeKHR type, VkDeviceSize size) {
+AccelerationStructure create_structure(Device& device, VkAccelerationStructureTypeKHR type,
+                                       VkDeviceSize size) {
   AccelerationStructure structure;
   structure.storage =
       create_buffer(device, size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, Memory::device);
@@ -20,7 +21,8 @@ AccelerationStructure create_structure(Device& device, VkAccelerationStructureTy
   VkAccelerationStructureKHR handle = VK_NULL_HANDLE;
   FIRE3DV_VK(device.functions().create_acceleration_structure(device.handle(), &info, nullptr, &handle));
   structure.handle = AccelerationHandle(device, handle);
-  VkAccelerationStructureDeviceAddressInfoKHR address{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR};
+  VkAccelerationStructureDeviceAddressInfoKHR address{
+      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR};
   address.accelerationStructure = handle;
   structure.address = device.functions().get_acceleration_structure_address(device.handle(), &address);
   return structure;
@@ -53,8 +55,8 @@ MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mes
   build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
   build.info.geometryCount = static_cast<uint32_t>(build.geometries.size());
   build.info.pGeometries = build.geometries.data();
-  device.functions().get_build_sizes(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &build.info,
-                                     max_triangles.data(), &build.sizes);
+  device.functions().get_build_sizes(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+                                     &build.info, max_triangles.data(), &build.sizes);
   return build;
 }
 
@@ -75,10 +77,12 @@ std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& 
   }
   if (builds.empty()) return built;
 
-  // One build after the other through one scratch buffer: loading is bound by the disk and the CPU, not by this.
+  // One build after the other through one scratch buffer: loading is bound by the disk and the CPU, not by
+  // this.
   const VkDeviceSize alignment =
       std::max(1u, device.acceleration_limits().minAccelerationStructureScratchOffsetAlignment);
-  Buffer scratch = create_buffer(device, scratch_size + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+  Buffer scratch =
+      create_buffer(device, scratch_size + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
 
   VkQueryPoolCreateInfo query_info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
   query_info.queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
@@ -102,27 +106,30 @@ std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& 
                            {Use(positions, access::build_input), Use(indices, access::build_input),
                             Use(scratch, access::build_write), Use(structure.storage, access::build_write)},
                            [&](VkCommandBuffer commands) {
-                             device.functions().cmd_build_acceleration_structures(commands, 1, &build.info, &ranges);
+                             device.functions().cmd_build_acceleration_structures(commands, 1, &build.info,
+                                                                                  &ranges);
                            });
-    loader.recorder().pass("blas size", {Use(structure.storage, access::build_read)}, [&](VkCommandBuffer commands) {
-      const VkAccelerationStructureKHR handle = structure.handle.get();
-      device.functions().cmd_write_acceleration_structures_properties(
-          commands, 1, &handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, query_handle,
-          static_cast<uint32_t>(b));
-    });
+    loader.recorder().pass(
+        "blas size", {Use(structure.storage, access::build_read)}, [&](VkCommandBuffer commands) {
+          const VkAccelerationStructureKHR handle = structure.handle.get();
+          device.functions().cmd_write_acceleration_structures_properties(
+              commands, 1, &handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, query_handle,
+              static_cast<uint32_t>(b));
+        });
   }
   loader.finish();
 
   std::vector<VkDeviceSize> compacted(builds.size());
   FIRE3DV_VK(vkGetQueryPoolResults(device.handle(), query_handle, 0, query_info.queryCount,
-                                   compacted.size() * sizeof(VkDeviceSize), compacted.data(), sizeof(VkDeviceSize),
-                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+                                   compacted.size() * sizeof(VkDeviceSize), compacted.data(),
+                                   sizeof(VkDeviceSize), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   for (size_t b = 0; b < builds.size(); ++b) {
     AccelerationStructure& structure = built[mesh_of_build[b]];
     AccelerationStructure smaller =
         create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, compacted[b]);
     loader.recorder().pass(
-        "blas compact", {Use(structure.storage, access::build_read), Use(smaller.storage, access::build_write)},
+        "blas compact",
+        {Use(structure.storage, access::build_read), Use(smaller.storage, access::build_write)},
         [&](VkCommandBuffer commands) {
           VkCopyAccelerationStructureInfoKHR copy{VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR};
           copy.src = structure.handle.get();
@@ -147,8 +154,10 @@ VkAccelerationStructureGeometryKHR instance_geometry(VkDeviceAddress instances) 
   return geometry;
 }
 
-VkAccelerationStructureBuildGeometryInfoKHR top_level_info(const VkAccelerationStructureGeometryKHR& geometry) {
-  VkAccelerationStructureBuildGeometryInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
+VkAccelerationStructureBuildGeometryInfoKHR top_level_info(
+    const VkAccelerationStructureGeometryKHR& geometry) {
+  VkAccelerationStructureBuildGeometryInfoKHR info{
+      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
   info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
   info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
   info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
@@ -162,15 +171,16 @@ VkAccelerationStructureBuildGeometryInfoKHR top_level_info(const VkAccelerationS
 TopLevel::TopLevel(Device& device, uint32_t max_instances) : device_(&device) {
   const VkAccelerationStructureGeometryKHR geometry = instance_geometry(0);
   const VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry);
-  VkAccelerationStructureBuildSizesInfoKHR sizes{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+  VkAccelerationStructureBuildSizesInfoKHR sizes{
+      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
   device.functions().get_build_sizes(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info,
                                      &max_instances, &sizes);
   structure_ = create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                                 std::max<VkDeviceSize>(sizes.accelerationStructureSize, 64));
   const VkDeviceSize alignment =
       std::max(1u, device.acceleration_limits().minAccelerationStructureScratchOffsetAlignment);
-  scratch_ =
-      create_buffer(device, sizes.buildScratchSize + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+  scratch_ = create_buffer(device, sizes.buildScratchSize + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                           Memory::device);
   scratch_address_ = align_up(scratch_.address, alignment);
 }
 

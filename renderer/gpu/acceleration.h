@@ -1,5 +1,5 @@
-// Acceleration structures: one bottom level per mesh, built once and compacted; one top level, rebuilt every frame from
-// instances that a shader has written.
+// Acceleration structures: one bottom level per mesh, built once and compacted; one top level, rebuilt every
+// frame from instances that a shader has written.
 #pragma once
 
 #include <span>
@@ -22,16 +22,18 @@ struct TriangleGeometry {
   VkDeviceAddress indices = 0;    // of the first index
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
-  bool opaque = true;             // false: rays stop for a look at alpha
+  bool opaque = true;  // false: rays stop for a look at alpha
 };
 
-// Geometry descriptions of one mesh, with the arrays that Vulkan's build call points to. Whoever moves it points
-// info.pGeometries at `geometries` again.
+// Geometry descriptions of one mesh, with the arrays that Vulkan's build call points to. Whoever moves it
+// points info.pGeometries at `geometries` again.
 struct MeshBuild {
   std::vector<VkAccelerationStructureGeometryKHR> geometries;
   std::vector<VkAccelerationStructureBuildRangeInfoKHR> ranges;
-  VkAccelerationStructureBuildGeometryInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
-  VkAccelerationStructureBuildSizesInfoKHR sizes{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+  VkAccelerationStructureBuildGeometryInfoKHR info{
+      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
+  VkAccelerationStructureBuildSizesInfoKHR sizes{
+      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
 };
 MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mesh,
                         VkBuildAccelerationStructureFlagsKHR flags);
@@ -41,8 +43,8 @@ struct BlasBuildReport {
   VkDeviceSize bytes_compacted = 0;
 };
 
-// meshes[i]: the geometries of one mesh; the result has one structure each (null address for a mesh without triangles).
-// positions and indices: the buffers that the geometries point into.
+// meshes[i]: the geometries of one mesh; the result has one structure each (null address for a mesh without
+// triangles). positions and indices: the buffers that the geometries point into.
 std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& loader,
                                                 std::span<const std::vector<TriangleGeometry>> meshes,
                                                 Buffer& positions, Buffer& indices, BlasBuildReport& report);

@@ -5,7 +5,8 @@
 namespace fire3dv::gpu {
 namespace {
 
-// The layout's upper limit; a set allocates only what its scene has. 1 M is what desktop drivers and lavapipe give.
+// The layout's upper limit; a set allocates only what its scene has. 1 M is what desktop drivers and lavapipe
+// give.
 uint32_t max_textures(const Device& device) {
   VkPhysicalDeviceVulkan12Properties properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};
   VkPhysicalDeviceProperties2 chain{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &properties};
@@ -28,17 +29,17 @@ SetLayout BindlessTextures::create_layout(Device& device) {
   std::vector<VkDescriptorBindingFlags> flags;
   const VkShaderStageFlags stages = kStages | (device.report().ray_tracing_pipeline ? kRayStages : 0);
   if (device.traces_rays()) {
-    bindings.push_back({FIRE3DV_BINDING_TOP_LEVEL, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1,
-                        stages, nullptr});
+    bindings.push_back(
+        {FIRE3DV_BINDING_TOP_LEVEL, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1, stages, nullptr});
     flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT);
   }
   for (uint32_t i = 0; i < std::tuple_size_v<EnvironmentTextures>; ++i) {
-    bindings.push_back({FIRE3DV_BINDING_ENVIRONMENT_PICTURE + i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, stages,
-                        nullptr});
+    bindings.push_back({FIRE3DV_BINDING_ENVIRONMENT_PICTURE + i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1,
+                        stages, nullptr});
     flags.push_back(0);
   }
-  bindings.push_back({FIRE3DV_BINDING_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, max_textures(device),
-                      stages, nullptr});
+  bindings.push_back({FIRE3DV_BINDING_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                      max_textures(device), stages, nullptr});
   flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT | VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT |
                   VK_DESCRIPTOR_BINDING_VARIABLE_DESCRIPTOR_COUNT_BIT);
 
@@ -109,7 +110,8 @@ BindlessTextures::BindlessTextures(Device& device, std::span<const SampledTextur
   if (top_level) {
     structures.accelerationStructureCount = 1;
     structures.pAccelerationStructures = &top_level;
-    VkWriteDescriptorSet& write = writes.emplace_back(VkWriteDescriptorSet{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET});
+    VkWriteDescriptorSet& write =
+        writes.emplace_back(VkWriteDescriptorSet{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET});
     write.pNext = &structures;
     write.dstSet = set_;
     write.dstBinding = FIRE3DV_BINDING_TOP_LEVEL;

@@ -64,7 +64,8 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   info.pQueueCreateInfos = &queue;
   info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
   info.ppEnabledExtensionNames = extensions.data();
-  if (VkResult result = vkCreateDevice(devices[index], &info, nullptr, &device->device_); result != VK_SUCCESS) {
+  if (VkResult result = vkCreateDevice(devices[index], &info, nullptr, &device->device_);
+      result != VK_SUCCESS) {
     return Error{"cannot open " + device->report_.name + ": " + result_name(result) +
                  "; choose another with --device (see --list-devices)"};
   }
@@ -86,7 +87,8 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   }
 
   VmaAllocatorCreateInfo allocator{};
-  allocator.flags = VMA_ALLOCATOR_CREATE_BUFFER_DEVICE_ADDRESS_BIT | VMA_ALLOCATOR_CREATE_EXTERNALLY_SYNCHRONIZED_BIT;
+  allocator.flags =
+      VMA_ALLOCATOR_CREATE_BUFFER_DEVICE_ADDRESS_BIT | VMA_ALLOCATOR_CREATE_EXTERNALLY_SYNCHRONIZED_BIT;
   allocator.physicalDevice = device->physical_;
   allocator.device = device->device_;
   allocator.instance = instance.handle();
@@ -177,14 +179,24 @@ void Device::destroy(const Retired& retired) {
   live_[static_cast<size_t>(retired.kind)]--;
   const uint64_t object = retired.object;
   switch (retired.kind) {
-    case ObjectKind::buffer: vmaDestroyBuffer(allocator_, reinterpret_cast<VkBuffer>(object), retired.allocation); break;
-    case ObjectKind::image: vmaDestroyImage(allocator_, reinterpret_cast<VkImage>(object), retired.allocation); break;
-    case ObjectKind::image_view: vkDestroyImageView(device_, reinterpret_cast<VkImageView>(object), nullptr); break;
-    case ObjectKind::sampler: vkDestroySampler(device_, reinterpret_cast<VkSampler>(object), nullptr); break;
+    case ObjectKind::buffer:
+      vmaDestroyBuffer(allocator_, reinterpret_cast<VkBuffer>(object), retired.allocation);
+      break;
+    case ObjectKind::image:
+      vmaDestroyImage(allocator_, reinterpret_cast<VkImage>(object), retired.allocation);
+      break;
+    case ObjectKind::image_view:
+      vkDestroyImageView(device_, reinterpret_cast<VkImageView>(object), nullptr);
+      break;
+    case ObjectKind::sampler:
+      vkDestroySampler(device_, reinterpret_cast<VkSampler>(object), nullptr);
+      break;
     case ObjectKind::shader_module:
       vkDestroyShaderModule(device_, reinterpret_cast<VkShaderModule>(object), nullptr);
       break;
-    case ObjectKind::pipeline: vkDestroyPipeline(device_, reinterpret_cast<VkPipeline>(object), nullptr); break;
+    case ObjectKind::pipeline:
+      vkDestroyPipeline(device_, reinterpret_cast<VkPipeline>(object), nullptr);
+      break;
     case ObjectKind::pipeline_layout:
       vkDestroyPipelineLayout(device_, reinterpret_cast<VkPipelineLayout>(object), nullptr);
       break;
@@ -194,22 +206,40 @@ void Device::destroy(const Retired& retired) {
     case ObjectKind::descriptor_pool:
       vkDestroyDescriptorPool(device_, reinterpret_cast<VkDescriptorPool>(object), nullptr);
       break;
-    case ObjectKind::query_pool: vkDestroyQueryPool(device_, reinterpret_cast<VkQueryPool>(object), nullptr); break;
+    case ObjectKind::query_pool:
+      vkDestroyQueryPool(device_, reinterpret_cast<VkQueryPool>(object), nullptr);
+      break;
     case ObjectKind::command_pool:
       vkDestroyCommandPool(device_, reinterpret_cast<VkCommandPool>(object), nullptr);
       break;
-    case ObjectKind::semaphore: vkDestroySemaphore(device_, reinterpret_cast<VkSemaphore>(object), nullptr); break;
-    case ObjectKind::acceleration_structure:
-      functions_.destroy_acceleration_structure(device_, reinterpret_cast<VkAccelerationStructureKHR>(object), nullptr);
+    case ObjectKind::semaphore:
+      vkDestroySemaphore(device_, reinterpret_cast<VkSemaphore>(object), nullptr);
       break;
-    case ObjectKind::swapchain: vkDestroySwapchainKHR(device_, reinterpret_cast<VkSwapchainKHR>(object), nullptr); break;
+    case ObjectKind::acceleration_structure:
+      functions_.destroy_acceleration_structure(device_, reinterpret_cast<VkAccelerationStructureKHR>(object),
+                                                nullptr);
+      break;
+    case ObjectKind::swapchain:
+      vkDestroySwapchainKHR(device_, reinterpret_cast<VkSwapchainKHR>(object), nullptr);
+      break;
   }
 }
 
 const char* object_kind_name(ObjectKind kind) {
-  constexpr const char* names[kObjectKinds] = {
-      "buffer",     "image",        "image view",   "sampler",   "shader module",          "pipeline",  "pipeline layout",
-      "set layout", "descriptor pool", "query pool", "command pool", "semaphore", "acceleration structure", "swapchain"};
+  constexpr const char* names[kObjectKinds] = {"buffer",
+                                               "image",
+                                               "image view",
+                                               "sampler",
+                                               "shader module",
+                                               "pipeline",
+                                               "pipeline layout",
+                                               "set layout",
+                                               "descriptor pool",
+                                               "query pool",
+                                               "command pool",
+                                               "semaphore",
+                                               "acceleration structure",
+                                               "swapchain"};
   return names[static_cast<size_t>(kind)];
 }
 
@@ -220,7 +250,9 @@ void retire(Device& device, ObjectKind kind, uint64_t object, VmaAllocation_T* a
   device.retired_.push_back({device.submitted_ + 1, kind, object, allocation});
 }
 
-void count_created(Device& device, ObjectKind kind) { device.live_[static_cast<size_t>(kind)]++; }
+void count_created(Device& device, ObjectKind kind) {
+  device.live_[static_cast<size_t>(kind)]++;
+}
 
 }  // namespace detail
 }  // namespace fire3dv::gpu

@@ -1,5 +1,5 @@
-// A logical device: one queue for graphics and compute, a timeline that counts its submissions, memory, and the
-// retirement of objects. One thread.
+// A logical device: one queue for graphics and compute, a timeline that counts its submissions, memory, and
+// the retirement of objects. One thread.
 #pragma once
 
 #include <array>
@@ -53,7 +53,9 @@ class Device {
   const DeviceFunctions& functions() const { return functions_; }
   const DeviceReport& report() const { return report_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
-  const VkPhysicalDeviceAccelerationStructurePropertiesKHR& acceleration_limits() const { return acceleration_; }
+  const VkPhysicalDeviceAccelerationStructurePropertiesKHR& acceleration_limits() const {
+    return acceleration_;
+  }
   const VkPhysicalDeviceRayTracingPipelinePropertiesKHR& ray_pipeline_limits() const { return ray_pipeline_; }
   bool ray_query() const { return report_.ray_query; }
   bool traces_rays() const { return report_.ray_query || report_.ray_tracing_pipeline; }
@@ -67,7 +69,8 @@ class Device {
 
   // Frees what no submission in flight can use any more. Called once a frame.
   void collect();
-  // Waits for the last submission and frees all that is retired: when a surface or the program ends, not in a frame.
+  // Waits for the last submission and frees all that is retired: when a surface or the program ends, not in a
+  // frame.
   void retire_all_now();
   const LiveObjects& live_objects() const { return live_; }
   uint64_t allocated_bytes() const;

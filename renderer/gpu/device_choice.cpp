@@ -13,11 +13,16 @@ namespace {
 
 DeviceType device_type(const VkPhysicalDeviceProperties& properties) {
   switch (properties.deviceType) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return DeviceType::discrete;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return DeviceType::integrated;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return DeviceType::virtual_gpu;
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: return DeviceType::software;
-    default: return DeviceType::other;
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return DeviceType::discrete;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return DeviceType::integrated;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return DeviceType::virtual_gpu;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return DeviceType::software;
+    default:
+      return DeviceType::other;
   }
 }
 
@@ -39,24 +44,34 @@ std::string listing(const std::vector<DeviceReport>& reports) {
   return text;
 }
 
-// Makers whose display controllers can have a Vulkan driver; others (of virtual machines, of servers' consoles) cannot.
+// Makers whose display controllers can have a Vulkan driver; others (of virtual machines, of servers'
+// consoles) cannot.
 const char* vendor_name(uint32_t vendor_id) {
   switch (vendor_id) {
-    case 0x10de: return "NVIDIA";
-    case 0x1002: return "AMD";
-    case 0x8086: return "Intel";
-    default: return nullptr;
+    case 0x10de:
+      return "NVIDIA";
+    case 0x1002:
+      return "AMD";
+    case 0x8086:
+      return "Intel";
+    default:
+      return nullptr;
   }
 }
 
 // Lower is better.
 int rank(DeviceType type) {
   switch (type) {
-    case DeviceType::discrete: return 0;
-    case DeviceType::integrated: return 1;
-    case DeviceType::virtual_gpu: return 2;
-    case DeviceType::other: return 3;
-    case DeviceType::software: return 4;
+    case DeviceType::discrete:
+      return 0;
+    case DeviceType::integrated:
+      return 1;
+    case DeviceType::virtual_gpu:
+      return 2;
+    case DeviceType::other:
+      return 3;
+    case DeviceType::software:
+      return 4;
   }
   return 5;
 }
@@ -65,11 +80,16 @@ int rank(DeviceType type) {
 
 const char* type_name(DeviceType type) {
   switch (type) {
-    case DeviceType::discrete: return "discrete GPU";
-    case DeviceType::integrated: return "integrated GPU";
-    case DeviceType::virtual_gpu: return "virtual GPU";
-    case DeviceType::software: return "software";
-    case DeviceType::other: return "other";
+    case DeviceType::discrete:
+      return "discrete GPU";
+    case DeviceType::integrated:
+      return "integrated GPU";
+    case DeviceType::virtual_gpu:
+      return "virtual GPU";
+    case DeviceType::software:
+      return "software";
+    case DeviceType::other:
+      return "other";
   }
   return "other";
 }
@@ -132,8 +152,9 @@ std::vector<DeviceReport> report_devices(VkInstance instance) {
 }
 
 std::string describe(const DeviceReport& report) {
-  std::string text = std::to_string(report.index) + ": " + report.name + " (" + type_name(report.type) + ", " +
-                     report.driver + ", Vulkan " + std::to_string(VK_API_VERSION_MAJOR(report.api_version)) + "." +
+  std::string text = std::to_string(report.index) + ": " + report.name + " (" + type_name(report.type) +
+                     ", " + report.driver + ", Vulkan " +
+                     std::to_string(VK_API_VERSION_MAJOR(report.api_version)) + "." +
                      std::to_string(VK_API_VERSION_MINOR(report.api_version)) + ")";
   if (!report.usable()) return text + "; cannot be used, lacks: " + join(report.missing);
   std::vector<std::string> gives, lacks;
@@ -169,7 +190,8 @@ std::vector<uint32_t> graphics_vendors_present(const std::filesystem::path& pci_
 Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted,
                                    const std::vector<uint32_t>& vendors_present) {
   if (reports.empty()) {
-    return Error{"no Vulkan device found: install your GPU's Vulkan driver, or mesa-vulkan-drivers for the CPU"};
+    return Error{
+        "no Vulkan device found: install your GPU's Vulkan driver, or mesa-vulkan-drivers for the CPU"};
   }
 
   std::vector<const DeviceReport*> candidates;
@@ -178,13 +200,16 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
     const auto [end, parsed] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
     const bool is_index = parsed == std::errc() && end == wanted.data() + wanted.size();
     for (const DeviceReport& report : reports) {
-      const bool match = is_index ? report.index == index : lower(report.name).find(lower(wanted)) != std::string::npos;
+      const bool match =
+          is_index ? report.index == index : lower(report.name).find(lower(wanted)) != std::string::npos;
       if (match) candidates.push_back(&report);
     }
     if (candidates.empty()) {
-      return Error{"--device " + std::string(wanted) + ": there is no such device; there are:" + listing(reports)};
+      return Error{"--device " + std::string(wanted) +
+                   ": there is no such device; there are:" + listing(reports)};
     }
-    const bool any_usable = std::any_of(candidates.begin(), candidates.end(), [](auto* r) { return r->usable(); });
+    const bool any_usable =
+        std::any_of(candidates.begin(), candidates.end(), [](auto* r) { return r->usable(); });
     if (!any_usable) {
       return Error{"--device " + std::string(wanted) + ": " + candidates[0]->name +
                    " cannot be used, it lacks: " + join(candidates[0]->missing)};
@@ -207,8 +232,9 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
       const bool served =
           std::any_of(reports.begin(), reports.end(), [&](auto& r) { return r.vendor_id == vendor; });
       if (wanted.empty() && !served) {
-        choice.notes.push_back(std::string("there is a GPU by ") + vendor_name(vendor) +
-                               ", but no Vulkan driver serves it: install its driver, or check its permissions");
+        choice.notes.push_back(
+            std::string("there is a GPU by ") + vendor_name(vendor) +
+            ", but no Vulkan driver serves it: install its driver, or check its permissions");
       }
     }
   }

@@ -29,8 +29,9 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::query_chain(VkPhysicalDevice device) 
   vulkan12.pNext = &vulkan13;
   post_depth_coverage = has_extension(extensions, VK_EXT_POST_DEPTH_COVERAGE_EXTENSION_NAME);
   void** tail = &vulkan13.pNext;
-  const bool acceleration_structures = has_extension(extensions, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) &&
-                                       has_extension(extensions, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+  const bool acceleration_structures =
+      has_extension(extensions, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) &&
+      has_extension(extensions, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
   if (acceleration_structures) {
     *tail = &acceleration;
     tail = &acceleration.pNext;

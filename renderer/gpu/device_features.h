@@ -1,4 +1,5 @@
-// The device features that are used, as one chain: asked for when devices are listed, enabled when one is created.
+// The device features that are used, as one chain: asked for when devices are listed, enabled when one is
+// created.
 #pragma once
 
 #include <string>

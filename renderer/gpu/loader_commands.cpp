@@ -89,9 +89,11 @@ void LoaderCommands::upload_rgba8(Image& image, std::span<const uint8_t> rgba8) 
   std::memcpy(mapped, rgba8.data(), rgba8.size());
 
   recorder().pass("upload", {Use(image, access::transfer_write, true)}, [&](VkCommandBuffer commands) {
-    vkCmdCopyBufferToImage(commands, staging_.get(), image.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
+    vkCmdCopyBufferToImage(commands, staging_.get(), image.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1,
+                           &copy);
 
-    // Each level from the one above. The recorder knows whole images only, so the levels' barriers stand here.
+    // Each level from the one above. The recorder knows whole images only, so the levels' barriers stand
+    // here.
     auto level_barrier = [&](uint32_t level, VkAccessFlags2 src, VkAccessFlags2 dst, VkImageLayout to) {
       VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
       barrier.srcStageMask = barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
@@ -108,7 +110,9 @@ void LoaderCommands::upload_rgba8(Image& image, std::span<const uint8_t> rgba8) 
       info.pImageMemoryBarriers = &barrier;
       vkCmdPipelineBarrier2(commands, &info);
     };
-    auto side = [](uint32_t extent, uint32_t level) { return static_cast<int32_t>(std::max(extent >> level, 1u)); };
+    auto side = [](uint32_t extent, uint32_t level) {
+      return static_cast<int32_t>(std::max(extent >> level, 1u));
+    };
     for (uint32_t level = 1; level < image.mip_levels; ++level) {
       level_barrier(level - 1, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                     VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);

@@ -1,5 +1,5 @@
-// Work on the GPU outside frames: uploads while a scene is loaded, acceleration structures of its meshes. Each call of
-// finish() waits for its own submission; frames never use this.
+// Work on the GPU outside frames: uploads while a scene is loaded, acceleration structures of its meshes.
+// Each call of finish() waits for its own submission; frames never use this.
 #pragma once
 
 #include <optional>

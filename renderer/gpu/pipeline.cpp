@@ -49,7 +49,8 @@ Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::s
   return Pipeline(device, pipeline);
 }
 
-Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const GraphicsPipelineInfo& wanted) {
+Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
+                                  const GraphicsPipelineInfo& wanted) {
   std::vector<ShaderModule> modules;
   std::vector<VkPipelineShaderStageCreateInfo> stages;
   modules.push_back(create_shader_module(device, wanted.vertex_shader));
@@ -60,8 +61,10 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const
   }
 
   // Vertices are pulled by the shader.
-  VkPipelineVertexInputStateCreateInfo vertex_input{VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
-  VkPipelineInputAssemblyStateCreateInfo assembly{VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO};
+  VkPipelineVertexInputStateCreateInfo vertex_input{
+      VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+  VkPipelineInputAssemblyStateCreateInfo assembly{
+      VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO};
   assembly.topology = wanted.topology;
   VkPipelineViewportStateCreateInfo viewport{VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO};
   viewport.viewportCount = 1;

@@ -1,5 +1,5 @@
-// Pipelines from the embedded shaders. Shaders reach their data by device address from push constants; descriptors
-// are left for textures, the acceleration structure and a frame's images.
+// Pipelines from the embedded shaders. Shaders reach their data by device address from push constants;
+// descriptors are left for textures, the acceleration structure and a frame's images.
 #pragma once
 
 #include <span>
@@ -21,15 +21,15 @@ Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::s
 
 struct GraphicsPipelineInfo {
   std::string_view vertex_shader;
-  std::string_view fragment_shader;       // empty: depth only
+  std::string_view fragment_shader;  // empty: depth only
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
   VkFormat color_format = VK_FORMAT_UNDEFINED;
   VkFormat depth_format = VK_FORMAT_D32_SFLOAT;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
-  bool depth_write = true;                // depth is reversed: greater is nearer
+  bool depth_write = true;  // depth is reversed: greater is nearer
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
-  bool blend = false;                     // premultiplied alpha over
-  bool dual_source = false;               // blending: what lies behind is scaled by the shader's second colour
+  bool blend = false;        // premultiplied alpha over
+  bool dual_source = false;  // blending: what lies behind is scaled by the shader's second colour
   bool alpha_to_coverage = false;
 };
 // Cull mode, front face, viewport and scissor are dynamic.

@@ -13,8 +13,8 @@ VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment) {
 
 }  // namespace
 
-RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_view raygen, std::string_view miss,
-                         std::string_view any_hit)
+RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_view raygen,
+                         std::string_view miss, std::string_view any_hit)
     : device_(&device) {
   const std::array modules{create_shader_module(device, raygen), create_shader_module(device, miss),
                            create_shader_module(device, any_hit)};
@@ -42,15 +42,17 @@ RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_vi
   info.maxPipelineRayRecursionDepth = 1;
   info.layout = layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(device.handle(), VK_NULL_HANDLE, VK_NULL_HANDLE, 1, &info,
-                                                             nullptr, &pipeline));
+  FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(device.handle(), VK_NULL_HANDLE, VK_NULL_HANDLE,
+                                                             1, &info, nullptr, &pipeline));
   pipeline_ = Pipeline(device, pipeline);
 
   const auto& limits = device.ray_pipeline_limits();
-  const VkDeviceSize stride = align_up(align_up(limits.shaderGroupHandleSize, limits.shaderGroupHandleAlignment),
-                                       limits.shaderGroupBaseAlignment);
+  const VkDeviceSize stride =
+      align_up(align_up(limits.shaderGroupHandleSize, limits.shaderGroupHandleAlignment),
+               limits.shaderGroupBaseAlignment);
   std::vector<std::byte> handles(size_t{3} * limits.shaderGroupHandleSize);
-  FIRE3DV_VK(device.functions().get_shader_group_handles(device.handle(), pipeline, 0, 3, handles.size(), handles.data()));
+  FIRE3DV_VK(device.functions().get_shader_group_handles(device.handle(), pipeline, 0, 3, handles.size(),
+                                                         handles.data()));
   table_ = create_buffer(device, 4 * stride, VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, Memory::upload);
   const VkDeviceAddress first = align_up(table_.address, limits.shaderGroupBaseAlignment);
   for (uint32_t i = 0; i < 3; ++i) {

@@ -1,5 +1,5 @@
-// A ray-tracing pipeline of one ray-generation shader, one miss shader and one any-hit shader for triangles that are
-// not opaque, with its shader binding table.
+// A ray-tracing pipeline of one ray-generation shader, one miss shader and one any-hit shader for triangles
+// that are not opaque, with its shader binding table.
 #pragma once
 
 #include <string_view>

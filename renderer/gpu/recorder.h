@@ -1,5 +1,5 @@
-// Records the passes of one command buffer. A pass says what it reads and writes where it records; the barriers in
-// front of it follow from that, in the order of recording. Timestamps surround each named pass.
+// Records the passes of one command buffer. A pass says what it reads and writes where it records; the
+// barriers in front of it follow from that, in the order of recording. Timestamps surround each named pass.
 #pragma once
 
 #include <functional>
@@ -13,13 +13,15 @@ namespace fire3dv::gpu {
 
 // The accesses that passes declare.
 namespace access {
-inline constexpr Access compute_read{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT, false};
+inline constexpr Access compute_read{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT,
+                                     false};
 inline constexpr Access compute_write{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
                                       VK_ACCESS_2_SHADER_READ_BIT | VK_ACCESS_2_SHADER_WRITE_BIT, true};
-inline constexpr Access compute_sample{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT, false,
-                                       VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-inline constexpr Access draw_read{VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
-                                  VK_ACCESS_2_SHADER_READ_BIT, false};
+inline constexpr Access compute_sample{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT,
+                                       false, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+inline constexpr Access draw_read{
+    VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+    VK_ACCESS_2_SHADER_READ_BIT, false};
 inline constexpr Access color_target{
     VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
     VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, true,
@@ -28,10 +30,10 @@ inline constexpr Access depth_target{
     VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT,
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, true,
     VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL};
-inline constexpr Access transfer_read{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT, false,
-                                      VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
-inline constexpr Access transfer_write{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, true,
-                                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
+inline constexpr Access transfer_read{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
+                                      false, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
+inline constexpr Access transfer_write{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                                       true, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
 inline constexpr Access build_input{VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                                     VK_ACCESS_2_SHADER_READ_BIT, false};
 inline constexpr Access build_write{
@@ -45,19 +47,22 @@ inline constexpr Access compute_trace{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
                                       VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR, false};
 inline constexpr Access ray_trace{VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR,
                                   VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR, false};
-inline constexpr Access ray_read{VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR, VK_ACCESS_2_SHADER_READ_BIT, false};
+inline constexpr Access ray_read{VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR, VK_ACCESS_2_SHADER_READ_BIT,
+                                 false};
 inline constexpr Access ray_write{VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR,
                                   VK_ACCESS_2_SHADER_READ_BIT | VK_ACCESS_2_SHADER_WRITE_BIT, true};
-inline constexpr Access indirect_read{VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
-                                      false};
+inline constexpr Access indirect_read{VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+                                      VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false};
 inline constexpr Access host_read{VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT, false};
-inline constexpr Access present{VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE, false, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR};
+inline constexpr Access present{VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE, false,
+                                VK_IMAGE_LAYOUT_PRESENT_SRC_KHR};
 }  // namespace access
 
 // One resource and how the pass touches it. `discard` says that a written image's old content is not needed.
 struct Use {
   Use(Buffer& b, const Access& a) : buffer(&b), access(a) {}
-  Use(Image& i, const Access& a, bool discard_content = false) : image(&i), access(a), discard(discard_content) {}
+  Use(Image& i, const Access& a, bool discard_content = false)
+      : image(&i), access(a), discard(discard_content) {}
   Buffer* buffer = nullptr;
   Image* image = nullptr;
   Access access;
@@ -76,7 +81,8 @@ class Recorder {
       : commands_(commands), queries_(queries), max_queries_(max_queries) {}
 
   // name: static storage.
-  void pass(const char* name, std::initializer_list<Use> uses, const std::function<void(VkCommandBuffer)>& record) {
+  void pass(const char* name, std::initializer_list<Use> uses,
+            const std::function<void(VkCommandBuffer)>& record) {
     pass(name, std::span<const Use>(uses.begin(), uses.size()), record);
   }
   void pass(const char* name, std::span<const Use> uses, const std::function<void(VkCommandBuffer)>& record);

@@ -1,5 +1,5 @@
-// Buffers and images: a handle, what a shader needs to reach it, and how it was last used, from which the recorder
-// derives barriers.
+// Buffers and images: a handle, what a shader needs to reach it, and how it was last used, from which the
+// recorder derives barriers.
 #pragma once
 
 #include <cstddef>
@@ -60,8 +60,8 @@ enum class Memory {
   readback,  // written by the GPU, read by the CPU; mapped, cached
 };
 
-// usage is extended by SHADER_DEVICE_ADDRESS and the transfer bits. A size of 0 becomes a small one, so that an empty
-// scene needs no special case.
+// usage is extended by SHADER_DEVICE_ADDRESS and the transfer bits. A size of 0 becomes a small one, so that
+// an empty scene needs no special case.
 Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags usage, Memory memory);
 
 struct ImageInfo {

@@ -22,7 +22,8 @@ constexpr gpu::Access kArgumentsAndCompute{
 
 void grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags more_usage = 0) {
   if (buffer && buffer.size_bytes >= bytes) return;
-  buffer = gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | more_usage, gpu::Memory::device);
+  buffer =
+      gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | more_usage, gpu::Memory::device);
 }
 
 }  // namespace
@@ -32,7 +33,8 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   const std::string suffix = kind == RasterKind::lights             ? "_light.comp"
                              : kind == RasterKind::camera_4_samples ? "_4.comp"
                                                                     : "_1.comp";
-  cull_ = gpu::create_compute_pipeline(device, layout, kind == RasterKind::lights ? "cull_light.comp" : "cull.comp");
+  cull_ = gpu::create_compute_pipeline(device, layout,
+                                       kind == RasterKind::lights ? "cull_light.comp" : "cull.comp");
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix);
   expand_ = gpu::create_compute_pipeline(device, layout, "expand" + suffix);
@@ -51,7 +53,8 @@ void ClusterRaster::make_room(const Job& job) {
 
   const VkDeviceSize entries = VkDeviceSize{job.view_count} * job.scene->cluster_instance_count;
   // Room for every triangle of a scene that is not vast, so that the first image lacks none.
-  while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles) huge_capacity_ *= 2;
+  while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles)
+    huge_capacity_ *= 2;
   grow(device_, lists_, entries * sizeof(uint32_t));
   grow(device_, work_, job.view_count * sizeof(gpu_types::ViewWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
   grow(device_, large_, sizeof(gpu_types::LargeWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
@@ -89,7 +92,8 @@ void ClusterRaster::add_uses(std::vector<Use>& uses, bool large) {
   uses.emplace_back(huge_, access::compute_write);
   uses.emplace_back(prepared_, access::compute_write);
   uses.emplace_back(tile_entries_, access::compute_write);
-  // The target is not declared from stage to stage: the largest value wins in any order, and atomics need no barrier.
+  // The target is not declared from stage to stage: the largest value wins in any order, and atomics need no
+  // barrier.
   if (!large) uses.emplace_back(*job_.target, access::compute_write);
 }
 
@@ -124,7 +128,8 @@ void ClusterRaster::raster(VkCommandBuffer commands) const {
   }
 }
 
-void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, VkDeviceSize arguments) const {
+void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline,
+                                VkDeviceSize arguments) const {
   bind(commands, pipeline, 0);
   vkCmdDispatchIndirect(commands, large_.get(), arguments);
 }

@@ -1,6 +1,6 @@
-// Draws the scene's clusters by compute for one set of views: culled, small triangles at once, large ones in tiles. The
-// camera's set covers samples of the visibility buffer, the lights' set texels of their maps. Several sets run through
-// the stages side by side, since each stage ends in a barrier.
+// Draws the scene's clusters by compute for one set of views: culled, small triangles at once, large ones in
+// tiles. The camera's set covers samples of the visibility buffer, the lights' set texels of their maps.
+// Several sets run through the stages side by side, since each stage ends in a barrier.
 #pragma once
 
 #include <array>

@@ -16,7 +16,8 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
       return std::tuple(alpha_mode, topology, double_sided, inside_out, material, draw.primitive, draw.node);
     }
     bool same_bin(const DrawBin& bin) const {
-      return topology == bin.topology && alpha_mode == bin.alpha_mode && double_sided == bin.double_sided && inside_out == bin.mirrored;
+      return topology == bin.topology && alpha_mode == bin.alpha_mode && double_sided == bin.double_sided &&
+             inside_out == bin.mirrored;
     }
   };
   std::vector<Candidate> candidates;
@@ -40,8 +41,8 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
   DrawList list;
   for (const Candidate& c : candidates) {
     if (list.bins.empty() || !c.same_bin(list.bins.back())) {
-      list.bins.push_back(
-          {c.topology, c.alpha_mode, c.double_sided, c.inside_out, static_cast<uint32_t>(list.draws.size()), 0});
+      list.bins.push_back({c.topology, c.alpha_mode, c.double_sided, c.inside_out,
+                           static_cast<uint32_t>(list.draws.size()), 0});
     }
     list.bins.back().draw_count++;
     list.draws.push_back(c.draw);

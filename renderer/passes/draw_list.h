@@ -1,5 +1,5 @@
-// The draws of a scene, collected from its nodes and sorted by pipeline state, material and primitive, so that the GPU
-// changes state as seldom as can be. No Vulkan: tested without a GPU.
+// The draws of a scene, collected from its nodes and sorted by pipeline state, material and primitive, so
+// that the GPU changes state as seldom as can be. No Vulkan: tested without a GPU.
 #pragma once
 
 #include <cstdint>

@@ -10,12 +10,13 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-constexpr gpu::Access kIndirectRead{VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT, VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
-                                    false};
+constexpr gpu::Access kIndirectRead{VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+                                    VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false};
 constexpr gpu::Access kIndexRead{VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false};
 
 VkDrawIndexedIndirectCommand command_of(const scene::ClusteredPrimitive& primitive, uint32_t draw) {
-  return {primitive.index_count, 1, primitive.first_index, static_cast<int32_t>(primitive.first_vertex), draw};
+  return {primitive.index_count, 1, primitive.first_index, static_cast<int32_t>(primitive.first_vertex),
+          draw};
 }
 
 // In the world. Of a skinned one the mean of the places of its joints' boxes.
@@ -36,10 +37,12 @@ glm::vec3 middle_of(const scene::Scene& source, const state::PoseState& poses, c
   return sum / static_cast<float>(primitive.joint_bounds_count);
 }
 
-// Back to front by the distance of each primitive's middle, as the poses are now. On the CPU: blended draws are few,
-// and their order is all that is needed of them.
-std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& scene, const scene::Scene& source,
-                                                                const state::PoseState& poses, const DrawBin& bin,
+// Back to front by the distance of each primitive's middle, as the poses are now. On the CPU: blended draws
+// are few, and their order is all that is needed of them.
+std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& scene,
+                                                                const scene::Scene& source,
+                                                                const state::PoseState& poses,
+                                                                const DrawBin& bin,
                                                                 const glm::vec3& eye_world) {
   std::vector<std::pair<float, uint32_t>> order;
   for (uint32_t i = bin.first_draw; i < bin.first_draw + bin.draw_count; ++i) {
@@ -57,9 +60,12 @@ std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& 
 
 VkPrimitiveTopology vk_topology(scene::Topology topology) {
   switch (topology) {
-    case scene::Topology::triangles: return VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-    case scene::Topology::lines: return VK_PRIMITIVE_TOPOLOGY_LINE_LIST;
-    case scene::Topology::points: return VK_PRIMITIVE_TOPOLOGY_POINT_LIST;
+    case scene::Topology::triangles:
+      return VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+    case scene::Topology::lines:
+      return VK_PRIMITIVE_TOPOLOGY_LINE_LIST;
+    case scene::Topology::points:
+      return VK_PRIMITIVE_TOPOLOGY_POINT_LIST;
   }
   return VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
 }
@@ -126,18 +132,21 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::UploadBelt& belt
   const VkDeviceSize bytes = commands.size() * sizeof(commands[0]);
   commands_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device);
   const gpu::UploadBelt::Piece piece = belt.write(std::span<const VkDrawIndexedIndirectCommand>(commands));
-  recorder.pass("draw commands", {Use(commands_, access::transfer_write)}, [&](VkCommandBuffer commands_buffer) {
-    const VkBufferCopy copy{piece.offset, 0, bytes};
-    if (bytes) vkCmdCopyBuffer(commands_buffer, piece.buffer, commands_.get(), 1, &copy);
-  });
+  recorder.pass("draw commands", {Use(commands_, access::transfer_write)},
+                [&](VkCommandBuffer commands_buffer) {
+                  const VkBufferCopy copy{piece.offset, 0, bytes};
+                  if (bytes) vkCmdCopyBuffer(commands_buffer, piece.buffer, commands_.get(), 1, &copy);
+                });
   commands_revision_ = scene.draw_list_revision;
 }
 
-std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::UploadBelt& belt, const Frame& frame) const {
+std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::UploadBelt& belt,
+                                                                const Frame& frame) const {
   std::vector<BinCommands> of_bins;
   for (const DrawBin& bin : frame.scene.draw_list.bins) {
     if (bin.blended()) {
-      const auto sorted = sorted_blend_commands(frame.scene, frame.source, frame.poses, bin, frame.view.eye_world);
+      const auto sorted =
+          sorted_blend_commands(frame.scene, frame.source, frame.poses, bin, frame.view.eye_world);
       const gpu::UploadBelt::Piece piece = belt.write(std::span<const VkDrawIndexedIndirectCommand>(sorted));
       of_bins.push_back({piece.buffer, piece.offset});
     } else {
@@ -170,8 +179,8 @@ void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stag
   rendering.pDepthAttachment = &depth;
   vkCmdBeginRendering(commands, &rendering);
 
-  const VkViewport viewport{0, 0, static_cast<float>(targets.extent.width), static_cast<float>(targets.extent.height),
-                            0, 1};
+  const VkViewport viewport{
+      0, 0, static_cast<float>(targets.extent.width), static_cast<float>(targets.extent.height), 0, 1};
   vkCmdSetViewport(commands, 0, 1, &viewport);
   vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
   const VkDescriptorSet set = frame.scene.textures.set();
@@ -189,13 +198,15 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const F
   scene.add_reads(depth_uses, access::draw_read);
   if (frame.visibility) depth_uses.emplace_back(*frame.visibility, access::draw_read);
   std::vector<Use> color_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
-                              Use(scene.draws, access::draw_read), Use(frame.targets.depth, access::depth_target),
+                              Use(scene.draws, access::draw_read),
+                              Use(frame.targets.depth, access::depth_target),
                               Use(frame.targets.hdr, access::color_target, !frame.visibility)};
   scene.add_reads(color_uses, access::draw_read);
   if (device_.ray_query()) color_uses.emplace_back(scene.top_level.storage(), access::draw_trace);
   if (frame.shadows) frame.shadows->add_reads(color_uses, access::draw_read);
 
-  // Depth first: nothing is shaded that something else hides, and a fragment knows which of its samples are seen.
+  // Depth first: nothing is shaded that something else hides, and a fragment knows which of its samples are
+  // seen.
   recorder.pass("depth", depth_uses, [&](VkCommandBuffer commands) {
     begin(commands, frame, Stage::depth);
     if (frame.visibility) draw_visible_depth(commands, frame);
@@ -216,7 +227,8 @@ void ForwardPass::draw_visible_depth(VkCommandBuffer commands, const Frame& fram
   if (!visible_depth_) {
     gpu::GraphicsPipelineInfo info;
     info.vertex_shader = "background.vert";
-    info.fragment_shader = samples_ == VK_SAMPLE_COUNT_4_BIT ? "visible_depth_4.frag" : "visible_depth_1.frag";
+    info.fragment_shader =
+        samples_ == VK_SAMPLE_COUNT_4_BIT ? "visible_depth_4.frag" : "visible_depth_1.frag";
     info.samples = samples_;
     info.depth_compare = VK_COMPARE_OP_ALWAYS;
     visible_depth_ = gpu::create_graphics_pipeline(device_, layout_, info);
@@ -239,7 +251,8 @@ void ForwardPass::draw_bins(VkCommandBuffer commands, const Frame& frame, Stage 
   }
 }
 
-void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const {
+void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin,
+                           const BinCommands& bin_commands) const {
   vkCmdSetCullMode(commands, bin.double_sided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT);
   vkCmdSetFrontFace(commands, bin.mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   uint32_t done = 0;

@@ -1,6 +1,6 @@
-// The raster pipeline: sorted multi-draw-indirect, vertex pulling, PBR. Draws the whole scene into multisampled linear HDR
-// colour, as the reference for how an image has to look; or, over what the compute path has drawn, what only it can:
-// blended surfaces, lines and points.
+// The raster pipeline: sorted multi-draw-indirect, vertex pulling, PBR. Draws the whole scene into
+// multisampled linear HDR colour, as the reference for how an image has to look; or, over what the compute
+// path has drawn, what only it can: blended surfaces, lines and points.
 #pragma once
 
 #include <map>
@@ -29,8 +29,9 @@ class ForwardPass {
     const View& view;
     VkDeviceAddress globals;
     const Background& background;
-    ShadowPass* shadows;                // null: none, or rays in the fragment shader
-    gpu::Buffer* visibility = nullptr;  // given: only what goes on top of this, whose colour is in the target already
+    ShadowPass* shadows;  // null: none, or rays in the fragment shader
+    gpu::Buffer* visibility =
+        nullptr;  // given: only what goes on top of this, whose colour is in the target already
   };
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Frame& frame);
   void forget() { commands_revision_ = UINT64_MAX; }
@@ -53,7 +54,8 @@ class ForwardPass {
   gpu::Device& device_;
   VkPipelineLayout layout_;
   VkSampleCountFlagBits samples_;
-  std::map<std::tuple<scene::Topology, scene::AlphaMode, Stage>, gpu::Pipeline> pipelines_;  // made when first used
+  std::map<std::tuple<scene::Topology, scene::AlphaMode, Stage>, gpu::Pipeline>
+      pipelines_;  // made when first used
   gpu::Pipeline background_, visible_depth_;
   gpu::Buffer commands_;                     // VkDrawIndexedIndirectCommand[], one per draw of the list
   uint64_t commands_revision_ = UINT64_MAX;  // of the draw list that they were made for

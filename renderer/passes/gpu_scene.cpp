@@ -26,9 +26,12 @@ gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const
 
 VkSamplerAddressMode address_mode(scene::Wrap wrap) {
   switch (wrap) {
-    case scene::Wrap::repeat: return VK_SAMPLER_ADDRESS_MODE_REPEAT;
-    case scene::Wrap::mirrored_repeat: return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
-    case scene::Wrap::clamp_to_edge: return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    case scene::Wrap::repeat:
+      return VK_SAMPLER_ADDRESS_MODE_REPEAT;
+    case scene::Wrap::mirrored_repeat:
+      return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
+    case scene::Wrap::clamp_to_edge:
+      return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   }
   return VK_SAMPLER_ADDRESS_MODE_REPEAT;
 }
@@ -54,7 +57,8 @@ gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted, f
 
 // One GPU image for each use of an image as colour or as data; one sampler for each distinct description.
 std::vector<gpu::SampledTexture> upload_textures(gpu::Device& device, gpu::LoaderCommands& loader,
-                                                 const scene::Scene& scene, float anisotropy, GpuScene& gpu_scene) {
+                                                 const scene::Scene& scene, float anisotropy,
+                                                 GpuScene& gpu_scene) {
   std::map<std::pair<uint32_t, bool>, VkImageView> views;
   std::vector<std::pair<scene::Sampler, VkSampler>> samplers;
   std::vector<gpu::SampledTexture> textures;
@@ -96,8 +100,8 @@ uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::
   const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
   const bool on_top = p.topology != scene::Topology::triangles || alpha_mode == scene::AlphaMode::blend;
   return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
-         (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) |
-         (p.lit ? 0 : FIRE3DV_PART_UNLIT) | (on_top ? FIRE3DV_PART_ON_TOP : 0) | (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
+         (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
+         (on_top ? FIRE3DV_PART_ON_TOP : 0) | (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
          (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
 }
@@ -138,11 +142,13 @@ glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
   return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
 }
 
-// Skinned vertices are in the world already: they are drawn at nodes that never move, behind the scene's own. One is
-// the world; the other one mirrors it, for figures that their joints mirror, so that front faces stay front faces.
+// Skinned vertices are in the world already: they are drawn at nodes that never move, behind the scene's own.
+// One is the world; the other one mirrors it, for figures that their joints mirror, so that front faces stay
+// front faces.
 uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
   if (scene.nodes[node].skin == scene::kNone) return node;
-  return static_cast<uint32_t>(scene.nodes.size()) + (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
+  return static_cast<uint32_t>(scene.nodes.size()) +
+         (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
 }
 
 Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -184,12 +190,14 @@ std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, co
   for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
     const uint32_t p = mesh.first_primitive + i;
     const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[first_primitive + i];
-    const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(scene.materials[scene.primitives[p].material]);
+    const scene::AlphaMode alpha_mode =
+        scene::drawn_alpha_mode(scene.materials[scene.primitives[p].material]);
     gpu::TriangleGeometry geometry;
     geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
     geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
     geometry.vertex_count = primitive.vertex_count;
-    // Blended surfaces, transmissive ones among them, cast no shadow. An empty geometry keeps the others' numbers.
+    // Blended surfaces, transmissive ones among them, cast no shadow. An empty geometry keeps the others'
+    // numbers.
     geometry.triangle_count = casts_shadow(scene, p) ? primitive.index_count / 3 : 0;
     geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
     geometries.push_back(geometry);
@@ -198,7 +206,8 @@ std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, co
 }
 
 // None of a mesh that only deformed nodes show.
-std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Scene& scene, const GpuScene& gpu_scene) {
+std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Scene& scene,
+                                                                const GpuScene& gpu_scene) {
   std::vector<std::vector<gpu::TriangleGeometry>> meshes(scene.meshes.size());
   for (const scene::Node& node : scene.nodes) {
     if (node.mesh == scene::kNone || scene::is_deformed(node) || !meshes[node.mesh].empty()) continue;
@@ -208,7 +217,8 @@ std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Sce
   return meshes;
 }
 
-std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::Scene& scene, const GpuScene& gpu_scene) {
+std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::Scene& scene,
+                                                                  const GpuScene& gpu_scene) {
   std::vector<std::vector<gpu::TriangleGeometry>> meshes;
   for (const scene::DeformedNode& shape : gpu_scene.deformed.nodes) {
     const scene::Mesh& mesh = scene.meshes[scene.nodes[shape.node].mesh];
@@ -258,14 +268,16 @@ std::vector<bool> mirrored_as_posed(const scene::Scene& scene, const state::Pose
   return mirrored;
 }
 
-std::vector<gpu_types::PrimitiveRecord> make_primitive_records(const scene::Scene& scene, const GpuScene& gpu_scene) {
+std::vector<gpu_types::PrimitiveRecord> make_primitive_records(const scene::Scene& scene,
+                                                               const GpuScene& gpu_scene) {
   std::vector<gpu_types::PrimitiveRecord> records(gpu_scene.geometry.size());
   const auto fill = [&](const scene::Mesh& mesh, uint32_t first_primitive) {
     const glm::vec4 sphere = sphere_around(scene, mesh);
     for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
       const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[first_primitive + i];
       records[first_primitive + i] = {geometry.first_index, geometry.first_vertex,
-                                      scene.primitives[mesh.first_primitive + i].material, glm::vec3(sphere), sphere.w};
+                                      scene.primitives[mesh.first_primitive + i].material, glm::vec3(sphere),
+                                      sphere.w};
     }
   };
   for (const scene::Mesh& mesh : scene.meshes) fill(mesh, mesh.first_primitive);
@@ -279,9 +291,8 @@ std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const
   std::vector<gpu_types::DrawRecord> records;
   for (const Draw& draw : gpu_scene.draw_list.draws) {
     const uint32_t first_primitive = scene.meshes[scene.nodes[draw.node].mesh].first_primitive;
-    records.push_back(
-        {drawn_at(scene, draw.node), gpu_scene.primitive_at(draw.node, draw.primitive),
-         gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive});
+    records.push_back({drawn_at(scene, draw.node), gpu_scene.primitive_at(draw.node, draw.primitive),
+                       gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive});
   }
   return records;
 }
@@ -306,7 +317,8 @@ void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, con
 }
 
 void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
-  for (gpu::Buffer* written : {&world_from_node, &positions, &vertices, &primitives}) uses.emplace_back(*written, access);
+  for (gpu::Buffer* written : {&world_from_node, &positions, &vertices, &primitives})
+    uses.emplace_back(*written, access);
 }
 
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
@@ -321,8 +333,10 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
       (device.traces_rays() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
-  positions = upload_array(device, loader, in_order(scene.positions, clustered.source_vertices), geometry_usage);
-  indices = upload_array(device, loader, clustered.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  positions =
+      upload_array(device, loader, in_order(scene.positions, clustered.source_vertices), geometry_usage);
+  indices =
+      upload_array(device, loader, clustered.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   static_assert(sizeof(scene::VertexAttributes) == sizeof(gpu_types::VertexRecord));
   vertices = upload_array(device, loader, in_order(scene.attributes, clustered.source_vertices));
   clusters = upload_array(device, loader, cluster_records(clustered));
@@ -345,7 +359,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   for (uint32_t n = 0; n < node_count; ++n) {
     const scene::Node& node = scene.nodes[n];
     if (node.light != scene::kNone) light_records.push_back(light_record(scene.lights[node.light], n));
-    if (node.mesh != scene::kNone) first_primitives[n] = primitive_at(n, scene.meshes[node.mesh].first_primitive);
+    if (node.mesh != scene::kNone)
+      first_primitives[n] = primitive_at(n, scene.meshes[node.mesh].first_primitive);
   }
   light_count = static_cast<uint32_t>(light_records.size());
   lights = upload_array(device, loader, light_records);
@@ -370,7 +385,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   world_from_node = upload_array(device, loader, transforms);
 
   if (device.traces_rays()) {
-    blas_of_mesh = gpu::build_meshes(device, loader, static_geometry(scene, *this), positions, indices, blas_report);
+    blas_of_mesh =
+        gpu::build_meshes(device, loader, static_geometry(scene, *this), positions, indices, blas_report);
     deformed.levels = gpu::DeformedLevels(device, deformed_geometry(scene, *this));
     std::vector<VkDeviceAddress> blas_of_node(node_count, 0);
     for (uint32_t n = 0; n < node_count; ++n) {
@@ -386,7 +402,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
       // Instances of skinned nodes stay where they are: the transforms pass does not know them.
       if (drawn_at(scene, n) == n) instance_indices[n] = static_cast<uint32_t>(instance_records.size());
       instance_records.push_back(instance_record(n, blas_of_node[n]));
-      std::memcpy(&instance_records.back().transform, &transforms[drawn_at(scene, n)], sizeof(VkTransformMatrixKHR));
+      std::memcpy(&instance_records.back().transform, &transforms[drawn_at(scene, n)],
+                  sizeof(VkTransformMatrixKHR));
     }
     instance_count = static_cast<uint32_t>(instance_records.size());
     instances = upload_array(device, loader, instance_records, geometry_usage);

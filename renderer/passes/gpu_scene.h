@@ -1,5 +1,5 @@
-// The GPU's copy of a Scene: derived, never edited. Geometry, materials and textures are uploaded once; what moves is
-// written by the transforms pass.
+// The GPU's copy of a Scene: derived, never edited. Geometry, materials and textures are uploaded once; what
+// moves is written by the transforms pass.
 #pragma once
 
 #include <array>
@@ -30,7 +30,9 @@ struct GpuScene {
   // What shaders read of a scene that this frame may have written.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
   // Of the scene's primitive at a node: its own where the node is deformed.
-  uint32_t primitive_at(uint32_t node, uint32_t primitive) const { return primitive + primitive_shift_of_node[node]; }
+  uint32_t primitive_at(uint32_t node, uint32_t primitive) const {
+    return primitive + primitive_shift_of_node[node];
+  }
   const scene::ClusteredPrimitive& geometry_of(const Draw& draw) const {
     return geometry[primitive_at(draw.node, draw.primitive)];
   }
@@ -39,20 +41,22 @@ struct GpuScene {
   uint32_t light_count = 0, part_count = 0;
   uint32_t instance_count = 0;  // of the top-level acceleration structure
   uint32_t cluster_instance_count = 0;
-  bool has_on_top = false;      // something that only the forward pass draws
+  bool has_on_top = false;  // something that only the forward pass draws
   bool has_masked = false;
 
   gpu::Buffer positions, vertices, indices;  // in cluster order
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances;
   std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene, then of deformed nodes
-  std::vector<uint32_t> primitive_shift_of_node;    // from the scene's primitives to those of the node; most are 0
+  std::vector<uint32_t>
+      primitive_shift_of_node;  // from the scene's primitives to those of the node; most are 0
   DeformedShapes deformed;
   gpu::Buffer materials, material_extensions, primitives, lights;
   gpu::Buffer draws;                    // DrawRecord[], in the order of the draw list
   gpu::Buffer first_primitive_of_node;  // uint[]
   gpu::Buffer instance_of_node;         // uint[]
   gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
-  gpu::Buffer world_from_node;          // AffineRows[], written by the transforms pass; then the frames of skinned parts
+  gpu::Buffer
+      world_from_node;  // AffineRows[], written by the transforms pass; then the frames of skinned parts
 
   std::vector<uint32_t> first_part_of_node;
   // Parts that lie in one plane, the largest at rest first.
@@ -62,14 +66,14 @@ struct GpuScene {
     float radius_m;
   };
   std::vector<PlanarPart> planar_parts;
-  std::vector<bool> mirrored;           // of each node, as the draw list has it
+  std::vector<bool> mirrored;  // of each node, as the draw list has it
   DrawList draw_list;
-  uint64_t draw_list_revision = 0;      // +1 whenever the list changes
+  uint64_t draw_list_revision = 0;  // +1 whenever the list changes
   uint64_t poses_seen = UINT64_MAX;
   std::vector<gpu::Image> images;
   std::vector<gpu::Sampler> samplers;
   std::vector<gpu::AccelerationStructure> blas_of_mesh;
-  gpu::TopLevel top_level;              // where rays can be traced
+  gpu::TopLevel top_level;  // where rays can be traced
   gpu::BindlessTextures textures;
   gpu::BlasBuildReport blas_report;
 };

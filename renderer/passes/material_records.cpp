@@ -7,7 +7,8 @@ namespace fire3dv::passes {
 namespace {
 
 gpu_types::TextureUse texture_use(const scene::TextureRef& ref) {
-  // KHR_texture_transform: uv' = translate(offset) * rotate * scale(uv), with the extension's sense of rotation.
+  // KHR_texture_transform: uv' = translate(offset) * rotate * scale(uv), with the extension's sense of
+  // rotation.
   const float c = std::cos(ref.uv_rotation_rad);
   const float s = std::sin(ref.uv_rotation_rad);
   gpu_types::TextureUse use{};
@@ -100,9 +101,15 @@ gpu_types::LightRecord light_record(const scene::Light& light, uint32_t node) {
   record.radius_m = light.radius_m;
   record.angular_radius_rad = light.angular_radius_rad;
   switch (light.type) {
-    case scene::LightType::directional: record.type = FIRE3DV_LIGHT_DIRECTIONAL; break;
-    case scene::LightType::point: record.type = FIRE3DV_LIGHT_POINT; break;
-    case scene::LightType::spot: record.type = FIRE3DV_LIGHT_SPOT; break;
+    case scene::LightType::directional:
+      record.type = FIRE3DV_LIGHT_DIRECTIONAL;
+      break;
+    case scene::LightType::point:
+      record.type = FIRE3DV_LIGHT_POINT;
+      break;
+    case scene::LightType::spot:
+      record.type = FIRE3DV_LIGHT_SPOT;
+      break;
   }
   // The formula of KHR_lights_punctual, "Inner and Outer Cone Angles".
   const float cos_outer = std::cos(light.outer_cone_rad);

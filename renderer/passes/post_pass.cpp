@@ -6,16 +6,21 @@ namespace fire3dv::passes {
 
 uint32_t tone_map_number(ToneMap tone_map) {
   switch (tone_map) {
-    case ToneMap::reinhard: return FIRE3DV_TONE_MAP_REINHARD;
-    case ToneMap::aces: return FIRE3DV_TONE_MAP_ACES;
-    case ToneMap::neutral: return FIRE3DV_TONE_MAP_NEUTRAL;
-    case ToneMap::none: return FIRE3DV_TONE_MAP_NONE;
+    case ToneMap::reinhard:
+      return FIRE3DV_TONE_MAP_REINHARD;
+    case ToneMap::aces:
+      return FIRE3DV_TONE_MAP_ACES;
+    case ToneMap::neutral:
+      return FIRE3DV_TONE_MAP_NEUTRAL;
+    case ToneMap::none:
+      return FIRE3DV_TONE_MAP_NONE;
   }
   return FIRE3DV_TONE_MAP_NONE;
 }
 
 PostPass::PostPass(gpu::Device& device, VkSampleCountFlagBits samples)
-    : tone_map_(device, samples == VK_SAMPLE_COUNT_1_BIT ? "post.comp" : "post_multisampled.comp", VK_FILTER_NEAREST),
+    : tone_map_(device, samples == VK_SAMPLE_COUNT_1_BIT ? "post.comp" : "post_multisampled.comp",
+                VK_FILTER_NEAREST),
       fxaa_(device, "fxaa.comp", VK_FILTER_LINEAR) {}
 
 void PostPass::bind(const Targets& targets) {

@@ -1,5 +1,5 @@
-// From the HDR target to the image that leaves the renderer: exposure, tone mapping, resolve and sRGB encoding, then
-// FXAA.
+// From the HDR target to the image that leaves the renderer: exposure, tone mapping, resolve and sRGB
+// encoding, then FXAA.
 #pragma once
 
 #include "renderer/passes/image_filter.h"

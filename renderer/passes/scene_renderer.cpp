@@ -11,7 +11,8 @@ using gpu::Use;
 namespace access = gpu::access;
 
 RasterPath choose_path(const gpu::Device& device, RasterPath wanted) {
-  return wanted != RasterPath::forward && device.report().int64_atomics ? RasterPath::visibility : RasterPath::forward;
+  return wanted != RasterPath::forward && device.report().int64_atomics ? RasterPath::visibility
+                                                                        : RasterPath::forward;
 }
 
 // The largest count that the device has and the user allows.
@@ -44,7 +45,8 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
   settings_.environment.reset();  // the GPU has it now
   // The forward path finds what rays start from in the same way, where it cannot trace them itself.
   if (path_ == RasterPath::visibility || shadow_way_.back_end == RayBackEnd::pipeline) {
-    visibility_.emplace(device, layout_.get(), scene_set_layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
+    visibility_.emplace(device, layout_.get(), scene_set_layout_.get(),
+                        samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
   }
 }
 
@@ -77,14 +79,15 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   // What the camera and the lights see of it.
   const bool on_top = gpu_scene_->has_on_top;
   const bool compute = path_ == RasterPath::visibility && (!on_top || visibility_->can_leave_samples());
-  const bool masked = shadow_way_.method == ShadowMethod::ray &&
-                      (compute || shadow_way_.back_end == RayBackEnd::pipeline);
+  const bool masked =
+      shadow_way_.method == ShadowMethod::ray && (compute || shadow_way_.back_end == RayBackEnd::pipeline);
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
   find_visible(recorder, belt, view, globals, compute || masked);
   // Which lights reach that.
   if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
   // Its colour, in linear HDR where something goes on top, and what a display shows of it.
-  if (compute) visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, globals, settings_.post, on_top);
+  if (compute)
+    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, globals, settings_.post, on_top);
   if (!compute || on_top) {
     forward_.record(recorder, belt,
                     {*gpu_scene_, *scene_, poses, *targets_, view, globals, settings_.background, &shadows_,
@@ -107,12 +110,13 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
 void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
   if (!device_.traces_rays()) return;
   GpuScene& scene = *gpu_scene_;
-  recorder.pass("tlas",
-                {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),
-                 Use(scene.top_level.scratch(), access::build_write)},
-                [&](VkCommandBuffer commands) {
-                  scene.top_level.record_build(commands, scene.instances.address, scene.instance_count);
-                });
+  recorder.pass(
+      "tlas",
+      {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),
+       Use(scene.top_level.scratch(), access::build_write)},
+      [&](VkCommandBuffer commands) {
+        scene.top_level.record_build(commands, scene.instances.address, scene.instance_count);
+      });
 }
 
 VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View& view, bool masked) {

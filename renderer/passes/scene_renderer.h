@@ -1,4 +1,5 @@
-// Draws a scene as the pose state has it, from one view. The passes of a frame, in the order in which they run.
+// Draws a scene as the pose state has it, from one view. The passes of a frame, in the order in which they
+// run.
 #pragma once
 
 #include <memory>
@@ -45,7 +46,8 @@ class SceneRenderer {
   void set_size(VkExtent2D extent);
 
   // Records the passes; the result is in image(), ready to be read.
-  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view);
+  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+              const View& view);
 
   gpu::Image& image() { return PostPass::result(*targets_, settings_.post); }
   VkExtent2D extent() const { return targets_->extent; }

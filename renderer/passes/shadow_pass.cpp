@@ -24,8 +24,8 @@ constexpr float kWidestSpotRad = 1.2f;
 
 template <typename T>
 gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values) {
-  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                          gpu::Memory::device);
+  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T),
+                                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
   loader.upload(buffer, std::span<const T>(values));
   return buffer;
 }
@@ -59,7 +59,8 @@ ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& set
     return way;
   }
   way.method = ShadowMethod::ray;
-  const bool pipeline = report.ray_tracing_pipeline && (settings.back_end == RayBackEnd::pipeline || !report.ray_query);
+  const bool pipeline =
+      report.ray_tracing_pipeline && (settings.back_end == RayBackEnd::pipeline || !report.ray_query);
   way.hybrid = settings.hybrid && (compute || pipeline);
   way.back_end = pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
   return way;
@@ -68,9 +69,12 @@ ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& set
 const char* describe(const ShadowWay& way) {
   switch (way.method) {
     case ShadowMethod::off:
-    case ShadowMethod::automatic: return "nothing";
-    case ShadowMethod::map: return "shadow maps";
-    case ShadowMethod::ray: break;
+    case ShadowMethod::automatic:
+      return "nothing";
+    case ShadowMethod::map:
+      return "shadow maps";
+    case ShadowMethod::ray:
+      break;
   }
   if (way.back_end == RayBackEnd::query) return way.hybrid ? "shadow maps and ray query" : "ray query";
   return way.hybrid ? "shadow maps and a ray-tracing pipeline" : "a ray-tracing pipeline";
@@ -88,7 +92,8 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
   if (way.back_end == RayBackEnd::query) {
     trace_query_ = gpu::create_compute_pipeline(device, layout, "trace" + suffix + ".comp");
   } else {
-    trace_pipeline_ = gpu::RayPipeline(device, layout, "trace" + suffix + ".rgen", "trace.rmiss", "trace.rahit");
+    trace_pipeline_ =
+        gpu::RayPipeline(device, layout, "trace" + suffix + ".rgen", "trace.rmiss", "trace.rahit");
   }
   list_ = gpu::create_buffer(device, sizeof(gpu_types::RayList),
                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
@@ -119,7 +124,8 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
       shadow.mask_word = soft_words++;  // counted from the last hard one; set right below
     }
     for (uint32_t side = 0; side < shadow.view_count; ++side) {
-      wanted.push_back({i, cube ? side : FIRE3DV_NO_INDEX, cube ? kCubeSide : kMapSide, 0, lights[i].outer_cone_rad});
+      wanted.push_back(
+          {i, cube ? side : FIRE3DV_NO_INDEX, cube ? kCubeSide : kMapSide, 0, lights[i].outer_cone_rad});
     }
     shadows.push_back(shadow);
   }
@@ -150,10 +156,10 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
   wanted_views_ = upload_array(device_, loader, wanted);
   loader.finish();
   if (view_count_ == 0) return;
-  views_ = gpu::create_buffer(device_, view_count_ * sizeof(gpu_types::RasterView), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                              gpu::Memory::device);
-  maps_ = gpu::create_buffer(device_, VkDeviceSize{first_texel} * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                             gpu::Memory::device);
+  views_ = gpu::create_buffer(device_, view_count_ * sizeof(gpu_types::RasterView),
+                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  maps_ = gpu::create_buffer(device_, VkDeviceSize{first_texel} * sizeof(uint32_t),
+                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
 void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -161,7 +167,8 @@ void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_sc
   const float scene_radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
   for (const GpuScene::PlanarPart& planar : gpu_scene.planar_parts) {
     if (sheets.size() == kMostSheets) break;
-    // Maps alone have to hold all that could shadow; a ground that is most of the scene would leave nothing for the rest.
+    // Maps alone have to hold all that could shadow; a ground that is most of the scene would leave nothing
+    // for the rest.
     if (way_.method == ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
     sheets.push_back({planar.plane_node, planar.part});
   }
@@ -184,9 +191,10 @@ void ShadowPass::set_size(VkExtent2D extent) {
   extent_ = extent;
   if (way_.method != ShadowMethod::ray) return;
   const VkDeviceSize words = VkDeviceSize{extent.width} * extent.height * mask_words_;
-  mask_ = gpu::create_buffer(device_, words * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-  entries_ = gpu::create_buffer(device_, words * sizeof(gpu_types::RayEntry), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                gpu::Memory::device);
+  mask_ = gpu::create_buffer(device_, words * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                             gpu::Memory::device);
+  entries_ = gpu::create_buffer(device_, words * sizeof(gpu_types::RayEntry),
+                                VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
 void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
@@ -209,11 +217,11 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   std::vector<Use> uses{Use(views_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
-                  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
-                  const gpu_types::LightViewsPush push{globals, wanted_views_.address, views_.address};
-                  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-                  vkCmdDispatch(commands, view_count_, 1, 1);
-                });
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
+    const gpu_types::LightViewsPush push{globals, wanted_views_.address, views_.address};
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    vkCmdDispatch(commands, view_count_, 1, 1);
+  });
   ClusterRaster::Job job;
   job.scene = &scene;
   job.views_written = &views_;
@@ -226,14 +234,16 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   return &*map_raster_;
 }
 
-void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals) {
+void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility,
+                        VkDeviceAddress globals) {
   if (way_.method != ShadowMethod::ray || light_count_ == 0) return;
   gpu::Buffer& seen = list_seen_[frame_++ % gpu::kFramesInFlight];
   gpu_types::RayList last;
   std::memcpy(&last, seen.mapped, sizeof(last));
   rays_traced_ = last.rays;
 
-  const gpu_types::ShadowPush push{globals, visibility.address, list_.address, entries_.address, way_.hybrid ? 1u : 0u};
+  const gpu_types::ShadowPush push{globals, visibility.address, list_.address, entries_.address,
+                                   way_.hybrid ? 1u : 0u};
   auto bind = [&](VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline) {
     vkCmdBindPipeline(commands, point, pipeline);
     const VkDescriptorSet set = scene.textures.set();
@@ -261,19 +271,19 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& v
   gpu::Access arguments = read;  // the list is argument and input at once
   arguments.stages |= access::indirect_read.stages;
   arguments.access |= access::indirect_read.access;
-  std::vector<Use> trace_uses{Use(visibility, read), Use(list_, arguments), Use(entries_, read), Use(mask_, write),
-                              Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
+  std::vector<Use> trace_uses{
+      Use(visibility, read), Use(list_, arguments), Use(entries_, read), Use(mask_, write),
+      Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
   scene.add_reads(trace_uses, read);
-  recorder.pass("trace", trace_uses,
-                [&](VkCommandBuffer commands) {
-                  if (query) {
-                    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, trace_query_.get());
-                    vkCmdDispatchIndirect(commands, list_.get(), offsetof(gpu_types::RayList, groups_x));
-                  } else {
-                    bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, trace_pipeline_.get());
-                    trace_pipeline_.trace(commands, list_.address);
-                  }
-                });
+  recorder.pass("trace", trace_uses, [&](VkCommandBuffer commands) {
+    if (query) {
+      bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, trace_query_.get());
+      vkCmdDispatchIndirect(commands, list_.get(), offsetof(gpu_types::RayList, groups_x));
+    } else {
+      bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, trace_pipeline_.get());
+      trace_pipeline_.trace(commands, list_.address);
+    }
+  });
   recorder.transition({Use(list_, access::transfer_read), Use(seen, access::transfer_write)});
   const VkBufferCopy copy{0, 0, sizeof(gpu_types::RayList)};
   vkCmdCopyBuffer(recorder.commands(), list_.get(), seen.get(), 1, &copy);

@@ -1,6 +1,6 @@
-// Which lights reach which pixels: a list of rays becomes a mask. Lights' maps tell what needs no ray; the rest is
-// traced by ray query or by a ray-tracing pipeline. Where there are neither rays nor the wish for them, shading looks
-// into the maps itself.
+// Which lights reach which pixels: a list of rays becomes a mask. Lights' maps tell what needs no ray; the
+// rest is traced by ray query or by a ray-tracing pipeline. Where there are neither rays nor the wish for
+// them, shading looks into the maps itself.
 #pragma once
 
 #include <optional>
@@ -30,7 +30,8 @@ struct ShadowWay {
   RayBackEnd back_end = RayBackEnd::none;
   bool hybrid = false;
 };
-// compute: the image is drawn from a visibility buffer. Else, where there are ray queries, shading traces by itself.
+// compute: the image is drawn from a visibility buffer. Else, where there are ray queries, shading traces by
+// itself.
 ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings, bool compute);
 const char* describe(const ShadowWay& way);
 
@@ -45,8 +46,8 @@ class ShadowPass {
   void describe_to(gpu_types::Globals& globals, bool masked) const;
 
   // The lights' maps, to be drawn beside the camera's view; null when no map is needed.
-  ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals,
-                              bool cull);
+  ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
+                              VkDeviceAddress globals, bool cull);
   // From the visibility buffer to the mask.
   void record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
   // Of whoever shades, with this access.

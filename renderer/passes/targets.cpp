@@ -10,11 +10,11 @@ Targets::Targets(gpu::Device& device, VkExtent2D size, VkSampleCountFlagBits sam
   const VkImageUsageFlags hdr_usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                       (computed ? VK_IMAGE_USAGE_STORAGE_BIT : 0);
   hdr = gpu::create_image(device, {VK_FORMAT_R16G16B16A16_SFLOAT, size, hdr_usage, 1, samples});
-  depth =
-      gpu::create_image(device, {VK_FORMAT_D32_SFLOAT, size, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, 1, samples});
-  const gpu::ImageInfo finished{VK_FORMAT_R8G8B8A8_UNORM, size,
-                                VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
-                                1};
+  depth = gpu::create_image(
+      device, {VK_FORMAT_D32_SFLOAT, size, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, 1, samples});
+  const gpu::ImageInfo finished{
+      VK_FORMAT_R8G8B8A8_UNORM, size,
+      VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 1};
   display = gpu::create_image(device, finished);
   smoothed = gpu::create_image(device, finished);
 }

@@ -41,14 +41,15 @@ gpu_types::RasterView raster_view(const View& view, VkExtent2D extent) {
   return raster;
 }
 
-VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout, VkDescriptorSetLayout scene_set_layout,
-                               uint32_t samples)
+VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
+                               VkDescriptorSetLayout scene_set_layout, uint32_t samples)
     : device_(device),
       samples_(samples),
       raster_(device, layout, samples == 4 ? RasterKind::camera_4_samples : RasterKind::camera_1_sample),
       image_set_layout_(create_image_set_layout(device)) {
   shade_layout_ = gpu::create_pipeline_layout(device, std::array{scene_set_layout, image_set_layout_.get()});
-  shade_ = gpu::create_compute_pipeline(device, shade_layout_.get(), samples == 4 ? "shade_4.comp" : "shade_1.comp");
+  shade_ = gpu::create_compute_pipeline(device, shade_layout_.get(),
+                                        samples == 4 ? "shade_4.comp" : "shade_1.comp");
 }
 
 void VisibilityPass::set_size(Targets& targets) {
@@ -69,8 +70,9 @@ void VisibilityPass::set_size(Targets& targets) {
   const VkDescriptorSetLayout layout = image_set_layout_.get();
   allocate.pSetLayouts = &layout;
   FIRE3DV_VK(vkAllocateDescriptorSets(device_.handle(), &allocate, &image_set_));
-  const VkDescriptorImageInfo images[] = {{VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL},
-                                          {VK_NULL_HANDLE, targets.hdr.view.get(), VK_IMAGE_LAYOUT_GENERAL}};
+  const VkDescriptorImageInfo images[] = {
+      {VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL},
+      {VK_NULL_HANDLE, targets.hdr.view.get(), VK_IMAGE_LAYOUT_GENERAL}};
   VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
   write.dstSet = image_set_;
   write.dstBinding = FIRE3DV_BINDING_DISPLAY;
@@ -109,9 +111,11 @@ void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass&
   scene.add_reads(uses, access::compute_read);
   shadows.add_reads(uses, access::compute_read);
   recorder.pass("shade", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, (leave_samples ? shade_samples_ : shade_).get());
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE,
+                      (leave_samples ? shade_samples_ : shade_).get());
     const VkDescriptorSet sets[] = {scene.textures.set(), image_set_};
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0, nullptr);
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
+                            nullptr);
     vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
   });

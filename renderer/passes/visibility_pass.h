@@ -1,4 +1,5 @@
-// The compute path: the nearest triangle of every sample into a visibility buffer, then its shading from the ids.
+// The compute path: the nearest triangle of every sample into a visibility buffer, then its shading from the
+// ids.
 #pragma once
 
 #include "renderer/passes/cluster_raster.h"
@@ -13,15 +14,17 @@ namespace fire3dv::passes {
 class VisibilityPass {
  public:
   // samples: 1 or 4.
-  VisibilityPass(gpu::Device& device, VkPipelineLayout layout, VkDescriptorSetLayout scene_set_layout, uint32_t samples);
+  VisibilityPass(gpu::Device& device, VkPipelineLayout layout, VkDescriptorSetLayout scene_set_layout,
+                 uint32_t samples);
 
   void set_size(Targets& targets);  // after each change
   // The camera's part of ClusterRaster::record.
-  ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals, bool cull);
-  // Tone-mapped, resolved colour into targets.display; or, for what goes on top, linear samples into targets.hdr, which
-  // needs can_leave_samples().
-  void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets, VkDeviceAddress globals,
-             const PostSettings& settings, bool leave_samples);
+  ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals,
+                         bool cull);
+  // Tone-mapped, resolved colour into targets.display; or, for what goes on top, linear samples into
+  // targets.hdr, which needs can_leave_samples().
+  void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
+             VkDeviceAddress globals, const PostSettings& settings, bool leave_samples);
   bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return visibility_; }
 

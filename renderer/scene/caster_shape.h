@@ -1,5 +1,5 @@
-// What is known of a mesh as a thing that casts shadows. It decides which of its triangles a shadow map must hold so
-// that nothing is believed lit that is not; see shaders/common/shadow_maps.glsl.
+// What is known of a mesh as a thing that casts shadows. It decides which of its triangles a shadow map must
+// hold so that nothing is believed lit that is not; see shaders/common/shadow_maps.glsl.
 #pragma once
 
 #include "renderer/scene/scene.h"
@@ -7,7 +7,8 @@
 namespace fire3dv::scene {
 
 enum class CasterShape : uint8_t {
-  closed,  // bounds a volume, faces outwards everywhere: light enters it through faces turned away from the light
+  closed,  // bounds a volume, faces outwards everywhere: light enters it through faces turned away from the
+           // light
   planar,  // lies in one plane: cannot shadow itself
   open,    // anything else
 };
@@ -17,7 +18,8 @@ struct Caster {
   glm::vec4 plane_node{0};  // planar: dot(xyz, p) + w = 0, node space
 };
 
-// Alpha-masked, blended and deformed primitives make a mesh open. Vertices count as one when their positions are equal.
+// Alpha-masked, blended and deformed primitives make a mesh open. Vertices count as one when their positions
+// are equal.
 Caster caster_of(const Scene& scene, const Mesh& mesh);
 
 }  // namespace fire3dv::scene

@@ -1,6 +1,7 @@
-// The scene's triangles cut into clusters: groups of up to 128 neighbouring triangles with bounds, that a GPU culls and
-// rasterises as one. Vertices are put in cluster order, those that several clusters share once for each of them, so
-// that a cluster's vertices are one run; the copies are equal to the bit and no crack can open between clusters.
+// The scene's triangles cut into clusters: groups of up to 128 neighbouring triangles with bounds, that a GPU
+// culls and rasterises as one. Vertices are put in cluster order, those that several clusters share once for
+// each of them, so that a cluster's vertices are one run; the copies are equal to the bit and no crack can
+// open between clusters.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +12,16 @@
 
 namespace fire3dv::scene {
 
-// Measured on an H200 and on lavapipe; a workgroup takes one cluster, one vertex and one triangle for each thread.
+// Measured on an H200 and on lavapipe; a workgroup takes one cluster, one vertex and one triangle for each
+// thread.
 constexpr uint32_t kClusterTriangles = 128;
 constexpr uint32_t kClusterVertices = 128;
 
 struct Cluster {
   glm::vec3 center{0};  // bounding sphere, node space
   float radius = 0;
-  // No triangle faces a viewer at `eye` when dot(center - eye, cone_axis) >= cone_cutoff * |center - eye| + radius.
+  // No triangle faces a viewer at `eye` when dot(center - eye, cone_axis) >= cone_cutoff * |center - eye| +
+  // radius.
   glm::vec3 cone_axis{0};
   float cone_cutoff = 1;
   uint32_t first_vertex = 0;    // of ClusteredGeometry's order

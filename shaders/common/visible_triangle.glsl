@@ -54,6 +54,16 @@ vec3 inside(vec3 barycentrics) {
   return b / (b.x + b.y + b.z);
 }
 
+// How barycentrics change from a pixel's middle to the next one's, right and down: within blocks of 2 x 2 pixels, as the
+// raster pipeline finds derivatives, so that both choose the same texels.
+void barycentric_changes(VisibleTriangle t, vec2 place, vec2 size, out vec3 dx, out vec3 dy) {
+  const vec2 middle = floor(place) + 0.5;
+  const vec2 step = vec2(1) - 2 * mod(floor(place), vec2(2));  // to the other pixel of the block
+  const vec3 here = barycentrics_at(t, middle, size);
+  dx = (barycentrics_at(t, middle + vec2(step.x, 0), size) - here) * step.x;
+  dy = (barycentrics_at(t, middle + vec2(0, step.y), size) - here) * step.y;
+}
+
 vec4 uv_at(VertexRecord v[3], vec3 b) {
   return vec4(v[0].uv0, v[0].uv1) * b.x + vec4(v[1].uv0, v[1].uv1) * b.y + vec4(v[2].uv0, v[2].uv1) * b.z;
 }
@@ -61,20 +71,20 @@ vec4 uv_at(VertexRecord v[3], vec3 b) {
 SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec2 size = vec2(globals.value.width, globals.value.height);
   const vec3 b = inside(barycentrics_at(t, pixel, size));
-  const vec3 b_x = barycentrics_at(t, pixel + vec2(1, 0), size);
-  const vec3 b_y = barycentrics_at(t, pixel + vec2(0, 1), size);
+  vec3 b_dx, b_dy;
+  barycentric_changes(t, pixel, size, b_dx, b_dy);
   VertexRecord v[3];
   for (int i = 0; i < 3; ++i) v[i] = VertexRef(globals.value.vertices).at[t.vertex[i]];
 
   SurfacePoint point;
   point.material = t.material;
   point.position_world = t.world[0] * b.x + t.world[1] * b.y + t.world[2] * b.z;
-  const vec3 along_x = t.world[0] * b_x.x + t.world[1] * b_x.y + t.world[2] * b_x.z - point.position_world;
-  const vec3 along_y = t.world[0] * b_y.x + t.world[1] * b_y.y + t.world[2] * b_y.z - point.position_world;
+  const vec3 along_x = t.world[0] * b_dx.x + t.world[1] * b_dx.y + t.world[2] * b_dx.z;
+  const vec3 along_y = t.world[0] * b_dy.x + t.world[1] * b_dy.y + t.world[2] * b_dy.z;
   point.pixel_size_m = min(length(along_x), length(along_y));
   point.uv = uv_at(v, b);
-  point.uv_dx = uv_at(v, b_x) - point.uv;
-  point.uv_dy = uv_at(v, b_y) - point.uv;
+  point.uv_dx = uv_at(v, b_dx);
+  point.uv_dy = uv_at(v, b_dy);
   point.color = v[0].color * b.x + v[1].color * b.y + v[2].color * b.z;
   point.normal_world = normalize(
       transform_normal(t.world_from_node, v[0].normal * b.x + v[1].normal * b.y + v[2].normal * b.z));
@@ -102,11 +112,11 @@ bool is_solid_at(GlobalsRef globals, VisibleTriangle t, vec2 pixel, vec2 size) {
   VertexRecord v[3];
   for (int i = 0; i < 3; ++i) v[i] = VertexRef(globals.value.vertices).at[t.vertex[i]];
   const vec4 uv = uv_at(v, b);
-  const vec4 dx = uv_at(v, barycentrics_at(t, pixel + vec2(1, 0), size)) - uv;
-  const vec4 dy = uv_at(v, barycentrics_at(t, pixel + vec2(0, 1), size)) - uv;
+  vec3 b_dx, b_dy;
+  barycentric_changes(t, pixel, size, b_dx, b_dy);
   const MaterialRecord material = MaterialRef(globals.value.materials).at[t.material];
   const float vertex_alpha = v[0].color.a * b.x + v[1].color.a * b.y + v[2].color.a * b.z;
-  const float alpha = material.base_color.a * vertex_alpha * sample_or(material.base_color_texture, uv, dx, dy, vec4(1)).a;
+  const float alpha = material.base_color.a * vertex_alpha * sample_or(material.base_color_texture, uv, uv_at(v, b_dx), uv_at(v, b_dy), vec4(1)).a;
   return alpha >= material.alpha_cutoff;
 }
 

@@ -26,8 +26,9 @@ float light_of(int channel) {
 
 class Analytic : public ValidationIsSilent {};
 
-// A rough non-metal under one light is close to Lambert: albedo / pi * lux * cos(theta), less what its surface reflects
-// and plus the broad lobe of roughness 1. Both are in the formula below, as glTF 2.0 appendix B has them.
+// A rough non-metal under one light is close to Lambert: albedo / pi * lux * cos(theta), less what its
+// surface reflects and plus the broad lobe of roughness 1. Both are in the formula below, as glTF 2.0
+// appendix B has them.
 TEST_F(Analytic, LambertSphereUnderOneLight) {
   SceneBuilder builder;
   const float albedo = 0.6f, lux = 2.0f;
@@ -67,7 +68,8 @@ TEST_F(Analytic, LambertSphereUnderOneLight) {
 TEST_F(Analytic, ShadowEdgesFollowGeometry) {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.8f, 0.8f, 0.8f})), 10), glm::mat4(1));
-  builder.mesh_node("lid", builder.box(builder.material(matte({0.8f, 0, 0})), {0.5f, 0.01f, 0.5f}), at({0, 30, 0}));
+  builder.mesh_node("lid", builder.box(builder.material(matte({0.8f, 0, 0})), {0.5f, 0.01f, 0.5f}),
+                    at({0, 30, 0}));
   builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, -1, 0}));
   builder.camera_node("camera", {0, 10, 0}, {0, 0, 0}, 2 * std::atan(0.1f));  // below the lid; sees 2 m x 2 m
   const scene::Scene scene = builder.build();
@@ -94,7 +96,8 @@ TEST_F(Analytic, ShadowsScaleWithTheScene) {
   std::vector<sinks::FrameImage> images;
   for (const float scale : {0.002f, 1.0f, 500.0f}) {
     SceneBuilder builder;
-    builder.mesh_node("ground", builder.quad(builder.material(matte({0.8f, 0.8f, 0.8f})), 3 * scale), glm::mat4(1));
+    builder.mesh_node("ground", builder.quad(builder.material(matte({0.8f, 0.8f, 0.8f})), 3 * scale),
+                      glm::mat4(1));
     builder.mesh_node("ball", builder.sphere(builder.material(matte({0.8f, 0.3f, 0.3f})), scale, 64),
                       at({0, scale, 0}));
     builder.light_node(sun({1, 1, 1}, 3), shining_towards({-1, -1, -0.5f}));

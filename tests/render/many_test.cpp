@@ -23,7 +23,7 @@ TEST_F(Many, SixtyFourLights) {
     light.inner_cone_rad = 0.15f;
     light.outer_cone_rad = 0.2f;
     builder.light_node(light, shining_towards({0, -1, 0}, {static_cast<float>(i % 8) - 3.5f, 2,
-                                                          static_cast<float>(i / 8) - 3.5f}));
+                                                           static_cast<float>(i / 8) - 3.5f}));
   }
   builder.camera_node("camera", {0, 40, 0}, {0, 0, 0}, 2 * std::atan(0.1f));  // sees 8 m x 8 m
   passes::DrawSettings settings;
@@ -99,7 +99,8 @@ TEST_F(Many, TenThousandMovingNodes) {
   EXPECT_EQ(right, kSide * kSide);
 }
 
-// A pose may mirror a body, and one that is mirrored at rest may be posed without: the outside is seen either way.
+// A pose may mirror a body, and one that is mirrored at rest may be posed without: the outside is seen either
+// way.
 TEST_F(Many, MirroredPosesShowTheOutside) {
   for (const bool mirrored_at_rest : {false, true}) {
     SceneBuilder builder;
@@ -154,8 +155,10 @@ TEST_F(Many, HundredsOfTextures) {
   };
   for (uint32_t i = 0; i < kSide * kSide; ++i) {
     const glm::ivec3 seen = pixel(image, (i % kSide) * 5 + 2, (i / kSide) * 5 + 2);
-    ASSERT_NEAR(seen.r, encoded(std::round(255.0f * static_cast<float>(i % kSide) / kSide) / 255), 2) << "texture " << i;
-    ASSERT_NEAR(seen.g, encoded(std::round(255.0f * static_cast<float>(i / kSide) / kSide) / 255), 2) << "texture " << i;
+    ASSERT_NEAR(seen.r, encoded(std::round(255.0f * static_cast<float>(i % kSide) / kSide) / 255), 2)
+        << "texture " << i;
+    ASSERT_NEAR(seen.g, encoded(std::round(255.0f * static_cast<float>(i / kSide) / kSide) / 255), 2)
+        << "texture " << i;
   }
 }
 

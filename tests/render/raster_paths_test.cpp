@@ -26,7 +26,8 @@ class RasterPaths : public ValidationIsSilent {
       SCOPED_TRACE(samples);
       const sinks::FrameImage forward = drawn(scene, passes::RasterPath::forward, samples);
       const sinks::FrameImage visibility = drawn(scene, passes::RasterPath::visibility, samples);
-      EXPECT_TRUE(matches_image(visibility, forward, "raster_paths_" + std::to_string(samples), Tolerance::colour()));
+      EXPECT_TRUE(
+          matches_image(visibility, forward, "raster_paths_" + std::to_string(samples), Tolerance::colour()));
     }
   }
 };
@@ -34,8 +35,10 @@ class RasterPaths : public ValidationIsSilent {
 scene::Scene shapes() {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.6f, 0.6f, 0.6f})), 40), glm::mat4(1));
-  builder.mesh_node("ball", builder.sphere(builder.material(matte({0.8f, 0.4f, 0.2f})), 0.6f), at({0.8f, 0.6f, 0}));
-  builder.mesh_node("fine", builder.sphere(builder.material(matte({0.2f, 0.6f, 0.8f})), 0.4f, 256), at({-0.2f, 0.4f, 1}));
+  builder.mesh_node("ball", builder.sphere(builder.material(matte({0.8f, 0.4f, 0.2f})), 0.6f),
+                    at({0.8f, 0.6f, 0}));
+  builder.mesh_node("fine", builder.sphere(builder.material(matte({0.2f, 0.6f, 0.8f})), 0.4f, 256),
+                    at({-0.2f, 0.4f, 1}));
   builder.mesh_node("box", builder.box(builder.material(matte({0.3f, 0.8f, 0.3f})), {0.5f, 0.5f, 0.5f}),
                     at({-1, 0.5f, 0}) * glm::rotate(glm::mat4(1), 0.4f, glm::vec3(0, 1, 0)) *
                         glm::scale(glm::mat4(1), glm::vec3(-1, 1, 1)));
@@ -44,7 +47,9 @@ scene::Scene shapes() {
   return builder.build();
 }
 
-TEST_F(RasterPaths, ShapesOnGroundThatPassesTheEye) { expect_same(shapes()); }
+TEST_F(RasterPaths, ShapesOnGroundThatPassesTheEye) {
+  expect_same(shapes());
+}
 
 }  // namespace
 }  // namespace fire3dv::test
