@@ -172,8 +172,8 @@ void Peer::send(std::span<const std::byte> message) {
   if (outgoing_bytes_ + message.size() > kMostUnsentBytes || outgoing_.size() >= kMostUnsentMessages)
     return end("it does not read what is sent to it", Cause::unread);
   const auto header = write_frame_header(FrameKind::control, static_cast<uint32_t>(message.size()));
-  std::vector<std::byte> wire(header.begin(), header.end());
-  wire.insert(wire.end(), message.begin(), message.end());
+  std::vector<std::byte> wire(header.size() + message.size());
+  std::copy(message.begin(), message.end(), std::copy(header.begin(), header.end(), wire.begin()));
   if (tls_) {
     const std::vector<std::byte> plain = std::exchange(wire, {});
     if (!tls_->seal(plain, wire)) return end("TLS failed", Cause::bad_key);
