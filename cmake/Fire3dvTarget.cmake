@@ -11,7 +11,7 @@ target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow
 target_compile_options(fire3dv_flags INTERFACE $<$<NOT:$<CONFIG:Debug>>:-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=>)
 # g++ 12 sees overlaps and overflows in std::string and std::vector at -O3 where there are none (GCC bug 105651 and its
 # kin, fixed in 13). Debug builds keep these warnings, and sanitizers look for the real ones.
-foreach(warning restrict stringop-overflow stringop-overread)
+foreach(warning restrict stringop-overflow stringop-overread array-bounds)
   target_compile_options(fire3dv_flags INTERFACE
     $<$<AND:$<NOT:$<CONFIG:Debug>>,$<COMPILE_LANG_AND_ID:CXX,GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-${warning}>)
 endforeach()
