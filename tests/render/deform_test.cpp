@@ -177,11 +177,16 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
     if (scene.nodes[n].skin != scene::kNone) figure = n;
   }
   ASSERT_NE(figure, scene::kNone);
+  scene::Box around = scene::bounds_in_world(scene, figure, poses_shown[0].world_from_node);
+  for (const state::RestPose& pose : poses_shown) {
+    const scene::Box box = scene::bounds_in_world(scene, figure, pose.world_from_node);
+    around.add(box.low);
+    around.add(box.high);
+  }
   scene::Camera camera;
   const float aspect = static_cast<float>(kExtent.width) / static_cast<float>(kExtent.height);
   const passes::View view = passes::make_view(
-      camera, passes::framing_camera_pose(camera, aspect, 1.3f * scene.bounds_min, 1.3f * scene.bounds_max),
-      aspect);
+      camera, passes::framing_camera_pose(camera, aspect, around.low, around.high), aspect);
   for (const Way& way : {kWays[0], kWays[1]}) {
     SCOPED_TRACE(way.name);
     RenderBench bench(scene, kExtent, settings_of(way));
