@@ -46,6 +46,14 @@ std::string finite_number(const std::string& text) {
   return good ? "" : text + " is not a number between -1000000 and 1000000";
 }
 
+std::string anisotropy_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good =
+      error == std::errc() && end == text.data() + text.size() && value >= 1 && value <= 16;  // not NaN
+  return good ? "" : text + " is not a number from 1 to 16";
+}
+
 // "environment", or the light of a display's colour.
 bool parse_background(std::string_view text, passes::Background& background) {
   if (text == "environment") {
@@ -165,7 +173,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       "--background", background,
       "what is seen behind the scene: environment, or light of one colour, RRGGBB, which is exposed and "
       "tone-mapped like the rest");
-  app.add_option("--samples", options.samples, "samples per pixel, at most; what the device has decides")
+  app.add_option(
+         "--samples", options.samples,
+         "samples per pixel, at most; what the device has decides, and from a visibility buffer it is 1 or 4")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   std::string raster = "auto";
@@ -180,7 +190,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--anisotropy", options.anisotropy,
                  "anisotropic texture filtering, 1 to 16; from 2 on devices differ in what they draw")
-      ->check(CLI::Range(1.0, 16.0))
+      ->check(anisotropy_number)
       ->capture_default_str();
   std::string shadows = "auto";
   app.add_option("--shadows", shadows,
