@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "renderer/gpu/descriptors.h"
 #include "shaders/shared/bindings.h"
 
 namespace fire3dv::passes {
@@ -23,23 +24,12 @@ EnvironmentSteps::EnvironmentSteps(gpu::Device& device, gpu::LoaderCommands& loa
       {FIRE3DV_BINDING_LEVEL_OUT, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, kStage, nullptr},
       {FIRE3DV_BINDING_LEVEL_ABOVE, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, kStage, nullptr},
   };
-  VkDescriptorSetLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-  layout_info.bindingCount = std::size(bindings);
-  layout_info.pBindings = bindings;
-  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &layout_info, nullptr, &set_layout));
-  set_layout_ = gpu::SetLayout(device, set_layout);
-  layout_ = gpu::create_pipeline_layout(device, std::array{set_layout});
+  set_layout_ = gpu::create_set_layout(device, bindings);
+  layout_ = gpu::create_pipeline_layout(device, std::array{set_layout_.get()});
 
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kMostSteps},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2 * kMostSteps}};
-  VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
-  pool_info.maxSets = kMostSteps;
-  pool_info.poolSizeCount = std::size(sizes);
-  pool_info.pPoolSizes = sizes;
-  VkDescriptorPool pool = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateDescriptorPool(device.handle(), &pool_info, nullptr, &pool));
-  pool_ = gpu::DescriptorPool(device, pool);
+  pool_ = gpu::create_descriptor_pool(device, kMostSteps, sizes);
 }
 
 void EnvironmentSteps::sample(std::string_view shader, gpu::Image& in, VkSampler sampler, gpu::Image& out,
@@ -65,13 +55,7 @@ void EnvironmentSteps::step(std::string_view shader, const Input& in, gpu::Image
     known = pipelines_.end() - 1;
   }
 
-  VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
-  allocate.descriptorPool = pool_.get();
-  allocate.descriptorSetCount = 1;
-  const VkDescriptorSetLayout set_layout = set_layout_.get();
-  allocate.pSetLayouts = &set_layout;
-  VkDescriptorSet set = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkAllocateDescriptorSets(device_.handle(), &allocate, &set));
+  const VkDescriptorSet set = gpu::allocate_set(device_, pool_.get(), set_layout_.get());
 
   std::vector<Use> uses;
   std::array<VkDescriptorImageInfo, 2> images{};

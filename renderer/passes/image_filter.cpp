@@ -14,13 +14,8 @@ ImageFilter::ImageFilter(gpu::Device& device, std::string_view shader, VkFilter 
       {FIRE3DV_BINDING_FILTER_IN, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
       {FIRE3DV_BINDING_FILTER_OUT, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
   };
-  VkDescriptorSetLayoutCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-  info.bindingCount = std::size(bindings);
-  info.pBindings = bindings;
-  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &set_layout));
-  set_layout_ = gpu::SetLayout(device, set_layout);
-  layout_ = gpu::create_pipeline_layout(device, std::array{set_layout});
+  set_layout_ = gpu::create_set_layout(device, bindings);
+  layout_ = gpu::create_pipeline_layout(device, std::array{set_layout_.get()});
   pipeline_ = gpu::create_compute_pipeline(device, layout_.get(), shader);
 
   VkSamplerCreateInfo sampler_info{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
@@ -34,25 +29,12 @@ ImageFilter::ImageFilter(gpu::Device& device, std::string_view shader, VkFilter 
 void ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) {
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1}};
-  VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
-  pool_info.maxSets = 1;
-  pool_info.poolSizeCount = std::size(sizes);
-  pool_info.pPoolSizes = sizes;
-  VkDescriptorPool pool = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateDescriptorPool(device_.handle(), &pool_info, nullptr, &pool));
-  pool_ = gpu::DescriptorPool(device_, pool);  // the old one retires to the frames that used it
-
-  VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
-  allocate.descriptorPool = pool;
-  allocate.descriptorSetCount = 1;
-  const VkDescriptorSetLayout set_layout = set_layout_.get();
-  allocate.pSetLayouts = &set_layout;
-  FIRE3DV_VK(vkAllocateDescriptorSets(device_.handle(), &allocate, &set_));
+  set_ = gpu::DescriptorSet(device_, set_layout_.get(), sizes);
 
   const VkDescriptorImageInfo in_info{sampler_.get(), in.view.get(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
   const VkDescriptorImageInfo out_info{VK_NULL_HANDLE, out.view.get(), VK_IMAGE_LAYOUT_GENERAL};
   VkWriteDescriptorSet writes[2] = {{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET}, {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET}};
-  writes[0].dstSet = writes[1].dstSet = set_;
+  writes[0].dstSet = writes[1].dstSet = set_.get();
   writes[0].dstBinding = FIRE3DV_BINDING_FILTER_IN;
   writes[1].dstBinding = FIRE3DV_BINDING_FILTER_OUT;
   writes[0].descriptorCount = writes[1].descriptorCount = 1;
@@ -68,7 +50,7 @@ void ImageFilter::record(gpu::Recorder& recorder, const char* name, gpu::Image& 
   recorder.pass(name, {Use(in, access::compute_sample), Use(out, access::compute_write, true)},
                 [&](VkCommandBuffer commands) {
                   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
-                  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &set_, 0,
+                  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &set_.get(), 0,
                                           nullptr);
                   vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, push_bytes, push);
                   vkCmdDispatch(commands, (out.extent.width + 7) / 8, (out.extent.height + 7) / 8, 1);

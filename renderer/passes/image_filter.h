@@ -3,6 +3,7 @@
 
 #include <string_view>
 
+#include "renderer/gpu/descriptors.h"
 #include "renderer/gpu/pipeline.h"
 #include "renderer/gpu/recorder.h"
 
@@ -30,8 +31,7 @@ class ImageFilter {
   gpu::PipelineLayout layout_;
   gpu::Pipeline pipeline_;
   gpu::Sampler sampler_;
-  gpu::DescriptorPool pool_;
-  VkDescriptorSet set_ = VK_NULL_HANDLE;
+  gpu::DescriptorSet set_;
 };
 
 }  // namespace fire3dv::passes

@@ -14,12 +14,7 @@ gpu::SetLayout create_image_set_layout(gpu::Device& device) {
   const VkDescriptorSetLayoutBinding bindings[] = {
       {FIRE3DV_BINDING_DISPLAY, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
       {FIRE3DV_BINDING_HDR, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr}};
-  VkDescriptorSetLayoutCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-  info.bindingCount = std::size(bindings);
-  info.pBindings = bindings;
-  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &layout));
-  return gpu::SetLayout(device, layout);
+  return gpu::create_set_layout(device, bindings);
 }
 
 }  // namespace
@@ -56,25 +51,13 @@ void VisibilityPass::set_size(Targets& targets) {
   extent_ = targets.extent;
   visibility_ = gpu::create_buffer(device_, VkDeviceSize{8} * samples_ * extent_.width * extent_.height,
                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2};
-  VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
-  pool_info.maxSets = 1;
-  pool_info.poolSizeCount = 1;
-  pool_info.pPoolSizes = &size;
-  VkDescriptorPool pool = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateDescriptorPool(device_.handle(), &pool_info, nullptr, &pool));
-  pool_ = gpu::DescriptorPool(device_, pool);  // the old one retires to the frames that used it
-  VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
-  allocate.descriptorPool = pool;
-  allocate.descriptorSetCount = 1;
-  const VkDescriptorSetLayout layout = image_set_layout_.get();
-  allocate.pSetLayouts = &layout;
-  FIRE3DV_VK(vkAllocateDescriptorSets(device_.handle(), &allocate, &image_set_));
+  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2}};
+  image_set_ = gpu::DescriptorSet(device_, image_set_layout_.get(), sizes);
   const VkDescriptorImageInfo images[] = {
       {VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL},
       {VK_NULL_HANDLE, targets.hdr.view.get(), VK_IMAGE_LAYOUT_GENERAL}};
   VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
-  write.dstSet = image_set_;
+  write.dstSet = image_set_.get();
   write.dstBinding = FIRE3DV_BINDING_DISPLAY;
   write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
   write.descriptorCount = can_leave_samples() ? 2 : 1;  // the second goes on into the next binding
@@ -113,7 +96,7 @@ void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass&
   recorder.pass("shade", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE,
                       (leave_samples ? shade_samples_ : shade_).get());
-    const VkDescriptorSet sets[] = {scene.textures.set(), image_set_};
+    const VkDescriptorSet sets[] = {scene.textures.set(), image_set_.get()};
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
                             nullptr);
     vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);

@@ -2,6 +2,7 @@
 // ids.
 #pragma once
 
+#include "renderer/gpu/descriptors.h"
 #include "renderer/passes/cluster_raster.h"
 #include "renderer/passes/post_pass.h"
 #include "renderer/passes/shadow_pass.h"
@@ -35,8 +36,7 @@ class VisibilityPass {
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
   gpu::Pipeline shade_, shade_samples_;  // the second is made when it is first used
-  gpu::DescriptorPool pool_;
-  VkDescriptorSet image_set_ = VK_NULL_HANDLE;
+  gpu::DescriptorSet image_set_;
   VkExtent2D extent_{};
   gpu::Buffer visibility_;  // uint64_t[pixel][sample]
 };
