@@ -3,19 +3,13 @@
 
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/loaded_scene.h"
 
 namespace fire3dv::scene {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-
-Scene loaded(const GltfBuilder& builder) {
-  const test::ScratchFolder folder;
-  auto scene = load_gltf(folder.write("scene.glb", builder.glb()));
-  EXPECT_TRUE(scene.ok()) << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
 
 // Corners of triangle `index` of the first primitive.
 std::array<glm::vec3, 3> triangle(const Scene& scene, size_t index) {

@@ -6,17 +6,13 @@
 #include "renderer/scene/load_gltf.h"
 #include "renderer/state/bindings.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/loaded_scene.h"
 
 namespace fire3dv::scene {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-
-Result<Scene> load(const GltfBuilder& builder) {
-  const test::ScratchFolder folder;
-  return load_gltf(folder.write("scene.glb", builder.glb()));
-}
 
 // A triangle in a node "field" that stands at (10, 0, 0), with these instancing attributes.
 GltfBuilder field(GltfBuilder builder, json attributes) {

@@ -5,19 +5,13 @@
 
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/loaded_scene.h"
 
 namespace fire3dv::scene {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-
-Scene loaded(const GltfBuilder& builder) {
-  const test::ScratchFolder folder;
-  auto scene = load_gltf(folder.write("scene.glb", builder.glb()));
-  EXPECT_TRUE(scene.ok()) << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
 
 const Node* node_named(const Scene& scene, const std::string& name) {
   for (const Node& node : scene.nodes) {

@@ -5,23 +5,13 @@
 
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/loaded_scene.h"
 
 namespace fire3dv::scene {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-
-Result<Scene> load(const GltfBuilder& builder) {
-  const test::ScratchFolder folder;
-  return load_gltf(folder.write("scene.glb", builder.glb()));
-}
-
-Scene loaded(const GltfBuilder& builder) {
-  auto scene = load(builder);
-  EXPECT_TRUE(scene.ok()) << scene.error().message;
-  return scene ? std::move(*scene) : Scene{};
-}
 
 bool warned(const Scene& scene, const std::string& text) {
   return std::any_of(scene.warnings.begin(), scene.warnings.end(),

@@ -7,17 +7,13 @@
 
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/loaded_scene.h"
 
 namespace fire3dv::scene {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-
-Result<Scene> load(const GltfBuilder& builder) {
-  const test::ScratchFolder folder;
-  return load_gltf(folder.write("scene.glb", builder.glb()));
-}
 
 using Encoded = std::vector<unsigned char>;
 
