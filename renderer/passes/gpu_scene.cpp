@@ -1,12 +1,9 @@
 #include "renderer/passes/gpu_scene.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
-#include <map>
 
 #include "renderer/passes/material_records.h"
-#include "renderer/scene/caster_shape.h"
 #include "renderer/scene/math.h"
 #include "shaders/shared/types.h"
 
@@ -24,163 +21,12 @@ gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const
   return buffer;
 }
 
-VkSamplerAddressMode address_mode(scene::Wrap wrap) {
-  switch (wrap) {
-    case scene::Wrap::repeat:
-      return VK_SAMPLER_ADDRESS_MODE_REPEAT;
-    case scene::Wrap::mirrored_repeat:
-      return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
-    case scene::Wrap::clamp_to_edge:
-      return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
-  }
-  return VK_SAMPLER_ADDRESS_MODE_REPEAT;
-}
-
-gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted, float anisotropy) {
-  VkSamplerCreateInfo info{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
-  info.magFilter = wanted.nearest_mag ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
-  info.minFilter = wanted.nearest_min ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
-  info.mipmapMode = wanted.nearest_mip ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
-  info.addressModeU = address_mode(wanted.wrap_u);
-  info.addressModeV = address_mode(wanted.wrap_v);
-  info.addressModeW = VK_SAMPLER_ADDRESS_MODE_REPEAT;
-  info.maxLod = wanted.use_mips ? VK_LOD_CLAMP_NONE : 0.25f;
-  const bool smooth = !wanted.nearest_mag && !wanted.nearest_min && wanted.use_mips;
-  if (smooth && anisotropy > 1 && device.report().anisotropy) {
-    info.anisotropyEnable = VK_TRUE;
-    info.maxAnisotropy = std::min(anisotropy, device.limits().maxSamplerAnisotropy);
-  }
-  VkSampler sampler = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
-  return gpu::Sampler(device, sampler);
-}
-
-// One GPU image for each use of an image as colour or as data; one sampler for each distinct description.
-std::vector<gpu::SampledTexture> upload_textures(gpu::Device& device, gpu::LoaderCommands& loader,
-                                                 const scene::Scene& scene, float anisotropy,
-                                                 GpuScene& gpu_scene) {
-  std::map<std::pair<uint32_t, bool>, VkImageView> views;
-  std::vector<std::pair<scene::Sampler, VkSampler>> samplers;
-  std::vector<gpu::SampledTexture> textures;
-  for (const scene::Texture& texture : scene.textures) {
-    VkImageView& view = views[{texture.image, texture.srgb}];
-    if (!view) {
-      const scene::Image& source = scene.images[texture.image];
-      gpu::ImageInfo info;
-      info.format = texture.srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM;
-      info.extent = {source.width, source.height};
-      info.mip_levels = static_cast<uint32_t>(std::bit_width(std::max(source.width, source.height)));
-      info.usage =
-          VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
-      gpu::Image& image = gpu_scene.images.emplace_back(gpu::create_image(device, info));
-      loader.upload_rgba8(image, source.rgba8);
-      view = image.view.get();
-    }
-    auto sampler = std::find_if(samplers.begin(), samplers.end(),
-                                [&](const auto& known) { return known.first == texture.sampler; });
-    if (sampler == samplers.end()) {
-      gpu_scene.samplers.push_back(create_sampler(device, texture.sampler, anisotropy));
-      samplers.emplace_back(texture.sampler, gpu_scene.samplers.back().get());
-      sampler = samplers.end() - 1;
-    }
-    textures.push_back({view, sampler->second});
-  }
-  return textures;
-}
-
-bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
-  const scene::Primitive& p = scene.primitives[primitive];
-  return p.topology == scene::Topology::triangles &&
-         scene::drawn_alpha_mode(scene.materials[p.material]) != scene::AlphaMode::blend;
-}
-
-uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
-  const scene::Primitive& p = scene.primitives[primitive];
-  const scene::Material& material = scene.materials[p.material];
-  const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
-  const bool on_top = p.topology != scene::Topology::triangles || alpha_mode == scene::AlphaMode::blend;
-  return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
-         (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
-         (on_top ? FIRE3DV_PART_ON_TOP : 0) | (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
-         (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
-         (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
-}
-
-std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry) {
-  std::vector<gpu_types::ClusterRecord> records;
-  records.reserve(geometry.clusters.size());
-  for (const scene::Cluster& c : geometry.clusters) {
-    records.push_back({c.center, c.radius, c.cone_axis, c.cone_cutoff, c.first_vertex, c.first_triangle,
-                       c.vertex_count, c.triangle_count});
-  }
-  return records;
-}
-
 template <typename T>
 std::vector<T> in_order(const std::vector<T>& values, const std::vector<uint32_t>& source) {
   std::vector<T> ordered;
   ordered.reserve(source.size());
   for (uint32_t index : source) ordered.push_back(values[index]);
   return ordered;
-}
-
-// Every primitive at every node, and the clusters of each, in the order of the scene.
-struct Parts {
-  std::vector<gpu_types::PartRecord> parts;
-  std::vector<gpu_types::ClusterInstance> clusters;
-  std::vector<GpuScene::PlanarPart> planar;
-  std::vector<uint32_t> first_of_node;
-};
-
-glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
-  glm::vec3 low(0), high(0);
-  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-    const scene::Primitive& primitive = scene.primitives[p];
-    low = p == mesh.first_primitive ? primitive.bounds_min : glm::min(low, primitive.bounds_min);
-    high = p == mesh.first_primitive ? primitive.bounds_max : glm::max(high, primitive.bounds_max);
-  }
-  return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
-}
-
-// Skinned vertices are in the world already: they are drawn at nodes that never move, behind the scene's own.
-// One is the world; the other one mirrors it, for figures that their joints mirror, so that front faces stay
-// front faces.
-uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
-  if (scene.nodes[node].skin == scene::kNone) return node;
-  return static_cast<uint32_t>(scene.nodes.size()) +
-         (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
-}
-
-Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
-  std::vector<scene::Caster> casters;
-  for (const scene::Mesh& mesh : scene.meshes) casters.push_back(scene::caster_of(scene, mesh));
-  Parts all;
-  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
-    const uint32_t mesh = scene.nodes[n].mesh;
-    all.first_of_node.push_back(static_cast<uint32_t>(all.parts.size()));
-    if (mesh == scene::kNone) continue;
-    const uint32_t first = scene.meshes[mesh].first_primitive;
-    for (uint32_t p = first; p < first + scene.meshes[mesh].primitive_count; ++p) {
-      const auto part = static_cast<uint32_t>(all.parts.size());
-      const uint32_t primitive = gpu_scene.primitive_at(n, p);
-      const bool deformed = scene::is_deformed(scene.nodes[n]);
-      const scene::Caster caster = deformed ? scene::Caster{} : casters[mesh];
-      all.parts.push_back({drawn_at(scene, n), primitive,
-                           part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0)});
-      if (caster.shape == scene::CasterShape::planar) {
-        const glm::mat3 m(scene.nodes[n].world_from_node);
-        const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
-        all.planar.push_back({part, caster.plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
-      }
-      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[primitive];
-      for (uint32_t c = 0; c < geometry.cluster_count; ++c) {
-        all.clusters.push_back({part, geometry.first_cluster + c});
-      }
-    }
-  }
-  std::stable_sort(all.planar.begin(), all.planar.end(),
-                   [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });
-  return all;
 }
 
 // first_primitive: of those that stand for the mesh's own.
@@ -410,9 +256,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
     top_level = gpu::TopLevel(device, instance_count);
   }
   instance_of_node = upload_array(device, loader, instance_indices);
-  const std::vector<gpu::SampledTexture> sampled = upload_textures(device, loader, scene, anisotropy, *this);
+  scene_textures = upload_textures(device, loader, scene, anisotropy);
   loader.finish();
-  textures = gpu::BindlessTextures(device, sampled, environment, top_level.handle());
+  textures = gpu::BindlessTextures(device, scene_textures.sampled, environment, top_level.handle());
 }
 
 }  // namespace fire3dv::passes

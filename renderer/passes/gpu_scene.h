@@ -12,6 +12,8 @@
 #include "renderer/gpu/upload_belt.h"
 #include "renderer/passes/deformed_shapes.h"
 #include "renderer/passes/draw_list.h"
+#include "renderer/passes/scene_parts.h"
+#include "renderer/passes/scene_textures.h"
 #include "renderer/scene/clusters.h"
 #include "renderer/scene/scene.h"
 #include "renderer/state/pose_state.h"
@@ -59,19 +61,12 @@ struct GpuScene {
       world_from_node;  // AffineRows[], written by the transforms pass; then the frames of skinned parts
 
   std::vector<uint32_t> first_part_of_node;
-  // Parts that lie in one plane, the largest at rest first.
-  struct PlanarPart {
-    uint32_t part;
-    glm::vec4 plane_node;
-    float radius_m;
-  };
-  std::vector<PlanarPart> planar_parts;
-  std::vector<bool> mirrored;  // of each node, as the draw list has it
+  std::vector<PlanarPart> planar_parts;  // the largest at rest first
+  std::vector<bool> mirrored;            // of each node, as the draw list has it
   DrawList draw_list;
   uint64_t draw_list_revision = 0;  // +1 whenever the list changes
   uint64_t poses_seen = UINT64_MAX;
-  std::vector<gpu::Image> images;
-  std::vector<gpu::Sampler> samplers;
+  SceneTextures scene_textures;
   std::vector<gpu::AccelerationStructure> blas_of_mesh;
   gpu::TopLevel top_level;  // where rays can be traced
   gpu::BindlessTextures textures;

@@ -165,7 +165,7 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
 void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<gpu_types::SheetRecord> sheets;
   const float scene_radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
-  for (const GpuScene::PlanarPart& planar : gpu_scene.planar_parts) {
+  for (const PlanarPart& planar : gpu_scene.planar_parts) {
     if (sheets.size() == kMostSheets) break;
     // Maps alone have to hold all that could shadow; a ground that is most of the scene would leave nothing
     // for the rest.

@@ -1,0 +1,89 @@
+#include "renderer/passes/scene_parts.h"
+
+#include <algorithm>
+
+#include "renderer/passes/gpu_scene.h"
+#include "renderer/scene/caster_shape.h"
+
+namespace fire3dv::passes {
+namespace {
+
+uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
+  const scene::Primitive& p = scene.primitives[primitive];
+  const scene::Material& material = scene.materials[p.material];
+  const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
+  const bool on_top = p.topology != scene::Topology::triangles || alpha_mode == scene::AlphaMode::blend;
+  return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
+         (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
+         (on_top ? FIRE3DV_PART_ON_TOP : 0) | (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
+         (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
+         (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
+}
+
+}  // namespace
+
+bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
+  const scene::Primitive& p = scene.primitives[primitive];
+  return p.topology == scene::Topology::triangles &&
+         scene::drawn_alpha_mode(scene.materials[p.material]) != scene::AlphaMode::blend;
+}
+
+std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry) {
+  std::vector<gpu_types::ClusterRecord> records;
+  records.reserve(geometry.clusters.size());
+  for (const scene::Cluster& c : geometry.clusters) {
+    records.push_back({c.center, c.radius, c.cone_axis, c.cone_cutoff, c.first_vertex, c.first_triangle,
+                       c.vertex_count, c.triangle_count});
+  }
+  return records;
+}
+
+glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
+  glm::vec3 low(0), high(0);
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    const scene::Primitive& primitive = scene.primitives[p];
+    low = p == mesh.first_primitive ? primitive.bounds_min : glm::min(low, primitive.bounds_min);
+    high = p == mesh.first_primitive ? primitive.bounds_max : glm::max(high, primitive.bounds_max);
+  }
+  return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
+}
+
+uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
+  if (scene.nodes[node].skin == scene::kNone) return node;
+  return static_cast<uint32_t>(scene.nodes.size()) +
+         (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
+}
+
+Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  std::vector<scene::Caster> casters;
+  for (const scene::Mesh& mesh : scene.meshes) casters.push_back(scene::caster_of(scene, mesh));
+  Parts all;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    const uint32_t mesh = scene.nodes[n].mesh;
+    all.first_of_node.push_back(static_cast<uint32_t>(all.parts.size()));
+    if (mesh == scene::kNone) continue;
+    const uint32_t first = scene.meshes[mesh].first_primitive;
+    for (uint32_t p = first; p < first + scene.meshes[mesh].primitive_count; ++p) {
+      const auto part = static_cast<uint32_t>(all.parts.size());
+      const uint32_t primitive = gpu_scene.primitive_at(n, p);
+      const bool deformed = scene::is_deformed(scene.nodes[n]);
+      const scene::Caster caster = deformed ? scene::Caster{} : casters[mesh];
+      all.parts.push_back({drawn_at(scene, n), primitive,
+                           part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0)});
+      if (caster.shape == scene::CasterShape::planar) {
+        const glm::mat3 m(scene.nodes[n].world_from_node);
+        const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
+        all.planar.push_back({part, caster.plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
+      }
+      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[primitive];
+      for (uint32_t c = 0; c < geometry.cluster_count; ++c) {
+        all.clusters.push_back({part, geometry.first_cluster + c});
+      }
+    }
+  }
+  std::stable_sort(all.planar.begin(), all.planar.end(),
+                   [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });
+  return all;
+}
+
+}  // namespace fire3dv::passes

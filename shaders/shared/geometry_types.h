@@ -1,0 +1,67 @@
+// Vertices, primitives, the parts of a scene and their clusters.
+#ifndef FIRE3DV_SHARED_GEOMETRY_TYPES_H
+#define FIRE3DV_SHARED_GEOMETRY_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+struct VertexRecord {
+  vec3 normal;
+  vec4 tangent;
+  vec2 uv0;
+  vec2 uv1;
+  vec4 color;
+};
+
+struct PrimitiveRecord {
+  uint first_index;
+  uint first_vertex;
+  uint material;
+  vec3 mesh_center;  // sphere around the whole mesh, node space
+  float mesh_radius;
+};
+
+// A primitive at a node, in the order of the scene: what clusters, ids and draws refer to.
+struct PartRecord {
+  uint node;
+  uint primitive;
+  uint flags;
+};
+
+#define FIRE3DV_PART_DOUBLE_SIDED 1u
+#define FIRE3DV_PART_MASK 2u    // alpha-masked
+#define FIRE3DV_PART_ON_TOP 4u  // blended, or not of triangles: drawn by the forward pass alone
+#define FIRE3DV_PART_CLOSED 8u  // see scene::CasterShape
+#define FIRE3DV_PART_PLANAR 16u
+#define FIRE3DV_PART_DEFORMED 32u  // vertices change: bounds are not known
+#define FIRE3DV_PART_NO_SHADOW 64u
+#define FIRE3DV_PART_UNLIT 128u  // lines and points without normals
+
+// scene::Cluster on the GPU; vertices and triangles are absolute.
+struct ClusterRecord {
+  vec3 center;
+  float radius;
+  vec3 cone_axis;
+  float cone_cutoff;
+  uint first_vertex;
+  uint first_triangle;
+  uint vertex_count;
+  uint triangle_count;
+};
+
+// A cluster of a part. Its number, plus one and times 128, plus the triangle is the id in the visibility
+// buffer.
+struct ClusterInstance {
+  uint part;
+  uint cluster;
+};
+
+// One draw of the forward pass.
+struct DrawRecord {
+  uint node;
+  uint primitive;
+  uint part;
+};
+
+FIRE3DV_SHARED_END
+#endif

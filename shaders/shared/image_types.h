@@ -1,0 +1,51 @@
+// What shades, draws on top and finishes the image is told.
+#ifndef FIRE3DV_SHARED_IMAGE_TYPES_H
+#define FIRE3DV_SHARED_IMAGE_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+// One step of the preparation of the surroundings.
+struct EnvironmentPush {
+  uint size;  // of the level that is written, in texels
+  uint samples;
+  float roughness;  // perceptual
+  float lod;        // of what is read
+};
+
+struct ForwardPush {
+  FIRE3DV_ADDRESS globals;
+};
+
+#define FIRE3DV_TONE_MAP_REINHARD 0u
+#define FIRE3DV_TONE_MAP_NONE 1u
+#define FIRE3DV_TONE_MAP_ACES 2u
+#define FIRE3DV_TONE_MAP_NEUTRAL 3u
+
+struct PostPush {
+  uint width;
+  uint height;
+  uint samples;
+  float exposure;
+  uint tone_map;
+};
+
+struct ShadePush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  float exposure;
+  uint tone_map;
+};
+
+struct VisibleDepthPush {
+  FIRE3DV_ADDRESS visibility;
+  uint width;
+};
+
+struct FxaaPush {
+  uint width;
+  uint height;
+};
+
+FIRE3DV_SHARED_END
+#endif

@@ -1,0 +1,84 @@
+// Lights, their maps and their rays.
+#ifndef FIRE3DV_SHARED_LIGHT_TYPES_H
+#define FIRE3DV_SHARED_LIGHT_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+#define FIRE3DV_LIGHT_DIRECTIONAL 0u
+#define FIRE3DV_LIGHT_POINT 1u
+#define FIRE3DV_LIGHT_SPOT 2u
+
+struct LightRecord {
+  vec3 color;     // linear colour times intensity: candela, or lux for a directional light
+  float range_m;  // 0 = infinite
+  uint type;
+  uint node;         // the light stands at this node and shines along its -Z
+  float cone_scale;  // KHR_lights_punctual: attenuation = clamp(cos(angle) * scale + offset, 0, 1)^2
+  float cone_offset;
+  float radius_m;            // point, spot: 0 = hard shadows
+  float angular_radius_rad;  // directional
+};
+
+// How a light's shadow is found.
+struct LightShadow {
+  uint first_view;  // of the lights' RasterViews: 1, or 6 sides of a cube
+  uint view_count;
+  uint mask_word;  // where the mask keeps this light's result
+  uint mask_shift;
+  uint rays;  // 1: hard, one bit for each sample; more: soft, 8 bits for each sample
+};
+
+// A mesh in one plane, which shadow maps leave out: whether it lies between a point and a light is computed.
+struct SheetRecord {
+  vec4 plane_node;
+  uint part;
+};
+
+#define FIRE3DV_SHADOWS_OFF 0u
+#define FIRE3DV_SHADOWS_MASK 1u  // found by rays before shading
+#define FIRE3DV_SHADOWS_MAP 2u
+#define FIRE3DV_SHADOWS_INLINE 3u  // rays traced where the surface is shaded
+
+// A pixel's rays that are to be traced, of one word of its mask.
+struct RayEntry {
+  uint pixel;
+  uint word;
+  uint wanted;  // bits as in the mask; of a soft light the lowest one of each sample
+};
+
+struct RayList {
+  uint width;  // of vkCmdTraceRaysIndirectKHR: entries
+  uint height;
+  uint depth;
+  uint groups_x;  // of vkCmdDispatchIndirect
+  uint groups_y;
+  uint groups_z;
+  uint rays;  // counted for the statistics
+};
+
+struct LightViewsPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS wanted;  // LightViewWanted[]
+  FIRE3DV_ADDRESS views;   // RasterView[], written
+};
+
+// A light's view before it is fitted to what there is to see.
+struct LightViewWanted {
+  uint light;
+  uint side;  // of a cube; FIRE3DV_NO_INDEX = not of a cube
+  uint size;  // texels along each side
+  uint first_texel;
+  float half_angle_rad;  // spot
+};
+
+struct ShadowPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS list;        // RayList
+  FIRE3DV_ADDRESS entries;     // RayEntry[]
+  uint hybrid;                 // 0: every ray is traced
+};
+
+FIRE3DV_SHARED_END
+#endif

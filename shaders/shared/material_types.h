@@ -1,0 +1,62 @@
+// Materials and their textures.
+#ifndef FIRE3DV_SHARED_MATERIAL_TYPES_H
+#define FIRE3DV_SHARED_MATERIAL_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+struct TextureUse {
+  uint texture;  // FIRE3DV_NO_INDEX = none
+  uint uv_set;
+  vec4 uv_rows;  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) +
+                 // offset.y
+  vec2 uv_offset;
+};
+
+#define FIRE3DV_MATERIAL_DOUBLE_SIDED 1u
+#define FIRE3DV_MATERIAL_UNLIT 2u
+#define FIRE3DV_MATERIAL_MASK 4u
+#define FIRE3DV_MATERIAL_BLEND 8u
+#define FIRE3DV_MATERIAL_TRANSMISSION 16u
+#define FIRE3DV_MATERIAL_SHEEN 32u
+#define FIRE3DV_MATERIAL_CLEARCOAT 64u
+
+struct MaterialRecord {
+  vec4 base_color;
+  vec3 emissive;
+  float metallic;
+  float roughness;
+  float normal_scale;
+  float occlusion_strength;
+  float alpha_cutoff;
+  uint flags;
+  uint extension;  // into MaterialExtensionRecord[]; FIRE3DV_NO_INDEX = core glTF alone
+  TextureUse base_color_texture;
+  TextureUse metallic_roughness_texture;
+  TextureUse normal_texture;
+  TextureUse occlusion_texture;
+  TextureUse emissive_texture;
+};
+
+// What extensions of glTF add, apart, since few materials have any.
+struct MaterialExtensionRecord {
+  vec3 dielectric_f0;  // of KHR_materials_ior, times specular's colour
+  float specular;
+  vec3 sheen_color;
+  float sheen_roughness;
+  float clearcoat;
+  float clearcoat_roughness;
+  float clearcoat_normal_scale;
+  float transmission;
+  TextureUse specular_texture;
+  TextureUse specular_color_texture;
+  TextureUse clearcoat_texture;
+  TextureUse clearcoat_roughness_texture;
+  TextureUse clearcoat_normal_texture;
+  TextureUse sheen_color_texture;
+  TextureUse sheen_roughness_texture;
+  TextureUse transmission_texture;
+};
+
+FIRE3DV_SHARED_END
+#endif

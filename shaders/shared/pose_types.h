@@ -1,0 +1,30 @@
+// Where nodes' poses come from.
+#ifndef FIRE3DV_SHARED_POSE_TYPES_H
+#define FIRE3DV_SHARED_POSE_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+// Where the pose of one node comes from. See state::NodeDrive.
+struct NodeSource {
+  AffineRows body_from_node;  // world_from_node at rest when stream is FIRE3DV_NO_INDEX
+  uint stream;
+  uint pose_index;
+};
+
+struct StreamSource {
+  FIRE3DV_ADDRESS poses;  // AffineRows[], stream_from_body
+  AffineRows world_from_stream;
+};
+
+struct TransformsPush {
+  FIRE3DV_ADDRESS sources;           // NodeSource[]
+  FIRE3DV_ADDRESS streams;           // StreamSource[]
+  FIRE3DV_ADDRESS world_from_node;   // AffineRows[], written
+  FIRE3DV_ADDRESS instance_of_node;  // uint[]
+  FIRE3DV_ADDRESS instances;         // VkAccelerationStructureInstanceKHR[], transforms written; 0 = none
+  uint node_count;
+};
+
+FIRE3DV_SHARED_END
+#endif

@@ -1,0 +1,85 @@
+// Drawing clusters by compute.
+#ifndef FIRE3DV_SHARED_RASTER_TYPES_H
+#define FIRE3DV_SHARED_RASTER_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+// From where clusters are culled and triangles drawn: the camera, or a light's map.
+struct RasterView {
+  mat4 clip_from_world;
+  vec4 planes_world[6];  // inside where dot(xyz, p) + w >= 0
+  vec4 eye_world;        // w = 1: a point; w = 0: an orthographic view, which looks along xyz
+  uint width;
+  uint height;
+  uint first_texel;  // of the light's maps
+  // For shadow maps. Orthographic: metres for each unit of depth, and the side of a texel in metres.
+  // Perspective: the near distance in metres, and the side of a texel at a distance of 1 m.
+  float depth_m;
+  float texel_m;
+};
+
+// A list of clusters, begun with the arguments of the dispatch that draws them.
+struct ClusterList {
+  uint groups_x;
+  uint groups_y;
+  uint groups_z;
+  uint count;
+};
+
+struct ViewWork {
+  ClusterList solid;
+  ClusterList masked;
+};
+
+// Triangles too large for one thread: cut at the view's border if need be, then into tiles.
+struct LargeWork {
+  ClusterList expand;  // one group for each entry of `huge`
+  ClusterList tiles;   // one group for each entry of `tiles`
+  uint prepared_count;
+  uint lost;  // triangles for which there was no room
+};
+
+struct HugeTriangle {
+  uint id;
+  uint view;
+};
+
+struct PreparedTriangle {
+  ivec2 a, b, c;  // 1/256 pixel; in an order that makes the area positive
+  float za, zb, zc;
+  uint id;
+  uint view;
+};
+
+struct TileEntry {
+  uint prepared;  // FIRE3DV_NO_INDEX = none
+  uint tile;      // x | y << 16
+};
+
+// All that the raster shaders share for one set of views.
+struct RasterSet {
+  FIRE3DV_ADDRESS views;  // RasterView[]
+  FIRE3DV_ADDRESS work;   // ViewWork[]
+  FIRE3DV_ADDRESS
+      lists;  // uint[view][cluster instance]: solid ones from the front, masked ones from the back
+  FIRE3DV_ADDRESS large;     // LargeWork
+  FIRE3DV_ADDRESS huge;      // HugeTriangle[]
+  FIRE3DV_ADDRESS prepared;  // PreparedTriangle[]
+  FIRE3DV_ADDRESS tiles;     // TileEntry[]
+  FIRE3DV_ADDRESS target;    // uint64_t[pixel][sample] of the camera; uint[] of the lights
+  uint instance_count;
+  uint huge_capacity;
+  uint prepared_capacity;
+  uint tile_capacity;
+  uint cull;  // 0: every cluster is drawn
+};
+
+struct RasterPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS set;  // RasterSet
+  uint view;
+};
+
+FIRE3DV_SHARED_END
+#endif
