@@ -6,6 +6,8 @@
 #include "common/culling.glsl"
 #ifdef FIRE3DV_LIGHTS
 #include "common/sheets.glsl"
+#else
+#include "common/screen_bounds.glsl"
 #endif
 
 layout(local_size_x = 64) in;
@@ -37,6 +39,20 @@ void append(bool wanted, uint view, bool masked, uint entry) {
   if (wanted) UintsRef(set.lists).at[view * set.instance_count + place] = entry;
 }
 
+#ifndef FIRE3DV_LIGHTS
+// Whether this round draws a cluster that is in view. What is not hidden now is drawn early in the next frame; so nothing
+// is missing that comes into sight, whatever the frame before has shown.
+bool is_this_rounds(RasterSet set, uint index, bool in_view, ScreenBounds bounds) {
+  UintsRef was_seen = UintsRef(set.was_seen);
+  const bool early = was_seen.at[index] != 0;
+  if (set.round == FIRE3DV_ROUND_EARLY) return in_view && early;
+  const RasterView view = RasterViewRef(set.views).at[0];
+  const bool seen = in_view && !(bounds.known && is_hidden(bounds, set.farthest, ivec2(view.width, view.height)));
+  was_seen.at[index] = seen ? 1 : 0;
+  return seen && !early;
+}
+#endif
+
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
@@ -53,10 +69,19 @@ void main() {
 #else
     wanted = (part.flags & FIRE3DV_PART_ON_TOP) == 0;
 #endif
-    if (wanted && set.cull != 0 && (part.flags & FIRE3DV_PART_DEFORMED) == 0) {
+    if (wanted && set.cull != 0) {
       const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
       const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
-      wanted = can_be_seen(globals, RasterViewRef(set.views).at[view_index], part, cluster, world_from_node);
+      const RasterView view = RasterViewRef(set.views).at[view_index];
+      const vec4 sphere = sphere_of_cluster(globals, part, cluster, world_from_node);
+      wanted = can_be_seen(globals, view, part, cluster, world_from_node, sphere);
+#ifndef FIRE3DV_LIGHTS
+      ScreenBounds bounds;
+      bounds.known = false;
+      if (wanted && sphere.w > 0) bounds = screen_bounds(view, sphere.xyz, sphere.w);
+      if (bounds.known && misses_samples(bounds)) wanted = false;
+      if (set.round != FIRE3DV_ROUND_ONLY) wanted = is_this_rounds(set, index, wanted, bounds);
+#endif
     }
   }
   append(wanted && !masked, view_index, false, index);

@@ -26,14 +26,15 @@ Result<CameraRig> CameraRig::create(const scene::Scene& scene, const std::string
 
   std::string known;
   for (uint32_t n : nodes) known += (known.empty() ? "" : ", ") + scene.nodes[n].name;
-  return Error{"--camera " + name + ": " + scene.source.string() +
-               (known.empty() ? " has no cameras; leave --camera out" : " has no such camera; it has: " + known)};
+  return Error{
+      "--camera " + name + ": " + scene.source.string() +
+      (known.empty() ? " has no cameras; leave --camera out" : " has no such camera; it has: " + known)};
 }
 
 passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) const {
   if (node_ != scene::kNone) {
-    passes::View view =
-        passes::make_view(scene_->cameras[scene_->nodes[node_].camera], poses.world_from_node(node_), image_aspect);
+    passes::View view = passes::make_view(scene_->cameras[scene_->nodes[node_].camera],
+                                          poses.world_from_node(node_), image_aspect);
     if (!scene_->nodes[node_].name.empty()) view.camera = scene_->nodes[node_].name;
     return view;
   }
@@ -59,7 +60,8 @@ void CameraRig::let_go(const state::PoseState& poses) {
   // The focus: the point on the line of sight that is nearest to the middle of the scene.
   const glm::vec3 middle = 0.5f * (scene_->bounds_min + scene_->bounds_max);
   const glm::vec3 eye(world_from_free_[3]);
-  focus_distance_m_ = std::max(glm::dot(middle - eye, -glm::vec3(world_from_free_[2])), 0.1f * scene_radius_m());
+  focus_distance_m_ =
+      std::max(glm::dot(middle - eye, -glm::vec3(world_from_free_[2])), 0.1f * scene_radius_m());
   node_ = scene::kNone;
 }
 
@@ -77,8 +79,8 @@ void CameraRig::orbit(const state::PoseState& poses, float yaw_rad, float pitch_
   const float allowed = std::clamp(pitch + pitch_rad, -kLimit, kLimit) - pitch;
   const glm::vec3 level = glm::cross(glm::vec3(0, 1, 0), offset);
   // Seen straight from above, right is where the camera has it.
-  const glm::vec3 right =
-      glm::length(level) > 1e-6f * glm::length(offset) ? glm::normalize(level) : glm::vec3(world_from_free_[0]);
+  const glm::vec3 right = glm::length(level) > 1e-6f * glm::length(offset) ? glm::normalize(level)
+                                                                           : glm::vec3(world_from_free_[0]);
   offset = glm::vec3(glm::rotate(glm::mat4(1), -allowed, right) * glm::vec4(offset, 0));
   world_from_free_ = passes::look_at_pose(center + offset, center);
 }
@@ -93,7 +95,8 @@ void CameraRig::pan(const state::PoseState& poses, float right_fraction, float u
 void CameraRig::zoom(const state::PoseState& poses, float factor) {
   let_go(poses);
   const glm::vec3 center = focus();
-  focus_distance_m_ = std::clamp(focus_distance_m_ * factor, 1e-4f * scene_radius_m(), 1e3f * scene_radius_m());
+  focus_distance_m_ =
+      std::clamp(focus_distance_m_ * factor, 1e-4f * scene_radius_m(), 1e3f * scene_radius_m());
   world_from_free_[3] = glm::vec4(center + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
 }
 

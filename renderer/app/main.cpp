@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
   fire3dv::app::install_stop_signals();
   try {
     return fire3dv::app::run(std::get<fire3dv::app::Options>(options));
-  } catch (const std::exception& failure) {  // of Vulkan, or out of memory: nothing that could be gone on from
+  } catch (
+      const std::exception& failure) {  // of Vulkan, or out of memory: nothing that could be gone on from
     std::fprintf(stderr, "fire3dv: %s\n", failure.what());
     return 1;
   }

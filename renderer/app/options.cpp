@@ -79,6 +79,12 @@ passes::ToneMap tone_map_named(const std::string& name) {
   return passes::ToneMap::none;
 }
 
+passes::Cull cull_named(const std::string& name) {
+  if (name == "off") return passes::Cull::off;
+  if (name == "view") return passes::Cull::view;
+  return name == "hidden" ? passes::Cull::hidden : passes::Cull::automatic;
+}
+
 passes::RasterPath raster_path_named(const std::string& name) {
   if (name == "forward") return passes::RasterPath::forward;
   if (name == "visibility") return passes::RasterPath::visibility;
@@ -185,8 +191,11 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->check(CLI::IsMember({"auto", "forward", "visibility"}))
       ->capture_default_str();
   std::string cull = "on";
-  app.add_option("--cull", cull, "leave out clusters that cannot be seen; off draws the same image, slower")
-      ->check(CLI::IsMember({"on", "off"}))
+  app.add_option(
+         "--cull", cull,
+         "leave out clusters that cannot be seen: those out of view, and (hidden; on: in large scenes) "
+         "those behind others; the image is the same")
+      ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
       ->capture_default_str();
   app.add_option("--anisotropy", options.anisotropy,
                  "anisotropic texture filtering, 1 to 16; from 2 on devices differ in what they draw")
@@ -242,7 +251,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (options.exit_when_done && options.listen.empty())
     return usage_error("--exit-when-done needs a --listen URI");
   options.raster = raster_path_named(raster);
-  options.cull = cull == "on";
+  options.cull = cull_named(cull);
   if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
   if (*fixed_delay) {

@@ -42,7 +42,7 @@ struct Options {
 
   uint32_t samples = 4;
   passes::RasterPath raster = passes::RasterPath::automatic;
-  bool cull = true;
+  passes::Cull cull = passes::Cull::automatic;
   float anisotropy = 1;
   passes::ShadowSettings shadows;
   float exposure = 1;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <string>
 
 #include "shaders/shared/types.h"
@@ -20,70 +21,134 @@ constexpr gpu::Access kArgumentsAndCompute{
     VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
     VK_ACCESS_2_SHADER_READ_BIT | VK_ACCESS_2_SHADER_WRITE_BIT | VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, true};
 
-void grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags more_usage = 0) {
-  if (buffer && buffer.size_bytes >= bytes) return;
+// True when the buffer is new.
+bool grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags more_usage = 0) {
+  if (buffer && buffer.size_bytes >= bytes) return false;
   buffer =
       gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | more_usage, gpu::Memory::device);
+  return true;
+}
+
+// Finding out what is hidden costs about as much as drawing this many clusters.
+constexpr uint32_t kClustersWorthHiding = 1u << 14;
+
+// Names of the passes, by round.
+struct RoundNames {
+  const char *cull, *raster, *expand, *tiles;
+};
+constexpr RoundNames kRoundNames[2] = {{"cull", "raster", "expand", "tiles"},
+                                       {"late cull", "late raster", "late expand", "late tiles"}};
+
+// Of all levels, see shaders/common/farthest_depth.glsl.
+uint32_t farthest_count(VkExtent2D extent) {
+  uint32_t count = 0;
+  for (uint32_t shift = 3; shift < 7; ++shift) {
+    const uint32_t more = (1u << shift) - 1;
+    count += ((extent.width + more) >> shift) * ((extent.height + more) >> shift);
+  }
+  return count;
+}
+
+// What a frame tells the host, of each round; the lists' lengths of the first view.
+struct Counts {
+  gpu_types::LargeWork large[2];
+  gpu_types::ViewWork work[2];
+};
+
+// One pass for all sets.
+template <typename AddUses, typename CommandsOf>
+void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* const> sets,
+           AddUses&& add_uses, CommandsOf&& commands_of) {
+  std::vector<Use> uses;
+  for (ClusterRaster* set : sets) add_uses(*set, uses);
+  recorder.pass(name, uses, [&](VkCommandBuffer commands) {
+    for (ClusterRaster* set : sets) commands_of(*set, commands);
+  });
+}
+
+bool leaves_out_hidden(const ClusterRaster::Job& job, RasterKind kind) {
+  if (kind == RasterKind::lights) return false;
+  return job.cull == Cull::hidden ||
+         (job.cull == Cull::automatic && job.scene->cluster_instance_count >= kClustersWorthHiding);
 }
 
 }  // namespace
 
 ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind)
-    : device_(device), layout_(layout) {
+    : device_(device), layout_(layout), kind_(kind) {
   const std::string suffix = kind == RasterKind::lights             ? "_light.comp"
                              : kind == RasterKind::camera_4_samples ? "_4.comp"
                                                                     : "_1.comp";
-  cull_ = gpu::create_compute_pipeline(device, layout,
-                                       kind == RasterKind::lights ? "cull_light.comp" : "cull.comp");
+  cull_ = gpu::create_compute_pipeline(device, layout, "cull" + suffix);
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix);
   expand_ = gpu::create_compute_pipeline(device, layout, "expand" + suffix);
   tiles_ = gpu::create_compute_pipeline(device, layout, "tiles" + suffix);
-  for (gpu::Buffer& seen : large_seen_) {
-    seen = gpu::create_buffer(device, sizeof(gpu_types::LargeWork), 0, gpu::Memory::readback);
-    std::memset(seen.mapped, 0, sizeof(gpu_types::LargeWork));
+  if (kind != RasterKind::lights)
+    farthest_depth_ = gpu::create_compute_pipeline(device, layout, "farthest_depth" + suffix);
+  for (gpu::Buffer& counts : counts_) {
+    counts = gpu::create_buffer(device, sizeof(Counts), 0, gpu::Memory::readback);
+    std::memset(counts.mapped, 0, sizeof(Counts));
   }
 }
 
-void ClusterRaster::make_room(const Job& job) {
-  // This slot's earlier frame is done, so what it counted can be read.
-  gpu_types::LargeWork seen;
-  std::memcpy(&seen, large_seen_[frame_ % gpu::kFramesInFlight].mapped, sizeof(seen));
-  while (seen.expand.count > huge_capacity_ && huge_capacity_ < (1u << 27)) huge_capacity_ *= 2;
+void ClusterRaster::read_counts() {
+  // This slot's earlier frame is done.
+  Counts counts;
+  std::memcpy(&counts, counts_[frame_ % gpu::kFramesInFlight].mapped, sizeof(counts));
+  const uint32_t huge_count = std::max(counts.large[0].expand.count, counts.large[1].expand.count);
+  while (huge_count > huge_capacity_ && huge_capacity_ < (1u << 27)) huge_capacity_ *= 2;
+  drawn_.late_clusters = counts.work[1].solid.count + counts.work[1].masked.count;
+  drawn_.clusters = counts.work[0].solid.count + counts.work[0].masked.count + drawn_.late_clusters;
+}
 
-  const VkDeviceSize entries = VkDeviceSize{job.view_count} * job.scene->cluster_instance_count;
+void ClusterRaster::make_room(const Job& job) {
+  const VkDeviceSize instances = job.scene->cluster_instance_count, entries = job.view_count * instances;
   // Room for every triangle of a scene that is not vast, so that the first image lacks none.
   while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles)
     huge_capacity_ *= 2;
   grow(device_, lists_, entries * sizeof(uint32_t));
-  grow(device_, work_, job.view_count * sizeof(gpu_types::ViewWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
-  grow(device_, large_, sizeof(gpu_types::LargeWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+  grow(device_, work_, 2 * job.view_count * sizeof(gpu_types::ViewWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+  grow(device_, large_, 2 * sizeof(gpu_types::LargeWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
   grow(device_, huge_, VkDeviceSize{huge_capacity_} * sizeof(gpu_types::HugeTriangle));
   grow(device_, prepared_, VkDeviceSize{kPreparedCapacity} * sizeof(gpu_types::PreparedTriangle));
   grow(device_, tile_entries_, VkDeviceSize{kTileCapacity} * sizeof(gpu_types::TileEntry));
+  if (round_count_ == 2) {
+    nothing_seen_ |= grow(device_, was_seen_, instances * sizeof(uint32_t));
+    grow(device_, farthest_, farthest_count(job.extent) * sizeof(float));
+  }
 }
 
 void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   job_ = job;
+  round_count_ = leaves_out_hidden(job, kind_) ? 2 : 1;
+  read_counts();
   make_room(job);
   gpu_types::RasterSet set{};
   set.views = job.views;
-  set.work = work_.address;
   set.lists = lists_.address;
-  set.large = large_.address;
   set.huge = huge_.address;
   set.prepared = prepared_.address;
   set.tiles = tile_entries_.address;
   set.target = job.target->address;
+  set.was_seen = was_seen_.address;
+  set.farthest = farthest_.address;
   set.instance_count = job.scene->cluster_instance_count;
   set.huge_capacity = huge_capacity_;
   set.prepared_capacity = kPreparedCapacity;
   set.tile_capacity = kTileCapacity;
-  set.cull = job.cull ? 1 : 0;
-  set_ = belt.write(std::span<const gpu_types::RasterSet>(&set, 1)).address;
+  set.cull = job.cull == Cull::off ? 0 : 1;
+  for (uint32_t round = 0; round < round_count_; ++round) {
+    set.work = work_.address + round * job.view_count * sizeof(gpu_types::ViewWork);
+    set.large = large_.address + round * sizeof(gpu_types::LargeWork);
+    set.round = round_count_ == 1 ? FIRE3DV_ROUND_ONLY
+                : round == 0      ? FIRE3DV_ROUND_EARLY
+                                  : FIRE3DV_ROUND_LATE;
+    round_sets_[round] = belt.write(std::span<const gpu_types::RasterSet>(&set, 1)).address;
+  }
 }
 
-void ClusterRaster::add_uses(std::vector<Use>& uses, bool large) {
+void ClusterRaster::add_uses(std::vector<Use>& uses) {
   job_.scene->add_reads(uses, access::compute_read);
   if (job_.views_written) uses.emplace_back(*job_.views_written, access::compute_read);
   uses.emplace_back(work_, kArgumentsAndCompute);
@@ -92,83 +157,127 @@ void ClusterRaster::add_uses(std::vector<Use>& uses, bool large) {
   uses.emplace_back(huge_, access::compute_write);
   uses.emplace_back(prepared_, access::compute_write);
   uses.emplace_back(tile_entries_, access::compute_write);
-  // The target is not declared from stage to stage: the largest value wins in any order, and atomics need no
-  // barrier.
-  if (!large) uses.emplace_back(*job_.target, access::compute_write);
 }
 
 void ClusterRaster::clear(VkCommandBuffer commands) {
   vkCmdFillBuffer(commands, work_.get(), 0, VK_WHOLE_SIZE, 0);
   vkCmdFillBuffer(commands, large_.get(), 0, VK_WHOLE_SIZE, 0);
   vkCmdFillBuffer(commands, job_.target->get(), 0, VK_WHOLE_SIZE, 0);
+  if (round_count_ == 2 && nothing_seen_) {
+    vkCmdFillBuffer(commands, was_seen_.get(), 0, VK_WHOLE_SIZE, 0);
+    nothing_seen_ = false;
+  }
 }
 
-void ClusterRaster::bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t view) const {
+void ClusterRaster::bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
+                         uint32_t view) const {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
   const VkDescriptorSet set = job_.scene->textures.set();
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
-  const gpu_types::RasterPush push{job_.globals, set_, view};
+  const gpu_types::RasterPush push{job_.globals, round_sets_[round], view};
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
 }
 
-void ClusterRaster::cull(VkCommandBuffer commands) const {
-  bind(commands, cull_, 0);
+void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
+  bind(commands, cull_, round, 0);
   const uint32_t groups = (job_.scene->cluster_instance_count + 63) / 64;
   if (groups) vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, job_.view_count);
 }
 
-void ClusterRaster::raster(VkCommandBuffer commands) const {
+void ClusterRaster::raster(VkCommandBuffer commands, uint32_t round) const {
   for (uint32_t view = 0; view < job_.view_count; ++view) {
-    const VkDeviceSize work = view * sizeof(gpu_types::ViewWork);
-    bind(commands, raster_, view);
+    const VkDeviceSize work = (round * job_.view_count + view) * sizeof(gpu_types::ViewWork);
+    bind(commands, raster_, round, view);
     vkCmdDispatchIndirect(commands, work_.get(), work + offsetof(gpu_types::ViewWork, solid));
     if (!job_.scene->has_masked) continue;
-    bind(commands, raster_mask_, view);
+    bind(commands, raster_mask_, round, view);
     vkCmdDispatchIndirect(commands, work_.get(), work + offsetof(gpu_types::ViewWork, masked));
   }
 }
 
-void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline,
+void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
                                 VkDeviceSize arguments) const {
-  bind(commands, pipeline, 0);
-  vkCmdDispatchIndirect(commands, large_.get(), arguments);
+  bind(commands, pipeline, round, 0);
+  vkCmdDispatchIndirect(commands, large_.get(), round * sizeof(gpu_types::LargeWork) + arguments);
+}
+
+void ClusterRaster::find_farthest(VkCommandBuffer commands) const {
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, farthest_depth_.get());
+  const gpu_types::FarthestDepthPush push{job_.target->address, farthest_.address, job_.extent.width,
+                                          job_.extent.height};
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+  vkCmdDispatch(commands, (job_.extent.width + 63) / 64, (job_.extent.height + 63) / 64, 1);
+}
+
+void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets,
+                                 uint32_t round) {
+  const RoundNames& names = kRoundNames[round];
+  auto list_uses = [](ClusterRaster& set, std::vector<Use>& uses) {
+    set.add_uses(uses);
+    if (set.round_count_ != 2) return;
+    uses.emplace_back(set.was_seen_, access::compute_write);
+    uses.emplace_back(set.farthest_, access::compute_read);
+  };
+  auto first_uses = [](ClusterRaster& set, std::vector<Use>& uses) {
+    set.add_uses(uses);
+    uses.emplace_back(*set.job_.target, access::compute_write);
+  };
+  // The target is not declared from stage to stage: the largest value wins in any order, and atomics need no
+  // barrier.
+  auto later_uses = [](ClusterRaster& set, std::vector<Use>& uses) { set.add_uses(uses); };
+
+  stage(recorder, names.cull, sets, list_uses,
+        [&](ClusterRaster& set, VkCommandBuffer commands) { set.cull(commands, round); });
+  stage(recorder, names.raster, sets, first_uses,
+        [&](ClusterRaster& set, VkCommandBuffer commands) { set.raster(commands, round); });
+  stage(recorder, names.expand, sets, later_uses, [&](ClusterRaster& set, VkCommandBuffer commands) {
+    set.large_stage(commands, set.expand_, round, offsetof(gpu_types::LargeWork, expand));
+  });
+  stage(recorder, names.tiles, sets, later_uses, [&](ClusterRaster& set, VkCommandBuffer commands) {
+    set.large_stage(commands, set.tiles_, round, offsetof(gpu_types::LargeWork, tiles));
+  });
+}
+
+void ClusterRaster::keep_counts(gpu::Recorder& recorder) {
+  gpu::Buffer& counts = counts_[frame_++ % gpu::kFramesInFlight];
+  recorder.transition({Use(large_, access::transfer_read), Use(work_, access::transfer_read),
+                       Use(counts, access::transfer_write)});
+  const VkBufferCopy large{0, offsetof(Counts, large), sizeof(Counts::large)};
+  vkCmdCopyBuffer(recorder.commands(), large_.get(), counts.get(), 1, &large);
+  const VkDeviceSize one = sizeof(gpu_types::ViewWork);
+  const VkBufferCopy work[2] = {{0, offsetof(Counts, work), one},
+                                {job_.view_count * one, offsetof(Counts, work) + one, one}};
+  vkCmdCopyBuffer(recorder.commands(), work_.get(), counts.get(), 2, work);
+  recorder.transition({Use(counts, access::host_read)});
 }
 
 void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets) {
-  auto stage = [&](const char* name, auto&& add_uses, auto&& commands_of) {
-    std::vector<Use> uses;
-    for (ClusterRaster* set : sets) add_uses(*set, uses);
-    recorder.pass(name, uses, [&](VkCommandBuffer commands) {
-      for (ClusterRaster* set : sets) commands_of(*set, commands);
-    });
-  };
-  auto first_uses = [](ClusterRaster& set, std::vector<Use>& uses) { set.add_uses(uses, false); };
-  auto large_uses = [](ClusterRaster& set, std::vector<Use>& uses) { set.add_uses(uses, true); };
-
   stage(
-      "clear",
+      recorder, "clear", sets,
       [](ClusterRaster& set, std::vector<Use>& uses) {
         uses.emplace_back(set.work_, access::transfer_write);
         uses.emplace_back(set.large_, access::transfer_write);
         uses.emplace_back(*set.job_.target, access::transfer_write);
+        if (set.round_count_ == 2 && set.nothing_seen_)
+          uses.emplace_back(set.was_seen_, access::transfer_write);
       },
       [](ClusterRaster& set, VkCommandBuffer commands) { set.clear(commands); });
-  stage("cull", large_uses, [](ClusterRaster& set, VkCommandBuffer commands) { set.cull(commands); });
-  stage("raster", first_uses, [](ClusterRaster& set, VkCommandBuffer commands) { set.raster(commands); });
-  stage("expand", large_uses, [](ClusterRaster& set, VkCommandBuffer commands) {
-    set.large_stage(commands, set.expand_, offsetof(gpu_types::LargeWork, expand));
-  });
-  stage("tiles", large_uses, [](ClusterRaster& set, VkCommandBuffer commands) {
-    set.large_stage(commands, set.tiles_, offsetof(gpu_types::LargeWork, tiles));
-  });
+  record_round(recorder, sets, 0);
 
-  for (ClusterRaster* set : sets) {
-    gpu::Buffer& seen = set->large_seen_[set->frame_++ % gpu::kFramesInFlight];
-    recorder.transition({Use(set->large_, access::transfer_read), Use(seen, access::transfer_write)});
-    const VkBufferCopy copy{0, 0, sizeof(gpu_types::LargeWork)};
-    vkCmdCopyBuffer(recorder.commands(), set->large_.get(), seen.get(), 1, &copy);
-    recorder.transition({Use(seen, access::host_read)});
+  std::vector<ClusterRaster*> late;
+  std::copy_if(sets.begin(), sets.end(), std::back_inserter(late),
+               [](const ClusterRaster* set) { return set->round_count_ == 2; });
+  if (!late.empty()) {
+    stage(
+        recorder, "farthest depth", late,
+        [](ClusterRaster& set, std::vector<Use>& uses) {
+          uses.emplace_back(*set.job_.target, access::compute_read);
+          uses.emplace_back(set.farthest_, access::compute_write);
+        },
+        [](ClusterRaster& set, VkCommandBuffer commands) { set.find_farthest(commands); });
+    record_round(recorder, late, 1);
   }
+  for (ClusterRaster* set : sets) set->keep_counts(recorder);
 }
 
 }  // namespace fire3dv::passes

@@ -1,6 +1,9 @@
 // Draws the scene's clusters by compute for one set of views: culled, small triangles at once, large ones in
 // tiles. The camera's set covers samples of the visibility buffer, the lights' set texels of their maps.
 // Several sets run through the stages side by side, since each stage ends in a barrier.
+//
+// Where hidden clusters are left out there are two rounds: what was seen in the frame before is drawn early,
+// what is not hidden behind that is drawn late. The image is the same whatever was seen before.
 #pragma once
 
 #include <array>
@@ -15,6 +18,14 @@ namespace fire3dv::passes {
 
 enum class RasterKind : uint8_t { camera_1_sample, camera_4_samples, lights };
 
+// What is left out of drawing. The image is the same with all of them.
+enum class Cull : uint8_t {
+  off,
+  view,       // what is outside the view, turned away or between samples
+  hidden,     // that, and what is behind other things
+  automatic,  // hidden where a scene is so large that it pays
+};
+
 class ClusterRaster {
  public:
   ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind);
@@ -27,30 +38,49 @@ class ClusterRaster {
     VkDeviceAddress views = 0;
     VkDeviceAddress globals = 0;
     uint32_t view_count = 1;
-    bool cull = true;
+    VkExtent2D extent{};  // of the camera's image
+    Cull cull = Cull::automatic;
   };
   // Sizes the lists for the job and uploads what the stages share.
   void begin(gpu::UploadBelt& belt, const Job& job);
+
+  // Of the first view, in a frame that is finished.
+  struct Drawn {
+    uint32_t clusters = 0;
+    uint32_t late_clusters = 0;  // of them those of the second round
+  };
+  const Drawn& drawn() const { return drawn_; }
 
   // Records all stages of several sets.
   static void record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets);
 
  private:
   void make_room(const Job& job);
-  void add_uses(std::vector<gpu::Use>& uses, bool large);
+  void add_uses(std::vector<gpu::Use>& uses);
   void clear(VkCommandBuffer commands);
-  void bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t view) const;
-  void cull(VkCommandBuffer commands) const;
-  void raster(VkCommandBuffer commands) const;
-  void large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, VkDeviceSize arguments) const;
+  void bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round, uint32_t view) const;
+  void cull(VkCommandBuffer commands, uint32_t round) const;
+  void raster(VkCommandBuffer commands, uint32_t round) const;
+  void large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
+                   VkDeviceSize arguments) const;
+  void find_farthest(VkCommandBuffer commands) const;
+  static void record_round(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets, uint32_t round);
+  void read_counts();
+  void keep_counts(gpu::Recorder& recorder);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  gpu::Pipeline cull_, raster_, raster_mask_, expand_, tiles_;
+  const RasterKind kind_;
+  gpu::Pipeline cull_, raster_, raster_mask_, expand_, tiles_, farthest_depth_;
   Job job_;
-  VkDeviceAddress set_ = 0;
-  gpu::Buffer work_, lists_, large_, huge_, prepared_, tile_entries_;
-  std::array<gpu::Buffer, gpu::kFramesInFlight> large_seen_;  // the same slot's last LargeWork
+  uint32_t round_count_ = 1;
+  std::array<VkDeviceAddress, 2> round_sets_{};  // RasterSet
+  gpu::Buffer work_, large_;                     // of each round
+  gpu::Buffer lists_, huge_, prepared_, tile_entries_;
+  gpu::Buffer was_seen_, farthest_;
+  bool nothing_seen_ = true;                              // was_seen_ is new
+  std::array<gpu::Buffer, gpu::kFramesInFlight> counts_;  // what the same slot's last frame counted
+  Drawn drawn_;
   uint64_t frame_ = 0;
   uint32_t huge_capacity_ = 1u << 16;
 };

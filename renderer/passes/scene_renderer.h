@@ -26,7 +26,7 @@ enum class RasterPath : uint8_t {
 
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
-  bool cull = true;
+  Cull cull = Cull::automatic;
   float anisotropy = 1;  // off: images are then the same on all devices
   uint32_t samples = 4;
   ShadowSettings shadows;
@@ -55,6 +55,10 @@ class SceneRenderer {
   VkSampleCountFlagBits samples() const { return samples_; }
   const ShadowWay& shadow_way() const { return shadow_way_; }
   uint64_t shadow_rays() const { return shadows_.rays_traced(); }  // of a frame that is finished
+  // Of a frame that is finished; none on the forward path.
+  ClusterRaster::Drawn clusters_drawn() const {
+    return visibility_ ? visibility_->drawn() : ClusterRaster::Drawn{};
+  }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }
 

@@ -212,7 +212,7 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
 }
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                                        VkDeviceAddress globals, bool cull) {
+                                        VkDeviceAddress globals, Cull cull) {
   if (view_count_ == 0) return nullptr;
   std::vector<Use> uses{Use(views_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);

@@ -66,13 +66,14 @@ void VisibilityPass::set_size(Targets& targets) {
 }
 
 ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view,
-                                       VkDeviceAddress globals, bool cull) {
+                                       VkDeviceAddress globals, Cull cull) {
   const gpu_types::RasterView raster = raster_view(view, extent_);
   ClusterRaster::Job job;
   job.scene = &scene;
   job.target = &visibility_;
   job.views = belt.write(std::span<const gpu_types::RasterView>(&raster, 1)).address;
   job.globals = globals;
+  job.extent = extent_;
   job.cull = cull;
   raster_.begin(belt, job);
   return raster_;

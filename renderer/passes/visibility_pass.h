@@ -21,13 +21,14 @@ class VisibilityPass {
   void set_size(Targets& targets);  // after each change
   // The camera's part of ClusterRaster::record.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals,
-                         bool cull);
+                         Cull cull);
   // Tone-mapped, resolved colour into targets.display; or, for what goes on top, linear samples into
   // targets.hdr, which needs can_leave_samples().
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
              VkDeviceAddress globals, const PostSettings& settings, bool leave_samples);
   bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return visibility_; }
+  const ClusterRaster::Drawn& drawn() const { return raster_.drawn(); }
 
  private:
   gpu::Device& device_;

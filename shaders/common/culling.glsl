@@ -50,10 +50,23 @@ bool is_wanted(GlobalsRef globals, RasterView view, PartRecord part, AffineRows 
 #endif
 }
 
-bool can_be_seen(GlobalsRef globals, RasterView view, PartRecord part, ClusterRecord cluster, AffineRows world_from_node) {
-  const vec3 center = transform_point(world_from_node, cluster.center);
+// Sphere around the cluster, in the world. Of a deformed mesh the sphere around the whole of it is known; a radius of 0
+// says that not even that is.
+vec4 sphere_of_cluster(GlobalsRef globals, PartRecord part, ClusterRecord cluster, AffineRows world_from_node) {
   const float stretch = largest_stretch(world_from_node);
-  const float radius = cluster.radius * stretch * 1.0001;
+  if ((part.flags & FIRE3DV_PART_DEFORMED) == 0) {
+    return vec4(transform_point(world_from_node, cluster.center), cluster.radius * stretch * 1.0001);
+  }
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
+  return vec4(transform_point(world_from_node, primitive.mesh_center), primitive.mesh_radius * stretch * 1.01);
+}
+
+bool can_be_seen(GlobalsRef globals, RasterView view, PartRecord part, ClusterRecord cluster, AffineRows world_from_node,
+                 vec4 sphere) {
+  const bool deformed = (part.flags & FIRE3DV_PART_DEFORMED) != 0;
+  const vec3 center = sphere.xyz;
+  const float radius = sphere.w;
+  if (deformed && !(radius > 0)) return true;
   for (int i = 0; i < 6; ++i) {
     const vec4 plane = view.planes_world[i];
     // The plane's own rounding grows with the distance from the origin.
@@ -62,8 +75,8 @@ bool can_be_seen(GlobalsRef globals, RasterView view, PartRecord part, ClusterRe
 #ifndef FIRE3DV_LIGHTS
   if ((part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0) return true;
 #endif
-  if (cluster.cone_cutoff >= 1 || !scales_evenly(world_from_node)) return true;
-  vec3 axis = transform_direction(world_from_node, cluster.cone_axis) / stretch;
+  if (deformed || cluster.cone_cutoff >= 1 || !scales_evenly(world_from_node)) return true;
+  vec3 axis = transform_direction(world_from_node, cluster.cone_axis) / largest_stretch(world_from_node);
   float slack = 1e-3;
 #ifdef FIRE3DV_LIGHTS
   // Of a closed mesh, a light's map holds the triangles that face away from the light; of others all.

@@ -57,22 +57,37 @@ struct TileEntry {
   uint tile;      // x | y << 16
 };
 
+// Where hidden clusters are left out, those that were seen in the frame before are drawn first. What is left is drawn
+// unless it is behind these, for certain.
+#define FIRE3DV_ROUND_ONLY 0u
+#define FIRE3DV_ROUND_EARLY 1u
+#define FIRE3DV_ROUND_LATE 2u
+
 // All that the raster shaders share for one set of views.
 struct RasterSet {
   FIRE3DV_ADDRESS views;  // RasterView[]
   FIRE3DV_ADDRESS work;   // ViewWork[]
-  FIRE3DV_ADDRESS
-      lists;  // uint[view][cluster instance]: solid ones from the front, masked ones from the back
+  FIRE3DV_ADDRESS lists;  // uint[view][cluster instance]: solid ones in front, masked ones at the back
   FIRE3DV_ADDRESS large;     // LargeWork
   FIRE3DV_ADDRESS huge;      // HugeTriangle[]
   FIRE3DV_ADDRESS prepared;  // PreparedTriangle[]
   FIRE3DV_ADDRESS tiles;     // TileEntry[]
   FIRE3DV_ADDRESS target;    // uint64_t[pixel][sample] of the camera; uint[] of the lights
+  FIRE3DV_ADDRESS was_seen;  // uint[cluster instance]: 1 = in view and not hidden, by the frame before
+  FIRE3DV_ADDRESS farthest;  // float[]: of blocks of pixels, see common/farthest_depth.glsl
   uint instance_count;
   uint huge_capacity;
   uint prepared_capacity;
   uint tile_capacity;
-  uint cull;  // 0: every cluster is drawn
+  uint cull;   // 0: every cluster is drawn
+  uint round;  // FIRE3DV_ROUND_*
+};
+
+struct FarthestDepthPush {
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS farthest;    // float[], written
+  uint width;                  // of the image
+  uint height;
 };
 
 struct RasterPush {

@@ -80,12 +80,15 @@ TEST_F(Determinism, CullingMakesNoDifference) {
       SCOPED_TRACE(testing::Message()
                    << samples << " samples, method " << static_cast<int>(method) << ", " << hybrid);
       passes::DrawSettings settings = shadowed_by(method, hybrid, samples);
+      settings.cull = passes::Cull::hidden;
       ProofBench culled({64, 48}, settings);
-      settings.cull = false;
+      settings.cull = passes::Cull::off;
       ProofBench whole({64, 48}, settings);
       culled.show(scene);
       whole.show(scene);
-      for (int i = 0; i < 4; ++i) {
+      // The first view is seen by a renderer that has seen nothing, the others by one that has seen another
+      // one, the last by one that has just seen the same.
+      for (int i : {0, 1, 2, 3, 3}) {
         const float angle = 1.570796f * static_cast<float>(i);
         const glm::vec3 eye(1.6f * std::cos(angle), 0.1f + 0.4f * static_cast<float>(i),
                             1.6f * std::sin(angle));
@@ -94,6 +97,58 @@ TEST_F(Determinism, CullingMakesNoDifference) {
             << "view " << i;
       }
     }
+  }
+}
+
+// A wall stands before half of a crowd; on the other side one far ball is too small for any sample.
+TEST_F(Determinism, WhatIsHiddenIsLeftOut) {
+  SceneBuilder builder;
+  const uint32_t white = builder.material(matte({0.8f, 0.8f, 0.8f}));
+  const uint32_t ball = builder.sphere(white, 0.1f, 48);
+  for (int i = 0; i < 40; ++i) {
+    const float x = 0.12f * static_cast<float>(i % 20 - 10) + 0.06f, z = i < 20 ? 0.0f : -0.3f;
+    builder.mesh_node("ball" + std::to_string(i), ball, at({x, 0.1f, z}));
+  }
+  builder.mesh_node("wall", builder.box(white, {1.0f, 0.5f, 0.01f}), at({-1.1f, 0.2f, 0.5f}));
+  builder.camera_node("camera", {0, 0.3f, 2.2f}, {0, 0.1f, 0});
+  const scene::Scene scene = builder.build();
+  passes::DrawSettings settings = plain_settings();
+  const auto clusters_of = [&](passes::Cull cull, sinks::FrameImage& image) {
+    settings.cull = cull;
+    RenderBench bench(scene, {160, 120}, settings);
+    for (int i = 0; i < 6; ++i) image = bench.draw_at_rest();  // so long that counts have come back
+    return bench.renderer().clusters_drawn();
+  };
+  sinks::FrameImage all, in_view, seen;
+  const uint32_t all_clusters = clusters_of(passes::Cull::off, all).clusters;
+  const uint32_t view_clusters = clusters_of(passes::Cull::view, in_view).clusters;
+  const passes::ClusterRaster::Drawn drawn = clusters_of(passes::Cull::hidden, seen);
+  EXPECT_LT(view_clusters, all_clusters * 9 / 10) << "the far sides of balls are turned away";
+  EXPECT_LT(drawn.clusters, view_clusters * 3 / 4) << "a wall hides nearly half of them";
+  EXPECT_GT(drawn.clusters, view_clusters / 4);
+  EXPECT_EQ(drawn.late_clusters, 0u) << "nothing has moved";
+  EXPECT_TRUE(matches_image(in_view, all, "determinism_view", Tolerance::exact()));
+  EXPECT_TRUE(matches_image(seen, all, "determinism_hidden", Tolerance::exact()));
+}
+
+// A dense ball so far away that it lies between the samples of one pixel.
+TEST_F(Determinism, WhatFallsBetweenSamplesIsLeftOut) {
+  SceneBuilder builder;
+  const uint32_t white = builder.material(matte({0.8f, 0.8f, 0.8f}));
+  builder.mesh_node("far", builder.sphere(white, 0.01f, 64), at({0.02f, 0.01f, -20}));
+  builder.camera_node("camera", {0, 0, 0}, {0, 0, -1});
+  const scene::Scene scene = builder.build();
+  for (uint32_t samples : {1u, 4u}) {
+    passes::DrawSettings settings = plain_settings();
+    settings.samples = samples;
+    settings.cull = passes::Cull::view;
+    RenderBench culled(scene, {64, 48}, settings);
+    sinks::FrameImage image;
+    for (int i = 0; i < 6; ++i) image = culled.draw_at_rest();
+    EXPECT_EQ(culled.renderer().clusters_drawn().clusters, 0u) << samples;
+    settings.cull = passes::Cull::off;
+    RenderBench whole(scene, {64, 48}, settings);
+    EXPECT_TRUE(matches_image(image, whole.draw_at_rest(), "determinism_between", Tolerance::exact()));
   }
 }
 
@@ -109,13 +164,13 @@ TEST_F(Determinism, TheFirstImageHasAllThatLaterOnesHave) {
   builder.camera_node("camera", {0, 0, 0}, {0, 0, -1});
   const scene::Scene scene = builder.build();
   passes::DrawSettings settings = plain_settings();
-  settings.cull = false;
+  settings.cull = passes::Cull::off;
   RenderBench whole(scene, {64, 48}, settings);
   const sinks::FrameImage first = whole.draw_at_rest();
   for (int i = 0; i < 4; ++i) {
     EXPECT_TRUE(matches_image(whole.draw_at_rest(), first, "determinism_warm", Tolerance::exact()));
   }
-  settings.cull = true;
+  settings.cull = passes::Cull::hidden;
   RenderBench culled(scene, {64, 48}, settings);
   EXPECT_TRUE(matches_image(culled.draw_at_rest(), first, "determinism_first", Tolerance::exact()));
 }
