@@ -39,10 +39,12 @@ void main() {
   if (inside) {
     uint known = FIRE3DV_NO_INDEX;  // all lit
     const PixelIds ids = pixel_ids(push.visibility, entry.pixel);
-    for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      const uint same = samples_of_triangle(ids, s);
-      if (ids.at[s] == 0 || same == 0) continue;
-      const SurfacePoint point = shadow_point(globals, ids.at[s], same, entry.pixel);
+    uint open = kAllSamples & ~samples_with(ids, 0);
+    while (open != 0) {
+      const int s = findLSB(open);
+      const uint id = id_of_sample(ids, s), same = samples_with(ids, id);
+      open &= ~same;
+      const SurfacePoint point = shadow_point(globals, id, same, entry.pixel);
       if ((MaterialRef(globals.value.materials).at[point.material].flags & FIRE3DV_MATERIAL_UNLIT) != 0) continue;
       for (uint i = 0; i < globals.value.light_count; ++i) {
         const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
@@ -54,7 +56,7 @@ void main() {
         uint verdict = kUnknown;
         if (push.hybrid != 0 && shadow.rays == 1) {
           const ShadowRay ray = shadow_ray(globals, point, record, light);
-          verdict = map_verdict(globals, shadow, part_of_id(globals, ids.at[s]), ray.origin, point.plane_normal_world, ray.light);
+          verdict = map_verdict(globals, shadow, part_of_id(globals, id), ray.origin, point.plane_normal_world, ray.light);
         }
         if (verdict == kLit) continue;
         if (shadow.rays == 1) {

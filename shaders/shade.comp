@@ -53,12 +53,13 @@ void main() {
   if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;
   const PixelIds ids = pixel_ids(push.visibility, pixel.y * globals.value.width + pixel.x);
   vec3 sum = vec3(0);
-  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-    const uint same = samples_of_triangle(ids, s);
-    if (same == 0) continue;
+  uint open = kAllSamples;
+  while (open != 0) {
+    const int s = findLSB(open);
+    const uint id = id_of_sample(ids, s), same = samples_with(ids, id);
+    open &= ~same;
     shaded_sample = s;
-    const vec3 color =
-        ids.at[s] == 0 ? background_of(globals, pixel) : shaded(globals, ids.at[s], place_of_samples(pixel, same));
+    const vec3 color = id == 0 ? background_of(globals, pixel) : shaded(globals, id, place_of_samples(pixel, same));
 #ifndef FIRE3DV_UNRESOLVED
     sum += display_linear(color, push.exposure, push.tone_map) * bitCount(same);
 #elif FIRE3DV_SAMPLES == 4

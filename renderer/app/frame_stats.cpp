@@ -9,10 +9,10 @@ namespace {
 
 // Passes in the order of a frame. One that did not run in an image is 0 there.
 constexpr const char* kColumns[] = {
-    "drives",      "poses",       "transforms",  "draws",      "deform",    "deformed blas", "tlas",
-    "light views", "clear",       "cull",        "raster",     "expand",    "tiles",         "farthest depth",
-    "late cull",   "late raster", "late expand", "late tiles", "classify",  "trace",         "shade",
-    "depth",       "forward",     "post",        "fxaa",       "read-back", "window"};
+    "drives",      "poses",       "transforms",  "draws",      "deform",   "deformed blas", "tlas",
+    "light views", "clear",       "cull",        "raster",     "expand",   "tiles",         "farthest depth",
+    "late cull",   "late raster", "late expand", "late tiles", "surfaces", "classify",      "trace",
+    "shade",       "depth",       "forward",     "post",       "fxaa",     "read-back",     "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;

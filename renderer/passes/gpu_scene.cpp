@@ -190,6 +190,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
 
   const MaterialRecords records = material_records(scene.materials);
   materials = upload_array(device, loader, records.materials);
+  has_extensions = !records.extensions.empty();
   material_extensions = upload_array(device, loader, records.extensions);
 
   primitive_shift_of_node.assign(node_count, 0);

@@ -45,6 +45,7 @@ struct GpuScene {
   uint32_t cluster_instance_count = 0;
   bool has_on_top = false;  // something that only the forward pass draws
   bool has_masked = false;
+  bool has_extensions = false;  // materials with more than glTF's core
 
   gpu::Buffer positions, vertices, indices;  // in cluster order
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances;

@@ -26,6 +26,26 @@ uint32_t extension_flags(const scene::Material& material) {
          (material.clearcoat > 0 ? FIRE3DV_MATERIAL_CLEARCOAT : 0);
 }
 
+// What shading has to fetch for the material's textures.
+uint32_t texture_flags(const scene::Material& material) {
+  uint32_t flags = 0;
+  for (const scene::TextureRef* texture :
+       {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+        &material.occlusion_texture, &material.emissive_texture, &material.specular_texture,
+        &material.specular_color_texture, &material.clearcoat_texture, &material.clearcoat_roughness_texture,
+        &material.clearcoat_normal_texture, &material.sheen_color_texture, &material.sheen_roughness_texture,
+        &material.transmission_texture}) {
+    if (texture->texture == scene::kNone) continue;
+    flags |= FIRE3DV_MATERIAL_TEXTURED;
+    if (texture->uv_set != 0) flags |= FIRE3DV_MATERIAL_SECOND_UV;
+  }
+  if (material.normal_texture.texture != scene::kNone ||
+      material.clearcoat_normal_texture.texture != scene::kNone) {
+    flags |= FIRE3DV_MATERIAL_NORMAL_MAPPED;
+  }
+  return flags;
+}
+
 bool is_extended(const scene::Material& material) {
   const scene::Material core;
   return !material.unlit &&
@@ -70,7 +90,7 @@ gpu_types::MaterialRecord material_record(const scene::Material& material) {
                  (material.unlit ? FIRE3DV_MATERIAL_UNLIT : 0) |
                  (material.alpha_mode == scene::AlphaMode::mask ? FIRE3DV_MATERIAL_MASK : 0) |
                  (material.alpha_mode == scene::AlphaMode::blend ? FIRE3DV_MATERIAL_BLEND : 0);
-  record.flags |= extension_flags(material);
+  record.flags |= extension_flags(material) | texture_flags(material);
   record.extension = FIRE3DV_NO_INDEX;
   record.base_color_texture = texture_use(material.base_color_texture);
   record.metallic_roughness_texture = texture_use(material.metallic_roughness_texture);

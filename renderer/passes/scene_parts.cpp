@@ -8,6 +8,12 @@
 namespace fire3dv::passes {
 namespace {
 
+bool is_colored(const scene::Scene& scene, const scene::Primitive& primitive) {
+  const auto first = scene.attributes.begin() + primitive.first_vertex;
+  return std::any_of(first, first + primitive.vertex_count,
+                     [](const scene::VertexAttributes& v) { return v.color != glm::vec4(1); });
+}
+
 uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
   const scene::Primitive& p = scene.primitives[primitive];
   const scene::Material& material = scene.materials[p.material];
@@ -15,7 +21,8 @@ uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::
   const bool on_top = p.topology != scene::Topology::triangles || alpha_mode == scene::AlphaMode::blend;
   return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
          (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
-         (on_top ? FIRE3DV_PART_ON_TOP : 0) | (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
+         (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) | (on_top ? FIRE3DV_PART_ON_TOP : 0) |
+         (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
          (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
 }

@@ -105,6 +105,7 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
   ClusterRaster* maps = shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull);
   if (maps) sets.push_back(maps);
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
+  if (camera_too) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
 }
 
 void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
@@ -149,6 +150,7 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.world_from_ndc_x = view.world_from_ndc_x;
   globals.world_from_ndc_y = view.world_from_ndc_y;
   globals.world_from_ndc_origin = view.world_from_ndc_origin;
+  globals.half_pixel_depth = half_pixel_depth(view, targets_->extent.height);
   globals.part_count = scene.part_count;
   shadows_.describe_to(globals, masked);
   globals.width = targets_->extent.width;

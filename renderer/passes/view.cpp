@@ -74,6 +74,17 @@ NearWindow near_window(const View& view) {
   return window;
 }
 
+glm::vec2 half_pixel_depth(const View& view, uint32_t image_height) {
+  const glm::mat4 rows = glm::transpose(view.clip_from_world);
+  const glm::vec3 y(rows[1]), z(rows[2]), w(rows[3]);
+  // Half a pixel, in metres for each metre of distance; or in metres.
+  const float half_pixel = 1 / (static_cast<float>(image_height) * glm::length(y));
+  if (view.orthographic) return {0, half_pixel * glm::length(z)};
+  // z / w = b / w - a: a step dw in distance changes it by (z / w + a) dw / w.
+  const float a = -glm::dot(z, w) / glm::dot(w, w);
+  return {half_pixel, half_pixel * a};
+}
+
 glm::mat4 look_at_pose(const glm::vec3& eye, const glm::vec3& target) {
   const glm::vec3 back = glm::normalize(eye - target);
   const glm::vec3 up = std::abs(back.y) > 0.999f ? glm::vec3(0, 0, back.y > 0 ? -1 : 1) : glm::vec3(0, 1, 0);

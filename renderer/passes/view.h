@@ -27,6 +27,9 @@ struct NearWindow {
 };
 NearWindow near_window(const View& view);
 
+// How far half the width of a pixel is in depth, for a surface at depth z: x * z + y.
+glm::vec2 half_pixel_depth(const View& view, uint32_t image_height);
+
 // Vulkan's clip space: y down, depth 1 at the near plane and 0 at the far one.
 glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect);
 View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, float image_aspect);

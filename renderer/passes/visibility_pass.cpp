@@ -1,6 +1,7 @@
 #include "renderer/passes/visibility_pass.h"
 
 #include <array>
+#include <string>
 
 #include "shaders/shared/bindings.h"
 
@@ -40,11 +41,11 @@ VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
                                VkDescriptorSetLayout scene_set_layout, uint32_t samples)
     : device_(device),
       samples_(samples),
+      layout_(layout),
       raster_(device, layout, samples == 4 ? RasterKind::camera_4_samples : RasterKind::camera_1_sample),
       image_set_layout_(create_image_set_layout(device)) {
   shade_layout_ = gpu::create_pipeline_layout(device, std::array{scene_set_layout, image_set_layout_.get()});
-  shade_ = gpu::create_compute_pipeline(device, shade_layout_.get(),
-                                        samples == 4 ? "shade_4.comp" : "shade_1.comp");
+  if (samples == 4) surfaces_ = gpu::create_compute_pipeline(device, layout, "surfaces.comp");
 }
 
 void VisibilityPass::set_size(Targets& targets) {
@@ -79,12 +80,33 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, c
   return raster_;
 }
 
+void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, VkDeviceAddress globals) {
+  if (!surfaces_) return;
+  std::vector<Use> uses{Use(visibility_, access::compute_write)};
+  scene.add_reads(uses, access::compute_read);
+  recorder.pass("surfaces", uses, [&](VkCommandBuffer commands) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, surfaces_.get());
+    const VkDescriptorSet set = scene.textures.set();
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
+    const gpu_types::SurfacesPush push{globals, visibility_.address};
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+  });
+}
+
+VkPipeline VisibilityPass::shade_pipeline(bool core_materials, bool leave_samples) {
+  gpu::Pipeline& pipeline = shade_[(core_materials ? 2 : 0) + (leave_samples ? 1 : 0)];
+  if (!pipeline) {
+    const std::string shader = std::string("shade") + (core_materials ? "_core" : "") +
+                               (leave_samples ? "_unresolved" : "") + (samples_ == 4 ? "_4.comp" : "_1.comp");
+    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader);
+  }
+  return pipeline.get();
+}
+
 void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
                            VkDeviceAddress globals, const PostSettings& settings, bool leave_samples) {
-  if (leave_samples && !shade_samples_) {
-    shade_samples_ = gpu::create_compute_pipeline(
-        device_, shade_layout_.get(), samples_ == 4 ? "shade_unresolved_4.comp" : "shade_unresolved_1.comp");
-  }
+  const VkPipeline pipeline = shade_pipeline(!scene.has_extensions, leave_samples);
   gpu_types::ShadePush push{};
   push.globals = globals;
   push.visibility = visibility_.address;
@@ -95,8 +117,7 @@ void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass&
   scene.add_reads(uses, access::compute_read);
   shadows.add_reads(uses, access::compute_read);
   recorder.pass("shade", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE,
-                      (leave_samples ? shade_samples_ : shade_).get());
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     const VkDescriptorSet sets[] = {scene.textures.set(), image_set_.get()};
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
                             nullptr);

@@ -2,6 +2,8 @@
 // ids.
 #pragma once
 
+#include <array>
+
 #include "renderer/gpu/descriptors.h"
 #include "renderer/passes/cluster_raster.h"
 #include "renderer/passes/post_pass.h"
@@ -22,6 +24,9 @@ class VisibilityPass {
   // The camera's part of ClusterRaster::record.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals,
                          Cull cull);
+  // Of what was drawn: makes one surface of neighbouring triangles that share a pixel. Before all that
+  // follows.
+  void merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, VkDeviceAddress globals);
   // Tone-mapped, resolved colour into targets.display; or, for what goes on top, linear samples into
   // targets.hdr, which needs can_leave_samples().
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
@@ -31,12 +36,16 @@ class VisibilityPass {
   const ClusterRaster::Drawn& drawn() const { return raster_.drawn(); }
 
  private:
+  VkPipeline shade_pipeline(bool core_materials, bool leave_samples);
+
   gpu::Device& device_;
   uint32_t samples_;
+  VkPipelineLayout layout_;
   ClusterRaster raster_;
+  gpu::Pipeline surfaces_;  // of 4 samples
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  gpu::Pipeline shade_, shade_samples_;  // the second is made when it is first used
+  std::array<gpu::Pipeline, 4> shade_;  // made when they are first used
   gpu::DescriptorSet image_set_;
   VkExtent2D extent_{};
   gpu::Buffer visibility_;  // uint64_t[pixel][sample]

@@ -6,26 +6,39 @@
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };  // id, depth
 
-struct PixelIds {
-  uint at[FIRE3DV_SAMPLES];  // of each sample; 0 = background
-};
+// Ids of a pixel's samples; 0 = background. Kept in one vector: an array that is indexed by a variable would live in
+// memory.
+#if FIRE3DV_SAMPLES == 4
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer SamplePairRef { uvec4 at[]; };
+#define PixelIds uvec4
+const uint kAllSamples = 15;
 
 PixelIds pixel_ids(uint64_t visibility, uint pixel) {
-  PixelIds ids;
-  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) ids.at[s] = SampleRef(visibility).at[pixel * FIRE3DV_SAMPLES + s].x;
-  return ids;
+  SamplePairRef pairs = SamplePairRef(visibility);
+  const uvec4 low = pairs.at[2 * pixel], high = pairs.at[2 * pixel + 1];
+  return uvec4(low.xz, high.xz);
 }
 
-// Samples of this one's triangle, as bits; 0 when an earlier sample stands for it.
-uint samples_of_triangle(PixelIds ids, int first) {
-  uint same = 0;
-  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-    if (ids.at[s] != ids.at[first]) continue;
-    if (s < first) return 0;
-    same |= 1u << s;
-  }
-  return same;
+vec4 pixel_depths(uint64_t visibility, uint pixel) {
+  SamplePairRef pairs = SamplePairRef(visibility);
+  const uvec4 low = pairs.at[2 * pixel], high = pairs.at[2 * pixel + 1];
+  return uintBitsToFloat(uvec4(low.yw, high.yw));
 }
+
+uint id_of_sample(PixelIds ids, int s) { return s < 2 ? (s == 0 ? ids.x : ids.y) : (s == 2 ? ids.z : ids.w); }
+
+// As bits.
+uint samples_with(PixelIds ids, uint id) {
+  return (ids.x == id ? 1u : 0u) | (ids.y == id ? 2u : 0u) | (ids.z == id ? 4u : 0u) | (ids.w == id ? 8u : 0u);
+}
+#else
+#define PixelIds uint
+const uint kAllSamples = 1;
+
+PixelIds pixel_ids(uint64_t visibility, uint pixel) { return SampleRef(visibility).at[pixel].x; }
+uint id_of_sample(PixelIds ids, int s) { return ids; }
+uint samples_with(PixelIds ids, uint id) { return ids == id ? 1u : 0u; }
+#endif
 
 // Where in the image the triangle is looked at, in pixels.
 vec2 place_of_samples(uvec2 pixel, uint same) {

@@ -8,6 +8,14 @@
 #include "common/lights.glsl"
 #include "common/surface_point.glsl"
 
+// Variant FIRE3DV_CORE_MATERIALS is for scenes without the extensions that add lobes: half of the registers, and so more
+// pixels in flight.
+#ifdef FIRE3DV_CORE_MATERIALS
+const bool kExtensions = false;
+#else
+const bool kExtensions = true;
+#endif
+
 // Defined by the shader that includes this: the share of a light that reaches the point, 0 to 1.
 float light_visibility(uint light_index, LightSample light, SurfacePoint point);
 
@@ -58,7 +66,7 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
   const float metallic = clamp(material.metallic * metallic_roughness.b, 0, 1);
   vec3 dielectric_f0 = vec3(0.04);
   float dielectric_f90 = 1;
-  const bool extended = material.extension != FIRE3DV_NO_INDEX;
+  const bool extended = kExtensions && material.extension != FIRE3DV_NO_INDEX;
   MaterialExtensionRecord extension;
   if (extended) {
     extension = MaterialExtensionRef(globals.value.material_extensions).at[material.extension];

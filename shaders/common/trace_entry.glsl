@@ -7,10 +7,12 @@
 void trace_entry(GlobalsRef globals, uint64_t visibility, RayEntry entry) {
   const PixelIds ids = pixel_ids(visibility, entry.pixel);
   uint lit = 0;
-  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-    const uint same = samples_of_triangle(ids, s);
-    if (ids.at[s] == 0 || same == 0) continue;
-    const SurfacePoint point = shadow_point(globals, ids.at[s], same, entry.pixel);
+  uint open = kAllSamples & ~samples_with(ids, 0);
+  while (open != 0) {
+    const int s = findLSB(open);
+    const uint id = id_of_sample(ids, s), same = samples_with(ids, id);
+    open &= ~same;
+    const SurfacePoint point = shadow_point(globals, id, same, entry.pixel);
     for (uint i = 0; i < globals.value.light_count; ++i) {
       const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
       const uint bit = 1u << (shadow.rays == 1 ? shadow.mask_shift + s : s);

@@ -54,6 +54,14 @@ vec3 inside(vec3 barycentrics) {
   return b / (b.x + b.y + b.z);
 }
 
+// Weights of a point in the triangle's plane, in it or, where the triangle stands for its neighbours, about its own size
+// outside.
+vec3 nearby(vec3 barycentrics) {
+  const vec3 from_middle = barycentrics - 1.0 / 3;
+  const vec3 size = abs(from_middle);
+  return from_middle * min(1, 2 / max(size.x, max(size.y, size.z))) + 1.0 / 3;
+}
+
 // How barycentrics change from a pixel's middle to the next one's, right and down: within blocks of 2 x 2 pixels, as the
 // raster pipeline finds derivatives, so that both choose the same texels.
 void barycentric_changes(VisibleTriangle t, vec2 place, vec2 size, out vec3 dx, out vec3 dy) {
@@ -64,17 +72,36 @@ void barycentric_changes(VisibleTriangle t, vec2 place, vec2 size, out vec3 dx, 
   dy = (barycentrics_at(t, middle + vec2(0, step.y), size) - here) * step.y;
 }
 
-vec4 uv_at(VertexRecord v[3], vec3 b) {
-  return vec4(v[0].uv0, v[0].uv1) * b.x + vec4(v[1].uv0, v[1].uv1) * b.y + vec4(v[2].uv0, v[2].uv1) * b.z;
+// Of the three vertices; the second set is not fetched where no texture uses it.
+struct TriangleUv {
+  vec4 at[3];
+};
+
+TriangleUv triangle_uv(GlobalsRef globals, VisibleTriangle t, uint material_flags) {
+  VertexRef vertices = VertexRef(globals.value.vertices);
+  const bool second = (material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0;
+  TriangleUv uv;
+  for (int i = 0; i < 3; ++i) {
+    uv.at[i] = vec4(vertices.at[t.vertex[i]].uv0, second ? vertices.at[t.vertex[i]].uv1 : vec2(0));
+  }
+  return uv;
+}
+
+vec4 uv_at(TriangleUv uv, vec3 b) { return uv.at[0] * b.x + uv.at[1] * b.y + uv.at[2] * b.z; }
+
+vec4 color_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
+  if ((t.part.flags & FIRE3DV_PART_COLORED) == 0) return vec4(1);
+  VertexRef vertices = VertexRef(globals.value.vertices);
+  return vertices.at[t.vertex[0]].color * b.x + vertices.at[t.vertex[1]].color * b.y + vertices.at[t.vertex[2]].color * b.z;
 }
 
 SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec2 size = vec2(globals.value.width, globals.value.height);
-  const vec3 b = inside(barycentrics_at(t, pixel, size));
+  const vec3 b = nearby(barycentrics_at(t, pixel, size));
   vec3 b_dx, b_dy;
   barycentric_changes(t, pixel, size, b_dx, b_dy);
-  VertexRecord v[3];
-  for (int i = 0; i < 3; ++i) v[i] = VertexRef(globals.value.vertices).at[t.vertex[i]];
+  VertexRef vertices = VertexRef(globals.value.vertices);
+  const uint flags = MaterialRef(globals.value.materials).at[t.material].flags;
 
   SurfacePoint point;
   point.material = t.material;
@@ -82,14 +109,23 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec3 along_x = t.world[0] * b_dx.x + t.world[1] * b_dx.y + t.world[2] * b_dx.z;
   const vec3 along_y = t.world[0] * b_dy.x + t.world[1] * b_dy.y + t.world[2] * b_dy.z;
   point.pixel_size_m = min(length(along_x), length(along_y));
-  point.uv = uv_at(v, b);
-  point.uv_dx = uv_at(v, b_dx);
-  point.uv_dy = uv_at(v, b_dy);
-  point.color = v[0].color * b.x + v[1].color * b.y + v[2].color * b.z;
-  point.normal_world = normalize(
-      transform_normal(t.world_from_node, v[0].normal * b.x + v[1].normal * b.y + v[2].normal * b.z));
-  const vec4 tangent = v[0].tangent * b.x + v[1].tangent * b.y + v[2].tangent * b.z;
-  point.tangent_world = vec4(transform_direction(t.world_from_node, tangent.xyz), tangent.w);
+  point.uv = point.uv_dx = point.uv_dy = vec4(0);
+  if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
+    const TriangleUv uv = triangle_uv(globals, t, flags);
+    point.uv = uv_at(uv, b);
+    point.uv_dx = uv_at(uv, b_dx);
+    point.uv_dy = uv_at(uv, b_dy);
+  }
+  point.color = color_at(globals, t, b);
+  point.normal_world = normalize(transform_normal(
+      t.world_from_node, vertices.at[t.vertex[0]].normal * b.x + vertices.at[t.vertex[1]].normal * b.y +
+                             vertices.at[t.vertex[2]].normal * b.z));
+  point.tangent_world = vec4(0);
+  if ((flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
+    const vec4 tangent = vertices.at[t.vertex[0]].tangent * b.x + vertices.at[t.vertex[1]].tangent * b.y +
+                         vertices.at[t.vertex[2]].tangent * b.z;
+    point.tangent_world = vec4(transform_direction(t.world_from_node, tangent.xyz), tangent.w);
+  }
 
   // Which side is seen follows from the winding, as for the raster pipeline; a reflection swaps the sides.
   vec3 plane = cross(t.world[1] - t.world[0], t.world[2] - t.world[0]);
@@ -109,14 +145,13 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
 // The test of an alpha-masked surface at a place of an image of this size.
 bool is_solid_at(GlobalsRef globals, VisibleTriangle t, vec2 pixel, vec2 size) {
   const vec3 b = inside(barycentrics_at(t, pixel, size));
-  VertexRecord v[3];
-  for (int i = 0; i < 3; ++i) v[i] = VertexRef(globals.value.vertices).at[t.vertex[i]];
-  const vec4 uv = uv_at(v, b);
   vec3 b_dx, b_dy;
   barycentric_changes(t, pixel, size, b_dx, b_dy);
   const MaterialRecord material = MaterialRef(globals.value.materials).at[t.material];
-  const float vertex_alpha = v[0].color.a * b.x + v[1].color.a * b.y + v[2].color.a * b.z;
-  const float alpha = material.base_color.a * vertex_alpha * sample_or(material.base_color_texture, uv, uv_at(v, b_dx), uv_at(v, b_dy), vec4(1)).a;
+  const TriangleUv uv = triangle_uv(globals, t, material.flags);
+  const float alpha =
+      material.base_color.a * color_at(globals, t, b).a *
+      sample_or(material.base_color_texture, uv_at(uv, b), uv_at(uv, b_dx), uv_at(uv, b_dy), vec4(1)).a;
   return alpha >= material.alpha_cutoff;
 }
 

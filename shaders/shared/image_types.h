@@ -30,6 +30,11 @@ struct PostPush {
   uint tone_map;
 };
 
+struct SurfacesPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample], ids read and written
+};
+
 struct ShadePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]

@@ -46,6 +46,7 @@ struct Globals {
   vec3 world_from_ndc_x;  // the direction of the ray through a pixel is x * ndc.x + y * ndc.y + origin
   vec3 world_from_ndc_y;
   vec3 world_from_ndc_origin;
+  vec2 half_pixel_depth;  // how far half a pixel's width is in depth, at depth z: x * z + y
   uint shadows;  // FIRE3DV_SHADOWS_*
   uint width;    // of the image
   uint height;
