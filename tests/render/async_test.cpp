@@ -114,7 +114,7 @@ TEST_F(Async, TheFrameWaitsWhereRaysAreTracedAndNotBefore) {
   ASSERT_EQ(times.size(), 1u);
   const Names passes = passes_of(times[0], false);
   const auto wait = std::find(passes.begin(), passes.end(), "tlas wait");
-  ASSERT_NE(wait, passes.end());
+  ASSERT_GT(passes.end() - wait, 1);
   EXPECT_EQ(*(wait + 1), "trace");
   for (const char* beside : {"cull", "raster", "tiles", "classify"}) {
     EXPECT_LT(std::find(passes.begin(), passes.end(), beside), wait) << beside;
