@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace fire3dv::gpu {
-
 namespace {
 
 CommandPool create_pool(Device& device, uint32_t queue_family) {

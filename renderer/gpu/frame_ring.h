@@ -24,8 +24,8 @@ struct PassTime {
   bool aside;  // on the side queue, beside others
 };
 
-// GPU times of one finished frame. Passes of the side queue lie within the frame's span, and within none of
-// the main queue's passes: times of the two together may sum up to more than the frame's.
+// GPU times of one finished frame. What ran on the side queue did so within the frame's span, but beside
+// other passes: all together may sum up to more than the frame.
 struct FrameTimes {
   uint64_t frame_index = 0;
   std::vector<PassTime> passes;
