@@ -71,6 +71,9 @@ FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::Pose
   std::fprintf(stderr, "fire3dv: drawn %s, %u samples a pixel, shadows by %s\n",
                compute ? "from a visibility buffer" : "forward", static_cast<uint32_t>(renderer_.samples()),
                passes::describe(renderer_.shadow_way()));
+  if (renderer_.traces()) {
+    std::fprintf(stderr, "fire3dv: what rays meet is built %s\n", gpu::describe(device.queues().side));
+  }
 }
 
 Result<void> FrameLoop::run() {

@@ -7,12 +7,14 @@
 namespace fire3dv::app {
 namespace {
 
-// Passes in the order of a frame. One that did not run in an image is 0 there.
+// Passes in the order of a frame. One that did not run in an image is 0 there. Where the acceleration
+// structures are built on another queue, "tlas wait" is how long the main one stood still for them.
 constexpr const char* kColumns[] = {
-    "drives",      "poses",       "transforms",  "draws",      "deform",   "deformed blas", "tlas",
-    "light views", "clear",       "cull",        "raster",     "expand",   "tiles",         "farthest depth",
-    "late cull",   "late raster", "late expand", "late tiles", "surfaces", "classify",      "trace",
-    "shade",       "depth",       "forward",     "post",       "fxaa",     "read-back",     "window"};
+    "drives",   "poses",          "transforms", "draws",       "deform",      "deformed blas",
+    "tlas",     "light views",    "clear",      "cull",        "raster",      "expand",
+    "tiles",    "farthest depth", "late cull",  "late raster", "late expand", "late tiles",
+    "surfaces", "classify",       "tlas wait",  "trace",       "shade",       "depth",
+    "forward",  "post",           "fxaa",       "read-back",   "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
@@ -23,7 +25,7 @@ double at_fraction(std::vector<double> values, double fraction) {
 
 std::string line(const char* what, const RecentTimes& times) {
   char text[160];
-  std::snprintf(text, sizeof text, "  %-12s median %8.2f ms   p95 %8.2f ms\n", what,
+  std::snprintf(text, sizeof text, "  %-21s median %8.2f ms   p95 %8.2f ms\n", what,
                 at_fraction(times.values(), 0.5), at_fraction(times.values(), 0.95));
   return text;
 }
@@ -61,7 +63,10 @@ void FrameStats::add(const FrameCost& cost) {
 
 void FrameStats::add(const gpu::FrameTimes& times) {
   gpu_ms_.push_back(times.total_ms);
-  for (const gpu::PassTime& pass : times.passes) pass_ms_[pass.name].push_back(pass.milliseconds);
+  for (const gpu::PassTime& pass : times.passes) {
+    pass_ms_[pass.name].push_back(pass.milliseconds);
+    if (pass.aside) aside_.insert(pass.name);
+  }
   const auto cost = waiting_.find(times.frame_index);
   if (cost == waiting_.end()) return;
   write_row(cost->second, times);
@@ -73,7 +78,7 @@ void FrameStats::write_row(const FrameCost& cost, const gpu::FrameTimes& times) 
   if (!header_written_) {
     std::fprintf(file_.get(), "frame,frame_ms,cpu_ms,pose_age_ms,gpu_ms");
     for (const char* column : kColumns) std::fprintf(file_.get(), ",%s_ms", column);
-    std::fprintf(file_.get(), "\n");
+    std::fprintf(file_.get(), ",side_queue_ms\n");
     header_written_ = true;
   }
   std::fprintf(file_.get(), "%llu,%.4f,%.4f,", static_cast<unsigned long long>(cost.frame_index),
@@ -87,7 +92,9 @@ void FrameStats::write_row(const FrameCost& cost, const gpu::FrameTimes& times) 
     }
     std::fprintf(file_.get(), ",%.4f", sum);
   }
-  std::fprintf(file_.get(), "\n");
+  double aside = 0;
+  for (const gpu::PassTime& pass : times.passes) aside += pass.aside ? pass.milliseconds : 0;
+  std::fprintf(file_.get(), ",%.4f\n", aside);
 }
 
 Result<void> FrameStats::finish() {
@@ -102,7 +109,9 @@ std::string FrameStats::summary() const {
   std::string text = line("image", frame_ms_) + line("CPU", cpu_ms_) + line("GPU", gpu_ms_);
   for (const char* column : kColumns) {
     const auto pass = pass_ms_.find(column);
-    if (pass != pass_ms_.end()) text += line((std::string("  ") + column).c_str(), pass->second);
+    if (pass == pass_ms_.end()) continue;
+    const char* where = aside_.count(column) ? ", aside" : "";
+    text += line((std::string("  ") + column + where).c_str(), pass->second);
   }
   if (!pose_age_ms_.values().empty()) text += line("pose age", pose_age_ms_);
   text.pop_back();  // whoever prints it ends the line

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,10 @@ namespace fire3dv::app {
 
 struct FrameCost {
   uint64_t frame_index = 0;
-  double frame_ms = 0;                // from the last image to this one
-  double cpu_ms = 0;                  // spent by this thread on recording and submitting
-  std::optional<double> pose_age_ms;  // submit time minus publish time of the newest shown frame; same machine only
+  double frame_ms = 0;  // from the last image to this one
+  double cpu_ms = 0;    // spent by this thread on recording and submitting
+  std::optional<double>
+      pose_age_ms;  // submit time minus publish time of the newest shown frame; same machine only
 };
 
 // The newest times, as many as a summary needs: a renderer may run for weeks.
@@ -55,6 +57,7 @@ class FrameStats {
   std::map<uint64_t, FrameCost> waiting_;  // costs whose GPU times have not come yet
   RecentTimes frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
   std::map<std::string, RecentTimes> pass_ms_;
+  std::set<std::string> aside_;  // those of them that ran on the side queue
 };
 
 }  // namespace fire3dv::app

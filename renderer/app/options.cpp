@@ -91,6 +91,12 @@ passes::RasterPath raster_path_named(const std::string& name) {
   return passes::RasterPath::automatic;
 }
 
+gpu::AsyncCompute async_compute_named(const std::string& name) {
+  if (name == "on") return gpu::AsyncCompute::on;
+  if (name == "off") return gpu::AsyncCompute::off;
+  return gpu::AsyncCompute::automatic;
+}
+
 passes::ShadowSettings shadows_named(const std::string& name) {
   passes::ShadowSettings settings;
   if (name == "off") settings.method = passes::ShadowMethod::off;
@@ -156,6 +162,14 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option("--stats", options.stats, "CSV file of times per image");
 
   app.add_option("--device", options.device, "Vulkan device by index or part of its name");
+  std::string async_compute = "auto";
+  app.add_option(
+         "--async-compute", async_compute,
+         "build what rays meet on a queue of its own while the main one draws: auto, where the device "
+         "has one; on, where it has none too, in submissions of their own; off: one submission an "
+         "image. The images are the same")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->capture_default_str();
   app.add_flag("--list-devices", options.list_devices, "list the Vulkan devices and stop");
 #ifdef FIRE3DV_VALIDATION_DEFAULT
   options.validation = true;
@@ -261,6 +275,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   }
   if (options.lockstep && play == "interpolate")
     return usage_error("--play interpolate and --lockstep exclude each other");
+  options.async_compute = async_compute_named(async_compute);
   options.shadows = shadows_named(shadows);
   options.shadows.hybrid = shadow_rays == "hybrid";
   options.tone_map = tone_map_named(tone_map);

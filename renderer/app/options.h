@@ -32,6 +32,7 @@ struct Options {
   std::filesystem::path stats;  // CSV of times per frame; empty = none
 
   std::string device;
+  gpu::AsyncCompute async_compute = gpu::AsyncCompute::automatic;
   bool list_devices = false;
   bool validation = false;
 

@@ -43,7 +43,7 @@ Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const 
   if (!choice) return choice.error();
   for (const std::string& note : choice->notes) say("device: " + note);
   say("device " + gpu::describe(reports[choice->index]));
-  return gpu::Device::create(instance, choice->index, !options.headless);
+  return gpu::Device::create(instance, choice->index, !options.headless, options.async_compute);
 }
 
 Result<scene::Scene> load_scene(const std::filesystem::path& path) {

@@ -9,17 +9,27 @@
 namespace fire3dv::gpu {
 namespace {
 
-uint32_t find_queue_family(VkPhysicalDevice physical) {
+std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice physical) {
   uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
   vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
-  const VkQueueFlags needed = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;
-  for (uint32_t i = 0; i < count; ++i) {
-    if ((families[i].queueFlags & needed) == needed) return i;
-  }
-  FIRE3DV_ASSERT(!"a usable device has such a queue");
-  return 0;
+  return families;
+}
+
+VkSemaphore create_timeline(VkDevice device) {
+  VkSemaphoreTypeCreateInfo type{VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO};
+  type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+  const VkSemaphoreCreateInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type};
+  VkSemaphore timeline = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateSemaphore(device, &info, nullptr, &timeline));
+  return timeline;
+}
+
+std::vector<VkSemaphoreSubmitInfo> semaphore_submits(std::span<const SemaphoreSignal> semaphores) {
+  std::vector<VkSemaphoreSubmitInfo> infos;
+  for (const SemaphoreSignal& s : semaphores) infos.push_back(semaphore_submit(s.semaphore, 0, s.stage));
+  return infos;
 }
 
 template <typename Function>
@@ -29,7 +39,8 @@ void load(VkDevice device, const char* name, Function& function) {
 
 }  // namespace
 
-Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t index, bool present) {
+Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t index, bool present,
+                                               AsyncCompute async_compute) {
   uint32_t count = 0;
   vkEnumeratePhysicalDevices(instance.handle(), &count, nullptr);
   std::vector<VkPhysicalDevice> devices(count);
@@ -39,10 +50,16 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   std::unique_ptr<Device> device(new Device);
   device->physical_ = devices[index];
   device->report_ = report_device(devices[index], index);
-  device->queue_family_ = find_queue_family(devices[index]);
+  const bool acceleration_structures = device->report_.ray_query || device->report_.ray_tracing_pipeline;
+  const std::vector<VkQueueFamilyProperties> families = queue_families(devices[index]);
+  const std::optional<QueueChoice> chosen =
+      choose_queues(families, acceleration_structures ? async_compute : AsyncCompute::off);
+  FIRE3DV_ASSERT(chosen && "a usable device has such a queue");
+  const QueueChoice& queues = device->queues_ = *chosen;
+  device->timestamp_bits_ = families[queues.main_family].timestampValidBits;
+  device->side_timestamp_bits_ = families[queues.side_family].timestampValidBits;
 
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
-  const bool acceleration_structures = device->report_.ray_query || device->report_.ray_tracing_pipeline;
   if (acceleration_structures) properties.pNext = &device->acceleration_;
   if (device->report_.ray_tracing_pipeline) device->acceleration_.pNext = &device->ray_pipeline_;
   vkGetPhysicalDeviceProperties2(devices[index], &properties);
@@ -54,14 +71,17 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   VkPhysicalDeviceFeatures2* enabled = features.enable_chain(extensions);
   if (present) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
 
-  const float priority = 1;
-  VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
-  queue.queueFamilyIndex = device->queue_family_;
-  queue.queueCount = 1;
-  queue.pQueuePriorities = &priority;
+  const float priorities[] = {1, 1};
+  VkDeviceQueueCreateInfo queue_infos[2]{{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO},
+                                         {VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO}};
+  queue_infos[0].queueFamilyIndex = queues.main_family;
+  queue_infos[0].queueCount = queues.side == SideQueue::main_family ? 2 : 1;
+  queue_infos[1].queueFamilyIndex = queues.side_family;
+  queue_infos[1].queueCount = 1;
+  queue_infos[0].pQueuePriorities = queue_infos[1].pQueuePriorities = priorities;
   VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, enabled};
-  info.queueCreateInfoCount = 1;
-  info.pQueueCreateInfos = &queue;
+  info.queueCreateInfoCount = queues.two_families() ? 2 : 1;
+  info.pQueueCreateInfos = queue_infos;
   info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
   info.ppEnabledExtensionNames = extensions.data();
   if (VkResult result = vkCreateDevice(devices[index], &info, nullptr, &device->device_);
@@ -69,7 +89,8 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
     return Error{"cannot open " + device->report_.name + ": " + result_name(result) +
                  "; choose another with --device (see --list-devices)"};
   }
-  vkGetDeviceQueue(device->device_, device->queue_family_, 0, &device->queue_);
+  vkGetDeviceQueue(device->device_, queues.main_family, 0, &device->queue_);
+  vkGetDeviceQueue(device->device_, queues.side_family, queues.side_index, &device->side_queue_);
 
   if (acceleration_structures) {
     DeviceFunctions& f = device->functions_;
@@ -95,10 +116,8 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   allocator.vulkanApiVersion = VK_API_VERSION_1_3;
   FIRE3DV_VK(vmaCreateAllocator(&allocator, &device->allocator_));
 
-  VkSemaphoreTypeCreateInfo timeline_type{VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO};
-  timeline_type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
-  VkSemaphoreCreateInfo timeline{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &timeline_type};
-  FIRE3DV_VK(vkCreateSemaphore(device->device_, &timeline, nullptr, &device->timeline_));
+  device->timeline_ = create_timeline(device->device_);
+  device->fork_timeline_ = create_timeline(device->device_);
   return device;
 }
 
@@ -106,6 +125,7 @@ Device::~Device() {
   if (timeline_) {
     retire_all_now();
     vkDestroySemaphore(device_, timeline_, nullptr);
+    if (fork_timeline_) vkDestroySemaphore(device_, fork_timeline_, nullptr);
   }
   if (allocator_) vmaDestroyAllocator(allocator_);
   if (device_) vkDestroyDevice(device_, nullptr);
@@ -115,18 +135,9 @@ uint64_t Device::submit(VkCommandBuffer commands, std::span<const SemaphoreSigna
                         std::span<const SemaphoreSignal> signals) {
   VkCommandBufferSubmitInfo command_info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO};
   command_info.commandBuffer = commands;
-
-  auto semaphore_info = [](VkSemaphore semaphore, uint64_t value, VkPipelineStageFlags2 stage) {
-    VkSemaphoreSubmitInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO};
-    info.semaphore = semaphore;
-    info.value = value;
-    info.stageMask = stage;
-    return info;
-  };
-  std::vector<VkSemaphoreSubmitInfo> wait_infos, signal_infos;
-  for (const SemaphoreSignal& s : waits) wait_infos.push_back(semaphore_info(s.semaphore, 0, s.stage));
-  for (const SemaphoreSignal& s : signals) signal_infos.push_back(semaphore_info(s.semaphore, 0, s.stage));
-  signal_infos.push_back(semaphore_info(timeline_, submitted_ + 1, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT));
+  const std::vector<VkSemaphoreSubmitInfo> wait_infos = semaphore_submits(waits);
+  std::vector<VkSemaphoreSubmitInfo> signal_infos = semaphore_submits(signals);
+  signal_infos.push_back(semaphore_submit(timeline_, submitted_ + 1));
 
   VkSubmitInfo2 info{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
   info.commandBufferInfoCount = 1;
@@ -136,6 +147,19 @@ uint64_t Device::submit(VkCommandBuffer commands, std::span<const SemaphoreSigna
   info.signalSemaphoreInfoCount = static_cast<uint32_t>(signal_infos.size());
   info.pSignalSemaphoreInfos = signal_infos.data();
   FIRE3DV_VK(vkQueueSubmit2(queue_, 1, &info, VK_NULL_HANDLE));
+  return ++submitted_;
+}
+
+uint64_t Device::submit(const ForkedCommands& commands, std::span<const SemaphoreSignal> waits,
+                        std::span<const SemaphoreSignal> signals) {
+  std::vector<VkSemaphoreSubmitInfo> signal_infos = semaphore_submits(signals);
+  signal_infos.push_back(semaphore_submit(timeline_, submitted_ + 1));
+  const ForkedSubmit fork(commands, fork_timeline_, ++forks_submitted_, semaphore_submits(waits),
+                          std::move(signal_infos));
+  FIRE3DV_VK(vkQueueSubmit2(queue_, 1, &fork.before(), VK_NULL_HANDLE));
+  FIRE3DV_VK(vkQueueSubmit2(side_queue_, 1, &fork.aside(), VK_NULL_HANDLE));
+  FIRE3DV_VK(
+      vkQueueSubmit2(queue_, static_cast<uint32_t>(fork.rest().size()), fork.rest().data(), VK_NULL_HANDLE));
   return ++submitted_;
 }
 

@@ -1,5 +1,5 @@
-// A logical device: one queue for graphics and compute, a timeline that counts its submissions, memory, and
-// the retirement of objects. One thread.
+// A logical device: a queue for graphics and compute, a timeline that counts its submissions, a side queue
+// where it was chosen, memory, and the retirement of objects. One thread.
 #pragma once
 
 #include <array>
@@ -10,8 +10,10 @@
 
 #include "protocol/error.h"
 #include "renderer/gpu/device_choice.h"
+#include "renderer/gpu/forked_submit.h"
 #include "renderer/gpu/handle.h"
 #include "renderer/gpu/instance.h"
+#include "renderer/gpu/queue_choice.h"
 #include "renderer/gpu/vk.h"
 
 struct VmaAllocator_T;
@@ -40,7 +42,8 @@ struct SemaphoreSignal {
 class Device {
  public:
   // `present` also enables the swapchain extension.
-  static Result<std::unique_ptr<Device>> create(Instance& instance, uint32_t index, bool present);
+  static Result<std::unique_ptr<Device>> create(Instance& instance, uint32_t index, bool present,
+                                                AsyncCompute async_compute = AsyncCompute::automatic);
   ~Device();  // waits for the last submission: shutdown, not a frame
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -48,7 +51,11 @@ class Device {
   VkDevice handle() const { return device_; }
   VkPhysicalDevice physical() const { return physical_; }
   VkQueue queue() const { return queue_; }
-  uint32_t queue_family() const { return queue_family_; }
+  uint32_t queue_family() const { return queues_.main_family; }
+  const QueueChoice& queues() const { return queues_; }
+  // Of the timestamps that a queue writes; 0: it writes none.
+  uint32_t timestamp_bits() const { return timestamp_bits_; }
+  uint32_t side_timestamp_bits() const { return side_timestamp_bits_; }
   VmaAllocator_T* allocator() const { return allocator_; }
   const DeviceFunctions& functions() const { return functions_; }
   const DeviceReport& report() const { return report_; }
@@ -63,6 +70,10 @@ class Device {
   // Submits one command buffer; returns the timeline value that says it is done.
   uint64_t submit(VkCommandBuffer commands, std::span<const SemaphoreSignal> waits = {},
                   std::span<const SemaphoreSignal> signals = {});
+  // The same for a frame of which a piece runs on the side queue: one value, for all of it.
+  uint64_t submit(const ForkedCommands& commands, std::span<const SemaphoreSignal> waits = {},
+                  std::span<const SemaphoreSignal> signals = {});
+  uint64_t new_fork_number() { return ++fork_numbers_; }
   uint64_t last_submitted() const { return submitted_; }
   uint64_t completed() const;
   void wait(uint64_t value) const;  // for one submission, never for the device
@@ -89,8 +100,9 @@ class Device {
 
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
   VkDevice device_ = VK_NULL_HANDLE;
-  VkQueue queue_ = VK_NULL_HANDLE;
-  uint32_t queue_family_ = 0;
+  VkQueue queue_ = VK_NULL_HANDLE, side_queue_ = VK_NULL_HANDLE;
+  QueueChoice queues_;
+  uint32_t timestamp_bits_ = 0, side_timestamp_bits_ = 0;
   VmaAllocator_T* allocator_ = nullptr;
   DeviceFunctions functions_;
   DeviceReport report_;
@@ -99,8 +111,8 @@ class Device {
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
   VkPhysicalDeviceRayTracingPipelinePropertiesKHR ray_pipeline_{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR};
-  VkSemaphore timeline_ = VK_NULL_HANDLE;
-  uint64_t submitted_ = 0;
+  VkSemaphore timeline_ = VK_NULL_HANDLE, fork_timeline_ = VK_NULL_HANDLE;
+  uint64_t submitted_ = 0, forks_submitted_ = 0, fork_numbers_ = 0;
   std::deque<Retired> retired_;
   LiveObjects live_{};
 };

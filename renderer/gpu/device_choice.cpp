@@ -7,6 +7,7 @@
 #include <set>
 
 #include "renderer/gpu/device_features.h"
+#include "renderer/gpu/queue_choice.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -131,13 +132,9 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   vkGetPhysicalDeviceQueueFamilyProperties(device, &family_count, nullptr);
   std::vector<VkQueueFamilyProperties> families(family_count);
   vkGetPhysicalDeviceQueueFamilyProperties(device, &family_count, families.data());
-  bool graphics = false;
-  for (const VkQueueFamilyProperties& family : families) {
-    const VkQueueFlags both = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;
-    if ((family.queueFlags & both) == both) graphics = true;
-    if ((family.queueFlags & both) == VK_QUEUE_COMPUTE_BIT) report.async_compute = true;
-  }
-  if (!graphics) report.missing.push_back("a queue for graphics and compute");
+  const std::optional<QueueChoice> queues = choose_queues(families, AsyncCompute::automatic);
+  if (!queues) report.missing.push_back("a queue for graphics and compute");
+  report.async_compute = queues && queues->side != SideQueue::none;
   return report;
 }
 

@@ -3,22 +3,46 @@
 #include <algorithm>
 
 namespace fire3dv::gpu {
+namespace {
+
+CommandPool create_pool(Device& device, uint32_t queue_family) {
+  VkCommandPoolCreateInfo info{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+  info.queueFamilyIndex = queue_family;
+  VkCommandPool pool = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateCommandPool(device.handle(), &info, nullptr, &pool));
+  return CommandPool(device, pool);
+}
+
+VkCommandBuffer create_commands(Device& device, const CommandPool& pool) {
+  VkCommandBufferAllocateInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+  info.commandPool = pool.get();
+  info.commandBufferCount = 1;
+  VkCommandBuffer commands = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkAllocateCommandBuffers(device.handle(), &info, &commands));
+  return commands;
+}
+
+// From one timestamp to a later one; a counter of fewer than 64 bits may have wrapped around.
+uint64_t ticks_between(uint64_t begin, uint64_t end, uint32_t valid_bits) {
+  const uint64_t ticks = end - begin;
+  return valid_bits < 64 ? ticks & ((uint64_t{1} << valid_bits) - 1) : ticks;
+}
+
+}  // namespace
 
 FrameRing::FrameRing(Device& device) : device_(device) {
   slots_.reserve(kFramesInFlight);
   for (uint32_t i = 0; i < kFramesInFlight; ++i) {
     Slot& slot = slots_.emplace_back(device);
-    VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-    pool.queueFamilyIndex = device.queue_family();
-    VkCommandPool pool_handle = VK_NULL_HANDLE;
-    FIRE3DV_VK(vkCreateCommandPool(device.handle(), &pool, nullptr, &pool_handle));
-    slot.pool = CommandPool(device, pool_handle);
-
-    VkCommandBufferAllocateInfo allocate{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
-    allocate.commandPool = pool_handle;
-    allocate.commandBufferCount = 1;
-    FIRE3DV_VK(vkAllocateCommandBuffers(device.handle(), &allocate, &slot.commands));
-
+    slot.pool = create_pool(device, device.queues().main_family);
+    slot.commands.before = create_commands(device, slot.pool);
+    if (device.queues().side != SideQueue::none) {
+      slot.side_pool = create_pool(device, device.queues().side_family);
+      slot.commands.aside = create_commands(device, slot.side_pool);
+      slot.commands.beside = create_commands(device, slot.pool);
+      slot.commands.after = create_commands(device, slot.pool);
+    }
+    if (device.timestamp_bits() == 0) continue;
     VkQueryPoolCreateInfo queries{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
     queries.queryCount = kMaxTimestamps;
@@ -38,18 +62,22 @@ Recorder& FrameRing::begin() {
   slot.belt.reset();
 
   FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.pool.get(), 0));
-  vkResetQueryPool(device_.handle(), slot.queries.get(), 0, kMaxTimestamps);
+  if (slot.side_pool) FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.side_pool.get(), 0));
+  if (slot.queries) vkResetQueryPool(device_.handle(), slot.queries.get(), 0, kMaxTimestamps);
   VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
   info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  FIRE3DV_VK(vkBeginCommandBuffer(slot.commands, &info));
+  FIRE3DV_VK(vkBeginCommandBuffer(slot.commands.before, &info));
   slot.frame_index = frame_index_;
-  return slot.recorder.emplace(slot.commands, slot.queries.get(), kMaxTimestamps);
+  std::optional<Fork> fork;
+  if (slot.side_pool) fork = {slot.commands, device_.new_fork_number(), device_.side_timestamp_bits() != 0};
+  return slot.recorder.emplace(slot.commands.before, slot.queries.get(), kMaxTimestamps, fork);
 }
 
 uint64_t FrameRing::submit(std::span<const SemaphoreSignal> waits, std::span<const SemaphoreSignal> signals) {
   Slot& slot = slots_[slot_];
-  FIRE3DV_VK(vkEndCommandBuffer(slot.commands));
-  slot.done_at = device_.submit(slot.commands, waits, signals);
+  const std::optional<ForkedCommands> forked = slot.recorder->finish();
+  slot.done_at =
+      forked ? device_.submit(*forked, waits, signals) : device_.submit(slot.commands.before, waits, signals);
   slot.times_pending = true;
   return slot.done_at;
 }
@@ -73,15 +101,24 @@ void FrameRing::read_times(Slot& slot) {
   FrameTimes times;
   times.frame_index = slot.frame_index;
   if (!passes.empty()) {
-    std::vector<uint64_t> ticks(passes.back().end_query + 1);
-    FIRE3DV_VK(vkGetQueryPoolResults(device_.handle(), slot.queries.get(), 0, static_cast<uint32_t>(ticks.size()),
-                                     ticks.size() * sizeof(uint64_t), ticks.data(), sizeof(uint64_t),
-                                     VK_QUERY_RESULT_64_BIT));
+    std::vector<uint64_t> ticks(2 * passes.size());
+    FIRE3DV_VK(vkGetQueryPoolResults(device_.handle(), slot.queries.get(), 0,
+                                     static_cast<uint32_t>(ticks.size()), ticks.size() * sizeof(uint64_t),
+                                     ticks.data(), sizeof(uint64_t), VK_QUERY_RESULT_64_BIT));
     const double ms_per_tick = static_cast<double>(device_.limits().timestampPeriod) * 1e-6;
+    std::optional<uint64_t> begin;
     for (const PassTimestamps& pass : passes) {
-      times.passes.push_back({pass.name, static_cast<double>(ticks[pass.end_query] - ticks[pass.begin_query]) * ms_per_tick});
+      const uint64_t pass_begin = ticks[pass.begin_query], pass_end = ticks[pass.end_query];
+      const uint32_t bits = pass.aside ? device_.side_timestamp_bits() : device_.timestamp_bits();
+      times.passes.push_back({pass.name,
+                              static_cast<double>(ticks_between(pass_begin, pass_end, bits)) * ms_per_tick,
+                              pass.aside});
+      // Vulkan lets only times of one queue be compared. The main one's hold those of the other between them:
+      // it begins before that and waits for it.
+      if (pass.aside) continue;
+      if (!begin) begin = pass_begin;
+      times.total_ms = static_cast<double>(ticks_between(*begin, pass_end, bits)) * ms_per_tick;
     }
-    times.total_ms = static_cast<double>(ticks.back() - ticks.front()) * ms_per_tick;
   }
   finished_ = times;
   untaken_.push_back(std::move(times));

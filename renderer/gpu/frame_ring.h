@@ -1,4 +1,5 @@
-// Frames in flight: command buffer, upload belt and timestamps of each, reused when the GPU has finished with them.
+// Frames in flight: command buffer, upload belt and timestamps of each, reused when the GPU has finished with
+// them.
 #pragma once
 
 #include <array>
@@ -15,26 +16,28 @@
 namespace fire3dv::gpu {
 
 constexpr uint32_t kFramesInFlight = 2;
-constexpr uint32_t kMaxTimestamps = 64;
+constexpr uint32_t kMaxTimestamps = 128;
 
 struct PassTime {
   const char* name;
   double milliseconds;
+  bool aside;  // on the side queue, beside others
 };
 
-// GPU times of one finished frame.
+// GPU times of one finished frame. What ran on the side queue did so within the frame's span, but beside
+// other passes: all together may sum up to more than the frame.
 struct FrameTimes {
   uint64_t frame_index = 0;
   std::vector<PassTime> passes;
-  double total_ms = 0;  // from the first pass's begin to the last one's end
+  double total_ms = 0;  // from the first pass's begin to the last one's end, on the main queue
 };
 
 class FrameRing {
  public:
   explicit FrameRing(Device& device);
 
-  // Waits until the slot's earlier frame is done (that is the back-pressure of the whole renderer), frees what retired,
-  // and begins recording.
+  // Waits until the slot's earlier frame is done (that is the back-pressure of the whole renderer), frees
+  // what retired, and begins recording.
   Recorder& begin();
   UploadBelt& belt() { return slots_[slot_].belt; }
   // Ends recording and submits. Returns the timeline value of the frame.
@@ -49,8 +52,8 @@ class FrameRing {
  private:
   struct Slot {
     explicit Slot(Device& device) : belt(device) {}
-    CommandPool pool;
-    VkCommandBuffer commands = VK_NULL_HANDLE;
+    CommandPool pool, side_pool;
+    ForkedCommands commands;  // only the first, where there is no side queue
     QueryPool queries;
     UploadBelt belt;
     std::optional<Recorder> recorder;

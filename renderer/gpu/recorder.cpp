@@ -1,5 +1,9 @@
 #include "renderer/gpu/recorder.h"
 
+#include <algorithm>
+
+#include "protocol/error.h"
+
 namespace fire3dv::gpu {
 namespace {
 
@@ -23,7 +27,8 @@ Dependency depend(UseState& state, const Access& next, bool changes_layout) {
     // A write is visible to nobody yet, not even to later commands in its own stage.
     state.visible_stages = state.visible_access = 0;
     if (!next.writes) {
-      // A layout change alone: its barrier makes it visible to this reader; later ones wait through this one's stages.
+      // A layout change alone: its barrier makes it visible to this reader; later ones wait through this
+      // one's stages.
       state.write_stages = next.stages;
       state.visible_stages = next.stages;
       state.visible_access = next.access;
@@ -45,27 +50,106 @@ Dependency depend(UseState& state, const Access& next, bool changes_layout) {
 
 }  // namespace
 
-void Recorder::pass(const char* name, std::span<const Use> uses, const std::function<void(VkCommandBuffer)>& record) {
+void Recorder::pass(const char* name, std::span<const Use> uses,
+                    const std::function<void(VkCommandBuffer)>& record) {
   barriers(uses);
-  const bool timed = queries_ && next_query_ + 2 <= max_queries_;
-  if (timed) vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, next_query_);
+  const std::optional<uint32_t> begin_query = write_timestamps_begin();
   record(commands_);
-  if (timed) {
-    vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, next_query_ + 1);
-    timestamps_.push_back({name, next_query_, next_query_ + 1});
-    next_query_ += 2;
-  }
+  write_timestamps_end(name, begin_query);
 }
 
 void Recorder::transition(std::initializer_list<Use> uses) {
   barriers(std::span<const Use>(uses.begin(), uses.size()));
 }
 
+void Recorder::aside(const char* wait_name, const std::function<void()>& record) {
+  if (!fork_) return record();
+  FIRE3DV_ASSERT(piece_ == Piece::before);
+  FIRE3DV_VK(vkEndCommandBuffer(commands_));
+  go_on_in(fork_->commands.aside, Piece::aside);
+  record();
+  FIRE3DV_VK(vkEndCommandBuffer(commands_));
+  go_on_in(fork_->commands.beside, Piece::beside);
+  wait_name_ = wait_name;
+}
+
+std::optional<ForkedCommands> Recorder::finish() {
+  if (piece_ == Piece::beside) join();
+  FIRE3DV_VK(vkEndCommandBuffer(commands_));
+  if (piece_ == Piece::before) return std::nullopt;
+  return fork_->commands;
+}
+
+void Recorder::join() {
+  const std::optional<uint32_t> begin_query = write_timestamps_begin();
+  FIRE3DV_VK(vkEndCommandBuffer(commands_));
+  go_on_in(fork_->commands.after, Piece::after);
+  write_timestamps_end(wait_name_, begin_query);
+}
+
+void Recorder::go_on_in(VkCommandBuffer commands, Piece piece) {
+  commands_ = commands;
+  piece_ = piece;
+  VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+  info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  FIRE3DV_VK(vkBeginCommandBuffer(commands_, &info));
+}
+
+std::optional<uint32_t> Recorder::write_timestamps_begin() {
+  const bool timed = queries_ && next_query_ + 2 <= max_queries_;
+  if (!timed || (piece_ == Piece::aside && !fork_->times_aside)) return std::nullopt;
+  vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, next_query_);
+  next_query_ += 2;
+  return next_query_ - 2;
+}
+
+void Recorder::write_timestamps_end(const char* name, std::optional<uint32_t> begin_query) {
+  if (!begin_query) return;
+  vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, *begin_query + 1);
+  timestamps_.push_back({name, *begin_query, *begin_query + 1, piece_ == Piece::aside});
+}
+
+// Whether one of them has to wait for the piece aside, which may still run.
+bool Recorder::touches_aside(std::span<const Use> uses) const {
+  return std::any_of(uses.begin(), uses.end(), [&](const Use& use) {
+    const UseState& state = use.buffer ? use.buffer->use : use.image->use;
+    return state.side_write == fork_->number || (use.access.writes && state.side_read == fork_->number);
+  });
+}
+
+// Semaphores stand between the pieces of a frame on both queues, and make all that was written before them
+// visible to all that comes behind them. So on the side queue a barrier is needed only against the piece's
+// own writes, and on the main one none against the side queue's. Besides, stages of the main queue would not
+// be allowed in a barrier on the other one.
+bool Recorder::is_ordered_by_fork(UseState& state, const Access& next) {
+  if (piece_ != Piece::aside) {
+    if (state.side_write) state = {.layout = state.layout, .side_read = state.side_read};
+    return false;
+  }
+  if (state.side_write == fork_->number) return false;
+  if (next.writes) {
+    const bool read_here = state.side_read == fork_->number;
+    state = {.layout = state.layout, .side_write = fork_->number};
+    if (!read_here) {
+      state.write_stages = next.stages;
+      state.write_access = next.access;
+      return true;
+    }
+    state.read_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    return false;
+  }
+  state.side_read = fork_->number;  // what the main queue knows of it stays as it is
+  return true;
+}
+
 void Recorder::barriers(std::span<const Use> uses) {
   std::vector<VkImageMemoryBarrier2> image_barriers;
   VkMemoryBarrier2 memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
   bool memory_needed = false;
+  if (piece_ == Piece::beside && touches_aside(uses)) join();
   for (const Use& use : uses) {
+    FIRE3DV_ASSERT(use.buffer || piece_ != Piece::aside);
+    if (is_ordered_by_fork(use.buffer ? use.buffer->use : use.image->use, use.access)) continue;
     if (use.buffer) {
       const Dependency d = depend(use.buffer->use, use.access, false);
       if (!d.needed) continue;

@@ -1,12 +1,15 @@
-// Records the passes of one command buffer. A pass says what it reads and writes where it records; the
-// barriers in front of it follow from that, in the order of recording. Timestamps surround each named pass.
+// Records the passes of one frame. A pass says what it reads and writes where it records; the barriers in
+// front of it follow from that, in the order of recording, and so does what it waits for on another queue.
+// Timestamps surround each named pass.
 #pragma once
 
 #include <functional>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "renderer/gpu/forked_submit.h"
 #include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {
@@ -72,13 +75,22 @@ struct Use {
 struct PassTimestamps {
   const char* name;
   uint32_t begin_query, end_query;
+  bool aside;  // on the side queue
+};
+
+// What it takes to record a piece of a frame for the side queue.
+struct Fork {
+  ForkedCommands commands;  // `before` is the buffer that recording begins with
+  uint64_t number = 0;      // distinct on the device, never 0
+  bool times_aside = false;
 };
 
 class Recorder {
  public:
   // queries may be null: no timestamps then. The pool must be reset and hold max_queries.
-  Recorder(VkCommandBuffer commands, VkQueryPool queries, uint32_t max_queries)
-      : commands_(commands), queries_(queries), max_queries_(max_queries) {}
+  Recorder(VkCommandBuffer commands, VkQueryPool queries, uint32_t max_queries,
+           std::optional<Fork> fork = std::nullopt)
+      : commands_(commands), queries_(queries), max_queries_(max_queries), fork_(std::move(fork)) {}
 
   // name: static storage.
   void pass(const char* name, std::initializer_list<Use> uses,
@@ -89,15 +101,34 @@ class Recorder {
   // Only the barriers: hands a resource to someone outside the passes (the host, a presentation engine).
   void transition(std::initializer_list<Use> uses);
 
+  // What `record` records runs beside the passes that follow, on the side queue, where there is one; else
+  // here and now. Once a frame, with buffers alone. A later pass waits for it if it declares what that has
+  // written, or writes what that reads; so does the end of the frame. wait_name: of the time for which the
+  // main queue stands still at that place, static storage.
+  void aside(const char* wait_name, const std::function<void()>& record);
+  // Ends recording. Returns the pieces, if there are several.
+  std::optional<ForkedCommands> finish();
+
   VkCommandBuffer commands() const { return commands_; }
   const std::vector<PassTimestamps>& timestamps() const { return timestamps_; }
 
  private:
+  enum class Piece : uint8_t { before, aside, beside, after };
+
   void barriers(std::span<const Use> uses);
+  bool touches_aside(std::span<const Use> uses) const;
+  bool is_ordered_by_fork(UseState& state, const Access& next);
+  void join();
+  void go_on_in(VkCommandBuffer commands, Piece piece);
+  std::optional<uint32_t> write_timestamps_begin();
+  void write_timestamps_end(const char* name, std::optional<uint32_t> begin_query);
 
   VkCommandBuffer commands_;
   VkQueryPool queries_;
   uint32_t max_queries_;
+  std::optional<Fork> fork_;
+  Piece piece_ = Piece::before;
+  const char* wait_name_ = nullptr;
   uint32_t next_query_ = 0;
   std::vector<PassTimestamps> timestamps_;
 };

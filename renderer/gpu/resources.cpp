@@ -31,6 +31,18 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
   info.size = buffer.size_bytes;
   info.usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
                VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  // What acceleration structures lie in and are built from is used by both queues, and owned by neither. An
+  // image could lose its compression by that, a buffer has none; handing over ownership would cost a barrier
+  // on either queue for each buffer in each frame. (Scratch memory is used by the side queue alone.)
+  constexpr VkBufferUsageFlags kOfBothQueues =
+      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
+  const uint32_t families[] = {device.queues().main_family, device.queues().side_family};
+  if ((usage & kOfBothQueues) && device.queues().two_families()) {
+    info.sharingMode = VK_SHARING_MODE_CONCURRENT;
+    info.queueFamilyIndexCount = 2;
+    info.pQueueFamilyIndices = families;
+  }
 
   VmaAllocationCreateInfo allocation_info{};
   switch (memory) {

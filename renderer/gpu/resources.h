@@ -26,6 +26,8 @@ struct UseState {
   VkPipelineStageFlags2 visible_stages = 0;  // which stages and accesses the write was made visible to
   VkAccessFlags2 visible_access = 0;
   VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
+  // The forks of frames in which the side queue last wrote and read it; 0: none that still matters.
+  uint64_t side_write = 0, side_read = 0;
 };
 
 struct Buffer {

@@ -70,8 +70,13 @@ void DeformPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene
                   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
                   dispatch(commands, shapes.record_count);
                 });
+  levels_behind_ = true;
+}
 
-  if (shapes.levels.empty()) return;
+void DeformPass::record_levels(gpu::Recorder& recorder, GpuScene& scene) {
+  DeformedShapes& shapes = scene.deformed;
+  if (shapes.levels.empty() || !levels_behind_) return;
+  levels_behind_ = false;
   // The last frame's rays have met these through the top level: nobody else declares them.
   recorder.pass(
       "deformed blas",

@@ -13,10 +13,15 @@ class DeformPass {
  public:
   DeformPass(gpu::Device& device, VkPipelineLayout layout);
 
-  // After the transforms, before the top level.
+  // After the transforms.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene, const state::PoseState& poses);
+  // Before the top level, where rays are traced.
+  void record_levels(gpu::Recorder& recorder, GpuScene& scene);
   // The scene was replaced.
-  void forget() { poses_seen_ = weights_seen_ = UINT64_MAX; }
+  void forget() {
+    poses_seen_ = weights_seen_ = UINT64_MAX;
+    levels_behind_ = false;
+  }
 
  private:
   void upload_weights(gpu::Recorder& recorder, gpu::UploadBelt& belt, DeformedShapes& shapes,
@@ -25,6 +30,7 @@ class DeformPass {
   VkPipelineLayout layout_;
   gpu::Pipeline deform_, bounds_;
   uint64_t poses_seen_ = UINT64_MAX, weights_seen_ = UINT64_MAX;  // PoseState's revisions
+  bool levels_behind_ = false;  // vertices were written since acceleration structures last followed
 };
 
 }  // namespace fire3dv::passes

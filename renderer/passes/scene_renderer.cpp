@@ -74,8 +74,8 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   gpu_scene_->follow_senses(recorder, belt, *scene_, poses);
   // Which shape it has now.
   deform_.record(recorder, belt, *gpu_scene_, poses);
-  // What shadow rays can meet.
-  record_top_level(recorder);
+  // What shadow rays can meet, beside the following, where there is a queue for that.
+  if (shadows_.traces()) recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });
   // What the camera and the lights see of it.
   const bool on_top = gpu_scene_->has_on_top;
   const bool compute = path_ == RasterPath::visibility && (!on_top || visibility_->can_leave_samples());
@@ -108,9 +108,9 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
   if (camera_too) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
 }
 
-void SceneRenderer::record_top_level(gpu::Recorder& recorder) {
-  if (!device_.traces_rays()) return;
+void SceneRenderer::record_what_rays_meet(gpu::Recorder& recorder) {
   GpuScene& scene = *gpu_scene_;
+  deform_.record_levels(recorder, scene);
   recorder.pass(
       "tlas",
       {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),

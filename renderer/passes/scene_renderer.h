@@ -59,6 +59,7 @@ class SceneRenderer {
   ClusterRaster::Drawn clusters_drawn() const {
     return visibility_ ? visibility_->drawn() : ClusterRaster::Drawn{};
   }
+  bool traces() const { return shadows_.traces(); }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }
 
@@ -66,7 +67,7 @@ class SceneRenderer {
   void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
                     bool camera_too);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
-  void record_top_level(gpu::Recorder& recorder);
+  void record_what_rays_meet(gpu::Recorder& recorder);
 
   gpu::Device& device_;
   DrawSettings settings_;

@@ -236,7 +236,7 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
 
 void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility,
                         VkDeviceAddress globals) {
-  if (way_.method != ShadowMethod::ray || light_count_ == 0) return;
+  if (!traces()) return;
   gpu::Buffer& seen = list_seen_[frame_++ % gpu::kFramesInFlight];
   gpu_types::RayList last;
   std::memcpy(&last, seen.mapped, sizeof(last));
@@ -291,7 +291,7 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& v
 }
 
 void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {
-  if (way_.method == ShadowMethod::ray && light_count_) uses.emplace_back(mask_, access);
+  if (traces()) uses.emplace_back(mask_, access);
   if (view_count_) {
     uses.emplace_back(maps_, access);
     uses.emplace_back(views_, access);

@@ -53,6 +53,8 @@ class ShadowPass {
   // Of whoever shades, with this access.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
 
+  // Whether anything meets the top level: in the passes here, or where something is shaded.
+  bool traces() const { return way_.method == ShadowMethod::ray && light_count_ > 0; }
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
 
  private:

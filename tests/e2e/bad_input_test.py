@@ -54,6 +54,7 @@ def usage(test):
             (["--raster", "maybe"], [scene, "--raster", "maybe"]),
             (["--shadow-rays", "maybe"], [scene, "--shadow-rays", "maybe"]),
             (["--cull", "maybe"], [scene, "--cull", "maybe"]),
+            (["--async-compute", "maybe"], [scene, "--async-compute", "maybe"]),
             (["--anisotropy", "nan"], [scene, "--anisotropy", "nan"]),
             (["--anisotropy", "17"], [scene, "--anisotropy", "17"]),
             (["--tone-map", "sepia"], [scene, "--tone-map", "sepia"]),

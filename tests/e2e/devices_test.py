@@ -1,6 +1,10 @@
 #!/usr/bin/env python3
-"""Which device is taken, and that it says so. The tests' driver gives one device, lavapipe."""
+"""Which device and which of its queues are taken, and that it says so. The tests' driver gives one device, lavapipe, with
+one queue."""
+import csv
+import json
 import re
+import struct
 import subprocess
 
 from harness import HANG_S, main, vulkan_environment
@@ -30,8 +34,47 @@ def chosen(*arguments):
     return run
 
 
+def lit_scene(test):
+    """The tests' scene under a light: something to trace rays to."""
+    with open(test.scene, "rb") as file:
+        data = file.read()
+    length, = struct.unpack_from("<I", data, 12)
+    document = json.loads(data[20:20 + length])
+    document["extensionsUsed"].append("KHR_lights_punctual")
+    document["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "directional"}]}}
+    document["scenes"][0]["nodes"].append(len(document["nodes"]))
+    document["nodes"].append({"extensions": {"KHR_lights_punctual": {"light": 0}}})
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    path = test.path("lit.glb")
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(data) - 20 - length, len(text), b"JSON"))
+        file.write(text + data[20 + length:])
+    return path
+
+
+def queues(test):
+    scene, pictures = lit_scene(test), []
+    for wish, said in (("auto", "on the main queue"), ("off", "on the main queue"),
+                       ("on", "in submissions of their own on the main queue, there being no other")):
+        stats = test.path(f"{wish}.csv")
+        renderer = test.renderer("--frames", "3", "--async-compute", wish, "--stats", stats, scene=scene)
+        renderer.expect_exit(0)
+        renderer.wait_err(rf"^fire3dv: what rays meet is built {said}$")
+        pictures.append([renderer.picture(frame).rows for frame in renderer.frames()])
+        with open(stats, encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                check(float(row["tlas_ms"]) > 0, f"{wish}: nothing was built: {row}")
+                check((float(row["side_queue_ms"]) > 0) == (wish == "on"), f"{wish}: {row}")
+                check(float(row["side_queue_ms"]) <= float(row["gpu_ms"]), f"{wish}: outside the image's span: {row}")
+    check(len(pictures[0]) == 3 and pictures[0] == pictures[1] == pictures[2], "images differ")
+    untraced = test.renderer("--frames", "1", "--async-compute", "on", "--shadows", "map", scene=scene)
+    untraced.expect_exit(0)
+    check(not untraced.find_err("what rays meet"), f"it builds what nobody traces:\n{untraced.stderr_text()}")
+
+
 CASES = {"list_devices": list_devices, "by_itself": chosen(), "by_name": chosen("--device", "llvmpipe"),
-         "by_part_of_its_name": chosen("--device", "LLVMpip"), "by_index": chosen("--device", "0")}
+         "by_part_of_its_name": chosen("--device", "LLVMpip"), "by_index": chosen("--device", "0"), "queues": queues}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv"])

@@ -23,7 +23,8 @@ TRANSPORTS = ("shm", "tcp", "udp")
 
 # Lines that fire3dv writes to stderr of its own accord, whatever the run.
 INFO_LINES = (r"device: .*", r"device \d+: .*", r"listening on \S+",
-              r".*: \d+ nodes, \d+ triangles, \d+ lights, \d+ cameras, \d+ textures", r"\d+x, shadows by .*")
+              r".*: \d+ nodes, \d+ triangles, \d+ lights, \d+ cameras, \d+ textures", r"\d+x, shadows by .*",
+              r"what rays meet is built .*")
 
 
 def wait_until(what, predicate, hang_s=HANG_S):

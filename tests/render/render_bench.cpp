@@ -18,6 +18,7 @@ T take_or_die(Result<T> result) {
 struct Bench {
   std::unique_ptr<gpu::Instance> instance;
   std::unique_ptr<gpu::Device> device;
+  uint32_t index = 0;
 
   Bench() {
     gpu::InstanceOptions options;
@@ -30,7 +31,8 @@ struct Bench {
                    reports[choice.index].name.c_str());
       std::exit(1);
     }
-    device = take_or_die(gpu::Device::create(*instance, choice.index, false));
+    index = choice.index;
+    device = take_or_die(gpu::Device::create(*instance, index, false));
   }
 };
 
@@ -41,28 +43,63 @@ Bench& bench() {
 
 }  // namespace
 
-gpu::Instance& instance() { return *bench().instance; }
-gpu::Device& device() { return *bench().device; }
+gpu::Instance& instance() {
+  return *bench().instance;
+}
+gpu::Device& device() {
+  return *bench().device;
+}
 
-RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings)
-    : scene_(scene), frames_(device()), renderer_(device(), settings), readback_(device()) {
+std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute) {
+  return take_or_die(gpu::Device::create(instance(), bench().index, false, async_compute));
+}
+
+RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings,
+                         gpu::Device& on)
+    : scene_(scene), frames_(on), renderer_(on, settings), readback_(on) {
   renderer_.set_scene(scene);
   renderer_.set_size(extent);
 }
 
-sinks::FrameImage RenderBench::draw(const state::PoseState& poses, const passes::View& view) {
+void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(recorder, frames_.belt(), poses, view);
   readback_.record(recorder, renderer_.image(), 0);
   readback_.submitted(frames_.submit());
-  sinks::FrameImage image;
-  readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+}
+
+void RenderBench::take(std::vector<sinks::FrameImage>& images, bool all) {
+  auto add = [&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    sinks::FrameImage& image = images.emplace_back();
     image.width = extent.width;
     image.height = extent.height;
     image.rgba8.assign(rgba8.begin(), rgba8.end());
-  });
-  image.shown = poses.shown();
-  return image;
+  };
+  if (all) {
+    readback_.drain(add);
+  } else {
+    readback_.poll(add);
+  }
+}
+
+sinks::FrameImage RenderBench::draw(const state::PoseState& poses, const passes::View& view) {
+  record_and_submit(poses, view);
+  std::vector<sinks::FrameImage> images;
+  take(images, true);
+  images.back().shown = poses.shown();
+  return std::move(images.back());
+}
+
+std::vector<sinks::FrameImage> RenderBench::draw_on(state::PoseState& poses,
+                                                    const std::vector<state::RestPose>& moved) {
+  std::vector<sinks::FrameImage> images;
+  for (const state::RestPose& rest : moved) {
+    poses.set_rest(rest);
+    record_and_submit(poses, first_camera_view(scene_, poses, renderer_.extent()));
+    take(images, false);
+  }
+  take(images, true);
+  return images;
 }
 
 sinks::FrameImage RenderBench::draw_at_rest() {

@@ -1,5 +1,5 @@
-// Draws scenes for tests: one device for the whole program (lavapipe, by the environment that CTest sets), validation
-// always on. Where device or layer is missing, tests fail; they never skip.
+// Draws scenes for tests: one device for the whole program (lavapipe, by the environment that CTest sets),
+// validation always on. Where device or layer is missing, tests fail; they never skip.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,18 +17,27 @@ namespace fire3dv::test {
 // The program's device. Aborts the program with a reason when there is none.
 gpu::Instance& instance();
 gpu::Device& device();
+// The same one, opened once more.
+std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute);
 
 // Draws one image and waits for it.
 class RenderBench {
  public:
-  RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings = {});
+  RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings = {},
+              gpu::Device& on = device());
 
   sinks::FrameImage draw(const state::PoseState& poses, const passes::View& view);
   // From the scene's first camera, everything at rest.
   sinks::FrameImage draw_at_rest();
+  // Draws as many images as there are poses, without waiting for one before the next. From the first camera.
+  std::vector<sinks::FrameImage> draw_on(state::PoseState& poses, const std::vector<state::RestPose>& moved);
   passes::SceneRenderer& renderer() { return renderer_; }
+  gpu::FrameRing& frames() { return frames_; }
 
  private:
+  void record_and_submit(const state::PoseState& poses, const passes::View& view);
+  void take(std::vector<sinks::FrameImage>& images, bool all);
+
   const scene::Scene& scene_;
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
