@@ -61,6 +61,9 @@ class SceneRenderer {
   }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }
+  // Of the frames to come, for measurements of one scene with and without: false draws without what is on.
+  void set_cull(bool on) { settings_.cull = on; }
+  void set_shadows(bool on) { shadows_on_ = on; }
 
  private:
   void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
@@ -79,6 +82,7 @@ class SceneRenderer {
   DeformPass deform_;
   ForwardPass forward_;
   ShadowWay shadow_way_;
+  bool shadows_on_ = true;
   std::optional<VisibilityPass> visibility_;
   ShadowPass shadows_;
   PostPass post_;
