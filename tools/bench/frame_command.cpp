@@ -26,6 +26,14 @@ std::string today() {
   return text;
 }
 
+Result<void> make_folder(const char* option, const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (!error) return {};
+  return Error{std::string(option) + " " + folder.string() +
+               ": the folder cannot be made: " + error.message() + "; choose another"};
+}
+
 std::vector<Condition> conditions_of(const FrameOptions& options) {
   std::vector<Condition> conditions;
   if (options.conditions != "paper") {
@@ -121,9 +129,9 @@ Result<SceneReport> measure_scene(const FrameOptions& options, gpu::Device& devi
 }
 
 Result<void> measure_all(const FrameOptions& options) {
-  std::error_code error;
-  if (!options.images.empty() && (std::filesystem::create_directories(options.images, error), error))
-    return Error{"--image " + options.images.string() + ": the folder cannot be made: " + error.message()};
+  // The cheap things that can be wrong come first.
+  if (Result<void> made = make_folder("--out", options.out); !made) return made;
+  if (Result<void> made = make_folder("--image", options.images); !made) return made;
   Result<OpenDevice> open = open_device(options.draw);
   if (!open) return open.error();
   Report report = describe_run(options, *open->device);

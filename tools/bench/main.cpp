@@ -13,12 +13,12 @@ namespace {
 
 constexpr int kUsageError = 2;
 
-#ifdef FIRE3DV_BENCH_FRAMES
 int usage_error(const std::string& text) {
   std::cerr << "fire3dv-bench: " << text << " (see fire3dv-bench --help-all)\n";
   return kUsageError;
 }
 
+#ifdef FIRE3DV_BENCH_FRAMES
 // As a reader can type it: the program by its name alone.
 std::string command_line(int argc, char** argv) {
   std::string text = "fire3dv-bench";
@@ -27,10 +27,17 @@ std::string command_line(int argc, char** argv) {
 }
 #endif
 
+std::string commands_of(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  return names;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Measures what FIRE-3DV costs."};
   app.name("fire3dv-bench");
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.set_help_all_flag("--help-all", "the options of all commands");
 
   int rounds = 301;
@@ -53,9 +60,9 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    std::cerr << "fire3dv-bench: " << error.what() << " (see fire3dv-bench --help-all)\n";
-    return kUsageError;
+    return usage_error(error.what());
   }
+  if (app.get_subcommands().empty()) return usage_error("name a command: " + commands_of(app));
   if (*transport) return fire3dv::bench::publish_bench(rounds);
 #ifdef FIRE3DV_BENCH_FRAMES
   if (*frame) {
@@ -68,7 +75,7 @@ int run(int argc, char** argv) {
     return usage_error(checked.error().message);
   return fire3dv::bench::run_images(image_options);
 #else
-  return kUsageError;
+  return 0;
 #endif
 }
 

@@ -44,12 +44,6 @@ const RunSummary* SceneReport::run(const std::string& condition) const {
 
 Result<void> write_report(const Report& report, const std::filesystem::path& folder,
                           const std::string& name) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    return Error{"--out " + folder.string() + ": the folder cannot be made: " + error.message() +
-                 "; choose another"};
-  }
   const std::pair<const char*, std::string> files[] = {
       {".md", markdown_of(report)}, {".csv", csv_of(report)}, {".svg", plot_of(report)}};
   for (const auto& [ending, text] : files) {

@@ -49,7 +49,7 @@ std::string markdown_of(const Report& report);
 std::string csv_of(const Report& report);
 std::string plot_of(const Report& report);  // SVG
 
-// NAME.md, NAME.csv and NAME.svg; makes the folder.
+// NAME.md, NAME.csv and NAME.svg in a folder that is there.
 Result<void> write_report(const Report& report, const std::filesystem::path& folder, const std::string& name);
 
 }  // namespace fire3dv::bench
