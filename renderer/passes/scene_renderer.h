@@ -61,8 +61,8 @@ class SceneRenderer {
   }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }
-  // Of the frames to come, for measurements of one scene with and without: false draws without what is on.
-  void set_cull(bool on) { settings_.cull = on; }
+  // Of the frames to come, for measurements of one scene with and without.
+  void set_cull(Cull cull) { settings_.cull = cull; }
   void set_shadows(bool on) { shadows_on_ = on; }
 
  private:

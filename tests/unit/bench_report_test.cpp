@@ -115,10 +115,10 @@ Report report_of_two_scenes() {
     scene.triangles = triangles;
     scene.bodies = 9;
     const double ms = static_cast<double>(triangles) * 1e-6;
-    for (const Condition& condition : {Condition{kProduct, true, true},
-                                       {kProductMain, true, false},
-                                       {kPaper, false, true},
-                                       {kPaperMain, false, false}})
+    for (const Condition& condition : {Condition{kProduct, passes::Cull::automatic, true},
+                                       {kProductMain, passes::Cull::automatic, false},
+                                       {kPaper, passes::Cull::off, true},
+                                       {kPaperMain, passes::Cull::off, false}})
       scene.runs.push_back(summarise_run(condition, samples_of(ms, 5)));
     report.scenes.push_back(std::move(scene));
   }
@@ -199,7 +199,7 @@ TEST(Plot, OfNothingAndOfFramesWithoutTimeIsAPictureStill) {
   Report report;
   SceneReport scene;
   scene.triangles = 1000;
-  scene.runs.push_back(summarise_run({kProduct, true, true}, FrameSamples()));
+  scene.runs.push_back(summarise_run({kProduct, passes::Cull::automatic, true}, FrameSamples()));
   report.scenes.push_back(scene);
   const std::string text = plot_of(report);
   EXPECT_NE(text.find("</svg>"), std::string::npos);

@@ -21,7 +21,8 @@ namespace fire3dv::bench {
 // What a row of the report is measured under.
 struct Condition {
   const char* name;
-  bool cull, shadows;
+  passes::Cull cull;
+  bool shadows;
 };
 
 // One of each for each timed frame.

@@ -36,13 +36,14 @@ Result<void> make_folder(const char* option, const std::filesystem::path& folder
 
 std::vector<Condition> conditions_of(const FrameOptions& options) {
   std::vector<Condition> conditions;
+  const passes::Cull cull = draw_settings(options.draw).cull;
   if (options.conditions != "paper") {
-    conditions.push_back({kProduct, true, true});
-    conditions.push_back({kProductMain, true, false});
+    conditions.push_back({kProduct, cull, true});
+    conditions.push_back({kProductMain, cull, false});
   }
   if (options.conditions != "product") {
-    conditions.push_back({kPaper, false, true});
-    conditions.push_back({kPaperMain, false, false});
+    conditions.push_back({kPaper, passes::Cull::off, true});
+    conditions.push_back({kPaperMain, passes::Cull::off, false});
   }
   return conditions;
 }

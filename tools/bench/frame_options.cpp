@@ -30,6 +30,11 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
   app.add_option("--raster", options.raster, "how triangles are drawn")
       ->check(CLI::IsMember({"auto", "forward", "visibility"}))
       ->capture_default_str();
+  app.add_option("--cull", options.cull,
+                 "what is left out: nothing, what is out of view, or what is hidden too; on: the last in "
+                 "large scenes")
+      ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
+      ->capture_default_str();
   app.add_option("--shadows", options.shadows, "how shadows are found")
       ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
       ->capture_default_str();
@@ -54,6 +59,9 @@ passes::DrawSettings draw_settings(const DrawOptions& options) {
   settings.samples = options.samples;
   if (options.raster == "forward") settings.raster = passes::RasterPath::forward;
   if (options.raster == "visibility") settings.raster = passes::RasterPath::visibility;
+  if (options.cull == "off") settings.cull = passes::Cull::off;
+  if (options.cull == "view") settings.cull = passes::Cull::view;
+  if (options.cull == "hidden") settings.cull = passes::Cull::hidden;
   if (options.shadows == "off") settings.shadows.method = passes::ShadowMethod::off;
   if (options.shadows == "map") settings.shadows.method = passes::ShadowMethod::map;
   if (options.shadows.starts_with("ray")) settings.shadows.method = passes::ShadowMethod::ray;
@@ -85,7 +93,7 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
   app.add_option("--conditions", options.conditions,
-                 "product: culling as usual; paper: without culling or levels of detail; all: both")
+                 "product: culling as --cull says; paper: none; all: both")
       ->check(CLI::IsMember({"all", "product", "paper"}))
       ->capture_default_str();
   app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")

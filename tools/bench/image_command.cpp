@@ -66,7 +66,7 @@ Result<void> measure_images(const ImageOptions& options) {
         FrameBench::open(*open->device, *scene, names, turning(*scene, nodes), draw_settings(options.draw),
                          {options.draw.width, options.draw.height});
     if (!bench) return bench.error();
-    const Condition condition{"images", true, true};
+    const Condition condition{"images", draw_settings(options.draw).cull, true};
     const Result<sinks::FrameImage> first = (*bench)->draw(condition);
     if (!first) return first.error();
     const double setup_s = static_cast<double>(transport::monotonic_ns() - begin_ns) * 1e-9;

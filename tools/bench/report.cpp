@@ -21,7 +21,6 @@ RunSummary summarise_run(const Condition& condition, const FrameSamples& samples
   };
   RunSummary run;
   run.condition = condition.name;
-  run.cull = condition.cull;
   run.shadows = condition.shadows;
   run.frame_ms = over_frames([](const StageTimes& times) { return times.frame_ms; });
   run.main_pass_ms = over_frames([](const StageTimes& times) { return times.main_pass_ms(); });

@@ -14,7 +14,7 @@ namespace fire3dv::bench {
 
 struct RunSummary {
   std::string condition;
-  bool cull = true, shadows = true;
+  bool shadows = true;
   Summary frame_ms, main_pass_ms, between_ms, cpu_ms, pose_age_ms, interval_ms;
   std::array<Summary, kStages> stage_ms;
   MemoryUse memory;
