@@ -2,7 +2,9 @@
 """fire3dv-bench frame and images: what they write, on scenes as small as can be. No time is asserted."""
 import csv
 import os
+import shlex
 import subprocess
+import sys
 import xml.dom.minidom
 
 from harness import HANG_S, main, vulkan_environment
@@ -113,7 +115,41 @@ def bad_input(test):
         check(all(line.startswith(("fire3dv-bench: ", "  ")) for line in result.stderr.splitlines()), what)
 
 
-CASES = {"table": table, "pictures": pictures, "images_of_a_file": images_of_a_file, "bad_input": bad_input}
+def peers(test):
+    """The script that alternates with another program: here with one that prints what it is told to."""
+    script = os.path.join(os.path.dirname(__file__), "..", "..", "tools", "bench", "peers.py")
+    log = os.path.join(test.folder, "log")
+
+    def command(who, milliseconds):
+        text = f"open({log!r},'a').write({who!r}); print('|p|{{scene}}|s|1x1|3|{milliseconds}|9|')"
+        return f"{shlex.quote(sys.executable)} -c {shlex.quote(text)}"
+
+    def compare(*arguments):
+        return subprocess.run([sys.executable, script, "--scene", test.scene, *arguments], capture_output=True, text=True,
+                              timeout=HANG_S, check=False)
+
+    result = compare("--ours", command("a", 8), "--peer", command("b", 20), "--rounds", "3", "--name", "Other")
+    check(result.returncode == 0, f"{result}")
+    check(result.stdout.splitlines()[-1] == "| squares | 8.0 | 20.0 | 2.50 | 2.50 | 2.50 |", result.stdout)
+    with open(log, encoding="utf-8") as file:
+        check(file.read() == "ababab", "they do not take turns")
+    ours = f"{test.programs_at['fire3dv-bench']} images {{scene}} --resolution 160x90 --frames 1 --warm-up 0"
+    for value in ("row", "process"):
+        result = compare("--ours", ours, "--peer", command("b", 20), "--rounds", "1", "--value", value)
+        check(result.returncode == 0 and float(result.stdout.splitlines()[-1].split("|")[2]) > 0, f"{result}")
+    for words, arguments in (
+            (["lacks {scene}"], ["--ours", "true", "--peer", "true"]),
+            (["no row"], ["--ours", "echo {scene}", "--peer", "true {scene}"]),
+            (["no-such-program cannot be run"], ["--ours", "no-such-program {scene}", "--peer", "true {scene}"]),
+            (["ended with 1"], ["--ours", "false {scene}", "--peer", "true {scene}"]),
+            (["--rounds"], ["--ours", "a {scene}", "--peer", "b {scene}", "--rounds", "0"])):
+        result = compare(*arguments)
+        check(result.returncode != 0 and all(word in result.stderr for word in words), f"lacks {words}: {result}")
+        check("Traceback" not in result.stderr, f"{result}")
+
+
+CASES = {"table": table, "pictures": pictures, "images_of_a_file": images_of_a_file, "bad_input": bad_input,
+         "peers": peers}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv-bench"])
