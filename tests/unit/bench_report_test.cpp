@@ -183,7 +183,8 @@ TEST(Plot, HasAllSeriesInsideThePicture) {
     for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
     return found;
   };
-  EXPECT_EQ(count("<circle"), 8u);
+  EXPECT_EQ(count("<circle"),
+            8u + 8u);                 // a point for each scene and series; the paper's five, and their legend
   EXPECT_EQ(count("<polyline"), 8u);  // four lines and their legend
   EXPECT_EQ(text.find("nan"), std::string::npos);
   EXPECT_EQ(text.find("inf"), std::string::npos);
@@ -192,6 +193,13 @@ TEST(Plot, HasAllSeriesInsideThePicture) {
     EXPECT_GE(y, 60);
     EXPECT_LE(y, 460);
   }
+}
+
+TEST(Plot, OfACpuShowsNoGpuBesideIt) {
+  Report report = report_of_two_scenes();
+  report.on_cpu = true;
+  EXPECT_EQ(plot_of(report).find("RTX"), std::string::npos);
+  EXPECT_NE(plot_of(report_of_two_scenes()).find("RTX 4090"), std::string::npos);
 }
 
 TEST(Plot, OfNothingAndOfFramesWithoutTimeIsAPictureStill) {

@@ -8,7 +8,7 @@
 namespace fire3dv::bench {
 namespace {
 
-constexpr double kWidth = 860, kHeight = 520;
+constexpr double kWidth = 920, kHeight = 520;
 constexpr double kLeft = 70, kRight = 640, kTop = 60, kBottom = 460;
 
 struct Series {
@@ -24,6 +24,22 @@ constexpr Series kSeries[] = {
     {kProductMain, true, "main pass", "#2471a3", false},
     {kPaperMain, true, "main pass, no culling", "#2471a3", true},
 };
+
+// What the paper that the project follows reports, of its own scenes on its own device.
+struct Mark {
+  double triangles, ms;
+};
+struct MarkSeries {
+  const char* label;
+  const char* colour;
+  std::vector<Mark> marks;
+};
+std::vector<MarkSeries> marks_of(const Report& report) {
+  if (report.on_cpu) return {};  // another kind of device: the picture would show nothing else
+  return {{"paper: frame, RTX 4090", "#e59866", {{7e6, 2.0}}},
+          {"paper: main pass, RTX 4090", "#7fb3d5", {{223e3, 0.55}, {550e3, 0.55}}},
+          {"AMBF: main pass, by the paper", "#999999", {{223e3, 3.3}, {550e3, 4.7}}}};
+}
 
 const Summary& summary_of(const RunSummary& run, const Series& series) {
   return series.main_pass ? run.main_pass_ms : run.frame_ms;
@@ -68,6 +84,14 @@ Axes axes_of(const Report& report) {
       if (!run) continue;
       axes.least_ms = std::min(axes.least_ms, summary_of(*run, series).median);
       axes.most_ms = std::max(axes.most_ms, summary_of(*run, series).p95);
+    }
+  }
+  for (const MarkSeries& series : marks_of(report)) {
+    for (const Mark& mark : series.marks) {
+      axes.least_triangles = std::min(axes.least_triangles, mark.triangles / 1.3);
+      axes.most_triangles = std::max(axes.most_triangles, mark.triangles * 1.3);
+      axes.least_ms = std::min(axes.least_ms, mark.ms);
+      axes.most_ms = std::max(axes.most_ms, mark.ms);
     }
   }
   axes.least_ms = round_tick(std::clamp(axes.least_ms, 1e-4, 1e6), false);
@@ -118,6 +142,12 @@ std::string plot_of(const Report& report) {
     if (points.empty()) continue;
     svg.polyline(points, series.colour, series.dashed);
     svg.polyline({{kRight + 20, legend_y}, {kRight + 50, legend_y}}, series.colour, series.dashed);
+    svg.text({kRight + 58, legend_y + 4}, series.label, Svg::Anchor::start, 12);
+    legend_y += 24;
+  }
+  for (const MarkSeries& series : marks_of(report)) {
+    for (const Mark& mark : series.marks) svg.circle(axes.at(mark.triangles, mark.ms), 6, series.colour);
+    svg.circle({kRight + 35, legend_y}, 6, series.colour);
     svg.text({kRight + 58, legend_y + 4}, series.label, Svg::Anchor::start, 12);
     legend_y += 24;
   }
