@@ -79,8 +79,8 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   // What the camera and the lights see of it.
   const bool on_top = gpu_scene_->has_on_top;
   const bool compute = path_ == RasterPath::visibility && (!on_top || visibility_->can_leave_samples());
-  const bool masked =
-      shadow_way_.method == ShadowMethod::ray && (compute || shadow_way_.back_end == RayBackEnd::pipeline);
+  const bool masked = shadows_on_ && shadow_way_.method == ShadowMethod::ray &&
+                      (compute || shadow_way_.back_end == RayBackEnd::pipeline);
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
   find_visible(recorder, belt, view, globals, compute || masked);
   // Which lights reach that.
@@ -102,7 +102,8 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
                                  VkDeviceAddress globals, bool camera_too) {
   std::vector<ClusterRaster*> sets;
   if (camera_too) sets.push_back(&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull));
-  ClusterRaster* maps = shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull);
+  ClusterRaster* maps =
+      shadows_on_ ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull) : nullptr;
   if (maps) sets.push_back(maps);
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
   if (camera_too) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
@@ -153,6 +154,7 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.half_pixel_depth = half_pixel_depth(view, targets_->extent.height);
   globals.part_count = scene.part_count;
   shadows_.describe_to(globals, masked);
+  if (!shadows_on_) globals.shadows = FIRE3DV_SHADOWS_OFF;
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;
   return belt.write(std::span<const gpu_types::Globals>(&globals, 1)).address;

@@ -62,6 +62,9 @@ class SceneRenderer {
   bool traces() const { return shadows_.traces(); }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }
+  // Of the frames to come, for measurements of one scene with and without.
+  void set_cull(Cull cull) { settings_.cull = cull; }
+  void set_shadows(bool on) { shadows_on_ = on; }
 
  private:
   void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
@@ -80,6 +83,7 @@ class SceneRenderer {
   DeformPass deform_;
   ForwardPass forward_;
   ShadowWay shadow_way_;
+  bool shadows_on_ = true;
   std::optional<VisibilityPass> visibility_;
   ShadowPass shadows_;
   PostPass post_;

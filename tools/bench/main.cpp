@@ -1,15 +1,92 @@
 // fire3dv-bench: measurements that readers of the README can repeat.
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
+#include <exception>
+#include <iostream>
 
 #include "tools/bench/publish_bench.h"
+#ifdef FIRE3DV_BENCH_FRAMES
+#include "tools/bench/frame_command.h"
+#endif
+
+namespace {
+
+constexpr int kUsageError = 2;
+
+int usage_error(const std::string& text) {
+  std::cerr << "fire3dv-bench: " << text << " (see fire3dv-bench --help-all)\n";
+  return kUsageError;
+}
+
+#ifdef FIRE3DV_BENCH_FRAMES
+// As a reader can type it: the program by its name alone.
+std::string command_line(int argc, char** argv) {
+  std::string text = "fire3dv-bench";
+  for (int i = 1; i < argc; ++i) text += std::string(" ") + argv[i];
+  return text;
+}
+#endif
+
+std::string commands_of(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  return names;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Measures what FIRE-3DV costs."};
+  app.name("fire3dv-bench");
+  app.require_subcommand(0, 1);
+  app.set_help_all_flag("--help-all", "the options of all commands");
+
+  int rounds = 301;
+  CLI::App* const transport = app.add_subcommand("transport", "what one publish costs beside a bare copy");
+  transport->add_option("rounds", rounds, "how often each way is measured")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+#ifdef FIRE3DV_BENCH_FRAMES
+  fire3dv::bench::FrameOptions frame_options;
+  CLI::App* const frame = app.add_subcommand(
+      "frame", "times of frames, stage by stage, of scenes that grow: a table, a CSV file and a plot");
+  fire3dv::bench::add_frame_options(*frame, frame_options);
+  fire3dv::bench::ImageOptions image_options;
+  CLI::App* const images = app.add_subcommand(
+      "images", "times from new poses to the image in memory, of one glTF scene whose objects turn");
+  fire3dv::bench::add_image_options(*images, image_options);
+#endif
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    return usage_error(error.what());
+  }
+  if (app.get_subcommands().empty()) return usage_error("name a command: " + commands_of(app));
+  if (*transport) return fire3dv::bench::publish_bench(rounds);
+#ifdef FIRE3DV_BENCH_FRAMES
+  if (*frame) {
+    frame_options.command = command_line(argc, argv);
+    if (auto checked = fire3dv::bench::check_frame_options(frame_options); !checked)
+      return usage_error(checked.error().message);
+    return fire3dv::bench::run_frames(frame_options);
+  }
+  if (auto checked = fire3dv::bench::check_draw_options(image_options.draw); !checked)
+    return usage_error(checked.error().message);
+  return fire3dv::bench::run_images(image_options);
+#else
+  return 0;
+#endif
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
-  if (argc >= 2 && std::strcmp(argv[1], "transport") == 0 && argc <= 3) {
-    const long rounds = argc == 3 ? std::strtol(argv[2], nullptr, 10) : 301;
-    if (rounds >= 1 && rounds <= 1'000'000) return fire3dv::bench::publish_bench(static_cast<int>(rounds));
+  try {
+    return run(argc, argv);
+  } catch (
+      const std::exception& failure) {  // of Vulkan, or out of memory: nothing that could be gone on from
+    std::fprintf(stderr, "fire3dv-bench: %s\n", failure.what());
+    return 1;
   }
-  std::fprintf(stderr, "usage: fire3dv-bench transport [ROUNDS]   (1 to 1000000; default 301)\n");
-  return 2;
 }

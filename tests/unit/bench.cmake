@@ -1,0 +1,6 @@
+# The benchmark's own parts: what it counts, what it draws, what it writes.
+if(TARGET fire3dv_bench_frames)
+  foreach(part report scene)
+    fire3dv_test(bench_${part}_test SOURCES bench_${part}_test.cpp LINK fire3dv_bench_frames LABELS unit)
+  endforeach()
+endif()

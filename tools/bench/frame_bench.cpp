@@ -1,0 +1,166 @@
+#include "tools/bench/frame_bench.h"
+
+#include <unistd.h>
+
+#include <map>
+#include <thread>
+
+#include "protocol/transport/clock.h"
+#include "protocol/transport/open.h"
+
+namespace fire3dv::bench {
+namespace {
+
+using transport::monotonic_ns;
+
+constexpr int64_t kPatienceNs = 30'000'000'000;  // for poses; a hang limit
+
+double ms_since(int64_t begin_ns) {
+  return static_cast<double>(monotonic_ns() - begin_ns) * 1e-6;
+}
+
+passes::View first_camera_view(const scene::Scene& scene, VkExtent2D extent) {
+  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  const std::vector<uint32_t> cameras = scene::camera_nodes(scene);
+  if (!cameras.empty()) {
+    const scene::Node& node = scene.nodes[cameras[0]];
+    return passes::make_view(scene.cameras[node.camera], node.world_from_node, aspect);
+  }
+  const scene::Camera camera;
+  return passes::make_view(
+      camera, passes::framing_camera_pose(camera, aspect, scene.bounds_min, scene.bounds_max), aspect);
+}
+
+}  // namespace
+
+FrameBench::FrameBench(gpu::Device& device, const scene::Scene& scene, VkExtent2D extent)
+    : device_(device),
+      view_(first_camera_view(scene, extent)),
+      poses_(scene),
+      intake_(poses_, false),
+      frames_(device),
+      readback_(device) {}
+
+Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const scene::Scene& scene,
+                                                     std::vector<std::string> bodies,
+                                                     PoseFeed::PoseAt pose_at,
+                                                     const passes::DrawSettings& settings,
+                                                     VkExtent2D extent) {
+  std::unique_ptr<FrameBench> bench(new FrameBench(device, scene, extent));
+  const std::string uri = "shm://fire3dv-bench-" + std::to_string(::getpid());
+  Result<std::unique_ptr<transport::ListenerLink>> listener = transport::open_listener(uri);
+  if (!listener) return listener.error();
+  bench->intake_.add(std::move(*listener));
+  Result<std::unique_ptr<PoseFeed>> feed = PoseFeed::open(uri, std::move(bodies), std::move(pose_at));
+  if (!feed) return feed.error();
+  bench->feed_ = std::move(*feed);
+
+  const int64_t begin_ns = monotonic_ns();
+  bench->renderer_.emplace(device, settings);
+  bench->renderer_->set_scene(scene);
+  bench->renderer_->set_size(extent);
+  bench->load_s_ = ms_since(begin_ns) * 1e-3;
+  return bench;
+}
+
+void FrameBench::apply(const Condition& condition) {
+  renderer_->set_cull(condition.cull);
+  renderer_->set_shadows(condition.shadows);
+}
+
+Result<double> FrameBench::take_new_poses() {
+  const uint64_t wanted = feed_->ask_for_next();
+  const int64_t asked_ns = monotonic_ns();
+  while (true) {
+    const int64_t begin_ns = monotonic_ns();
+    intake_.poll();
+    const double took_ms = ms_since(begin_ns);
+    const std::vector<state::FrameTag> shown = poses_.shown();
+    if (!shown.empty() && shown[0].sequence == wanted) return took_ms;
+    if (begin_ns - asked_ns > kPatienceNs) {
+      std::string told;
+      for (const std::string& note : intake_.take_notes()) told += "; " + note;
+      return Error{"no poses came over shared memory in " + std::to_string(kPatienceNs / 1'000'000'000) +
+                   " s" + told + "; is /dev/shm full?"};
+    }
+    std::this_thread::yield();
+  }
+}
+
+uint64_t FrameBench::submit_frame(gpu::Recorder& recorder, bool read_back) {
+  renderer_->record(recorder, frames_.belt(), poses_, view_);
+  if (read_back) readback_.record(recorder, renderer_->image(), 0);
+  const uint64_t done_at = frames_.submit();
+  ++drawn_;
+  readback_.submitted(done_at);
+  return done_at;
+}
+
+Result<FrameSamples> FrameBench::measure(const Condition& condition, uint32_t warm_up, uint32_t frames) {
+  apply(condition);
+  FrameSamples samples;
+  std::map<uint64_t, StageTimes> stages_of_frame;
+  const uint64_t first_timed = drawn_ + warm_up;
+  const auto collect = [&]() -> Result<void> {
+    for (const gpu::FrameTimes& times : frames_.take_finished()) {
+      if (times.frame_index < first_timed) continue;
+      Result<StageTimes> stages = stage_times(times);
+      if (!stages) return stages.error();
+      stages_of_frame[times.frame_index] = *stages;
+    }
+    return {};
+  };
+
+  int64_t last_submit_ns = 0;
+  for (uint32_t i = 0; i < warm_up + frames; ++i) {
+    gpu::Recorder& recorder = frames_.begin();
+    const Result<double> taking_ms = take_new_poses();
+    if (!taking_ms) return taking_ms.error();
+    const int64_t begin_ns = monotonic_ns();
+    submit_frame(recorder, false);
+    const int64_t submitted_ns = monotonic_ns();
+    if (i >= warm_up) {
+      samples.cpu_ms.push_back(*taking_ms + static_cast<double>(submitted_ns - begin_ns) * 1e-6);
+      const auto published_ns = static_cast<int64_t>(poses_.shown().at(0).publish_time_ns);
+      samples.pose_age_ms.push_back(static_cast<double>(submitted_ns - published_ns) * 1e-6);
+      samples.interval_ms.push_back(static_cast<double>(submitted_ns - last_submit_ns) * 1e-6);
+    }
+    last_submit_ns = submitted_ns;
+    if (Result<void> collected = collect(); !collected) return collected.error();
+  }
+  device_.wait(device_.last_submitted());
+  if (Result<void> collected = collect(); !collected) return collected.error();
+  for (const auto& [index, stages] : stages_of_frame) samples.gpu.push_back(stages);
+  FIRE3DV_ASSERT(samples.gpu.size() == frames);
+  samples.memory = memory_use(device_);
+  return samples;
+}
+
+Result<sinks::FrameImage> FrameBench::draw(const Condition& condition) {
+  apply(condition);
+  gpu::Recorder& recorder = frames_.begin();
+  if (const Result<double> taken = take_new_poses(); !taken) return taken.error();
+  submit_frame(recorder, true);
+  sinks::FrameImage image;
+  readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    image.width = extent.width;
+    image.height = extent.height;
+    image.rgba8.assign(rgba8.begin(), rgba8.end());
+  });
+  image.shown = poses_.shown();
+  image.camera = view_.camera;
+  return image;
+}
+
+Result<std::vector<double>> FrameBench::measure_images(const Condition& condition, uint32_t warm_up,
+                                                       uint32_t frames) {
+  std::vector<double> times_ms;
+  for (uint32_t i = 0; i < warm_up + frames; ++i) {
+    const int64_t begin_ns = monotonic_ns();
+    if (const Result<sinks::FrameImage> image = draw(condition); !image) return image.error();
+    if (i >= warm_up) times_ms.push_back(ms_since(begin_ns));
+  }
+  return times_ms;
+}
+
+}  // namespace fire3dv::bench

@@ -1,0 +1,142 @@
+#include "tools/bench/frame_options.h"
+
+#include <charconv>
+
+namespace fire3dv::bench {
+namespace {
+
+constexpr uint32_t kMaxSide = 16384;
+constexpr uint64_t kMostTriangles = 200'000'000;
+
+bool parse_resolution(const std::string& text, uint32_t& width, uint32_t& height) {
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, width);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return false;
+  const auto second = std::from_chars(first.ptr + 1, end, height);
+  return second.ec == std::errc() && second.ptr == end && width >= 1 && height >= 1 && width <= kMaxSide &&
+         height <= kMaxSide;
+}
+
+}  // namespace
+
+void add_draw_options(CLI::App& app, DrawOptions& options) {
+  app.add_option("--resolution", options.resolution, "of the images, WxH")->capture_default_str();
+  app.add_option("--device", options.device, "Vulkan device by index or part of its name");
+  app.add_flag("--validation,!--no-validation", options.validation,
+               "check every Vulkan call; a finding ends the run with exit code 1");
+  app.add_option("--samples", options.samples, "samples per pixel")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--raster", options.raster, "how triangles are drawn")
+      ->check(CLI::IsMember({"auto", "forward", "visibility"}))
+      ->capture_default_str();
+  app.add_option("--cull", options.cull,
+                 "what is left out: nothing, what is out of view, or what is hidden too; on: the last in "
+                 "large scenes")
+      ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
+      ->capture_default_str();
+  app.add_option("--shadows", options.shadows, "how shadows are found")
+      ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
+      ->capture_default_str();
+  app.add_option("--shadow-rays", options.shadow_rays, "rays only where maps cannot tell, or all")
+      ->check(CLI::IsMember({"hybrid", "all"}))
+      ->capture_default_str();
+  app.add_option("--fxaa", options.fxaa, "smooths edges in the finished image")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+}
+
+Result<void> check_draw_options(DrawOptions& options) {
+  if (!parse_resolution(options.resolution, options.width, options.height)) {
+    return Error{"--resolution " + options.resolution + ": must be WxH with sides of 1 to " +
+                 std::to_string(kMaxSide) + ", such as 1920x1080"};
+  }
+  return {};
+}
+
+passes::DrawSettings draw_settings(const DrawOptions& options) {
+  passes::DrawSettings settings;
+  settings.samples = options.samples;
+  if (options.raster == "forward") settings.raster = passes::RasterPath::forward;
+  if (options.raster == "visibility") settings.raster = passes::RasterPath::visibility;
+  if (options.cull == "off") settings.cull = passes::Cull::off;
+  if (options.cull == "view") settings.cull = passes::Cull::view;
+  if (options.cull == "hidden") settings.cull = passes::Cull::hidden;
+  if (options.shadows == "off") settings.shadows.method = passes::ShadowMethod::off;
+  if (options.shadows == "map") settings.shadows.method = passes::ShadowMethod::map;
+  if (options.shadows.starts_with("ray")) settings.shadows.method = passes::ShadowMethod::ray;
+  if (options.shadows == "ray-pipeline") settings.shadows.back_end = passes::RayBackEnd::pipeline;
+  settings.shadows.hybrid = options.shadow_rays == "hybrid";
+  settings.post.fxaa = options.fxaa == "on";
+  return settings;
+}
+
+void add_frame_options(CLI::App& app, FrameOptions& options) {
+  add_draw_options(app, options.draw);
+  app.add_option("--sizes", options.sizes,
+                 "triangles of the scenes, with commas between them, such as 223K,7M")
+      ->capture_default_str();
+  app.add_option("--bodies", options.bodies,
+                 "moving bodies of each scene; 0: more where there are more triangles")
+      ->check(CLI::Range(0, 100'000))
+      ->capture_default_str();
+  app.add_option("--lights", options.lights, "lights, all of which cast shadows")
+      ->check(CLI::Range(0, 16))
+      ->capture_default_str();
+  app.add_option("--texture-size", options.texture_side, "side of the textures in pixels; 0: none")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  app.add_option("--frames", options.frames, "timed frames of each row")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  app.add_option("--warm-up", options.warm_up, "frames before them")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  app.add_option("--conditions", options.conditions,
+                 "product: culling as --cull says; paper: none; all: both")
+      ->check(CLI::IsMember({"all", "product", "paper"}))
+      ->capture_default_str();
+  app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")
+      ->capture_default_str();
+  app.add_option("--name", options.name, "of these files")->capture_default_str();
+  app.add_option("--image", options.images, "folder for a PNG of each scene's first timed frame");
+}
+
+Result<void> check_frame_options(FrameOptions& options) {
+  if (Result<void> checked = check_draw_options(options.draw); !checked) return checked;
+  options.triangles.clear();
+  std::string_view rest = options.sizes;
+  while (true) {
+    const size_t comma = rest.find(',');
+    Result<uint64_t> triangles = parse_triangles(rest.substr(0, comma));
+    if (!triangles) return Error{"--sizes " + options.sizes + ": " + triangles.error().message};
+    options.triangles.push_back(*triangles);
+    if (comma == std::string_view::npos) break;
+    rest.remove_prefix(comma + 1);
+  }
+  if (options.name.empty() || options.name.find('/') != std::string::npos || options.name.starts_with('.'))
+    return Error{"--name " + options.name + ": must be a file's name, without folder and ending"};
+  return {};
+}
+
+Result<uint64_t> parse_triangles(std::string_view text) {
+  uint64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number);
+  const std::string_view unit(stop, static_cast<size_t>(end - stop));
+  const uint64_t factor = unit == "M" ? 1'000'000 : unit == "K" ? 1'000 : unit.empty() ? 1 : 0;
+  constexpr uint64_t kFewest = 1'000;
+  if (error != std::errc() || factor == 0 || number > kMostTriangles || number * factor > kMostTriangles ||
+      number * factor < kFewest) {
+    return Error{"\"" + std::string(text) + "\" is no number of triangles from 1K to 200M"};
+  }
+  return number * factor;
+}
+
+std::string triangles_text(uint64_t triangles) {
+  if (triangles % 1'000'000 == 0) return std::to_string(triangles / 1'000'000) + "M";
+  if (triangles % 1'000 == 0) return std::to_string(triangles / 1'000) + "K";
+  return std::to_string(triangles);
+}
+
+}  // namespace fire3dv::bench

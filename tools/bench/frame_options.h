@@ -1,0 +1,49 @@
+// What `fire3dv-bench frame` is told on the command line.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/error.h"
+#include "renderer/passes/scene_renderer.h"
+
+namespace fire3dv::bench {
+
+// How images are drawn; the names are those of the renderer's own options.
+struct DrawOptions {
+  std::string resolution = "1920x1080";
+  uint32_t width = 1920, height = 1080;
+  std::string device;
+  bool validation = false;
+  uint32_t samples = 4;
+  std::string raster = "auto", cull = "on", shadows = "auto", shadow_rays = "hybrid", fxaa = "on";
+};
+void add_draw_options(CLI::App& app, DrawOptions& options);
+Result<void> check_draw_options(DrawOptions& options);
+passes::DrawSettings draw_settings(const DrawOptions& options);
+
+struct FrameOptions {
+  DrawOptions draw;
+  std::string sizes = "223K,550K,1M,2M,4M,7M,14M,28M";
+  std::vector<uint64_t> triangles;  // of sizes
+  uint32_t bodies = 0;              // 0: by size
+  uint32_t lights = 2;
+  uint32_t texture_side = 1024;
+  uint32_t frames = 100, warm_up = 30;
+  std::string conditions = "all";  // all, product or paper
+  std::filesystem::path out = "docs/benchmarks", images;
+  std::string name = "frame";  // of the files in out
+  std::string command;         // as it was typed
+};
+void add_frame_options(CLI::App& app, FrameOptions& options);
+Result<void> check_frame_options(FrameOptions& options);
+
+// "223K", "28M" or plain digits, up to 200 M.
+Result<uint64_t> parse_triangles(std::string_view text);
+std::string triangles_text(uint64_t triangles);
+
+}  // namespace fire3dv::bench

@@ -1,0 +1,182 @@
+#include "tools/bench/shapes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "protocol/error.h"
+#include "tools/bench/random.h"
+
+namespace fire3dv::bench {
+namespace {
+
+constexpr float kPi = 3.14159265f;
+constexpr glm::vec2 kSphereRepeat(4, 2);
+constexpr float kBoxRepeat = 2;
+
+// The radius along a direction, and the normal of the surface there: three waves on a sphere.
+struct Bumps {
+  std::array<glm::vec3, 3> wave;
+  std::array<float, 3> phase, height;
+
+  explicit Bumps(uint64_t seed) {
+    Random random(seed);
+    constexpr float kFrequencies[] = {3, 6, 11};
+    for (size_t i = 0; i < 3; ++i) {
+      wave[i] = random.direction() * kFrequencies[i];
+      phase[i] = random.uniform(0, 2 * kPi);
+      height[i] = 0.16f / kFrequencies[i];
+    }
+  }
+
+  void at(const glm::vec3& direction, glm::vec3& position, glm::vec3& normal) const {
+    float radius = 1;
+    glm::vec3 slope(0);
+    for (size_t i = 0; i < 3; ++i) {
+      const float angle = glm::dot(direction, wave[i]) + phase[i];
+      radius += height[i] * std::sin(angle);
+      slope += height[i] * std::cos(angle) * wave[i];
+    }
+    slope -= glm::dot(slope, direction) * direction;
+    position = direction * radius;
+    normal = glm::normalize(direction * radius - slope);
+  }
+};
+
+scene::VertexAttributes attributes_of(const glm::vec3& normal, const glm::vec3& along_u,
+                                      const glm::vec2& uv) {
+  scene::VertexAttributes attributes;
+  attributes.normal = normal;
+  const glm::vec3 tangent = along_u - glm::dot(along_u, normal) * normal;
+  attributes.tangent = glm::vec4(glm::normalize(tangent), -1);  // v runs downwards on both shapes
+  attributes.uv0 = attributes.uv1 = uv;
+  return attributes;
+}
+
+void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
+                       std::span<scene::VertexAttributes> attributes, std::span<uint32_t> indices) {
+  const Bumps bumps(shape.seed);
+  const uint32_t rings = shape.rings, columns = shape.columns;
+  size_t vertex = 0;
+  const auto add = [&](float theta, float phi, const glm::vec2& uv) {
+    const glm::vec3 direction(std::sin(theta) * std::cos(phi), std::cos(theta),
+                              std::sin(theta) * std::sin(phi));
+    glm::vec3 normal;
+    bumps.at(direction, positions[vertex], normal);
+    attributes[vertex++] =
+        attributes_of(normal, glm::vec3(-std::sin(phi), 0, std::cos(phi)), uv * kSphereRepeat);
+  };
+  // A ring's last vertex lies on its first one, with the other end of the texture.
+  for (uint32_t r = 1; r < rings; ++r) {
+    const float v = static_cast<float>(r) / static_cast<float>(rings);
+    const size_t first = vertex;
+    for (uint32_t c = 0; c < columns; ++c) {
+      const float u = static_cast<float>(c) / static_cast<float>(columns);
+      add(v * kPi, u * 2 * kPi, {u, v});
+    }
+    positions[vertex] = positions[first];
+    attributes[vertex] = attributes[first];
+    attributes[vertex].uv0.x = attributes[vertex].uv1.x = kSphereRepeat.x;
+    ++vertex;
+  }
+  // The poles are one place, with a vertex for each triangle there.
+  for (const bool south : {false, true}) {
+    const size_t first = vertex;
+    for (uint32_t c = 0; c < columns; ++c) {
+      const float u = (static_cast<float>(c) + 0.5f) / static_cast<float>(columns);
+      add(south ? kPi : 0, u * 2 * kPi, {u, south ? 1 : 0});
+      positions[vertex - 1] = positions[first];
+    }
+  }
+
+  size_t index = 0;
+  const auto triangle = [&](uint32_t a, uint32_t b, uint32_t c) {
+    indices[index++] = a;
+    indices[index++] = b;
+    indices[index++] = c;
+  };
+  const uint32_t row = columns + 1, north = (rings - 1) * row, south = north + columns;
+  for (uint32_t c = 0; c < columns; ++c) triangle(north + c, c + 1, c);
+  for (uint32_t r = 0; r + 2 < rings; ++r) {
+    for (uint32_t c = 0; c < columns; ++c) {
+      const uint32_t upper = r * row + c, lower = upper + row;
+      triangle(upper, upper + 1, lower);
+      triangle(upper + 1, lower + 1, lower);
+    }
+  }
+  const uint32_t last = (rings - 2) * row;
+  for (uint32_t c = 0; c < columns; ++c) triangle(last + c, last + c + 1, south + c);
+  FIRE3DV_ASSERT(vertex == positions.size() && index == indices.size());
+}
+
+void make_box(const Shape& shape, std::span<glm::vec3> positions,
+              std::span<scene::VertexAttributes> attributes, std::span<uint32_t> indices) {
+  Random random(shape.seed);
+  const float x = random.uniform(0.5f, 0.8f), y = random.uniform(0.5f, 0.8f), z = random.uniform(0.5f, 0.8f);
+  const glm::vec3 half(x, y, z);
+  const uint32_t side = shape.side, row = side + 1;
+  // One expression for all faces, so that edges which meet have equal bits.
+  const auto along = [&](uint32_t i) { return 2 * static_cast<float>(i) / static_cast<float>(side) - 1; };
+  size_t vertex = 0, index = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float sign : {1.0f, -1.0f}) {
+      int first = (axis + 1) % 3, second = (axis + 2) % 3;
+      if (sign < 0) std::swap(first, second);
+      glm::vec3 normal(0), along_u(0);
+      normal[axis] = sign;
+      along_u[first] = 1;
+      const auto base = static_cast<uint32_t>(vertex);
+      for (uint32_t i = 0; i < row; ++i) {
+        for (uint32_t j = 0; j < row; ++j) {
+          glm::vec3 corner;
+          corner[axis] = sign;
+          corner[first] = along(i);
+          corner[second] = along(j);
+          positions[vertex] = corner * half;
+          attributes[vertex++] = attributes_of(
+              normal, along_u, (glm::vec2(corner[first], corner[second]) * 0.5f + 0.5f) * kBoxRepeat);
+        }
+      }
+      for (uint32_t i = 0; i < side; ++i) {
+        for (uint32_t j = 0; j < side; ++j) {
+          const uint32_t a = base + i * row + j;
+          for (const uint32_t corner : {a, a + row, a + row + 1, a, a + row + 1, a + 1})
+            indices[index++] = corner;
+        }
+      }
+    }
+  }
+  FIRE3DV_ASSERT(vertex == positions.size() && index == indices.size());
+}
+
+}  // namespace
+
+uint32_t Shape::triangles() const {
+  return kind == ShapeKind::box ? 12 * side * side : 2 * columns * (rings - 1);
+}
+
+uint32_t Shape::vertices() const {
+  return kind == ShapeKind::box ? 6 * (side + 1) * (side + 1) : (rings - 1) * (columns + 1) + 2 * columns;
+}
+
+Shape shape_of(ShapeKind kind, double triangle_goal, uint64_t seed) {
+  Shape shape;
+  shape.kind = kind;
+  shape.seed = seed;
+  const auto at_least = [](double value, double least) {
+    return static_cast<uint32_t>(std::max(least, std::round(value)));
+  };
+  const double goal = std::max(triangle_goal, 1.0);
+  shape.side = at_least(std::sqrt(goal / 12), 1);
+  shape.rings = at_least((1 + std::sqrt(1 + goal)) / 2, 3);
+  shape.columns = at_least(goal / (2.0 * (shape.rings - 1)), 3);
+  return shape;
+}
+
+void make_shape(const Shape& shape, std::span<glm::vec3> positions,
+                std::span<scene::VertexAttributes> attributes, std::span<uint32_t> indices) {
+  if (shape.kind == ShapeKind::box) return make_box(shape, positions, attributes, indices);
+  make_bumpy_sphere(shape, positions, attributes, indices);
+}
+
+}  // namespace fire3dv::bench
