@@ -13,20 +13,16 @@ struct PassStage {
 // Maps of lights are culled and drawn in the same dispatches as the camera's view, so with shadows on they
 // are in "cull" and "raster"; the main pass is therefore measured with shadows off.
 constexpr PassStage kTable[] = {
-    {"drives", Stage::poses},        {"poses", Stage::poses},
-    {"transforms", Stage::poses},    {"draws", Stage::poses},
-    {"morph weights", Stage::poses}, {"deform", Stage::poses},
-    {"tlas", Stage::tlas},           {"deformed blas", Stage::tlas},
-    {"cull", Stage::cull},           {"draw commands", Stage::cull},
-    {"clear", Stage::raster},        {"raster", Stage::raster},
-    {"expand", Stage::raster},       {"tiles", Stage::raster},
-    {"depth", Stage::raster},        {"farthest depth", Stage::cull},
-    {"late cull", Stage::cull},      {"late raster", Stage::raster},
-    {"late expand", Stage::raster},  {"late tiles", Stage::raster},
-    {"light views", Stage::shadow},  {"classify", Stage::shadow},
-    {"trace", Stage::shadow},        {"shade", Stage::shading},
-    {"forward", Stage::shading},     {"post", Stage::post},
-    {"fxaa", Stage::post},           {"gui", Stage::gui},
+    {"drives", Stage::poses},       {"poses", Stage::poses},         {"transforms", Stage::poses},
+    {"draws", Stage::poses},        {"morph weights", Stage::poses}, {"deform", Stage::poses},
+    {"tlas", Stage::tlas},          {"deformed blas", Stage::tlas},  {"tlas wait", Stage::tlas},
+    {"surfaces", Stage::shading},   {"cull", Stage::cull},           {"draw commands", Stage::cull},
+    {"clear", Stage::raster},       {"raster", Stage::raster},       {"expand", Stage::raster},
+    {"tiles", Stage::raster},       {"depth", Stage::raster},        {"farthest depth", Stage::cull},
+    {"late cull", Stage::cull},     {"late raster", Stage::raster},  {"late expand", Stage::raster},
+    {"late tiles", Stage::raster},  {"light views", Stage::shadow},  {"classify", Stage::shadow},
+    {"trace", Stage::shadow},       {"shade", Stage::shading},       {"forward", Stage::shading},
+    {"post", Stage::post},          {"fxaa", Stage::post},           {"gui", Stage::gui},
     {"read-back", Stage::readback},
 };
 
@@ -63,7 +59,7 @@ Result<StageTimes> stage_times(const gpu::FrameTimes& times) {
                    "\" belongs to no stage of the report; give it one in tools/bench/stages.cpp"};
     }
     result.ms[static_cast<size_t>(*stage)] += pass.milliseconds;
-    result.between_ms -= pass.milliseconds;
+    if (!pass.aside) result.between_ms -= pass.milliseconds;  // the side queue works beside the main one
   }
   return result;
 }
