@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
+#include "common/culling.glsl"
 #include "common/shadow_maps.glsl"
 #include "common/shadow_points.glsl"
 
@@ -29,6 +30,13 @@ void append(bool wanted, RayEntry entry) {
   if (wanted) RayEntryRef(push.entries).at[base] = entry;
 }
 
+// Whether the body itself is in the light's way: a ray from the side of a closed mesh that is turned away starts inside.
+bool shades_itself(GlobalsRef globals, VisibleTriangle triangle, SurfacePoint point, LightSample light) {
+  if (dot(point.plane_normal_world, light.to_light) > -0.02 - light.sine) return false;
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[triangle.part.primitive];
+  return casts_by_far_sides(globals, triangle.part, primitive, triangle.world_from_node);
+}
+
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   const bool inside = gl_GlobalInvocationID.x < globals.value.width && gl_GlobalInvocationID.y < globals.value.height;
@@ -44,7 +52,8 @@ void main() {
       const int s = findLSB(open);
       const uint id = id_of_sample(ids, s), same = samples_with(ids, id);
       open &= ~same;
-      const SurfacePoint point = shadow_point(globals, id, same, entry.pixel);
+      const VisibleTriangle triangle = visible_triangle(globals, id);
+      const SurfacePoint point = surface_point(globals, triangle, place_of_samples(gl_GlobalInvocationID.xy, same));
       if ((MaterialRef(globals.value.materials).at[point.material].flags & FIRE3DV_MATERIAL_UNLIT) != 0) continue;
       for (uint i = 0; i < globals.value.light_count; ++i) {
         const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
@@ -54,7 +63,9 @@ void main() {
             sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
         if (!light_matters(globals, point, light)) continue;
         uint verdict = kUnknown;
-        if (push.hybrid != 0 && shadow.rays == 1) {
+        if (push.hybrid != 0 && shades_itself(globals, triangle, point, light)) {
+          verdict = kShadowed;
+        } else if (push.hybrid != 0 && shadow.rays == 1) {
           const ShadowRay ray = shadow_ray(globals, point, record, light);
           verdict = map_verdict(globals, shadow, part_of_id(globals, id), ray.origin, point.plane_normal_world, ray.light);
         }

@@ -17,6 +17,7 @@ layout(push_constant, scalar) uniform Push { RasterPush push; };
 shared ivec2 corner_xy[128];
 shared float corner_z[128];
 shared vec3 corner_world[128];
+shared bool one_side;  // of the cluster's part is drawn
 
 const int kMostPixels = 256;            // of a box that one thread walks through
 const int kMostExtent = 64 * kSubpixels;  // so that edge functions fit 32 bits
@@ -95,6 +96,7 @@ void main() {
     corner_z[thread] = corner.z;
     corner_world[thread] = world;
   }
+  if (thread == 0) one_side = draws_one_side(globals, part, world_from_node);
   barrier();
   if (thread >= cluster.triangle_count) return;
 
@@ -118,7 +120,7 @@ void main() {
   const bool mirrored = dot(r0, cross(r1, r2)) < 0;
   const vec3 wa = corner_world[local.x];
   const vec3 normal = cross(corner_world[local.y] - wa, corner_world[local.z] - wa);
-  if (!is_wanted(globals, view, part, world_from_node, mirrored ? -normal : normal, wa)) return;
+  if (one_side && !shows_side(view, mirrored ? -normal : normal, wa)) return;
 #ifdef FIRE3DV_LIGHTS
   const bool double_sided = true;
 #else

@@ -21,7 +21,9 @@ void append_arc(Profile& profile, float center_radius, float center_height, floa
   for (int i = 0; i <= steps; ++i) {
     const float angle = from_rad + (to_rad - from_rad) * static_cast<float>(i) / static_cast<float>(steps);
     const float c = std::cos(angle), s = std::sin(angle);
-    profile.push_back({std::max(center_radius + radius * c, 0.0f), center_height + radius * s, c, s});
+    const float from_axis = center_radius + radius * c;
+    // A pole lies on the axis to the bit, so that the mesh is closed there.
+    profile.push_back({from_axis > 1e-6f * radius ? from_axis : 0.0f, center_height + radius * s, c, s});
   }
 }
 
@@ -49,7 +51,9 @@ Mesh lathe(const Profile& profile, int segments, float from_rad = 0, float turn_
       along += std::hypot(point.radius - profile[i - 1].radius, point.height - profile[i - 1].height);
     for (int k = 0; k <= segments; ++k) {
       const float angle = from_rad + turn_rad * static_cast<float>(k) / static_cast<float>(segments);
-      const float c = std::cos(angle), s = std::sin(angle);
+      // A full turn ends where it began, to the bit.
+      const float place = turn_rad == 2 * kPi && k == segments ? from_rad : angle;
+      const float c = std::cos(place), s = std::sin(place);
       mesh.vertices.push_back({{point.radius * c, point.radius * s, point.height},
                                {point.normal_radius * c, point.normal_radius * s, point.normal_height},
                                {-s, c, 0},
@@ -181,13 +185,15 @@ Mesh link_mesh(float half_length, float radius_near, float radius_far, float hal
   }
   append_grid(mesh, 0, count, static_cast<int>(rings.size()) - 1);
   for (float side : {-1.0f, 1.0f}) {
+    // As the outermost ring has it, to the bit: nothing is open between them.
+    const ProfilePoint& ring_shape = side < 0 ? rings.front() : rings.back();
     const auto first = static_cast<uint32_t>(mesh.vertices.size());
     const Vec3 tangent = {-side, 0, 0};
-    mesh.vertices.push_back({{0, side * half_depth, 0}, {0, side, 0}, tangent, 1, 0, 0});
+    mesh.vertices.push_back({{0, ring_shape.height, 0}, {0, side, 0}, tangent, 1, 0, 0});
     for (int i = 0; i <= count; ++i) {
-      const Vec3 at = point(i, bevel);
+      const Vec3 at = point(i, bevel * (1 - ring_shape.normal_radius));
       mesh.vertices.push_back(
-          {{at.x, side * half_depth, at.z}, {0, side, 0}, tangent, 1, -side * at.x, at.z});
+          {{at.x, ring_shape.height, at.z}, {0, side, 0}, tangent, 1, -side * at.x, at.z});
     }
     for (uint32_t i = 0; i < static_cast<uint32_t>(count); ++i) {
       const uint32_t a = first + 1 + i, b = a + 1;

@@ -39,14 +39,22 @@ bool casts_by_far_sides(GlobalsRef globals, PartRecord part, PrimitiveRecord pri
          dot(plane.xyz, center) + plane.w > radius + 1e-6 * (abs(plane.w) + dot(abs(plane.xyz), abs(center)));
 }
 
-// Whether a view draws a triangle, by the side that it shows.
-bool is_wanted(GlobalsRef globals, RasterView view, PartRecord part, AffineRows world_from_node, vec3 normal, vec3 point) {
+// Whether a view draws triangles of a part on one side alone: the camera those that face it, a light those that do not.
+bool draws_one_side(GlobalsRef globals, PartRecord part, AffineRows world_from_node) {
 #ifdef FIRE3DV_LIGHTS
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
-  // What is nearly edge-on belongs to both sides: nothing may be missing.
-  return !(casts_by_far_sides(globals, part, primitive, world_from_node) && faces_away(view, -normal, point));
+  return casts_by_far_sides(globals, part, primitive, world_from_node);
 #else
-  return (part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 || !faces_away(view, normal, point);
+  return (part.flags & FIRE3DV_PART_DOUBLE_SIDED) == 0;
+#endif
+}
+
+// Whether a triangle of such a part shows that side. What is nearly edge-on belongs to both: nothing may be missing.
+bool shows_side(RasterView view, vec3 normal, vec3 point) {
+#ifdef FIRE3DV_LIGHTS
+  return !faces_away(view, -normal, point);
+#else
+  return !faces_away(view, normal, point);
 #endif
 }
 
