@@ -167,13 +167,13 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
     uses.emplace_back(*written, access);
 }
 
-GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
+GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, scene::Derived derived,
                    const gpu::EnvironmentTextures& environment, float anisotropy)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
-  scene::ClusteredGeometry clustered = scene::cut_clusters(scene);
+  scene::ClusteredGeometry& clustered = derived.clusters;
   deformed = DeformedShapes(device, loader, scene, scene::add_deformed_copies(scene, clustered), clustered);
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
@@ -213,7 +213,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   lights = upload_array(device, loader, light_records);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
-  Parts all_parts = collect_parts(scene, *this);
+  Parts all_parts = collect_parts(scene, derived.casters, *this);
   part_count = static_cast<uint32_t>(all_parts.parts.size());
   planar_parts = std::move(all_parts.planar);
   first_part_of_node = std::move(all_parts.first_of_node);

@@ -14,7 +14,7 @@
 #include "renderer/passes/draw_list.h"
 #include "renderer/passes/scene_parts.h"
 #include "renderer/passes/scene_textures.h"
-#include "renderer/scene/clusters.h"
+#include "renderer/scene/derived.h"
 #include "renderer/scene/scene.h"
 #include "renderer/state/pose_state.h"
 
@@ -22,8 +22,8 @@ namespace fire3dv::passes {
 
 struct GpuScene {
   // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
-  GpuScene(gpu::Device& device, const scene::Scene& scene, const gpu::EnvironmentTextures& environment,
-           float anisotropy);
+  GpuScene(gpu::Device& device, const scene::Scene& scene, scene::Derived derived,
+           const gpu::EnvironmentTextures& environment, float anisotropy);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,

@@ -50,12 +50,13 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
   }
 }
 
-void SceneRenderer::set_scene(const scene::Scene& scene) {
+void SceneRenderer::set_scene(const scene::Scene& scene, scene::Derived derived) {
   scene_ = &scene;
   transforms_.forget();
   deform_.forget();
   forward_.forget();
-  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, environment_.textures(), settings_.anisotropy);
+  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, std::move(derived), environment_.textures(),
+                                          settings_.anisotropy);
   shadows_.set_scene(scene, *gpu_scene_);
 }
 

@@ -42,7 +42,8 @@ class SceneRenderer {
   SceneRenderer(gpu::Device& device, const DrawSettings& settings);
 
   // The scene must outlive its use here. May be called again: what the old one held retires.
-  void set_scene(const scene::Scene& scene);
+  void set_scene(const scene::Scene& scene) { set_scene(scene, scene::derive(scene)); }
+  void set_scene(const scene::Scene& scene, scene::Derived derived);
   void set_size(VkExtent2D extent);
 
   // Records the passes; the result is in image(), ready to be read.
