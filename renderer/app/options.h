@@ -1,6 +1,7 @@
 // The renderer's command line.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -14,6 +15,7 @@
 namespace fire3dv::app {
 
 struct Options {
+  std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
   std::filesystem::path scene;
   std::vector<std::string> listen;                      // URIs
   bool insecure = false;                                // listen on addresses other than loopback

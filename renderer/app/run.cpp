@@ -6,9 +6,8 @@
 
 #include "protocol/transport/open.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/progress.h"
+#include "renderer/app/scene_load.h"
 #include "renderer/gpu/device.h"
-#include "renderer/scene/load_gltf.h"
 #include "renderer/scene/radiance_file.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/null_sink.h"
@@ -46,24 +45,19 @@ Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const 
   return gpu::Device::create(instance, choice->index, !options.headless, options.async_compute);
 }
 
-Result<scene::Scene> load_scene(const std::filesystem::path& path) {
-  Progress progress("loading " + path.filename().string() + ":");
-  Result<scene::Scene> scene = scene::load_gltf(
-      path, {}, [&](const char*, size_t done, size_t total) { progress.update(done, total); });
-  if (!scene) return scene;
+void describe(const std::filesystem::path& path, const scene::Scene& scene) {
   constexpr size_t kWarningsShown = 20;
-  for (size_t i = 0; i < std::min(scene->warnings.size(), kWarningsShown); ++i)
-    say("warning: " + scene->warnings[i]);
-  if (scene->warnings.size() > kWarningsShown) {
-    say("warning: and " + std::to_string(scene->warnings.size() - kWarningsShown) + " more");
+  for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
+    say("warning: " + scene.warnings[i]);
+  if (scene.warnings.size() > kWarningsShown) {
+    say("warning: and " + std::to_string(scene.warnings.size() - kWarningsShown) + " more");
   }
   size_t triangles = 0;
-  for (const scene::Primitive& primitive : scene->primitives) triangles += primitive.index_count / 3;
-  say(path.string() + ": " + std::to_string(scene->nodes.size()) + " nodes, " + std::to_string(triangles) +
-      " triangles, " + std::to_string(scene->lights.size()) + " lights, " +
-      std::to_string(scene->cameras.size()) + " cameras, " + std::to_string(scene->textures.size()) +
+  for (const scene::Primitive& primitive : scene.primitives) triangles += primitive.index_count / 3;
+  say(path.string() + ": " + std::to_string(scene.nodes.size()) + " nodes, " + std::to_string(triangles) +
+      " triangles, " + std::to_string(scene.lights.size()) + " lights, " +
+      std::to_string(scene.cameras.size()) + " cameras, " + std::to_string(scene.textures.size()) +
       " textures");
-  return scene;
 }
 
 // Null without the option.
@@ -130,7 +124,10 @@ int run(const Options& options) {
   gpu::InstanceOptions instance_options;
   instance_options.validation = options.validation;
   if (window) instance_options.window_extensions = window->instance_extensions();
+  std::optional<SceneLoad> load;
+  if (!options.list_devices) load.emplace(options.scene);
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
+  if (load && load->has_failed()) return fail(load->take().error());
   if (!instance) return fail(instance.error());
   if (options.list_devices) return list_devices(**instance);
 
@@ -139,11 +136,26 @@ int run(const Options& options) {
     // The cheap things that can be wrong come first.
     Result<FrameStats> stats = FrameStats::create(options.stats);
     if (!stats) return fail(stats.error());
-    Result<scene::Scene> scene = load_scene(options.scene);
-    if (!scene) return fail(scene.error());
+    const auto note_start = [&](const char* what) {
+      const auto since = std::chrono::steady_clock::now() - options.begun;
+      stats->note_start(what, std::chrono::duration<double, std::milli>(since).count());
+    };
     Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
         load_surroundings(options.environment);
     if (!environment) return fail(environment.error());
+
+    // The scene loads while the device opens and its pipelines are made.
+    Result<std::unique_ptr<gpu::Device>> device = open_device(**instance, options);
+    if (load->has_failed()) return fail(load->take().error());
+    if (!device) return fail(device.error());
+    passes::SceneRenderer renderer(**device, draw_settings(options, std::move(*environment)));
+    note_start("renderer");
+    Result<LoadedScene> loaded = load->take();
+    if (!loaded) return fail(loaded.error());
+    note_start("scene");
+    const scene::Scene* const scene = &loaded->scene;
+    describe(options.scene, *scene);
+
     Result<CameraRig> camera = CameraRig::create(*scene, options.camera);
     if (!camera) return fail(camera.error());
     Result<std::optional<state::AnimationPlayer>> animations = open_animations(options, *scene);
@@ -154,8 +166,6 @@ int run(const Options& options) {
     Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
     if (!sink) return fail(sink.error());
 
-    Result<std::unique_ptr<gpu::Device>> device = open_device(**instance, options);
-    if (!device) return fail(device.error());
     // However this ends, the window lets go of the device first.
     struct Detach {
       sinks::Window* window;
@@ -168,8 +178,10 @@ int run(const Options& options) {
         return fail(attached.error());
     }
 
-    FrameLoop loop(**device, *scene, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
-                   window.get(), *stats, options, std::move(*environment));
+    renderer.set_scene(*scene, std::move(loaded->derived));
+    note_start("scene on the device");
+    FrameLoop loop(**device, renderer, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
+                   window.get(), *stats, options);
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());
     say(std::to_string(loop.images()) + " images" +

@@ -35,19 +35,19 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       samples_(choose_samples(device, path_, settings.samples)),
       scene_set_layout_(gpu::BindlessTextures::create_layout(device)),
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
-      environment_(device, settings.environment ? *settings.environment : scene::studio_environment()),
       transforms_(device, layout_.get()),
       deform_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
       shadow_way_(choose_shadow_way(device, settings.shadows, path_ == RasterPath::visibility)),
+      // The forward path finds what rays start from in the same way, where it cannot trace them itself.
+      visibility_(path_ == RasterPath::visibility || shadow_way_.back_end == RayBackEnd::pipeline
+                      ? std::optional<VisibilityPass>(std::in_place, device, layout_.get(), scene_set_layout_.get(),
+                                                      samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1)
+                      : std::optional<VisibilityPass>()),
       shadows_(device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, shadow_way_),
-      post_(device, samples_) {
+      post_(device, samples_),
+      environment_(device, settings.environment ? *settings.environment : scene::studio_environment()) {
   settings_.environment.reset();  // the GPU has it now
-  // The forward path finds what rays start from in the same way, where it cannot trace them itself.
-  if (path_ == RasterPath::visibility || shadow_way_.back_end == RayBackEnd::pipeline) {
-    visibility_.emplace(device, layout_.get(), scene_set_layout_.get(),
-                        samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
-  }
 }
 
 void SceneRenderer::set_scene(const scene::Scene& scene, scene::Derived derived) {

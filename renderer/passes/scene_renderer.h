@@ -79,7 +79,6 @@ class SceneRenderer {
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
   gpu::PipelineLayout layout_;
-  Environment environment_;
   TransformsPass transforms_;
   DeformPass deform_;
   ForwardPass forward_;
@@ -88,6 +87,7 @@ class SceneRenderer {
   std::optional<VisibilityPass> visibility_;
   ShadowPass shadows_;
   PostPass post_;
+  Environment environment_;  // last: it waits for the GPU, and meanwhile the pipelines above are made
   const scene::Scene* scene_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;
   std::optional<Targets> targets_;
