@@ -1,4 +1,5 @@
-// How far a long job is: one line that is rewritten on a terminal, a line now and then elsewhere. Short jobs say nothing.
+// How far a long job is: one line that is rewritten on a terminal, a line now and then elsewhere. Short jobs
+// say nothing.
 #pragma once
 
 #include <chrono>

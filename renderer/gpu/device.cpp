@@ -152,7 +152,8 @@ void Device::start_pipeline_cache(std::span<const std::byte> kept) {
 
 std::vector<std::byte> Device::pipeline_cache_data() const {
   size_t size = 0;
-  if (!pipeline_cache_ || vkGetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS) return {};
+  if (!pipeline_cache_ || vkGetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS)
+    return {};
   std::vector<std::byte> data(size);
   if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return {};
   data.resize(size);

@@ -71,8 +71,8 @@ class Device {
   PipelineMakers& pipeline_makers() { return *pipeline_makers_; }
   VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
 
-  // What earlier runs have compiled for this very device and driver, and what this one may keep for later ones. Bytes
-  // that are not of this device and driver are passed over. Call before pipelines are made.
+  // What earlier runs have compiled for this very device and driver, and what this one may keep for later
+  // ones. Bytes that are not of this device and driver are passed over. Call before pipelines are made.
   void start_pipeline_cache(std::span<const std::byte> kept);
   std::vector<std::byte> pipeline_cache_data() const;  // empty where the driver keeps nothing there
   // What the driver's pipeline data depends on.

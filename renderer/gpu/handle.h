@@ -1,5 +1,6 @@
-// Every Vulkan object has one owner: a move-only Handle. Its destructor does not destroy the object but retires it to
-// the frames that may still use it; Device frees it when the timeline has passed them. Nobody waits for the GPU.
+// Every Vulkan object has one owner: a move-only Handle. Its destructor does not destroy the object but
+// retires it to the frames that may still use it; Device frees it when the timeline has passed them. Nobody
+// waits for the GPU.
 #pragma once
 
 #include <array>

@@ -134,7 +134,8 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
   info.pDynamicState = &dynamic;
   info.layout = layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateGraphicsPipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
+  FIRE3DV_VK(
+      vkCreateGraphicsPipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
   return Pipeline(device, pipeline);
 }
 

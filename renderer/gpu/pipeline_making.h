@@ -1,5 +1,5 @@
-// Pipelines are made on threads of their own: a driver may take long for each of them, and most of what else a start
-// has to do does not need them yet.
+// Pipelines are made on threads of their own: a driver may take long for each of them, and most of what else
+// a start has to do does not need them yet.
 #pragma once
 
 #include <condition_variable>

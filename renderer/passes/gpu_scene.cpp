@@ -167,14 +167,21 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
     uses.emplace_back(*written, access);
 }
 
-GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, scene::Derived derived,
-                   const gpu::EnvironmentTextures& environment, float anisotropy)
+GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
+                   VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
+                   float anisotropy)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
-  scene::ClusteredGeometry& clustered = derived.clusters;
-  deformed = DeformedShapes(device, loader, scene, scene::add_deformed_copies(scene, clustered), clustered);
+  scene::ClusteredGeometry with_copies;
+  std::vector<scene::DeformedNode> deformed_nodes;
+  if (std::any_of(scene.nodes.begin(), scene.nodes.end(), scene::is_deformed)) {
+    with_copies = derived.clusters;
+    deformed_nodes = scene::add_deformed_copies(scene, with_copies);
+  }
+  const scene::ClusteredGeometry& clustered = deformed_nodes.empty() ? derived.clusters : with_copies;
+  deformed = DeformedShapes(device, loader, scene, std::move(deformed_nodes), clustered);
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
@@ -259,7 +266,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, scene::Derive
   instance_of_node = upload_array(device, loader, instance_indices);
   scene_textures = upload_textures(device, loader, scene, anisotropy);
   loader.finish();
-  textures = gpu::BindlessTextures(device, scene_textures.sampled, environment, top_level.handle());
+  textures =
+      gpu::BindlessTextures(device, textures_layout, scene_textures.sampled, environment, top_level.handle());
 }
 
 }  // namespace fire3dv::passes

@@ -22,8 +22,10 @@ namespace fire3dv::passes {
 
 struct GpuScene {
   // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
-  GpuScene(gpu::Device& device, const scene::Scene& scene, scene::Derived derived,
-           const gpu::EnvironmentTextures& environment, float anisotropy);
+  // textures_layout: see gpu::BindlessTextures.
+  GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
+           VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
+           float anisotropy);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,

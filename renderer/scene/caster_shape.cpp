@@ -12,11 +12,12 @@
 namespace fire3dv::scene {
 namespace {
 
-// Numbers positions in the order of their first appearance. The seed is drawn anew each time, so that no file can choose
-// positions that all fall on one slot.
+// Numbers positions in the order of their first appearance. The seed is drawn anew each time, so that no file
+// can choose positions that all fall on one slot.
 class PointNumbers {
  public:
-  explicit PointNumbers(size_t most) : slots_(std::bit_ceil(2 * most + 1), kNone), seed_(std::random_device{}()) {}
+  explicit PointNumbers(size_t most)
+      : slots_(std::bit_ceil(2 * most + 1), kNone), seed_(std::random_device{}()) {}
 
   uint32_t number_of(const glm::vec3& position, std::vector<glm::vec3>& points) {
     size_t slot = hash(position) & (slots_.size() - 1);
@@ -90,7 +91,8 @@ std::vector<uint32_t> pieces_of(const WeldedTriangles& mesh) {
 
 // Every edge is run through once in each direction.
 bool has_paired_edges(const WeldedTriangles& mesh) {
-  if (mesh.corners.size() >= kNone) return false;  // more than can be counted here; open is always true enough
+  if (mesh.corners.size() >= kNone)
+    return false;  // more than can be counted here; open is always true enough
   // Edges of each point that is the lower one of their two: first_of[point] .. first_of[point + 1].
   std::vector<uint32_t> first_of(mesh.points.size() + 1, 0);
   const auto for_each_edge = [&](const auto& visit) {
@@ -117,8 +119,8 @@ bool has_paired_edges(const WeldedTriangles& mesh) {
   return true;
 }
 
-// Edges are paired, and the volume inside is positive; of each piece, since a lamp may stand inside one that is inside
-// out.
+// Edges are paired, and the volume inside is positive; of each piece, since a lamp may stand inside one that
+// is inside out.
 bool is_closed(const WeldedTriangles& mesh) {
   if (!has_paired_edges(mesh)) return false;
   const std::vector<uint32_t> piece = pieces_of(mesh);

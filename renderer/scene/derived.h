@@ -1,5 +1,5 @@
-// What drawing needs that follows from the scene alone. It is found once, when a scene is loaded, and takes longer than
-// reading the file: so it is kept with the scene in a cache (scene_cache.h).
+// What drawing needs that follows from the scene alone. It is found once, when a scene is loaded, and takes
+// longer than reading the file: so it is kept with the scene in a cache (scene_cache.h).
 #pragma once
 
 #include <vector>
