@@ -12,9 +12,15 @@ volatile std::sig_atomic_t stop_requested = 0;
 
 using Clock = std::chrono::steady_clock;
 
-double milliseconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+double milliseconds(Clock::duration duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
 }
+
+double milliseconds_since(Clock::time_point begin) {
+  return milliseconds(Clock::now() - begin);
+}
+
+}  // namespace
 
 passes::DrawSettings draw_settings(const Options& options,
                                    std::shared_ptr<const scene::EnvironmentImage> environment) {
@@ -34,8 +40,6 @@ passes::DrawSettings draw_settings(const Options& options,
   return settings;
 }
 
-}  // namespace
-
 void install_stop_signals() {
   struct sigaction action {};
   action.sa_handler = [](int) { stop_requested = 1; };
@@ -44,10 +48,9 @@ void install_stop_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses,
+FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
                      StreamIntake& intake, state::AnimationPlayer* animations, CameraRig& camera,
-                     sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options,
-                     std::shared_ptr<const scene::EnvironmentImage> environment)
+                     sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options)
     : device_(device),
       poses_(poses),
       intake_(intake),
@@ -58,12 +61,11 @@ FrameLoop::FrameLoop(gpu::Device& device, const scene::Scene& scene, state::Pose
       stats_(stats),
       options_(options),
       frames_(device),
-      renderer_(device, draw_settings(options, std::move(environment))),
+      renderer_(renderer),
       readback_(device),
       started_(Clock::now()),
       last_image_(started_),
       progress_("images:") {
-  renderer_.set_scene(scene);
   VkExtent2D extent{options.width, options.height};
   if (window && !window->minimized()) extent = window->framebuffer_extent();
   renderer_.set_size(extent);
@@ -109,6 +111,7 @@ Result<void> FrameLoop::run() {
   device_.wait(device_.last_submitted());
   if (Result<void> delivered = deliver(); !delivered) return delivered;
   if (Result<void> finished = sink_.finish(); !finished) return finished;
+  if (first_finished_) stats_.note_start("first image", milliseconds(*first_finished_ - options_.begun));
   return stats_.finish();
 }
 
@@ -197,6 +200,9 @@ Result<void> FrameLoop::deliver() {
   });
   if (!result) return result;
   const uint64_t done = device_.completed();
+  if (!unacknowledged_.empty() && unacknowledged_.front().first <= done && !first_finished_) {
+    first_finished_ = Clock::now();
+  }
   while (!unacknowledged_.empty() && unacknowledged_.front().first <= done) {
     intake_.acknowledge(unacknowledged_.front().second);
     unacknowledged_.erase(unacknowledged_.begin());

@@ -22,14 +22,16 @@ namespace fire3dv::app {
 // Set by SIGINT and SIGTERM, once install_stop_signals() was called: the loop ends in order.
 void install_stop_signals();
 
+// How the options want scenes drawn. environment: null for the studio.
+passes::DrawSettings draw_settings(const Options& options,
+                                   std::shared_ptr<const scene::EnvironmentImage> environment);
+
 class FrameLoop {
  public:
-  // All but the surroundings are borrowed. window may be null; so may animations, where none play, and
-  // environment, for the studio.
-  FrameLoop(gpu::Device& device, const scene::Scene& scene, state::PoseState& poses, StreamIntake& intake,
-            state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink,
-            sinks::Window* window, FrameStats& stats, const Options& options,
-            std::shared_ptr<const scene::EnvironmentImage> environment);
+  // All is borrowed. The renderer has its scene. window may be null; so may animations, where none play.
+  FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
+            StreamIntake& intake, state::AnimationPlayer* animations, CameraRig& camera,
+            sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options);
 
   Result<void> run();
   uint64_t images() const { return images_; }
@@ -61,12 +63,13 @@ class FrameLoop {
   const Options& options_;
 
   gpu::FrameRing frames_;
-  passes::SceneRenderer renderer_;
+  passes::SceneRenderer& renderer_;
   passes::ReadbackBelt<ImageTag> readback_;
   uint64_t images_ = 0;   // drawn
   bool undrawn_ = false;  // lockstep: a pose frame is shown that no image has been drawn of yet
   std::vector<std::pair<uint64_t, std::vector<state::FrameTag>>> unacknowledged_;  // timeline value, frames
   const std::chrono::steady_clock::time_point started_;
+  std::optional<std::chrono::steady_clock::time_point> first_finished_;
   std::chrono::steady_clock::time_point last_image_;
   Progress progress_;
 };

@@ -54,6 +54,12 @@ Result<FrameStats> FrameStats::create(const std::filesystem::path& csv) {
   return stats;
 }
 
+void FrameStats::note_start(const std::string& what, double ms) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s %.0f ms", what.c_str(), ms);
+  start_ += (start_.empty() ? "" : ", ") + std::string(text);
+}
+
 void FrameStats::add(const FrameCost& cost) {
   if (cost.frame_index > 0) frame_ms_.push_back(cost.frame_ms);  // the first has no image before it
   cpu_ms_.push_back(cost.cpu_ms);
@@ -106,7 +112,8 @@ Result<void> FrameStats::finish() {
 }
 
 std::string FrameStats::summary() const {
-  std::string text = line("image", frame_ms_) + line("CPU", cpu_ms_) + line("GPU", gpu_ms_);
+  std::string text = start_.empty() ? "" : "  start        " + start_ + "\n";
+  text += line("image", frame_ms_) + line("CPU", cpu_ms_) + line("GPU", gpu_ms_);
   for (const char* column : kColumns) {
     const auto pass = pass_ms_.find(column);
     if (pass == pass_ms_.end()) continue;

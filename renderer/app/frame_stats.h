@@ -39,6 +39,8 @@ class FrameStats {
  public:
   static Result<FrameStats> create(const std::filesystem::path& csv);  // empty: no file
 
+  // How long after the program's begin something of its start was there: in the summary, in this order.
+  void note_start(const std::string& what, double ms);
   void add(const FrameCost& cost);
   void add(const gpu::FrameTimes& times);
   // Writes the last rows; says when the file could not be written.
@@ -54,6 +56,7 @@ class FrameStats {
   std::filesystem::path path_;
   std::unique_ptr<std::FILE, CloseFile> file_;
   bool header_written_ = false;
+  std::string start_;
   std::map<uint64_t, FrameCost> waiting_;  // costs whose GPU times have not come yet
   RecentTimes frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
   std::map<std::string, RecentTimes> pass_ms_;

@@ -161,6 +161,13 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option("--out", options.out, "folder for one PNG per image");
   app.add_option("--stats", options.stats, "CSV file of times per image");
 
+  app.add_option(
+         "--cache", options.cache,
+         "where loaded scenes and compiled pipelines are kept for the next start: auto (in the user's "
+         "cache folder), beside (scenes beside their files), off, or a folder")
+      ->type_name("[auto|beside|off|FOLDER]")
+      ->capture_default_str();
+
   app.add_option("--device", options.device, "Vulkan device by index or part of its name");
   std::string async_compute = "auto";
   app.add_option(
@@ -261,6 +268,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   }
   if (animate->count() > 0 && options.animate.empty()) options.animate = "all";
   if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
+  if (options.cache.empty()) return usage_error("--cache: name a folder, or auto, beside or off");
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
   if (options.exit_when_done && options.listen.empty())
     return usage_error("--exit-when-done needs a --listen URI");

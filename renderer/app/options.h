@@ -1,6 +1,7 @@
 // The renderer's command line.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -14,6 +15,7 @@
 namespace fire3dv::app {
 
 struct Options {
+  std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
   std::filesystem::path scene;
   std::vector<std::string> listen;                      // URIs
   bool insecure = false;                                // listen on addresses other than loopback
@@ -28,6 +30,7 @@ struct Options {
   uint64_t frames = 0;          // 0 = until told to stop
   bool exit_when_done = false;  // end when the last stream has ended
   std::string animate;          // an animation's name, its index, or "all"; empty: none plays
+  std::string cache = "auto";   // auto, off, beside or a folder: see cache_places.h
   std::filesystem::path out;    // folder of PNGs; empty = none
   std::filesystem::path stats;  // CSV of times per frame; empty = none
 

@@ -2,25 +2,51 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 namespace fire3dv::app {
+namespace {
+
+constexpr std::chrono::seconds kShortJob{1};
+constexpr std::chrono::milliseconds kTerminalInterval{200}, kLogInterval{5000};
+constexpr size_t kBarWidth = 30;
+
+}  // namespace
 
 Progress::Progress(std::string what)
-    : what_(std::move(what)), terminal_(isatty(STDERR_FILENO)), last_(std::chrono::steady_clock::now()) {}
+    : what_(std::move(what)),
+      terminal_(isatty(STDERR_FILENO)),
+      begun_(std::chrono::steady_clock::now()),
+      last_(begun_) {}
 
 Progress::~Progress() {
   if (line_open_) std::fprintf(stderr, "\n");
 }
 
 void Progress::update(uint64_t done, uint64_t total) {
+  if (is_due()) show(std::to_string(done) + (total ? " of " + std::to_string(total) : ""));
+}
+
+void Progress::update(const char* stage, uint64_t done, uint64_t total) {
+  if (!is_due()) return;
+  const double part = total ? std::min(static_cast<double>(done) / static_cast<double>(total), 1.0) : 0;
+  const auto filled = static_cast<size_t>(part * static_cast<double>(kBarWidth));
+  std::string text = stage;
+  if (terminal_) text += " [" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + "]";
+  show(text + " " + std::to_string(static_cast<int>(part * 100)) + "%");
+}
+
+bool Progress::is_due() {
   const auto now = std::chrono::steady_clock::now();
-  if (now - last_ < (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000))) return;
+  if (now - begun_ < kShortJob || now - last_ < (terminal_ ? kTerminalInterval : kLogInterval)) return false;
   last_ = now;
-  std::fprintf(stderr, "%sfire3dv: %s %llu", terminal_ ? "\r" : "", what_.c_str(),
-               static_cast<unsigned long long>(done));
-  if (total) std::fprintf(stderr, " of %llu", static_cast<unsigned long long>(total));
-  std::fprintf(stderr, terminal_ ? "\033[K" : "\n");
+  return true;
+}
+
+void Progress::show(const std::string& text) {
+  std::fprintf(stderr, "%sfire3dv: %s %s%s", terminal_ ? "\r" : "", what_.c_str(), text.c_str(),
+               terminal_ ? "\033[K" : "\n");
   line_open_ = terminal_;
 }
 

@@ -1,4 +1,5 @@
-// How far a long job is: one line that is rewritten on a terminal, a line now and then elsewhere.
+// How far a long job is: one line that is rewritten on a terminal, a line now and then elsewhere. Short jobs
+// say nothing.
 #pragma once
 
 #include <chrono>
@@ -12,12 +13,17 @@ class Progress {
   explicit Progress(std::string what);
   ~Progress();
   void update(uint64_t done, uint64_t total);  // total 0 = unknown
+  // A job of several stages: a bar and a percentage of the stage.
+  void update(const char* stage, uint64_t done, uint64_t total);
 
  private:
+  bool is_due();
+  void show(const std::string& text);
+
   std::string what_;
   bool terminal_;
   bool line_open_ = false;
-  std::chrono::steady_clock::time_point last_;
+  std::chrono::steady_clock::time_point begun_, last_;
 };
 
 }  // namespace fire3dv::app

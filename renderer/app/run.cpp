@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <optional>
 
 #include "protocol/transport/open.h"
+#include "renderer/app/cache_places.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/progress.h"
+#include "renderer/app/pipeline_file.h"
+#include "renderer/app/scene_load.h"
 #include "renderer/gpu/device.h"
-#include "renderer/scene/load_gltf.h"
 #include "renderer/scene/radiance_file.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/null_sink.h"
@@ -24,6 +26,12 @@ void say(const std::string& text) {
 int fail(const Error& error) {
   say(error.message);
   return 1;
+}
+
+// A run without a cache is a good run.
+void say_of_cache(const Error& error) {
+  say("cache: " + error.message +
+      "; the next start will be as slow as this one (--cache names another folder)");
 }
 
 int list_devices(const gpu::Instance& instance) {
@@ -46,24 +54,34 @@ Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const 
   return gpu::Device::create(instance, choice->index, !options.headless, options.async_compute);
 }
 
-Result<scene::Scene> load_scene(const std::filesystem::path& path) {
-  Progress progress("loading " + path.filename().string() + ":");
-  Result<scene::Scene> scene = scene::load_gltf(
-      path, {}, [&](const char*, size_t done, size_t total) { progress.update(done, total); });
-  if (!scene) return scene;
+void describe(const std::filesystem::path& path, const scene::Scene& scene) {
   constexpr size_t kWarningsShown = 20;
-  for (size_t i = 0; i < std::min(scene->warnings.size(), kWarningsShown); ++i)
-    say("warning: " + scene->warnings[i]);
-  if (scene->warnings.size() > kWarningsShown) {
-    say("warning: and " + std::to_string(scene->warnings.size() - kWarningsShown) + " more");
+  for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
+    say("warning: " + scene.warnings[i]);
+  if (scene.warnings.size() > kWarningsShown) {
+    say("warning: and " + std::to_string(scene.warnings.size() - kWarningsShown) + " more");
   }
   size_t triangles = 0;
-  for (const scene::Primitive& primitive : scene->primitives) triangles += primitive.index_count / 3;
-  say(path.string() + ": " + std::to_string(scene->nodes.size()) + " nodes, " + std::to_string(triangles) +
-      " triangles, " + std::to_string(scene->lights.size()) + " lights, " +
-      std::to_string(scene->cameras.size()) + " cameras, " + std::to_string(scene->textures.size()) +
+  for (const scene::Primitive& primitive : scene.primitives) triangles += primitive.index_count / 3;
+  say(path.string() + ": " + std::to_string(scene.nodes.size()) + " nodes, " + std::to_string(triangles) +
+      " triangles, " + std::to_string(scene.lights.size()) + " lights, " +
+      std::to_string(scene.cameras.size()) + " cameras, " + std::to_string(scene.textures.size()) +
       " textures");
-  return scene;
+}
+
+// Few scenes have so many textures that the renderer has to be made anew for them.
+Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
+                       std::optional<passes::SceneRenderer>& renderer) {
+  if (scene.textures.size() <= settings.most_textures) return {};
+  if (scene.textures.size() > gpu::BindlessTextures::most(device)) {
+    return Error{scene.source.string() + " has " + std::to_string(scene.textures.size()) + " textures, but " +
+                 device.report().name + " takes " + std::to_string(gpu::BindlessTextures::most(device)) +
+                 " at most: split the file, or choose another device with --device"};
+  }
+  settings.most_textures = static_cast<uint32_t>(scene.textures.size());
+  renderer.reset();
+  renderer.emplace(device, settings);
+  return {};
 }
 
 // Null without the option.
@@ -130,7 +148,11 @@ int run(const Options& options) {
   gpu::InstanceOptions instance_options;
   instance_options.validation = options.validation;
   if (window) instance_options.window_extensions = window->instance_extensions();
+  const CachePlaces places = cache_places(options.cache, [](const char* name) { return std::getenv(name); });
+  std::optional<SceneLoad> load;
+  if (!options.list_devices) load.emplace(options.scene, places.scenes);
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
+  if (load && load->has_failed()) return fail(load->wait().error());
   if (!instance) return fail(instance.error());
   if (options.list_devices) return list_devices(**instance);
 
@@ -139,11 +161,30 @@ int run(const Options& options) {
     // The cheap things that can be wrong come first.
     Result<FrameStats> stats = FrameStats::create(options.stats);
     if (!stats) return fail(stats.error());
-    Result<scene::Scene> scene = load_scene(options.scene);
-    if (!scene) return fail(scene.error());
+    const auto note_start = [&](const char* what) {
+      const auto since = std::chrono::steady_clock::now() - options.begun;
+      stats->note_start(what, std::chrono::duration<double, std::milli>(since).count());
+    };
     Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
         load_surroundings(options.environment);
     if (!environment) return fail(environment.error());
+
+    // The scene loads while the device opens and its pipelines are made.
+    Result<std::unique_ptr<gpu::Device>> device = open_device(**instance, options);
+    if (load->has_failed()) return fail(load->wait().error());
+    if (!device) return fail(device.error());
+    PipelineFile pipelines(**device, places.pipelines);
+    if (pipelines.note()) say(*pipelines.note());
+    const passes::DrawSettings settings = draw_settings(options, std::move(*environment));
+    std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
+    note_start("renderer");
+    Result<const scene::LoadedScene*> loaded = load->wait();
+    if (!loaded) return fail(loaded.error());
+    note_start(load->was_kept() ? "scene from the cache" : "scene");
+    for (const std::string& note : load->notes()) say(note);
+    const scene::Scene* const scene = &(*loaded)->scene;
+    describe(options.scene, *scene);
+
     Result<CameraRig> camera = CameraRig::create(*scene, options.camera);
     if (!camera) return fail(camera.error());
     Result<std::optional<state::AnimationPlayer>> animations = open_animations(options, *scene);
@@ -154,8 +195,6 @@ int run(const Options& options) {
     Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
     if (!sink) return fail(sink.error());
 
-    Result<std::unique_ptr<gpu::Device>> device = open_device(**instance, options);
-    if (!device) return fail(device.error());
     // However this ends, the window lets go of the device first.
     struct Detach {
       sinks::Window* window;
@@ -168,10 +207,17 @@ int run(const Options& options) {
         return fail(attached.error());
     }
 
-    FrameLoop loop(**device, *scene, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
-                   window.get(), *stats, options, std::move(*environment));
+    if (Result<void> enough = make_room(**device, settings, *scene, renderer); !enough)
+      return fail(enough.error());
+    renderer->set_scene(*scene, (*loaded)->derived);
+    note_start("scene on the device");
+    load->begin_keeping();
+    FrameLoop loop(**device, *renderer, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
+                   window.get(), *stats, options);
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());
+    if (Result<void> kept = pipelines.keep(); !kept) say_of_cache(kept.error());
+    if (const std::optional<Error> fault = load->finish_keeping()) say_of_cache(*fault);
     say(std::to_string(loop.images()) + " images" +
         (options.out.empty() ? "" : " in " + options.out.string()) + "\n" + stats->summary());
   }

@@ -5,6 +5,8 @@
 namespace fire3dv::gpu {
 namespace {
 
+constexpr VkDeviceSize kMostCopiedInSoftware = 8 << 20;
+
 VkDeviceAddress align_up(VkDeviceAddress value, VkDeviceAddress alignment) {
   return (value + alignment - 1) / alignment * alignment;
 }
@@ -118,6 +120,12 @@ std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& 
         });
   }
   loader.finish();
+  // A software device gives memory page by page to what is written: a copy of much wins nothing and costs as
+  // much again.
+  if (device.report().type == DeviceType::software && report.bytes_built > kMostCopiedInSoftware) {
+    report.bytes_compacted = report.bytes_built;
+    return built;
+  }
 
   std::vector<VkDeviceSize> compacted(builds.size());
   FIRE3DV_VK(vkGetQueryPoolResults(device.handle(), query_handle, 0, query_info.queryCount,

@@ -5,9 +5,14 @@
 namespace fire3dv::gpu {
 namespace {
 
-// The layout's upper limit; a set allocates only what its scene has. 1 M is what desktop drivers and lavapipe
-// give.
-uint32_t max_textures(const Device& device) {
+constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT;
+constexpr VkShaderStageFlags kRayStages =
+    VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR;
+
+}  // namespace
+
+// 1 M is what desktop drivers and lavapipe give.
+uint32_t BindlessTextures::most(const Device& device) {
   VkPhysicalDeviceVulkan12Properties properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};
   VkPhysicalDeviceProperties2 chain{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &properties};
   vkGetPhysicalDeviceProperties2(device.physical(), &chain);
@@ -18,13 +23,7 @@ uint32_t max_textures(const Device& device) {
                    properties.maxPerStageUpdateAfterBindResources - 64});
 }
 
-constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT;
-constexpr VkShaderStageFlags kRayStages =
-    VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR;
-
-}  // namespace
-
-SetLayout BindlessTextures::create_layout(Device& device) {
+SetLayout BindlessTextures::create_layout(Device& device, uint32_t capacity) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   std::vector<VkDescriptorBindingFlags> flags;
   const VkShaderStageFlags stages = kStages | (device.report().ray_tracing_pipeline ? kRayStages : 0);
@@ -39,7 +38,7 @@ SetLayout BindlessTextures::create_layout(Device& device) {
     flags.push_back(0);
   }
   bindings.push_back({FIRE3DV_BINDING_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                      max_textures(device), stages, nullptr});
+                      std::min(capacity, most(device)), stages, nullptr});
   flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT | VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT |
                   VK_DESCRIPTOR_BINDING_VARIABLE_DESCRIPTOR_COUNT_BIT);
 
@@ -56,10 +55,10 @@ SetLayout BindlessTextures::create_layout(Device& device) {
   return SetLayout(device, layout);
 }
 
-BindlessTextures::BindlessTextures(Device& device, std::span<const SampledTexture> textures,
+BindlessTextures::BindlessTextures(Device& device, VkDescriptorSetLayout layout,
+                                   std::span<const SampledTexture> textures,
                                    const EnvironmentTextures& environment,
-                                   VkAccelerationStructureKHR top_level)
-    : layout_(create_layout(device)) {
+                                   VkAccelerationStructureKHR top_level) {
   const uint32_t count = std::max<uint32_t>(1, static_cast<uint32_t>(textures.size()));
   std::vector<VkDescriptorPoolSize> sizes{
       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, count + static_cast<uint32_t>(environment.size())}};
@@ -80,7 +79,6 @@ BindlessTextures::BindlessTextures(Device& device, std::span<const SampledTextur
   VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, &variable};
   allocate.descriptorPool = pool;
   allocate.descriptorSetCount = 1;
-  const VkDescriptorSetLayout layout = layout_.get();
   allocate.pSetLayouts = &layout;
   FIRE3DV_VK(vkAllocateDescriptorSets(device.handle(), &allocate, &set_));
 

@@ -22,18 +22,21 @@ using EnvironmentTextures =
 class BindlessTextures {
  public:
   BindlessTextures() = default;
-  // environment: from FIRE3DV_BINDING_ENVIRONMENT_PICTURE on. top_level may be VK_NULL_HANDLE. The set does
-  // not own what it points to.
-  BindlessTextures(Device& device, std::span<const SampledTexture> textures,
+  // layout: from create_layout, with room for the textures. environment: from
+  // FIRE3DV_BINDING_ENVIRONMENT_PICTURE on. top_level may be VK_NULL_HANDLE. The set does not own what it
+  // points to.
+  BindlessTextures(Device& device, VkDescriptorSetLayout layout, std::span<const SampledTexture> textures,
                    const EnvironmentTextures& environment, VkAccelerationStructureKHR top_level);
 
-  // For pipeline layouts, which are made before any scene: all sets of one device are compatible with it.
-  static SetLayout create_layout(Device& device);
+  // For pipeline layouts, which are made before any scene. lavapipe clears memory for all that a layout has
+  // room for, 256 bytes each, so there is no more room than scenes have use for.
+  static SetLayout create_layout(Device& device, uint32_t capacity);
+  // What a device can have.
+  static uint32_t most(const Device& device);
 
   VkDescriptorSet set() const { return set_; }
 
  private:
-  SetLayout layout_;
   DescriptorPool pool_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
 };

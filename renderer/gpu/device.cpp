@@ -2,6 +2,7 @@
 
 #include <vk_mem_alloc.h>
 
+#include <cstring>
 #include <vector>
 
 #include "renderer/gpu/device_features.h"
@@ -64,6 +65,7 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   if (device->report_.ray_tracing_pipeline) device->acceleration_.pNext = &device->ray_pipeline_;
   vkGetPhysicalDeviceProperties2(devices[index], &properties);
   device->limits_ = properties.properties.limits;
+  device->identity_ = properties.properties;
 
   DeviceFeatures features;
   vkGetPhysicalDeviceFeatures2(devices[index], features.query_chain(devices[index]));
@@ -122,13 +124,41 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
 }
 
 Device::~Device() {
+  pipeline_makers_.reset();
   if (timeline_) {
     retire_all_now();
     vkDestroySemaphore(device_, timeline_, nullptr);
     if (fork_timeline_) vkDestroySemaphore(device_, fork_timeline_, nullptr);
   }
+  if (pipeline_cache_) vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
   if (allocator_) vmaDestroyAllocator(allocator_);
   if (device_) vkDestroyDevice(device_, nullptr);
+}
+
+void Device::start_pipeline_cache(std::span<const std::byte> kept) {
+  FIRE3DV_ASSERT(!pipeline_cache_);
+  // Drivers check this, too; not all of them with the same care.
+  VkPipelineCacheHeaderVersionOne header{};
+  if (kept.size() >= sizeof(header)) std::memcpy(&header, kept.data(), sizeof(header));
+  const bool ours = kept.size() > sizeof(header) && header.headerSize == sizeof(header) &&
+                    header.headerVersion == VK_PIPELINE_CACHE_HEADER_VERSION_ONE &&
+                    header.vendorID == identity_.vendorID && header.deviceID == identity_.deviceID &&
+                    std::memcmp(header.pipelineCacheUUID, identity_.pipelineCacheUUID, VK_UUID_SIZE) == 0;
+  VkPipelineCacheCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
+  info.initialDataSize = ours ? kept.size() : 0;
+  info.pInitialData = kept.data();
+  FIRE3DV_VK(vkCreatePipelineCache(device_, &info, nullptr, &pipeline_cache_));
+}
+
+std::vector<std::byte> Device::pipeline_cache_data() const {
+  size_t size = 0;
+  if (!pipeline_cache_ || vkGetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS)
+    return {};
+  std::vector<std::byte> data(size);
+  if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return {};
+  data.resize(size);
+  if (data.size() <= sizeof(VkPipelineCacheHeaderVersionOne)) data.clear();
+  return data;
 }
 
 uint64_t Device::submit(VkCommandBuffer commands, std::span<const SemaphoreSignal> waits,

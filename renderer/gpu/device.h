@@ -6,13 +6,16 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "protocol/error.h"
 #include "renderer/gpu/device_choice.h"
 #include "renderer/gpu/forked_submit.h"
 #include "renderer/gpu/handle.h"
 #include "renderer/gpu/instance.h"
+#include "renderer/gpu/pipeline_making.h"
 #include "renderer/gpu/queue_choice.h"
 #include "renderer/gpu/vk.h"
 
@@ -65,6 +68,16 @@ class Device {
   }
   const VkPhysicalDeviceRayTracingPipelinePropertiesKHR& ray_pipeline_limits() const { return ray_pipeline_; }
   bool ray_query() const { return report_.ray_query; }
+  PipelineMakers& pipeline_makers() { return *pipeline_makers_; }
+  VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
+
+  // What earlier runs have compiled for this very device and driver, and what this one may keep for later
+  // ones. Bytes that are not of this device and driver are passed over. Call before pipelines are made.
+  void start_pipeline_cache(std::span<const std::byte> kept);
+  std::vector<std::byte> pipeline_cache_data() const;  // empty where the driver keeps nothing there
+  // What the driver's pipeline data depends on.
+  const VkPhysicalDeviceProperties& identity() const { return identity_; }
+
   bool traces_rays() const { return report_.ray_query || report_.ray_tracing_pipeline; }
 
   // Submits one command buffer; returns the timeline value that says it is done.
@@ -111,10 +124,13 @@ class Device {
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
   VkPhysicalDeviceRayTracingPipelinePropertiesKHR ray_pipeline_{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR};
+  VkPhysicalDeviceProperties identity_{};
+  VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
   VkSemaphore timeline_ = VK_NULL_HANDLE, fork_timeline_ = VK_NULL_HANDLE;
   uint64_t submitted_ = 0, forks_submitted_ = 0, fork_numbers_ = 0;
   std::deque<Retired> retired_;
   LiveObjects live_{};
+  std::optional<PipelineMakers> pipeline_makers_{std::in_place};  // ends before the device does
 };
 
 }  // namespace fire3dv::gpu

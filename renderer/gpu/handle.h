@@ -1,5 +1,6 @@
-// Every Vulkan object has one owner: a move-only Handle. Its destructor does not destroy the object but retires it to
-// the frames that may still use it; Device frees it when the timeline has passed them. Nobody waits for the GPU.
+// Every Vulkan object has one owner: a move-only Handle. Its destructor does not destroy the object but
+// retires it to the frames that may still use it; Device frees it when the timeline has passed them. Nobody
+// waits for the GPU.
 #pragma once
 
 #include <array>
@@ -86,7 +87,7 @@ using ImageHandle = Handle<ObjectKind::image, VkImage>;
 using ImageView = Handle<ObjectKind::image_view, VkImageView>;
 using Sampler = Handle<ObjectKind::sampler, VkSampler>;
 using ShaderModule = Handle<ObjectKind::shader_module, VkShaderModule>;
-using Pipeline = Handle<ObjectKind::pipeline, VkPipeline>;
+using PipelineHandle = Handle<ObjectKind::pipeline, VkPipeline>;
 using PipelineLayout = Handle<ObjectKind::pipeline_layout, VkPipelineLayout>;
 using SetLayout = Handle<ObjectKind::set_layout, VkDescriptorSetLayout>;
 using DescriptorPool = Handle<ObjectKind::descriptor_pool, VkDescriptorPool>;

@@ -54,17 +54,32 @@ std::byte* LoaderCommands::stage(VkDeviceSize bytes, VkDeviceSize& offset) {
   return staging_.mapped + offset;
 }
 
+void LoaderCommands::upload_piece(Buffer& buffer, VkDeviceSize offset, VkDeviceSize size,
+                                  const std::function<void(std::span<std::byte>)>& fill) {
+  VkBufferCopy copy{0, offset, size};
+  std::byte* mapped = stage(size, copy.srcOffset);
+  fill({mapped, size});
+  recorder().pass("upload", {Use(buffer, access::transfer_write)}, [&](VkCommandBuffer commands) {
+    vkCmdCopyBuffer(commands, staging_.get(), buffer.get(), 1, &copy);
+  });
+}
+
 void LoaderCommands::upload(Buffer& buffer, VkDeviceSize offset, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const size_t size = std::min<size_t>(bytes.size(), kStagingBytes);
-    VkBufferCopy copy{0, offset, size};
-    std::byte* mapped = stage(size, copy.srcOffset);
-    std::memcpy(mapped, bytes.data(), size);
-    recorder().pass("upload", {Use(buffer, access::transfer_write)}, [&](VkCommandBuffer commands) {
-      vkCmdCopyBuffer(commands, staging_.get(), buffer.get(), 1, &copy);
-    });
+    upload_piece(buffer, offset, size,
+                 [&](std::span<std::byte> to) { std::memcpy(to.data(), bytes.data(), size); });
     offset += size;
     bytes = bytes.subspan(size);
+  }
+}
+
+void LoaderCommands::upload(Buffer& buffer, VkDeviceSize size, VkDeviceSize unit,
+                            const std::function<void(VkDeviceSize offset, std::span<std::byte> to)>& fill) {
+  const VkDeviceSize most = kStagingBytes / unit * unit;
+  for (VkDeviceSize offset = 0; offset < size; offset += most) {
+    upload_piece(buffer, offset, std::min(most, size - offset),
+                 [&](std::span<std::byte> to) { fill(offset, to); });
   }
 }
 

@@ -2,6 +2,7 @@
 // Each call of finish() waits for its own submission; frames never use this.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -21,6 +22,10 @@ class LoaderCommands {
   void upload(Buffer& buffer, std::span<const T> values) {
     upload(buffer, 0, std::as_bytes(values));
   }
+  // Copies what `fill` writes into staging memory, piece by piece: [offset, offset + to.size()) of the
+  // buffer. Pieces begin and end at multiples of unit.
+  void upload(Buffer& buffer, VkDeviceSize size, VkDeviceSize unit,
+              const std::function<void(VkDeviceSize offset, std::span<std::byte> to)>& fill);
   // Fills level 0 and makes the smaller levels from it. Leaves the image ready for sampling.
   void upload_rgba8(Image& image, std::span<const uint8_t> rgba8);
 
@@ -31,6 +36,8 @@ class LoaderCommands {
   void finish();  // submits and waits
 
  private:
+  void upload_piece(Buffer& buffer, VkDeviceSize offset, VkDeviceSize size,
+                    const std::function<void(std::span<std::byte>)>& fill);
   std::byte* stage(VkDeviceSize bytes, VkDeviceSize& offset);
 
   Device& device_;

@@ -1,31 +1,39 @@
 #include "renderer/gpu/pipeline.h"
 
+#include <memory>
+#include <string>
+#include <utility>
+
 #include "shaders/embedded.h"
 
 namespace fire3dv::gpu {
 
-ShaderModule create_shader_module(Device& device, std::string_view name) {
+namespace {
+
+VkShaderModule make_shader_module(VkDevice device, std::string_view name) {
   const std::span<const uint32_t> code = shaders::embedded(name);
   FIRE3DV_ASSERT(!code.empty());
   VkShaderModuleCreateInfo info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
   info.codeSize = code.size_bytes();
   info.pCode = code.data();
   VkShaderModule module = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateShaderModule(device.handle(), &info, nullptr, &module));
-  return ShaderModule(device, module);
+  FIRE3DV_VK(vkCreateShaderModule(device, &info, nullptr, &module));
+  return module;
 }
 
-namespace {
-
-VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, const ShaderModule& module) {
+VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, VkShaderModule module) {
   VkPipelineShaderStageCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};
   info.stage = stage;
-  info.module = module.get();
+  info.module = module;
   info.pName = "main";
   return info;
 }
 
 }  // namespace
+
+ShaderModule create_shader_module(Device& device, std::string_view name) {
+  return ShaderModule(device, make_shader_module(device.handle(), name));
+}
 
 PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets) {
   VkPushConstantRange range{VK_SHADER_STAGE_ALL, 0, kPushConstantBytes};
@@ -39,14 +47,23 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
   return PipelineLayout(device, layout);
 }
 
-Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader) {
-  const ShaderModule module = create_shader_module(device, shader);
-  VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
-  info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
-  info.layout = layout;
-  VkPipeline pipeline = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
-  return Pipeline(device, pipeline);
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
+                                 Make make) {
+  // On another thread: nothing of Device but its constant handles is touched, nor counted.
+  auto making = std::make_shared<PipelineMaking>(
+      [device = device.handle(), cache = device.pipeline_cache(), layout, name = std::string(shader)] {
+        const VkShaderModule module = make_shader_module(device, name);
+        VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+        info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
+        info.layout = layout;
+        VkPipeline pipeline = VK_NULL_HANDLE;
+        const VkResult result = vkCreateComputePipelines(device, cache, 1, &info, nullptr, &pipeline);
+        vkDestroyShaderModule(device, module, nullptr);
+        check(result, "vkCreateComputePipelines");
+        return pipeline;
+      });
+  if (make == Make::at_once) device.pipeline_makers().add(making);
+  return Pipeline(device, std::move(making));
 }
 
 Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
@@ -54,10 +71,10 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
   std::vector<ShaderModule> modules;
   std::vector<VkPipelineShaderStageCreateInfo> stages;
   modules.push_back(create_shader_module(device, wanted.vertex_shader));
-  stages.push_back(stage_info(VK_SHADER_STAGE_VERTEX_BIT, modules.back()));
+  stages.push_back(stage_info(VK_SHADER_STAGE_VERTEX_BIT, modules.back().get()));
   if (!wanted.fragment_shader.empty()) {
     modules.push_back(create_shader_module(device, wanted.fragment_shader));
-    stages.push_back(stage_info(VK_SHADER_STAGE_FRAGMENT_BIT, modules.back()));
+    stages.push_back(stage_info(VK_SHADER_STAGE_FRAGMENT_BIT, modules.back().get()));
   }
 
   // Vertices are pulled by the shader.
@@ -117,7 +134,8 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
   info.pDynamicState = &dynamic;
   info.layout = layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline));
+  FIRE3DV_VK(
+      vkCreateGraphicsPipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
   return Pipeline(device, pipeline);
 }
 

@@ -17,7 +17,10 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
 ShaderModule create_shader_module(Device& device, std::string_view name);
 
 // name: the shader's file name, as in "post.comp".
-Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader);
+// It may still be on its way: see pipeline_making.h. One that few scenes need is made when it is first used.
+enum class Make { at_once, when_used };
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
+                                 Make make = Make::at_once);
 
 struct GraphicsPipelineInfo {
   std::string_view vertex_shader;

@@ -42,8 +42,8 @@ RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_vi
   info.maxPipelineRayRecursionDepth = 1;
   info.layout = layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(device.handle(), VK_NULL_HANDLE, VK_NULL_HANDLE,
-                                                             1, &info, nullptr, &pipeline));
+  FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(
+      device.handle(), VK_NULL_HANDLE, device.pipeline_cache(), 1, &info, nullptr, &pipeline));
   pipeline_ = Pipeline(device, pipeline);
 
   const auto& limits = device.ray_pipeline_limits();

@@ -81,7 +81,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
                                                                     : "_1.comp";
   cull_ = gpu::create_compute_pipeline(device, layout, "cull" + suffix);
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
-  raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix);
+  raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix, gpu::Make::when_used);
   expand_ = gpu::create_compute_pipeline(device, layout, "expand" + suffix);
   tiles_ = gpu::create_compute_pipeline(device, layout, "tiles" + suffix);
   if (kind != RasterKind::lights)

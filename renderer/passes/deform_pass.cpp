@@ -19,8 +19,8 @@ void dispatch(VkCommandBuffer commands, uint32_t groups) {
 
 DeformPass::DeformPass(gpu::Device& device, VkPipelineLayout layout)
     : layout_(layout),
-      deform_(gpu::create_compute_pipeline(device, layout, "deform.comp")),
-      bounds_(gpu::create_compute_pipeline(device, layout, "deform_bounds.comp")) {}
+      deform_(gpu::create_compute_pipeline(device, layout, "deform.comp", gpu::Make::when_used)),
+      bounds_(gpu::create_compute_pipeline(device, layout, "deform_bounds.comp", gpu::Make::when_used)) {}
 
 void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::UploadBelt& belt, DeformedShapes& shapes,
                                 const state::PoseState& poses) {

@@ -5,6 +5,7 @@
 
 #include "renderer/passes/material_records.h"
 #include "renderer/scene/math.h"
+#include "renderer/scene/parallel.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -21,12 +22,23 @@ gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const
   return buffer;
 }
 
+// The values in another order, which is found on all cores in staging memory: a second copy of all would have
+// to be paid for page by page.
 template <typename T>
-std::vector<T> in_order(const std::vector<T>& values, const std::vector<uint32_t>& source) {
-  std::vector<T> ordered;
-  ordered.reserve(source.size());
-  for (uint32_t index : source) ordered.push_back(values[index]);
-  return ordered;
+gpu::Buffer upload_in_order(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values,
+                            const std::vector<uint32_t>& source, VkBufferUsageFlags usage) {
+  constexpr size_t kTurn = 1 << 14;
+  const VkDeviceSize bytes = source.size() * sizeof(T);
+  gpu::Buffer buffer = gpu::create_buffer(device, bytes, usage, Memory::device);
+  loader.upload(buffer, bytes, sizeof(T), [&](VkDeviceSize offset, std::span<std::byte> to) {
+    const size_t first = offset / sizeof(T), count = to.size() / sizeof(T);
+    scene::parallel_for((count + kTurn - 1) / kTurn, [&](size_t turn) {
+      for (size_t i = turn * kTurn; i < std::min(count, (turn + 1) * kTurn); ++i) {
+        std::memcpy(to.data() + i * sizeof(T), &values[source[first + i]], sizeof(T));
+      }
+    });
+  });
+  return buffer;
 }
 
 // first_primitive: of those that stand for the mesh's own.
@@ -167,24 +179,31 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
     uses.emplace_back(*written, access);
 }
 
-GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
-                   const gpu::EnvironmentTextures& environment, float anisotropy)
+GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
+                   VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
+                   float anisotropy)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
-  scene::ClusteredGeometry clustered = scene::cut_clusters(scene);
-  deformed = DeformedShapes(device, loader, scene, scene::add_deformed_copies(scene, clustered), clustered);
+  scene::ClusteredGeometry with_copies;
+  std::vector<scene::DeformedNode> deformed_nodes;
+  if (std::any_of(scene.nodes.begin(), scene.nodes.end(), scene::is_deformed)) {
+    with_copies = derived.clusters;
+    deformed_nodes = scene::add_deformed_copies(scene, with_copies);
+  }
+  const scene::ClusteredGeometry& clustered = deformed_nodes.empty() ? derived.clusters : with_copies;
+  deformed = DeformedShapes(device, loader, scene, std::move(deformed_nodes), clustered);
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
       (device.traces_rays() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
-  positions =
-      upload_array(device, loader, in_order(scene.positions, clustered.source_vertices), geometry_usage);
+  positions = upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
   indices =
       upload_array(device, loader, clustered.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   static_assert(sizeof(scene::VertexAttributes) == sizeof(gpu_types::VertexRecord));
-  vertices = upload_array(device, loader, in_order(scene.attributes, clustered.source_vertices));
+  vertices = upload_in_order(device, loader, scene.attributes, clustered.source_vertices,
+                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   clusters = upload_array(device, loader, cluster_records(clustered));
   cluster_triangles = upload_array(device, loader, clustered.triangles);
 
@@ -213,7 +232,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   lights = upload_array(device, loader, light_records);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
-  Parts all_parts = collect_parts(scene, *this);
+  Parts all_parts = collect_parts(scene, derived.casters, *this);
   part_count = static_cast<uint32_t>(all_parts.parts.size());
   planar_parts = std::move(all_parts.planar);
   first_part_of_node = std::move(all_parts.first_of_node);
@@ -259,7 +278,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene,
   instance_of_node = upload_array(device, loader, instance_indices);
   scene_textures = upload_textures(device, loader, scene, anisotropy);
   loader.finish();
-  textures = gpu::BindlessTextures(device, scene_textures.sampled, environment, top_level.handle());
+  textures =
+      gpu::BindlessTextures(device, textures_layout, scene_textures.sampled, environment, top_level.handle());
 }
 
 }  // namespace fire3dv::passes

@@ -14,7 +14,7 @@
 #include "renderer/passes/draw_list.h"
 #include "renderer/passes/scene_parts.h"
 #include "renderer/passes/scene_textures.h"
-#include "renderer/scene/clusters.h"
+#include "renderer/scene/derived.h"
 #include "renderer/scene/scene.h"
 #include "renderer/state/pose_state.h"
 
@@ -22,7 +22,9 @@ namespace fire3dv::passes {
 
 struct GpuScene {
   // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
-  GpuScene(gpu::Device& device, const scene::Scene& scene, const gpu::EnvironmentTextures& environment,
+  // textures_layout: see gpu::BindlessTextures.
+  GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
+           VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
            float anisotropy);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.

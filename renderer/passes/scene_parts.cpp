@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "renderer/passes/gpu_scene.h"
-#include "renderer/scene/caster_shape.h"
 
 namespace fire3dv::passes {
 namespace {
@@ -61,9 +60,8 @@ uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
          (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
 }
 
-Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
-  std::vector<scene::Caster> casters;
-  for (const scene::Mesh& mesh : scene.meshes) casters.push_back(scene::caster_of(scene, mesh));
+Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
+                    const GpuScene& gpu_scene) {
   Parts all;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const uint32_t mesh = scene.nodes[n].mesh;

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "renderer/scene/caster_shape.h"
 #include "renderer/scene/clusters.h"
 #include "renderer/scene/scene.h"
 #include "shaders/shared/geometry_types.h"
@@ -28,8 +29,9 @@ struct Parts {
   std::vector<uint32_t> first_of_node;
 };
 
-// gpu_scene: what it knows of primitives at nodes and of their clusters.
-Parts collect_parts(const scene::Scene& scene, const GpuScene& gpu_scene);
+// casters: of each mesh. gpu_scene: what it knows of primitives at nodes and of their clusters.
+Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
+                    const GpuScene& gpu_scene);
 
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry);
 

@@ -33,29 +33,31 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       settings_(settings),
       path_(choose_path(device, settings.raster)),
       samples_(choose_samples(device, path_, settings.samples)),
-      scene_set_layout_(gpu::BindlessTextures::create_layout(device)),
+      scene_set_layout_(gpu::BindlessTextures::create_layout(device, settings.most_textures)),
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
-      environment_(device, settings.environment ? *settings.environment : scene::studio_environment()),
       transforms_(device, layout_.get()),
       deform_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
       shadow_way_(choose_shadow_way(device, settings.shadows, path_ == RasterPath::visibility)),
+      // The forward path finds what rays start from in the same way, where it cannot trace them itself.
+      visibility_(path_ == RasterPath::visibility || shadow_way_.back_end == RayBackEnd::pipeline
+                      ? std::optional<VisibilityPass>(std::in_place, device, layout_.get(),
+                                                      scene_set_layout_.get(),
+                                                      samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1)
+                      : std::optional<VisibilityPass>()),
       shadows_(device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, shadow_way_),
-      post_(device, samples_) {
+      post_(device, samples_),
+      environment_(device, settings.environment ? *settings.environment : scene::studio_environment()) {
   settings_.environment.reset();  // the GPU has it now
-  // The forward path finds what rays start from in the same way, where it cannot trace them itself.
-  if (path_ == RasterPath::visibility || shadow_way_.back_end == RayBackEnd::pipeline) {
-    visibility_.emplace(device, layout_.get(), scene_set_layout_.get(),
-                        samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
-  }
 }
 
-void SceneRenderer::set_scene(const scene::Scene& scene) {
+void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived) {
   scene_ = &scene;
   transforms_.forget();
   deform_.forget();
   forward_.forget();
-  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, environment_.textures(), settings_.anisotropy);
+  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
+                                          environment_.textures(), settings_.anisotropy);
   shadows_.set_scene(scene, *gpu_scene_);
 }
 

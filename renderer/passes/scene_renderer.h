@@ -35,14 +35,17 @@ struct DrawSettings {
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;
   PostSettings post;
+  uint32_t most_textures = 1 << 16;  // that a scene may have; more is possible, and makes every start slower
 };
 
 class SceneRenderer {
  public:
   SceneRenderer(gpu::Device& device, const DrawSettings& settings);
 
-  // The scene must outlive its use here. May be called again: what the old one held retires.
-  void set_scene(const scene::Scene& scene);
+  // The scene has no more textures than the settings say. It must outlive its use here. May be called again:
+  // what the old one held retires.
+  void set_scene(const scene::Scene& scene) { set_scene(scene, scene::derive(scene)); }
+  void set_scene(const scene::Scene& scene, const scene::Derived& derived);
   void set_size(VkExtent2D extent);
 
   // Records the passes; the result is in image(), ready to be read.
@@ -78,7 +81,6 @@ class SceneRenderer {
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
   gpu::PipelineLayout layout_;
-  Environment environment_;
   TransformsPass transforms_;
   DeformPass deform_;
   ForwardPass forward_;
@@ -87,6 +89,7 @@ class SceneRenderer {
   std::optional<VisibilityPass> visibility_;
   ShadowPass shadows_;
   PostPass post_;
+  Environment environment_;  // last: it waits for the GPU, and meanwhile the pipelines above are made
   const scene::Scene* scene_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;
   std::optional<Targets> targets_;

@@ -1,19 +1,46 @@
 #include "renderer/scene/caster_shape.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <numeric>
-#include <unordered_map>
+#include <random>
+#include <span>
+
+#include "renderer/scene/parallel.h"
 
 namespace fire3dv::scene {
 namespace {
 
-struct PositionHash {
-  size_t operator()(const glm::vec3& p) const {
-    uint32_t bits[3];
-    std::memcpy(bits, &p, sizeof(bits));
-    return bits[0] * 73856093u ^ bits[1] * 19349663u ^ bits[2] * 83492791u;
+// Numbers positions in the order of their first appearance. The seed is drawn anew each time, so that no file
+// can choose positions that all fall on one slot.
+class PointNumbers {
+ public:
+  explicit PointNumbers(size_t most)
+      : slots_(std::bit_ceil(2 * most + 1), kNone), seed_(std::random_device{}()) {}
+
+  uint32_t number_of(const glm::vec3& position, std::vector<glm::vec3>& points) {
+    size_t slot = hash(position) & (slots_.size() - 1);
+    for (; slots_[slot] != kNone; slot = (slot + 1) & (slots_.size() - 1)) {
+      if (std::memcmp(&points[slots_[slot]], &position, sizeof(position)) == 0) return slots_[slot];
+    }
+    slots_[slot] = static_cast<uint32_t>(points.size());
+    points.push_back(position);
+    return slots_[slot];
   }
+
+ private:
+  size_t hash(const glm::vec3& p) const {
+    uint64_t mixed = seed_;
+    for (int c = 0; c < 3; ++c) {
+      mixed = (mixed ^ std::bit_cast<uint32_t>(p[c])) * 0x9e3779b97f4a7c15u;
+      mixed ^= mixed >> 32;
+    }
+    return mixed;
+  }
+
+  std::vector<uint32_t> slots_;
+  uint64_t seed_;
 };
 
 struct WeldedTriangles {
@@ -23,16 +50,18 @@ struct WeldedTriangles {
 
 WeldedTriangles weld(const Scene& scene, const Mesh& mesh) {
   WeldedTriangles welded;
-  std::unordered_map<glm::vec3, uint32_t, PositionHash> known;
+  size_t vertices = 0;
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    vertices += scene.primitives[p].vertex_count;
+  }
+  PointNumbers numbers(vertices);
   for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
     const Primitive& primitive = scene.primitives[p];
     if (primitive.topology != Topology::triangles) continue;
     std::vector<uint32_t> point_of_vertex(primitive.vertex_count);
     for (uint32_t v = 0; v < primitive.vertex_count; ++v) {
       const glm::vec3 position = scene.positions[primitive.first_vertex + v] + 0.0f;  // -0 becomes 0
-      const auto [found, is_new] = known.try_emplace(position, static_cast<uint32_t>(welded.points.size()));
-      if (is_new) welded.points.push_back(position);
-      point_of_vertex[v] = found->second;
+      point_of_vertex[v] = numbers.number_of(position, welded.points);
     }
     for (uint32_t i = 0; i + 2 < primitive.index_count; i += 3) {
       const uint32_t* index = scene.indices.data() + primitive.first_index + i;
@@ -60,31 +89,55 @@ std::vector<uint32_t> pieces_of(const WeldedTriangles& mesh) {
   return towards;
 }
 
-// Every edge is run through once in each direction, and the volume inside is positive; of each piece, since a
-// lamp may stand inside one that is inside out.
+// Every edge is run through once in each direction.
+bool has_paired_edges(const WeldedTriangles& mesh) {
+  if (mesh.corners.size() >= kNone)
+    return false;  // more than can be counted here; open is always true enough
+  // Edges of each point that is the lower one of their two: first_of[point] .. first_of[point + 1].
+  std::vector<uint32_t> first_of(mesh.points.size() + 1, 0);
+  const auto for_each_edge = [&](const auto& visit) {
+    for (size_t i = 0; i < mesh.corners.size(); ++i) {
+      const uint32_t from = mesh.corners[i], to = mesh.corners[i % 3 == 2 ? i - 2 : i + 1];
+      visit(std::min(from, to), std::max(from, to), from > to);
+    }
+  };
+  for_each_edge([&](uint32_t lower, uint32_t, bool) { ++first_of[lower + 1]; });
+  std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
+  std::vector<uint64_t> edges(mesh.corners.size());  // the upper point and the direction
+  std::vector<uint32_t> next(first_of.begin(), first_of.end() - 1);
+  for_each_edge([&](uint32_t lower, uint32_t upper, bool backwards) {
+    edges[next[lower]++] = uint64_t{upper} << 1 | (backwards ? 1 : 0);
+  });
+  for (size_t point = 0; point < mesh.points.size(); ++point) {
+    const std::span<uint64_t> own(edges.data() + first_of[point], edges.data() + first_of[point + 1]);
+    if (own.size() % 2 != 0) return false;
+    std::sort(own.begin(), own.end());
+    for (size_t e = 0; e < own.size(); e += 2) {
+      if (own[e] % 2 != 0 || own[e + 1] != own[e] + 1) return false;
+    }
+  }
+  return true;
+}
+
+// Edges are paired, and the volume inside is positive; of each piece, since a lamp may stand inside one that
+// is inside out.
 bool is_closed(const WeldedTriangles& mesh) {
-  std::vector<uint64_t> edges;
-  edges.reserve(mesh.corners.size());
+  if (!has_paired_edges(mesh)) return false;
   const std::vector<uint32_t> piece = pieces_of(mesh);
   std::vector<double> volume(mesh.points.size(), 0);
   std::vector<bool> has_triangles(mesh.points.size(), false);
   for (size_t i = 0; i < mesh.corners.size(); i += 3) {
     const uint32_t* corner = &mesh.corners[i];
-    for (int e = 0; e < 3; ++e) edges.push_back(uint64_t{corner[e]} << 32 | corner[(e + 1) % 3]);
     // From a point of the piece, so that a small one far off has its sign, too.
     const glm::dvec3 from(mesh.points[piece[*corner]]);
     const glm::dvec3 a(mesh.points[corner[0]]), b(mesh.points[corner[1]]), c(mesh.points[corner[2]]);
     volume[piece[*corner]] += glm::dot(a - from, glm::cross(b - from, c - from));
     has_triangles[piece[*corner]] = true;
   }
-  std::sort(edges.begin(), edges.end());
-  if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return false;
   for (size_t p = 0; p < volume.size(); ++p) {
     if (has_triangles[p] && volume[p] <= 0) return false;
   }
-  return std::all_of(edges.begin(), edges.end(), [&](uint64_t edge) {
-    return std::binary_search(edges.begin(), edges.end(), edge << 32 | edge >> 32);
-  });
+  return true;
 }
 
 bool is_planar(const WeldedTriangles& mesh, glm::vec4& plane) {
@@ -129,6 +182,12 @@ Caster caster_of(const Scene& scene, const Mesh& mesh) {
     caster.shape = CasterShape::closed;
   }
   return caster;
+}
+
+std::vector<Caster> casters_of(const Scene& scene) {
+  std::vector<Caster> casters(scene.meshes.size());
+  parallel_for(casters.size(), [&](size_t m) { casters[m] = caster_of(scene, scene.meshes[m]); });
+  return casters;
 }
 
 }  // namespace fire3dv::scene

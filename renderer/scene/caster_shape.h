@@ -22,4 +22,7 @@ struct Caster {
 // are equal.
 Caster caster_of(const Scene& scene, const Mesh& mesh);
 
+// Of each mesh of the scene.
+std::vector<Caster> casters_of(const Scene& scene);
+
 }  // namespace fire3dv::scene

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <vector>
 
@@ -44,6 +45,7 @@ struct ClusteredGeometry {
   std::vector<ClusteredPrimitive> primitives;  // as Scene::primitives; behind them deformed_copies.h's
 };
 
-ClusteredGeometry cut_clusters(const Scene& scene);
+// On all cores. `progress` is told, on the calling thread, how many primitives are done.
+ClusteredGeometry cut_clusters(const Scene& scene, const std::function<void(size_t done)>& progress = {});
 
 }  // namespace fire3dv::scene

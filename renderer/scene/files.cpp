@@ -10,23 +10,10 @@
 #include <cstring>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 namespace fire3dv::scene {
 namespace {
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 int hex_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -103,33 +90,57 @@ std::string quote(std::string_view text) {
   return result + (text.size() > kLongest ? "...\"" : "\"");
 }
 
-Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
+Result<OpenFile> OpenFile::open(const std::filesystem::path& path, uint64_t max_bytes) {
   // Non-blocking, so that opening a pipe returns and can be refused.
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.get() < 0) return Error{"cannot open " + quote(path.string()) + ": " + std::strerror(errno)};
+  OpenFile file;
+  file.fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file.fd_ < 0) return Error{"cannot open " + quote(path.string()) + ": " + std::strerror(errno)};
   struct stat status {};
-  if (fstat(file.get(), &status) != 0)
+  if (fstat(file.fd_, &status) != 0)
     return Error{"cannot read " + quote(path.string()) + ": " + std::strerror(errno)};
   if (!S_ISREG(status.st_mode)) return Error{quote(path.string()) + " is not a regular file"};
-  const auto size = static_cast<uint64_t>(status.st_size);
-  if (size > max_bytes) {
-    return Error{quote(path.string()) + " holds " + std::to_string(size) + " bytes; at most " +
+  file.size_ = static_cast<uint64_t>(status.st_size);
+  if (file.size_ > max_bytes) {
+    return Error{quote(path.string()) + " holds " + std::to_string(file.size_) + " bytes; at most " +
                  std::to_string(max_bytes) + " are read"};
   }
-  Bytes bytes;
-  bytes.size = size;
-  bytes.data = std::make_unique_for_overwrite<std::byte[]>(size);
-  for (size_t done = 0; done < size;) {
-    const ssize_t got = ::read(file.get(), bytes.data.get() + done, size - done);
+  return file;
+}
+
+OpenFile::OpenFile(OpenFile&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), size_(std::exchange(other.size_, 0)) {}
+
+OpenFile::~OpenFile() {
+  if (fd_ >= 0) close(fd_);
+}
+
+bool OpenFile::read(uint64_t offset, std::span<std::byte> to) const {
+  errno = 0;
+  while (!to.empty()) {
+    const ssize_t got = pread(fd_, to.data(), to.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return Error{"cannot read " + quote(path.string()) + ": " + std::strerror(errno)};
-    if (got == 0) return Error{quote(path.string()) + " became shorter while it was read"};
-    done += static_cast<size_t>(got);
+    if (got == 0) errno = 0;
+    if (got <= 0) return false;
+    offset += static_cast<uint64_t>(got);
+    to = to.subspan(static_cast<size_t>(got));
+  }
+  return true;
+}
+
+Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
+  Result<OpenFile> file = OpenFile::open(path, max_bytes);
+  if (!file) return file.error();
+  Bytes bytes;
+  bytes.size = file->size();
+  bytes.data = std::make_unique_for_overwrite<std::byte[]>(bytes.size);
+  if (!file->read(0, {bytes.data.get(), bytes.size})) {
+    return errno ? Error{"cannot read " + quote(path.string()) + ": " + std::strerror(errno)}
+                 : Error{quote(path.string()) + " became shorter while it was read"};
   }
   return bytes;
 }
 
-AssetFolder::AssetFolder(const std::filesystem::path& asset) {
+AssetFolder::AssetFolder(const std::filesystem::path& asset, std::vector<SourceFile>* log) : log_(log) {
   std::error_code error;
   folder_ = std::filesystem::canonical(std::filesystem::absolute(asset, error).parent_path(), error);
 }
@@ -163,7 +174,9 @@ Result<Bytes> AssetFolder::read(std::string_view uri, uint64_t max_bytes) const 
   if (uri.starts_with("data:")) return data_uri_decoded(uri);
   auto path = resolve(uri);
   if (!path) return path.error();
-  return read_file(*path, max_bytes);
+  auto bytes = read_file(*path, max_bytes);
+  if (bytes && log_) log_->push_back({std::string(uri), digest_of(bytes->view())});
+  return bytes;
 }
 
 }  // namespace fire3dv::scene

@@ -9,8 +9,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocol/error.h"
+#include "renderer/scene/digest.h"
 
 namespace fire3dv::scene {
 
@@ -21,12 +23,37 @@ struct Bytes {
   std::span<const std::byte> view() const { return {data.get(), size}; }
 };
 
+// A regular file, for reading, on any number of threads at once.
+class OpenFile {
+ public:
+  static Result<OpenFile> open(const std::filesystem::path& path, uint64_t max_bytes);
+  OpenFile(OpenFile&& other) noexcept;
+  ~OpenFile();
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  uint64_t size() const { return size_; }
+  // False when the file does not have them, or not any more; errno is 0 then.
+  bool read(uint64_t offset, std::span<std::byte> to) const;
+
+ private:
+  OpenFile() = default;
+  int fd_ = -1;
+  uint64_t size_ = 0;
+};
+
 // Regular files only: a pipe or a device would block or never end.
 Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes);
 
+// A file that an asset consists of, as it was when it was read.
+struct SourceFile {
+  std::string uri;  // as the asset names it; empty: the asset's own file
+  Digest digest{};
+};
+
 class AssetFolder {
  public:
-  explicit AssetFolder(const std::filesystem::path& asset);
+  // log: gets the files that are read; may be null.
+  explicit AssetFolder(const std::filesystem::path& asset, std::vector<SourceFile>* log = nullptr);
 
   // The bytes that a URI of the asset stands for: a data: URI or a file below the folder. The error says why
   // it is refused, without the asset's name.
@@ -37,6 +64,7 @@ class AssetFolder {
 
  private:
   std::filesystem::path folder_;
+  std::vector<SourceFile>* log_;
 };
 
 // Text for a message: cut, and with control characters replaced, since it comes from the file.

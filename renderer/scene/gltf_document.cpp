@@ -107,9 +107,11 @@ Result<void> parse_model(const std::string& text, tinygltf::Model& model) {
 
 }  // namespace
 
-Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits) {
+Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
+                               std::vector<SourceFile>* sources) {
   auto file = read_file(path, limits.max_file_bytes);
   if (!file) return file.error();
+  if (sources) sources->push_back({"", digest_of(file->view())});
   auto container = split_container(file->view());
   if (!container) return container.error();
   if (auto shallow = check_json_depth(container->json, limits.max_json_depth); !shallow)
@@ -117,7 +119,7 @@ Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimi
   auto root = parsed(container->json);
   if (!root) return root.error();
 
-  GltfDocument document{.folder = AssetFolder(path)};
+  GltfDocument document{.folder = AssetFolder(path, sources)};
   if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
   if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
   if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();

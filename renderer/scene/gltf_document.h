@@ -36,7 +36,8 @@ struct GltfDocument {
   std::vector<Bytes> owned;  // what the buffers look into
 };
 
-Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits);
+Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
+                               std::vector<SourceFile>* sources);
 
 // The bytes of a buffer view; `where` names the object that refers to it.
 Result<std::span<const std::byte>> buffer_view_bytes(const GltfDocument& document, int buffer_view,

@@ -5,7 +5,8 @@
 #include <climits>
 #include <memory>
 #include <optional>
-#include <thread>
+
+#include "renderer/scene/parallel.h"
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
@@ -62,21 +63,11 @@ Result<Image> decode_or_out_of_memory(const EncodedImage& encoded, uint64_t max_
 Result<std::vector<Image>> decode_images(std::span<const EncodedImage> encoded, uint64_t max_pixels,
                                          const std::function<void(size_t done)>& progress) {
   std::vector<std::optional<Result<Image>>> results(encoded.size());
-  std::atomic<size_t> next{0}, done{0};
   std::atomic<uint64_t> pixels_in_all{0};
-  const auto work = [&](bool report) {
-    for (size_t i = next++; i < encoded.size(); i = next++) {
-      results[i].emplace(decode_or_out_of_memory(encoded[i], max_pixels, pixels_in_all));
-      ++done;
-      if (report && progress) progress(done);
-    }
-  };
-  {
-    std::vector<std::jthread> helpers;
-    const size_t threads = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, 8);
-    for (size_t i = 1; i < std::min(threads, encoded.size()); ++i) helpers.emplace_back(work, false);
-    work(true);
-  }
+  parallel_for(
+      encoded.size(),
+      [&](size_t i) { results[i].emplace(decode_or_out_of_memory(encoded[i], max_pixels, pixels_in_all)); },
+      progress);
   if (progress && !encoded.empty()) progress(encoded.size());
 
   std::vector<Image> images;

@@ -18,7 +18,7 @@ struct EncodedImage {
   std::span<const std::byte> bytes;
 };
 
-// Decodes on a few threads; `progress` is called on the calling one. The size in the header is checked
+// Decodes on all cores; `progress` is called on the calling one. The size in the header is checked
 // against the limit before any pixel is. The error is that of the first image that fails, in the order given.
 Result<std::vector<Image>> decode_images(std::span<const EncodedImage> encoded, uint64_t max_pixels,
                                          const std::function<void(size_t done)>& progress);

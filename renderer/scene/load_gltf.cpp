@@ -41,9 +41,9 @@ Result<std::vector<Image>> load_images(GltfDocument& document, const std::vector
   });
 }
 
-Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits,
-                   const LoadProgress& progress) {
-  auto document = open_gltf(path, limits);
+Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits, const LoadProgress& progress,
+                   std::vector<SourceFile>* sources) {
+  auto document = open_gltf(path, limits, sources);
   if (!document) return document.error();
   Scene scene;
   scene.source = path;
@@ -69,11 +69,11 @@ Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits,
 }  // namespace
 
 Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits,
-                        const LoadProgress& progress) {
+                        const LoadProgress& progress, std::vector<SourceFile>* sources) {
   const std::string file = path.string();
   // The libraries below throw, and so does the allocator for a file that is too large for this machine.
   try {
-    auto scene = load(path, limits, progress);
+    auto scene = load(path, limits, progress, sources);
     if (scene) return scene;
     return Error{file + ": " + scene.error().message};
   } catch (const std::bad_alloc&) {

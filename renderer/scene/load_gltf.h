@@ -1,4 +1,5 @@
-// glTF 2.0 (.gltf, .glb) to Scene. Bytes from outside are checked before tinygltf sees them; tinygltf gets memory only.
+// glTF 2.0 (.gltf, .glb) to Scene. Bytes from outside are checked before tinygltf sees them; tinygltf gets
+// memory only.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <span>
 
 #include "protocol/error.h"
+#include "renderer/scene/files.h"
 #include "renderer/scene/scene.h"
 
 namespace fire3dv::scene {
@@ -21,8 +23,9 @@ struct LoadLimits {
 // Called now and then from the calling thread while loading: stage ("images"), done, total.
 using LoadProgress = std::function<void(const char* stage, size_t done, size_t total)>;
 
-// The error names the file, the glTF object and what is wrong with it. External files are read only from the asset's
-// folder or below.
-Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits = {}, const LoadProgress& progress = {});
+// The error names the file, the glTF object and what is wrong with it. External files are read only from the
+// asset's folder or below. sources: gets the files that the asset consists of.
+Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits = {},
+                        const LoadProgress& progress = {}, std::vector<SourceFile>* sources = nullptr);
 
 }  // namespace fire3dv::scene

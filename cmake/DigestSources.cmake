@@ -1,0 +1,15 @@
+# cmake -DOUTPUT=file.h "-DFILES=a.cpp;b.h" -DMORE=text -P DigestSources.cmake
+# Writes a header with one digest of all the files, for what must not outlive a change of any of them.
+set(all "${MORE}")
+foreach(file ${FILES})
+  file(SHA256 ${file} digest)
+  string(APPEND all "${digest}")
+endforeach()
+string(SHA256 digest "${all}")
+set(text "#pragma once\n#define FIRE3DV_SCENE_SOURCES \"${digest}\"\n")
+if(EXISTS ${OUTPUT})
+  file(READ ${OUTPUT} known)
+endif()
+if(NOT "${known}" STREQUAL "${text}")
+  file(WRITE ${OUTPUT} "${text}")
+endif()

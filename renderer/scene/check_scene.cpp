@@ -1,0 +1,253 @@
+#include "renderer/scene/check_scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <span>
+
+#include "renderer/scene/deformed_copies.h"
+#include "renderer/scene/parallel.h"
+
+namespace fire3dv::scene {
+namespace {
+
+bool in_range(uint64_t first, uint64_t count, size_t size) {
+  return first <= size && count <= size - first;
+}
+
+bool none_or_below(uint32_t index, size_t size) {
+  return index == kNone || index < size;
+}
+
+bool is_finite(std::span<const float> numbers) {
+  constexpr uint32_t kExponent = 0x7f800000;
+  uint32_t found = 0;  // without a jump out, so that many are looked at at once
+  for (const float number : numbers) {
+    found |= (std::bit_cast<uint32_t>(number) & kExponent) == kExponent ? 1u : 0u;
+  }
+  return found == 0;
+}
+
+template <typename T>
+std::span<const float> floats(const std::vector<T>& values) {
+  static_assert(sizeof(T) % sizeof(float) == 0);
+  return {reinterpret_cast<const float*>(values.data()), values.size() * (sizeof(T) / sizeof(float))};
+}
+
+template <typename T>
+bool is_finite(const T& value) {
+  static_assert(sizeof(T) % sizeof(float) == 0);
+  return is_finite(std::span<const float>(reinterpret_cast<const float*>(&value), sizeof(T) / sizeof(float)));
+}
+
+// A whole, however large, in pieces on all cores.
+bool all_finite(std::span<const float> numbers) {
+  constexpr size_t kPiece = size_t{1} << 20;
+  std::atomic<bool> finite{true};
+  parallel_for((numbers.size() + kPiece - 1) / kPiece, [&](size_t i) {
+    if (!is_finite(numbers.subspan(i * kPiece, std::min(kPiece, numbers.size() - i * kPiece))))
+      finite = false;
+  });
+  return finite;
+}
+
+bool all_below(std::span<const uint32_t> indices, uint32_t limit) {
+  uint32_t largest = 0;
+  for (const uint32_t index : indices) largest = std::max(largest, index);
+  return indices.empty() || largest < limit;
+}
+
+bool deformation_is_right(const Scene& scene, const Primitive& p) {
+  if (p.morph_target_count > 0 &&
+      !in_range(p.first_morph_delta, uint64_t{p.morph_target_count} * p.vertex_count,
+                scene.morph_deltas.size()))
+    return false;
+  if (p.first_influence == kNone) return true;
+  const uint64_t count = uint64_t{p.vertex_count} * p.influence_sets;
+  if (!in_range(p.first_influence, count, scene.influences.size()) ||
+      !in_range(p.first_joint_bounds, p.joint_bounds_count, scene.joint_bounds.size()))
+    return false;
+  for (uint64_t i = 0; i < count; ++i) {
+    const Influences& influences = scene.influences[p.first_influence + i];
+    for (const uint16_t joint : influences.joints) {
+      if (joint >= p.joint_limit) return false;
+    }
+    if (!is_finite(influences.weights)) return false;
+  }
+  for (uint32_t b = 0; b < p.joint_bounds_count; ++b) {
+    if (scene.joint_bounds[p.first_joint_bounds + b].joint >= p.joint_limit) return false;
+  }
+  return true;
+}
+
+bool primitive_is_right(const Scene& scene, const Primitive& p) {
+  if (p.topology > Topology::points) return false;
+  const uint32_t corners = p.topology == Topology::triangles ? 3 : p.topology == Topology::lines ? 2 : 1;
+  return in_range(p.first_index, p.index_count, scene.indices.size()) && p.index_count % corners == 0 &&
+         in_range(p.first_vertex, p.vertex_count, scene.positions.size()) &&
+         p.material < scene.materials.size() && is_finite(p.bounds_min) && is_finite(p.bounds_max) &&
+         all_below(std::span(scene.indices).subspan(p.first_index, p.index_count), p.vertex_count) &&
+         deformation_is_right(scene, p);
+}
+
+bool node_is_right(const Scene& scene, uint32_t index) {
+  const Node& node = scene.nodes[index];
+  if (!(node.parent == kNone || node.parent < index) || !none_or_below(node.mesh, scene.meshes.size()) ||
+      !none_or_below(node.camera, scene.cameras.size()) || !none_or_below(node.light, scene.lights.size()) ||
+      !none_or_below(node.skin, scene.skins.size()) ||
+      !in_range(node.first_morph_weight, node.morph_weight_count, scene.morph_weights.size()))
+    return false;
+  if (!is_finite(node.parent_from_node) || !is_finite(node.world_from_node) || !is_finite(node.translation) ||
+      !is_finite(node.rotation) || !is_finite(node.scale))
+    return false;
+  if (node.mesh == kNone) return node.skin == kNone && node.morph_weight_count == 0;
+  const Mesh& mesh = scene.meshes[node.mesh];
+  if (node.morph_weight_count != mesh.morph_target_count) return false;
+  if (node.skin == kNone) return true;
+  const Skin& skin = scene.skins[node.skin];
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    if (scene.primitives[p].joint_limit > skin.joint_count) return false;
+  }
+  return skin.joint_count > 0;
+}
+
+bool channel_is_right(const Scene& scene, const AnimationChannel& c) {
+  const size_t values = c.interpolation == Interpolation::cubic_spline ? 3 : 1;
+  if (c.path > AnimationPath::weights || c.interpolation > Interpolation::cubic_spline ||
+      c.node >= scene.nodes.size() || c.key_count == 0 ||
+      !in_range(c.first_time, c.key_count, scene.key_times_s.size()) ||
+      !in_range(c.first_value, uint64_t{values} * c.key_count * c.width, scene.key_values.size()))
+    return false;
+  const uint32_t width = c.path == AnimationPath::weights    ? scene.nodes[c.node].morph_weight_count
+                         : c.path == AnimationPath::rotation ? 4
+                                                             : 3;
+  const std::span times = std::span(scene.key_times_s).subspan(c.first_time, c.key_count);
+  return c.width == width &&
+         std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) == times.end();
+}
+
+bool material_is_right(const Scene& scene, const Material& m) {
+  for (const TextureRef* ref :
+       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.occlusion_texture,
+        &m.emissive_texture, &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture,
+        &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
+        &m.sheen_roughness_texture, &m.transmission_texture}) {
+    if (!none_or_below(ref->texture, scene.textures.size()) || ref->uv_set > 1) return false;
+  }
+  return m.alpha_mode <= AlphaMode::blend;
+}
+
+bool image_is_right(const Image& image) {
+  return image.width > 0 && image.height > 0 && image.rgba8.size() / 4 / image.width == image.height &&
+         image.rgba8.size() == uint64_t{image.width} * image.height * 4;
+}
+
+bool cluster_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const Cluster& c) {
+  if (c.vertex_count > kClusterVertices || c.triangle_count > kClusterTriangles ||
+      c.first_vertex < p.first_vertex ||
+      !in_range(c.first_vertex - p.first_vertex, c.vertex_count, p.vertex_count) ||
+      !in_range(c.first_triangle, c.triangle_count, geometry.triangles.size()) || !is_finite(c.center) ||
+      !is_finite(c.radius) || !is_finite(c.cone_axis) || !is_finite(c.cone_cutoff))
+    return false;
+  uint32_t largest = 0;
+  for (const uint32_t triangle : std::span(geometry.triangles).subspan(c.first_triangle, c.triangle_count)) {
+    largest = std::max({largest, triangle & 0xff, triangle >> 8 & 0xff, triangle >> 16});
+  }
+  return c.triangle_count == 0 || largest < c.vertex_count;
+}
+
+bool geometry_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p,
+                       const Primitive& source) {
+  if (!in_range(p.first_index, p.index_count, geometry.indices.size()) ||
+      p.index_count != source.index_count ||
+      !in_range(p.first_vertex, p.vertex_count, geometry.source_vertices.size()) ||
+      !in_range(p.first_cluster, p.cluster_count, geometry.clusters.size()) ||
+      !all_below(std::span(geometry.indices).subspan(p.first_index, p.index_count), p.vertex_count))
+    return false;
+  for (const uint32_t vertex : std::span(geometry.source_vertices).subspan(p.first_vertex, p.vertex_count)) {
+    if (vertex < source.first_vertex || vertex - source.first_vertex >= source.vertex_count) return false;
+  }
+  const auto clusters = std::span(geometry.clusters).subspan(p.first_cluster, p.cluster_count);
+  return std::all_of(clusters.begin(), clusters.end(),
+                     [&](const Cluster& c) { return cluster_is_right(geometry, p, c); });
+}
+
+// test(i) for each element; the first array that holds a wrong one is named.
+Result<void> check_all(const char* array, size_t count, const std::function<bool(size_t)>& test) {
+  std::atomic<bool> right{true};
+  parallel_for(count, [&](size_t i) {
+    if (right && !test(i)) right = false;
+  });
+  if (right) return {};
+  return Error{std::string("its ") + array + " are not right"};
+}
+
+}  // namespace
+
+Result<void> check_scene(const Scene& s) {
+  if (s.positions.size() != s.attributes.size() || s.materials.empty()) return Error{"arrays are missing"};
+  const std::span<const float> numbers[] = {
+      floats(s.positions),     floats(s.attributes),  floats(s.morph_deltas), floats(s.joint_bounds),
+      floats(s.morph_weights), floats(s.key_times_s), floats(s.key_values)};
+  for (const std::span<const float>& some : numbers) {
+    if (!all_finite(some)) return Error{"it holds numbers that are not finite"};
+  }
+  if (!is_finite(s.bounds_min) || !is_finite(s.bounds_max)) return Error{"its bounds are not finite"};
+  const auto primitive = [&](size_t i) { return primitive_is_right(s, s.primitives[i]); };
+  if (auto done = check_all("primitives", s.primitives.size(), primitive); !done) return done;
+  const auto mesh = [&](size_t i) {
+    const Mesh& m = s.meshes[i];
+    if (!in_range(m.first_primitive, m.primitive_count, s.primitives.size())) return false;
+    const auto own = std::span(s.primitives).subspan(m.first_primitive, m.primitive_count);
+    return std::all_of(own.begin(), own.end(),
+                       [&](const Primitive& p) { return p.morph_target_count == m.morph_target_count; });
+  };
+  if (auto done = check_all("meshes", s.meshes.size(), mesh); !done) return done;
+  const auto skin = [&](size_t i) {
+    return in_range(s.skins[i].first_joint, s.skins[i].joint_count, s.joints.size());
+  };
+  if (auto done = check_all("skins", s.skins.size(), skin); !done) return done;
+  const auto joint = [&](size_t i) {
+    return s.joints[i].node < s.nodes.size() && is_finite(s.joints[i].joint_from_mesh);
+  };
+  if (auto done = check_all("joints", s.joints.size(), joint); !done) return done;
+  const auto node = [&](size_t i) { return node_is_right(s, static_cast<uint32_t>(i)); };
+  if (auto done = check_all("nodes", s.nodes.size(), node); !done) return done;
+  const auto channel = [&](size_t i) { return channel_is_right(s, s.channels[i]); };
+  if (auto done = check_all("channels", s.channels.size(), channel); !done) return done;
+  const auto animation = [&](size_t i) {
+    return in_range(s.animations[i].first_channel, s.animations[i].channel_count, s.channels.size()) &&
+           is_finite(s.animations[i].duration_s);
+  };
+  if (auto done = check_all("animations", s.animations.size(), animation); !done) return done;
+  const auto texture = [&](size_t i) {
+    const Texture& t = s.textures[i];
+    return t.image < s.images.size() && t.sampler.wrap_u <= Wrap::clamp_to_edge &&
+           t.sampler.wrap_v <= Wrap::clamp_to_edge;
+  };
+  if (auto done = check_all("textures", s.textures.size(), texture); !done) return done;
+  const auto image = [&](size_t i) { return image_is_right(s.images[i]); };
+  if (auto done = check_all("images", s.images.size(), image); !done) return done;
+  const auto material = [&](size_t i) { return material_is_right(s, s.materials[i]); };
+  if (auto done = check_all("materials", s.materials.size(), material); !done) return done;
+  const auto light = [&](size_t i) { return s.lights[i].type <= LightType::spot; };
+  if (auto done = check_all("lights", s.lights.size(), light); !done) return done;
+  return check_deformed_copies(s);
+}
+
+Result<void> check_derived(const Scene& scene, const Derived& derived) {
+  const ClusteredGeometry& geometry = derived.clusters;
+  if (geometry.primitives.size() != scene.primitives.size() || derived.casters.size() != scene.meshes.size())
+    return Error{"what is derived is not of this scene"};
+  const auto primitive = [&](size_t i) {
+    return geometry_is_right(geometry, geometry.primitives[i], scene.primitives[i]);
+  };
+  if (auto done = check_all("clusters", scene.primitives.size(), primitive); !done) return done;
+  const auto caster = [&](size_t i) {
+    return derived.casters[i].shape <= CasterShape::open && is_finite(derived.casters[i].plane_node);
+  };
+  return check_all("casters", derived.casters.size(), caster);
+}
+
+}  // namespace fire3dv::scene

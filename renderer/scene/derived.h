@@ -1,0 +1,21 @@
+// What drawing needs that follows from the scene alone. It is found once, when a scene is loaded, and takes
+// longer than reading the file: so it is kept with the scene in a cache (scene_cache.h).
+#pragma once
+
+#include <vector>
+
+#include "renderer/scene/caster_shape.h"
+#include "renderer/scene/clusters.h"
+#include "renderer/scene/load_gltf.h"
+
+namespace fire3dv::scene {
+
+struct Derived {
+  ClusteredGeometry clusters;
+  std::vector<Caster> casters;  // of each mesh
+};
+
+// On all cores; the same whatever their number.
+Derived derive(const Scene& scene, const LoadProgress& progress = {});
+
+}  // namespace fire3dv::scene
