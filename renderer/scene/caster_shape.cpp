@@ -89,10 +89,8 @@ std::vector<uint32_t> pieces_of(const WeldedTriangles& mesh) {
   return towards;
 }
 
-// Every edge is run through once in each direction.
-bool has_paired_edges(const WeldedTriangles& mesh) {
-  if (mesh.corners.size() >= kNone)
-    return false;  // more than can be counted here; open is always true enough
+// Ends of edges that are not run through once in each direction; none where a mesh is closed.
+std::vector<uint32_t> points_at_borders(const WeldedTriangles& mesh) {
   // Edges of each point that is the lower one of their two: first_of[point] .. first_of[point + 1].
   std::vector<uint32_t> first_of(mesh.points.size() + 1, 0);
   const auto for_each_edge = [&](const auto& visit) {
@@ -108,21 +106,64 @@ bool has_paired_edges(const WeldedTriangles& mesh) {
   for_each_edge([&](uint32_t lower, uint32_t upper, bool backwards) {
     edges[next[lower]++] = uint64_t{upper} << 1 | (backwards ? 1 : 0);
   });
-  for (size_t point = 0; point < mesh.points.size(); ++point) {
+  std::vector<uint32_t> borders;
+  for (uint32_t point = 0; point < mesh.points.size(); ++point) {
     const std::span<uint64_t> own(edges.data() + first_of[point], edges.data() + first_of[point + 1]);
-    if (own.size() % 2 != 0) return false;
     std::sort(own.begin(), own.end());
-    for (size_t e = 0; e < own.size(); e += 2) {
-      if (own[e] % 2 != 0 || own[e + 1] != own[e] + 1) return false;
+    for (size_t e = 0; e < own.size();) {
+      const bool paired = own[e] % 2 == 0 && e + 1 < own.size() && own[e + 1] == own[e] + 1 &&
+                          (e + 2 == own.size() || own[e + 2] >> 1 != own[e] >> 1);
+      if (!paired) borders.insert(borders.end(), {point, static_cast<uint32_t>(own[e] >> 1)});
+      e += paired ? 2 : 1;
     }
   }
-  return true;
+  std::sort(borders.begin(), borders.end());
+  borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
+  return borders;
+}
+
+// Joins points at borders that rounding has parted, such as where a full turn ends: sin(2 pi) is not quite 0.
+// Far narrower than a texel of any shadow map, such a slit makes no difference to what a map may say.
+void close_slits(WeldedTriangles& mesh, std::vector<uint32_t> borders) {
+  glm::vec3 low = mesh.points[0], high = low;
+  for (const glm::vec3& p : mesh.points) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  const float reach = 2e-6f * glm::length(high - low);
+  std::sort(borders.begin(), borders.end(), [&](uint32_t a, uint32_t b) {
+    return mesh.points[a].x != mesh.points[b].x ? mesh.points[a].x < mesh.points[b].x : a < b;
+  });
+  std::vector<uint32_t> same(mesh.points.size());
+  std::iota(same.begin(), same.end(), 0u);
+  for (size_t i = 0; i < borders.size(); ++i) {
+    if (same[borders[i]] != borders[i]) continue;
+    const glm::vec3& p = mesh.points[borders[i]];
+    // Where many lie in one plane across x the search ends early: a mesh that stays open only costs rays.
+    const size_t last = std::min(borders.size(), i + 1000);
+    for (size_t k = i + 1; k < last && mesh.points[borders[k]].x - p.x <= reach; ++k) {
+      if (glm::distance(mesh.points[borders[k]], p) <= reach) same[borders[k]] = borders[i];
+    }
+  }
+  std::vector<uint32_t> kept;
+  kept.reserve(mesh.corners.size());
+  for (size_t i = 0; i < mesh.corners.size(); i += 3) {
+    const uint32_t a = same[mesh.corners[i]], b = same[mesh.corners[i + 1]], c = same[mesh.corners[i + 2]];
+    if (a != b && b != c && c != a) kept.insert(kept.end(), {a, b, c});
+  }
+  mesh.corners = std::move(kept);
 }
 
 // Edges are paired, and the volume inside is positive; of each piece, since a lamp may stand inside one that
 // is inside out.
-bool is_closed(const WeldedTriangles& mesh) {
-  if (!has_paired_edges(mesh)) return false;
+bool is_closed(WeldedTriangles mesh) {
+  if (mesh.corners.size() >= kNone)
+    return false;  // more than can be counted here; open is always true enough
+  std::vector<uint32_t> borders = points_at_borders(mesh);
+  if (!borders.empty()) {
+    close_slits(mesh, std::move(borders));
+    if (!points_at_borders(mesh).empty()) return false;
+  }
   const std::vector<uint32_t> piece = pieces_of(mesh);
   std::vector<double> volume(mesh.points.size(), 0);
   std::vector<bool> has_triangles(mesh.points.size(), false);
@@ -174,11 +215,11 @@ Caster caster_of(const Scene& scene, const Mesh& mesh) {
   for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
     if (drawn_alpha_mode(scene.materials[scene.primitives[p].material]) != AlphaMode::opaque) return caster;
   }
-  const WeldedTriangles welded = weld(scene, mesh);
+  WeldedTriangles welded = weld(scene, mesh);
   if (welded.corners.empty()) return caster;
   if (is_planar(welded, caster.plane_node)) {
     caster.shape = CasterShape::planar;
-  } else if (is_closed(welded)) {
+  } else if (is_closed(std::move(welded))) {
     caster.shape = CasterShape::closed;
   }
   return caster;

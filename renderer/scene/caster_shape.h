@@ -19,7 +19,7 @@ struct Caster {
 };
 
 // Alpha-masked, blended and deformed primitives make a mesh open. Vertices count as one when their positions
-// are equal.
+// are equal; at borders, when they are but for rounding.
 Caster caster_of(const Scene& scene, const Mesh& mesh);
 
 // Of each mesh of the scene.

@@ -74,10 +74,32 @@ TEST(CasterShape, AMissingOrFlippedTriangleLeavesItOpen) {
   }
 }
 
-TEST(CasterShape, NearlyCoincidentVerticesLeaveItOpen) {
+TEST(CasterShape, WhatRoundingHasPartedIsClosed) {
   Triangles box = box_triangles({1, 1, 1});
   box.positions[0].x = std::nextafter(box.positions[0].x, 2.0f);
-  EXPECT_EQ(shape(box), CasterShape::open);
+  EXPECT_EQ(shape(box), CasterShape::closed);
+  box.positions[0].x += 1e-4f;
+  EXPECT_EQ(shape(box), CasterShape::open) << "a slit that light gets through";
+  // A tube's wall whose turn ends beside where it began, with its ends; without one of them it stays open.
+  Triangles tube;
+  constexpr uint32_t kSides = 24;
+  for (uint32_t k = 0; k <= kSides; ++k) {
+    const float angle = 6.28318531f * static_cast<float>(k) / kSides;
+    tube.positions.push_back({std::cos(angle), 0, std::sin(angle)});
+    tube.positions.push_back({std::cos(angle), 2, std::sin(angle)});
+  }
+  tube.positions.push_back({0, 0, 0});
+  tube.positions.push_back({0, 2, 0});
+  const auto low_middle = static_cast<uint32_t>(tube.positions.size() - 2), high_middle = low_middle + 1;
+  ASSERT_NE(tube.positions[0], tube.positions[2 * kSides]);
+  for (uint32_t k = 0; k < kSides; ++k) {
+    const uint32_t a = 2 * k, b = a + 1, c = a + 2, d = a + 3;
+    for (uint32_t index : {a, b, d, a, d, c, low_middle, a, c, high_middle, d, b})
+      tube.indices.push_back(index);
+  }
+  EXPECT_EQ(shape(tube), CasterShape::closed);
+  tube.indices.resize(tube.indices.size() - 3);
+  EXPECT_EQ(shape(tube), CasterShape::open);
 }
 
 TEST(CasterShape, InsideOutIsOpen) {
