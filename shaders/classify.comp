@@ -30,11 +30,14 @@ void append(bool wanted, RayEntry entry) {
   if (wanted) RayEntryRef(push.entries).at[base] = entry;
 }
 
-// Whether the body itself is in the light's way: a ray from the side of a closed mesh that is turned away starts inside.
-bool shades_itself(GlobalsRef globals, VisibleTriangle triangle, SurfacePoint point, LightSample light) {
-  if (dot(point.plane_normal_world, light.to_light) > -0.02 - light.sine) return false;
+// Of a body that is seen from outside: a ray from a side that is turned away from the light starts inside of it.
+bool is_body(GlobalsRef globals, VisibleTriangle triangle) {
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[triangle.part.primitive];
   return casts_by_far_sides(globals, triangle.part, primitive, triangle.world_from_node);
+}
+
+bool is_turned_away(SurfacePoint point, LightSample light) {
+  return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
 }
 
 void main() {
@@ -54,6 +57,7 @@ void main() {
       open &= ~same;
       const VisibleTriangle triangle = visible_triangle(globals, id);
       const SurfacePoint point = surface_point(globals, triangle, place_of_samples(gl_GlobalInvocationID.xy, same));
+      const bool body = push.hybrid != 0 && is_body(globals, triangle);
       if ((MaterialRef(globals.value.materials).at[point.material].flags & FIRE3DV_MATERIAL_UNLIT) != 0) continue;
       for (uint i = 0; i < globals.value.light_count; ++i) {
         const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
@@ -63,7 +67,7 @@ void main() {
             sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
         if (!light_matters(globals, point, light)) continue;
         uint verdict = kUnknown;
-        if (push.hybrid != 0 && shades_itself(globals, triangle, point, light)) {
+        if (body && is_turned_away(point, light)) {
           verdict = kShadowed;
         } else if (push.hybrid != 0 && shadow.rays == 1) {
           const ShadowRay ray = shadow_ray(globals, point, record, light);

@@ -138,6 +138,7 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   set.prepared_capacity = kPreparedCapacity;
   set.tile_capacity = kTileCapacity;
   set.cull = job.cull == Cull::off ? 0 : 1;
+  set.look_first = device_.report().type == gpu::DeviceType::software ? 1 : 0;
   for (uint32_t round = 0; round < round_count_; ++round) {
     set.work = work_.address + round * job.view_count * sizeof(gpu_types::ViewWork);
     set.large = large_.address + round * sizeof(gpu_types::LargeWork);

@@ -207,7 +207,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   clusters = upload_array(device, loader, cluster_records(clustered));
   cluster_triangles = upload_array(device, loader, clustered.triangles);
 
-  const MaterialRecords records = material_records(scene.materials);
+  const MaterialRecords records =
+      material_records(scene.materials, anisotropy > 1 && device.report().anisotropy);
   materials = upload_array(device, loader, records.materials);
   has_extensions = !records.extensions.empty();
   material_extensions = upload_array(device, loader, records.extensions);

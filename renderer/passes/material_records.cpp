@@ -6,14 +6,14 @@
 namespace fire3dv::passes {
 namespace {
 
-gpu_types::TextureUse texture_use(const scene::TextureRef& ref) {
+gpu_types::TextureUse texture_use(const scene::TextureRef& ref, bool anisotropic) {
   // KHR_texture_transform: uv' = translate(offset) * rotate * scale(uv), with the extension's sense of
   // rotation.
   const float c = std::cos(ref.uv_rotation_rad);
   const float s = std::sin(ref.uv_rotation_rad);
   gpu_types::TextureUse use{};
   use.texture = ref.texture;
-  use.uv_set = ref.uv_set;
+  use.uv_set = ref.uv_set | (anisotropic ? FIRE3DV_TEXTURE_ANISOTROPIC : 0);
   use.uv_rows = {c * ref.uv_scale.x, s * ref.uv_scale.y, -s * ref.uv_scale.x, c * ref.uv_scale.y};
   use.uv_offset = ref.uv_offset;
   return use;
@@ -55,7 +55,7 @@ bool is_extended(const scene::Material& material) {
           material.specular_color_texture.texture != scene::kNone);
 }
 
-gpu_types::MaterialExtensionRecord extension_record(const scene::Material& material) {
+gpu_types::MaterialExtensionRecord extension_record(const scene::Material& material, bool anisotropic) {
   gpu_types::MaterialExtensionRecord record{};
   const float ratio = (material.ior - 1) / (material.ior + 1);
   record.dielectric_f0 = ratio * ratio * material.specular_color;
@@ -66,18 +66,18 @@ gpu_types::MaterialExtensionRecord extension_record(const scene::Material& mater
   record.clearcoat_roughness = material.clearcoat_roughness;
   record.clearcoat_normal_scale = material.clearcoat_normal_scale;
   record.transmission = material.transmission;
-  record.specular_texture = texture_use(material.specular_texture);
-  record.specular_color_texture = texture_use(material.specular_color_texture);
-  record.clearcoat_texture = texture_use(material.clearcoat_texture);
-  record.clearcoat_roughness_texture = texture_use(material.clearcoat_roughness_texture);
-  record.clearcoat_normal_texture = texture_use(material.clearcoat_normal_texture);
-  record.sheen_color_texture = texture_use(material.sheen_color_texture);
-  record.sheen_roughness_texture = texture_use(material.sheen_roughness_texture);
-  record.transmission_texture = texture_use(material.transmission_texture);
+  record.specular_texture = texture_use(material.specular_texture, anisotropic);
+  record.specular_color_texture = texture_use(material.specular_color_texture, anisotropic);
+  record.clearcoat_texture = texture_use(material.clearcoat_texture, anisotropic);
+  record.clearcoat_roughness_texture = texture_use(material.clearcoat_roughness_texture, anisotropic);
+  record.clearcoat_normal_texture = texture_use(material.clearcoat_normal_texture, anisotropic);
+  record.sheen_color_texture = texture_use(material.sheen_color_texture, anisotropic);
+  record.sheen_roughness_texture = texture_use(material.sheen_roughness_texture, anisotropic);
+  record.transmission_texture = texture_use(material.transmission_texture, anisotropic);
   return record;
 }
 
-gpu_types::MaterialRecord material_record(const scene::Material& material) {
+gpu_types::MaterialRecord material_record(const scene::Material& material, bool anisotropic) {
   gpu_types::MaterialRecord record{};
   record.base_color = material.base_color;
   record.emissive = material.emissive;
@@ -92,23 +92,23 @@ gpu_types::MaterialRecord material_record(const scene::Material& material) {
                  (material.alpha_mode == scene::AlphaMode::blend ? FIRE3DV_MATERIAL_BLEND : 0);
   record.flags |= extension_flags(material) | texture_flags(material);
   record.extension = FIRE3DV_NO_INDEX;
-  record.base_color_texture = texture_use(material.base_color_texture);
-  record.metallic_roughness_texture = texture_use(material.metallic_roughness_texture);
-  record.normal_texture = texture_use(material.normal_texture);
-  record.occlusion_texture = texture_use(material.occlusion_texture);
-  record.emissive_texture = texture_use(material.emissive_texture);
+  record.base_color_texture = texture_use(material.base_color_texture, anisotropic);
+  record.metallic_roughness_texture = texture_use(material.metallic_roughness_texture, anisotropic);
+  record.normal_texture = texture_use(material.normal_texture, anisotropic);
+  record.occlusion_texture = texture_use(material.occlusion_texture, anisotropic);
+  record.emissive_texture = texture_use(material.emissive_texture, anisotropic);
   return record;
 }
 
 }  // namespace
 
-MaterialRecords material_records(std::span<const scene::Material> materials) {
+MaterialRecords material_records(std::span<const scene::Material> materials, bool anisotropic) {
   MaterialRecords records;
   for (const scene::Material& material : materials) {
-    records.materials.push_back(material_record(material));
+    records.materials.push_back(material_record(material, anisotropic));
     if (!is_extended(material)) continue;
     records.materials.back().extension = static_cast<uint32_t>(records.extensions.size());
-    records.extensions.push_back(extension_record(material));
+    records.extensions.push_back(extension_record(material, anisotropic));
   }
   return records;
 }

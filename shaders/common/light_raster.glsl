@@ -7,15 +7,18 @@ struct MapTarget {
   uint64_t maps;
   uint first_texel;
   uint size;
+  bool look_first;
 };
 
-MapTarget map_target(RasterSet set, RasterView view) { return MapTarget(set.target, view.first_texel, view.width); }
+MapTarget map_target(RasterSet set, RasterView view) {
+  return MapTarget(set.target, view.first_texel, view.width, set.look_first != 0);
+}
 
 void put_nearest(MapTarget target, ivec2 texel, bool outer, float depth) {
   const uint index = target.first_texel + (outer ? target.size * target.size : 0) + uint(texel.y) * target.size + texel.x;
   const uint value = floatBitsToUint(depth);
   UintsRef maps = UintsRef(target.maps);
-  if (maps.at[index] < value) atomicMax(maps.at[index], value);
+  if (!target.look_first || maps.at[index] < value) atomicMax(maps.at[index], value);
 }
 
 // A light's view of the triangle, for its alpha.

@@ -7,7 +7,7 @@
 layout(set = 0, binding = FIRE3DV_BINDING_TEXTURES) uniform sampler2D scene_textures[];
 
 vec2 texture_uv(TextureUse use, vec4 uv01) {
-  const vec2 uv = use.uv_set == 0 ? uv01.xy : uv01.zw;
+  const vec2 uv = (use.uv_set & 1) == 0 ? uv01.xy : uv01.zw;
   return vec2(dot(use.uv_rows.xy, uv), dot(use.uv_rows.zw, uv)) + use.uv_offset;
 }
 
@@ -15,8 +15,15 @@ vec2 texture_uv(TextureUse use, vec4 uv01) {
 // from the hardware.
 vec4 sample_or(TextureUse use, vec4 uv01, vec4 dx, vec4 dy, vec4 without) {
   if (use.texture == FIRE3DV_NO_INDEX) return without;
-  return textureGrad(scene_textures[nonuniformEXT(use.texture)], texture_uv(use, uv01),
-                     texture_uv(use, dx) - use.uv_offset, texture_uv(use, dy) - use.uv_offset);
+  const vec2 uv = texture_uv(use, uv01), uv_dx = texture_uv(use, dx) - use.uv_offset, uv_dy = texture_uv(use, dy) - use.uv_offset;
+  if ((use.uv_set & FIRE3DV_TEXTURE_ANISOTROPIC) != 0) {
+    return textureGrad(scene_textures[nonuniformEXT(use.texture)], uv, uv_dx, uv_dy);
+  }
+  // The level as the standard defines it. Devices come near to that, each in its own way.
+  const vec2 size = vec2(textureSize(scene_textures[nonuniformEXT(use.texture)], 0));
+  const vec2 along_x = uv_dx * size, along_y = uv_dy * size;
+  const float level = 0.5 * log2(max(max(dot(along_x, along_x), dot(along_y, along_y)), 1e-30));
+  return textureLod(scene_textures[nonuniformEXT(use.texture)], uv, level);
 }
 
 // For code without derivatives, such as the alpha test of a shadow ray.

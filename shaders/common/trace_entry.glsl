@@ -12,6 +12,8 @@ void trace_entry(GlobalsRef globals, uint64_t visibility, RayEntry entry) {
     const int s = findLSB(open);
     const uint id = id_of_sample(ids, s), same = samples_with(ids, id);
     open &= ~same;
+    // Each light has one bit for each sample, or is alone in the word.
+    if ((entry.wanted & (FIRE3DV_SAMPLES == 4 ? 0x11111111u << s : 0xffffffffu)) == 0) continue;
     const SurfacePoint point = shadow_point(globals, id, same, entry.pixel);
     for (uint i = 0; i < globals.value.light_count; ++i) {
       const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];

@@ -5,9 +5,11 @@
 
 FIRE3DV_SHARED_BEGIN
 
+#define FIRE3DV_TEXTURE_ANISOTROPIC 2u
+
 struct TextureUse {
   uint texture;  // FIRE3DV_NO_INDEX = none
-  uint uv_set;
+  uint uv_set;   // 0 or 1; with FIRE3DV_TEXTURE_ANISOTROPIC where the sampler is
   vec4 uv_rows;  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) +
                  // offset.y
   vec2 uv_offset;

@@ -81,6 +81,7 @@ struct RasterSet {
   uint tile_capacity;
   uint cull;   // 0: every cluster is drawn
   uint round;  // FIRE3DV_ROUND_*
+  uint look_first;  // 1: a light's texel is read before it is written, where waiting for a read costs less
 };
 
 struct FarthestDepthPush {
