@@ -1,13 +1,25 @@
 #!/usr/bin/env python3
 """fire3dv-contact-sheet: what it draws, lists and refuses."""
+import base64
+import json
 import os
 import shutil
+import struct
 import subprocess
+import zlib
 
 from harness import HANG_S, main, vulkan_environment
 from pictures import check, read_png
 
 PAPER = (24, 24, 24)
+
+
+def chunk(kind, body):
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+PNG_OF_A_PIXEL = (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0)) +
+                  chunk(b"IDAT", zlib.compress(b"\0\xff\0\0")) + chunk(b"IEND", b""))
 
 
 def sheet(test, *arguments):
@@ -54,6 +66,27 @@ def pages(test):
         check((len(label) == 2) == there, f"the label at {left}: {label}")
 
 
+def too_many_textures(test):
+    """More than a device on the CPU makes room for: said of the file, and nothing worse."""
+    folder = test.path("many")
+    os.makedirs(folder)
+    with open(test.scene, "rb") as file:
+        data = file.read()
+    length, = struct.unpack_from("<I", data, 12)
+    document = json.loads(data[20:20 + length])
+    document["images"] = [{"uri": "data:image/png;base64," + base64.b64encode(PNG_OF_A_PIXEL).decode()}]
+    document["textures"] = [{"source": 0}] * 70000
+    document["materials"] += [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}} for i in range(70000)]
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    path = os.path.join(folder, "many.glb")
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(data) - 20 - length, len(text), b"JSON"))
+        file.write(text + data[20 + length:])
+    result = sheet(test, folder, "--out", test.path("pages"))
+    check(result.returncode == 1 and path in result.stderr and "textures" in result.stderr, f"{result}")
+
+
 def refusals(test):
     empty = test.path("empty")
     os.makedirs(empty)
@@ -69,7 +102,7 @@ def refusals(test):
         check(result.returncode == code and said in result.stdout + result.stderr, f"{arguments}: {result}")
 
 
-CASES = {"pages": pages, "refusals": refusals}
+CASES = {"pages": pages, "too_many_textures": too_many_textures, "refusals": refusals}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv-contact-sheet"])

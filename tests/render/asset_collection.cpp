@@ -42,6 +42,16 @@ GltfBuilder colored_square() {
   return builder;
 }
 
+// Its alpha is where it must be to be there at all.
+GltfBuilder masked_square() {
+  GltfBuilder builder;
+  builder.root["materials"] = {{{"alphaMode", "MASK"},
+                                {"alphaCutoff", 0.5},
+                                {"pbrMetallicRoughness", {{"baseColorFactor", {0.2, 0.6, 0.1, 0.5}}}}}};
+  builder.add_node("square", {{"mesh", add_square(builder, 0, false)}});
+  return builder;
+}
+
 GltfBuilder blended_squares() {
   GltfBuilder builder;
   builder.root["materials"] = {
@@ -87,6 +97,7 @@ std::vector<CollectedAsset> collected_assets() {
 MadeAssets::MadeAssets() {
   add("textured_square.glb", textured_square().glb());
   add("colored_square.glb", colored_square().glb());
+  add("masked_square.glb", masked_square().glb());
   add("blended_squares.glb", blended_squares().glb());
   add("default_triangle_and_lines.glb", default_triangle_and_lines().glb());
   add("moving.glb", motion_file().glb());

@@ -53,7 +53,13 @@ Result<void> draw_all(const std::vector<fs::path>& files, const Options& options
       ++refused;
       continue;
     }
-    const sinks::FrameImage picture = drawer.draw_framed(*scene);
+    sinks::FrameImage picture;
+    try {
+      picture = drawer.draw_framed(*scene);
+    } catch (
+        const std::exception& failure) {  // of Vulkan, or out of memory: nothing that could be gone on from
+      return Error{file.string() + ": " + failure.what() + "; leave the file out"};
+    }
     const DrawnCounts counts = drawer.counts();
     std::string note = std::to_string(counts.triangles) + " triangles";
     if (counts.lines > 0) note += ", " + std::to_string(counts.lines) + " lines";
@@ -125,7 +131,7 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "fire3dv-contact-sheet: %s\n", done.error().message.c_str());
       return 1;
     }
-  } catch (const std::exception& failure) {  // of Vulkan, or out of memory
+  } catch (const std::exception& failure) {  // of Vulkan, before any file is drawn
     std::fprintf(stderr, "fire3dv-contact-sheet: %s\n", failure.what());
     return 1;
   }
