@@ -13,7 +13,6 @@ const char* result_name(VkResult result) {
     case VK_ERROR_EXTENSION_NOT_PRESENT: return "extension not present";
     case VK_ERROR_FEATURE_NOT_PRESENT: return "feature not present";
     case VK_ERROR_INCOMPATIBLE_DRIVER: return "incompatible driver";
-    case VK_ERROR_OUT_OF_POOL_MEMORY: return "more than the device takes";
     case VK_ERROR_SURFACE_LOST_KHR: return "surface lost";
     case VK_ERROR_OUT_OF_DATE_KHR: return "swapchain out of date";
     default: return "error";

@@ -39,14 +39,24 @@ Result<std::vector<fs::path>> find_assets(const fs::path& folder) {
   return found;
 }
 
+Result<scene::Scene> load(const fs::path& file, const passes::DrawSettings& settings) {
+  Result<scene::Scene> scene = scene::load_gltf(file);
+  if (scene && scene->textures.size() > settings.most_textures) {
+    return Error{file.string() + " has " + std::to_string(scene->textures.size()) +
+                 " textures, and room is made for " + std::to_string(settings.most_textures) +
+                 ": split the file"};
+  }
+  return scene;
+}
+
 Result<void> draw_all(const std::vector<fs::path>& files, const Options& options, gpu::Device& device) {
-  passes::DrawSettings settings;
+  const passes::DrawSettings settings;
   AssetDrawer drawer(device, {options.layout.width, options.layout.height}, settings);
   Pages pages(options.out, options.layout);
   size_t refused = 0;
   for (const fs::path& file : files) {
     const std::string name = file.lexically_relative(options.folder).generic_string();
-    const Result<scene::Scene> scene = scene::load_gltf(file);
+    const Result<scene::Scene> scene = load(file, settings);
     if (!scene) {
       std::printf("refused: %s\n", scene.error().message.c_str());
       pages.add_refused(name, scene.error().message);
@@ -56,8 +66,7 @@ Result<void> draw_all(const std::vector<fs::path>& files, const Options& options
     sinks::FrameImage picture;
     try {
       picture = drawer.draw_framed(*scene);
-    } catch (
-        const std::exception& failure) {  // of Vulkan, or out of memory: nothing that could be gone on from
+    } catch (const std::exception& failure) {  // of Vulkan, or out of memory: the end of it
       return Error{file.string() + ": " + failure.what() + "; leave the file out"};
     }
     const DrawnCounts counts = drawer.counts();
