@@ -70,7 +70,8 @@ class Assets : public ValidationIsSilent {
     SCOPED_TRACE(asset.name);
     const auto row = table_.find(asset.name);
     const AssetOracle known = row == table_.end() ? AssetOracle{} : row->second;
-    EXPECT_NE(row, table_.end()) << "no row in " << kTable << "; look at " << asset.path << " and add it";
+    EXPECT_TRUE(table_.contains(asset.name))
+        << "no row in " << kTable << "; look at " << asset.path << " and add it";
     const Result<scene::Scene> scene = scene::load_gltf(asset.path);
     if (!scene) {
       AssetOracle refused = known;
