@@ -85,7 +85,10 @@ gpu_types::MaterialRecord material_record(const scene::Material& material, bool 
   record.roughness = material.roughness;
   record.normal_scale = material.normal_scale;
   record.occlusion_strength = material.occlusion_strength;
-  record.alpha_cutoff = material.alpha_cutoff;
+  // What lies at the cutoff is there, though interpolation and filtering have rounded its alpha down. A step
+  // of an 8-bit texture is forty times as large.
+  constexpr float kRounding = 1e-4f;
+  record.alpha_cutoff = material.alpha_cutoff - kRounding;
   record.flags = (material.double_sided ? FIRE3DV_MATERIAL_DOUBLE_SIDED : 0) |
                  (material.unlit ? FIRE3DV_MATERIAL_UNLIT : 0) |
                  (material.alpha_mode == scene::AlphaMode::mask ? FIRE3DV_MATERIAL_MASK : 0) |

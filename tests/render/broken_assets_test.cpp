@@ -1,0 +1,71 @@
+// Faulty files are refused with a reason, or drawn without harm: validation finds nothing, and in a build
+// with sanitizers neither do they.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+
+#include "renderer/scene/load_gltf.h"
+#include "tests/render/asset_collection.h"
+#include "tests/render/render_bench.h"
+#include "tests/unit/motion_file.h"
+#include "tools/contact_sheet/asset_drawer.h"
+
+namespace fire3dv::test {
+namespace {
+
+class BrokenAssets : public ValidationIsSilent {
+ protected:
+  static passes::DrawSettings settings_of(passes::RasterPath raster) {
+    passes::DrawSettings settings;
+    settings.raster = raster;
+    settings.samples = 1;
+    return settings;
+  }
+
+  // By both raster paths, with shadows: whatever can be done with the scene is done with it.
+  void expect_refused_or_drawn(const std::filesystem::path& file) {
+    SCOPED_TRACE(file);
+    const Result<scene::Scene> scene = scene::load_gltf(file);
+    if (!scene) {
+      ++refused_;
+      EXPECT_NE(scene.error().message.find(file.filename().string()), std::string::npos)
+          << scene.error().message;
+      return;
+    }
+    ++drawn_;
+    for (contact_sheet::AssetDrawer* drawer : {&visibility_, &forward_})
+      EXPECT_EQ(drawer->draw_framed(*scene).rgba8.size(), size_t{4} * 48 * 48);
+    EXPECT_EQ(instance().validation_messages(), 0u);
+  }
+
+  contact_sheet::AssetDrawer visibility_{device(), {48, 48}, settings_of(passes::RasterPath::visibility)};
+  contact_sheet::AssetDrawer forward_{device(), {48, 48}, settings_of(passes::RasterPath::forward)};
+  uint32_t drawn_ = 0, refused_ = 0;
+};
+
+TEST_F(BrokenAssets, PublicOnesAreRefusedOrDrawnSafely) {
+  const std::vector<CollectedAsset> assets = collected_assets();
+  for (const CollectedAsset& asset : assets) {
+    if (asset.faulty) expect_refused_or_drawn(asset.path);
+  }
+  std::cout << "faulty public assets: " << drawn_ << " drawn, " << refused_ << " refused\n";
+  EXPECT_EQ(refused_ == 0, assets.empty());
+}
+
+// Bytes of vertices, joints, weights and keys: it stays a glTF file, and what it holds is anything.
+TEST_F(BrokenAssets, OnesMadeHereAndDamagedAreRefusedOrDrawnSafely) {
+  const ScratchFolder folder;
+  const GltfBuilder good = motion_file();
+  for (size_t i = 0; i < good.bin.size(); i += 5) {
+    GltfBuilder damaged = good;
+    for (size_t b = i; b < std::min(i + 2, damaged.bin.size()); ++b) damaged.bin[b] ^= std::byte{0xff};
+    expect_refused_or_drawn(folder.write("damaged.glb", damaged.glb()));
+  }
+  std::cout << "damaged files: " << drawn_ << " drawn, " << refused_ << " refused\n";
+  EXPECT_GT(drawn_, 0u);
+  EXPECT_GT(refused_, 0u);
+}
+
+}  // namespace
+}  // namespace fire3dv::test
