@@ -54,7 +54,7 @@ def table(test):
 
     with open(os.path.join(out, "frame.md"), encoding="utf-8") as file:
         text = file.read()
-    for word in ("fire3dv-bench frame --out", "Commit: ", "llvmpipe", "96x54, 4 samples", "3 frames after 1", "| 9K |"):
+    for word in ("fire3dv-bench frame --out", "Commit: ", "llvmpipe", "96x54, 4 samples", "3 frames after at least 1", "| 9K |"):
         check(word in text, f"the table lacks {word!r}:\n{text}")
     plot = xml.dom.minidom.parse(os.path.join(out, "frame.svg"))
     check(len(plot.getElementsByTagName("circle")) == 2 * len(CONDITIONS), "the plot lacks points")
