@@ -62,8 +62,9 @@ Result<void> measure_images(const ImageOptions& options) {
   passes::DrawSettings settings = draw_settings(options.draw);
   const size_t textures = scene->textures.size();
   if (textures > gpu::BindlessTextures::most(*open->device)) {
-    return Error{options.scene.string() + " has " + std::to_string(textures) +
-                 " textures, more than the device can bind"};
+    return Error{options.scene.string() + " has " + std::to_string(textures) + " textures, more than " +
+                 open->device->report().name +
+                 " takes: split the file, or choose another device with --device"};
   }
   settings.most_textures = std::max(settings.most_textures, static_cast<uint32_t>(textures));
   std::vector<std::string> names;
