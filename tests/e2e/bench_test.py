@@ -61,7 +61,7 @@ def table(test):
 
 
 def pictures(test):
-    """Both raster paths draw the same scene, with the bodies where the first timed frame has them."""
+    """Both raster paths draw the same scene, with the bodies where the first step has them."""
     images = []
     for raster in ("visibility", "forward"):
         frame(test, os.path.join(test.folder, raster), "--sizes", "5K", "--frames", "1", "--conditions", "product",

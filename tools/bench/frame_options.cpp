@@ -108,7 +108,7 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
   app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")
       ->capture_default_str();
   app.add_option("--name", options.name, "of these files")->capture_default_str();
-  app.add_option("--image", options.images, "folder for a PNG of each scene's first timed frame");
+  app.add_option("--image", options.images, "folder for a PNG of each scene at its first step");
 }
 
 Result<void> check_frame_options(FrameOptions& options) {
