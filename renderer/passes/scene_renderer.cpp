@@ -77,7 +77,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   // Which shape it has now.
   deform_.record(recorder, belt, *gpu_scene_, poses);
   // What shadow rays can meet, beside the following, where there is a queue for that.
-  if (shadows_.traces()) recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });
+  if (shadows_on_ && shadows_.traces()) recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });
   // What the camera and the lights see of it.
   const bool on_top = gpu_scene_->has_on_top;
   const bool compute = path_ == RasterPath::visibility && (!on_top || visibility_->can_leave_samples());

@@ -11,7 +11,7 @@ mv "$work/first" "$work/moved"
 prefix=$work/moved
 
 # Programs run and find their library beside them.
-for program in fire3dv bullet_arm; do
+for program in fire3dv fire3dv-bench bullet_arm; do
   env -u LD_LIBRARY_PATH "$prefix/bin/$program" --help >"$work/help.txt" || fail "$program --help ended with $?"
   [ -s "$work/help.txt" ] || fail "$program --help says nothing"
 done

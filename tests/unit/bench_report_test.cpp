@@ -32,8 +32,8 @@ TEST(Statistics, OfOneAndOfNone) {
 
 TEST(Stages, AddUpToTheWholeFrame) {
   gpu::FrameTimes times;
-  times.passes = {{"tlas", 1},   {"clear", 2},  {"raster", 4}, {"cull", 8},
-                  {"shade", 16}, {"trace", 32}, {"fxaa", 64}};
+  times.passes = {{"tlas", 1, false},   {"clear", 2, false},  {"raster", 4, false}, {"cull", 8, false},
+                  {"shade", 16, false}, {"trace", 32, false}, {"fxaa", 64, false}};
   times.total_ms = 130;
   const Result<StageTimes> stages = stage_times(times);
   ASSERT_TRUE(stages) << stages.error().message;
@@ -45,9 +45,21 @@ TEST(Stages, AddUpToTheWholeFrame) {
   EXPECT_DOUBLE_EQ(stages->frame_ms, 130);
 }
 
+TEST(Stages, OnTheSideQueueTakeNoneOfTheFrame) {
+  gpu::FrameTimes times;
+  times.passes = {{"tlas", 4, true}, {"raster", 8, false}, {"tlas wait", 1, false}};
+  times.total_ms = 10;
+  const Result<StageTimes> stages = stage_times(times);
+  ASSERT_TRUE(stages) << stages.error().message;
+  EXPECT_DOUBLE_EQ(stages->ms[static_cast<size_t>(Stage::tlas)], 4);
+  EXPECT_DOUBLE_EQ(stages->ms[static_cast<size_t>(Stage::tlas_wait)], 1);
+  EXPECT_DOUBLE_EQ(stages->aside_ms, 4);
+  EXPECT_DOUBLE_EQ(stages->between_ms, 1);
+}
+
 TEST(Stages, RefuseAPassThatTheyDoNotKnow) {
   gpu::FrameTimes times;
-  times.passes = {{"tlas", 1}, {"a pass of tomorrow", 1}};
+  times.passes = {{"tlas", 1, false}, {"a pass of tomorrow", 1, false}};
   const Result<StageTimes> stages = stage_times(times);
   ASSERT_FALSE(stages);
   EXPECT_NE(stages.error().message.find("\"a pass of tomorrow\""), std::string::npos)
@@ -150,7 +162,7 @@ TEST(Csv, HasARowForEachQuantityAndNothingOfADeviceNameBreaksIt) {
         line.find("7M,7000000,9,\"product\",whole frame,ms,5,9,10.8,9,1.58114,7,11") != std::string::npos;
   }
   EXPECT_TRUE(found);
-  EXPECT_EQ(rows, 2 * (2 + 4 * (1 + kStages + 4 + 2) + 2));  // two of the four conditions have a main pass
+  EXPECT_EQ(rows, 2 * (2 + 4 * (1 + kStages + 5 + 2) + 2));  // two of the four conditions have a main pass
 }
 
 TEST(Markdown, SaysWhatWasMeasured) {

@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <map>
 #include <thread>
 
 #include "protocol/transport/clock.h"
@@ -13,6 +12,7 @@ namespace {
 
 using transport::monotonic_ns;
 
+constexpr int64_t kWarmUpNs = 150'000'000;
 constexpr int64_t kPatienceNs = 30'000'000'000;  // for poses; a hang limit
 
 double ms_since(int64_t begin_ns) {
@@ -96,41 +96,48 @@ uint64_t FrameBench::submit_frame(gpu::Recorder& recorder, bool read_back) {
   return done_at;
 }
 
+Result<void> FrameBench::time_frame(FrameSamples& samples) {
+  gpu::Recorder& recorder = frames_.begin();
+  const Result<double> taking_ms = take_new_poses();
+  if (!taking_ms) return taking_ms.error();
+  const int64_t begin_ns = monotonic_ns();
+  submit_frame(recorder, false);
+  const int64_t submitted_ns = monotonic_ns();
+  samples.cpu_ms.push_back(*taking_ms + static_cast<double>(submitted_ns - begin_ns) * 1e-6);
+  const auto published_ns = static_cast<int64_t>(poses_.shown().at(0).publish_time_ns);
+  samples.pose_age_ms.push_back(static_cast<double>(submitted_ns - published_ns) * 1e-6);
+  samples.interval_ms.push_back(static_cast<double>(submitted_ns - last_submit_ns_) * 1e-6);
+  last_submit_ns_ = submitted_ns;
+  return {};
+}
+
 Result<FrameSamples> FrameBench::measure(const Condition& condition, uint32_t warm_up, uint32_t frames) {
   apply(condition);
+  // A GPU that has had nothing to do takes a while to reach its clock.
+  const int64_t begin_ns = monotonic_ns();
+  FrameSamples untimed;
+  for (uint32_t i = 0; i < warm_up || monotonic_ns() - begin_ns < kWarmUpNs; ++i) {
+    if (Result<void> drawn = time_frame(untimed); !drawn) return drawn.error();
+    frames_.take_finished();
+  }
+
   FrameSamples samples;
-  std::map<uint64_t, StageTimes> stages_of_frame;
-  const uint64_t first_timed = drawn_ + warm_up;
+  const uint64_t first_timed = drawn_;
   const auto collect = [&]() -> Result<void> {
     for (const gpu::FrameTimes& times : frames_.take_finished()) {
       if (times.frame_index < first_timed) continue;
       Result<StageTimes> stages = stage_times(times);
       if (!stages) return stages.error();
-      stages_of_frame[times.frame_index] = *stages;
+      samples.gpu.push_back(*stages);
     }
     return {};
   };
-
-  int64_t last_submit_ns = 0;
-  for (uint32_t i = 0; i < warm_up + frames; ++i) {
-    gpu::Recorder& recorder = frames_.begin();
-    const Result<double> taking_ms = take_new_poses();
-    if (!taking_ms) return taking_ms.error();
-    const int64_t begin_ns = monotonic_ns();
-    submit_frame(recorder, false);
-    const int64_t submitted_ns = monotonic_ns();
-    if (i >= warm_up) {
-      samples.cpu_ms.push_back(*taking_ms + static_cast<double>(submitted_ns - begin_ns) * 1e-6);
-      const auto published_ns = static_cast<int64_t>(poses_.shown().at(0).publish_time_ns);
-      samples.pose_age_ms.push_back(static_cast<double>(submitted_ns - published_ns) * 1e-6);
-      samples.interval_ms.push_back(static_cast<double>(submitted_ns - last_submit_ns) * 1e-6);
-    }
-    last_submit_ns = submitted_ns;
+  for (uint32_t i = 0; i < frames; ++i) {
+    if (Result<void> drawn = time_frame(samples); !drawn) return drawn.error();
     if (Result<void> collected = collect(); !collected) return collected.error();
   }
   device_.wait(device_.last_submitted());
   if (Result<void> collected = collect(); !collected) return collected.error();
-  for (const auto& [index, stages] : stages_of_frame) samples.gpu.push_back(stages);
   FIRE3DV_ASSERT(samples.gpu.size() == frames);
   samples.memory = memory_use(device_);
   return samples;

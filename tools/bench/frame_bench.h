@@ -41,6 +41,7 @@ class FrameBench {
                                                   std::vector<std::string> bodies, PoseFeed::PoseAt pose_at,
                                                   const passes::DrawSettings& settings, VkExtent2D extent);
 
+  // After at least warm_up frames, and a time that a GPU's clock needs.
   Result<FrameSamples> measure(const Condition& condition, uint32_t warm_up, uint32_t frames);
   // One more frame, as the image that it makes.
   Result<sinks::FrameImage> draw(const Condition& condition);
@@ -56,6 +57,7 @@ class FrameBench {
   void apply(const Condition& condition);
   // Poses nobody has seen, in the pose state; the time that taking them has cost, without waiting for them.
   Result<double> take_new_poses();
+  Result<void> time_frame(FrameSamples& samples);  // all but the GPU's times
   uint64_t submit_frame(gpu::Recorder& recorder, bool read_back);
 
   gpu::Device& device_;
@@ -67,6 +69,7 @@ class FrameBench {
   std::optional<passes::SceneRenderer> renderer_;
   passes::ReadbackBelt<int> readback_;
   uint64_t drawn_ = 0;  // which is the index of the frame to come
+  int64_t last_submit_ns_ = 0;
   double load_s_ = 0;
 };
 

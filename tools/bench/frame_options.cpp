@@ -22,6 +22,10 @@ bool parse_resolution(const std::string& text, uint32_t& width, uint32_t& height
 void add_draw_options(CLI::App& app, DrawOptions& options) {
   app.add_option("--resolution", options.resolution, "of the images, WxH")->capture_default_str();
   app.add_option("--device", options.device, "Vulkan device by index or part of its name");
+  app.add_option("--async-compute", options.async_compute,
+                 "build what rays meet on a queue of its own while the main one draws")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->capture_default_str();
   app.add_flag("--validation,!--no-validation", options.validation,
                "check every Vulkan call; a finding ends the run with exit code 1");
   app.add_option("--samples", options.samples, "samples per pixel")
@@ -52,6 +56,11 @@ Result<void> check_draw_options(DrawOptions& options) {
                  std::to_string(kMaxSide) + ", such as 1920x1080"};
   }
   return {};
+}
+
+gpu::AsyncCompute async_compute(const DrawOptions& options) {
+  if (options.async_compute == "on") return gpu::AsyncCompute::on;
+  return options.async_compute == "off" ? gpu::AsyncCompute::off : gpu::AsyncCompute::automatic;
 }
 
 passes::DrawSettings draw_settings(const DrawOptions& options) {
@@ -99,7 +108,7 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
   app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")
       ->capture_default_str();
   app.add_option("--name", options.name, "of these files")->capture_default_str();
-  app.add_option("--image", options.images, "folder for a PNG of each scene's first timed frame");
+  app.add_option("--image", options.images, "folder for a PNG of each scene at its first step");
 }
 
 Result<void> check_frame_options(FrameOptions& options) {

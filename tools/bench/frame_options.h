@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/error.h"
+#include "renderer/gpu/queue_choice.h"
 #include "renderer/passes/scene_renderer.h"
 
 namespace fire3dv::bench {
@@ -17,13 +18,14 @@ namespace fire3dv::bench {
 struct DrawOptions {
   std::string resolution = "1920x1080";
   uint32_t width = 1920, height = 1080;
-  std::string device;
+  std::string device, async_compute = "auto";
   bool validation = false;
   uint32_t samples = 4;
   std::string raster = "auto", cull = "on", shadows = "auto", shadow_rays = "hybrid", fxaa = "on";
 };
 void add_draw_options(CLI::App& app, DrawOptions& options);
 Result<void> check_draw_options(DrawOptions& options);
+gpu::AsyncCompute async_compute(const DrawOptions& options);
 passes::DrawSettings draw_settings(const DrawOptions& options);
 
 struct FrameOptions {

@@ -59,14 +59,22 @@ Result<void> measure_images(const ImageOptions& options) {
   const std::vector<uint32_t> nodes = moving_nodes(*scene);
   if (nodes.empty())
     return Error{options.scene.string() + ": no node with a mesh and a name that could be moved"};
+  passes::DrawSettings settings = draw_settings(options.draw);
+  const size_t textures = scene->textures.size();
+  if (textures > gpu::BindlessTextures::most(*open->device)) {
+    return Error{options.scene.string() + " has " + std::to_string(textures) + " textures, more than " +
+                 open->device->report().name +
+                 " takes: split the file, or choose another device with --device"};
+  }
+  settings.most_textures = std::max(settings.most_textures, static_cast<uint32_t>(textures));
   std::vector<std::string> names;
   for (const uint32_t node : nodes) names.push_back(scene->nodes[node].name);
   {
     Result<std::unique_ptr<FrameBench>> bench =
-        FrameBench::open(*open->device, *scene, names, turning(*scene, nodes), draw_settings(options.draw),
+        FrameBench::open(*open->device, *scene, names, turning(*scene, nodes), settings,
                          {options.draw.width, options.draw.height});
     if (!bench) return bench.error();
-    const Condition condition{"images", draw_settings(options.draw).cull, true};
+    const Condition condition{"images", settings.cull, true};
     const Result<sinks::FrameImage> first = (*bench)->draw(condition);
     if (!first) return first.error();
     const double setup_s = static_cast<double>(transport::monotonic_ns() - begin_ns) * 1e-9;

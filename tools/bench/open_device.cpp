@@ -18,7 +18,8 @@ Result<OpenDevice> open_device(const DrawOptions& options) {
   for (const std::string& note : choice->notes)
     std::fprintf(stderr, "fire3dv-bench: device: %s\n", note.c_str());
   std::fprintf(stderr, "fire3dv-bench: device %s\n", gpu::describe(reports[choice->index]).c_str());
-  Result<std::unique_ptr<gpu::Device>> device = gpu::Device::create(*open.instance, choice->index, false);
+  Result<std::unique_ptr<gpu::Device>> device =
+      gpu::Device::create(*open.instance, choice->index, false, async_compute(options));
   if (!device) return device.error();
   open.device = std::move(*device);
   return open;

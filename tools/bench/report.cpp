@@ -24,6 +24,7 @@ RunSummary summarise_run(const Condition& condition, const FrameSamples& samples
   run.shadows = condition.shadows;
   run.frame_ms = over_frames([](const StageTimes& times) { return times.frame_ms; });
   run.main_pass_ms = over_frames([](const StageTimes& times) { return times.main_pass_ms(); });
+  run.aside_ms = over_frames([](const StageTimes& times) { return times.aside_ms; });
   run.between_ms = over_frames([](const StageTimes& times) { return times.between_ms; });
   for (size_t s = 0; s < kStages; ++s)
     run.stage_ms[s] = over_frames([s](const StageTimes& times) { return times.ms[s]; });

@@ -48,6 +48,7 @@ std::string csv_of(const Report& report) {
       if (!run.shadows) add(run.condition, "main pass", "ms", run.main_pass_ms);
       for (size_t s = 0; s < kStages; ++s)
         add(run.condition, stage_name(static_cast<Stage>(s)), "ms", run.stage_ms[s]);
+      add(run.condition, "side queue", "ms", run.aside_ms);
       add(run.condition, "between", "ms", run.between_ms);
       add(run.condition, "CPU", "ms", run.cpu_ms);
       add(run.condition, "pose age", "ms", run.pose_age_ms);

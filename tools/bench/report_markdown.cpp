@@ -67,7 +67,7 @@ std::string stages(const Report& report, const char* condition, Show show) {
   for (size_t s = 0; s < kStages; ++s) {
     if (static_cast<Stage>(s) != Stage::readback) columns.emplace_back(stage_name(static_cast<Stage>(s)));
   }
-  columns.insert(columns.end(), {"between", "whole frame", "main pass"});
+  columns.insert(columns.end(), {"beside", "between", "whole frame", "main pass"});
   const auto cell = [show](const Summary& summary) {
     if (summary.most <= 0) return std::string("-");  // no such pass
     if (show == Show::median) return ms_text(summary.median);
@@ -81,6 +81,7 @@ std::string stages(const Report& report, const char* condition, Show show) {
     for (size_t s = 0; s < kStages; ++s) {
       if (static_cast<Stage>(s) != Stage::readback) cells.push_back(cell(run->stage_ms[s]));
     }
+    cells.push_back(cell(run->aside_ms));
     cells.push_back(cell(run->between_ms));
     cells.push_back(cell(run->frame_ms));
     // With shadows on, cull and raster hold the lights' maps too.
@@ -102,8 +103,8 @@ std::string about(const Report& report) {
                  report.width, report.height, report.samples, report.lights, report.texture_side,
                  report.fxaa ? "on" : "off") +
          "- Drawn " + report.raster + "; shadows by " + report.shadows + "\n" +
-         text_of("- Each row: %u frames after %u for warm-up\n", report.frames, report.warm_up) + unique +
-         "\n";
+         text_of("- Each row: %u frames after at least %u for warm-up\n", report.frames, report.warm_up) +
+         unique + "\n";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ struct PassStage {
 constexpr PassStage kTable[] = {
     {"drives", Stage::poses},       {"poses", Stage::poses},         {"transforms", Stage::poses},
     {"draws", Stage::poses},        {"morph weights", Stage::poses}, {"deform", Stage::poses},
-    {"tlas", Stage::tlas},          {"deformed blas", Stage::tlas},  {"tlas wait", Stage::tlas},
+    {"tlas", Stage::tlas},          {"deformed blas", Stage::tlas},  {"tlas wait", Stage::tlas_wait},
     {"surfaces", Stage::shading},   {"cull", Stage::cull},           {"draw commands", Stage::cull},
     {"clear", Stage::raster},       {"raster", Stage::raster},       {"expand", Stage::raster},
     {"tiles", Stage::raster},       {"depth", Stage::raster},        {"farthest depth", Stage::cull},
@@ -29,8 +29,8 @@ constexpr PassStage kTable[] = {
 }  // namespace
 
 const char* stage_name(Stage stage) {
-  constexpr const char* kNames[] = {"poses",   "TLAS", "cull", "raster",   "shadow",
-                                    "shading", "post", "GUI",  "read-back"};
+  constexpr const char* kNames[] = {"poses",  "TLAS",    "TLAS wait", "cull", "raster",
+                                    "shadow", "shading", "post",      "GUI",  "read-back"};
   static_assert(std::size(kNames) == kStages);
   return kNames[static_cast<size_t>(stage)];
 }
@@ -59,7 +59,11 @@ Result<StageTimes> stage_times(const gpu::FrameTimes& times) {
                    "\" belongs to no stage of the report; give it one in tools/bench/stages.cpp"};
     }
     result.ms[static_cast<size_t>(*stage)] += pass.milliseconds;
-    if (!pass.aside) result.between_ms -= pass.milliseconds;  // the side queue works beside the main one
+    if (pass.aside) {
+      result.aside_ms += pass.milliseconds;
+    } else {
+      result.between_ms -= pass.milliseconds;
+    }
   }
   return result;
 }

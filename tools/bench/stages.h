@@ -12,16 +12,17 @@
 
 namespace fire3dv::bench {
 
-enum class Stage : uint8_t { poses, tlas, cull, raster, shadow, shading, post, gui, readback };
-constexpr size_t kStages = 9;
+// tlas_wait: how long the main queue stands still for what is built on the side queue.
+enum class Stage : uint8_t { poses, tlas, tlas_wait, cull, raster, shadow, shading, post, gui, readback };
+constexpr size_t kStages = 10;
 const char* stage_name(Stage stage);
 
 std::optional<Stage> stage_of(std::string_view pass);
 
 struct StageTimes {
   std::array<double, kStages> ms{};
-  double between_ms =
-      0;  // of the whole frame, what no pass has: barriers, and where passes overlap, less than 0
+  double aside_ms = 0;    // of the stages' times, what ran on the side queue, beside the others
+  double between_ms = 0;  // of the whole frame, what no pass of the main queue has: barriers
   double frame_ms = 0;
   double main_pass_ms() const;  // cull, raster and shading
 };
