@@ -131,7 +131,7 @@ TEST(SceneCache, AChangedFileIsLoadedAnew) {
   };
   keep();
 
-  folder.write("colour.png", test::png(4, 4, 0x00ff00ff));
+  folder.write("colour.png", test::png(4, 4, 0xff00ff00));
   EXPECT_FALSE(find(settings, asset)) << "a texture has changed";
   keep();
   EXPECT_EQ(find(settings, asset)->scene.images[0].rgba8[0], 0x00);
