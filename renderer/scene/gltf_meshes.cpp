@@ -9,6 +9,7 @@
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_morphs.h"
 #include "renderer/scene/gltf_skins.h"
+#include "renderer/scene/parallel.h"
 #include "renderer/scene/tangents.h"
 #include "renderer/scene/triangles.h"
 
@@ -19,6 +20,7 @@ constexpr int kMissing = -1;
 // Of a whole file: enough for 100 million triangles, and what still fits a large machine. Accessors may share
 // bytes, so that a small file could ask for any amount of memory.
 constexpr size_t kMostVertices = size_t{1} << 28;
+constexpr size_t kMeshesAhead = 64, kMostVerticesAhead = size_t{1} << 22;
 constexpr size_t kMostIndices = size_t{1} << 30;
 constexpr size_t kAttributeFloats = sizeof(VertexAttributes) / sizeof(float);
 static_assert(sizeof(VertexAttributes) == kAttributeFloats * sizeof(float));
@@ -75,7 +77,68 @@ class MeshLoader {
     return {};
   }
 
+  // Makes what takes longest of the next meshes, their tangents, on all cores. Whatever is wrong with them is
+  // left to add_mesh, which finds it and says so.
+  void make_ahead(std::span<const tinygltf::Mesh> meshes) {
+    ahead_.clear();
+    size_t vertices = 0;
+    for (const tinygltf::Mesh& mesh : meshes) {
+      for (const tinygltf::Primitive& source : mesh.primitives) {
+        if (!is_plain(source)) continue;
+        const Recipe recipe = recipe_of(source, scene_.materials[static_cast<size_t>(source.material + 1)]);
+        const auto count = reader_.count(recipe.position, "");
+        if (recipe.tangent_uv_set == kMissing || !count || geometry_.contains(recipe)) continue;
+        if (*count > kMostVerticesAhead - vertices) break;
+        if (ahead_.try_emplace(recipe).second) vertices += *count;
+      }
+    }
+    std::vector<std::pair<const Recipe, std::optional<Made>>*> wanted;
+    for (auto& entry : ahead_) wanted.push_back(&entry);
+    parallel_for(wanted.size(), [&](size_t i) { wanted[i]->second = made_of(wanted[i]->first); });
+  }
+
  private:
+  struct Made {
+    std::vector<uint32_t> indices;
+    Vertices vertices;
+  };
+
+  // Triangles of which nothing has to be warned of, and that nothing deforms.
+  bool is_plain(const tinygltf::Primitive& source) const {
+    const bool deformed = !source.targets.empty() || source.attributes.contains("JOINTS_0") ||
+                          source.attributes.contains("WEIGHTS_0");
+    return source.mode == TINYGLTF_MODE_TRIANGLES && !deformed && source.indices != kMissing &&
+           source.attributes.contains("POSITION") &&
+           (source.material == kMissing || in_range(source.material, model_.materials.size()));
+  }
+
+  std::optional<Made> made_of(const Recipe& recipe) const {
+    const auto count = reader_.count(recipe.position, ""), index_count = reader_.count(recipe.indices, "");
+    if (!count || !index_count || *count >= kNone || *index_count == 0 || *index_count % 3 != 0)
+      return std::nullopt;
+    if (*index_count > 8 * kMostVerticesAhead) return std::nullopt;
+    Made made;
+    made.indices.resize(*index_count);
+    const auto limit = static_cast<uint32_t>(*count);
+    if (!reader_.read_indices(recipe.indices, "", made.indices.data(), limit)) return std::nullopt;
+    auto vertices = make_vertices(recipe, *count, made.indices, "");
+    if (!vertices) return std::nullopt;
+    made.vertices = std::move(*vertices);
+    return made;
+  }
+
+  // Changes the indices where vertices are doubled.
+  Result<Vertices> make_vertices(const Recipe& recipe, size_t count, std::vector<uint32_t>& indices,
+                                 const std::string& where) const {
+    auto vertices = read_vertices(recipe, count, where);
+    if (!vertices) return vertices;
+    if (recipe.flat()) make_flat(*vertices, indices);
+    if (recipe.tangent_uv_set != kMissing) {
+      generate_tangents(*vertices, indices, static_cast<uint32_t>(recipe.tangent_uv_set));
+    }
+    return vertices;
+  }
+
   Result<void> add_primitive(const tinygltf::Primitive& source, const std::string& where) {
     if (source.mode < TINYGLTF_MODE_POINTS || source.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
       return Error{where + " has the unknown mode " + std::to_string(source.mode)};
@@ -139,7 +202,13 @@ class MeshLoader {
     auto vertex_count = reader_.count(recipe.position, where + ".POSITION");
     if (!vertex_count) return vertex_count.error();
     if (*vertex_count >= kNone) return Error{where + " has more vertices than 32-bit indices can name"};
-    auto indices = read_list(recipe, static_cast<uint32_t>(*vertex_count), where);
+    std::optional<Made> made;
+    if (const auto ahead = ahead_.find(recipe); ahead != ahead_.end()) {
+      made = std::move(ahead->second);
+      ahead_.erase(ahead);
+    }
+    auto indices = made ? Result(std::move(made->indices))
+                        : read_list(recipe, static_cast<uint32_t>(*vertex_count), where);
     if (!indices) return indices.error();
     Primitive primitive;
     if (indices->empty()) return primitive;
@@ -148,7 +217,7 @@ class MeshLoader {
     if (scene_.indices.size() + indices->size() > kMostIndices)
       return Error{where + ": the file holds more than " + std::to_string(kMostIndices) +
                    " indices; split it"};
-    auto range = add_vertices(recipe, *vertex_count, *indices, where);
+    auto range = add_vertices(recipe, *vertex_count, *indices, made ? &made->vertices : nullptr, where);
     if (!range) return range.error();
     primitive.first_vertex = range->first;
     primitive.vertex_count = range->count;
@@ -205,26 +274,24 @@ class MeshLoader {
     return indices;
   }
 
+  // made: the vertices, where there are any yet.
   Result<VertexRange> add_vertices(const Recipe& recipe, size_t count, std::vector<uint32_t>& indices,
-                                   const std::string& where) {
+                                   Vertices* made, const std::string& where) {
     Recipe key = recipe;
     key.indices = key.mode = 0;
     if (recipe.vertices_stand_alone()) {
       if (const auto known = vertices_.find(key); known != vertices_.end()) return known->second;
     }
     if (auto ok = check_room(recipe.flat() ? indices.size() : count, where); !ok) return ok.error();
-    auto vertices = read_vertices(recipe, count, where);
+    auto vertices = made ? Result(std::move(*made)) : make_vertices(recipe, count, indices, where);
     if (!vertices) return vertices.error();
-    if (recipe.flat()) make_flat(*vertices, indices);
-    if (recipe.tangent_uv_set != kMissing) {
-      generate_tangents(*vertices, indices, static_cast<uint32_t>(recipe.tangent_uv_set));
-    }
     if (auto ok = check_room(vertices->positions.size(), where); !ok) return ok.error();
     VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
                       static_cast<uint32_t>(vertices->positions.size()),
                       {},
                       {}};
-    if (auto done = add_deformation(recipe, count, *vertices, indices, where, range); !done) return done.error();
+    if (auto done = add_deformation(recipe, count, *vertices, indices, where, range); !done)
+      return done.error();
     if (scene_.positions.empty()) {  // the whole of a single large mesh is not copied again
       scene_.positions = std::move(vertices->positions);
       scene_.attributes = std::move(vertices->attributes);
@@ -243,7 +310,7 @@ class MeshLoader {
                  " vertices; split it"};
   }
 
-  Result<Vertices> read_vertices(const Recipe& recipe, size_t count, const std::string& where) {
+  Result<Vertices> read_vertices(const Recipe& recipe, size_t count, const std::string& where) const {
     struct Attribute {
       const char* name;
       int accessor;
@@ -277,7 +344,8 @@ class MeshLoader {
   }
 
   Result<void> add_deformation(const Recipe& recipe, size_t count, const Vertices& vertices,
-                               std::span<const uint32_t> indices, const std::string& where, VertexRange& range) {
+                               std::span<const uint32_t> indices, const std::string& where,
+                               VertexRange& range) {
     FIRE3DV_ASSERT(vertices.positions.size() == (vertices.source.empty() ? count : vertices.source.size()));
     auto influences = add_influences(reader_, recipe.influences, count, vertices.source, where, scene_);
     if (!influences) return influences.error();
@@ -306,6 +374,7 @@ class MeshLoader {
   Scene& scene_;
   std::map<Recipe, Primitive> geometry_;
   std::map<Recipe, VertexRange> vertices_;
+  std::map<Recipe, std::optional<Made>> ahead_;
 };
 
 }  // namespace
@@ -315,6 +384,9 @@ Result<void> add_meshes(const GltfDocument& document, const LoadLimits& limits, 
   MeshLoader loader(document, limits, scene);
   const auto& meshes = document.model.meshes;
   for (size_t i = 0; i < meshes.size(); ++i) {
+    if (i % kMeshesAhead == 0) {
+      loader.make_ahead(std::span(meshes).subspan(i, std::min(kMeshesAhead, meshes.size() - i)));
+    }
     if (auto done = loader.add_mesh(meshes[i], element("meshes", i)); !done) return done;
     if (progress) progress("meshes", i + 1, meshes.size());
   }

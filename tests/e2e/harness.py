@@ -123,6 +123,7 @@ class Renderer(Program):
         command = [test.programs_at["fire3dv"], scene or test.scene, "--validation", "--tone-map", "none",
                    "--size", f"{size[0]}x{size[1]}", "--out", self.folder]
         command += ["--headless"] if headless else []
+        command += [] if "--cache" in arguments else ["--cache", "off"]  # a test leaves nothing behind
         for uri in listen:
             command += ["--listen", uri]
         super().__init__(test, f"fire3dv {test.counter}", command + list(arguments), env or vulkan_environment())

@@ -1,0 +1,111 @@
+// Where things are kept, and files of pipelines: whatever is wrong with one, no driver gets to see it.
+#include "renderer/app/cache_places.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+
+#include "renderer/app/pipeline_file.h"
+#include "tests/support/gltf_builder.h"
+
+namespace fire3dv::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Place = scene::SceneCacheSettings::Place;
+
+CachePlaces places(std::string_view wanted, const std::map<std::string, const char*>& environment) {
+  return cache_places(wanted, [&](const char* name) {
+    const auto found = environment.find(name);
+    return found == environment.end() ? nullptr : found->second;
+  });
+}
+
+TEST(CachePlaces, FollowTheXdgSpecification) {
+  CachePlaces found = places("auto", {{"XDG_CACHE_HOME", "/var/cache/me"}, {"HOME", "/home/me"}});
+  EXPECT_EQ(found.pipelines, fs::path("/var/cache/me/fire3dv/pipelines"));
+  EXPECT_EQ(found.scenes.place, Place::folder);
+  EXPECT_EQ(found.scenes.folder, fs::path("/var/cache/me/fire3dv/scenes"));
+  for (const char* ignored : {"", "relative/path"}) {
+    found = places("auto", {{"XDG_CACHE_HOME", ignored}, {"HOME", "/home/me"}});
+    EXPECT_EQ(found.scenes.folder, fs::path("/home/me/.cache/fire3dv/scenes"));
+  }
+}
+
+TEST(CachePlaces, WithoutAHomeNothingIsKept) {
+  for (const auto& environment : {std::map<std::string, const char*>{}, {{"HOME", "not/absolute"}}}) {
+    const CachePlaces found = places("auto", environment);
+    EXPECT_FALSE(found.pipelines);
+    EXPECT_EQ(found.scenes.place, Place::nowhere);
+  }
+}
+
+TEST(CachePlaces, AsTheUserSays) {
+  const std::map<std::string, const char*> home = {{"HOME", "/home/me"}};
+  EXPECT_EQ(places("off", home).scenes.place, Place::nowhere);
+  EXPECT_FALSE(places("off", home).pipelines);
+  EXPECT_EQ(places("here", home).scenes.folder, fs::path("here/scenes"));
+  EXPECT_EQ(places("here", {}).pipelines, fs::path("here/pipelines"));
+  EXPECT_EQ(places("beside", home).scenes.place, Place::beside_the_asset);
+  EXPECT_EQ(places("beside", home).pipelines, fs::path("/home/me/.cache/fire3dv/pipelines"));
+}
+
+class PipelineFiles : public testing::Test {
+ protected:
+  std::string bytes() const {
+    std::ifstream file(path_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  void write(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
+
+  test::ScratchFolder folder_;
+  fs::path path_ = folder_.path() / "kept.pipelines";
+  scene::Digest kind_{1, 2, 3};
+  std::vector<std::byte> data_ = std::vector<std::byte>(333, std::byte{5});
+};
+
+TEST_F(PipelineFiles, ComeBackAsTheyWere) {
+  ASSERT_TRUE(write_pipeline_file(path_, kind_, data_).ok());
+  const auto read = read_pipeline_file(path_, kind_);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(*read, data_);
+}
+
+TEST_F(PipelineFiles, OfAnotherDeviceOrBuildAreRefused) {
+  ASSERT_TRUE(write_pipeline_file(path_, kind_, data_).ok());
+  const auto read = read_pipeline_file(path_, scene::Digest{1, 2, 4});
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("another device"), std::string::npos) << read.error().message;
+}
+
+TEST_F(PipelineFiles, DamagedAreRefused) {
+  ASSERT_TRUE(write_pipeline_file(path_, kind_, data_).ok());
+  const std::string good = bytes();
+  for (size_t i = 0; i < good.size(); ++i) {
+    std::string bad = good;
+    bad[i] = static_cast<char>(bad[i] ^ 0x10);
+    write(bad);
+    EXPECT_FALSE(read_pipeline_file(path_, kind_).ok()) << i;
+    write(good.substr(0, i));
+    EXPECT_FALSE(read_pipeline_file(path_, kind_).ok()) << i;
+  }
+  write(good + "x");
+  EXPECT_FALSE(read_pipeline_file(path_, kind_).ok());
+  fs::remove(path_);
+  EXPECT_FALSE(read_pipeline_file(path_, kind_).ok());
+}
+
+TEST_F(PipelineFiles, TheKindFollowsDeviceAndDriver) {
+  VkPhysicalDeviceProperties device{};
+  const scene::Digest before = pipeline_kind(device);
+  EXPECT_EQ(pipeline_kind(device), before);
+  device.driverVersion = 1;
+  const scene::Digest other_driver = pipeline_kind(device);
+  EXPECT_NE(other_driver, before);
+  device.pipelineCacheUUID[3] = 9;
+  EXPECT_NE(pipeline_kind(device), other_driver);
+}
+
+}  // namespace
+}  // namespace fire3dv::app

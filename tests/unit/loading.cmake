@@ -1,0 +1,7 @@
+if(TARGET fire3dv_scene)
+  fire3dv_test(parallel_test SOURCES parallel_test.cpp LINK fire3dv_scene LABELS unit)
+  fire3dv_test(scene_cache_test SOURCES scene_cache_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
+endif()
+if(TARGET fire3dv_app)
+  fire3dv_test(cache_places_test SOURCES cache_places_test.cpp LINK fire3dv_app fire3dv_test_support LABELS unit)
+endif()
