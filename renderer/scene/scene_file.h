@@ -33,8 +33,8 @@ uint64_t array_bytes(const LoadedScene& loaded);
 Result<void> write_scene_file(const std::filesystem::path& path, const LoadedScene& loaded,
                               const std::vector<SourceFile>& sources);
 
-// The error says what is wrong with the file, without its name. sources_only: only what the scene was made
-// from, checked for damage like the rest.
+// The error says what is wrong with the file, without its name. The first one reads only what the scene was
+// made from.
 Result<std::vector<SourceFile>> read_scene_sources(const std::filesystem::path& path);
 Result<KeptScene> read_scene_file(const std::filesystem::path& path);
 
