@@ -1,47 +1,12 @@
 #include "renderer/scene/clusters.h"
 
-#include <meshoptimizer.h>
-
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
+#include "renderer/scene/meshlets.h"
 #include "renderer/scene/parallel.h"
 
 namespace fire3dv::scene {
 namespace {
-
-// Favours clusters that face one way: whole ones are culled when they face away.
-constexpr float kConeWeight = 0.25f;
-
-struct Scratch {
-  std::vector<meshopt_Meshlet> meshlets;
-  std::vector<unsigned int> vertices;
-  std::vector<unsigned char> triangles;
-};
-
-Cluster bounded_cluster(const meshopt_Meshlet& meshlet, const Scratch& scratch, const float* positions,
-                        size_t vertex_count) {
-  const meshopt_Bounds bounds = meshopt_computeMeshletBounds(
-      &scratch.vertices[meshlet.vertex_offset], &scratch.triangles[meshlet.triangle_offset],
-      meshlet.triangle_count, positions, vertex_count, sizeof(glm::vec3));
-  Cluster cluster;
-  cluster.center = {bounds.center[0], bounds.center[1], bounds.center[2]};
-  // The library leaves out degenerate triangles; the sphere has to hold what is drawn, whatever it is.
-  float radius2 = 0;
-  for (uint32_t v = 0; v < meshlet.vertex_count; ++v) {
-    const float* p = positions + size_t{3} * scratch.vertices[meshlet.vertex_offset + v];
-    const glm::vec3 offset = glm::vec3(p[0], p[1], p[2]) - cluster.center;
-    radius2 = std::max(radius2, glm::dot(offset, offset));
-  }
-  cluster.radius = std::sqrt(radius2) * 1.00001f;
-  cluster.cone_axis = {bounds.cone_axis[0], bounds.cone_axis[1], bounds.cone_axis[2]};
-  // A little beyond the library's own bound, so that rounding never culls what would be drawn.
-  cluster.cone_cutoff = std::min(bounds.cone_cutoff + 1e-3f, 1.0f);
-  cluster.vertex_count = meshlet.vertex_count;
-  cluster.triangle_count = meshlet.triangle_count;
-  return cluster;
-}
 
 // What one primitive is cut into, with offsets into its own arrays.
 struct Piece {
@@ -51,30 +16,22 @@ struct Piece {
 
 Piece cut_primitive(const Scene& scene, const Primitive& source) {
   Piece out;
-  if (source.index_count == 0) return out;  // the library takes it for a mistake of ours
-  const size_t most = meshopt_buildMeshletsBound(source.index_count, kClusterVertices, kClusterTriangles);
-  Scratch scratch;
-  scratch.meshlets.resize(most);
-  scratch.vertices.resize(most * kClusterVertices);
-  scratch.triangles.resize(most * kClusterTriangles * 3);
-  const auto* positions = reinterpret_cast<const float*>(scene.positions.data() + source.first_vertex);
-  const size_t count = meshopt_buildMeshlets(
-      scratch.meshlets.data(), scratch.vertices.data(), scratch.triangles.data(),
-      scene.indices.data() + source.first_index, source.index_count, positions, source.vertex_count,
-      sizeof(glm::vec3), kClusterVertices, kClusterTriangles, kConeWeight);
-  out.clusters.reserve(count);
+  Meshlets cut;
+  const glm::vec3* positions = scene.positions.data() + source.first_vertex;
+  cut.cut({scene.indices.data() + source.first_index, source.index_count}, positions, source.vertex_count);
+  out.clusters.reserve(cut.count);
   out.indices.reserve(source.index_count);
   out.triangles.reserve(source.index_count / 3);
-  for (size_t m = 0; m < count; ++m) {
-    const meshopt_Meshlet& meshlet = scratch.meshlets[m];
-    Cluster cluster = bounded_cluster(meshlet, scratch, positions, source.vertex_count);
+  for (size_t m = 0; m < cut.count; ++m) {
+    const meshopt_Meshlet& meshlet = cut.meshlets[m];
+    Cluster cluster = cut.bounded(m, positions, source.vertex_count);
     cluster.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
     cluster.first_triangle = static_cast<uint32_t>(out.triangles.size());
     for (uint32_t v = 0; v < meshlet.vertex_count; ++v) {
-      out.source_vertices.push_back(source.first_vertex + scratch.vertices[meshlet.vertex_offset + v]);
+      out.source_vertices.push_back(source.first_vertex + cut.vertices[meshlet.vertex_offset + v]);
     }
     for (uint32_t t = 0; t < meshlet.triangle_count; ++t) {
-      const unsigned char* corner = &scratch.triangles[meshlet.triangle_offset + size_t{3} * t];
+      const unsigned char* corner = &cut.triangles[meshlet.triangle_offset + size_t{3} * t];
       out.triangles.push_back(corner[0] | uint32_t{corner[1]} << 8 | uint32_t{corner[2]} << 16);
       for (int c = 0; c < 3; ++c) out.indices.push_back(cluster.first_vertex + corner[c]);
     }

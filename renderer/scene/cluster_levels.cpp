@@ -1,0 +1,313 @@
+#include "renderer/scene/cluster_levels.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "renderer/scene/cluster_groups.h"
+#include "renderer/scene/deformed_copies.h"
+#include "renderer/scene/level_simplify.h"
+#include "renderer/scene/meshlets.h"
+
+namespace fire3dv::scene {
+namespace {
+
+// A cluster that could not be made simpler this many times, in different company, never will be.
+constexpr uint32_t kMostAttempts = 3;
+
+// One that is to be put into a group. A cluster's number: of the file's own, as in the geometry; of coarser ones, behind
+// those, counted from the first of the primitive.
+struct Candidate {
+  uint32_t cluster = 0;
+  uint32_t attempts = 0;
+  std::vector<OpenEdge> edges;
+};
+
+struct Simplified {
+  std::vector<Cluster> clusters;
+  std::vector<std::vector<OpenEdge>> edges;
+  std::vector<uint32_t> vertices, triangles;  // of the clusters, one after the other
+  LevelGroup group;
+};
+
+struct Levels {  // of one primitive
+  uint32_t primitive = 0;
+  LookedAt looked_at;
+  std::vector<uint32_t> place;  // [vertex of the primitive]
+  std::vector<Candidate> candidates;
+  ClusterGroups groups;
+  std::vector<Cluster> clusters;
+  std::vector<uint32_t> vertices, triangles;
+  std::vector<LevelGroup> made;
+};
+
+template <typename Work>
+void in_parallel(size_t count, const Work& work) {
+  std::atomic<size_t> next{0};
+  auto run = [&] {
+    for (size_t i = next++; i < count; i = next++) work(i);
+  };
+  std::vector<std::jthread> others;
+  const size_t threads = std::min<size_t>(std::max(1u, std::thread::hardware_concurrency()), count);
+  for (size_t t = 1; t < threads; ++t) others.emplace_back(run);
+  run();
+}
+
+class Builder {
+ public:
+  Builder(const Scene& scene, ClusteredGeometry& geometry)
+      : scene_(scene), geometry_(geometry), own_clusters_(static_cast<uint32_t>(geometry.clusters.size())) {}
+
+  void build() {
+    choose_primitives();
+    in_parallel(all_.size(), [&](size_t i) { begin(all_[i]); });
+    while (simplify_once()) {
+    }
+    for (Levels& levels : all_) append(levels);
+  }
+
+ private:
+  void choose_primitives() {
+    std::vector<bool> shown(scene_.primitives.size());
+    for (const Node& node : scene_.nodes) {
+      if (node.mesh == kNone || is_deformed(node)) continue;
+      const Mesh& mesh = scene_.meshes[node.mesh];
+      std::fill_n(shown.begin() + mesh.first_primitive, mesh.primitive_count, true);
+    }
+    for (uint32_t p = 0; p < scene_.primitives.size(); ++p) {
+      const Primitive& primitive = scene_.primitives[p];
+      // Blended surfaces are drawn by another path, which knows no clusters.
+      if (!shown[p] || primitive.topology != Topology::triangles ||
+          drawn_alpha_mode(scene_.materials[primitive.material]) == AlphaMode::blend ||
+          geometry_.primitives[p].cluster_count < 2) {
+        continue;
+      }
+      Levels& levels = all_.emplace_back();
+      levels.primitive = p;
+    }
+  }
+
+  void begin(Levels& levels) {
+    const Primitive& primitive = scene_.primitives[levels.primitive];
+    levels.looked_at = looked_at(scene_, primitive);
+    levels.place.resize(primitive.vertex_count);
+    meshopt_generateVertexRemap(levels.place.data(), nullptr, primitive.vertex_count,
+                                scene_.positions.data() + primitive.first_vertex, primitive.vertex_count,
+                                sizeof(glm::vec3));
+    const ClusteredPrimitive& cut = geometry_.primitives[levels.primitive];
+    std::vector<uint32_t> places;
+    for (uint32_t c = cut.first_cluster; c < cut.first_cluster + cut.cluster_count; ++c) {
+      places.clear();
+      each_corner(levels, c, [&](uint32_t vertex) { places.push_back(place_of(levels, vertex)); });
+      levels.candidates.push_back({c, 0, open_edges(places)});
+    }
+  }
+
+  uint32_t place_of(const Levels& levels, uint32_t vertex) const {
+    return levels.place[vertex - scene_.primitives[levels.primitive].first_vertex];
+  }
+  const Cluster& cluster_at(const Levels& levels, uint32_t c) const {
+    return c < own_clusters_ ? geometry_.clusters[c] : levels.clusters[c - own_clusters_];
+  }
+  Cluster& cluster_at(Levels& levels, uint32_t c) {
+    return c < own_clusters_ ? geometry_.clusters[c] : levels.clusters[c - own_clusters_];
+  }
+
+  // use(vertex of the scene)
+  template <typename Use>
+  void each_corner(const Levels& levels, uint32_t c, const Use& use) const {
+    const Cluster& cluster = cluster_at(levels, c);
+    const uint32_t* vertices =
+        (c < own_clusters_ ? geometry_.source_vertices : levels.vertices).data() + cluster.first_vertex;
+    const uint32_t* triangles =
+        (c < own_clusters_ ? geometry_.triangles : levels.triangles).data() + cluster.first_triangle;
+    for (uint32_t t = 0; t < cluster.triangle_count; ++t) {
+      for (uint32_t shift = 0; shift < 24; shift += 8) use(vertices[triangles[t] >> shift & 255]);
+    }
+  }
+
+  // One more level of all primitives; false when nothing has become simpler.
+  bool simplify_once() {
+    struct Task {
+      Levels* levels;
+      size_t group;
+    };
+    in_parallel(all_.size(), [&](size_t i) {
+      Levels& levels = all_[i];
+      std::vector<const std::vector<OpenEdge>*> edges;
+      for (const Candidate& candidate : levels.candidates) edges.push_back(&candidate.edges);
+      levels.groups = edges.size() > 1 ? group_neighbours(edges) : ClusterGroups{};
+    });
+    std::vector<Task> tasks;
+    for (Levels& levels : all_) {
+      for (size_t g = 0; g < levels.groups.count(); ++g) tasks.push_back({&levels, g});
+    }
+    std::vector<Simplified> results(tasks.size());
+    in_parallel(tasks.size(),
+                [&](size_t i) { results[i] = simplify(*tasks[i].levels, tasks[i].levels->groups.group(tasks[i].group)); });
+    bool simpler = false;
+    size_t task = 0;
+    for (Levels& levels : all_) {
+      std::vector<Candidate> next;
+      for (size_t g = 0; g < levels.groups.count(); ++g, ++task) {
+        simpler |= !results[task].clusters.empty();
+        accept(levels, levels.groups.group(g), results[task], next);
+      }
+      levels.candidates = std::move(next);
+    }
+    return simpler;
+  }
+
+  Simplified simplify(const Levels& levels, std::span<const uint32_t> members) const {
+    SurfacePiece piece;
+    std::vector<uint32_t> vertices;
+    for (uint32_t member : members) {
+      each_corner(levels, levels.candidates[member].cluster, [&](uint32_t v) { piece.indices.push_back(v); });
+    }
+    vertices = piece.indices;
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    for (uint32_t& index : piece.indices) {
+      index = static_cast<uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), index) - vertices.begin());
+    }
+    std::vector<uint32_t> place;
+    for (uint32_t v : vertices) {
+      piece.positions.push_back(scene_.positions[v]);
+      piece.attributes.push_back(&scene_.attributes[v]);
+      place.push_back(place_of(levels, v));
+    }
+    Simplified out;
+    const std::vector<uint32_t> simpler = simplify_to_half(piece, place);
+    if (simpler.empty()) return out;
+    const LevelError step = measure_error(piece, simpler, levels.looked_at);
+    out.group = group_around(levels, members, step);
+    // Where it differs by its own size it would be drawn when it is smaller than a pixel, and save nothing.
+    if (!(out.group.error < out.group.radius)) return out;
+
+    Meshlets cut;
+    cut.cut(simpler, piece.positions.data(), piece.positions.size());
+    std::vector<uint32_t> places;
+    for (size_t m = 0; m < cut.count; ++m) {
+      const meshopt_Meshlet& meshlet = cut.meshlets[m];
+      Cluster cluster = cut.bounded(m, piece.positions.data(), piece.positions.size());
+      cluster.first_vertex = static_cast<uint32_t>(out.vertices.size());
+      cluster.first_triangle = static_cast<uint32_t>(out.triangles.size());
+      for (uint32_t v = 0; v < meshlet.vertex_count; ++v) {
+        out.vertices.push_back(vertices[cut.vertices[meshlet.vertex_offset + v]]);
+      }
+      places.clear();
+      for (uint32_t t = 0; t < meshlet.triangle_count; ++t) {
+        const unsigned char* corner = &cut.triangles[meshlet.triangle_offset + size_t{3} * t];
+        out.triangles.push_back(corner[0] | uint32_t{corner[1]} << 8 | uint32_t{corner[2]} << 16);
+        for (int c = 0; c < 3; ++c)
+          places.push_back(place[cut.vertices[meshlet.vertex_offset + corner[c]]]);
+      }
+      out.clusters.push_back(cluster);
+      out.edges.push_back(open_edges(places));
+    }
+    return out;
+  }
+
+  // Holds the errors and spheres of what the members were made from, so that the question above has one answer along
+  // each way from fine to coarse, whatever the view.
+  LevelGroup group_around(const Levels& levels, std::span<const uint32_t> members, const LevelError& step) const {
+    LevelGroup group;
+    float turned_rad = 0;
+    std::vector<glm::vec4> spheres;
+    for (uint32_t member : members) {
+      const Cluster& cluster = cluster_at(levels, levels.candidates[member].cluster);
+      if (cluster.made_by == kNone) {
+        spheres.emplace_back(cluster.center, cluster.radius);
+        continue;
+      }
+      const LevelGroup& finer = levels.made[cluster.made_by];
+      spheres.emplace_back(finer.center, finer.radius);
+      group.error = std::max(group.error, finer.error);
+      group.surface_error = std::max(group.surface_error, finer.surface_error);
+      turned_rad = std::max(turned_rad, std::asin(finer.turned_sin));
+    }
+    group.error = group.error * 1.00001f + step.looks;
+    group.surface_error = group.surface_error * 1.00001f + step.surface;
+    turned_rad += std::asin(std::min(step.turned_sin, 1.0f));
+    group.turned_sin = turned_rad < 1.57f ? std::sin(turned_rad) : 1.0f;
+
+    glm::vec3 middle(0);
+    for (const glm::vec4& sphere : spheres) middle += glm::vec3(sphere) / static_cast<float>(spheres.size());
+    group.center = middle;
+    for (const glm::vec4& sphere : spheres) {
+      group.radius = std::max(group.radius, glm::length(glm::vec3(sphere) - middle) + sphere.w);
+    }
+    group.radius = group.radius * 1.00001f + 1e-6f * glm::length(middle);
+    return group;
+  }
+
+  void accept(Levels& levels, std::span<const uint32_t> members, Simplified& simplified,
+              std::vector<Candidate>& next) {
+    if (simplified.clusters.empty()) {
+      for (uint32_t member : members) {
+        Candidate& candidate = levels.candidates[member];
+        if (++candidate.attempts < kMostAttempts) next.push_back(std::move(candidate));
+      }
+      return;
+    }
+    const auto group = static_cast<uint32_t>(levels.made.size());
+    levels.made.push_back(simplified.group);
+    for (uint32_t member : members) cluster_at(levels, levels.candidates[member].cluster).merged_by = group;
+    const auto first_vertex = static_cast<uint32_t>(levels.vertices.size());
+    const auto first_triangle = static_cast<uint32_t>(levels.triangles.size());
+    levels.vertices.insert(levels.vertices.end(), simplified.vertices.begin(), simplified.vertices.end());
+    levels.triangles.insert(levels.triangles.end(), simplified.triangles.begin(), simplified.triangles.end());
+    for (size_t c = 0; c < simplified.clusters.size(); ++c) {
+      Cluster& cluster = simplified.clusters[c];
+      cluster.made_by = group;
+      cluster.first_vertex += first_vertex;
+      cluster.first_triangle += first_triangle;
+      next.push_back({own_clusters_ + static_cast<uint32_t>(levels.clusters.size()), 0,
+                      std::move(simplified.edges[c])});
+      levels.clusters.push_back(cluster);
+    }
+  }
+
+  void append(Levels& levels) {
+    const auto first_group = static_cast<uint32_t>(geometry_.level_groups.size());
+    const auto first_vertex = static_cast<uint32_t>(geometry_.source_vertices.size());
+    const auto first_triangle = static_cast<uint32_t>(geometry_.triangles.size());
+    auto follow = [&](Cluster& cluster) {
+      if (cluster.made_by != kNone) cluster.made_by += first_group;
+      if (cluster.merged_by != kNone) cluster.merged_by += first_group;
+    };
+    ClusteredPrimitive& primitive = geometry_.primitives[levels.primitive];
+    for (uint32_t c = 0; c < primitive.cluster_count; ++c) follow(geometry_.clusters[primitive.first_cluster + c]);
+    primitive.first_level_cluster = static_cast<uint32_t>(geometry_.clusters.size());
+    primitive.level_cluster_count = static_cast<uint32_t>(levels.clusters.size());
+    for (Cluster& cluster : levels.clusters) {
+      follow(cluster);
+      cluster.first_vertex += first_vertex;
+      cluster.first_triangle += first_triangle;
+      geometry_.clusters.push_back(cluster);
+    }
+    auto join = [](auto& to, auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+      from = {};
+    };
+    join(geometry_.source_vertices, levels.vertices);
+    join(geometry_.triangles, levels.triangles);
+    join(geometry_.level_groups, levels.made);
+  }
+
+  const Scene& scene_;
+  ClusteredGeometry& geometry_;
+  const uint32_t own_clusters_;
+  std::vector<Levels> all_;
+};
+
+}  // namespace
+
+void add_cluster_levels(const Scene& scene, ClusteredGeometry& geometry) {
+  Builder(scene, geometry).build();
+}
+
+}  // namespace fire3dv::scene

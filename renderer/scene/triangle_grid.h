@@ -1,0 +1,68 @@
+// The triangles near a point, ring by ring of a grid's cells.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+namespace fire3dv::scene {
+
+class TriangleGrid {
+ public:
+  TriangleGrid(std::span<const glm::vec3> positions, std::span<const uint32_t> indices);
+
+  float cell() const { return cell_; }
+
+  // Calls look(triangle) once for each triangle that may lie closer than enough() says, nearer ones first by and large;
+  // what look() finds may change that.
+  template <typename Look, typename Enough>
+  void visit(const glm::vec3& point, const Look& look, const Enough& enough) {
+    ++visit_;
+    const glm::ivec3 middle = cell_at(point);
+    // A point outside of the grid lies that much farther from everything.
+    for (int ring = 0; ring < kSide; ++ring) {
+      if (ring > 0 && static_cast<float>(ring - 1) * cell_ > enough()) return;
+      const glm::ivec3 low = glm::max(middle - ring, glm::ivec3(0)),
+                       high = glm::min(middle + ring, size_ - 1);
+      for (int z = low.z; z <= high.z; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+          const bool face = z == middle.z - ring || z == middle.z + ring || y == middle.y - ring ||
+                            y == middle.y + ring;
+          for (int x = low.x; x <= high.x; ++x) {
+            if (face || x == middle.x - ring || x == middle.x + ring) look_at_cell({x, y, z}, look);
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr int kSide = 24;  // cells along each side, at most
+
+  glm::ivec3 cell_at(const glm::vec3& point) const {
+    return glm::clamp(glm::ivec3((point - low_) * inverse_cell_), glm::ivec3(0), size_ - 1);
+  }
+  size_t index(const glm::ivec3& cell) const {
+    return static_cast<size_t>((cell.z * size_.y + cell.y) * size_.x + cell.x);
+  }
+  template <typename Look>
+  void look_at_cell(const glm::ivec3& cell, const Look& look) {
+    const size_t i = index(cell);
+    for (uint32_t t = first_[i]; t < first_[i + 1]; ++t) {
+      uint32_t& seen = seen_[triangles_[t]];
+      if (seen == visit_) continue;
+      seen = visit_;
+      look(triangles_[t]);
+    }
+  }
+
+  glm::vec3 low_{0};
+  float cell_ = 1, inverse_cell_ = 1;
+  glm::ivec3 size_{1};
+  std::vector<uint32_t> first_, triangles_, seen_;
+  uint32_t visit_ = 0;
+};
+
+}  // namespace fire3dv::scene
