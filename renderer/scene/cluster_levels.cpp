@@ -180,7 +180,7 @@ class Builder {
       place.push_back(place_of(levels, v));
     }
     Simplified out;
-    const std::vector<uint32_t> simpler = simplify_to_half(piece, place);
+    const std::vector<uint32_t> simpler = simplify_to_half(piece, place, levels.looked_at);
     if (simpler.empty()) return out;
     const LevelError step = measure_error(piece, simpler, levels.looked_at);
     out.group = group_around(levels, members, step);

@@ -60,6 +60,8 @@ struct Facet {
   glm::vec3 corner[3];
   const VertexAttributes* at[3];
   glm::vec3 normal;       // unit, of its plane
+  glm::vec3 middle;
+  float reach;            // from the middle to the corners
   float side_m;           // of a square of twice its area
   float m_per_uv0, m_per_uv1;
 };
@@ -110,6 +112,10 @@ class Comparison {
       const glm::vec3 n =
           glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
       facet.normal = unit(n);
+      facet.middle = (facet.corner[0] + facet.corner[1] + facet.corner[2]) / 3.0f;
+      facet.reach = 0;
+      for (const glm::vec3& corner : facet.corner)
+        facet.reach = std::max(facet.reach, glm::length(corner - facet.middle));
       facet.side_m = std::sqrt(glm::length(n));
       facet.m_per_uv0 = looked_at.uv0 ? m_per_uv(facet, &VertexAttributes::uv0) : 0;
       facet.m_per_uv1 = looked_at.uv1 ? m_per_uv(facet, &VertexAttributes::uv1) : 0;
@@ -123,6 +129,9 @@ class Comparison {
         sample.position,
         [&](uint32_t t) {
           const Facet& facet = facets_[t];
+          const glm::vec3 to_middle = facet.middle - sample.position;
+          const float out_of_reach = best + facet.reach;
+          if (glm::dot(to_middle, to_middle) > out_of_reach * out_of_reach) return;
           const glm::vec3 b =
               closest_on_triangle(sample.position, facet.corner[0], facet.corner[1], facet.corner[2]);
           const glm::vec3* const corner[3] = {&facet.corner[0], &facet.corner[1], &facet.corner[2]};

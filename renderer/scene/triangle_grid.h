@@ -21,9 +21,12 @@ class TriangleGrid {
   void visit(const glm::vec3& point, const Look& look, const Enough& enough) {
     ++visit_;
     const glm::ivec3 middle = cell_at(point);
-    // A point outside of the grid lies that much farther from everything.
+    // From the point to the border of its cell; a point outside of the grid lies farther from everything.
+    const glm::vec3 inside = point - low_ - glm::vec3(middle) * cell_;
+    const glm::vec3 to_border = glm::max(glm::min(inside, cell_ - inside), glm::vec3(0));
+    const float border = std::min(to_border.x, std::min(to_border.y, to_border.z));
     for (int ring = 0; ring < kSide; ++ring) {
-      if (ring > 0 && static_cast<float>(ring - 1) * cell_ > enough()) return;
+      if (ring > 0 && border + static_cast<float>(ring - 1) * cell_ > enough()) return;
       const glm::ivec3 low = glm::max(middle - ring, glm::ivec3(0)),
                        high = glm::min(middle + ring, size_ - 1);
       for (int z = low.z; z <= high.z; ++z) {
