@@ -14,7 +14,7 @@ constexpr int kMostPasses = 16;
 // Of several collapses that change nothing, the shortest edge goes first: that leaves no needles.
 constexpr double kLengthShare = 1e-6;
 // A collapse may not turn a triangle by more than this cosine says.
-constexpr double kLeastTurnCosine = 0.3;
+constexpr double kLeastTurnCosine = 0.8;
 
 using Corners = std::array<uint32_t, 3>;
 
