@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #include "common/culling.glsl"
+#include "common/level_choice.glsl"
 #ifdef FIRE3DV_LIGHTS
 #include "common/sheets.glsl"
 #else
@@ -69,12 +70,13 @@ void main() {
 #else
     wanted = (part.flags & FIRE3DV_PART_ON_TOP) == 0;
 #endif
-    if (wanted && set.cull != 0) {
-      const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
-      const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
-      const RasterView view = RasterViewRef(set.views).at[view_index];
+    const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
+    const RasterView view = RasterViewRef(set.views).at[view_index];
+    const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
+    wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node);
+    if (set.cull != 0) {
       const vec4 sphere = sphere_of_cluster(globals, part, cluster, world_from_node);
-      wanted = can_be_seen(globals, view, part, cluster, world_from_node, sphere);
+      wanted = wanted && can_be_seen(globals, view, part, cluster, world_from_node, sphere);
 #ifndef FIRE3DV_LIGHTS
       ScreenBounds bounds;
       bounds.known = false;

@@ -91,6 +91,7 @@ void main() {
   point.position_world = position - normal * dot(normal, position - in_position_center);
   if (dot(normal, globals.value.eye_world - point.position_world) < 0) normal = -normal;
   point.plane_normal_world = normal;
+  point.lift_m = 0;
   point.pixel_size_m = min(length(along_x), length(along_y));
   point.normal_world = normalize(vertex_normal);
   if (!gl_FrontFacing) point.normal_world = -point.normal_world;

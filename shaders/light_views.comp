@@ -116,5 +116,6 @@ void main() {
   view.width = wanted.size;
   view.height = wanted.size;
   view.first_texel = wanted.first_texel;
+  view.level_scale = 0;
   RasterViewOut(push.views).at[gl_WorkGroupID.x] = view;
 }

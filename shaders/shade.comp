@@ -7,6 +7,7 @@
 #include "common/visible_triangle.glsl"
 #include "common/shading.glsl"
 #include "common/shadow_maps.glsl"
+#include "common/shadow_ray.glsl"
 #include "common/shadow_mask.glsl"
 #include "common/tone_map.glsl"
 
@@ -27,7 +28,8 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
   if (globals.value.shadows == FIRE3DV_SHADOWS_MAP) {
-    return map_visibility(globals, shadow, point.position_world, point.plane_normal_world, light);
+    const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
+    return map_visibility(globals, shadow, lifted, point.plane_normal_world, light);
   }
   const uint pixel = gl_GlobalInvocationID.y * globals.value.width + gl_GlobalInvocationID.x;
   return mask_visibility(globals, shadow, pixel, shaded_sample);

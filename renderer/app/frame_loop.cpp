@@ -32,6 +32,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.samples = options.samples;
   settings.raster = options.raster;
   settings.cull = options.cull;
+  settings.levels_of_detail = options.levels_of_detail;
   settings.anisotropy = options.anisotropy;
   settings.shadows = options.shadows;
   settings.post.exposure = options.exposure;

@@ -218,6 +218,12 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
          "those behind others; the image is the same")
       ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
       ->capture_default_str();
+  std::string levels_of_detail = "on";
+  app.add_option("--lod", levels_of_detail,
+                 "levels of detail: coarser triangles where the difference is less than a pixel; off draws each "
+                 "triangle of the file")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   app.add_option("--anisotropy", options.anisotropy,
                  "anisotropic texture filtering, 1 to 16; from 2 on devices differ in what they draw")
       ->check(anisotropy_number)
@@ -274,6 +280,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     return usage_error("--exit-when-done needs a --listen URI");
   options.raster = raster_path_named(raster);
   options.cull = cull_named(cull);
+  options.levels_of_detail = levels_of_detail == "on";
   if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
   if (*fixed_delay) {

@@ -47,6 +47,7 @@ struct Options {
   uint32_t samples = 4;
   passes::RasterPath raster = passes::RasterPath::automatic;
   passes::Cull cull = passes::Cull::automatic;
+  bool levels_of_detail = true;
   float anisotropy = 1;
   passes::ShadowSettings shadows;
   float exposure = 1;

@@ -69,7 +69,7 @@ void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* c
 bool leaves_out_hidden(const ClusterRaster::Job& job, RasterKind kind) {
   if (kind == RasterKind::lights) return false;
   return job.cull == Cull::hidden ||
-         (job.cull == Cull::automatic && job.scene->cluster_instance_count >= kClustersWorthHiding);
+         (job.cull == Cull::automatic && job.scene->own_cluster_instance_count >= kClustersWorthHiding);
 }
 
 }  // namespace
@@ -103,7 +103,7 @@ void ClusterRaster::read_counts() {
 }
 
 void ClusterRaster::make_room(const Job& job) {
-  const VkDeviceSize instances = job.scene->cluster_instance_count, entries = job.view_count * instances;
+  const VkDeviceSize instances = job.instance_count(), entries = job.view_count * instances;
   // Room for every triangle of a scene that is not vast, so that the first image lacks none.
   while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles)
     huge_capacity_ *= 2;
@@ -133,7 +133,7 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   set.target = job.target->address;
   set.was_seen = was_seen_.address;
   set.farthest = farthest_.address;
-  set.instance_count = job.scene->cluster_instance_count;
+  set.instance_count = job.instance_count();
   set.huge_capacity = huge_capacity_;
   set.prepared_capacity = kPreparedCapacity;
   set.tile_capacity = kTileCapacity;
@@ -181,7 +181,7 @@ void ClusterRaster::bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
   bind(commands, cull_, round, 0);
-  const uint32_t groups = (job_.scene->cluster_instance_count + 63) / 64;
+  const uint32_t groups = (job_.instance_count() + 63) / 64;
   if (groups) vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, job_.view_count);
 }
 

@@ -40,6 +40,11 @@ class ClusterRaster {
     uint32_t view_count = 1;
     VkExtent2D extent{};  // of the camera's image
     Cull cull = Cull::automatic;
+    bool levels_of_detail = false;  // false: the file's own clusters alone
+
+    uint32_t instance_count() const {
+      return levels_of_detail ? scene->cluster_instance_count : scene->own_cluster_instance_count;
+    }
   };
   // Sizes the lists for the job and uploads what the stages share.
   void begin(gpu::UploadBelt& belt, const Job& job);

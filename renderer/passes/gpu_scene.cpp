@@ -205,6 +205,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   vertices = upload_in_order(device, loader, scene.attributes, clustered.source_vertices,
                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   clusters = upload_array(device, loader, cluster_records(clustered));
+  level_groups = upload_array(device, loader, level_group_records(clustered));
   cluster_triangles = upload_array(device, loader, clustered.triangles);
 
   const MaterialRecords records =
@@ -242,6 +243,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     has_masked |= (part.flags & FIRE3DV_PART_MASK) != 0;
   }
   cluster_instance_count = static_cast<uint32_t>(all_parts.clusters.size());
+  own_cluster_instance_count = all_parts.own_cluster_count;
   parts = upload_array(device, loader, all_parts.parts);
   cluster_instances = upload_array(device, loader, all_parts.clusters);
 

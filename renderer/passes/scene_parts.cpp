@@ -39,8 +39,16 @@ std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeom
   records.reserve(geometry.clusters.size());
   for (const scene::Cluster& c : geometry.clusters) {
     records.push_back({c.center, c.radius, c.cone_axis, c.cone_cutoff, c.first_vertex, c.first_triangle,
-                       c.vertex_count, c.triangle_count});
+                       c.vertex_count, c.triangle_count, c.made_by, c.merged_by,
+                       c.made_by == scene::kNone ? 0 : geometry.level_groups[c.made_by].surface_error});
   }
+  return records;
+}
+
+std::vector<gpu_types::LevelGroupRecord> level_group_records(const scene::ClusteredGeometry& geometry) {
+  std::vector<gpu_types::LevelGroupRecord> records;
+  records.reserve(geometry.level_groups.size());
+  for (const scene::LevelGroup& g : geometry.level_groups) records.push_back({g.center, g.radius, g.error});
   return records;
 }
 
@@ -84,6 +92,15 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
       for (uint32_t c = 0; c < geometry.cluster_count; ++c) {
         all.clusters.push_back({part, geometry.first_cluster + c});
       }
+    }
+  }
+  // Behind all of the file's own: those keep their numbers, whether there are levels of detail or not.
+  all.own_cluster_count = static_cast<uint32_t>(all.clusters.size());
+  for (uint32_t part = 0; part < all.parts.size(); ++part) {
+    if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
+    const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
+    for (uint32_t c = 0; c < geometry.level_cluster_count; ++c) {
+      all.clusters.push_back({part, geometry.first_level_cluster + c});
     }
   }
   std::stable_sort(all.planar.begin(), all.planar.end(),

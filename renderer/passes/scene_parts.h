@@ -25,6 +25,7 @@ struct PlanarPart {
 struct Parts {
   std::vector<gpu_types::PartRecord> parts;
   std::vector<gpu_types::ClusterInstance> clusters;
+  uint32_t own_cluster_count = 0;  // the first ones; the others are coarser levels of detail
   std::vector<PlanarPart> planar;  // the largest first
   std::vector<uint32_t> first_of_node;
 };
@@ -34,6 +35,7 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
                     const GpuScene& gpu_scene);
 
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry);
+std::vector<gpu_types::LevelGroupRecord> level_group_records(const scene::ClusteredGeometry& geometry);
 
 bool casts_shadow(const scene::Scene& scene, uint32_t primitive);
 

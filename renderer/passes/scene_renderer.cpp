@@ -84,7 +84,8 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const bool masked = shadows_on_ && shadow_way_.method == ShadowMethod::ray &&
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
-  find_visible(recorder, belt, view, globals, compute || masked);
+  // The forward path draws everything as the file has it, and takes the mask of exactly that.
+  find_visible(recorder, belt, view, globals, compute || masked, compute && settings_.levels_of_detail);
   // Which lights reach that.
   if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
   // Its colour, in linear HDR where something goes on top, and what a display shows of it.
@@ -101,9 +102,12 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
 }
 
 void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
-                                 VkDeviceAddress globals, bool camera_too) {
+                                 VkDeviceAddress globals, bool camera_too, bool levels_of_detail) {
   std::vector<ClusterRaster*> sets;
-  if (camera_too) sets.push_back(&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull));
+  if (camera_too) {
+    sets.push_back(
+        &visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull, levels_of_detail));
+  }
   ClusterRaster* maps =
       shadows_on_ ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull) : nullptr;
   if (maps) sets.push_back(maps);
@@ -138,6 +142,7 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.indices = scene.indices.address;
   globals.parts = scene.parts.address;
   globals.clusters = scene.clusters.address;
+  globals.level_groups = scene.level_groups.address;
   globals.cluster_triangles = scene.cluster_triangles.address;
   globals.cluster_instances = scene.cluster_instances.address;
   globals.clip_from_world = view.clip_from_world;

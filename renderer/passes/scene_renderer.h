@@ -27,6 +27,7 @@ enum class RasterPath : uint8_t {
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
   Cull cull = Cull::automatic;
+  bool levels_of_detail = true;  // on the visibility path
   float anisotropy = 1;  // off: images are then the same on all devices
   uint32_t samples = 4;
   ShadowSettings shadows;
@@ -71,7 +72,7 @@ class SceneRenderer {
 
  private:
   void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
-                    bool camera_too);
+                    bool camera_too, bool levels_of_detail);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
   void record_what_rays_meet(gpu::Recorder& recorder);
 

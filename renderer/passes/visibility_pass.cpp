@@ -1,5 +1,6 @@
 #include "renderer/passes/visibility_pass.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -11,6 +12,9 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
+// What a level of detail may look different by from what it stands for.
+constexpr float kLevelErrorPixels = 0.7f;
+
 gpu::SetLayout create_image_set_layout(gpu::Device& device) {
   const VkDescriptorSetLayoutBinding bindings[] = {
       {FIRE3DV_BINDING_DISPLAY, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
@@ -20,7 +24,7 @@ gpu::SetLayout create_image_set_layout(gpu::Device& device) {
 
 }  // namespace
 
-gpu_types::RasterView raster_view(const View& view, VkExtent2D extent) {
+gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, bool levels_of_detail) {
   gpu_types::RasterView raster{};
   raster.clip_from_world = view.clip_from_world;
   const glm::mat4 rows = glm::transpose(view.clip_from_world);
@@ -34,6 +38,12 @@ gpu_types::RasterView raster_view(const View& view, VkExtent2D extent) {
   raster.eye_world = view.orthographic ? glm::vec4(view.look_world, 0) : glm::vec4(view.eye_world, 1);
   raster.width = extent.width;
   raster.height = extent.height;
+  if (levels_of_detail) {
+    const float pixels_per_m =
+        0.5f * std::max(static_cast<float>(extent.width) * glm::length(glm::vec3(rows[0])),
+                        static_cast<float>(extent.height) * glm::length(glm::vec3(rows[1])));
+    raster.level_scale = pixels_per_m / kLevelErrorPixels;
+  }
   return raster;
 }
 
@@ -67,8 +77,8 @@ void VisibilityPass::set_size(Targets& targets) {
 }
 
 ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view,
-                                       VkDeviceAddress globals, Cull cull) {
-  const gpu_types::RasterView raster = raster_view(view, extent_);
+                                       VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
+  const gpu_types::RasterView raster = raster_view(view, extent_, levels_of_detail);
   ClusterRaster::Job job;
   job.scene = &scene;
   job.target = &visibility_;
@@ -76,6 +86,7 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, c
   job.globals = globals;
   job.extent = extent_;
   job.cull = cull;
+  job.levels_of_detail = levels_of_detail;
   raster_.begin(belt, job);
   return raster_;
 }

@@ -23,7 +23,7 @@ class VisibilityPass {
   void set_size(Targets& targets);  // after each change
   // The camera's part of ClusterRaster::record.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals,
-                         Cull cull);
+                         Cull cull, bool levels_of_detail);
   // Of what was drawn: makes one surface of neighbouring triangles that share a pixel. Before all that
   // follows.
   void merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, VkDeviceAddress globals);
@@ -52,6 +52,6 @@ class VisibilityPass {
 };
 
 // Frustum planes, inwards, from a projection with depth between 0 and w.
-gpu_types::RasterView raster_view(const View& view, VkExtent2D extent);
+gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, bool levels_of_detail);
 
 }  // namespace fire3dv::passes

@@ -14,12 +14,14 @@ void copy_primitive(ClusteredGeometry& geometry, uint32_t index) {
   const uint32_t source_vertex = copy.first_vertex, source_cluster = copy.first_cluster;
   copy.first_vertex = static_cast<uint32_t>(geometry.source_vertices.size());
   copy.first_cluster = static_cast<uint32_t>(geometry.clusters.size());
+  copy.first_level_cluster = copy.level_cluster_count = 0;
   for (uint32_t v = 0; v < copy.vertex_count; ++v) {
     geometry.source_vertices.push_back(geometry.source_vertices[source_vertex + v]);
   }
   for (uint32_t c = 0; c < copy.cluster_count; ++c) {
     Cluster cluster = geometry.clusters[source_cluster + c];
     cluster.first_vertex += copy.first_vertex - source_vertex;
+    cluster.merged_by = kNone;  // what changes its shape has no levels of detail
     geometry.clusters.push_back(cluster);
   }
   geometry.primitives.push_back(copy);

@@ -23,6 +23,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Dra
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightRef { LightRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PartRef { PartRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterRef { ClusterRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LevelGroupRef { LevelGroupRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterInstanceRef { ClusterInstance at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RasterViewRef { RasterView at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer RasterSetRef { RasterSet value; };
@@ -57,6 +58,16 @@ vec3 transform_normal(AffineRows m, vec3 n) {
   const vec3 c0 = cross(r1, r2);
   const float sense = dot(r0, c0) < 0 ? -1 : 1;
   return sense * vec3(dot(c0, n), dot(cross(r2, r0), n), dot(cross(r0, r1), n));
+}
+
+// How much a transform stretches at most; exact where it only scales evenly.
+float largest_stretch(AffineRows m) {
+  const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
+             z = vec3(m.row0.z, m.row1.z, m.row2.z);
+  const float xx = dot(x, x), yy = dot(y, y), zz = dot(z, z);
+  // Gershgorin's bound on the eigenvalues of the transform's square.
+  const float xy = abs(dot(x, y)), xz = abs(dot(x, z)), yz = abs(dot(y, z));
+  return sqrt(max(xx + xy + xz, max(yy + xy + yz, zz + xz + yz)));
 }
 
 AffineRows multiply(AffineRows a, AffineRows b) {

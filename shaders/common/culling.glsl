@@ -3,16 +3,6 @@
 #define FIRE3DV_CULLING_GLSL
 #include "common/raster_rules.glsl"
 
-// How much a transform stretches at most; exact where it only scales evenly.
-float largest_stretch(AffineRows m) {
-  const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
-             z = vec3(m.row0.z, m.row1.z, m.row2.z);
-  const float xx = dot(x, x), yy = dot(y, y), zz = dot(z, z);
-  // Gershgorin's bound on the eigenvalues of the transform's square.
-  const float xy = abs(dot(x, y)), xz = abs(dot(x, z)), yz = abs(dot(y, z));
-  return sqrt(max(xx + xy + xz, max(yy + xy + yz, zz + xz + yz)));
-}
-
 bool scales_evenly(AffineRows m) {
   const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
              z = vec3(m.row0.z, m.row1.z, m.row2.z);

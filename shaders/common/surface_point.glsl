@@ -11,6 +11,7 @@ struct SurfacePoint {
   vec4 uv_dx, uv_dy;        // their change from this pixel to the next to the right and below
   vec4 color;
   float pixel_size_m;       // the smaller side of the pixel on the triangle's plane
+  float lift_m;             // of a coarser level: how far the file's own surface may lie above the point
   uint material;
 };
 

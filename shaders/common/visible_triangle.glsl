@@ -12,6 +12,7 @@ struct VisibleTriangle {
   vec3 world[3];
   vec4 clip[3];
   AffineRows world_from_node;
+  float surface_error;  // node space
 };
 
 uint part_of_id(GlobalsRef globals, uint id) {
@@ -20,16 +21,17 @@ uint part_of_id(GlobalsRef globals, uint id) {
 
 VisibleTriangle visible_triangle(GlobalsRef globals, uint id) {
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1];
-  const uint triangle = ClusterRef(globals.value.clusters).at[instance.cluster].first_triangle + (id & 127);
+  const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
+  const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + (id & 127)];
   VisibleTriangle t;
+  t.surface_error = cluster.surface_error;
   t.part = PartRef(globals.value.parts).at[instance.part];
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[t.part.primitive];
   t.material = primitive.material;
   t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[t.part.node];
-  UintRef indices = UintRef(globals.value.indices);
   PositionRef positions = PositionRef(globals.value.positions);
   for (int i = 0; i < 3; ++i) {
-    t.vertex[i] = primitive.first_vertex + indices.at[3 * triangle + i];
+    t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
     t.world[i] = world_position(t.world_from_node, positions.at[t.vertex[i]]);
     t.clip[i] = clip_position(globals.value.clip_from_world, t.world[i]);
   }
@@ -109,6 +111,8 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec3 along_x = t.world[0] * b_dx.x + t.world[1] * b_dx.y + t.world[2] * b_dx.z;
   const vec3 along_y = t.world[0] * b_dy.x + t.world[1] * b_dy.y + t.world[2] * b_dy.z;
   point.pixel_size_m = min(length(along_x), length(along_y));
+  // Twice, for what lies between the samples that an error was measured at.
+  point.lift_m = t.surface_error > 0 ? 2 * t.surface_error * largest_stretch(t.world_from_node) : 0;
   point.uv = point.uv_dx = point.uv_dy = vec4(0);
   if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
     const TriangleUv uv = triangle_uv(globals, t, flags);

@@ -48,6 +48,16 @@ struct ClusterRecord {
   uint first_triangle;
   uint vertex_count;
   uint triangle_count;
+  uint made_by;         // of levels of detail: into LevelGroupRecord[]; FIRE3DV_NO_INDEX = the file's own
+  uint merged_by;       // FIRE3DV_NO_INDEX = there is nothing coarser
+  float surface_error;  // how far this surface may be from the file's own, node space
+};
+
+// scene::LevelGroup on the GPU.
+struct LevelGroupRecord {
+  vec3 center;
+  float radius;
+  float error;
 };
 
 // A cluster of a part. Its number, plus one and times 128, plus the triangle is the id in the visibility

@@ -17,6 +17,9 @@ struct RasterView {
   // Perspective: the near distance in metres, and the side of a texel at a distance of 1 m.
   float depth_m;
   float texel_m;
+  // Of levels of detail: how many times the error that is allowed 1 m is, at a distance of 1 m in perspective
+  // views. 0: everything as the file has it.
+  float level_scale;
 };
 
 // A list of clusters, begun with the arguments of the dispatch that draws them.

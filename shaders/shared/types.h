@@ -26,6 +26,7 @@ struct Globals {
   FIRE3DV_ADDRESS indices;                  // uint[]
   FIRE3DV_ADDRESS parts;                    // PartRecord[]
   FIRE3DV_ADDRESS clusters;                 // ClusterRecord[]
+  FIRE3DV_ADDRESS level_groups;             // LevelGroupRecord[]
   FIRE3DV_ADDRESS cluster_triangles;        // uint[], scene::ClusteredGeometry::triangles
   FIRE3DV_ADDRESS cluster_instances;        // ClusterInstance[]
   FIRE3DV_ADDRESS light_shadows;            // LightShadow[], as lights
