@@ -13,7 +13,7 @@ using gpu::Use;
 namespace access = gpu::access;
 
 // What a level of detail may look different by from what it stands for.
-constexpr float kLevelErrorPixels = 0.5f;
+constexpr float kLevelErrorPixels = 0.25f;
 
 gpu::SetLayout create_image_set_layout(gpu::Device& device) {
   const VkDescriptorSetLayoutBinding bindings[] = {
