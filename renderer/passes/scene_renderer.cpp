@@ -84,7 +84,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const bool masked = shadows_on_ && shadow_way_.method == ShadowMethod::ray &&
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
-  // The forward path draws everything as the file has it, and takes the mask of exactly that.
+    // The forward path draws everything as the file has it, and takes the mask of exactly that.
   find_visible(recorder, belt, view, globals, compute || masked, compute && settings_.levels_of_detail);
   // Which lights reach that.
   if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);

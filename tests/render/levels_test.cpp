@@ -1,0 +1,147 @@
+// Levels of detail are not seen: images with them and without are the same within the policy, from near to far, with
+// shadows, under transforms that stretch and mirror; and far away there is much less to draw.
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "tests/render/proof_bench.h"
+#include "tests/support/image_compare.h"
+
+namespace fire3dv::test {
+namespace {
+
+using glm::mat4;
+using glm::vec3;
+
+constexpr VkExtent2D kExtent{160, 120};
+
+passes::DrawSettings settings(uint32_t samples, bool levels_of_detail, bool hybrid = true) {
+  passes::DrawSettings settings = shadowed_by(passes::ShadowMethod::ray, hybrid, samples);
+  settings.environment_intensity = 1;
+  settings.levels_of_detail = levels_of_detail;
+  return settings;
+}
+
+// Dense bodies of several kinds on a ground, under a sun: textured, bumpy, flat-shaded, stretched and mirrored.
+scene::Scene bodies() {
+  SceneBuilder builder;
+  scene::Material checked = matte({1, 1, 1});
+  checked.base_color_texture.texture = builder.texture(64, 32, true, [](float u, float v) {
+    const bool dark = (static_cast<int>(u * 16) + static_cast<int>(v * 8)) % 2 == 1;
+    return dark ? glm::vec4(0.2f, 0.3f, 0.6f, 1) : glm::vec4(0.8f, 0.7f, 0.5f, 1);
+  });
+  const uint32_t textured = builder.material(checked), grey = builder.material(matte({0.6f, 0.6f, 0.6f})),
+                 red = builder.material(matte({0.7f, 0.2f, 0.15f}));
+  builder.mesh_node("ground", builder.quad(grey, 40), mat4(1));
+  const uint32_t ball = builder.sphere(textured, 0.8f, 192);
+  const uint32_t bumpy = builder.lathe(
+      red,
+      [](float theta, float phi) {
+        const float r = 0.8f * (1 + 0.15f * std::sin(5 * theta) * std::sin(theta) * std::sin(6 * phi));
+        return r * vec3(std::sin(theta) * std::sin(phi), std::cos(theta), std::sin(theta) * std::cos(phi));
+      },
+      128);
+  builder.mesh_node("ball", ball, at({-1, 0.8f, 0}));
+  builder.mesh_node("bumpy", bumpy, at({1, 0.9f, 0}));
+  builder.mesh_node("stretched", ball,
+                    at({0, 0.6f, -2}) * glm::rotate(mat4(1), 0.7f, vec3(0, 0.6f, 0.8f)) *
+                        glm::scale(mat4(1), vec3(-1.5f, 0.4f, 0.7f)));
+  for (int i = 0; i < 6; ++i) {
+    builder.mesh_node("small", i % 2 == 0 ? ball : bumpy,
+                      at({static_cast<float>(i) - 2.5f, 0.25f, 1.6f}) * glm::scale(mat4(1), vec3(0.3f)));
+  }
+  builder.light_node(sun({1, 1, 1}, 2.5f), shining_towards({-0.5f, -1, -0.4f}));
+  return builder.build();
+}
+
+// What a surface that is moved by less than a pixel may change: each pixel shows something that the reference shows there
+// or in a pixel beside it.
+double share_not_explained(const sinks::FrameImage& image, const sinks::FrameImage& reference) {
+  const int delta = Tolerance::colour().max_channel_delta();
+  uint32_t count = 0;
+  for (uint32_t y = 0; y < image.height; ++y) {
+    for (uint32_t x = 0; x < image.width; ++x) {
+      glm::ivec3 low(255), high(0);
+      for (uint32_t v = y - (y > 0); v <= std::min(y + 1, image.height - 1); ++v) {
+        for (uint32_t u = x - (x > 0); u <= std::min(x + 1, image.width - 1); ++u) {
+          low = glm::min(low, pixel(reference, u, v));
+          high = glm::max(high, pixel(reference, u, v));
+        }
+      }
+      const glm::ivec3 here = pixel(image, x, y);
+      count += glm::any(glm::lessThan(here, low - delta)) || glm::any(glm::greaterThan(here, high + delta));
+    }
+  }
+  return static_cast<double>(count) / (static_cast<double>(image.width) * image.height);
+}
+
+class Levels : public ValidationIsSilent {
+ protected:
+  // Images along the way from near to far; the clusters of the last ones, with levels of detail and without.
+  static std::pair<uint32_t, uint32_t> zoom(const passes::DrawSettings& drawn, int steps, float factor) {
+    const scene::Scene scene = bodies();
+    passes::DrawSettings all = drawn;
+    all.levels_of_detail = false;
+    ProofBench with(kExtent, drawn), without(kExtent, all);
+    with.show(scene);
+    without.show(scene);
+    double different = 0;
+    for (int i = 0; i < steps; ++i) {
+      const vec3 eye = vec3(0.3f, 0.35f, 1) * (2.2f * std::pow(factor, static_cast<float>(i)));
+      const sinks::FrameImage image = with.draw(eye, {0, 0.5f, 0}, 0.8f);
+      const sinks::FrameImage reference = without.draw(eye, {0, 0.5f, 0}, 0.8f);
+      EXPECT_LE(share_not_explained(image, reference), Tolerance::colour().max_share_over_delta()) << "step " << i;
+      const ImageDifference d = difference_of(image, reference, Tolerance::colour());
+      different += static_cast<double>(d.pixels_over_delta) / static_cast<double>(d.pixels);
+    }
+    // On the whole the images are the same by the policy, edges included.
+    EXPECT_LE(different / steps, Tolerance::colour().max_share_over_delta());
+    return {with.renderer().clusters_drawn().clusters, without.renderer().clusters_drawn().clusters};
+  }
+};
+
+TEST_F(Levels, AZoomLooksAsWithEveryTriangle) {
+  for (uint32_t samples : {1u, 4u}) {
+    const auto [with, without] = zoom(settings(samples, true), 40, 1.09f);
+    EXPECT_GT(with, 0u);
+    EXPECT_LT(with, without / 8) << "far away nothing is left out";
+  }
+}
+
+TEST_F(Levels, ShadowsOfMapsAloneAndOfRaysAloneStayToo) {
+  passes::DrawSettings maps = settings(1, true);
+  maps.shadows.method = passes::ShadowMethod::map;
+  zoom(maps, 8, 1.5f);
+  zoom(settings(1, true, false), 8, 1.5f);
+}
+
+// Rays meet every triangle of a mesh whose coarser surface the eye sees: lit surfaces do not shadow themselves.
+TEST_F(Levels, NoSurfaceShadowsItself) {
+  SceneBuilder builder;
+  const uint32_t white = builder.material(matte({0.8f, 0.8f, 0.8f}));
+  builder.mesh_node("ball", builder.sphere(white, 1, 192), mat4(1));
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, 0, -1}));
+  const scene::Scene scene = builder.build();
+  passes::DrawSettings lit = settings(1, true, false);
+  lit.environment_intensity = 0;
+  ProofBench bench(kExtent, lit);
+  bench.show(scene);
+  for (float distance : {4.0f, 9.0f, 20.0f, 45.0f}) {
+    const sinks::FrameImage image = bench.draw({0, 0, distance}, {0, 0, 0}, 0.5f);
+    // Well inside the side that the light is on, which is the one that is seen.
+    const float radius = 0.7f / distance / std::tan(0.25f) * static_cast<float>(kExtent.height) / 2;
+    uint32_t looked_at = 0;
+    for (uint32_t y = 0; y < kExtent.height; ++y) {
+      for (uint32_t x = 0; x < kExtent.width; ++x) {
+        const glm::vec2 from_middle = glm::vec2(x, y) + 0.5f - 0.5f * glm::vec2(kExtent.width, kExtent.height);
+        if (glm::length(from_middle) > radius) continue;
+        ++looked_at;
+        ASSERT_GT(pixel(image, x, y).r, 60) << x << ", " << y << " from " << distance << " m";
+      }
+    }
+    EXPECT_GT(looked_at, 10u);
+  }
+}
+
+}  // namespace
+}  // namespace fire3dv::test
