@@ -15,13 +15,12 @@ const float kLeastCosine = 0.985;  // 10 degrees
 const float kMostPixels = 5;       // along each side of the image
 
 vec3 world_normal(GlobalsRef globals, uint cluster, uint triangle, PartRecord part) {
-  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
-  const uint first = 3 * (ClusterRef(globals.value.clusters).at[cluster].first_triangle + triangle);
-  UintRef indices = UintRef(globals.value.indices);
+  const ClusterRecord record = ClusterRef(globals.value.clusters).at[cluster];
+  const uint packed = UintRef(globals.value.cluster_triangles).at[record.first_triangle + triangle];
   PositionRef positions = PositionRef(globals.value.positions);
-  const vec3 a = positions.at[primitive.first_vertex + indices.at[first]];
-  const vec3 b = positions.at[primitive.first_vertex + indices.at[first + 1]];
-  const vec3 c = positions.at[primitive.first_vertex + indices.at[first + 2]];
+  const vec3 a = positions.at[record.first_vertex + (packed & 255)];
+  const vec3 b = positions.at[record.first_vertex + ((packed >> 8) & 255)];
+  const vec3 c = positions.at[record.first_vertex + ((packed >> 16) & 255)];
   return transform_normal(AffineRowsRef(globals.value.world_from_node).at[part.node], cross(b - a, c - a));
 }
 
