@@ -68,6 +68,8 @@ class SceneRenderer {
   PostSettings& post_settings() { return settings_.post; }
   // Of the frames to come, for measurements of one scene with and without.
   void set_cull(Cull cull) { settings_.cull = cull; }
+  // On has an effect where the scene was set with it.
+  void set_levels_of_detail(bool on) { settings_.levels_of_detail = on; }
   void set_shadows(bool on) { shadows_on_ = on; }
 
  private:

@@ -53,6 +53,7 @@ def usage(test):
             (["--shadows", "maybe"], [scene, "--shadows", "maybe"]),
             (["--raster", "maybe"], [scene, "--raster", "maybe"]),
             (["--shadow-rays", "maybe"], [scene, "--shadow-rays", "maybe"]),
+            (["--lod", "maybe"], [scene, "--lod", "maybe"]),
             (["--cull", "maybe"], [scene, "--cull", "maybe"]),
             (["--async-compute", "maybe"], [scene, "--async-compute", "maybe"]),
             (["--anisotropy", "nan"], [scene, "--anisotropy", "nan"]),

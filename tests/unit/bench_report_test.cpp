@@ -127,10 +127,10 @@ Report report_of_two_scenes() {
     scene.triangles = triangles;
     scene.bodies = 9;
     const double ms = static_cast<double>(triangles) * 1e-6;
-    for (const Condition& condition : {Condition{kProduct, passes::Cull::automatic, true},
-                                       {kProductMain, passes::Cull::automatic, false},
-                                       {kPaper, passes::Cull::off, true},
-                                       {kPaperMain, passes::Cull::off, false}})
+    for (const Condition& condition : {Condition{kProduct, passes::Cull::automatic, true, true},
+                                       {kProductMain, passes::Cull::automatic, false, true},
+                                       {kPaper, passes::Cull::off, true, false},
+                                       {kPaperMain, passes::Cull::off, false, false}})
       scene.runs.push_back(summarise_run(condition, samples_of(ms, 5)));
     report.scenes.push_back(std::move(scene));
   }

@@ -65,6 +65,7 @@ Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const 
 
 void FrameBench::apply(const Condition& condition) {
   renderer_->set_cull(condition.cull);
+  renderer_->set_levels_of_detail(condition.levels_of_detail);
   renderer_->set_shadows(condition.shadows);
 }
 

@@ -36,14 +36,14 @@ Result<void> make_folder(const char* option, const std::filesystem::path& folder
 
 std::vector<Condition> conditions_of(const FrameOptions& options) {
   std::vector<Condition> conditions;
-  const passes::Cull cull = draw_settings(options.draw).cull;
+  const passes::DrawSettings product = draw_settings(options.draw);
   if (options.conditions != "paper") {
-    conditions.push_back({kProduct, cull, true});
-    conditions.push_back({kProductMain, cull, false});
+    conditions.push_back({kProduct, product.cull, true, product.levels_of_detail});
+    conditions.push_back({kProductMain, product.cull, false, product.levels_of_detail});
   }
   if (options.conditions != "product") {
-    conditions.push_back({kPaper, passes::Cull::off, true});
-    conditions.push_back({kPaperMain, passes::Cull::off, false});
+    conditions.push_back({kPaper, passes::Cull::off, true, false});
+    conditions.push_back({kPaperMain, passes::Cull::off, false, false});
   }
   return conditions;
 }

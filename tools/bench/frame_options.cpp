@@ -39,6 +39,9 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
                  "large scenes")
       ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
       ->capture_default_str();
+  app.add_option("--lod", options.levels_of_detail, "coarser triangles where the difference is less than a pixel")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   app.add_option("--shadows", options.shadows, "how shadows are found")
       ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
       ->capture_default_str();
@@ -76,6 +79,7 @@ passes::DrawSettings draw_settings(const DrawOptions& options) {
   if (options.shadows.starts_with("ray")) settings.shadows.method = passes::ShadowMethod::ray;
   if (options.shadows == "ray-pipeline") settings.shadows.back_end = passes::RayBackEnd::pipeline;
   settings.shadows.hybrid = options.shadow_rays == "hybrid";
+  settings.levels_of_detail = options.levels_of_detail == "on";
   settings.post.fxaa = options.fxaa == "on";
   return settings;
 }
@@ -102,7 +106,7 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
   app.add_option("--conditions", options.conditions,
-                 "product: culling as --cull says; paper: none; all: both")
+                 "product: culling and levels of detail as --cull and --lod say; paper: neither; all: both")
       ->check(CLI::IsMember({"all", "product", "paper"}))
       ->capture_default_str();
   app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")

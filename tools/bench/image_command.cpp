@@ -74,7 +74,7 @@ Result<void> measure_images(const ImageOptions& options) {
         FrameBench::open(*open->device, *scene, names, turning(*scene, nodes), settings,
                          {options.draw.width, options.draw.height});
     if (!bench) return bench.error();
-    const Condition condition{"images", settings.cull, true};
+    const Condition condition{"images", settings.cull, true, settings.levels_of_detail};
     const Result<sinks::FrameImage> first = (*bench)->draw(condition);
     if (!first) return first.error();
     const double setup_s = static_cast<double>(transport::monotonic_ns() - begin_ns) * 1e-9;
