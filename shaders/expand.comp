@@ -23,13 +23,14 @@ void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTria
   barrier();
   const uint place = shared_place;
   ivec2 low, high;
-  covered_pixels(min(prepared.a, min(prepared.b, prepared.c)), max(prepared.a, max(prepared.b, prepared.c)), size, low, high);
+  covered_pixels(min(prepared.a, min(prepared.b, prepared.c)), max(prepared.a, max(prepared.b, prepared.c)),
+                 pixel_reach(view), size, low, high);
   if (low.x > high.x || low.y > high.y) return;
   const ivec2 first = low >> kTileShift, tiles = (high >> kTileShift) - first + 1;
   for (int i = int(gl_LocalInvocationIndex); i < tiles.x * tiles.y; i += 64) {
     const ivec2 tile = first + ivec2(i % tiles.x, i / tiles.x);
     const ivec2 origin = tile << kTileShift;
-    if (!reaches_box(prepared, origin, origin + (1 << kTileShift) - 1, 4)) continue;
+    if (!reaches_box(prepared, origin, origin + (1 << kTileShift) - 1)) continue;
     if (place != FIRE3DV_NO_INDEX && emit_tile(set, place, tile)) continue;
     // No room left: slow, but the same image.
     const TileTriangle triangle = tile_triangle(prepared);

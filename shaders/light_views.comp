@@ -2,6 +2,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/sheets.glsl"
+#include "common/level_choice.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { LightViewsPush push; };
@@ -116,6 +117,7 @@ void main() {
   view.width = wanted.size;
   view.height = wanted.size;
   view.first_texel = wanted.first_texel;
-  view.level_scale = 0;
+  const float texels_per_m = 0.5 * wanted.size * max(length(x.xyz), length(y.xyz));
+  view.level_scale = push.levels_of_detail != 0 ? texels_per_m / kLevelTexels : 0;
   RasterViewOut(push.views).at[gl_WorkGroupID.x] = view;
 }

@@ -31,6 +31,7 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
   const bool has_area = area > 0;
   const bool is_broad = is_broad_triangle(float(area), ab, bc, ca);
   const MapTarget target = map_target(set, view);
+  const int reach = reach_of(view);
 #endif
 #ifdef FIRE3DV_ALPHA_MASK
   VisibleTriangle triangle = visible_triangle(globals, id);
@@ -44,7 +45,7 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
       const ivec2 texel = ivec2(x, y);
       FIRE3DV_COVER_TEXEL(int, ivec2)
       if (!touches) continue;
-      put_nearest(target, texel, true, outer);
+      put_nearest(target, texel, true, nearest_possible(view, outer));
 #ifdef FIRE3DV_ALPHA_MASK
       if (!is_solid_at(globals, triangle, vec2(texel) + 0.5, vec2(view.width))) continue;
 #endif
@@ -113,7 +114,7 @@ void main() {
 
   ivec2 low, high;
   const ivec2 low_corner = min(a.xy, min(b.xy, c.xy)), high_corner = max(a.xy, max(b.xy, c.xy));
-  covered_pixels(low_corner, high_corner, size, low, high);
+  covered_pixels(low_corner, high_corner, pixel_reach(view), size, low, high);
   if (low.x > high.x || low.y > high.y) return;
 
   const vec3 r0 = world_from_node.row0.xyz, r1 = world_from_node.row1.xyz, r2 = world_from_node.row2.xyz;

@@ -280,7 +280,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     return usage_error("--exit-when-done needs a --listen URI");
   options.raster = raster_path_named(raster);
   options.cull = cull_named(cull);
-  options.levels_of_detail = levels_of_detail == "on";
+  if (levels_of_detail == "off") options.levels_of_detail = passes::LevelsOfDetail::off;
   if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
   if (*fixed_delay) {

@@ -47,7 +47,7 @@ struct Options {
   uint32_t samples = 4;
   passes::RasterPath raster = passes::RasterPath::automatic;
   passes::Cull cull = passes::Cull::automatic;
-  bool levels_of_detail = true;
+  passes::LevelsOfDetail levels_of_detail = passes::LevelsOfDetail::automatic;
   float anisotropy = 1;
   passes::ShadowSettings shadows;
   float exposure = 1;

@@ -10,6 +10,9 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
+// Maps of coarser triangles leave a little more to rays than those of all triangles.
+constexpr uint32_t kClustersWorthLevelsInMaps = 1u << 14;
+
 RasterPath choose_path(const gpu::Device& device, RasterPath wanted) {
   return wanted != RasterPath::forward && device.report().int64_atomics ? RasterPath::visibility
                                                                         : RasterPath::forward;
@@ -85,7 +88,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
     // The forward path draws everything as the file has it, and takes the mask of exactly that.
-  find_visible(recorder, belt, view, globals, compute || masked, compute && settings_.levels_of_detail);
+  find_visible(recorder, belt, view, globals, compute || masked, compute && settings_.levels_of_detail != LevelsOfDetail::off);
   // Which lights reach that.
   if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
   // Its colour, in linear HDR where something goes on top, and what a display shows of it.
@@ -101,6 +104,12 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   }
 }
 
+bool SceneRenderer::levels_in_maps() const {
+  return settings_.levels_of_detail == LevelsOfDetail::everywhere ||
+         (settings_.levels_of_detail == LevelsOfDetail::automatic &&
+          gpu_scene_->own_cluster_instance_count >= kClustersWorthLevelsInMaps);
+}
+
 void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
                                  VkDeviceAddress globals, bool camera_too, bool levels_of_detail) {
   std::vector<ClusterRaster*> sets;
@@ -109,7 +118,10 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
         &visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull, levels_of_detail));
   }
   ClusterRaster* maps =
-      shadows_on_ ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull) : nullptr;
+      shadows_on_
+          ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull,
+                                           levels_of_detail && levels_in_maps())
+                 : nullptr;
   if (maps) sets.push_back(maps);
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
   if (camera_too) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);

@@ -24,10 +24,18 @@ enum class RasterPath : uint8_t {
   visibility,  // compute, from a visibility buffer
 };
 
+// Where coarser triangles are drawn, on the visibility path.
+enum class LevelsOfDetail : uint8_t {
+  off,
+  camera,
+  everywhere,  // in lights' maps, too
+  automatic,   // in these where a scene is so large that it pays
+};
+
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
   Cull cull = Cull::automatic;
-  bool levels_of_detail = true;  // on the visibility path
+  LevelsOfDetail levels_of_detail = LevelsOfDetail::automatic;
   float anisotropy = 1;  // off: images are then the same on all devices
   uint32_t samples = 4;
   ShadowSettings shadows;
@@ -68,14 +76,15 @@ class SceneRenderer {
   PostSettings& post_settings() { return settings_.post; }
   // Of the frames to come, for measurements of one scene with and without.
   void set_cull(Cull cull) { settings_.cull = cull; }
-  // On has an effect where the scene was set with it.
-  void set_levels_of_detail(bool on) { settings_.levels_of_detail = on; }
+  // None are drawn of a scene that was set when they were off.
+  void set_levels_of_detail(LevelsOfDetail levels) { settings_.levels_of_detail = levels; }
   void set_shadows(bool on) { shadows_on_ = on; }
 
  private:
   void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
                     bool camera_too, bool levels_of_detail);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
+  bool levels_in_maps() const;
   void record_what_rays_meet(gpu::Recorder& recorder);
 
   gpu::Device& device_;

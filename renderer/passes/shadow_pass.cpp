@@ -212,13 +212,14 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
 }
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                                        VkDeviceAddress globals, Cull cull) {
+                                        VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
   if (view_count_ == 0) return nullptr;
   std::vector<Use> uses{Use(views_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
-    const gpu_types::LightViewsPush push{globals, wanted_views_.address, views_.address};
+    const gpu_types::LightViewsPush push{globals, wanted_views_.address, views_.address,
+                                         levels_of_detail ? 1u : 0u};
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     vkCmdDispatch(commands, view_count_, 1, 1);
   });
@@ -230,6 +231,7 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   job.globals = globals;
   job.view_count = view_count_;
   job.cull = cull;
+  job.levels_of_detail = levels_of_detail;
   map_raster_->begin(belt, job);
   return &*map_raster_;
 }

@@ -47,7 +47,7 @@ class ShadowPass {
 
   // The lights' maps, to be drawn beside the camera's view; null when no map is needed.
   ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                              VkDeviceAddress globals, Cull cull);
+                              VkDeviceAddress globals, Cull cull, bool levels_of_detail);
   // From the visibility buffer to the mask.
   void record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
   // Of whoever shades, with this access.

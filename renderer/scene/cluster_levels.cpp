@@ -215,7 +215,6 @@ class Builder {
   // each way from fine to coarse, whatever the view.
   LevelGroup group_around(const Levels& levels, std::span<const uint32_t> members, const LevelError& step) const {
     LevelGroup group;
-    float turned_rad = 0;
     std::vector<glm::vec4> spheres;
     for (uint32_t member : members) {
       const Cluster& cluster = cluster_at(levels, levels.candidates[member].cluster);
@@ -227,13 +226,9 @@ class Builder {
       spheres.emplace_back(finer.center, finer.radius);
       group.error = std::max(group.error, finer.error);
       group.surface_error = std::max(group.surface_error, finer.surface_error);
-      turned_rad = std::max(turned_rad, std::asin(finer.turned_sin));
     }
     group.error = group.error * 1.00001f + step.looks;
     group.surface_error = group.surface_error * 1.00001f + step.surface;
-    turned_rad += std::asin(std::min(step.turned_sin, 1.0f));
-    group.turned_sin = turned_rad < 1.57f ? std::sin(turned_rad) : 1.0f;
-
     glm::vec3 middle(0);
     for (const glm::vec4& sphere : spheres) middle += glm::vec3(sphere) / static_cast<float>(spheres.size());
     group.center = middle;

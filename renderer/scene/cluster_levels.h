@@ -9,10 +9,10 @@
 //
 // What this means for shadows. Rays meet the file's own triangles; the camera sees points of a surface that may lie
 // below those by surface_error. So a ray starts that much farther off the surface (twice, for what the samples of an
-// error miss), which moves the edges of shadows by less than the error, and that is less than a pixel. A light's map may
-// hold coarser triangles, too, by the size of its own texels, if it stays true that it never lights what a ray finds
-// dark: they reach surface_error farther to all sides and towards the light, and those that turned_sin says may stand for
-// some that face away from the light are there as well.
+// error miss), which moves the edges of shadows by less than the error, and that is less than a pixel. In a large scene
+// lights' maps hold coarser triangles, too, by the size of their own texels; they reach farther then, to all sides and
+// towards the light, by the error that is allowed (shaders/common/light_raster.glsl). What a map lights a ray finds lit,
+// too, but where it passes the edge of a caster closer than that: the shadow's edge moves by a quarter of a texel at most.
 #pragma once
 
 #include "renderer/scene/clusters.h"

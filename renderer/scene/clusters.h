@@ -40,7 +40,6 @@ struct LevelGroup {
   float radius = 0;
   float error = 0;          // how far its simplification is from what the file has, as it looks
   float surface_error = 0;  // of that, how far the surface itself has moved
-  float turned_sin = 0;     // and how far its triangles have turned
 };
 
 struct ClusteredPrimitive {

@@ -59,7 +59,6 @@ struct Look {
 struct Facet {
   glm::vec3 corner[3];
   const VertexAttributes* at[3];
-  glm::vec3 normal;       // unit, of its plane
   glm::vec3 middle;
   float reach;            // from the middle to the corners
   float side_m;           // of a square of twice its area
@@ -111,7 +110,6 @@ class Comparison {
       }
       const glm::vec3 n =
           glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
-      facet.normal = unit(n);
       facet.middle = (facet.corner[0] + facet.corner[1] + facet.corner[2]) / 3.0f;
       facet.reach = 0;
       for (const glm::vec3& corner : facet.corner)
@@ -122,9 +120,8 @@ class Comparison {
     }
   }
 
-  // plane_normal: of the sample's triangle.
-  void take(const Look& sample, const glm::vec3* plane_normal) {
-    float best = INFINITY, distance = INFINITY, nearest = INFINITY, turned_sin = 1;
+  void take(const Look& sample) {
+    float best = INFINITY, distance = INFINITY, nearest = INFINITY;
     grid_.visit(
         sample.position,
         [&](uint32_t t) {
@@ -143,15 +140,11 @@ class Comparison {
           if (looks >= best) return;
           best = looks;
           distance = here;
-          if (!plane_normal) return;
-          const float cosine = glm::dot(facet.normal, *plane_normal);
-          turned_sin = cosine > 0 ? glm::length(glm::cross(facet.normal, *plane_normal)) : 1.0f;
         },
         // Far away there is nothing that resembles it more, only something that happens to look alike.
         [&] { return std::min(best, 2 * nearest + grid_.cell()); });
     error_.looks = std::max(error_.looks, best);
     error_.surface = std::max(error_.surface, distance);
-    if (plane_normal) error_.turned_sin = std::max(error_.turned_sin, turned_sin);
   }
 
   LevelError error() const { return error_; }
@@ -212,8 +205,7 @@ LevelError measure_error(const SurfacePiece& original, std::span<const uint32_t>
     if (kept[v]) continue;
     const VertexAttributes& a = *original.attributes[v];
     comparison.take({original.positions[v], unit(a.normal), unit(glm::vec3(a.tangent)), a.tangent.w, a.uv0, a.uv1,
-                     a.color},
-                    nullptr);
+                     a.color});
   }
   for (size_t t = 0; t + 2 < original.indices.size(); t += 3) {
     const glm::vec3* corner[3];
@@ -222,10 +214,7 @@ LevelError measure_error(const SurfacePiece& original, std::span<const uint32_t>
       corner[c] = &original.positions[original.indices[t + c]];
       at[c] = original.attributes[original.indices[t + c]];
     }
-    const glm::vec3 n = glm::cross(*corner[1] - *corner[0], *corner[2] - *corner[0]);
-    if (!(glm::dot(n, n) > 0)) continue;
-    const glm::vec3 normal = unit(n);
-    comparison.take(look_at(corner, at, glm::vec3(1.0f / 3)), &normal);
+    comparison.take(look_at(corner, at, glm::vec3(1.0f / 3)));
   }
   return comparison.error();
 }

@@ -31,9 +31,8 @@ struct SurfacePiece {
 };
 
 struct LevelError {
-  float looks = 0;       // all of the above, node space
-  float surface = 0;     // the distance alone
-  float turned_sin = 0;  // the sine of the angle between triangles
+  float looks = 0;    // all of the above, node space
+  float surface = 0;  // the distance alone
 };
 
 // simplified: indices into the vertices of `original`.

@@ -16,6 +16,8 @@ void put(uint64_t target, uint sample_index, float depth, uint id, bool look_fir
   atomicMax(visibility.at[sample_index], value);
 }
 
+int pixel_reach(RasterView view) { return 0; }
+
 // Where an alpha-masked surface is tested: the middle of the pixel, or of the samples that are covered.
 vec2 tested_place(ivec2 pixel, uint covered) {
 #if FIRE3DV_SAMPLES == 4

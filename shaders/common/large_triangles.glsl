@@ -40,7 +40,12 @@ bool prepare(HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored,
 }
 
 // Whether the triangle reaches into the box of pixels. Exact but for the corners of the box.
-bool reaches_box(PreparedTriangle t, ivec2 low_pixel, ivec2 high_pixel, int margin) {
+bool reaches_box(PreparedTriangle t, ivec2 low_pixel, ivec2 high_pixel) {
+#ifdef FIRE3DV_LIGHTS
+  const int margin = kSubpixels;  // more than any map's reach
+#else
+  const int margin = 4;
+#endif
   const ivec2 low = low_pixel * kSubpixels - margin, high = (high_pixel + 1) * kSubpixels + margin;
   const ivec2 corner[3] = ivec2[3](t.a, t.b, t.c);
   for (int i = 0; i < 3; ++i) {
@@ -85,7 +90,7 @@ void emit_large(RasterSet set, HugeTriangle triangle, Corner a, Corner b, Corner
   for (int y = 0; y < tiles.y; ++y) {
     for (int x = 0; x < tiles.x; ++x) {
       const ivec2 tile = first + ivec2(x, y);
-      if (!reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1, 4)) continue;
+      if (!reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1)) continue;
       if (!emit_tile(set, place, tile)) {
         emit_huge(set, triangle);  // drawn again as a whole: the result is the same
         return;

@@ -4,6 +4,9 @@
 #define FIRE3DV_LEVEL_CHOICE_GLSL
 #include "common/buffers.glsl"
 
+// What a level of detail may differ by in a light's map.
+const float kLevelTexels = 0.25;
+
 // Whether a view might show the error of a group's simplification. A length e in the group's sphere, at depth z and at a
 // distance r from the eye, is at most e * r / z^2 long in the image plane at depth 1. Spheres and errors of coarser groups
 // hold those of finer ones, so when it says yes to a group it says yes to what was made from it; if rounding should undo

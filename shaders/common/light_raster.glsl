@@ -2,6 +2,7 @@
 #ifndef FIRE3DV_LIGHT_RASTER_GLSL
 #define FIRE3DV_LIGHT_RASTER_GLSL
 #include "common/visible_triangle.glsl"
+#include "common/level_choice.glsl"
 
 struct MapTarget {
   uint64_t maps;
@@ -30,7 +31,18 @@ VisibleTriangle seen_by_light(VisibleTriangle t, RasterView view) {
 // Half a texel, and the two steps by which corners and points may have been rounded.
 const int kReach = kHalfPixel + 2;
 
-// `touches`: the triangle reaches into the texel. `middle`: it covers its middle, at depth `z`. `outer`: no less than
+// Where triangles may be coarser than those that rays meet, these lie up to kLevelTexels away.
+int reach_of(RasterView view) {
+  return view.level_scale > 0 ? kReach + int(ceil(kLevelTexels * kSubpixels)) + 1 : kReach;
+}
+int pixel_reach(RasterView view) { return reach_of(view) - kHalfPixel; }
+float nearest_possible(RasterView view, float depth) {
+  if (view.level_scale == 0) return depth;
+  const float away_m = kLevelTexels * view.texel_m;  // in perspective at a distance of 1 m
+  return view.eye_world.w == 0 ? depth + away_m / view.depth_m : depth * (1 + 1.05 * away_m);
+}
+
+// `reach`: see above. `touches`: the triangle reaches into the texel. `middle`: it covers its middle, at depth `z`. `outer`: no less than
 // the nearest depth that it has in the texel. A triangle without area touches what its line touches.
 #define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                              \
   const ivec2 place = texel * kSubpixels + kHalfPixel;                                                              \
@@ -38,8 +50,8 @@ const int kReach = kHalfPixel + 2;
   const INT wa = INT(bc.x) * from_b.y - INT(bc.y) * from_b.x;                                                       \
   const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                                       \
   const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                                       \
-  const bool touches = wa + INT(abs(bc.x) + abs(bc.y)) * kReach >= 0 &&                                             \
-                       wb + INT(abs(ca.x) + abs(ca.y)) * kReach >= 0 && wc + INT(abs(ab.x) + abs(ab.y)) * kReach >= 0; \
+  const bool touches = wa + INT(abs(bc.x) + abs(bc.y)) * reach >= 0 &&                                             \
+                       wb + INT(abs(ca.x) + abs(ca.y)) * reach >= 0 && wc + INT(abs(ab.x) + abs(ab.y)) * reach >= 0; \
   const float za = float(wa) * a.z, zb = float(wb) * b.z, zc = float(wc) * c.z;                                     \
   const float z = (za + zb + zc) * inverse_area;                                                                    \
   const bool middle = has_area && wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);                      \
@@ -47,7 +59,7 @@ const int kReach = kHalfPixel + 2;
   float outer = nearest;                                                                                            \
   if (is_broad) {                                                                                                   \
     const vec2 slope = abs(vec2(-bc.y, bc.x) * a.z + vec2(-ca.y, ca.x) * b.z + vec2(-ab.y, ab.x) * c.z) * inverse_area; \
-    outer = min(nearest, z + (slope.x + slope.y) * (kReach * 1.001) + 4e-6 * nearest);                              \
+    outer = min(nearest, z + (slope.x + slope.y) * (reach * 1.001) + 4e-6 * nearest);                              \
   }
 
 // Broad enough for its plane to say something about depths a little outside of it.

@@ -65,10 +65,11 @@ const int kFirstSample = 128, kLastSample = 128;
 #endif
 
 // Pixels that have a sample in the box of the corners; empty when high < low.
-void covered_pixels(ivec2 low_corner, ivec2 high_corner, ivec2 size, out ivec2 low, out ivec2 high) {
+// reach: in 1/256, beyond the box, of a light's map.
+void covered_pixels(ivec2 low_corner, ivec2 high_corner, int reach, ivec2 size, out ivec2 low, out ivec2 high) {
 #ifdef FIRE3DV_LIGHTS
-  low_corner -= 2;  // texels that are touched, for certain
-  high_corner += 2;
+  low_corner -= reach;  // texels that are touched, for certain
+  high_corner += reach;
   low = max(low_corner >> 8, ivec2(0));
   high = min(high_corner >> 8, size - 1);
 #else

@@ -65,7 +65,7 @@ float nearer_by_m(MapPlace place, float depth) {
 float slope_m(MapPlace place, vec3 plane_normal, vec3 to_light) {
   const float cosine = max(abs(dot(plane_normal, to_light)), 0.02);
   const float texel_m = place.view.eye_world.w == 0 ? place.view.texel_m : place.view.texel_m * place.view.depth_m / place.depth;
-  return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + 0.1 * texel_m;
+  return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + (place.view.level_scale > 0 ? 0.35 : 0.1) * texel_m;
 }
 
 uint map_verdict(GlobalsRef globals, LightShadow shadow, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {

@@ -37,10 +37,11 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
   const bool has_area = t.area > 0;
   const bool is_broad = is_broad_triangle(float(t.area), ab, bc, ca);
   const ivec2 texel = pixel;
+  const int reach = reach_of(view);
   FIRE3DV_COVER_TEXEL(int64_t, i64vec2)
   if (!touches) return;
   const MapTarget target = map_target(set, view);
-  put_nearest(target, texel, true, outer);
+  put_nearest(target, texel, true, nearest_possible(view, outer));
   if (!middle) return;
 #else
   FIRE3DV_COVER_PIXEL(int64_t, i64vec2)

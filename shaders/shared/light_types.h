@@ -61,6 +61,7 @@ struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS wanted;  // LightViewWanted[]
   FIRE3DV_ADDRESS views;   // RasterView[], written
+  uint levels_of_detail;   // 1: maps may hold coarser triangles
 };
 
 // A light's view before it is fitted to what there is to see.

@@ -11,14 +11,15 @@ namespace fire3dv::test {
 namespace {
 
 using glm::mat4;
+using passes::LevelsOfDetail;
 using glm::vec3;
 
 constexpr VkExtent2D kExtent{160, 120};
 
-passes::DrawSettings settings(uint32_t samples, bool levels_of_detail, bool hybrid = true) {
+passes::DrawSettings settings(uint32_t samples, passes::LevelsOfDetail levels, bool hybrid = true) {
   passes::DrawSettings settings = shadowed_by(passes::ShadowMethod::ray, hybrid, samples);
   settings.environment_intensity = 1;
-  settings.levels_of_detail = levels_of_detail;
+  settings.levels_of_detail = levels;
   return settings;
 }
 
@@ -81,7 +82,7 @@ class Levels : public ValidationIsSilent {
   static std::pair<uint32_t, uint32_t> zoom(const passes::DrawSettings& drawn, int steps, float factor) {
     const scene::Scene scene = bodies();
     passes::DrawSettings all = drawn;
-    all.levels_of_detail = false;
+    all.levels_of_detail = LevelsOfDetail::off;
     ProofBench with(kExtent, drawn), without(kExtent, all);
     with.show(scene);
     without.show(scene);
@@ -102,17 +103,17 @@ class Levels : public ValidationIsSilent {
 
 TEST_F(Levels, AZoomLooksAsWithEveryTriangle) {
   for (uint32_t samples : {1u, 4u}) {
-    const auto [with, without] = zoom(settings(samples, true), 40, 1.09f);
+    const auto [with, without] = zoom(settings(samples, LevelsOfDetail::everywhere), 40, 1.09f);
     EXPECT_GT(with, 0u);
     EXPECT_LT(with, without / 8) << "far away nothing is left out";
   }
 }
 
 TEST_F(Levels, ShadowsOfMapsAloneAndOfRaysAloneStayToo) {
-  passes::DrawSettings maps = settings(1, true);
+  passes::DrawSettings maps = settings(1, LevelsOfDetail::everywhere);
   maps.shadows.method = passes::ShadowMethod::map;
   zoom(maps, 8, 1.5f);
-  zoom(settings(1, true, false), 8, 1.5f);
+  zoom(settings(1, LevelsOfDetail::camera, false), 8, 1.5f);
 }
 
 // Rays meet every triangle of a mesh whose coarser surface the eye sees: lit surfaces do not shadow themselves.
@@ -122,7 +123,7 @@ TEST_F(Levels, NoSurfaceShadowsItself) {
   builder.mesh_node("ball", builder.sphere(white, 1, 192), mat4(1));
   builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, 0, -1}));
   const scene::Scene scene = builder.build();
-  passes::DrawSettings lit = settings(1, true, false);
+  passes::DrawSettings lit = settings(1, LevelsOfDetail::camera, false);
   lit.environment_intensity = 0;
   ProofBench bench(kExtent, lit);
   bench.show(scene);

@@ -203,7 +203,6 @@ TEST(ClusterLevels, ErrorsAndSpheresOfCoarserOnesHoldThoseOfFinerOnes) {
                      &coarser = geometry.level_groups[cluster.merged_by];
     EXPECT_GE(coarser.error, finer.error);
     EXPECT_GE(coarser.surface_error, finer.surface_error);
-    EXPECT_GE(coarser.turned_sin, 0.999f * finer.turned_sin);
     EXPECT_LE(glm::distance(glm::dvec3(finer.center), glm::dvec3(coarser.center)) + finer.radius, coarser.radius);
     ++looked_at;
   }
@@ -389,7 +388,7 @@ TEST(ClusterLevels, BadMeshesDoNoHarm) {
     if (cluster.made_by == kNone) continue;
     ASSERT_LT(cluster.made_by, geometry.level_groups.size());
     const LevelGroup& group = geometry.level_groups[cluster.made_by];
-    ASSERT_TRUE(std::isfinite(group.error) && std::isfinite(group.radius) && std::isfinite(group.turned_sin));
+    ASSERT_TRUE(std::isfinite(group.error) && std::isfinite(group.radius));
   }
 }
 

@@ -23,7 +23,7 @@ struct Condition {
   const char* name;
   passes::Cull cull;
   bool shadows;
-  bool levels_of_detail;
+  passes::LevelsOfDetail levels_of_detail;
 };
 
 // One of each for each timed frame.

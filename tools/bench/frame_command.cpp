@@ -42,8 +42,8 @@ std::vector<Condition> conditions_of(const FrameOptions& options) {
     conditions.push_back({kProductMain, product.cull, false, product.levels_of_detail});
   }
   if (options.conditions != "product") {
-    conditions.push_back({kPaper, passes::Cull::off, true, false});
-    conditions.push_back({kPaperMain, passes::Cull::off, false, false});
+    conditions.push_back({kPaper, passes::Cull::off, true, passes::LevelsOfDetail::off});
+    conditions.push_back({kPaperMain, passes::Cull::off, false, passes::LevelsOfDetail::off});
   }
   return conditions;
 }

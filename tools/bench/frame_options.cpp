@@ -79,7 +79,7 @@ passes::DrawSettings draw_settings(const DrawOptions& options) {
   if (options.shadows.starts_with("ray")) settings.shadows.method = passes::ShadowMethod::ray;
   if (options.shadows == "ray-pipeline") settings.shadows.back_end = passes::RayBackEnd::pipeline;
   settings.shadows.hybrid = options.shadow_rays == "hybrid";
-  settings.levels_of_detail = options.levels_of_detail == "on";
+  if (options.levels_of_detail == "off") settings.levels_of_detail = passes::LevelsOfDetail::off;
   settings.post.fxaa = options.fxaa == "on";
   return settings;
 }
