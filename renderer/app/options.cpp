@@ -219,9 +219,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
       ->capture_default_str();
   std::string levels_of_detail = "on";
-  app.add_option("--lod", levels_of_detail,
-                 "levels of detail: coarser triangles where the difference is less than a pixel; off draws each "
-                 "triangle of the file")
+  app.add_option(
+         "--lod", levels_of_detail,
+         "levels of detail: coarser triangles where the difference is less than a pixel; off draws each "
+         "triangle of the file")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   app.add_option("--anisotropy", options.anisotropy,

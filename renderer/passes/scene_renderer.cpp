@@ -87,8 +87,9 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const bool masked = shadows_on_ && shadow_way_.method == ShadowMethod::ray &&
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
-    // The forward path draws everything as the file has it, and takes the mask of exactly that.
-  find_visible(recorder, belt, view, globals, compute || masked, compute && settings_.levels_of_detail != LevelsOfDetail::off);
+  // The forward path draws everything as the file has it, and takes the mask of exactly that.
+  find_visible(recorder, belt, view, globals, compute || masked,
+               compute && settings_.levels_of_detail != LevelsOfDetail::off);
   // Which lights reach that.
   if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
   // Its colour, in linear HDR where something goes on top, and what a display shows of it.
@@ -114,14 +115,12 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
                                  VkDeviceAddress globals, bool camera_too, bool levels_of_detail) {
   std::vector<ClusterRaster*> sets;
   if (camera_too) {
-    sets.push_back(
-        &visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull, levels_of_detail));
+    sets.push_back(&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull, levels_of_detail));
   }
-  ClusterRaster* maps =
-      shadows_on_
-          ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull,
-                                           levels_of_detail && levels_in_maps())
-                 : nullptr;
+  ClusterRaster* maps = shadows_on_
+                            ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull,
+                                                    levels_of_detail && levels_in_maps())
+                            : nullptr;
   if (maps) sets.push_back(maps);
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
   if (camera_too) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);

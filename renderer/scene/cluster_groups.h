@@ -1,5 +1,5 @@
-// Which clusters are simplified together: groups of neighbours, with as short a border around them as a greedy
-// choice finds. Depends on nothing but its input.
+// Which clusters are simplified together: groups of neighbours, with as short a border around them as a
+// greedy choice finds. Depends on nothing but its input.
 #pragma once
 
 #include <cstdint>

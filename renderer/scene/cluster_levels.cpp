@@ -18,8 +18,8 @@ namespace {
 // A cluster that could not be made simpler this many times, in different company, never will be.
 constexpr uint32_t kMostAttempts = 3;
 
-// One that is to be put into a group. A cluster's number: of the file's own, as in the geometry; of coarser ones, behind
-// those, counted from the first of the primitive.
+// One that is to be put into a group. A cluster's number: of the file's own, as in the geometry; of coarser
+// ones, behind those, counted from the first of the primitive.
 struct Candidate {
   uint32_t cluster = 0;
   uint32_t attempts = 0;
@@ -146,8 +146,9 @@ class Builder {
       for (size_t g = 0; g < levels.groups.count(); ++g) tasks.push_back({&levels, g});
     }
     std::vector<Simplified> results(tasks.size());
-    in_parallel(tasks.size(),
-                [&](size_t i) { results[i] = simplify(*tasks[i].levels, tasks[i].levels->groups.group(tasks[i].group)); });
+    in_parallel(tasks.size(), [&](size_t i) {
+      results[i] = simplify(*tasks[i].levels, tasks[i].levels->groups.group(tasks[i].group));
+    });
     bool simpler = false;
     size_t task = 0;
     for (Levels& levels : all_) {
@@ -171,7 +172,8 @@ class Builder {
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     for (uint32_t& index : piece.indices) {
-      index = static_cast<uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), index) - vertices.begin());
+      index =
+          static_cast<uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), index) - vertices.begin());
     }
     std::vector<uint32_t> place;
     for (uint32_t v : vertices) {
@@ -202,8 +204,7 @@ class Builder {
       for (uint32_t t = 0; t < meshlet.triangle_count; ++t) {
         const unsigned char* corner = &cut.triangles[meshlet.triangle_offset + size_t{3} * t];
         out.triangles.push_back(corner[0] | uint32_t{corner[1]} << 8 | uint32_t{corner[2]} << 16);
-        for (int c = 0; c < 3; ++c)
-          places.push_back(place[cut.vertices[meshlet.vertex_offset + corner[c]]]);
+        for (int c = 0; c < 3; ++c) places.push_back(place[cut.vertices[meshlet.vertex_offset + corner[c]]]);
       }
       out.clusters.push_back(cluster);
       out.edges.push_back(open_edges(places));
@@ -211,9 +212,10 @@ class Builder {
     return out;
   }
 
-  // Holds the errors and spheres of what the members were made from, so that the question above has one answer along
-  // each way from fine to coarse, whatever the view.
-  LevelGroup group_around(const Levels& levels, std::span<const uint32_t> members, const LevelError& step) const {
+  // Holds the errors and spheres of what the members were made from, so that the question above has one
+  // answer along each way from fine to coarse, whatever the view.
+  LevelGroup group_around(const Levels& levels, std::span<const uint32_t> members,
+                          const LevelError& step) const {
     LevelGroup group;
     std::vector<glm::vec4> spheres;
     for (uint32_t member : members) {
@@ -260,8 +262,8 @@ class Builder {
       cluster.made_by = group;
       cluster.first_vertex += first_vertex;
       cluster.first_triangle += first_triangle;
-      next.push_back({own_clusters_ + static_cast<uint32_t>(levels.clusters.size()), 0,
-                      std::move(simplified.edges[c])});
+      next.push_back(
+          {own_clusters_ + static_cast<uint32_t>(levels.clusters.size()), 0, std::move(simplified.edges[c])});
       levels.clusters.push_back(cluster);
     }
   }
@@ -275,7 +277,8 @@ class Builder {
       if (cluster.merged_by != kNone) cluster.merged_by += first_group;
     };
     ClusteredPrimitive& primitive = geometry_.primitives[levels.primitive];
-    for (uint32_t c = 0; c < primitive.cluster_count; ++c) follow(geometry_.clusters[primitive.first_cluster + c]);
+    for (uint32_t c = 0; c < primitive.cluster_count; ++c)
+      follow(geometry_.clusters[primitive.first_cluster + c]);
     primitive.first_level_cluster = static_cast<uint32_t>(geometry_.clusters.size());
     primitive.level_cluster_count = static_cast<uint32_t>(levels.clusters.size());
     for (Cluster& cluster : levels.clusters) {

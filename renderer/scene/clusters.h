@@ -29,8 +29,8 @@ struct Cluster {
   uint32_t first_triangle = 0;  // into ClusteredGeometry::triangles
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
-  // Levels of detail, see cluster_levels.h: the group whose simplification made this cluster, and the one that
-  // was simplified into coarser ones. kNone: as the file has it; nothing is coarser.
+  // Levels of detail, see cluster_levels.h: the group whose simplification made this cluster, and the one
+  // that was simplified into coarser ones. kNone: as the file has it; nothing is coarser.
   uint32_t made_by = kNone, merged_by = kNone;
 };
 
@@ -45,7 +45,7 @@ struct LevelGroup {
 struct ClusteredPrimitive {
   uint32_t first_index = 0, index_count = 0;
   uint32_t first_vertex = 0, vertex_count = 0;
-  uint32_t first_cluster = 0, cluster_count = 0;  // none for lines and points
+  uint32_t first_cluster = 0, cluster_count = 0;              // none for lines and points
   uint32_t first_level_cluster = 0, level_cluster_count = 0;  // the coarser ones
 };
 
@@ -53,7 +53,7 @@ struct ClusteredGeometry {
   std::vector<uint32_t> source_vertices;  // [vertex here] = vertex of the scene
   std::vector<Cluster> clusters;          // in the order of the primitives
   std::vector<LevelGroup> level_groups;
-  std::vector<uint32_t> triangles;        // three 8-bit vertex numbers inside the cluster, lowest first
+  std::vector<uint32_t> triangles;  // three 8-bit vertex numbers inside the cluster, lowest first
   // Relative to the primitive's first vertex; triangle t of the file's own is at 3t.
   std::vector<uint32_t> indices;
   std::vector<ClusteredPrimitive> primitives;  // as Scene::primitives; behind them deformed_copies.h's

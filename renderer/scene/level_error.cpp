@@ -12,8 +12,10 @@ constexpr float kSeen = 0.06f;
 // Normals and colours that are off by less are not told apart in a picture of 8 bits.
 constexpr float kUnseen = 0.01f;
 
-// Barycentrics of the point of a triangle that is closest, by regions (Ericson, Real-Time Collision Detection, 5.1.5).
-glm::vec3 closest_on_triangle(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+// Barycentrics of the point of a triangle that is closest, by regions (Ericson, Real-Time Collision
+// Detection, 5.1.5).
+glm::vec3 closest_on_triangle(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b,
+                              const glm::vec3& c) {
   const glm::vec3 ab = b - a, ac = c - a, ap = p - a;
   const float d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
@@ -60,8 +62,8 @@ struct Facet {
   glm::vec3 corner[3];
   const VertexAttributes* at[3];
   glm::vec3 middle;
-  float reach;            // from the middle to the corners
-  float side_m;           // of a square of twice its area
+  float reach;   // from the middle to the corners
+  float side_m;  // of a square of twice its area
   float m_per_uv0, m_per_uv1;
 };
 
@@ -81,7 +83,8 @@ Look look_at(const glm::vec3* const corner[3], const VertexAttributes* const at[
   return look;
 }
 
-// How long the surface is where a texture's coordinates change by 1, in the direction in which that is longest.
+// How long the surface is where a texture's coordinates change by 1, in the direction in which that is
+// longest.
 float m_per_uv(const Facet& facet, glm::vec2 VertexAttributes::*uv) {
   float longest = 0;
   for (int i = 0; i < 3; ++i) {
@@ -108,8 +111,7 @@ class Comparison {
         facet.corner[c] = original.positions[simplified[3 * t + c]];
         facet.at[c] = original.attributes[simplified[3 * t + c]];
       }
-      const glm::vec3 n =
-          glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
+      const glm::vec3 n = glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
       facet.middle = (facet.corner[0] + facet.corner[1] + facet.corner[2]) / 3.0f;
       facet.reach = 0;
       for (const glm::vec3& corner : facet.corner)
@@ -182,14 +184,14 @@ LookedAt looked_at(const Scene& scene, const Primitive& primitive) {
   const Material& m = scene.materials[primitive.material];
   LookedAt at;
   at.normals = primitive.lit && !m.unlit;
-  at.tangents = at.normals && (m.normal_texture.texture != kNone || m.clearcoat_normal_texture.texture != kNone);
-  const TextureRef* const refs[] = {&m.base_color_texture,      &m.metallic_roughness_texture,
-                                    &m.normal_texture,          &m.occlusion_texture,
-                                    &m.emissive_texture,        &m.specular_texture,
-                                    &m.specular_color_texture,  &m.clearcoat_texture,
-                                    &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture,
-                                    &m.sheen_color_texture,     &m.sheen_roughness_texture,
-                                    &m.transmission_texture};
+  at.tangents =
+      at.normals && (m.normal_texture.texture != kNone || m.clearcoat_normal_texture.texture != kNone);
+  const TextureRef* const refs[] = {
+      &m.base_color_texture,       &m.metallic_roughness_texture, &m.normal_texture,
+      &m.occlusion_texture,        &m.emissive_texture,           &m.specular_texture,
+      &m.specular_color_texture,   &m.clearcoat_texture,          &m.clearcoat_roughness_texture,
+      &m.clearcoat_normal_texture, &m.sheen_color_texture,        &m.sheen_roughness_texture,
+      &m.transmission_texture};
   at.uv0 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 0); });
   at.uv1 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 1); });
   return at;
@@ -200,12 +202,13 @@ LevelError measure_error(const SurfacePiece& original, std::span<const uint32_t>
   Comparison comparison(original, simplified, looked_at);
   std::vector<bool> kept(original.positions.size());
   for (uint32_t index : simplified) kept[index] = true;
-  // Vertices that are gone, and the middles of all triangles: two kept ones may have another edge between them.
+  // Vertices that are gone, and the middles of all triangles: two kept ones may have another edge between
+  // them.
   for (size_t v = 0; v < original.positions.size(); ++v) {
     if (kept[v]) continue;
     const VertexAttributes& a = *original.attributes[v];
-    comparison.take({original.positions[v], unit(a.normal), unit(glm::vec3(a.tangent)), a.tangent.w, a.uv0, a.uv1,
-                     a.color});
+    comparison.take({original.positions[v], unit(a.normal), unit(glm::vec3(a.tangent)), a.tangent.w, a.uv0,
+                     a.uv1, a.color});
   }
   for (size_t t = 0; t + 2 < original.indices.size(); t += 3) {
     const glm::vec3* corner[3];

@@ -1,11 +1,14 @@
 // How much a simplified piece of surface differs from what it was made from, as it looks.
 //
-// Every sample of the original is held against the point of the simplification that resembles it most; the worst
-// sample counts. A sample differs by
-// - the distance between the two points, and the distance by which a texture has slid along the surface: lengths, which
+// Every sample of the original is held against the point of the simplification that resembles it most; the
+// worst sample counts. A sample differs by
+// - the distance between the two points, and the distance by which a texture has slid along the surface:
+// lengths, which
 //   show as lengths;
-// - its normal and colour. Off by a share d over an area of side s, they change a pixel of side p by d * (s / p)^2. That
-//   is no more than a share of kSeen of the pixel's light where s * sqrt(d / kSeen) <= p: so that is their length.
+// - its normal and colour. Off by a share d over an area of side s, they change a pixel of side p by d * (s /
+// p)^2. That
+//   is no more than a share of kSeen of the pixel's light where s * sqrt(d / kSeen) <= p: so that is their
+//   length.
 // A picture whose pixels are larger than the error shows no more than that difference.
 #pragma once
 

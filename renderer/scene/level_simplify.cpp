@@ -18,8 +18,8 @@ constexpr double kLeastTurnCosine = 0.8;
 
 using Corners = std::array<uint32_t, 3>;
 
-// Vertices with equal positions are one place. Edges are collapsed onto one of their ends, the cheapest first, in passes
-// in which no collapse touches what another one of the pass has changed.
+// Vertices with equal positions are one place. Edges are collapsed onto one of their ends, the cheapest
+// first, in passes in which no collapse touches what another one of the pass has changed.
 class Collapser {
  public:
   Collapser(const SurfacePiece& piece, std::span<const uint32_t> place, const LookedAt& looked_at)
@@ -72,9 +72,8 @@ class Collapser {
   void number_places(std::span<const uint32_t> place) {
     std::vector<uint32_t> order(place.size());
     for (uint32_t v = 0; v < order.size(); ++v) order[v] = v;
-    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-      return place[a] != place[b] ? place[a] < place[b] : a < b;
-    });
+    std::sort(order.begin(), order.end(),
+              [&](uint32_t a, uint32_t b) { return place[a] != place[b] ? place[a] < place[b] : a < b; });
     place_.resize(place.size());
     glm::dvec3 middle(0);
     for (const glm::vec3& p : piece_.positions) middle += glm::dvec3(p) / static_cast<double>(place.size());
@@ -148,8 +147,8 @@ class Collapser {
     return places[0] == p ? vertices[0] : places[1] == p ? vertices[1] : vertices[2];
   }
 
-  // Which vertex of `to` a vertex of `from` becomes: the one that it shares a triangle of the edge with; across a seam the
-  // one that differs least.
+  // Which vertex of `to` a vertex of `from` becomes: the one that it shares a triangle of the edge with;
+  // across a seam the one that differs least.
   void match_vertices(uint32_t from, uint32_t to) {
     matches_.clear();
     if (only_vertex_[from] != kSeveral && only_vertex_[to] != kSeveral) {
@@ -308,7 +307,8 @@ class Collapser {
     triangles_at_[from].clear();
     std::erase_if(triangles_at_[to], [&](uint32_t t) { return is_gone(places_[t]); });
     quadrics_[to].add(quadrics_[from]);
-    for (const auto& [vertex, becomes] : matches_) attribute_quadrics_[becomes].add(attribute_quadrics_[vertex]);
+    for (const auto& [vertex, becomes] : matches_)
+      attribute_quadrics_[becomes].add(attribute_quadrics_[vertex]);
     return removed;
   }
 
@@ -321,11 +321,11 @@ class Collapser {
   }
 
   const SurfacePiece& piece_;
-  std::vector<uint32_t> place_;       // [vertex of the piece]
-  std::vector<glm::dvec3> points_;    // [place], about the middle
-  std::vector<Corners> vertices_, places_;  // [triangle]
+  std::vector<uint32_t> place_;                      // [vertex of the piece]
+  std::vector<glm::dvec3> points_;                   // [place], about the middle
+  std::vector<Corners> vertices_, places_;           // [triangle]
   std::vector<std::vector<uint32_t>> triangles_at_;  // [place]
-  std::vector<uint32_t> only_vertex_;  // [place]
+  std::vector<uint32_t> only_vertex_;                // [place]
   std::vector<bool> locked_;
   std::vector<bool> touched_;  // in the last pass: what is known of it no longer holds
   std::vector<Collapse> best_, options_;

@@ -1,6 +1,7 @@
-// A piece of surface with about half as many triangles, by the vertices that it has. Its border stays as it is, so that
-// the pieces around it fit whatever becomes of them. The library's own simplification knows no attributes, and in single
-// precision it cannot tell the vertices of a finely tessellated smooth surface apart.
+// A piece of surface with about half as many triangles, by the vertices that it has. Its border stays as it
+// is, so that the pieces around it fit whatever becomes of them. The library's own simplification knows no
+// attributes, and in single precision it cannot tell the vertices of a finely tessellated smooth surface
+// apart.
 #pragma once
 
 #include "renderer/scene/level_error.h"

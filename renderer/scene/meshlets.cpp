@@ -22,9 +22,9 @@ void Meshlets::cut(std::span<const uint32_t> indices, const glm::vec3* positions
 
 Cluster Meshlets::bounded(size_t index, const glm::vec3* positions, size_t vertex_count) const {
   const meshopt_Meshlet& meshlet = meshlets[index];
-  const meshopt_Bounds bounds = meshopt_computeMeshletBounds(
-      &vertices[meshlet.vertex_offset], &triangles[meshlet.triangle_offset], meshlet.triangle_count,
-      &positions->x, vertex_count, sizeof(glm::vec3));
+  const meshopt_Bounds bounds =
+      meshopt_computeMeshletBounds(&vertices[meshlet.vertex_offset], &triangles[meshlet.triangle_offset],
+                                   meshlet.triangle_count, &positions->x, vertex_count, sizeof(glm::vec3));
   Cluster cluster;
   cluster.center = {bounds.center[0], bounds.center[1], bounds.center[2]};
   // The library leaves out degenerate triangles; the sphere has to hold what is drawn, whatever it is.

@@ -1,6 +1,6 @@
-// Sums of squared distances, evaluated at any place: from planes, and from attributes that change evenly over triangles
-// (Garland and Heckbert 1997; Hoppe 1999). In double precision: on a smooth surface of many triangles the distances are a
-// millionth of the coordinates.
+// Sums of squared distances, evaluated at any place: from planes, and from attributes that change evenly over
+// triangles (Garland and Heckbert 1997; Hoppe 1999). In double precision: on a smooth surface of many
+// triangles the distances are a millionth of the coordinates.
 #pragma once
 
 #include <array>
@@ -39,7 +39,8 @@ struct AttributeQuadric {
   std::array<glm::dvec4, kAttributeCount> gradients{};
   double squares_weight = 0;
 
-  void add_triangle(const std::array<glm::dvec3, 3>& p, const std::array<AttributeValues, 3>& s, double weight) {
+  void add_triangle(const std::array<glm::dvec3, 3>& p, const std::array<AttributeValues, 3>& s,
+                    double weight) {
     const glm::dvec3 n = glm::cross(p[1] - p[0], p[2] - p[0]);
     const double n2 = glm::dot(n, n);
     if (!(n2 > 0)) return;

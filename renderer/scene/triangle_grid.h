@@ -15,8 +15,8 @@ class TriangleGrid {
 
   float cell() const { return cell_; }
 
-  // Calls look(triangle) once for each triangle that may lie closer than enough() says, nearer ones first by and large;
-  // what look() finds may change that.
+  // Calls look(triangle) once for each triangle that may lie closer than enough() says, nearer ones first by
+  // and large; what look() finds may change that.
   template <typename Look, typename Enough>
   void visit(const glm::vec3& point, const Look& look, const Enough& enough) {
     ++visit_;
@@ -31,8 +31,8 @@ class TriangleGrid {
                        high = glm::min(middle + ring, size_ - 1);
       for (int z = low.z; z <= high.z; ++z) {
         for (int y = low.y; y <= high.y; ++y) {
-          const bool face = z == middle.z - ring || z == middle.z + ring || y == middle.y - ring ||
-                            y == middle.y + ring;
+          const bool face =
+              z == middle.z - ring || z == middle.z + ring || y == middle.y - ring || y == middle.y + ring;
           for (int x = low.x; x <= high.x; ++x) {
             if (face || x == middle.x - ring || x == middle.x + ring) look_at_cell({x, y, z}, look);
           }

@@ -35,8 +35,8 @@ struct PartRecord {
 #define FIRE3DV_PART_PLANAR 16u
 #define FIRE3DV_PART_DEFORMED 32u  // vertices change: bounds are not known
 #define FIRE3DV_PART_NO_SHADOW 64u
-#define FIRE3DV_PART_UNLIT 128u     // lines and points without normals
-#define FIRE3DV_PART_COLORED 256u   // has vertices of another colour than white
+#define FIRE3DV_PART_UNLIT 128u    // lines and points without normals
+#define FIRE3DV_PART_COLORED 256u  // has vertices of another colour than white
 
 // scene::Cluster on the GPU; vertices and triangles are absolute.
 struct ClusterRecord {

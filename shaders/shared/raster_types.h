@@ -60,17 +60,17 @@ struct TileEntry {
   uint tile;      // x | y << 16
 };
 
-// Where hidden clusters are left out, those that were seen in the frame before are drawn first. What is left is drawn
-// unless it is behind these, for certain.
+// Where hidden clusters are left out, those that were seen in the frame before are drawn first. What is left
+// is drawn unless it is behind these, for certain.
 #define FIRE3DV_ROUND_ONLY 0u
 #define FIRE3DV_ROUND_EARLY 1u
 #define FIRE3DV_ROUND_LATE 2u
 
 // All that the raster shaders share for one set of views.
 struct RasterSet {
-  FIRE3DV_ADDRESS views;  // RasterView[]
-  FIRE3DV_ADDRESS work;   // ViewWork[]
-  FIRE3DV_ADDRESS lists;  // uint[view][cluster instance]: solid ones in front, masked ones at the back
+  FIRE3DV_ADDRESS views;     // RasterView[]
+  FIRE3DV_ADDRESS work;      // ViewWork[]
+  FIRE3DV_ADDRESS lists;     // uint[view][cluster instance]: solid ones in front, masked ones at the back
   FIRE3DV_ADDRESS large;     // LargeWork
   FIRE3DV_ADDRESS huge;      // HugeTriangle[]
   FIRE3DV_ADDRESS prepared;  // PreparedTriangle[]

@@ -48,8 +48,8 @@ struct Globals {
   vec3 world_from_ndc_y;
   vec3 world_from_ndc_origin;
   vec2 half_pixel_depth;  // how far half a pixel's width is in depth, at depth z: x * z + y
-  uint shadows;  // FIRE3DV_SHADOWS_*
-  uint width;    // of the image
+  uint shadows;           // FIRE3DV_SHADOWS_*
+  uint width;             // of the image
   uint height;
   uint mask_words;
   uint sheet_count;

@@ -1,5 +1,5 @@
-// Levels of detail are not seen: images with them and without are the same within the policy, from near to far, with
-// shadows, under transforms that stretch and mirror; and far away there is much less to draw.
+// Levels of detail are not seen: images with them and without are the same within the policy, from near to
+// far, with shadows, under transforms that stretch and mirror; and far away there is much less to draw.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -11,8 +11,8 @@ namespace fire3dv::test {
 namespace {
 
 using glm::mat4;
-using passes::LevelsOfDetail;
 using glm::vec3;
+using passes::LevelsOfDetail;
 
 constexpr VkExtent2D kExtent{160, 120};
 
@@ -23,7 +23,8 @@ passes::DrawSettings settings(uint32_t samples, passes::LevelsOfDetail levels, b
   return settings;
 }
 
-// Dense bodies of several kinds on a ground, under a sun: textured, bumpy, flat-shaded, stretched and mirrored.
+// Dense bodies of several kinds on a ground, under a sun: textured, bumpy, flat-shaded, stretched and
+// mirrored.
 scene::Scene bodies() {
   SceneBuilder builder;
   scene::Material checked = matte({1, 1, 1});
@@ -55,8 +56,8 @@ scene::Scene bodies() {
   return builder.build();
 }
 
-// What a surface that is moved by less than a pixel may change: each pixel shows something that the reference shows there
-// or in a pixel beside it.
+// What a surface that is moved by less than a pixel may change: each pixel shows something that the reference
+// shows there or in a pixel beside it.
 double share_not_explained(const sinks::FrameImage& image, const sinks::FrameImage& reference) {
   const int delta = Tolerance::colour().max_channel_delta();
   uint32_t count = 0;
@@ -91,7 +92,8 @@ class Levels : public ValidationIsSilent {
       const vec3 eye = vec3(0.3f, 0.35f, 1) * (2.2f * std::pow(factor, static_cast<float>(i)));
       const sinks::FrameImage image = with.draw(eye, {0, 0.5f, 0}, 0.8f);
       const sinks::FrameImage reference = without.draw(eye, {0, 0.5f, 0}, 0.8f);
-      EXPECT_LE(share_not_explained(image, reference), Tolerance::colour().max_share_over_delta()) << "step " << i;
+      EXPECT_LE(share_not_explained(image, reference), Tolerance::colour().max_share_over_delta())
+          << "step " << i;
       const ImageDifference d = difference_of(image, reference, Tolerance::colour());
       different += static_cast<double>(d.pixels_over_delta) / static_cast<double>(d.pixels);
     }
@@ -116,7 +118,8 @@ TEST_F(Levels, ShadowsOfMapsAloneAndOfRaysAloneStayToo) {
   zoom(settings(1, LevelsOfDetail::camera, false), 8, 1.5f);
 }
 
-// Rays meet every triangle of a mesh whose coarser surface the eye sees: lit surfaces do not shadow themselves.
+// Rays meet every triangle of a mesh whose coarser surface the eye sees: lit surfaces do not shadow
+// themselves.
 TEST_F(Levels, NoSurfaceShadowsItself) {
   SceneBuilder builder;
   const uint32_t white = builder.material(matte({0.8f, 0.8f, 0.8f}));
@@ -134,7 +137,8 @@ TEST_F(Levels, NoSurfaceShadowsItself) {
     uint32_t looked_at = 0;
     for (uint32_t y = 0; y < kExtent.height; ++y) {
       for (uint32_t x = 0; x < kExtent.width; ++x) {
-        const glm::vec2 from_middle = glm::vec2(x, y) + 0.5f - 0.5f * glm::vec2(kExtent.width, kExtent.height);
+        const glm::vec2 from_middle =
+            glm::vec2(x, y) + 0.5f - 0.5f * glm::vec2(kExtent.width, kExtent.height);
         if (glm::length(from_middle) > radius) continue;
         ++looked_at;
         ASSERT_GT(pixel(image, x, y).r, 60) << x << ", " << y << " from " << distance << " m";

@@ -127,10 +127,11 @@ Report report_of_two_scenes() {
     scene.triangles = triangles;
     scene.bodies = 9;
     const double ms = static_cast<double>(triangles) * 1e-6;
-    for (const Condition& condition : {Condition{kProduct, passes::Cull::automatic, true, passes::LevelsOfDetail::automatic},
-                                       {kProductMain, passes::Cull::automatic, false, passes::LevelsOfDetail::automatic},
-                                       {kPaper, passes::Cull::off, true, passes::LevelsOfDetail::off},
-                                       {kPaperMain, passes::Cull::off, false, passes::LevelsOfDetail::off}})
+    for (const Condition& condition :
+         {Condition{kProduct, passes::Cull::automatic, true, passes::LevelsOfDetail::automatic},
+          {kProductMain, passes::Cull::automatic, false, passes::LevelsOfDetail::automatic},
+          {kPaper, passes::Cull::off, true, passes::LevelsOfDetail::off},
+          {kPaperMain, passes::Cull::off, false, passes::LevelsOfDetail::off}})
       scene.runs.push_back(summarise_run(condition, samples_of(ms, 5)));
     report.scenes.push_back(std::move(scene));
   }

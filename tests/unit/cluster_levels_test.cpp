@@ -1,5 +1,5 @@
-// Levels of detail: whatever is chosen of them covers the surface once, without a crack, and is no farther from the file's
-// own than it says.
+// Levels of detail: whatever is chosen of them covers the surface once, without a crack, and is no farther
+// from the file's own than it says.
 #include "renderer/scene/cluster_levels.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,8 @@ ClusteredGeometry levels_of(const Scene& scene) {
   return geometry;
 }
 
-// The rule of shaders/common/level_choice.glsl for a perspective view at a node that neither turns nor scales.
+// The rule of shaders/common/level_choice.glsl for a perspective view at a node that neither turns nor
+// scales.
 struct Eye {
   glm::vec3 position{0}, look{0, 0, -1};
   float level_scale = 0;
@@ -141,7 +142,8 @@ std::vector<int> depths_of(const ClusteredGeometry& geometry) {
   std::vector<int> of_group(geometry.level_groups.size(), 0), depths;
   for (const Cluster& cluster : geometry.clusters) {  // finer ones come first
     const int depth = cluster.made_by == kNone ? 0 : of_group[cluster.made_by] + 1;
-    if (cluster.merged_by != kNone) of_group[cluster.merged_by] = std::max(of_group[cluster.merged_by], depth);
+    if (cluster.merged_by != kNone)
+      of_group[cluster.merged_by] = std::max(of_group[cluster.merged_by], depth);
     depths.push_back(depth);
   }
   return depths;
@@ -169,9 +171,11 @@ TEST(ClusterLevels, ClustersAreWithinTheLimitsOfAWorkgroupAndTheirBounds) {
   const Scene scene = scene_of(ball_triangles(1, 96, 0.3f));
   const ClusteredGeometry own = scene::cut_clusters(scene), geometry = levels_of(scene);
   ASSERT_GT(geometry.clusters.size(), own.clusters.size());
-  EXPECT_TRUE(std::equal(own.indices.begin(), own.indices.end(), geometry.indices.begin(), geometry.indices.end()));
+  EXPECT_TRUE(
+      std::equal(own.indices.begin(), own.indices.end(), geometry.indices.begin(), geometry.indices.end()));
   EXPECT_TRUE(std::equal(own.triangles.begin(), own.triangles.end(), geometry.triangles.begin()));
-  EXPECT_TRUE(std::equal(own.source_vertices.begin(), own.source_vertices.end(), geometry.source_vertices.begin()));
+  EXPECT_TRUE(
+      std::equal(own.source_vertices.begin(), own.source_vertices.end(), geometry.source_vertices.begin()));
   const scene::ClusteredPrimitive& primitive = geometry.primitives[0];
   EXPECT_EQ(primitive.first_level_cluster, own.clusters.size());
   EXPECT_EQ(primitive.first_level_cluster + primitive.level_cluster_count, geometry.clusters.size());
@@ -203,7 +207,8 @@ TEST(ClusterLevels, ErrorsAndSpheresOfCoarserOnesHoldThoseOfFinerOnes) {
                      &coarser = geometry.level_groups[cluster.merged_by];
     EXPECT_GE(coarser.error, finer.error);
     EXPECT_GE(coarser.surface_error, finer.surface_error);
-    EXPECT_LE(glm::distance(glm::dvec3(finer.center), glm::dvec3(coarser.center)) + finer.radius, coarser.radius);
+    EXPECT_LE(glm::distance(glm::dvec3(finer.center), glm::dvec3(coarser.center)) + finer.radius,
+              coarser.radius);
     ++looked_at;
   }
   EXPECT_GT(looked_at, 50);
@@ -226,7 +231,8 @@ TEST(ClusterLevels, WhateverIsChosenIsClosed) {
       eye.position = direction * (1.05f + 5 * std::pow(exponent(random), 4.0f));
       eye.look = -direction;
       eye.level_scale = std::pow(10.0f, 0.5f + 2 * exponent(random));
-      const std::vector<uint32_t> clusters = chosen(geometry, [&](const LevelGroup& g) { return eye.shows_error(g); });
+      const std::vector<uint32_t> clusters =
+          chosen(geometry, [&](const LevelGroup& g) { return eye.shows_error(g); });
       ASSERT_EQ(open_edges_of(scene, geometry, clusters), 0u) << "view " << i;
       std::set<int> levels;
       for (uint32_t c : clusters) levels.insert(depths[c]);
@@ -242,14 +248,16 @@ float distance_to_triangle(const glm::vec3& p, const glm::vec3* t) {
   double best = INFINITY;
   if (glm::dot(n, n) > 0) {
     const glm::dvec3 on_plane = q - n * (glm::dot(q - a, n) / glm::dot(n, n));
-    if (glm::dot(glm::cross(b - a, on_plane - a), n) >= 0 && glm::dot(glm::cross(c - b, on_plane - b), n) >= 0 &&
+    if (glm::dot(glm::cross(b - a, on_plane - a), n) >= 0 &&
+        glm::dot(glm::cross(c - b, on_plane - b), n) >= 0 &&
         glm::dot(glm::cross(a - c, on_plane - c), n) >= 0) {
       best = glm::distance(q, on_plane);
     }
   }
   for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
     const glm::dvec3 d = to - from;
-    const double along = glm::dot(d, d) > 0 ? glm::clamp(glm::dot(q - from, d) / glm::dot(d, d), 0.0, 1.0) : 0.0;
+    const double along =
+        glm::dot(d, d) > 0 ? glm::clamp(glm::dot(q - from, d) / glm::dot(d, d), 0.0, 1.0) : 0.0;
     best = std::min(best, glm::distance(q, from + along * d));
   }
   return static_cast<float>(best);
@@ -270,9 +278,8 @@ TEST(ClusterLevels, TheSurfaceIsNoFartherAwayThanItSays) {
           claimed = std::max(claimed, geometry.level_groups[cluster.made_by].surface_error);
           EXPECT_LE(geometry.level_groups[cluster.made_by].error, allowed);
         }
-        each_triangle(scene, geometry, cluster, [&](const glm::vec3* corner) {
-          corners.insert(corners.end(), corner, corner + 3);
-        });
+        each_triangle(scene, geometry, cluster,
+                      [&](const glm::vec3* corner) { corners.insert(corners.end(), corner, corner + 3); });
       }
       for (const glm::vec3& p : scene.positions) {
         float nearest = INFINITY;
@@ -313,7 +320,8 @@ TEST(ClusterLevels, WhatCannotBeSeenCostsNothingAndWhatCanDoes) {
     a.normal = glm::normalize(glm::vec3(0.5f * std::sin(40 * p.x), 1, 0.5f * std::sin(40 * p.z)));
   });
   EXPECT_GT(largest_error(waves, &LevelGroup::error), 0.02f) << "normals";
-  EXPECT_LT(largest_error(waves, &LevelGroup::surface_error), 0.5f * largest_error(waves, &LevelGroup::error));
+  EXPECT_LT(largest_error(waves, &LevelGroup::surface_error),
+            0.5f * largest_error(waves, &LevelGroup::error));
   const ClusteredGeometry bent = with([](scene::VertexAttributes& a, const glm::vec3& p) {
     a.uv0 += 0.05f * glm::vec2(std::sin(30 * p.z), std::sin(30 * p.x));
   });
@@ -359,8 +367,8 @@ TEST(ClusterLevels, OfWhatIsBlendedDeformedOrNotOfTrianglesThereAreNone) {
     EXPECT_EQ(geometry.primitives[p].level_cluster_count > 0, p == 1) << p;
 }
 
-// Triangles without area, corners at one place, one triangle many times, needles, places far from the origin, no two
-// triangles that share a vertex.
+// Triangles without area, corners at one place, one triangle many times, needles, places far from the origin,
+// no two triangles that share a vertex.
 TEST(ClusterLevels, BadMeshesDoNoHarm) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> place(-1, 1);
@@ -398,11 +406,14 @@ TEST(ClusterLevels, AreTheSameEachTime) {
   add_primitive(scene, box_triangles({1, 2, 3}));
   add_node(scene);
   const ClusteredGeometry first = levels_of(scene);
-  static_assert(std::has_unique_object_representations_v<std::array<uint32_t, 14>> && sizeof(Cluster) == 14 * 4);
+  static_assert(std::has_unique_object_representations_v<std::array<uint32_t, 14>> &&
+                sizeof(Cluster) == 14 * 4);
   for (int i = 0; i < 5; ++i) {
     const ClusteredGeometry again = levels_of(scene);
     ASSERT_EQ(again.clusters.size(), first.clusters.size());
-    EXPECT_EQ(std::memcmp(again.clusters.data(), first.clusters.data(), first.clusters.size() * sizeof(Cluster)), 0);
+    EXPECT_EQ(
+        std::memcmp(again.clusters.data(), first.clusters.data(), first.clusters.size() * sizeof(Cluster)),
+        0);
     EXPECT_EQ(again.triangles, first.triangles);
     EXPECT_EQ(again.source_vertices, first.source_vertices);
     ASSERT_EQ(again.level_groups.size(), first.level_groups.size());

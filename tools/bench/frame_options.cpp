@@ -39,7 +39,8 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
                  "large scenes")
       ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
       ->capture_default_str();
-  app.add_option("--lod", options.levels_of_detail, "coarser triangles where the difference is less than a pixel")
+  app.add_option("--lod", options.levels_of_detail,
+                 "coarser triangles where the difference is less than a pixel")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   app.add_option("--shadows", options.shadows, "how shadows are found")
