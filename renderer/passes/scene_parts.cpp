@@ -68,6 +68,28 @@ uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
          (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
 }
 
+namespace {
+
+// An id has 25 bits for it, see gpu_types::ClusterInstance.
+constexpr uint64_t kMostClusterInstances = (uint64_t{1} << 25) - 1;
+
+// All or none: a cluster whose coarser ones are missing would leave a hole.
+void add_coarser_clusters(const GpuScene& gpu_scene, Parts& all) {
+  uint64_t count = all.clusters.size();
+  for (const gpu_types::PartRecord& part : all.parts)
+    count += gpu_scene.geometry[part.primitive].level_cluster_count;
+  if (count > kMostClusterInstances) return;
+  for (uint32_t part = 0; part < all.parts.size(); ++part) {
+    if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
+    const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
+    for (uint32_t c = 0; c < geometry.level_cluster_count; ++c) {
+      all.clusters.push_back({part, geometry.first_level_cluster + c});
+    }
+  }
+}
+
+}  // namespace
+
 Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
                     const GpuScene& gpu_scene) {
   Parts all;
@@ -96,13 +118,7 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
   }
   // Behind all of the file's own: those keep their numbers, whether there are levels of detail or not.
   all.own_cluster_count = static_cast<uint32_t>(all.clusters.size());
-  for (uint32_t part = 0; part < all.parts.size(); ++part) {
-    if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
-    const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
-    for (uint32_t c = 0; c < geometry.level_cluster_count; ++c) {
-      all.clusters.push_back({part, geometry.first_level_cluster + c});
-    }
-  }
+  add_coarser_clusters(gpu_scene, all);
   std::stable_sort(all.planar.begin(), all.planar.end(),
                    [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });
   return all;

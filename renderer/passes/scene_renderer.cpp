@@ -88,8 +88,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
-  find_visible(recorder, belt, view, globals, compute || masked,
-               compute && settings_.levels_of_detail != LevelsOfDetail::off);
+  find_visible(recorder, belt, view, globals, compute || masked, compute && shows_levels());
   // Which lights reach that.
   if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
   // Its colour, in linear HDR where something goes on top, and what a display shows of it.
@@ -103,6 +102,11 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   } else {
     post_.smooth(recorder, *targets_, settings_.post);
   }
+}
+
+bool SceneRenderer::shows_levels() const {
+  return settings_.levels_of_detail != LevelsOfDetail::off &&
+         gpu_scene_->cluster_instance_count > gpu_scene_->own_cluster_instance_count;
 }
 
 bool SceneRenderer::levels_in_maps() const {
