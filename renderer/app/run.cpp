@@ -150,7 +150,9 @@ int run(const Options& options) {
   if (window) instance_options.window_extensions = window->instance_extensions();
   const CachePlaces places = cache_places(options.cache, [](const char* name) { return std::getenv(name); });
   std::optional<SceneLoad> load;
-  if (!options.list_devices) load.emplace(options.scene, places.scenes);
+  if (!options.list_devices) {
+    load.emplace(options.scene, places.scenes, options.levels_of_detail != passes::LevelsOfDetail::off);
+  }
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
   if (load && load->has_failed()) return fail(load->wait().error());
   if (!instance) return fail(instance.error());

@@ -17,7 +17,7 @@ namespace fire3dv::app {
 
 class SceneLoad {
  public:
-  SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache);  // begins
+  SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache, bool with_levels);  // begins
 
   // Whether take() would report an error, as far as is known by now: then nothing else has to be begun.
   bool has_failed() const;
@@ -37,6 +37,7 @@ class SceneLoad {
 
   const std::filesystem::path path_;
   scene::SceneCache cache_;
+  bool with_levels_;
   std::vector<scene::SourceFile> sources_;
   std::vector<std::string> notes_;
   bool was_kept_ = false;

@@ -53,7 +53,9 @@ class SceneRenderer {
 
   // The scene has no more textures than the settings say. It must outlive its use here. May be called again:
   // what the old one held retires.
-  void set_scene(const scene::Scene& scene) { set_scene(scene, scene::derive(scene)); }
+  void set_scene(const scene::Scene& scene) {
+    set_scene(scene, scene::derive(scene, settings_.levels_of_detail != LevelsOfDetail::off));
+  }
   void set_scene(const scene::Scene& scene, const scene::Derived& derived);
   void set_size(VkExtent2D extent);
 

@@ -143,18 +143,35 @@ bool image_is_right(const Image& image) {
          image.rgba8.size() == uint64_t{image.width} * image.height * 4;
 }
 
-bool cluster_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const Cluster& c) {
+bool cluster_is_right(const ClusteredGeometry& geometry, const Cluster& c) {
+  const auto none_or_group = [&](uint32_t group) {
+    return group == kNone || group < geometry.level_groups.size();
+  };
   if (c.vertex_count > kClusterVertices || c.triangle_count > kClusterTriangles ||
-      c.first_vertex < p.first_vertex ||
-      !in_range(c.first_vertex - p.first_vertex, c.vertex_count, p.vertex_count) ||
+      !in_range(c.first_vertex, c.vertex_count, geometry.source_vertices.size()) ||
       !in_range(c.first_triangle, c.triangle_count, geometry.triangles.size()) || !is_finite(c.center) ||
-      !is_finite(c.radius) || !is_finite(c.cone_axis) || !is_finite(c.cone_cutoff))
+      !is_finite(c.radius) || !is_finite(c.cone_axis) || !is_finite(c.cone_cutoff) ||
+      !none_or_group(c.made_by) || !none_or_group(c.merged_by))
     return false;
   uint32_t largest = 0;
   for (const uint32_t triangle : std::span(geometry.triangles).subspan(c.first_triangle, c.triangle_count)) {
     largest = std::max({largest, triangle & 0xff, triangle >> 8 & 0xff, triangle >> 16});
   }
   return c.triangle_count == 0 || largest < c.vertex_count;
+}
+
+bool own_cluster_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const Cluster& c) {
+  return c.first_vertex >= p.first_vertex &&
+         in_range(c.first_vertex - p.first_vertex, c.vertex_count, p.vertex_count) && c.made_by == kNone &&
+         cluster_is_right(geometry, c);
+}
+
+bool vertices_are_of(const ClusteredGeometry& geometry, uint32_t first, uint32_t count,
+                     const Primitive& source) {
+  for (const uint32_t vertex : std::span(geometry.source_vertices).subspan(first, count)) {
+    if (vertex < source.first_vertex || vertex - source.first_vertex >= source.vertex_count) return false;
+  }
+  return true;
 }
 
 bool geometry_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p,
@@ -165,12 +182,17 @@ bool geometry_is_right(const ClusteredGeometry& geometry, const ClusteredPrimiti
       !in_range(p.first_cluster, p.cluster_count, geometry.clusters.size()) ||
       !all_below(std::span(geometry.indices).subspan(p.first_index, p.index_count), p.vertex_count))
     return false;
-  for (const uint32_t vertex : std::span(geometry.source_vertices).subspan(p.first_vertex, p.vertex_count)) {
-    if (vertex < source.first_vertex || vertex - source.first_vertex >= source.vertex_count) return false;
-  }
-  const auto clusters = std::span(geometry.clusters).subspan(p.first_cluster, p.cluster_count);
-  return std::all_of(clusters.begin(), clusters.end(),
-                     [&](const Cluster& c) { return cluster_is_right(geometry, p, c); });
+  if (!vertices_are_of(geometry, p.first_vertex, p.vertex_count, source) ||
+      !in_range(p.first_level_cluster, p.level_cluster_count, geometry.clusters.size()))
+    return false;
+  const auto own = std::span(geometry.clusters).subspan(p.first_cluster, p.cluster_count);
+  const auto coarser = std::span(geometry.clusters).subspan(p.first_level_cluster, p.level_cluster_count);
+  return std::all_of(own.begin(), own.end(),
+                     [&](const Cluster& c) { return own_cluster_is_right(geometry, p, c); }) &&
+         std::all_of(coarser.begin(), coarser.end(), [&](const Cluster& c) {
+           return cluster_is_right(geometry, c) &&
+                  vertices_are_of(geometry, c.first_vertex, c.vertex_count, source);
+         });
 }
 
 // test(i) for each element; the first array that holds a wrong one is named.
@@ -244,6 +266,11 @@ Result<void> check_derived(const Scene& scene, const Derived& derived) {
     return geometry_is_right(geometry, geometry.primitives[i], scene.primitives[i]);
   };
   if (auto done = check_all("clusters", scene.primitives.size(), primitive); !done) return done;
+  const auto group = [&](size_t i) {
+    const LevelGroup& g = geometry.level_groups[i];
+    return is_finite(g.center) && is_finite(g.radius) && is_finite(g.error) && is_finite(g.surface_error);
+  };
+  if (auto done = check_all("levels of detail", geometry.level_groups.size(), group); !done) return done;
   const auto caster = [&](size_t i) {
     return derived.casters[i].shape <= CasterShape::open && is_finite(derived.casters[i].plane_node);
   };

@@ -3,14 +3,13 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <thread>
 
 #include "renderer/scene/cluster_groups.h"
 #include "renderer/scene/deformed_copies.h"
 #include "renderer/scene/level_simplify.h"
 #include "renderer/scene/meshlets.h"
+#include "renderer/scene/parallel.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -44,26 +43,19 @@ struct Levels {  // of one primitive
   std::vector<LevelGroup> made;
 };
 
-template <typename Work>
-void in_parallel(size_t count, const Work& work) {
-  std::atomic<size_t> next{0};
-  auto run = [&] {
-    for (size_t i = next++; i < count; i = next++) work(i);
-  };
-  std::vector<std::jthread> others;
-  const size_t threads = std::min<size_t>(std::max(1u, std::thread::hardware_concurrency()), count);
-  for (size_t t = 1; t < threads; ++t) others.emplace_back(run);
-  run();
-}
-
 class Builder {
  public:
-  Builder(const Scene& scene, ClusteredGeometry& geometry)
-      : scene_(scene), geometry_(geometry), own_clusters_(static_cast<uint32_t>(geometry.clusters.size())) {}
+  using Progress = std::function<void(size_t done, size_t total)>;
+
+  Builder(const Scene& scene, ClusteredGeometry& geometry, const Progress& progress)
+      : scene_(scene),
+        geometry_(geometry),
+        progress_(progress),
+        own_clusters_(static_cast<uint32_t>(geometry.clusters.size())) {}
 
   void build() {
     choose_primitives();
-    in_parallel(all_.size(), [&](size_t i) { begin(all_[i]); });
+    parallel_for(all_.size(), [&](size_t i) { begin(all_[i]); });
     while (simplify_once()) {
     }
     for (Levels& levels : all_) append(levels);
@@ -135,7 +127,7 @@ class Builder {
       Levels* levels;
       size_t group;
     };
-    in_parallel(all_.size(), [&](size_t i) {
+    parallel_for(all_.size(), [&](size_t i) {
       Levels& levels = all_[i];
       std::vector<const std::vector<OpenEdge>*> edges;
       for (const Candidate& candidate : levels.candidates) edges.push_back(&candidate.edges);
@@ -146,9 +138,17 @@ class Builder {
       for (size_t g = 0; g < levels.groups.count(); ++g) tasks.push_back({&levels, g});
     }
     std::vector<Simplified> results(tasks.size());
-    in_parallel(tasks.size(), [&](size_t i) {
-      results[i] = simplify(*tasks[i].levels, tasks[i].levels->groups.group(tasks[i].group));
-    });
+    // Every level has half the clusters of the one before, and a group some sixteen of them.
+    const size_t expected = std::max<size_t>(own_clusters_ / 8, groups_done_ + tasks.size());
+    parallel_for(
+        tasks.size(),
+        [&](size_t i) {
+          results[i] = simplify(*tasks[i].levels, tasks[i].levels->groups.group(tasks[i].group));
+        },
+        [&](size_t done) {
+          if (progress_) progress_(groups_done_ + done, expected);
+        });
+    groups_done_ += tasks.size();
     bool simpler = false;
     size_t task = 0;
     for (Levels& levels : all_) {
@@ -298,14 +298,17 @@ class Builder {
 
   const Scene& scene_;
   ClusteredGeometry& geometry_;
+  const Progress& progress_;
+  size_t groups_done_ = 0;
   const uint32_t own_clusters_;
   std::vector<Levels> all_;
 };
 
 }  // namespace
 
-void add_cluster_levels(const Scene& scene, ClusteredGeometry& geometry) {
-  Builder(scene, geometry).build();
+void add_cluster_levels(const Scene& scene, ClusteredGeometry& geometry,
+                        const std::function<void(size_t done, size_t total)>& progress) {
+  Builder(scene, geometry, progress).build();
 }
 
 }  // namespace fire3dv::scene

@@ -17,6 +17,8 @@
 // a caster closer than that: the shadow's edge moves by a quarter of a texel at most.
 #pragma once
 
+#include <functional>
+
 #include "renderer/scene/clusters.h"
 
 namespace fire3dv::scene {
@@ -24,6 +26,7 @@ namespace fire3dv::scene {
 // Appends to what cut_clusters() made of the scene: coarser clusters, their vertices and triangles, and
 // groups. Of opaque and alpha-masked triangles that some node shows undeformed. The same bytes whatever the
 // number of threads.
-void add_cluster_levels(const Scene& scene, ClusteredGeometry& geometry);
+void add_cluster_levels(const Scene& scene, ClusteredGeometry& geometry,
+                        const std::function<void(size_t done, size_t total)>& progress = {});
 
 }  // namespace fire3dv::scene

@@ -13,9 +13,10 @@ namespace fire3dv::scene {
 struct Derived {
   ClusteredGeometry clusters;
   std::vector<Caster> casters;  // of each mesh
+  bool has_levels = false;      // clusters hold levels of detail
 };
 
 // On all cores; the same whatever their number.
-Derived derive(const Scene& scene, const LoadProgress& progress = {});
+Derived derive(const Scene& scene, bool with_levels = true, const LoadProgress& progress = {});
 
 }  // namespace fire3dv::scene

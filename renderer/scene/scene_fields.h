@@ -29,6 +29,7 @@ void visit_arrays(Derived& derived, Visit&& visit) {
   ClusteredGeometry& clusters = derived.clusters;
   visit(clusters.source_vertices);
   visit(clusters.clusters);
+  visit(clusters.level_groups);
   visit(clusters.triangles);
   visit(clusters.indices);
   visit(clusters.primitives);
@@ -123,7 +124,7 @@ void visit_members(Scene& s, Visit&& visit) {
 
 template <typename Visit>
 void visit_members(Derived& d, Visit&& visit) {
-  visit(d.casters);
+  visit(d.casters, d.has_levels);
 }
 
 }  // namespace fire3dv::scene
