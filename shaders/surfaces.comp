@@ -11,7 +11,7 @@ layout(push_constant, scalar) uniform Push { SurfacesPush push; };
 
 // Triangles continue each other when they belong to one part, lie at about the same angle, and a sample of the one is no
 // farther from the plane of the other than half a pixel is wide. Of large ones few pixels show several.
-const float kLeastCosine = 0.985;  // 10 degrees
+const float kLeastCosine = 0.9945;  // 6 degrees
 const float kMostPixels = 5;       // along each side of the image
 
 vec3 world_normal(GlobalsRef globals, uint cluster, uint triangle, PartRecord part) {

@@ -1,5 +1,5 @@
-// Where the view is taken from: a camera of the scene, which may be driven by a stream, or a free one that the user
-// moves.
+// Where the view is taken from: a camera of the scene, which may be driven by a stream, or a free one that
+// the user moves.
 #pragma once
 
 #include <string>
@@ -14,15 +14,17 @@ namespace fire3dv::app {
 
 class CameraRig {
  public:
-  // name: as on the command line; empty takes the scene's first camera, or a free one that frames the scene. The error
-  // lists the cameras that there are.
+  // name: as on the command line; empty takes the scene's first camera, or a free one that frames the scene.
+  // The error lists the cameras that there are.
   static Result<CameraRig> create(const scene::Scene& scene, const std::string& name);
 
   passes::View view(const state::PoseState& poses, float image_aspect) const;
 
-  // Free movement, for the window. The first one leaves the scene's camera where it is and goes on from there.
+  // Free movement, for the window. The first one leaves the scene's camera where it is and goes on from
+  // there.
   void orbit(const state::PoseState& poses, float yaw_rad, float pitch_rad);
-  void pan(const state::PoseState& poses, float right_fraction, float up_fraction);  // of the distance to the focus
+  void pan(const state::PoseState& poses, float right_fraction,
+           float up_fraction);  // of the distance to the focus
   void zoom(const state::PoseState& poses, float factor);
   void fly(const state::PoseState& poses, const glm::vec3& camera_direction, float distance_m);
   void select(size_t scene_camera);  // by order; out of range: nothing
@@ -37,7 +39,7 @@ class CameraRig {
   const scene::Scene* scene_;
   uint32_t node_ = scene::kNone;  // kNone: free
   scene::Camera free_camera_;
-  mutable bool framed_ = true;    // free and still to be framed for the image's aspect
+  mutable bool framed_ = true;  // free and still to be framed for the image's aspect
   mutable glm::mat4 world_from_free_{1};
   mutable float focus_distance_m_ = 1;
 };

@@ -79,6 +79,12 @@ passes::ToneMap tone_map_named(const std::string& name) {
   return passes::ToneMap::none;
 }
 
+passes::LevelsOfDetail levels_of_detail_named(const std::string& name) {
+  if (name == "off") return passes::LevelsOfDetail::off;
+  if (name == "on") return passes::LevelsOfDetail::camera;
+  return name == "everywhere" ? passes::LevelsOfDetail::everywhere : passes::LevelsOfDetail::automatic;
+}
+
 passes::Cull cull_named(const std::string& name) {
   if (name == "off") return passes::Cull::off;
   if (name == "view") return passes::Cull::view;
@@ -218,12 +224,14 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
          "those behind others; the image is the same")
       ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
       ->capture_default_str();
-  std::string levels_of_detail = "on";
-  app.add_option(
-         "--lod", levels_of_detail,
-         "levels of detail: coarser triangles where the difference is less than a pixel; off draws each "
-         "triangle of the file")
-      ->check(CLI::IsMember({"on", "off"}))
+  std::string levels_of_detail = "auto";
+  app.add_option("--lod", levels_of_detail,
+                 "levels of detail: coarser triangles where the difference is less than a pixel, in scenes "
+                 "where they "
+                 "pay or (on) in all; everywhere: in lights' maps, too, which may then be wrong within a "
+                 "quarter of a "
+                 "texel; off draws each triangle of the file")
+      ->check(CLI::IsMember({"auto", "on", "everywhere", "off"}))
       ->capture_default_str();
   app.add_option("--anisotropy", options.anisotropy,
                  "anisotropic texture filtering, 1 to 16; from 2 on devices differ in what they draw")
@@ -281,7 +289,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     return usage_error("--exit-when-done needs a --listen URI");
   options.raster = raster_path_named(raster);
   options.cull = cull_named(cull);
-  if (levels_of_detail == "off") options.levels_of_detail = passes::LevelsOfDetail::off;
+  options.levels_of_detail = levels_of_detail_named(levels_of_detail);
   if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
   if (*fixed_delay) {

@@ -151,7 +151,7 @@ int run(const Options& options) {
   const CachePlaces places = cache_places(options.cache, [](const char* name) { return std::getenv(name); });
   std::optional<SceneLoad> load;
   if (!options.list_devices) {
-    load.emplace(options.scene, places.scenes, options.levels_of_detail != passes::LevelsOfDetail::off);
+    load.emplace(options.scene, places.scenes, passes::levels_for(options.levels_of_detail));
   }
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
   if (load && load->has_failed()) return fail(load->wait().error());

@@ -8,8 +8,8 @@
 
 namespace fire3dv::app {
 
-SceneLoad::SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache, bool with_levels)
-    : path_(path), cache_(std::move(cache)), with_levels_(with_levels), thread_([this] {
+SceneLoad::SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache, scene::Levels levels)
+    : path_(path), cache_(std::move(cache)), levels_(levels), thread_([this] {
         Result<scene::LoadedScene> loaded = load();
         const std::lock_guard lock(mutex_);
         result_.emplace(std::move(loaded));
@@ -25,11 +25,11 @@ Result<scene::LoadedScene> SceneLoad::load() {
     std::optional<scene::LoadedScene> kept = cache_.find(path_, limits.max_file_bytes);
     notes_ = cache_.take_notes();
     // A run that wanted no levels of detail may have kept it.
-    was_kept_ = kept && (kept->derived.has_levels || !with_levels_);
+    was_kept_ = kept && (kept->derived.has_levels || !scene::gets_levels(kept->scene, levels_));
     if (was_kept_) return std::move(*kept);
     Result<scene::Scene> scene = scene::load_gltf(path_, limits, progress, &sources_);
     if (!scene) return scene.error();
-    scene::Derived derived = scene::derive(*scene, with_levels_, progress);
+    scene::Derived derived = scene::derive(*scene, levels_, progress);
     return scene::LoadedScene{std::move(*scene), std::move(derived)};
   } catch (const std::bad_alloc&) {
     return Error{path_.string() + ": it does not fit into memory"};

@@ -17,7 +17,8 @@ namespace fire3dv::app {
 
 class SceneLoad {
  public:
-  SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache, bool with_levels);  // begins
+  SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache,
+            scene::Levels levels);  // begins
 
   // Whether take() would report an error, as far as is known by now: then nothing else has to be begun.
   bool has_failed() const;
@@ -37,7 +38,7 @@ class SceneLoad {
 
   const std::filesystem::path path_;
   scene::SceneCache cache_;
-  bool with_levels_;
+  scene::Levels levels_;
   std::vector<scene::SourceFile> sources_;
   std::vector<std::string> notes_;
   bool was_kept_ = false;

@@ -10,9 +10,6 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-// Maps of coarser triangles leave a little more to rays than those of all triangles.
-constexpr uint32_t kClustersWorthLevelsInMaps = 1u << 14;
-
 RasterPath choose_path(const gpu::Device& device, RasterPath wanted) {
   return wanted != RasterPath::forward && device.report().int64_atomics ? RasterPath::visibility
                                                                         : RasterPath::forward;
@@ -30,6 +27,11 @@ VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path,
 }
 
 }  // namespace
+
+scene::Levels levels_for(LevelsOfDetail wanted) {
+  if (wanted == LevelsOfDetail::off) return scene::Levels::none;
+  return wanted == LevelsOfDetail::automatic ? scene::Levels::where_they_pay : scene::Levels::all;
+}
 
 SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
     : device_(device),
@@ -110,9 +112,7 @@ bool SceneRenderer::shows_levels() const {
 }
 
 bool SceneRenderer::levels_in_maps() const {
-  return settings_.levels_of_detail == LevelsOfDetail::everywhere ||
-         (settings_.levels_of_detail == LevelsOfDetail::automatic &&
-          gpu_scene_->own_cluster_instance_count >= kClustersWorthLevelsInMaps);
+  return settings_.levels_of_detail == LevelsOfDetail::everywhere;
 }
 
 void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,

@@ -28,9 +28,11 @@ enum class RasterPath : uint8_t {
 enum class LevelsOfDetail : uint8_t {
   off,
   camera,
-  everywhere,  // in lights' maps, too
-  automatic,   // in these where a scene is so large that it pays
+  everywhere,  // in lights' maps, too: within a quarter of a texel of a shadow's edge these may then say lit
+  automatic,   // the camera's, in scenes where they pay
 };
+// Which a scene has to have for that.
+scene::Levels levels_for(LevelsOfDetail wanted);
 
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
@@ -54,7 +56,7 @@ class SceneRenderer {
   // The scene has no more textures than the settings say. It must outlive its use here. May be called again:
   // what the old one held retires.
   void set_scene(const scene::Scene& scene) {
-    set_scene(scene, scene::derive(scene, settings_.levels_of_detail != LevelsOfDetail::off));
+    set_scene(scene, scene::derive(scene, levels_for(settings_.levels_of_detail)));
   }
   void set_scene(const scene::Scene& scene, const scene::Derived& derived);
   void set_size(VkExtent2D extent);

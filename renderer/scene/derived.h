@@ -16,7 +16,15 @@ struct Derived {
   bool has_levels = false;      // clusters hold levels of detail
 };
 
+// Which scenes get levels of detail: finding them takes seconds for each million triangles of the file.
+enum class Levels : uint8_t {
+  none,
+  where_they_pay,  // few triangles that are drawn many times, or enough of them for a frame to notice
+  all,
+};
+bool gets_levels(const Scene& scene, Levels levels);
+
 // On all cores; the same whatever their number.
-Derived derive(const Scene& scene, bool with_levels = true, const LoadProgress& progress = {});
+Derived derive(const Scene& scene, Levels levels = Levels::where_they_pay, const LoadProgress& progress = {});
 
 }  // namespace fire3dv::scene

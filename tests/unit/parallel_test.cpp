@@ -77,10 +77,10 @@ TEST(Parallel, ClustersAndCastersDoNotDependOnTheNumberOfCores) {
     test::add_primitive(scene, ball);
     test::add_mesh(scene);
   }
-  const Derived many = derive(scene);
+  const Derived many = derive(scene, Levels::all);
   const Derived one = [&] {
     const OnOneCore here;
-    return derive(scene);
+    return derive(scene, Levels::all);
   }();
   EXPECT_TRUE(same_bytes(many.clusters.source_vertices, one.clusters.source_vertices));
   EXPECT_TRUE(same_bytes(many.clusters.clusters, one.clusters.clusters));

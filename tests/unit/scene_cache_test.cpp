@@ -49,7 +49,7 @@ Loaded load(const fs::path& path) {
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   if (!scene) return loaded;
   loaded.scene.scene = std::move(*scene);
-  loaded.scene.derived = derive(loaded.scene.scene);
+  loaded.scene.derived = derive(loaded.scene.scene, Levels::all);
   return loaded;
 }
 

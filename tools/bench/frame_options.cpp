@@ -39,9 +39,11 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
                  "large scenes")
       ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
       ->capture_default_str();
-  app.add_option("--lod", options.levels_of_detail,
-                 "coarser triangles where the difference is less than a pixel")
-      ->check(CLI::IsMember({"on", "off"}))
+  app.add_option(
+         "--lod", options.levels_of_detail,
+         "coarser triangles where the difference is less than a pixel: in scenes where they pay, in all, "
+         "in lights' maps, too, or never")
+      ->check(CLI::IsMember({"auto", "on", "everywhere", "off"}))
       ->capture_default_str();
   app.add_option("--shadows", options.shadows, "how shadows are found")
       ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
@@ -81,6 +83,9 @@ passes::DrawSettings draw_settings(const DrawOptions& options) {
   if (options.shadows == "ray-pipeline") settings.shadows.back_end = passes::RayBackEnd::pipeline;
   settings.shadows.hybrid = options.shadow_rays == "hybrid";
   if (options.levels_of_detail == "off") settings.levels_of_detail = passes::LevelsOfDetail::off;
+  if (options.levels_of_detail == "on") settings.levels_of_detail = passes::LevelsOfDetail::camera;
+  if (options.levels_of_detail == "everywhere")
+    settings.levels_of_detail = passes::LevelsOfDetail::everywhere;
   settings.post.fxaa = options.fxaa == "on";
   return settings;
 }

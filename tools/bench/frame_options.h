@@ -21,7 +21,7 @@ struct DrawOptions {
   std::string device, async_compute = "auto";
   bool validation = false;
   uint32_t samples = 4;
-  std::string raster = "auto", cull = "on", levels_of_detail = "on", shadows = "auto", shadow_rays = "hybrid",
+  std::string raster = "auto", cull = "on", levels_of_detail = "auto", shadows = "auto", shadow_rays = "hybrid",
               fxaa = "on";
 };
 void add_draw_options(CLI::App& app, DrawOptions& options);
