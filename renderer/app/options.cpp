@@ -9,6 +9,7 @@
 
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/version.h"
+#include "renderer/passes/draw_names.h"
 
 namespace fire3dv::app {
 namespace {
@@ -79,37 +80,10 @@ passes::ToneMap tone_map_named(const std::string& name) {
   return passes::ToneMap::none;
 }
 
-passes::LevelsOfDetail levels_of_detail_named(const std::string& name) {
-  if (name == "off") return passes::LevelsOfDetail::off;
-  if (name == "on") return passes::LevelsOfDetail::camera;
-  return name == "everywhere" ? passes::LevelsOfDetail::everywhere : passes::LevelsOfDetail::automatic;
-}
-
-passes::Cull cull_named(const std::string& name) {
-  if (name == "off") return passes::Cull::off;
-  if (name == "view") return passes::Cull::view;
-  return name == "hidden" ? passes::Cull::hidden : passes::Cull::automatic;
-}
-
-passes::RasterPath raster_path_named(const std::string& name) {
-  if (name == "forward") return passes::RasterPath::forward;
-  if (name == "visibility") return passes::RasterPath::visibility;
-  return passes::RasterPath::automatic;
-}
-
 gpu::AsyncCompute async_compute_named(const std::string& name) {
   if (name == "on") return gpu::AsyncCompute::on;
   if (name == "off") return gpu::AsyncCompute::off;
   return gpu::AsyncCompute::automatic;
-}
-
-passes::ShadowSettings shadows_named(const std::string& name) {
-  passes::ShadowSettings settings;
-  if (name == "off") settings.method = passes::ShadowMethod::off;
-  if (name == "map") settings.method = passes::ShadowMethod::map;
-  if (name.starts_with("ray")) settings.method = passes::ShadowMethod::ray;
-  if (name == "ray-pipeline") settings.back_end = passes::RayBackEnd::pipeline;
-  return settings;
 }
 
 }  // namespace
@@ -215,14 +189,14 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option(
          "--raster", raster,
          "how triangles are drawn: by compute into a visibility buffer, or by the forward raster pipeline")
-      ->check(CLI::IsMember({"auto", "forward", "visibility"}))
+      ->check(CLI::IsMember(passes::kRasterPathNames))
       ->capture_default_str();
   std::string cull = "on";
   app.add_option(
          "--cull", cull,
          "leave out clusters that cannot be seen: those out of view, and (hidden; on: in large scenes) "
          "those behind others; the image is the same")
-      ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
+      ->check(CLI::IsMember(passes::kCullNames))
       ->capture_default_str();
   std::string levels_of_detail = "auto";
   app.add_option("--lod", levels_of_detail,
@@ -231,7 +205,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
                  "pay or (on) in all; everywhere: in lights' maps, too, which may then be wrong within a "
                  "quarter of a "
                  "texel; off draws each triangle of the file")
-      ->check(CLI::IsMember({"auto", "on", "everywhere", "off"}))
+      ->check(CLI::IsMember(passes::kLevelsOfDetailNames))
       ->capture_default_str();
   app.add_option("--anisotropy", options.anisotropy,
                  "anisotropic texture filtering, 1 to 16; from 2 on devices differ in what they draw")
@@ -240,7 +214,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   std::string shadows = "auto";
   app.add_option("--shadows", shadows,
                  "shadows by rays (by ray query or a ray-tracing pipeline) or by maps alone")
-      ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
+      ->check(CLI::IsMember(passes::kShadowNames))
       ->capture_default_str();
   std::string shadow_rays = "hybrid";
   app.add_option("--shadow-rays", shadow_rays,
@@ -287,9 +261,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
   if (options.exit_when_done && options.listen.empty())
     return usage_error("--exit-when-done needs a --listen URI");
-  options.raster = raster_path_named(raster);
-  options.cull = cull_named(cull);
-  options.levels_of_detail = levels_of_detail_named(levels_of_detail);
+  options.raster = passes::raster_path_named(raster);
+  options.cull = passes::cull_named(cull);
+  options.levels_of_detail = passes::levels_of_detail_named(levels_of_detail);
   if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
   if (*fixed_delay) {
@@ -300,7 +274,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (options.lockstep && play == "interpolate")
     return usage_error("--play interpolate and --lockstep exclude each other");
   options.async_compute = async_compute_named(async_compute);
-  options.shadows = shadows_named(shadows);
+  options.shadows = passes::shadows_named(shadows);
   options.shadows.hybrid = shadow_rays == "hybrid";
   options.tone_map = tone_map_named(tone_map);
   options.fxaa = fxaa == "on";

@@ -6,7 +6,7 @@ namespace fire3dv::scene {
 
 bool gets_levels(const Scene& scene, Levels levels) {
   if (levels != Levels::where_they_pay) return levels == Levels::all;
-  constexpr uint64_t kFewestDrawn = 500'000, kMostInFile = 1'000'000;
+  constexpr uint64_t kFewestDrawn = 20'000'000, kMostInFile = 1'000'000;
   const auto triangles_of = [&](const Mesh& mesh) {
     uint64_t triangles = 0;
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {

@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "renderer/passes/draw_names.h"
+
 namespace fire3dv::bench {
 namespace {
 
@@ -32,21 +34,21 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   app.add_option("--raster", options.raster, "how triangles are drawn")
-      ->check(CLI::IsMember({"auto", "forward", "visibility"}))
+      ->check(CLI::IsMember(passes::kRasterPathNames))
       ->capture_default_str();
   app.add_option("--cull", options.cull,
                  "what is left out: nothing, what is out of view, or what is hidden too; on: the last in "
                  "large scenes")
-      ->check(CLI::IsMember({"on", "off", "view", "hidden"}))
+      ->check(CLI::IsMember(passes::kCullNames))
       ->capture_default_str();
   app.add_option(
          "--lod", options.levels_of_detail,
          "coarser triangles where the difference is less than a pixel: in scenes where they pay, in all, "
          "in lights' maps, too, or never")
-      ->check(CLI::IsMember({"auto", "on", "everywhere", "off"}))
+      ->check(CLI::IsMember(passes::kLevelsOfDetailNames))
       ->capture_default_str();
   app.add_option("--shadows", options.shadows, "how shadows are found")
-      ->check(CLI::IsMember({"auto", "ray", "ray-query", "ray-pipeline", "map", "off"}))
+      ->check(CLI::IsMember(passes::kShadowNames))
       ->capture_default_str();
   app.add_option("--shadow-rays", options.shadow_rays, "rays only where maps cannot tell, or all")
       ->check(CLI::IsMember({"hybrid", "all"}))
@@ -72,20 +74,11 @@ gpu::AsyncCompute async_compute(const DrawOptions& options) {
 passes::DrawSettings draw_settings(const DrawOptions& options) {
   passes::DrawSettings settings;
   settings.samples = options.samples;
-  if (options.raster == "forward") settings.raster = passes::RasterPath::forward;
-  if (options.raster == "visibility") settings.raster = passes::RasterPath::visibility;
-  if (options.cull == "off") settings.cull = passes::Cull::off;
-  if (options.cull == "view") settings.cull = passes::Cull::view;
-  if (options.cull == "hidden") settings.cull = passes::Cull::hidden;
-  if (options.shadows == "off") settings.shadows.method = passes::ShadowMethod::off;
-  if (options.shadows == "map") settings.shadows.method = passes::ShadowMethod::map;
-  if (options.shadows.starts_with("ray")) settings.shadows.method = passes::ShadowMethod::ray;
-  if (options.shadows == "ray-pipeline") settings.shadows.back_end = passes::RayBackEnd::pipeline;
+  settings.raster = passes::raster_path_named(options.raster);
+  settings.cull = passes::cull_named(options.cull);
+  settings.levels_of_detail = passes::levels_of_detail_named(options.levels_of_detail);
+  settings.shadows = passes::shadows_named(options.shadows);
   settings.shadows.hybrid = options.shadow_rays == "hybrid";
-  if (options.levels_of_detail == "off") settings.levels_of_detail = passes::LevelsOfDetail::off;
-  if (options.levels_of_detail == "on") settings.levels_of_detail = passes::LevelsOfDetail::camera;
-  if (options.levels_of_detail == "everywhere")
-    settings.levels_of_detail = passes::LevelsOfDetail::everywhere;
   settings.post.fxaa = options.fxaa == "on";
   return settings;
 }

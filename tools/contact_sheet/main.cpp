@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "renderer/gpu/device.h"
+#include "renderer/passes/draw_names.h"
 #include "renderer/scene/load_gltf.h"
 #include "tools/contact_sheet/asset_drawer.h"
 #include "tools/contact_sheet/pages.h"
@@ -15,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  std::string folder, out = "contact-sheet", device;
+  std::string folder, out = "contact-sheet", device, raster = "auto", shadows = "auto";
   PageLayout layout;
   bool validation = false;
 };
@@ -50,7 +51,9 @@ Result<scene::Scene> load(const fs::path& file, const passes::DrawSettings& sett
 }
 
 Result<void> draw_all(const std::vector<fs::path>& files, const Options& options, gpu::Device& device) {
-  const passes::DrawSettings settings;
+  passes::DrawSettings settings;
+  settings.raster = passes::raster_path_named(options.raster);
+  settings.shadows = passes::shadows_named(options.shadows);
   AssetDrawer drawer(device, {options.layout.width, options.layout.height}, settings);
   Pages pages(options.out, options.layout);
   size_t refused = 0;
@@ -128,6 +131,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--height", options.layout.height, "of a thumbnail, in pixels")
       ->check(CLI::Range(16u, 512u))
+      ->capture_default_str();
+  app.add_option("--raster", options.raster, "how triangles are drawn")
+      ->check(CLI::IsMember(fire3dv::passes::kRasterPathNames))
+      ->capture_default_str();
+  app.add_option("--shadows", options.shadows, "how shadows are found")
+      ->check(CLI::IsMember(fire3dv::passes::kShadowNames))
       ->capture_default_str();
   app.add_flag("--validation", options.validation, "Vulkan validation; its messages make the run fail");
   try {
