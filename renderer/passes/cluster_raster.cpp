@@ -31,6 +31,9 @@ bool grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBuffer
 
 // Finding out what is hidden costs about as much as drawing this many clusters.
 constexpr uint32_t kClustersWorthHiding = 1u << 14;
+constexpr float kShareWorthHiding = 0.85f;  // of the clusters in view, that are not hidden
+constexpr uint32_t kTrialPeriod = 512,
+                   kTrialFrames = 6;  // frames; each trial lasts until its counts are back
 
 // Names of the passes, by round.
 struct RoundNames {
@@ -66,12 +69,6 @@ void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* c
   });
 }
 
-bool leaves_out_hidden(const ClusterRaster::Job& job, RasterKind kind) {
-  if (kind == RasterKind::lights) return false;
-  return job.cull == Cull::hidden ||
-         (job.cull == Cull::automatic && job.scene->own_cluster_instance_count >= kClustersWorthHiding);
-}
-
 }  // namespace
 
 ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind)
@@ -92,14 +89,29 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   }
 }
 
+// Both ways are tried now and then, and the better one is kept meanwhile. The image is the same.
+bool ClusterRaster::leaves_out_hidden(const Job& job) const {
+  if (kind_ == RasterKind::lights) return false;
+  if (job.cull != Cull::automatic) return job.cull == Cull::hidden;
+  if (job.scene->own_cluster_instance_count < kClustersWorthHiding) return false;
+  const uint64_t step = frame_ % kTrialPeriod;
+  if (step < kTrialFrames) return true;
+  if (step < 2 * kTrialFrames) return false;
+  return clusters_not_hidden_ < kShareWorthHiding * static_cast<float>(clusters_in_view_);
+}
+
 void ClusterRaster::read_counts() {
   // This slot's earlier frame is done.
   Counts counts;
   std::memcpy(&counts, counts_[frame_ % gpu::kFramesInFlight].mapped, sizeof(counts));
   const uint32_t huge_count = std::max(counts.large[0].expand.count, counts.large[1].expand.count);
   while (huge_count > huge_capacity_ && huge_capacity_ < (1u << 27)) huge_capacity_ *= 2;
+  const uint32_t rounds = rounds_counted_[frame_ % gpu::kFramesInFlight];
+  rounds_counted_[frame_ % gpu::kFramesInFlight] = 0;
   drawn_.late_clusters = counts.work[1].solid.count + counts.work[1].masked.count;
   drawn_.clusters = counts.work[0].solid.count + counts.work[0].masked.count + drawn_.late_clusters;
+  if (rounds == 1) clusters_in_view_ = drawn_.clusters;
+  if (rounds == 2) clusters_not_hidden_ = drawn_.clusters;
 }
 
 void ClusterRaster::make_room(const Job& job) {
@@ -121,7 +133,7 @@ void ClusterRaster::make_room(const Job& job) {
 
 void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   job_ = job;
-  round_count_ = leaves_out_hidden(job, kind_) ? 2 : 1;
+  round_count_ = leaves_out_hidden(job) ? 2 : 1;
   read_counts();
   make_room(job);
   gpu_types::RasterSet set{};
@@ -240,6 +252,7 @@ void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaste
 }
 
 void ClusterRaster::keep_counts(gpu::Recorder& recorder) {
+  rounds_counted_[frame_ % gpu::kFramesInFlight] = round_count_;
   gpu::Buffer& counts = counts_[frame_++ % gpu::kFramesInFlight];
   recorder.transition({Use(large_, access::transfer_read), Use(work_, access::transfer_read),
                        Use(counts, access::transfer_write)});

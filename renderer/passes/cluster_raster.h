@@ -23,7 +23,7 @@ enum class Cull : uint8_t {
   off,
   view,       // what is outside the view, turned away or between samples
   hidden,     // that, and what is behind other things
-  automatic,  // hidden where a scene is so large that it pays
+  automatic,  // hidden in large scenes, for as long as it leaves out much
 };
 
 class ClusterRaster {
@@ -70,6 +70,7 @@ class ClusterRaster {
                    VkDeviceSize arguments) const;
   void find_farthest(VkCommandBuffer commands) const;
   static void record_round(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets, uint32_t round);
+  bool leaves_out_hidden(const Job& job) const;
   void read_counts();
   void keep_counts(gpu::Recorder& recorder);
 
@@ -83,9 +84,11 @@ class ClusterRaster {
   gpu::Buffer work_, large_;                     // of each round
   gpu::Buffer lists_, huge_, prepared_, tile_entries_;
   gpu::Buffer was_seen_, farthest_;
-  bool nothing_seen_ = true;                              // was_seen_ is new
-  std::array<gpu::Buffer, gpu::kFramesInFlight> counts_;  // what the same slot's last frame counted
+  bool nothing_seen_ = true;                                     // was_seen_ is new
+  std::array<gpu::Buffer, gpu::kFramesInFlight> counts_;         // what the same slot's last frame counted
+  std::array<uint32_t, gpu::kFramesInFlight> rounds_counted_{};  // by that frame; 0 = nothing yet
   Drawn drawn_;
+  uint32_t clusters_in_view_ = 0, clusters_not_hidden_ = 0;  // of the last frames with one round and with two
   uint64_t frame_ = 0;
   uint32_t huge_capacity_ = 1u << 16;
 };
