@@ -1,6 +1,6 @@
-// Errors as values. A function that can fail for a reason outside this program returns Result<T>; the caller either
-// handles the error or passes it on, never both. Faults of our own are assertions (FIRE3DV_ASSERT), and nothing that
-// arrives from outside may reach one.
+// Errors as values. A function that can fail for a reason outside this program returns Result<T>; the caller
+// either handles the error or passes it on, never both. Faults of our own are assertions (FIRE3DV_ASSERT),
+// and nothing that arrives from outside may reach one.
 #pragma once
 
 #include <cstdio>
@@ -54,10 +54,10 @@ class [[nodiscard]] Result<void> {
 }  // namespace fire3dv
 
 // Aborts on a fault of our own, in release builds too: going on would draw or send something wrong.
-#define FIRE3DV_ASSERT(condition)                                                             \
-  do {                                                                                        \
-    if (!(condition)) {                                                                       \
+#define FIRE3DV_ASSERT(condition)                                                                     \
+  do {                                                                                                \
+    if (!(condition)) {                                                                               \
       std::fprintf(stderr, "fire3dv: internal error at %s:%d: %s\n", __FILE__, __LINE__, #condition); \
-      std::abort();                                                                           \
-    }                                                                                         \
+      std::abort();                                                                                   \
+    }                                                                                                 \
   } while (false)

@@ -12,8 +12,8 @@
 namespace fire3dv::gpu {
 
 struct InstanceOptions {
-  bool validation = false;                          // core and synchronisation validation
-  std::vector<const char*> window_extensions;       // as GLFW names them; empty when headless
+  bool validation = false;                     // core and synchronisation validation
+  std::vector<const char*> window_extensions;  // as GLFW names them; empty when headless
 };
 
 class Instance {
@@ -32,7 +32,8 @@ class Instance {
   Instance() = default;
   static VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
                                                    VkDebugUtilsMessageTypeFlagsEXT types,
-                                                   const VkDebugUtilsMessengerCallbackDataEXT* data, void* user);
+                                                   const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                                   void* user);
 
   VkInstance handle_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;

@@ -11,9 +11,11 @@ constexpr VkDeviceSize kFirstChunk = 256 << 10;
 UploadBelt::Piece UploadBelt::allocate(VkDeviceSize size_bytes) {
   const VkDeviceSize size = (size_bytes + kAlignment - 1) / kAlignment * kAlignment;
   if (chunks_.empty() || used_ + size > chunks_.back().size_bytes) {
-    const VkDeviceSize chunk = std::max({kFirstChunk, size, chunks_.empty() ? 0 : chunks_.back().size_bytes * 2});
-    chunks_.push_back(create_buffer(
-        device_, chunk, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, Memory::upload));
+    const VkDeviceSize chunk =
+        std::max({kFirstChunk, size, chunks_.empty() ? 0 : chunks_.back().size_bytes * 2});
+    chunks_.push_back(create_buffer(device_, chunk,
+                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                                    Memory::upload));
     used_ = 0;
   }
   const Buffer& chunk = chunks_.back();

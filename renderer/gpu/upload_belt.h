@@ -1,5 +1,5 @@
-// Memory that the CPU fills for one frame. Allocation is a pointer bump; the memory is reused when the frame's slot
-// comes round. Write-combined: write it once, in order, and never read it.
+// Memory that the CPU fills for one frame. Allocation is a pointer bump; the memory is reused when the
+// frame's slot comes round. Write-combined: write it once, in order, and never read it.
 #pragma once
 
 #include <cstring>

@@ -1,5 +1,6 @@
-// Validation messages that are known to be wrong. Every other message of core or synchronisation validation fails the
-// test that caused it. An entry names the message id, the layer version it was seen with and the reason.
+// Validation messages that are known to be wrong. Every other message of core or synchronisation validation
+// fails the test that caused it. An entry names the message id, the layer version it was seen with and the
+// reason.
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
-// The one door to Vulkan. A Vulkan call that fails for a reason outside this program (no memory, device lost) throws
-// VulkanFailure; the app catches it once, at the top. Misuse of Vulkan is caught by validation in every test.
+// The one door to Vulkan. A Vulkan call that fails for a reason outside this program (no memory, device lost)
+// throws VulkanFailure; the app catches it once, at the top. Misuse of Vulkan is caught by validation in
+// every test.
 #pragma once
 
 #include <vulkan/vulkan.h>

@@ -11,7 +11,8 @@ namespace access = gpu::access;
 
 ImageFilter::ImageFilter(gpu::Device& device, std::string_view shader, VkFilter sampling) : device_(device) {
   const VkDescriptorSetLayoutBinding bindings[] = {
-      {FIRE3DV_BINDING_FILTER_IN, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
+      {FIRE3DV_BINDING_FILTER_IN, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, VK_SHADER_STAGE_COMPUTE_BIT,
+       nullptr},
       {FIRE3DV_BINDING_FILTER_OUT, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
   };
   set_layout_ = gpu::create_set_layout(device, bindings);
@@ -31,9 +32,11 @@ void ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) {
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1}};
   set_ = gpu::DescriptorSet(device_, set_layout_.get(), sizes);
 
-  const VkDescriptorImageInfo in_info{sampler_.get(), in.view.get(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+  const VkDescriptorImageInfo in_info{sampler_.get(), in.view.get(),
+                                      VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
   const VkDescriptorImageInfo out_info{VK_NULL_HANDLE, out.view.get(), VK_IMAGE_LAYOUT_GENERAL};
-  VkWriteDescriptorSet writes[2] = {{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET}, {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET}};
+  VkWriteDescriptorSet writes[2] = {{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET},
+                                    {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET}};
   writes[0].dstSet = writes[1].dstSet = set_.get();
   writes[0].dstBinding = FIRE3DV_BINDING_FILTER_IN;
   writes[1].dstBinding = FIRE3DV_BINDING_FILTER_OUT;
@@ -45,13 +48,13 @@ void ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) {
   vkUpdateDescriptorSets(device_.handle(), 2, writes, 0, nullptr);
 }
 
-void ImageFilter::record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const void* push,
-                         uint32_t push_bytes) {
+void ImageFilter::record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out,
+                         const void* push, uint32_t push_bytes) {
   recorder.pass(name, {Use(in, access::compute_sample), Use(out, access::compute_write, true)},
                 [&](VkCommandBuffer commands) {
                   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
-                  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &set_.get(), 0,
-                                          nullptr);
+                  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1,
+                                          &set_.get(), 0, nullptr);
                   vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, push_bytes, push);
                   vkCmdDispatch(commands, (out.extent.width + 7) / 8, (out.extent.height + 7) / 8, 1);
                 });

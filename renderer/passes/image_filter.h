@@ -11,7 +11,8 @@ namespace fire3dv::passes {
 
 class ImageFilter {
  public:
-  // The shader reads FIRE3DV_BINDING_FILTER_IN through a sampler (linear or nearest) and writes FIRE3DV_BINDING_FILTER_OUT.
+  // The shader reads FIRE3DV_BINDING_FILTER_IN through a sampler (linear or nearest) and writes
+  // FIRE3DV_BINDING_FILTER_OUT.
   ImageFilter(gpu::Device& device, std::string_view shader, VkFilter sampling);
 
   void bind(const gpu::Image& in, const gpu::Image& out);  // after each change of size

@@ -1,5 +1,5 @@
-// Images on their way back to the CPU. A request carries a tag; frames later the pixels arrive with the same tag, in
-// order: no stall, no mix-up.
+// Images on their way back to the CPU. A request carries a tag; frames later the pixels arrive with the same
+// tag, in order: no stall, no mix-up.
 #pragma once
 
 #include <deque>
@@ -20,15 +20,16 @@ class ReadbackBelt {
   void record(gpu::Recorder& recorder, gpu::Image& image, Tag tag) {
     const VkDeviceSize bytes = VkDeviceSize{4} * image.extent.width * image.extent.height;
     Pending pending{take_buffer(bytes), image.extent, std::move(tag), 0};
-    recorder.pass("read-back",
-                  {gpu::Use(image, gpu::access::transfer_read), gpu::Use(pending.buffer, gpu::access::transfer_write)},
-                  [&](VkCommandBuffer commands) {
-                    VkBufferImageCopy copy{};
-                    copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-                    copy.imageExtent = {image.extent.width, image.extent.height, 1};
-                    vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                                           pending.buffer.get(), 1, &copy);
-                  });
+    recorder.pass(
+        "read-back",
+        {gpu::Use(image, gpu::access::transfer_read), gpu::Use(pending.buffer, gpu::access::transfer_write)},
+        [&](VkCommandBuffer commands) {
+          VkBufferImageCopy copy{};
+          copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+          copy.imageExtent = {image.extent.width, image.extent.height, 1};
+          vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                                 pending.buffer.get(), 1, &copy);
+        });
     recorder.transition({gpu::Use(pending.buffer, gpu::access::host_read)});
     recorded_.push_back(std::move(pending));
   }

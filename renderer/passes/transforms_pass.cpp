@@ -26,14 +26,17 @@ gpu_types::AffineRows to_rows(const wire::Affine3x4d& affine) {
 }  // namespace
 
 TransformsPass::TransformsPass(gpu::Device& device, VkPipelineLayout layout)
-    : device_(device), layout_(layout), pipeline_(gpu::create_compute_pipeline(device, layout, "transforms.comp")) {}
+    : device_(device),
+      layout_(layout),
+      pipeline_(gpu::create_compute_pipeline(device, layout, "transforms.comp")) {}
 
 void TransformsPass::forget() {
   uploaded_drives_ = UINT64_MAX;
   streams_.clear();
 }
 
-void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses) {
+void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::UploadBelt& belt,
+                                   const state::PoseState& poses) {
   if (uploaded_drives_ == poses.drive_revision()) return;
   std::vector<gpu_types::NodeSource> sources;
   sources.reserve(poses.node_drives().size());
@@ -52,7 +55,8 @@ void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::UploadBelt& bel
   uploaded_drives_ = poses.drive_revision();
 }
 
-void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses) {
+void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::UploadBelt& belt,
+                                  const state::PoseState& poses) {
   const std::vector<state::Stream>& streams = poses.streams();
   streams_.resize(streams.size());
   struct Copy {
@@ -64,10 +68,12 @@ void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::UploadBelt& belt
   for (size_t s = 0; s < streams.size(); ++s) {
     StreamPoses& uploaded = streams_[s];
     const state::Stream& stream = streams[s];
-    if (stream.poses.empty() || (uploaded.epoch == stream.epoch && uploaded.revision == stream.revision)) continue;
+    if (stream.poses.empty() || (uploaded.epoch == stream.epoch && uploaded.revision == stream.revision))
+      continue;
     const VkDeviceSize bytes = stream.poses.size() * sizeof(wire::Affine3x4);
     if (!uploaded.poses || uploaded.poses.size_bytes < bytes) {
-      uploaded.poses = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+      uploaded.poses =
+          gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
     }
     const gpu::UploadBelt::Piece piece = belt.write(std::span<const wire::Affine3x4>(stream.poses));
     copies.push_back({piece.buffer, uploaded.poses.get(), {piece.offset, 0, bytes}});
@@ -76,9 +82,11 @@ void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::UploadBelt& belt
     uploaded.revision = stream.revision;
   }
   if (copies.empty()) return;
-  recorder.pass("poses", uses, [&](VkCommandBuffer commands) {  // one pass for all streams: timestamps are few
-    for (const Copy& copy : copies) vkCmdCopyBuffer(commands, copy.from, copy.to, 1, &copy.region);
-  });
+  recorder.pass("poses", uses,
+                [&](VkCommandBuffer commands) {  // one pass for all streams: timestamps are few
+                  for (const Copy& copy : copies)
+                    vkCmdCopyBuffer(commands, copy.from, copy.to, 1, &copy.region);
+                });
 }
 
 void TransformsPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
@@ -88,7 +96,8 @@ void TransformsPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuS
   if (scene.node_count == 0) return;
 
   std::vector<gpu_types::StreamSource> stream_sources;
-  std::vector<Use> uses{Use(sources_, access::compute_read), Use(scene.world_from_node, access::compute_write)};
+  std::vector<Use> uses{Use(sources_, access::compute_read),
+                        Use(scene.world_from_node, access::compute_write)};
   for (size_t s = 0; s < streams_.size(); ++s) {
     stream_sources.push_back({streams_[s].poses.address, to_rows(poses.streams()[s].world_from_stream)});
     if (streams_[s].poses) uses.emplace_back(streams_[s].poses, access::compute_read);

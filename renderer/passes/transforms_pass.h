@@ -1,5 +1,5 @@
-// Poses as they came over the wire to world transforms of all nodes, on the GPU. The CPU touches only streams whose
-// shown frame changed, and the table of drives when bindings changed.
+// Poses as they came over the wire to world transforms of all nodes, on the GPU. The CPU touches only streams
+// whose shown frame changed, and the table of drives when bindings changed.
 #pragma once
 
 #include <vector>

@@ -10,8 +10,8 @@
 
 namespace fire3dv::scene {
 
-// Meshes are there already. Nodes outside the default scene are left out. Returns the scene's node of each of the
-// file's, or kNone.
+// Meshes are there already. Nodes outside the default scene are left out. Returns the scene's node of each of
+// the file's, or kNone.
 Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const LoadLimits& limits, Scene& scene);
 
 }  // namespace fire3dv::scene

@@ -1,5 +1,6 @@
-// The scene as flat arrays with stable indices. No Vulkan, no wire. Frames follow glTF: right-handed, Y up, metres,
-// cameras look along -Z, counter-clockwise front faces. Loaded by load_gltf.h; GPU copies are derived from it.
+// The scene as flat arrays with stable indices. No Vulkan, no wire. Frames follow glTF: right-handed, Y up,
+// metres, cameras look along -Z, counter-clockwise front faces. Loaded by load_gltf.h; GPU copies are derived
+// from it.
 #pragma once
 
 #include <array>
@@ -16,12 +17,13 @@ namespace fire3dv::scene {
 constexpr uint32_t kNone = UINT32_MAX;  // "no such index"
 
 struct Node {
-  std::string name;               // as in the file; may be empty or shared with others
-  std::string path;               // names from the root, joined by '/', with '~' and '/' in names escaped as ~0, ~1
-  uint32_t parent = kNone;        // parents stand before their children
+  std::string name;         // as in the file; may be empty or shared with others
+  std::string path;         // names from the root, joined by '/', with '~' and '/' in names escaped as ~0, ~1
+  uint32_t parent = kNone;  // parents stand before their children
   glm::mat4 parent_from_node{1};  // rest pose
   glm::mat4 world_from_node{1};   // rest pose, derived
-  // The parts of parent_from_node, which animations replace one by one; without meaning for a node given by a matrix.
+  // The parts of parent_from_node, which animations replace one by one; without meaning for a node given by a
+  // matrix.
   glm::vec3 translation{0};
   glm::quat rotation{1, 0, 0, 0};
   glm::vec3 scale{1};
@@ -29,26 +31,26 @@ struct Node {
   uint32_t mesh = kNone;
   uint32_t camera = kNone;
   uint32_t light = kNone;
-  uint32_t skin = kNone;                 // only with a mesh, and only a skin that has joints
-  uint32_t first_morph_weight = 0;       // into Scene::morph_weights
-  uint32_t morph_weight_count = 0;       // the mesh's morph_target_count
+  uint32_t skin = kNone;            // only with a mesh, and only a skin that has joints
+  uint32_t first_morph_weight = 0;  // into Scene::morph_weights
+  uint32_t morph_weight_count = 0;  // the mesh's morph_target_count
 };
 
-// Attributes beside the position. The loader generates missing normals, and missing tangents where the material has a
-// normal map.
+// Attributes beside the position. The loader generates missing normals, and missing tangents where the
+// material has a normal map.
 struct VertexAttributes {
   glm::vec3 normal{0, 0, 1};
   glm::vec4 tangent{1, 0, 0, 1};  // w: sign of the bitangent
   glm::vec2 uv0{0};
   glm::vec2 uv1{0};
-  glm::vec4 color{1};             // linear
+  glm::vec4 color{1};  // linear
 };
 
 // The loader unrolls strips, fans and loops.
 enum class Topology : uint8_t { triangles, lines, points };
 
-// Four of the joints that move a vertex, as indices into its skin. The weights of all sets of a vertex add up to 1; an
-// unused place has joint 0 and weight 0.
+// Four of the joints that move a vertex, as indices into its skin. The weights of all sets of a vertex add up
+// to 1; an unused place has joint 0 and weight 0.
 struct Influences {
   std::array<uint16_t, 4> joints{};
   std::array<float, 4> weights{};
@@ -58,13 +60,14 @@ struct Influences {
 struct MorphDelta {
   glm::vec3 position{0};
   glm::vec3 normal{0};
-  glm::vec3 tangent{0};  // none for generated tangents: whoever deforms makes those perpendicular to the normal again
+  glm::vec3 tangent{
+      0};  // none for generated tangents: whoever deforms makes those perpendicular to the normal again
 };
 
-// The box around all vertices of a primitive that a joint moves, in the mesh's frame before skinning. A posed vertex lies
-// in the hull of its joints' posed boxes.
+// The box around all vertices of a primitive that a joint moves, in the mesh's frame before skinning. A posed
+// vertex lies in the hull of its joints' posed boxes.
 struct JointBounds {
-  uint32_t joint = 0;    // index into the skin
+  uint32_t joint = 0;  // index into the skin
   glm::vec3 bounds_min{0};
   glm::vec3 bounds_max{0};
 };
@@ -72,17 +75,18 @@ struct JointBounds {
 // A list of triangles, lines or points with one material.
 struct Primitive {
   Topology topology = Topology::triangles;
-  bool lit = true;  // false: lines and points without normals show base colour plus emission
-  uint32_t first_index = 0;   // into Scene::indices; values are relative to first_vertex
+  bool lit = true;           // false: lines and points without normals show base colour plus emission
+  uint32_t first_index = 0;  // into Scene::indices; values are relative to first_vertex
   uint32_t index_count = 0;
   uint32_t first_vertex = 0;  // into Scene::positions and Scene::attributes
   uint32_t vertex_count = 0;
   uint32_t material = 0;
-  // In the mesh's frame, before skinning, with every weight that morph targets have at rest or in an animation.
+  // In the mesh's frame, before skinning, with every weight that morph targets have at rest or in an
+  // animation.
   glm::vec3 bounds_min{0};
   glm::vec3 bounds_max{0};
-  // Into Scene::influences: vertex v has the influence_sets sets from first_influence + v * influence_sets. kNone: the
-  // primitive moves with its node, whatever skin that has.
+  // Into Scene::influences: vertex v has the influence_sets sets from first_influence + v * influence_sets.
+  // kNone: the primitive moves with its node, whatever skin that has.
   uint32_t first_influence = kNone;
   uint32_t influence_sets = 0;
   uint32_t joint_limit = 0;         // every joint of its influences is below
@@ -105,8 +109,8 @@ struct Joint {
   glm::mat4 joint_from_mesh{1};  // inverse bind matrix
 };
 
-// A vertex of a skinned mesh is shown at the sum of weight * world_from_joint * joint_from_mesh * vertex over its
-// influences: the transform of the mesh's own node has no part in it.
+// A vertex of a skinned mesh is shown at the sum of weight * world_from_joint * joint_from_mesh * vertex over
+// its influences: the transform of the mesh's own node has no part in it.
 struct Skin {
   std::string name;
   uint32_t first_joint = 0;  // into Scene::joints
@@ -121,17 +125,18 @@ struct AnimationChannel {
   uint32_t node = 0;
   AnimationPath path = AnimationPath::translation;
   Interpolation interpolation = Interpolation::linear;
-  uint32_t width = 3;        // floats a value: 3, 4 (rotation, xyzw) or the number of morph targets
-  uint32_t first_time = 0;   // into Scene::key_times_s, key_count times that rise
-  uint32_t key_count = 0;    // 1 or more
-  uint32_t first_value = 0;  // into Scene::key_values: a value a key; cubic splines: in-tangent, value, out-tangent
+  uint32_t width = 3;       // floats a value: 3, 4 (rotation, xyzw) or the number of morph targets
+  uint32_t first_time = 0;  // into Scene::key_times_s, key_count times that rise
+  uint32_t key_count = 0;   // 1 or more
+  uint32_t first_value =
+      0;  // into Scene::key_values: a value a key; cubic splines: in-tangent, value, out-tangent
 };
 
 struct Animation {
   std::string name;
   uint32_t first_channel = 0;  // into Scene::channels; several of one node and path: the last one counts
   uint32_t channel_count = 0;
-  float duration_s = 0;        // from 0 to the last key
+  float duration_s = 0;  // from 0 to the last key
 };
 
 struct TextureRef {
@@ -157,21 +162,22 @@ struct Material {
   AlphaMode alpha_mode = AlphaMode::opaque;
   bool double_sided = false;
   bool unlit = false;
-  TextureRef base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture, emissive_texture;
+  TextureRef base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture,
+      emissive_texture;
 
-  float ior = 1.5f;                // KHR_materials_ior
-  float specular = 1;              // KHR_materials_specular
+  float ior = 1.5f;    // KHR_materials_ior
+  float specular = 1;  // KHR_materials_specular
   glm::vec3 specular_color{1};
-  float clearcoat = 0;             // KHR_materials_clearcoat
+  float clearcoat = 0;  // KHR_materials_clearcoat
   float clearcoat_roughness = 0;
   float clearcoat_normal_scale = 1;
-  glm::vec3 sheen_color{0};        // KHR_materials_sheen
+  glm::vec3 sheen_color{0};  // KHR_materials_sheen
   float sheen_roughness = 0;
-  float transmission = 0;          // KHR_materials_transmission, as a thin wall
+  float transmission = 0;                               // KHR_materials_transmission, as a thin wall
   TextureRef specular_texture, specular_color_texture;  // A; RGB
   TextureRef clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;  // R; G; normal
-  TextureRef sheen_color_texture, sheen_roughness_texture;  // RGB; A
-  TextureRef transmission_texture;  // R
+  TextureRef sheen_color_texture, sheen_roughness_texture;                              // RGB; A
+  TextureRef transmission_texture;                                                      // R
 };
 
 // How a material's surfaces are drawn: those that light goes through are blended, whatever their alpha mode.
@@ -202,10 +208,10 @@ enum class LightType : uint8_t { directional, point, spot };
 struct Light {
   std::string name;
   LightType type = LightType::point;
-  glm::vec3 color{1};         // linear
-  float intensity = 1;        // candela (point, spot) or lux (directional)
-  float range_m = 0;          // 0 = infinite
-  float radius_m = 0;         // point, spot: of the ball that shines; more than 0 gives soft shadows
+  glm::vec3 color{1};            // linear
+  float intensity = 1;           // candela (point, spot) or lux (directional)
+  float range_m = 0;             // 0 = infinite
+  float radius_m = 0;            // point, spot: of the ball that shines; more than 0 gives soft shadows
   float angular_radius_rad = 0;  // directional: half the angle that the source subtends
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853981634f;
@@ -215,10 +221,10 @@ struct Camera {
   std::string name;
   bool orthographic = false;
   float vertical_fov_rad = 0.8f;
-  float aspect = 0;           // 0 = the image's
+  float aspect = 0;  // 0 = the image's
   float near_m = 0.01f;
-  float far_m = 0;            // 0 = infinite
-  glm::vec2 half_extent_m{1}; // orthographic
+  float far_m = 0;             // 0 = infinite
+  glm::vec2 half_extent_m{1};  // orthographic
 };
 
 struct Scene {
@@ -248,8 +254,8 @@ struct Scene {
   std::vector<std::string> warnings;       // one sentence each: what of the file is not drawn as it says
 };
 
-// The nodes that carry a camera, in node order: camera names on the command line resolve against these, first by node
-// name, then by camera name.
+// The nodes that carry a camera, in node order: camera names on the command line resolve against these, first
+// by node name, then by camera name.
 std::vector<uint32_t> camera_nodes(const Scene& scene);
 
 // A node's transform from its parts.

@@ -8,7 +8,9 @@
 namespace fire3dv::sinks {
 namespace {
 
-Window* self(GLFWwindow* window) { return static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+Window* self(GLFWwindow* window) {
+  return static_cast<Window*>(glfwGetWindowUserPointer(window));
+}
 
 gpu::Semaphore create_semaphore(gpu::Device& device) {
   VkSemaphoreCreateInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
@@ -31,20 +33,23 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2
   }
   std::unique_ptr<Window> window(new Window);
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
-  window->window_ =
-      glfwCreateWindow(static_cast<int>(size.width), static_cast<int>(size.height), title.c_str(), nullptr, nullptr);
+  window->window_ = glfwCreateWindow(static_cast<int>(size.width), static_cast<int>(size.height),
+                                     title.c_str(), nullptr, nullptr);
   if (!window->window_) {
     return Error{"cannot open a window: " + glfw_error() + "; without a display, use --headless --out DIR"};
   }
   glfwSetWindowUserPointer(window->window_, window.get());
   glfwGetCursorPos(window->window_, &window->cursor_x_, &window->cursor_y_);
-  glfwSetCursorPosCallback(window->window_, [](GLFWwindow* w, double x, double y) { self(w)->on_cursor(x, y); });
-  glfwSetScrollCallback(window->window_,
-                        [](GLFWwindow* w, double, double y) { self(w)->input_.scroll += static_cast<float>(y); });
+  glfwSetCursorPosCallback(window->window_,
+                           [](GLFWwindow* w, double x, double y) { self(w)->on_cursor(x, y); });
+  glfwSetScrollCallback(window->window_, [](GLFWwindow* w, double, double y) {
+    self(w)->input_.scroll += static_cast<float>(y);
+  });
   glfwSetFramebufferSizeCallback(window->window_, [](GLFWwindow* w, int, int) { self(w)->stale_ = true; });
   glfwSetKeyCallback(window->window_, [](GLFWwindow* w, int key, int, int action, int) {
     if (action != GLFW_PRESS) return;
-    if (key >= GLFW_KEY_1 && key <= GLFW_KEY_9) self(w)->input_.camera = static_cast<size_t>(key - GLFW_KEY_1);
+    if (key >= GLFW_KEY_1 && key <= GLFW_KEY_9)
+      self(w)->input_.camera = static_cast<size_t>(key - GLFW_KEY_1);
     if (key == GLFW_KEY_F) self(w)->input_.frame_all = true;
     if (key == GLFW_KEY_ESCAPE) glfwSetWindowShouldClose(w, GLFW_TRUE);
   });
@@ -72,7 +77,8 @@ Result<void> Window::attach(gpu::Instance& instance, gpu::Device& device) {
   VkBool32 supported = VK_FALSE;
   vkGetPhysicalDeviceSurfaceSupportKHR(device.physical(), device.queue_family(), surface_, &supported);
   if (!supported) {
-    return Error{device.report().name + " cannot present to this display; choose another with --device, or --headless"};
+    return Error{device.report().name +
+                 " cannot present to this display; choose another with --device, or --headless"};
   }
   for (gpu::Semaphore& semaphore : acquired_) semaphore = create_semaphore(device);
   return {};
@@ -81,7 +87,8 @@ Result<void> Window::attach(gpu::Instance& instance, gpu::Device& device) {
 void Window::detach() {
   if (!device_) return;
   device_->wait(device_->last_submitted());
-  vkQueueWaitIdle(device_->queue());  // presentations have no other sign of being over; this is the end of the window
+  vkQueueWaitIdle(
+      device_->queue());  // presentations have no other sign of being over; this is the end of the window
   rendered_.clear();
   for (gpu::Semaphore& semaphore : acquired_) semaphore.reset();
   // The surface must outlive the swapchain, so this one object is not left to retirement.
@@ -94,10 +101,18 @@ void Window::detach() {
   device_ = nullptr;
 }
 
-void Window::poll_events() { glfwPollEvents(); }
-void Window::wait_events(double timeout_s) { glfwWaitEventsTimeout(timeout_s); }
-bool Window::should_close() const { return glfwWindowShouldClose(window_); }
-void Window::set_title(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
+void Window::poll_events() {
+  glfwPollEvents();
+}
+void Window::wait_events(double timeout_s) {
+  glfwWaitEventsTimeout(timeout_s);
+}
+bool Window::should_close() const {
+  return glfwWindowShouldClose(window_);
+}
+void Window::set_title(const std::string& title) {
+  glfwSetWindowTitle(window_, title.c_str());
+}
 
 VkExtent2D Window::framebuffer_extent() const {
   int width = 0, height = 0;
@@ -139,8 +154,10 @@ bool Window::create_swapchain() {
   FIRE3DV_VK(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_->physical(), surface_, &capabilities));
   VkExtent2D extent = capabilities.currentExtent;
   if (extent.width == UINT32_MAX) extent = framebuffer_extent();  // the surface takes the swapchain's size
-  extent.width = std::clamp(extent.width, capabilities.minImageExtent.width, capabilities.maxImageExtent.width);
-  extent.height = std::clamp(extent.height, capabilities.minImageExtent.height, capabilities.maxImageExtent.height);
+  extent.width =
+      std::clamp(extent.width, capabilities.minImageExtent.width, capabilities.maxImageExtent.width);
+  extent.height =
+      std::clamp(extent.height, capabilities.minImageExtent.height, capabilities.maxImageExtent.height);
   if (extent.width == 0 || extent.height == 0) return false;  // minimised just now
 
   uint32_t count = 0;
@@ -159,8 +176,9 @@ bool Window::create_swapchain() {
   gpu::SwapchainHandle old = std::move(swapchain_);
   VkSwapchainCreateInfoKHR info{VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR};
   info.surface = surface_;
-  info.minImageCount = capabilities.maxImageCount ? std::min(capabilities.minImageCount + 1, capabilities.maxImageCount)
-                                                  : capabilities.minImageCount + 1;
+  info.minImageCount = capabilities.maxImageCount
+                           ? std::min(capabilities.minImageCount + 1, capabilities.maxImageCount)
+                           : capabilities.minImageCount + 1;
   info.imageFormat = format.format;
   info.imageColorSpace = format.colorSpace;
   info.imageExtent = extent;
@@ -189,7 +207,8 @@ bool Window::acquire() {
   if (minimized()) return false;
   if (stale_ && !create_swapchain()) return false;
   const uint32_t slot = (acquire_slot_ + 1) % static_cast<uint32_t>(acquired_.size());
-  constexpr uint64_t kPatienceNs = 100'000'000;  // a hidden window may get no image; adapters must not wait for it
+  constexpr uint64_t kPatienceNs =
+      100'000'000;  // a hidden window may get no image; adapters must not wait for it
   const VkResult result = vkAcquireNextImageKHR(device_->handle(), swapchain_.get(), kPatienceNs,
                                                 acquired_[slot].get(), VK_NULL_HANDLE, &image_index_);
   if (result == VK_TIMEOUT || result == VK_NOT_READY) return false;
@@ -220,16 +239,19 @@ void Window::record(gpu::Recorder& recorder, gpu::Image& image) {
       info.pImageMemoryBarriers = &b;
       vkCmdPipelineBarrier2(commands, &info);
     };
-    barrier(0, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    barrier(0, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
+            VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
     // A blit and not a copy: it converts the order of the channels.
     VkImageBlit blit{};
     blit.srcSubresource = blit.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-    blit.srcOffsets[1] = {static_cast<int32_t>(image.extent.width), static_cast<int32_t>(image.extent.height), 1};
-    blit.dstOffsets[1] = {static_cast<int32_t>(swapchain_extent_.width), static_cast<int32_t>(swapchain_extent_.height),
+    blit.srcOffsets[1] = {static_cast<int32_t>(image.extent.width), static_cast<int32_t>(image.extent.height),
                           1};
+    blit.dstOffsets[1] = {static_cast<int32_t>(swapchain_extent_.width),
+                          static_cast<int32_t>(swapchain_extent_.height), 1};
     vkCmdBlitImage(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, images_[image_index_],
                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &blit, VK_FILTER_NEAREST);
-    barrier(VK_ACCESS_2_TRANSFER_WRITE_BIT, 0, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+    barrier(VK_ACCESS_2_TRANSFER_WRITE_BIT, 0, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+            VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
   });
 }
 

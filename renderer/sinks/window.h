@@ -1,5 +1,5 @@
-// A window that shows finished images: GLFW for the window and its input, a swapchain for the images. Used from the
-// main thread only, as GLFW wants it. No other file touches GLFW.
+// A window that shows finished images: GLFW for the window and its input, a swapchain for the images. Used
+// from the main thread only, as GLFW wants it. No other file touches GLFW.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace fire3dv::sinks {
 struct WindowInput {
   glm::vec2 orbit_px{0}, pan_px{0};
   float scroll = 0;
-  glm::vec3 fly{0};            // -1, 0 or 1 along the camera's x, y, z while keys are held
+  glm::vec3 fly{0};              // -1, 0 or 1 along the camera's x, y, z while keys are held
   std::optional<size_t> camera;  // number key
   bool frame_all = false;
 };

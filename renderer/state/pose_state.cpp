@@ -130,7 +130,8 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
   return push(id, frame, 0, 0);
 }
 
-bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns) {
+bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns,
+                     int64_t received_ns) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   Stream& stream = streams_[id];
   FrameAssembly& assembly = wishes_[id].assembly;

@@ -1,5 +1,5 @@
-// What to show: the newest whole frame of each stream, bound to scene nodes. Knows neither sockets nor Vulkan, so the
-// same object serves live links, the in-process link and recordings. One thread.
+// What to show: the newest whole frame of each stream, bound to scene nodes. Knows neither sockets nor
+// Vulkan, so the same object serves live links, the in-process link and recordings. One thread.
 #pragma once
 
 #include <cstdint>
@@ -19,22 +19,23 @@
 
 namespace fire3dv::state {
 
-using StreamId = uint32_t;  // index of PoseState::streams(), stable until the stream is removed, then given out again
+using StreamId =
+    uint32_t;  // index of PoseState::streams(), stable until the stream is removed, then given out again
 constexpr uint32_t kNone = UINT32_MAX;
 
 // Which pose frame an image shows; travels with the image to its sink.
 struct FrameTag {
-  std::string stream;            // the adapter's name
+  std::string stream;  // the adapter's name
   uint64_t epoch = 0;
   uint64_t sequence = 0;
   int64_t sim_time_ns = 0;
   uint64_t publish_time_ns = 0;  // publisher's monotonic clock
 };
 
-// How a scene node moves: world_from_node = world_from_stream(stream) * pose[pose_index] * body_from_node, where
-// body_from_node already holds the rest transform from the driven ancestor down to this node. stream == kNone: the
-// node rests, and body_from_node is its world_from_node at rest. Rest is what the scene's file says, or what an animation
-// makes of it (PoseState::set_rest).
+// How a scene node moves: world_from_node = world_from_stream(stream) * pose[pose_index] * body_from_node,
+// where body_from_node already holds the rest transform from the driven ancestor down to this node. stream ==
+// kNone: the node rests, and body_from_node is its world_from_node at rest. Rest is what the scene's file
+// says, or what an animation makes of it (PoseState::set_rest).
 struct NodeDrive {
   uint32_t stream = kNone;
   uint32_t pose_index = 0;
@@ -46,43 +47,44 @@ struct Stream {
   std::string name;
   uint64_t epoch = 0;
   wire::Affine3x4d world_from_stream;
-  std::vector<wire::Affine3x4> poses;       // the shown frame: stream_from_body
-  wire::PoseFrameHeader header;             // of the shown frame; sequence 0 = none yet
-  uint64_t revision = 0;                    // +1 whenever poses change; never goes back, even for another stream here
+  std::vector<wire::Affine3x4> poses;  // the shown frame: stream_from_body
+  wire::PoseFrameHeader header;        // of the shown frame; sequence 0 = none yet
+  uint64_t revision = 0;  // +1 whenever poses change; never goes back, even for another stream here
   std::vector<std::string> unmatched_names;
   std::vector<std::string> conflicting_names;
-  Condition condition = Condition::live;    // as of the last advance(); a picture that is held is not alive
-  uint64_t frames_received = 0;             // whole frames that were shown
-  uint64_t frames_incomplete = 0;           // frames that a newer one overtook before all their parts had come
-  uint64_t frames_stale = 0;                // pushes of another epoch, not newer than the shown frame, or repeated
-  uint64_t frames_refused = 0;              // pushes with a wrong node count, or that contradict their other parts
-  std::vector<uint32_t> scene_node_of_pose; // kNone = unmatched or conflicting
+  Condition condition = Condition::live;  // as of the last advance(); a picture that is held is not alive
+  uint64_t frames_received = 0;           // whole frames that were shown
+  uint64_t frames_incomplete = 0;         // frames that a newer one overtook before all their parts had come
+  uint64_t frames_stale = 0;    // pushes of another epoch, not newer than the shown frame, or repeated
+  uint64_t frames_refused = 0;  // pushes with a wrong node count, or that contradict their other parts
+  std::vector<uint32_t> scene_node_of_pose;  // kNone = unmatched or conflicting
 };
 
 class PoseState {
  public:
   explicit PoseState(const scene::Scene& scene);
 
-  // Binds the stream's names: exact node name first (unique in the scene), then path. A node that another active
-  // stream drives stays with it and is reported as conflicting.
+  // Binds the stream's names: exact node name first (unique in the scene), then path. A node that another
+  // active stream drives stays with it and is reported as conflicting.
   StreamId add_stream(const wire::StreamDescription& description);
   void remove_stream(StreamId id);  // its nodes rest again
 
-  // Takes a whole frame or a part. Parts of one sequence are gathered; the frame is shown when it is whole. Frames of
-  // another epoch, not newer than the shown one, or with a wrong node count are dropped and counted. Returns true when
-  // the shown frame changed.
+  // Takes a whole frame or a part. Parts of one sequence are gathered; the frame is shown when it is whole.
+  // Frames of another epoch, not newer than the shown one, or with a wrong node count are dropped and
+  // counted. Returns true when the shown frame changed.
   bool push(StreamId id, const wire::PoseFrameView& frame);
 
-  // Where nodes are that no stream drives, and relative to what their descendants stand. As long as the scene's own.
+  // Where nodes are that no stream drives, and relative to what their descendants stand. As long as the
+  // scene's own.
   void set_rest(const RestPose& rest);
   // As Scene::morph_weights.
   const std::vector<float>& morph_weights() const { return rest_.morph_weights; }
 
-  // A stream whose frames come unevenly: from now on they are shown a little late, with what lies between them. The delay
-  // follows the jitter unless it is given.
+  // A stream whose frames come unevenly: from now on they are shown a little late, with what lies between
+  // them. The delay follows the jitter unless it is given.
   void interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns);
-  // As push, with the times, on this machine's monotonic clock, at which the frame was published (as far as that is known)
-  // and came.
+  // As push, with the times, on this machine's monotonic clock, at which the frame was published (as far as
+  // that is known) and came.
   bool push(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns);
   // Shows what is to be seen now. Returns true when that is something else than before.
   bool advance(int64_t now_ns);
@@ -106,13 +108,13 @@ class PoseState {
  private:
   // What a stream asked for, beside what it got (Stream).
   struct Wish {
-    uint64_t order = 0;                              // smaller = older: the older stream keeps a node
-    std::vector<uint32_t> node_of_pose;              // kNone = unmatched
+    uint64_t order = 0;                  // smaller = older: the older stream keeps a node
+    std::vector<uint32_t> node_of_pose;  // kNone = unmatched
     std::vector<std::string> names;
-    std::vector<wire::Affine3x4> body_from_node;     // none, one for all, or one per pose
+    std::vector<wire::Affine3x4> body_from_node;  // none, one for all, or one per pose
     FrameAssembly assembly;
-    std::optional<Playout> playout;                  // interpolated streams
-    int64_t received_ns = 0;                         // the newest frame
+    std::optional<Playout> playout;  // interpolated streams
+    int64_t received_ns = 0;         // the newest frame
   };
   void rebind();
   void derive_drives();

@@ -185,8 +185,8 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
   }
   scene::Camera camera;
   const float aspect = static_cast<float>(kExtent.width) / static_cast<float>(kExtent.height);
-  const passes::View view = passes::make_view(
-      camera, passes::framing_camera_pose(camera, aspect, around.low, around.high), aspect);
+  const passes::View view =
+      passes::make_view(camera, passes::framing_camera_pose(camera, aspect, around.low, around.high), aspect);
   for (const Way& way : {kWays[0], kWays[1]}) {
     SCOPED_TRACE(way.name);
     RenderBench bench(scene, kExtent, settings_of(way));

@@ -109,8 +109,9 @@ TEST_F(Golden, TexturesOfEveryKind) {
       64, 64, false, [](float u, float v) { return glm::vec4(0, 0.15f + 0.8f * v, u > 0.5f ? 1 : 0, 1); });
   material.normal_texture.texture = builder.texture(128, 128, false, [](float u, float v) {
     const glm::vec2 cell(glm::fract(u * 8) - 0.5f, glm::fract(v * 8) - 0.5f);
-    const glm::vec3 n = glm::length(cell) < 0.35f ? glm::normalize(glm::vec3(cell.x * 0.6f, -cell.y * 0.6f, 1))
-                                                  : glm::vec3(0, 0, 1);
+    const glm::vec3 n = glm::length(cell) < 0.35f
+                            ? glm::normalize(glm::vec3(cell.x * 0.6f, -cell.y * 0.6f, 1))
+                            : glm::vec3(0, 0, 1);
     return glm::vec4(n * 0.5f + 0.5f, 1);
   });
   material.occlusion_texture.texture =

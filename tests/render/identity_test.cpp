@@ -1,5 +1,6 @@
-// The proof that transports do not matter: the same 200 pose frames, in lockstep, in process, over shared memory, TCP
-// and UDP, give the same images to the byte. In process no codec is involved: frames go straight into the pose state.
+// The proof that transports do not matter: the same 200 pose frames, in lockstep, in process, over shared
+// memory, TCP and UDP, give the same images to the byte. In process no codec is involved: frames go straight
+// into the pose state.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -21,7 +22,9 @@ constexpr uint32_t kFrames = 200;
 constexpr uint32_t kBodies = 40;  // with 48 bytes a pose: two datagrams a frame over UDP
 constexpr VkExtent2D kExtent{96, 72};
 
-std::string body_name(uint32_t body) { return "body_" + std::to_string(body); }
+std::string body_name(uint32_t body) {
+  return "body_" + std::to_string(body);
+}
 
 scene::Scene make_scene() {
   SceneBuilder builder;
@@ -59,7 +62,8 @@ void flip_one_bit(uint32_t frame, std::vector<wire::Affine3x4>& poses) {
   if (frame != 123) return;
   uint32_t bits;
   std::memcpy(&bits, &poses[17].m[3], sizeof bits);
-  bits ^= 1u << 21;  // of the mantissa: moves the body by a quarter of its position's power of two, and no more
+  bits ^=
+      1u << 21;  // of the mantissa: moves the body by a quarter of its position's power of two, and no more
   std::memcpy(&poses[17].m[3], &bits, sizeof bits);
 }
 
@@ -127,7 +131,8 @@ class Identity : public ValidationIsSilent {
     for (uint32_t frame = 0; frame < kFrames && !HasFailure(); ++frame) {
       std::vector<wire::Affine3x4> stream_from_body = make_poses(frame);
       if (tamper) tamper(frame, stream_from_body);
-      EXPECT_EQ(fire3dv_publish(stream, frame * 1000000, stream_from_body[0].m.data(), kBodies, 0), FIRE3DV_OK);
+      EXPECT_EQ(fire3dv_publish(stream, frame * 1000000, stream_from_body[0].m.data(), kBodies, 0),
+                FIRE3DV_OK);
       if (!shown_before_hang_limit(intake)) break;
       images.push_back(bench.draw(poses, first_camera_view(scene(), poses, kExtent)));
       EXPECT_EQ(images.back().shown.at(0).sequence, frame + 1);
@@ -193,12 +198,20 @@ TEST_F(Identity, TheImagesDifferFromOneAnother) {
   EXPECT_EQ(distinct.size(), kFrames);
 }
 
-TEST_F(Identity, OverSharedMemory) { expect_identical(play_over(shm_uri()), "shm"); }
-TEST_F(Identity, OverTcp) { expect_identical(play_over("tcp://127.0.0.1:0"), "tcp"); }
-TEST_F(Identity, OverUdp) { expect_identical(play_over("udp://127.0.0.1:0"), "udp"); }
+TEST_F(Identity, OverSharedMemory) {
+  expect_identical(play_over(shm_uri()), "shm");
+}
+TEST_F(Identity, OverTcp) {
+  expect_identical(play_over("tcp://127.0.0.1:0"), "tcp");
+}
+TEST_F(Identity, OverUdp) {
+  expect_identical(play_over("udp://127.0.0.1:0"), "udp");
+}
 
 // The comparison is worth something only if it sees a single wrong bit on each way.
-TEST_F(Identity, OneWrongBitIsSeenInProcess) { EXPECT_EQ(count_different(play_in_process(flip_one_bit)), 1u); }
+TEST_F(Identity, OneWrongBitIsSeenInProcess) {
+  EXPECT_EQ(count_different(play_in_process(flip_one_bit)), 1u);
+}
 TEST_F(Identity, OneWrongBitIsSeenOverSharedMemory) {
   EXPECT_EQ(count_different(play_over(shm_uri(), flip_one_bit)), 1u);
 }

@@ -1,5 +1,5 @@
-// GPU objects live exactly as long as they are needed: counted before and after a scene is replaced, the image is
-// resized and the renderer goes.
+// GPU objects live exactly as long as they are needed: counted before and after a scene is replaced, the
+// image is resized and the renderer goes.
 #include <gtest/gtest.h>
 
 #include "tests/render/render_bench.h"
@@ -58,7 +58,8 @@ TEST_F(Lifetime, ReloadAndResizeLeaveNothingBehind) {
   const scene::Scene first = small_scene(3);
   const scene::Scene second = small_scene(5);
   RenderBench bench(first, {64, 48});
-  for (uint32_t frame = 0; frame < 2 * gpu::kFramesInFlight; ++frame) bench.draw_at_rest();  // each slot has its memory
+  for (uint32_t frame = 0; frame < 2 * gpu::kFramesInFlight; ++frame)
+    bench.draw_at_rest();  // each slot has its memory
   const gpu::LiveObjects before = settled();
   const uint64_t bytes_before = device().allocated_bytes();
   for (uint32_t i = 0; i < 10; ++i) {
@@ -79,7 +80,8 @@ TEST_F(Lifetime, AnObjectOutlivesTheFramesThatUseIt) {
   gpu::FrameRing frames(device());
   frames.begin();
   {
-    gpu::Buffer buffer = gpu::create_buffer(device(), 1024, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+    gpu::Buffer buffer =
+        gpu::create_buffer(device(), 1024, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
     EXPECT_EQ(device().live_objects()[buffers], before[buffers] + 1);
   }
   device().collect();  // the frame that is being recorded may use it

@@ -33,16 +33,20 @@ glm::ivec3 shown(glm::vec3 light, passes::ToneMap tone_map) {
 
 TEST_F(Post, ToneMapsFollowTheirFormulas) {
   for (const float light : {0.02f, 0.18f, 0.5f, 1.0f, 4.0f}) {
-    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::reinhard).g, 255 * encode(light / (1 + light)), 1.1f) << light;
-    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::none).g, 255 * encode(std::min(light, 1.0f)), 1.1f) << light;
+    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::reinhard).g, 255 * encode(light / (1 + light)), 1.1f)
+        << light;
+    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::none).g, 255 * encode(std::min(light, 1.0f)), 1.1f)
+        << light;
     // Neutral: grey below the shoulder is lowered by its Fresnel offset alone.
     const float offset = light < 0.08f ? light - 6.25f * light * light : 0.04f;
     float neutral = light - offset;
     if (neutral >= 0.76f) neutral = 1 - 0.24f * 0.24f / (neutral + 0.24f - 0.76f);
     EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::neutral).g, 255 * encode(neutral), 1.1f) << light;
     // ACES: its matrices keep grey grey to within rounding, so the curve alone is left.
-    const float curve = (light * (light + 0.0245786f) - 0.000090537f) / (light * (0.983729f * light + 0.432951f) + 0.238081f);
-    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::aces).g, 255 * encode(std::min(curve, 1.0f)), 1.6f) << light;
+    const float curve =
+        (light * (light + 0.0245786f) - 0.000090537f) / (light * (0.983729f * light + 0.432951f) + 0.238081f);
+    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::aces).g, 255 * encode(std::min(curve, 1.0f)), 1.6f)
+        << light;
   }
 }
 
@@ -78,7 +82,8 @@ TEST_F(Post, FxaaImprovesEdgesAndLeavesFlatRegionsAlone) {
   settings.samples = 1;
   settings.post.fxaa = false;
   const sinks::FrameImage plain = RenderBench(scene, {kWidth, kHeight}, settings).draw_at_rest();
-  const sinks::FrameImage fine = RenderBench(scene, {kWidth * kFiner, kHeight * kFiner}, settings).draw_at_rest();
+  const sinks::FrameImage fine =
+      RenderBench(scene, {kWidth * kFiner, kHeight * kFiner}, settings).draw_at_rest();
   settings.post.fxaa = true;
   const sinks::FrameImage smoothed = RenderBench(scene, {kWidth, kHeight}, settings).draw_at_rest();
 

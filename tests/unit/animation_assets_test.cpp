@@ -86,7 +86,8 @@ size_t expect_bounded_while_playing(const scene::Scene& scene, const std::string
 TEST(AnimatedBounds, HoldForTheFileMadeHere) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   EXPECT_GT(expect_bounded_while_playing(scene, "motion_file"), 50u);
-  // The first weight goes up to 1, which lifts all to z = 2; the second up to 0.5, which moves a vertex to x = 3.
+  // The first weight goes up to 1, which lifts all to z = 2; the second up to 0.5, which moves a vertex to x
+  // = 3.
   EXPECT_NEAR(scene.primitives[0].bounds_max.x, 3, 1e-3f);
   EXPECT_NEAR(scene.primitives[0].bounds_max.z, 2, 1e-3f);
   ASSERT_EQ(scene.primitives[0].joint_bounds_count, 2u);

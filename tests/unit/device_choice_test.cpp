@@ -10,7 +10,8 @@
 namespace fire3dv::gpu {
 namespace {
 
-DeviceReport report(uint32_t index, const char* name, DeviceType type, std::vector<std::string> missing = {}) {
+DeviceReport report(uint32_t index, const char* name, DeviceType type,
+                    std::vector<std::string> missing = {}) {
   DeviceReport r;
   r.index = index;
   r.name = name;
@@ -21,20 +22,24 @@ DeviceReport report(uint32_t index, const char* name, DeviceType type, std::vect
   return r;
 }
 
-bool mentions(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+bool mentions(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
 
 TEST(DeviceChoice, TheBestUsableDeviceWins) {
-  const auto choice = choose_device({report(0, "llvmpipe", DeviceType::software), report(1, "iGPU", DeviceType::integrated),
-                                     report(2, "Big GPU", DeviceType::discrete)},
-                                    "");
+  const auto choice =
+      choose_device({report(0, "llvmpipe", DeviceType::software), report(1, "iGPU", DeviceType::integrated),
+                     report(2, "Big GPU", DeviceType::discrete)},
+                    "");
   ASSERT_TRUE(choice.ok());
   EXPECT_EQ(choice->index, 2u);
   EXPECT_TRUE(choice->notes.empty());
 }
 
 TEST(DeviceChoice, ASoftwareDeviceIsNamedAndTheReasonIsSaid) {
-  const auto choice = choose_device(
-      {report(0, "Old GPU", DeviceType::discrete, {"dynamicRendering"}), report(1, "llvmpipe", DeviceType::software)}, "");
+  const auto choice = choose_device({report(0, "Old GPU", DeviceType::discrete, {"dynamicRendering"}),
+                                     report(1, "llvmpipe", DeviceType::software)},
+                                    "");
   ASSERT_TRUE(choice.ok());
   EXPECT_EQ(choice->index, 1u);
   ASSERT_EQ(choice->notes.size(), 2u);

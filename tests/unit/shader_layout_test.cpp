@@ -1,5 +1,5 @@
-// C++ and GLSL read one text of the shared structures; here their compilers are asked whether they understood the same:
-// the offsets that SPIR-V carries against offsetof. Also: every embedded shader is SPIR-V.
+// C++ and GLSL read one text of the shared structures; here their compilers are asked whether they understood
+// the same: the offsets that SPIR-V carries against offsetof. Also: every embedded shader is SPIR-V.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -41,13 +41,15 @@ std::map<std::string, Offsets> reflect() {
       const uint32_t* word = code.data() + i;
       if (op == kOpName) names[word[1]] = literal_string(word + 2, length - 2);
       if (op == kOpMemberName) members[word[1]][word[2]] = literal_string(word + 3, length - 3);
-      if (op == kOpMemberDecorate && length == 5 && word[3] == kDecorationOffset) offsets[word[1]][word[2]] = word[4];
+      if (op == kOpMemberDecorate && length == 5 && word[3] == kDecorationOffset)
+        offsets[word[1]][word[2]] = word[4];
       i += length;
     }
     for (const auto& [id, member_offsets] : offsets) {
       for (const auto& [member, offset] : member_offsets) {
         const auto [known, inserted] = structures[names[id]].emplace(members[id][member], offset);
-        EXPECT_TRUE(inserted || known->second == offset) << name << ": " << names[id] << "." << members[id][member];
+        EXPECT_TRUE(inserted || known->second == offset)
+            << name << ": " << names[id] << "." << members[id][member];
       }
     }
   }

@@ -248,7 +248,8 @@ TEST_F(PlayoutTest, AnInterpolatedStreamMovesByTimeAndNotByFrames) {
     return state.push(id, frame, at_ns, at_ns + kMs);
   };
   EXPECT_FALSE(state.advance(1)) << "nothing is there";
-  for (int i = 1; i <= 5; ++i) EXPECT_FALSE(push(static_cast<uint64_t>(i), i * 10 * kMs)) << "its time has not come";
+  for (int i = 1; i <= 5; ++i)
+    EXPECT_FALSE(push(static_cast<uint64_t>(i), i * 10 * kMs)) << "its time has not come";
   EXPECT_TRUE(state.advance(55 * kMs));
   expect_near(state.streams()[id].poses[0], truth(35 * kMs), 1e-3f);
   EXPECT_EQ(state.streams()[id].header.sequence, 3u);

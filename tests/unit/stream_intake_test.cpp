@@ -1,4 +1,5 @@
-// What the renderer makes of what its links deliver, without links and without a GPU: a scripted listener stands in.
+// What the renderer makes of what its links deliver, without links and without a GPU: a scripted listener
+// stands in.
 #include "renderer/app/stream_intake.h"
 
 #include <gtest/gtest.h>
@@ -103,7 +104,8 @@ TEST_F(StreamIntakeTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNodes)
   link_->deliver(1, LinkEvent::Kind::control, description(42));
   link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
   EXPECT_TRUE(intake_.poll());
-  link_->deliver(2, LinkEvent::Kind::control, description(42));  // the first connection has not been missed yet
+  link_->deliver(2, LinkEvent::Kind::control,
+                 description(42));  // the first connection has not been missed yet
   link_->deliver(2, LinkEvent::Kind::pose, frame(42, 2));
   EXPECT_TRUE(intake_.poll());
   EXPECT_EQ(intake_.active_streams(), 1u);
@@ -113,7 +115,8 @@ TEST_F(StreamIntakeTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNodes)
   EXPECT_EQ(poses_.shown()[0].sequence, 2u);
   EXPECT_NE(poses_.node_drives()[0].stream, state::kNone);
 
-  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "timed out");  // the old one is missed at last: nothing changes
+  link_->deliver(1, LinkEvent::Kind::disconnected, {},
+                 "timed out");  // the old one is missed at last: nothing changes
   intake_.poll();
   EXPECT_EQ(intake_.active_streams(), 1u);
 }
@@ -154,7 +157,8 @@ TEST_F(StreamIntakeTest, WhatCannotBeReadIsAnsweredAndCounted) {
 }
 
 TEST_F(StreamIntakeTest, NotesAreBounded) {
-  for (uint64_t epoch = 1; epoch <= 1000; ++epoch) link_->deliver(1, LinkEvent::Kind::control, description(epoch));
+  for (uint64_t epoch = 1; epoch <= 1000; ++epoch)
+    link_->deliver(1, LinkEvent::Kind::control, description(epoch));
   intake_.poll();
   EXPECT_LT(intake_.take_notes().size(), 100u);  // 20 a second; each description would give two
   EXPECT_EQ(intake_.active_streams(), 1u);
@@ -171,7 +175,8 @@ TEST_F(StreamIntakeTest, WhatComesFromAnotherMachineIsInterpolatedOnItsClock) {
   intake_.poll();
   const std::vector<wire::Ping> pings = answers<wire::Ping>(1);
   ASSERT_EQ(pings.size(), 1u);
-  link_->deliver(1, LinkEvent::Kind::control, wire::encode(wire::Pong{pings[0].id, pings[0].sender_time_ns, 5'000'000'000}));
+  link_->deliver(1, LinkEvent::Kind::control,
+                 wire::encode(wire::Pong{pings[0].id, pings[0].sender_time_ns, 5'000'000'000}));
   link_->deliver(1, LinkEvent::Kind::control, wire::encode(wire::Pong{99, 1, 1}));  // nobody asked
   link_->deliver(1, LinkEvent::Kind::pose, frame(3, 1));
   intake_.poll();

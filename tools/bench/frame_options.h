@@ -21,8 +21,8 @@ struct DrawOptions {
   std::string device, async_compute = "auto";
   bool validation = false;
   uint32_t samples = 4;
-  std::string raster = "auto", cull = "on", levels_of_detail = "auto", shadows = "auto", shadow_rays = "hybrid",
-              fxaa = "on";
+  std::string raster = "auto", cull = "on", levels_of_detail = "auto", shadows = "auto",
+              shadow_rays = "hybrid", fxaa = "on";
 };
 void add_draw_options(CLI::App& app, DrawOptions& options);
 Result<void> check_draw_options(DrawOptions& options);

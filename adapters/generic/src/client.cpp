@@ -20,7 +20,8 @@ namespace wire = fire3dv::wire;
 
 namespace {
 
-constexpr size_t kFirstOptionsSize = offsetof(fire3dv_options, key_file);  // programs of the first version know no more
+constexpr size_t kFirstOptionsSize =
+    offsetof(fire3dv_options, key_file);  // programs of the first version know no more
 constexpr uint32_t kKnownFlags = FIRE3DV_FRAME_DISCONTINUITY;
 constexpr long kAckPollNs = 100'000;  // short beside a frame, long beside a poll
 
@@ -123,7 +124,8 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
   status.welcome = stream.welcome;
   status.unmatched_names = stream.unmatched_names;
   const std::string problem = stats.peers == 0 ? stream.link->problem() : std::string();
-  const std::string sentence = problem.empty() ? stream.welcome_message : wire::printable(problem, sizeof status.welcome_message - 1);
+  const std::string sentence =
+      problem.empty() ? stream.welcome_message : wire::printable(problem, sizeof status.welcome_message - 1);
   const size_t length = std::min(sentence.size(), sizeof status.welcome_message - 1);
   std::memcpy(status.welcome_message, sentence.data(), length);
   status.welcome_message[length] = '\0';
