@@ -60,7 +60,7 @@ void main() {
   const uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (65535 * 64);
   const uint view_index = gl_GlobalInvocationID.z;
   bool wanted = index < set.instance_count;
-  bool masked = false;
+  bool masked = false, one_side = false;
   if (wanted) {
     const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[index];
     const PartRecord part = PartRef(globals.value.parts).at[instance.part];
@@ -74,6 +74,7 @@ void main() {
     const RasterView view = RasterViewRef(set.views).at[view_index];
     const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
     wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node);
+    one_side = wanted && draws_one_side(globals, part, world_from_node);
     if (set.cull != 0) {
       const vec4 sphere = sphere_of_cluster(globals, part, cluster, world_from_node);
       wanted = wanted && can_be_seen(globals, view, part, cluster, world_from_node, sphere);
@@ -86,6 +87,7 @@ void main() {
 #endif
     }
   }
-  append(wanted && !masked, view_index, false, index);
-  append(wanted && masked, view_index, true, index);
+  const uint entry = one_side ? index | FIRE3DV_LISTED_ONE_SIDE : index;
+  append(wanted && !masked, view_index, false, entry);
+  append(wanted && masked, view_index, true, entry);
 }

@@ -17,7 +17,6 @@ layout(push_constant, scalar) uniform Push { RasterPush push; };
 shared ivec2 corner_xy[128];
 shared float corner_z[128];
 shared vec3 corner_world[128];
-shared bool one_side;  // of the cluster's part is drawn
 
 const int kMostPixels = 256;            // of a box that one thread walks through
 const int kMostExtent = 64 * kSubpixels;  // so that edge functions fit 32 bits
@@ -79,7 +78,9 @@ void main() {
 #endif
   if (entry >= count) return;  // the whole group
 
-  const uint cluster_index = UintsRef(set.lists).at[push.view * set.instance_count + place];
+  const uint listed = UintsRef(set.lists).at[push.view * set.instance_count + place];
+  const uint cluster_index = listed & ~FIRE3DV_LISTED_ONE_SIDE;
+  const bool one_side = (listed & FIRE3DV_LISTED_ONE_SIDE) != 0;
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[cluster_index];
   const PartRecord part = PartRef(globals.value.parts).at[instance.part];
   const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
@@ -97,11 +98,12 @@ void main() {
     corner_z[thread] = corner.z;
     corner_world[thread] = world;
   }
-  if (thread == 0) one_side = draws_one_side(globals, part, world_from_node);
+  // Asked for before the others are waited for.
+  uint packed = 0;
+  if (thread < cluster.triangle_count) packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + thread];
   barrier();
   if (thread >= cluster.triangle_count) return;
 
-  const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + thread];
   const uvec3 local = uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
   const uint id = ((cluster_index + 1) << 7) | thread;
   Corner a = Corner(corner_xy[local.x], corner_z[local.x]);

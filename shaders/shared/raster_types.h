@@ -66,11 +66,15 @@ struct TileEntry {
 #define FIRE3DV_ROUND_EARLY 1u
 #define FIRE3DV_ROUND_LATE 2u
 
+// In a list: triangles of the cluster are drawn on one side alone.
+#define FIRE3DV_LISTED_ONE_SIDE 0x80000000u
+
 // All that the raster shaders share for one set of views.
 struct RasterSet {
   FIRE3DV_ADDRESS views;     // RasterView[]
   FIRE3DV_ADDRESS work;      // ViewWork[]
-  FIRE3DV_ADDRESS lists;     // uint[view][cluster instance]: solid ones in front, masked ones at the back
+  // uint[view][cluster instance]: solid ones in front, masked ones at the back; with FIRE3DV_LISTED_ONE_SIDE
+  FIRE3DV_ADDRESS lists;
   FIRE3DV_ADDRESS large;     // LargeWork
   FIRE3DV_ADDRESS huge;      // HugeTriangle[]
   FIRE3DV_ADDRESS prepared;  // PreparedTriangle[]
