@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "renderer/app/animation_clock.h"
+#include "renderer/app/image_size.h"
 #include "renderer/app/version.h"
 #include "renderer/passes/draw_names.h"
 
@@ -15,17 +16,7 @@ namespace fire3dv::app {
 namespace {
 
 constexpr int kUsageError = 2;
-constexpr uint32_t kMaxSide = 16384;
 constexpr uint64_t kMostFrames = 1'000'000'000'000;
-
-bool parse_size(const std::string& text, uint32_t& width, uint32_t& height) {
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, width);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return false;
-  const auto second = std::from_chars(first.ptr + 1, end, height);
-  return second.ec == std::errc() && second.ptr == end && width >= 1 && height >= 1 && width <= kMaxSide &&
-         height <= kMaxSide;
-}
 
 // CLI11's own check lets NaN and infinity pass.
 std::string positive_number(const std::string& text) {
@@ -245,9 +236,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     std::cerr << "fire3dv: " << text << " (see fire3dv --help)\n";
     return kUsageError;
   };
-  if (!parse_size(size, options.width, options.height)) {
-    return usage_error("--size " + size + ": must be WxH with sides of 1 to " + std::to_string(kMaxSide) +
-                       ", such as 1280x720");
+  if (!parse_image_size(size, options.width, options.height)) {
+    return usage_error("--size " + size + ": must be WxH with sides of 1 to " +
+                       std::to_string(kMaxImageSide) + ", such as 1280x720");
   }
   if (!background.empty() && !parse_background(background, options.background)) {
     return usage_error("--background " + background + ": must be environment or a colour such as 20a0ff");

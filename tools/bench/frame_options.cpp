@@ -2,22 +2,13 @@
 
 #include <charconv>
 
+#include "renderer/app/image_size.h"
 #include "renderer/passes/draw_names.h"
 
 namespace fire3dv::bench {
 namespace {
 
-constexpr uint32_t kMaxSide = 16384;
 constexpr uint64_t kMostTriangles = 200'000'000;
-
-bool parse_resolution(const std::string& text, uint32_t& width, uint32_t& height) {
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, width);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return false;
-  const auto second = std::from_chars(first.ptr + 1, end, height);
-  return second.ec == std::errc() && second.ptr == end && width >= 1 && height >= 1 && width <= kMaxSide &&
-         height <= kMaxSide;
-}
 
 }  // namespace
 
@@ -59,9 +50,9 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
 }
 
 Result<void> check_draw_options(DrawOptions& options) {
-  if (!parse_resolution(options.resolution, options.width, options.height)) {
+  if (!app::parse_image_size(options.resolution, options.width, options.height)) {
     return Error{"--resolution " + options.resolution + ": must be WxH with sides of 1 to " +
-                 std::to_string(kMaxSide) + ", such as 1920x1080"};
+                 std::to_string(app::kMaxImageSide) + ", such as 1920x1080"};
   }
   return {};
 }
