@@ -4,6 +4,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #include "common/culling.glsl"
+#include "common/pixel_surfaces.glsl"
 #include "common/shadow_maps.glsl"
 #include "common/shadow_points.glsl"
 
@@ -40,50 +41,76 @@ bool is_turned_away(SurfacePoint point, LightSample light) {
   return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
 }
 
+// What is known of the shadows on one surface of a pixel, and which rays are wanted for the rest.
+struct Findings {
+  uint known;
+  uint wanted;
+};
+
+Findings look_at(GlobalsRef globals, uint id, uvec2 pixel, uint same, uint word) {
+  Findings found = Findings(FIRE3DV_NO_INDEX, 0);  // all lit
+  const int s = findLSB(same);
+  const VisibleTriangle triangle = visible_triangle(globals, id);
+  const SurfacePoint point = surface_point(globals, triangle, place_of_samples(pixel, same));
+  const bool body = push.hybrid != 0 && is_body(globals, triangle);
+  if ((MaterialRef(globals.value.materials).at[point.material].flags & FIRE3DV_MATERIAL_UNLIT) != 0) return found;
+  for (uint i = 0; i < globals.value.light_count; ++i) {
+    const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
+    if (shadow.mask_word != word) continue;
+    const LightRecord record = LightRef(globals.value.lights).at[i];
+    const LightSample light =
+        sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
+    if (!light_matters(globals, point, light)) continue;
+    uint verdict = kUnknown;
+    if (body && is_turned_away(point, light)) {
+      verdict = kShadowed;
+    } else if (push.hybrid != 0 && shadow.rays == 1) {
+      const ShadowRay ray = shadow_ray(globals, point, record, light);
+      verdict = map_verdict(globals, shadow, part_of_id(globals, id), ray.origin, point.plane_normal_world, ray.light);
+    }
+    if (verdict == kLit) continue;
+    if (shadow.rays == 1) {
+      found.known &= ~(same << shadow.mask_shift);
+      if (verdict == kUnknown) found.wanted |= 1u << (shadow.mask_shift + s);
+    } else {
+      found.known &= ~(255u << (8 * s));
+      found.wanted |= 1u << s;
+    }
+  }
+  return found;
+}
+
+#if FIRE3DV_SAMPLES == 4
+shared uint pixel_known[kPixels], pixel_wanted[kPixels];
+#endif
+
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
-  const bool inside = gl_GlobalInvocationID.x < globals.value.width && gl_GlobalInvocationID.y < globals.value.height;
+  const uvec2 own_pixel = gl_GlobalInvocationID.xy;
+  const bool inside = own_pixel.x < globals.value.width && own_pixel.y < globals.value.height;
   RayEntry entry;
-  entry.pixel = gl_GlobalInvocationID.y * globals.value.width + gl_GlobalInvocationID.x;
+  entry.pixel = own_pixel.y * globals.value.width + own_pixel.x;
   entry.word = gl_GlobalInvocationID.z;
-  entry.wanted = 0;
-  if (inside) {
-    uint known = FIRE3DV_NO_INDEX;  // all lit
-    const PixelIds ids = pixel_ids(push.visibility, entry.pixel);
-    uint open = kAllSamples & ~samples_with(ids, 0);
-    while (open != 0) {
-      const int s = findLSB(open);
-      const uint id = id_of_sample(ids, s), same = samples_with(ids, id);
-      open &= ~same;
-      const VisibleTriangle triangle = visible_triangle(globals, id);
-      const SurfacePoint point = surface_point(globals, triangle, place_of_samples(gl_GlobalInvocationID.xy, same));
-      const bool body = push.hybrid != 0 && is_body(globals, triangle);
-      if ((MaterialRef(globals.value.materials).at[point.material].flags & FIRE3DV_MATERIAL_UNLIT) != 0) continue;
-      for (uint i = 0; i < globals.value.light_count; ++i) {
-        const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
-        if (shadow.mask_word != entry.word) continue;
-        const LightRecord record = LightRef(globals.value.lights).at[i];
-        const LightSample light =
-            sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
-        if (!light_matters(globals, point, light)) continue;
-        uint verdict = kUnknown;
-        if (body && is_turned_away(point, light)) {
-          verdict = kShadowed;
-        } else if (push.hybrid != 0 && shadow.rays == 1) {
-          const ShadowRay ray = shadow_ray(globals, point, record, light);
-          verdict = map_verdict(globals, shadow, part_of_id(globals, id), ray.origin, point.plane_normal_world, ray.light);
-        }
-        if (verdict == kLit) continue;
-        if (shadow.rays == 1) {
-          known &= ~(same << shadow.mask_shift);
-          if (verdict == kUnknown) entry.wanted |= 1u << (shadow.mask_shift + s);
-        } else {
-          known &= ~(255u << (8 * s));
-          entry.wanted |= 1u << s;
-        }
-      }
-    }
-    UintsRef(globals.value.shadow_mask).at[entry.pixel * globals.value.mask_words + entry.word] = known;
+  Findings found = Findings(FIRE3DV_NO_INDEX, 0);
+#if FIRE3DV_SAMPLES == 4
+  const uint lane = gl_LocalInvocationIndex;
+  pixel_known[lane] = found.known;
+  pixel_wanted[lane] = found.wanted;
+  list_surfaces(push.visibility, entry.pixel, inside);
+  for (uint place = lane; place < surface_count(); place += kPixels) {
+    const PixelSurface surface = surface_at(place);
+    if (surface.id == 0) continue;
+    found = look_at(globals, surface.id, pixel_of_lane(surface.lane), surface.samples, entry.word);
+    if (found.known != FIRE3DV_NO_INDEX) atomicAnd(pixel_known[surface.lane], found.known);
+    if (found.wanted != 0) atomicOr(pixel_wanted[surface.lane], found.wanted);
   }
+  barrier();
+  found = Findings(pixel_known[lane], pixel_wanted[lane]);
+#else
+  const uint id = inside ? pixel_ids(push.visibility, entry.pixel) : 0;
+  if (id != 0) found = look_at(globals, id, own_pixel, 1, entry.word);
+#endif
+  if (inside) UintsRef(globals.value.shadow_mask).at[entry.pixel * globals.value.mask_words + entry.word] = found.known;
+  entry.wanted = found.wanted;
   append(entry.wanted != 0, entry);
 }

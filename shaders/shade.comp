@@ -3,7 +3,7 @@
 // for what is drawn on top.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "common/pixel_ids.glsl"
+#include "common/pixel_surfaces.glsl"
 #include "common/visible_triangle.glsl"
 #include "common/shading.glsl"
 #include "common/shadow_maps.glsl"
@@ -21,6 +21,7 @@ layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
 #endif
 
+uint shaded_pixel;
 int shaded_sample;  // the first of those that are being shaded
 
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
@@ -31,8 +32,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
     const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
     return map_visibility(globals, shadow, lifted, point.plane_normal_world, light);
   }
-  const uint pixel = gl_GlobalInvocationID.y * globals.value.width + gl_GlobalInvocationID.x;
-  return mask_visibility(globals, shadow, pixel, shaded_sample);
+  return mask_visibility(globals, shadow, shaded_pixel, shaded_sample);
 }
 
 vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
@@ -49,30 +49,55 @@ vec3 background_of(GlobalsRef globals, uvec2 pixel) {
                                           globals.value.world_from_ndc_origin);
 }
 
+vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
+  if (id == 0) return background_of(globals, pixel);
+  shaded_pixel = pixel.y * globals.value.width + pixel.x;
+  shaded_sample = findLSB(samples);
+  return shaded(globals, id, place_of_samples(pixel, samples));
+}
+
+#if FIRE3DV_SAMPLES == 1
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   const uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;
-  const PixelIds ids = pixel_ids(push.visibility, pixel.y * globals.value.width + pixel.x);
-  vec3 sum = vec3(0);
-  uint open = kAllSamples;
-  while (open != 0) {
-    const int s = findLSB(open);
-    const uint id = id_of_sample(ids, s), same = samples_with(ids, id);
-    open &= ~same;
-    shaded_sample = s;
-    const vec3 color = id == 0 ? background_of(globals, pixel) : shaded(globals, id, place_of_samples(pixel, same));
+  const uint id = pixel_ids(push.visibility, pixel.y * globals.value.width + pixel.x);
+  const vec3 color = color_of(globals, id, pixel, 1);
+#ifdef FIRE3DV_UNRESOLVED
+  imageStore(hdr, ivec2(pixel), vec4(color, 1));
+#else
+  imageStore(display, ivec2(pixel), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
+#endif
+}
+#else
 #ifndef FIRE3DV_UNRESOLVED
-    sum += display_linear(color, push.exposure, push.tone_map) * bitCount(same);
-#elif FIRE3DV_SAMPLES == 4
-    for (int other = s; other < FIRE3DV_SAMPLES; ++other) {
-      if ((same & (1u << other)) != 0) imageStore(hdr, ivec2(pixel), other, vec4(color, 1));
+shared vec3 shares[4 * kPixels];  // of a pixel's sum
+#endif
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  const uvec2 own_pixel = gl_GlobalInvocationID.xy;
+  const bool inside = own_pixel.x < globals.value.width && own_pixel.y < globals.value.height;
+  const OwnSurfaces own = list_surfaces(push.visibility, own_pixel.y * globals.value.width + own_pixel.x, inside);
+  for (uint place = gl_LocalInvocationIndex; place < surface_count(); place += kPixels) {
+    const PixelSurface surface = surface_at(place);
+    if (surface.samples == 0) continue;
+    const uvec2 pixel = pixel_of_lane(surface.lane);
+    const vec3 color = color_of(globals, surface.id, pixel, surface.samples);
+#ifdef FIRE3DV_UNRESOLVED
+    for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
+      if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
     }
 #else
-    imageStore(hdr, ivec2(pixel), vec4(color, 1));
+    shares[place] = display_linear(color, push.exposure, push.tone_map) * bitCount(surface.samples);
 #endif
   }
 #ifndef FIRE3DV_UNRESOLVED
-  imageStore(display, ivec2(pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
+  barrier();
+  if (!inside) return;
+  vec3 sum = shares[gl_LocalInvocationIndex];  // always in the same order
+  for (uint i = 1; i < own.count; ++i) sum += shares[own.further + i - 1];
+  imageStore(display, ivec2(own_pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
 #endif
 }
+#endif
