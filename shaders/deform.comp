@@ -11,7 +11,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Inf
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DeltaRef { MorphDeltaRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer FloatRef { float at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PositionsRef { vec3 at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer VerticesRef { VertexRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer VerticesRef { VertexRecord at[]; };
 
 AffineRows blended_matrix(DeformRecord record, uint source) {
   if (record.first_influence == FIRE3DV_NO_INDEX) return AffineRowsRef(push.world_from_node).at[record.node];

@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { DeformPush push; };
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer JointBoundsRef { JointBoundsRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PrimitivesOut { PrimitiveRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer PrimitivesOut { PrimitiveRecord at[]; };
 
 shared vec3 low_of_thread[64];
 shared vec3 high_of_thread[64];

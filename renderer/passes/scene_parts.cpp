@@ -40,7 +40,7 @@ std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeom
   for (const scene::Cluster& c : geometry.clusters) {
     records.push_back({c.center, c.radius, c.cone_axis, c.cone_cutoff, c.first_vertex, c.first_triangle,
                        c.vertex_count, c.triangle_count, c.made_by, c.merged_by,
-                       c.made_by == scene::kNone ? 0 : geometry.level_groups[c.made_by].surface_error});
+                       c.made_by == scene::kNone ? 0 : geometry.level_groups[c.made_by].surface_error, 0});
   }
   return records;
 }
@@ -104,7 +104,8 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
       const bool deformed = scene::is_deformed(scene.nodes[n]);
       const scene::Caster caster = deformed ? scene::Caster{} : casters[mesh];
       all.parts.push_back({drawn_at(scene, n), primitive,
-                           part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0)});
+                           part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0),
+                           scene.primitives[p].material});
       if (caster.shape == scene::CasterShape::planar) {
         const glm::mat3 m(scene.nodes[n].world_from_node);
         const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});

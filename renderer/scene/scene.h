@@ -38,12 +38,14 @@ struct Node {
 
 // Attributes beside the position. The loader generates missing normals, and missing tangents where the
 // material has a normal map.
+// Uploaded as it is: see gpu_types::VertexRecord.
 struct VertexAttributes {
-  glm::vec3 normal{0, 0, 1};
   glm::vec4 tangent{1, 0, 0, 1};  // w: sign of the bitangent
+  glm::vec4 color{1};             // linear
   glm::vec2 uv0{0};
   glm::vec2 uv1{0};
-  glm::vec4 color{1};  // linear
+  glm::vec3 normal{0, 0, 1};
+  float padding = 0;
 };
 
 // The loader unrolls strips, fans and loops.

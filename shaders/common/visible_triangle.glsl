@@ -26,8 +26,7 @@ VisibleTriangle visible_triangle(GlobalsRef globals, uint id) {
   VisibleTriangle t;
   t.surface_error = cluster.surface_error;
   t.part = PartRef(globals.value.parts).at[instance.part];
-  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[t.part.primitive];
-  t.material = primitive.material;
+  t.material = t.part.material;
   t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[t.part.node];
   PositionRef positions = PositionRef(globals.value.positions);
   for (int i = 0; i < 3; ++i) {

@@ -5,20 +5,24 @@
 
 FIRE3DV_SHARED_BEGIN
 
+// What every pixel reads lies so that it is loaded 16 bytes at a time: structures of their multiples, members that do not
+// cross them, buffer references that say so. Word by word the loads alone would be most of the time.
 struct VertexRecord {
-  vec3 normal;
   vec4 tangent;
+  vec4 color;
   vec2 uv0;
   vec2 uv1;
-  vec4 color;
+  vec3 normal;
+  float padding;
 };
 
 struct PrimitiveRecord {
+  vec3 mesh_center;  // sphere around the whole mesh, node space
+  float mesh_radius;
   uint first_index;
   uint first_vertex;
   uint material;
-  vec3 mesh_center;  // sphere around the whole mesh, node space
-  float mesh_radius;
+  uint padding;
 };
 
 // A primitive at a node, in the order of the scene: what clusters, ids and draws refer to.
@@ -26,6 +30,7 @@ struct PartRecord {
   uint node;
   uint primitive;
   uint flags;
+  uint material;
 };
 
 #define FIRE3DV_PART_DOUBLE_SIDED 1u
@@ -51,6 +56,7 @@ struct ClusterRecord {
   uint made_by;         // of levels of detail: into LevelGroupRecord[]; FIRE3DV_NO_INDEX = the file's own
   uint merged_by;       // FIRE3DV_NO_INDEX = there is nothing coarser
   float surface_error;  // how far this surface may be from the file's own, node space
+  uint padding;
 };
 
 // scene::LevelGroup on the GPU.

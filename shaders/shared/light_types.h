@@ -18,6 +18,7 @@ struct LightRecord {
   float cone_offset;
   float radius_m;            // point, spot: 0 = hard shadows
   float angular_radius_rad;  // directional
+  uint padding0, padding1;
 };
 
 // How a light's shadow is found.
@@ -27,6 +28,7 @@ struct LightShadow {
   uint mask_word;  // where the mask keeps this light's result
   uint mask_shift;
   uint rays;  // 1: hard, one bit for each sample; more: soft, 8 bits for each sample
+  uint padding0, padding1, padding2;
 };
 
 // A mesh in one plane, which shadow maps leave out: whether it lies between a point and a light is computed.

@@ -10,9 +10,9 @@ FIRE3DV_SHARED_BEGIN
 struct TextureUse {
   uint texture;  // FIRE3DV_NO_INDEX = none
   uint uv_set;   // 0 or 1; with FIRE3DV_TEXTURE_ANISOTROPIC where the sampler is
+  vec2 uv_offset;
   vec4 uv_rows;  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) +
                  // offset.y
-  vec2 uv_offset;
 };
 
 #define FIRE3DV_MATERIAL_DOUBLE_SIDED 1u
@@ -36,6 +36,7 @@ struct MaterialRecord {
   float alpha_cutoff;
   uint flags;
   uint extension;  // into MaterialExtensionRecord[]; FIRE3DV_NO_INDEX = core glTF alone
+  uint padding0, padding1;
   TextureUse base_color_texture;
   TextureUse metallic_roughness_texture;
   TextureUse normal_texture;

@@ -20,6 +20,7 @@ struct RasterView {
   // Of levels of detail: how many times the error that is allowed 1 m is, at a distance of 1 m in perspective
   // views. 0: everything as the file has it.
   float level_scale;
+  uint padding0, padding1;
 };
 
 // A list of clusters, begun with the arguments of the dispatch that draws them.
