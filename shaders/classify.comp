@@ -1,45 +1,13 @@
 // What of each pixel's shadows is known without a ray; the rest goes on the list. Variants: FIRE3DV_SAMPLES 1 or 4.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#extension GL_KHR_shader_subgroup_ballot : require
-#extension GL_KHR_shader_subgroup_arithmetic : require
-#include "common/culling.glsl"
 #include "common/pixel_surfaces.glsl"
-#include "common/shadow_maps.glsl"
+#include "common/ray_list.glsl"
 #include "common/shadow_points.glsl"
+#include "common/shadow_verdict.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { ShadowPush push; };
-
-void append(bool wanted, RayEntry entry) {
-  const uvec4 ballot = subgroupBallot(wanted);
-  const uint count = subgroupBallotBitCount(ballot);
-  const uint rays = subgroupAdd(wanted ? bitCount(entry.wanted) : 0);
-  if (count == 0) return;
-  uint base = 0;
-  if (subgroupElect()) {
-    RayListRef list = RayListRef(push.list);
-    base = atomicAdd(list.value.width, count);
-    atomicMax(list.value.groups_x, min((base + count + 63) / 64, 65535u));
-    atomicMax(list.value.groups_y, ((base + count + 63) / 64 + 65534) / 65535);
-    atomicAdd(list.value.rays, rays);
-    list.value.groups_z = 1;
-    list.value.height = 1;
-    list.value.depth = 1;
-  }
-  base = subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
-  if (wanted) RayEntryRef(push.entries).at[base] = entry;
-}
-
-// Of a body that is seen from outside: a ray from a side that is turned away from the light starts inside of it.
-bool is_body(GlobalsRef globals, VisibleTriangle triangle) {
-  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[triangle.part.primitive];
-  return casts_by_far_sides(globals, triangle.part, primitive, triangle.world_from_node);
-}
-
-bool is_turned_away(SurfacePoint point, LightSample light) {
-  return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
-}
 
 // What is known of the shadows on one surface of a pixel, and which rays are wanted for the rest.
 struct Findings {
@@ -61,13 +29,8 @@ Findings look_at(GlobalsRef globals, uint id, uvec2 pixel, uint same, uint word)
     const LightSample light =
         sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
     if (!light_matters(globals, point, light)) continue;
-    uint verdict = kUnknown;
-    if (body && is_turned_away(point, light)) {
-      verdict = kShadowed;
-    } else if (push.hybrid != 0 && shadow.rays == 1) {
-      const ShadowRay ray = shadow_ray(globals, point, record, light);
-      verdict = map_verdict(globals, shadow, part_of_id(globals, id), ray.origin, point.plane_normal_world, ray.light);
-    }
+    const uint verdict =
+        push.hybrid != 0 ? shadow_verdict(globals, shadow, record, light, point, part_of_id(globals, id), body) : kUnknown;
     if (verdict == kLit) continue;
     if (shadow.rays == 1) {
       found.known &= ~(same << shadow.mask_shift);
@@ -100,7 +63,7 @@ void main() {
   for (uint place = lane; place < surface_count(); place += kPixels) {
     const PixelSurface surface = surface_at(place);
     if (surface.id == 0) continue;
-    found = look_at(globals, surface.id, pixel_of_lane(surface.lane), surface.samples, entry.word);
+    found = look_at(globals, surface.id, gl_WorkGroupID.xy * 8 + uvec2(surface.lane & 7, surface.lane >> 3), surface.samples, entry.word);
     if (found.known != FIRE3DV_NO_INDEX) atomicAnd(pixel_known[surface.lane], found.known);
     if (found.wanted != 0) atomicOr(pixel_wanted[surface.lane], found.wanted);
   }
@@ -112,5 +75,5 @@ void main() {
 #endif
   if (inside) UintsRef(globals.value.shadow_mask).at[entry.pixel * globals.value.mask_words + entry.word] = found.known;
   entry.wanted = found.wanted;
-  append(entry.wanted != 0, entry);
+  append(push.list, push.entries, entry);
 }

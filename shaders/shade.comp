@@ -1,6 +1,7 @@
 // Shades what the visibility buffer holds, each distinct triangle of a pixel once, and tone-maps and averages the
 // samples as the forward path's resolve does. Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_UNRESOLVED leaves linear samples,
-// for what is drawn on top.
+// for what is drawn on top; FIRE3DV_FIND_SHADOWS asks lights' maps, where hard lights have them: pixels of which they
+// know too little are listed, to be shaded again when rays have told.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/pixel_surfaces.glsl"
@@ -9,6 +10,10 @@
 #include "common/shadow_maps.glsl"
 #include "common/shadow_ray.glsl"
 #include "common/shadow_mask.glsl"
+#ifdef FIRE3DV_FIND_SHADOWS
+#include "common/ray_list.glsl"
+#include "common/shadow_verdict.glsl"
+#endif
 #include "common/tone_map.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -21,23 +26,45 @@ layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
 #endif
 
+// What is being shaded.
 uint shaded_pixel;
-int shaded_sample;  // the first of those that are being shaded
+uint shaded_samples;
+#ifdef FIRE3DV_FIND_SHADOWS
+uint shaded_part;
+bool shaded_body;
+uint known_shadows;  // bits as in the mask
+uint wanted_rays;    // as in RayEntry
+#endif
 
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
   GlobalsRef globals = GlobalsRef(push.globals);
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
+#ifdef FIRE3DV_FIND_SHADOWS
+  const LightRecord record = LightRef(globals.value.lights).at[light_index];
+  const uint verdict = shadow_verdict(globals, shadow, record, light, point, shaded_part, shaded_body);
+  if (verdict == kLit) return 1;
+  known_shadows &= ~(shaded_samples << shadow.mask_shift);
+  if (verdict == kUnknown) wanted_rays |= 1u << (shadow.mask_shift + findLSB(shaded_samples));
+  return 0;
+#else
   if (globals.value.shadows == FIRE3DV_SHADOWS_MAP) {
     const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
     return map_visibility(globals, shadow, lifted, point.plane_normal_world, light);
   }
-  return mask_visibility(globals, shadow, shaded_pixel, shaded_sample);
+  return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
+#endif
 }
 
 vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
   const VisibleTriangle triangle = visible_triangle(globals, id);
   const SurfacePoint point = surface_point(globals, triangle, place);
+#ifdef FIRE3DV_FIND_SHADOWS
+  shaded_part = part_of_id(globals, id);
+  shaded_body = is_body(globals, triangle);
+  known_shadows = FIRE3DV_NO_INDEX;  // all lit
+  wanted_rays = 0;
+#endif
   const MaterialRecord material = MaterialRef(globals.value.materials).at[triangle.material];
   return shade(globals, material, surface_base_color(material, point), point).rgb;
 }
@@ -52,38 +79,77 @@ vec3 background_of(GlobalsRef globals, uvec2 pixel) {
 vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
   if (id == 0) return background_of(globals, pixel);
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
-  shaded_sample = findLSB(samples);
+  shaded_samples = samples;
   return shaded(globals, id, place_of_samples(pixel, samples));
 }
+
+// Every pixel has a lane; or those have one that were listed. Outside of the image: none.
+uvec2 pixel_of_lane(GlobalsRef globals, uint lane) {
+  if (push.listed == 0) return gl_WorkGroupID.xy * 8 + uvec2(lane & 7, lane >> 3);
+  const uint index = (gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + lane;
+  if (index >= RayListRef(push.list).value.width) return uvec2(FIRE3DV_NO_INDEX);
+  const uint pixel = RayEntryRef(push.entries).at[index].pixel;
+  return uvec2(pixel % globals.value.width, pixel / globals.value.width);
+}
+
+#ifdef FIRE3DV_FIND_SHADOWS
+// All lanes call it.
+void list_pixel(GlobalsRef globals, uint pixel, bool inside, uint known, uint wanted) {
+  if (inside && wanted != 0) UintsRef(globals.value.shadow_mask).at[pixel] = known;
+  append(push.list, push.entries, RayEntry(pixel, 0, inside ? wanted : 0));
+}
+#endif
 
 #if FIRE3DV_SAMPLES == 1
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
-  const uvec2 pixel = gl_GlobalInvocationID.xy;
-  if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;
-  const uint id = pixel_ids(push.visibility, pixel.y * globals.value.width + pixel.x);
-  const vec3 color = color_of(globals, id, pixel, 1);
+  const uvec2 pixel = pixel_of_lane(globals, gl_LocalInvocationIndex);
+  const bool inside = pixel.x < globals.value.width && pixel.y < globals.value.height;
+  const uint index = pixel.y * globals.value.width + pixel.x;
+  uint id = 0;
+  if (inside) {
+    id = pixel_ids(push.visibility, index);
+    const vec3 color = color_of(globals, id, pixel, 1);
 #ifdef FIRE3DV_UNRESOLVED
-  imageStore(hdr, ivec2(pixel), vec4(color, 1));
+    imageStore(hdr, ivec2(pixel), vec4(color, 1));
 #else
-  imageStore(display, ivec2(pixel), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
+    imageStore(display, ivec2(pixel), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
+#endif
+  }
+#ifdef FIRE3DV_FIND_SHADOWS
+  list_pixel(globals, index, id != 0, known_shadows, id != 0 ? wanted_rays : 0);
 #endif
 }
 #else
 #ifndef FIRE3DV_UNRESOLVED
 shared vec3 shares[4 * kPixels];  // of a pixel's sum
 #endif
+#ifdef FIRE3DV_FIND_SHADOWS
+shared uint pixel_known[kPixels], pixel_wanted[kPixels];
+#endif
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
-  const uvec2 own_pixel = gl_GlobalInvocationID.xy;
+  const uint lane = gl_LocalInvocationIndex;
+  const uvec2 own_pixel = pixel_of_lane(globals, lane);
   const bool inside = own_pixel.x < globals.value.width && own_pixel.y < globals.value.height;
-  const OwnSurfaces own = list_surfaces(push.visibility, own_pixel.y * globals.value.width + own_pixel.x, inside);
-  for (uint place = gl_LocalInvocationIndex; place < surface_count(); place += kPixels) {
+  const uint own_index = own_pixel.y * globals.value.width + own_pixel.x;
+#ifdef FIRE3DV_FIND_SHADOWS
+  pixel_known[lane] = FIRE3DV_NO_INDEX;
+  pixel_wanted[lane] = 0;
+#endif
+  const OwnSurfaces own = list_surfaces(push.visibility, own_index, inside);
+  for (uint place = lane; place < surface_count(); place += kPixels) {
     const PixelSurface surface = surface_at(place);
     if (surface.samples == 0) continue;
-    const uvec2 pixel = pixel_of_lane(surface.lane);
+    const uvec2 pixel = pixel_of_lane(globals, surface.lane);
     const vec3 color = color_of(globals, surface.id, pixel, surface.samples);
+#ifdef FIRE3DV_FIND_SHADOWS
+    if (surface.id != 0 && known_shadows != FIRE3DV_NO_INDEX) {
+      atomicAnd(pixel_known[surface.lane], known_shadows);
+      if (wanted_rays != 0) atomicOr(pixel_wanted[surface.lane], wanted_rays);
+    }
+#endif
 #ifdef FIRE3DV_UNRESOLVED
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
       if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
@@ -92,10 +158,15 @@ void main() {
     shares[place] = display_linear(color, push.exposure, push.tone_map) * bitCount(surface.samples);
 #endif
   }
-#ifndef FIRE3DV_UNRESOLVED
+#if defined(FIRE3DV_FIND_SHADOWS) || !defined(FIRE3DV_UNRESOLVED)
   barrier();
+#endif
+#ifdef FIRE3DV_FIND_SHADOWS
+  list_pixel(globals, own_index, inside, pixel_known[lane], pixel_wanted[lane]);
+#endif
+#ifndef FIRE3DV_UNRESOLVED
   if (!inside) return;
-  vec3 sum = shares[gl_LocalInvocationIndex];  // always in the same order
+  vec3 sum = shares[lane];  // always in the same order
   for (uint i = 1; i < own.count; ++i) sum += shares[own.further + i - 1];
   imageStore(display, ivec2(own_pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
 #endif

@@ -13,8 +13,8 @@ constexpr const char* kColumns[] = {
     "drives",   "poses",          "transforms", "draws",       "deform",      "deformed blas",
     "tlas",     "light views",    "clear",      "cull",        "raster",      "expand",
     "tiles",    "farthest depth", "late cull",  "late raster", "late expand", "late tiles",
-    "surfaces", "classify",       "tlas wait",  "trace",       "shade",       "depth",
-    "forward",  "post",           "fxaa",       "read-back",   "window"};
+    "surfaces", "classify",       "shade",      "tlas wait",   "trace",       "shade again",
+    "depth",    "forward",        "post",       "fxaa",        "read-back",   "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;

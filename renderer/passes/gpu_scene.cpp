@@ -133,8 +133,12 @@ std::vector<gpu_types::PrimitiveRecord> make_primitive_records(const scene::Scen
     const glm::vec4 sphere = sphere_around(scene, mesh);
     for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
       const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[first_primitive + i];
-      records[first_primitive + i] = {glm::vec3(sphere), sphere.w, geometry.first_index, geometry.first_vertex,
-                                      scene.primitives[mesh.first_primitive + i].material, 0};
+      records[first_primitive + i] = {glm::vec3(sphere),
+                                      sphere.w,
+                                      geometry.first_index,
+                                      geometry.first_vertex,
+                                      scene.primitives[mesh.first_primitive + i].material,
+                                      0};
     }
   };
   for (const scene::Mesh& mesh : scene.meshes) fill(mesh, mesh.first_primitive);

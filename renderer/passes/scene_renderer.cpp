@@ -91,11 +91,14 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
   find_visible(recorder, belt, view, globals, compute || masked, compute && shows_levels());
-  // Which lights reach that.
-  if (masked) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
-  // Its colour, in linear HDR where something goes on top, and what a display shows of it.
-  if (compute)
-    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, globals, settings_.post, on_top);
+  // Which lights reach that, and its colour: in linear HDR where something goes on top, and what a display
+  // shows of it.
+  const bool at_once = masked && compute && shadows_.found_while_shading();
+  if (masked && !at_once) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
+  if (compute) {
+    auto shade = at_once ? &VisibilityPass::shade_and_trace : &VisibilityPass::shade;
+    (*visibility_.*shade)(recorder, *gpu_scene_, shadows_, *targets_, globals, settings_.post, on_top);
+  }
   if (!compute || on_top) {
     forward_.record(recorder, belt,
                     {*gpu_scene_, *scene_, poses, *targets_, view, globals, settings_.background, &shadows_,

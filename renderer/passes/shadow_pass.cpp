@@ -134,6 +134,7 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
     if (shadow.rays != 1) shadow.mask_word += hard_words;
   }
   mask_words_ = std::max(1u, hard_words + soft_words);
+  all_hard_ = soft_words == 0;
 
   auto texels = [&] {
     uint64_t sum = 0;
@@ -236,56 +237,67 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   return &*map_raster_;
 }
 
+bool ShadowPass::found_while_shading() const {
+  return traces() && way_.hybrid && all_hard_ && mask_words_ == 1;
+}
+
+gpu_types::ShadowPush ShadowPass::push(const gpu::Buffer& visibility, VkDeviceAddress globals) const {
+  return {globals, visibility.address, list_.address, entries_.address, way_.hybrid ? 1u : 0u};
+}
+
+void ShadowPass::bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline,
+                      GpuScene& scene, const gpu_types::ShadowPush& push) const {
+  vkCmdBindPipeline(commands, point, pipeline);
+  const VkDescriptorSet set = scene.textures.set();
+  vkCmdBindDescriptorSets(commands, point, layout_, 0, 1, &set, 0, nullptr);
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+}
+
 void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility,
                         VkDeviceAddress globals) {
   if (!traces()) return;
-  gpu::Buffer& seen = list_seen_[frame_++ % gpu::kFramesInFlight];
-  gpu_types::RayList last;
-  std::memcpy(&last, seen.mapped, sizeof(last));
-  rays_traced_ = last.rays;
-
-  const gpu_types::ShadowPush push{globals, visibility.address, list_.address, entries_.address,
-                                   way_.hybrid ? 1u : 0u};
-  auto bind = [&](VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline) {
-    vkCmdBindPipeline(commands, point, pipeline);
-    const VkDescriptorSet set = scene.textures.set();
-    vkCmdBindDescriptorSets(commands, point, layout_, 0, 1, &set, 0, nullptr);
-    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-  };
-  recorder.transition({Use(list_, access::transfer_write)});
-  vkCmdFillBuffer(recorder.commands(), list_.get(), 0, VK_WHOLE_SIZE, 0);
-
-  std::vector<Use> classify_uses{Use(visibility, access::compute_read), Use(list_, access::compute_write),
-                                 Use(entries_, access::compute_write), Use(mask_, access::compute_write)};
-  scene.add_reads(classify_uses, access::compute_read);
-  if (view_count_) {
-    classify_uses.emplace_back(maps_, access::compute_read);
-    classify_uses.emplace_back(views_, access::compute_read);
-  }
-  recorder.pass("classify", classify_uses, [&](VkCommandBuffer commands) {
-    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, classify_.get());
+  begin_list(recorder);
+  std::vector<Use> uses{Use(visibility, access::compute_read), Use(list_, access::compute_write),
+                        Use(entries_, access::compute_write), Use(mask_, access::compute_write)};
+  scene.add_reads(uses, access::compute_read);
+  add_map_reads(uses, access::compute_read);
+  recorder.pass("classify", uses, [&](VkCommandBuffer commands) {
+    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, classify_.get(), scene, push(visibility, globals));
     vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, mask_words_);
   });
+  trace(recorder, scene, visibility, globals);
+}
 
+void ShadowPass::begin_list(gpu::Recorder& recorder) {
+  recorder.transition({Use(list_, access::transfer_write)});
+  vkCmdFillBuffer(recorder.commands(), list_.get(), 0, VK_WHOLE_SIZE, 0);
+}
+
+void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility,
+                       VkDeviceAddress globals) {
   const bool query = way_.back_end == RayBackEnd::query;
   const gpu::Access read = query ? access::compute_read : access::ray_read;
   const gpu::Access write = query ? access::compute_write : access::ray_write;
   gpu::Access arguments = read;  // the list is argument and input at once
   arguments.stages |= access::indirect_read.stages;
   arguments.access |= access::indirect_read.access;
-  std::vector<Use> trace_uses{
-      Use(visibility, read), Use(list_, arguments), Use(entries_, read), Use(mask_, write),
-      Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
-  scene.add_reads(trace_uses, read);
-  recorder.pass("trace", trace_uses, [&](VkCommandBuffer commands) {
+  std::vector<Use> uses{Use(visibility, read), Use(list_, arguments), Use(entries_, read), Use(mask_, write),
+                        Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
+  scene.add_reads(uses, read);
+  recorder.pass("trace", uses, [&](VkCommandBuffer commands) {
     if (query) {
-      bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, trace_query_.get());
+      bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, trace_query_.get(), scene, push(visibility, globals));
       vkCmdDispatchIndirect(commands, list_.get(), offsetof(gpu_types::RayList, groups_x));
     } else {
-      bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, trace_pipeline_.get());
+      bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, trace_pipeline_.get(), scene,
+           push(visibility, globals));
       trace_pipeline_.trace(commands, list_.address);
     }
   });
+  gpu::Buffer& seen = list_seen_[frame_++ % gpu::kFramesInFlight];
+  gpu_types::RayList last;
+  std::memcpy(&last, seen.mapped, sizeof(last));
+  rays_traced_ = last.rays;
   recorder.transition({Use(list_, access::transfer_read), Use(seen, access::transfer_write)});
   const VkBufferCopy copy{0, 0, sizeof(gpu_types::RayList)};
   vkCmdCopyBuffer(recorder.commands(), list_.get(), seen.get(), 1, &copy);
@@ -294,10 +306,13 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& v
 
 void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {
   if (traces()) uses.emplace_back(mask_, access);
-  if (view_count_) {
-    uses.emplace_back(maps_, access);
-    uses.emplace_back(views_, access);
-  }
+  add_map_reads(uses, access);
+}
+
+void ShadowPass::add_map_reads(std::vector<Use>& uses, const gpu::Access& access) {
+  if (view_count_ == 0) return;
+  uses.emplace_back(maps_, access);
+  uses.emplace_back(views_, access);
 }
 
 }  // namespace fire3dv::passes

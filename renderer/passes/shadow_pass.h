@@ -11,7 +11,8 @@
 
 namespace fire3dv::gpu_types {
 struct Globals;
-}
+struct ShadowPush;
+}  // namespace fire3dv::gpu_types
 
 namespace fire3dv::passes {
 
@@ -50,8 +51,17 @@ class ShadowPass {
                               VkDeviceAddress globals, Cull cull, bool levels_of_detail);
   // From the visibility buffer to the mask.
   void record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
+  // Or shading itself asks the maps and lists the pixels that need rays: an empty list for that, and the
+  // rays.
+  bool found_while_shading() const;
+  void begin_list(gpu::Recorder& recorder);
+  void trace(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
+  gpu::Buffer& list() { return list_; }        // gpu_types::RayList
+  gpu::Buffer& entries() { return entries_; }  // gpu_types::RayEntry[]
+  gpu::Buffer& mask() { return mask_; }
   // Of whoever shades, with this access.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
+  void add_map_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
 
   // Whether anything meets the top level: in the passes here, or where something is shaded.
   bool traces() const { return way_.method == ShadowMethod::ray && light_count_ > 0; }
@@ -60,6 +70,9 @@ class ShadowPass {
  private:
   void choose_views(const scene::Scene& scene);
   void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
+  gpu_types::ShadowPush push(const gpu::Buffer& visibility, VkDeviceAddress globals) const;
+  void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
+            const gpu_types::ShadowPush& push) const;
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
@@ -68,7 +81,7 @@ class ShadowPass {
   gpu::Pipeline light_views_, classify_, trace_query_;
   gpu::RayPipeline trace_pipeline_;
   std::optional<ClusterRaster> map_raster_;
-  bool needs_maps_ = false;
+  bool needs_maps_ = false, all_hard_ = true;
   uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, mask_words_ = 1;
   VkExtent2D extent_{};
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <string>
 
 #include "shaders/shared/bindings.h"
@@ -105,36 +106,80 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, Vk
   });
 }
 
-VkPipeline VisibilityPass::shade_pipeline(bool core_materials, bool leave_samples) {
-  gpu::Pipeline& pipeline = shade_[(core_materials ? 2 : 0) + (leave_samples ? 1 : 0)];
+VkPipeline VisibilityPass::shade_pipeline(bool core_materials, bool leave_samples, bool finds_shadows) {
+  gpu::Pipeline& pipeline =
+      shade_[(finds_shadows ? 4 : 0) + (core_materials ? 2 : 0) + (leave_samples ? 1 : 0)];
   if (!pipeline) {
     const std::string shader = std::string("shade") + (core_materials ? "_core" : "") +
-                               (leave_samples ? "_unresolved" : "") + (samples_ == 4 ? "_4.comp" : "_1.comp");
+                               (finds_shadows ? "_find" : "") + (leave_samples ? "_unresolved" : "") +
+                               (samples_ == 4 ? "_4.comp" : "_1.comp");
     pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader);
   }
   return pipeline.get();
 }
 
-void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                           VkDeviceAddress globals, const PostSettings& settings, bool leave_samples) {
-  const VkPipeline pipeline = shade_pipeline(!scene.has_extensions, leave_samples);
-  gpu_types::ShadePush push{};
-  push.globals = globals;
+void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
+                                  ShadowPass& shadows, Targets& targets, gpu_types::ShadePush push,
+                                  bool leave_samples) {
+  const VkPipeline pipeline =
+      shade_pipeline(!scene.has_extensions, leave_samples, what == Shades::all_and_lists);
   push.visibility = visibility_.address;
-  push.exposure = settings.exposure;
-  push.tone_map = tone_map_number(settings.tone_map);
-  std::vector<Use> uses{Use(visibility_, access::compute_read),
-                        Use(leave_samples ? targets.hdr : targets.display, access::compute_write, true)};
+  push.listed = what == Shades::listed ? 1 : 0;
+  std::vector<Use> uses{
+      Use(visibility_, access::compute_read),
+      Use(leave_samples ? targets.hdr : targets.display, access::compute_write, what != Shades::listed)};
   scene.add_reads(uses, access::compute_read);
-  shadows.add_reads(uses, access::compute_read);
-  recorder.pass("shade", uses, [&](VkCommandBuffer commands) {
+  if (what == Shades::all_and_lists) {
+    shadows.add_map_reads(uses, access::compute_read);
+    uses.emplace_back(shadows.mask(), access::compute_write);
+    uses.emplace_back(shadows.list(), access::compute_write);
+    uses.emplace_back(shadows.entries(), access::compute_write);
+  } else {
+    shadows.add_reads(uses, access::compute_read);
+  }
+  if (what == Shades::listed) {
+    gpu::Access arguments = access::compute_read;
+    arguments.stages |= access::indirect_read.stages;
+    arguments.access |= access::indirect_read.access;
+    uses.emplace_back(shadows.list(), arguments);
+    uses.emplace_back(shadows.entries(), access::compute_read);
+  }
+  recorder.pass(name, uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     const VkDescriptorSet sets[] = {scene.textures.set(), image_set_.get()};
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
                             nullptr);
     vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+    if (what == Shades::listed) {
+      vkCmdDispatchIndirect(commands, shadows.list().get(), offsetof(gpu_types::RayList, groups_x));
+    } else {
+      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+    }
   });
+}
+
+void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
+                           VkDeviceAddress globals, const PostSettings& settings, bool leave_samples) {
+  gpu_types::ShadePush push{};
+  push.globals = globals;
+  push.exposure = settings.exposure;
+  push.tone_map = tone_map_number(settings.tone_map);
+  record_shade(recorder, "shade", Shades::all, scene, shadows, targets, push, leave_samples);
+}
+
+void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
+                                     Targets& targets, VkDeviceAddress globals, const PostSettings& settings,
+                                     bool leave_samples) {
+  gpu_types::ShadePush push{};
+  push.globals = globals;
+  push.list = shadows.list().address;
+  push.entries = shadows.entries().address;
+  push.exposure = settings.exposure;
+  push.tone_map = tone_map_number(settings.tone_map);
+  shadows.begin_list(recorder);
+  record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, push, leave_samples);
+  shadows.trace(recorder, scene, visibility_, globals);
+  record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, push, leave_samples);
 }
 
 }  // namespace fire3dv::passes

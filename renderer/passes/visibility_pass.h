@@ -31,12 +31,19 @@ class VisibilityPass {
   // targets.hdr, which needs can_leave_samples().
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
              VkDeviceAddress globals, const PostSettings& settings, bool leave_samples);
+  // The same where shading finds the shadows: see ShadowPass::found_while_shading.
+  void shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
+                       VkDeviceAddress globals, const PostSettings& settings, bool leave_samples);
   bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return visibility_; }
   const ClusterRaster::Drawn& drawn() const { return raster_.drawn(); }
 
  private:
-  VkPipeline shade_pipeline(bool core_materials, bool leave_samples);
+  enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
+
+  VkPipeline shade_pipeline(bool core_materials, bool leave_samples, bool finds_shadows);
+  void record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
+                    ShadowPass& shadows, Targets& targets, gpu_types::ShadePush push, bool leave_samples);
 
   gpu::Device& device_;
   uint32_t samples_;
@@ -45,7 +52,7 @@ class VisibilityPass {
   gpu::Pipeline surfaces_;  // of 4 samples
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  std::array<gpu::Pipeline, 4> shade_;  // made when they are first used
+  std::array<gpu::Pipeline, 8> shade_;  // made when they are first used
   gpu::DescriptorSet image_set_;
   VkExtent2D extent_{};
   gpu::Buffer visibility_;  // uint64_t[pixel][sample]

@@ -61,7 +61,4 @@ PixelSurface surface_at(uint place) {
 }
 #endif
 
-// Of the pixel of a lane of this workgroup.
-uvec2 pixel_of_lane(uint lane) { return gl_WorkGroupID.xy * 8 + uvec2(lane & 7, lane >> 3); }
-
 #endif

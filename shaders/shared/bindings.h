@@ -18,7 +18,7 @@
 #define FIRE3DV_BINDING_DISPLAY 0
 #define FIRE3DV_BINDING_HDR 1
 // set 0 of what prepares the surroundings
-#define FIRE3DV_BINDING_LEVEL_IN 0     // all levels, through a sampler
+#define FIRE3DV_BINDING_LEVEL_IN 0  // all levels, through a sampler
 #define FIRE3DV_BINDING_LEVEL_OUT 1
 #define FIRE3DV_BINDING_LEVEL_ABOVE 2  // one level, texel by texel
 

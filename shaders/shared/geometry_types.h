@@ -5,8 +5,9 @@
 
 FIRE3DV_SHARED_BEGIN
 
-// What every pixel reads lies so that it is loaded 16 bytes at a time: structures of their multiples, members that do not
-// cross them, buffer references that say so. Word by word the loads alone would be most of the time.
+// What every pixel reads lies so that it is loaded 16 bytes at a time: structures of their multiples, members
+// that do not cross them, buffer references that say so. Word by word the loads alone would be most of the
+// time.
 struct VertexRecord {
   vec4 tangent;
   vec4 color;

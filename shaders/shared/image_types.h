@@ -38,8 +38,11 @@ struct SurfacesPush {
 struct ShadePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS list;        // RayList of the pixels that need rays, where shading finds them or `listed`
+  FIRE3DV_ADDRESS entries;     // RayEntry[], one for each pixel
   float exposure;
   uint tone_map;
+  uint listed;  // 1: only the pixels of the list are shaded
 };
 
 struct VisibleDepthPush {

@@ -22,7 +22,7 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_TRANSMISSION 16u
 #define FIRE3DV_MATERIAL_SHEEN 32u
 #define FIRE3DV_MATERIAL_CLEARCOAT 64u
-#define FIRE3DV_MATERIAL_TEXTURED 128u       // what a material needs to know of its vertices: texture coordinates,
+#define FIRE3DV_MATERIAL_TEXTURED 128u  // what a material needs to know of its vertices: texture coordinates,
 #define FIRE3DV_MATERIAL_SECOND_UV 256u      // the second set of them,
 #define FIRE3DV_MATERIAL_NORMAL_MAPPED 512u  // tangents
 

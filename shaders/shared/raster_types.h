@@ -72,8 +72,8 @@ struct TileEntry {
 
 // All that the raster shaders share for one set of views.
 struct RasterSet {
-  FIRE3DV_ADDRESS views;     // RasterView[]
-  FIRE3DV_ADDRESS work;      // ViewWork[]
+  FIRE3DV_ADDRESS views;  // RasterView[]
+  FIRE3DV_ADDRESS work;   // ViewWork[]
   // uint[view][cluster instance]: solid ones in front, masked ones at the back; with FIRE3DV_LISTED_ONE_SIDE
   FIRE3DV_ADDRESS lists;
   FIRE3DV_ADDRESS large;     // LargeWork
@@ -87,8 +87,8 @@ struct RasterSet {
   uint huge_capacity;
   uint prepared_capacity;
   uint tile_capacity;
-  uint cull;   // 0: every cluster is drawn
-  uint round;  // FIRE3DV_ROUND_*
+  uint cull;        // 0: every cluster is drawn
+  uint round;       // FIRE3DV_ROUND_*
   uint look_first;  // 1: a light's texel is read before it is written, where waiting for a read costs less
 };
 

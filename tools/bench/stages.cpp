@@ -13,17 +13,17 @@ struct PassStage {
 // Maps of lights are culled and drawn in the same dispatches as the camera's view, so with shadows on they
 // are in "cull" and "raster"; the main pass is therefore measured with shadows off.
 constexpr PassStage kTable[] = {
-    {"drives", Stage::poses},       {"poses", Stage::poses},         {"transforms", Stage::poses},
-    {"draws", Stage::poses},        {"morph weights", Stage::poses}, {"deform", Stage::poses},
-    {"tlas", Stage::tlas},          {"deformed blas", Stage::tlas},  {"tlas wait", Stage::tlas_wait},
-    {"surfaces", Stage::shading},   {"cull", Stage::cull},           {"draw commands", Stage::cull},
-    {"clear", Stage::raster},       {"raster", Stage::raster},       {"expand", Stage::raster},
-    {"tiles", Stage::raster},       {"depth", Stage::raster},        {"farthest depth", Stage::cull},
-    {"late cull", Stage::cull},     {"late raster", Stage::raster},  {"late expand", Stage::raster},
-    {"late tiles", Stage::raster},  {"light views", Stage::shadow},  {"classify", Stage::shadow},
-    {"trace", Stage::shadow},       {"shade", Stage::shading},       {"forward", Stage::shading},
-    {"post", Stage::post},          {"fxaa", Stage::post},           {"gui", Stage::gui},
-    {"read-back", Stage::readback},
+    {"drives", Stage::poses},      {"poses", Stage::poses},         {"transforms", Stage::poses},
+    {"draws", Stage::poses},       {"morph weights", Stage::poses}, {"deform", Stage::poses},
+    {"tlas", Stage::tlas},         {"deformed blas", Stage::tlas},  {"tlas wait", Stage::tlas_wait},
+    {"surfaces", Stage::shading},  {"cull", Stage::cull},           {"draw commands", Stage::cull},
+    {"clear", Stage::raster},      {"raster", Stage::raster},       {"expand", Stage::raster},
+    {"tiles", Stage::raster},      {"depth", Stage::raster},        {"farthest depth", Stage::cull},
+    {"late cull", Stage::cull},    {"late raster", Stage::raster},  {"late expand", Stage::raster},
+    {"late tiles", Stage::raster}, {"light views", Stage::shadow},  {"classify", Stage::shadow},
+    {"trace", Stage::shadow},      {"shade", Stage::shading},       {"shade again", Stage::shading},
+    {"forward", Stage::shading},   {"post", Stage::post},           {"fxaa", Stage::post},
+    {"gui", Stage::gui},           {"read-back", Stage::readback},
 };
 
 }  // namespace

@@ -1,0 +1,28 @@
+// What can be told of a light's shadow on a surface without a ray.
+#ifndef FIRE3DV_SHADOW_VERDICT_GLSL
+#define FIRE3DV_SHADOW_VERDICT_GLSL
+#include "common/culling.glsl"
+#include "common/shadow_maps.glsl"
+#include "common/shadow_ray.glsl"
+#include "common/visible_triangle.glsl"
+
+// Of a body that is seen from outside: a ray from a side that is turned away from the light starts inside of it.
+bool is_body(GlobalsRef globals, VisibleTriangle triangle) {
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[triangle.part.primitive];
+  return casts_by_far_sides(globals, triangle.part, primitive, triangle.world_from_node);
+}
+
+bool is_turned_away(SurfacePoint point, LightSample light) {
+  return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
+}
+
+// body: see is_body; light: as it is seen from the point.
+uint shadow_verdict(GlobalsRef globals, LightShadow shadow, LightRecord record, LightSample light, SurfacePoint point,
+                    uint part, bool body) {
+  if (body && is_turned_away(point, light)) return kShadowed;
+  if (shadow.rays != 1) return kUnknown;  // a map knows of one ray
+  const ShadowRay ray = shadow_ray(globals, point, record, light);
+  return map_verdict(globals, shadow, part, ray.origin, point.plane_normal_world, ray.light);
+}
+
+#endif
