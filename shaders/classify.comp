@@ -20,7 +20,7 @@ Findings look_at(GlobalsRef globals, uint id, uvec2 pixel, uint same, uint word)
   const int s = findLSB(same);
   const VisibleTriangle triangle = visible_triangle(globals, id);
   const SurfacePoint point = surface_point(globals, triangle, place_of_samples(pixel, same));
-  const bool body = push.hybrid != 0 && is_body(globals, triangle);
+  const bool body = push.hybrid != 0 && is_body(globals, part_of_id(globals, id));
   if ((MaterialRef(globals.value.materials).at[point.material].flags & FIRE3DV_MATERIAL_UNLIT) != 0) return found;
   for (uint i = 0; i < globals.value.light_count; ++i) {
     const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];

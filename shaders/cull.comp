@@ -74,10 +74,10 @@ void main() {
     const RasterView view = RasterViewRef(set.views).at[view_index];
     const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
     wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node);
-    one_side = wanted && draws_one_side(globals, part, world_from_node);
+    one_side = wanted && draws_one_side(globals, instance.part, part);
     if (set.cull != 0) {
       const vec4 sphere = sphere_of_cluster(globals, part, cluster, world_from_node);
-      wanted = wanted && can_be_seen(globals, view, part, cluster, world_from_node, sphere);
+      wanted = wanted && can_be_seen(globals, view, instance.part, part, cluster, world_from_node, sphere);
 #ifndef FIRE3DV_LIGHTS
       ScreenBounds bounds;
       bounds.known = false;

@@ -53,7 +53,7 @@ void main() {
              r2 = triangle.world_from_node.row2.xyz;
   const bool mirrored = dot(r0, cross(r1, r2)) < 0;
   const vec3 normal = cross(triangle.world[1] - triangle.world[0], triangle.world[2] - triangle.world[0]);
-  if (draws_one_side(globals, triangle.part, triangle.world_from_node) &&
+  if (draws_one_side(globals, part_of_id(globals, huge.id), triangle.part) &&
       !shows_side(view, mirrored ? -normal : normal, triangle.world[0])) {
     return;
   }

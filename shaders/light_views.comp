@@ -1,4 +1,5 @@
 // The views that lights' shadow maps are drawn from, one workgroup each: fitted to what casts shadows, as it stands now.
+// Further workgroups find what else maps and those who ask them need to know of each part and sheet.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/sheets.glsl"
@@ -10,13 +11,32 @@ layout(push_constant, scalar) uniform Push { LightViewsPush push; };
 shared vec3 low_of_thread[64];
 shared vec3 high_of_thread[64];
 
+// Places of sheets are being found beside this.
+bool is_listed_sheet(GlobalsRef globals, uint part) {
+  for (uint i = 0; i < globals.value.sheet_count; ++i) {
+    if (SheetRef(push.sheets).at[i].part == part) return true;
+  }
+  return false;
+}
+
+void look_at_parts(GlobalsRef globals, uint group) {
+  const uint index = group * 64 + gl_LocalInvocationIndex;
+  if (index < globals.value.part_count) {
+    const bool far_sides = finds_far_sides(globals, PartRef(globals.value.parts).at[index]);
+    UintsRef(globals.value.far_sides).at[index] = far_sides ? 1 : 0;
+  }
+  if (index < globals.value.sheet_count) {
+    SheetPlaceRef(globals.value.sheets).at[index] = place_of_sheet(globals, SheetRef(push.sheets).at[index]);
+  }
+}
+
 // Box, in the light's axes, around everything that a map holds.
 void bound_casters(GlobalsRef globals, mat3 axes, out vec3 low, out vec3 high) {
   low = vec3(1e30);
   high = vec3(-1e30);
   for (uint i = gl_LocalInvocationIndex; i < globals.value.part_count; i += 64) {
     const PartRecord part = PartRef(globals.value.parts).at[i];
-    if ((part.flags & FIRE3DV_PART_NO_SHADOW) != 0 || is_sheet(globals, i)) continue;
+    if ((part.flags & FIRE3DV_PART_NO_SHADOW) != 0 || is_listed_sheet(globals, i)) continue;
     const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
     const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
     const vec3 center = transform_point(world_from_node, primitive.mesh_center) * axes;
@@ -71,6 +91,10 @@ vec4 inward(vec4 plane) {
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
+  if (gl_WorkGroupID.x >= push.view_count) {
+    look_at_parts(globals, gl_WorkGroupID.x - push.view_count);
+    return;
+  }
   const LightViewWanted wanted = LightViewWantedRef(push.wanted).at[gl_WorkGroupID.x];
   const LightRecord light = LightRef(globals.value.lights).at[wanted.light];
   const AffineRows world_from_light = AffineRowsRef(globals.value.world_from_node).at[light.node];

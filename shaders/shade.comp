@@ -61,7 +61,7 @@ vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
   const SurfacePoint point = surface_point(globals, triangle, place);
 #ifdef FIRE3DV_FIND_SHADOWS
   shaded_part = part_of_id(globals, id);
-  shaded_body = is_body(globals, triangle);
+  shaded_body = is_body(globals, shaded_part);
   known_shadows = FIRE3DV_NO_INDEX;  // all lit
   wanted_rays = 0;
 #endif

@@ -157,8 +157,6 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
   wanted_views_ = upload_array(device_, loader, wanted);
   loader.finish();
   if (view_count_ == 0) return;
-  views_ = gpu::create_buffer(device_, view_count_ * sizeof(gpu_types::RasterView),
-                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
   maps_ = gpu::create_buffer(device_, VkDeviceSize{first_texel} * sizeof(uint32_t),
                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
@@ -179,12 +177,23 @@ void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_sc
   loader.finish();
 }
 
+void ShadowPass::place_views(const GpuScene& gpu_scene) {
+  if (!needs_maps_) return;
+  const auto padded = [](VkDeviceSize size) { return (size + 255) / 256 * 256; };
+  sheets_offset_ = padded(view_count_ * sizeof(gpu_types::RasterView));
+  far_sides_offset_ = sheets_offset_ + padded(sheet_count_ * sizeof(gpu_types::SheetPlace));
+  views_ =
+      gpu::create_buffer(device_, far_sides_offset_ + padded(gpu_scene.part_count * sizeof(uint32_t)) + 256,
+                         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+}
+
 void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene) {
   // What is drawn on top has no mask, and where there is no ray query it has nothing but maps.
   needs_maps_ = way_.method == ShadowMethod::map || way_.hybrid ||
                 (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
   choose_views(scene);
   choose_sheets(scene, gpu_scene);
+  place_views(gpu_scene);
   if (extent_.width) set_size(extent_);
 }
 
@@ -203,7 +212,8 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
   globals.light_views = views_.address;
   globals.shadow_maps = maps_.address;
   globals.shadow_mask = mask_.address;
-  globals.sheets = sheets_.address;
+  globals.sheets = views_.address + sheets_offset_;
+  globals.far_sides = views_.address + far_sides_offset_;
   globals.sheet_count = sheet_count_;
   globals.mask_words = mask_words_;
   globals.shadows = way_.method == ShadowMethod::off   ? FIRE3DV_SHADOWS_OFF
@@ -214,16 +224,17 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
                                         VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
-  if (view_count_ == 0) return nullptr;
+  if (!needs_maps_) return nullptr;
   std::vector<Use> uses{Use(views_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
-    const gpu_types::LightViewsPush push{globals, wanted_views_.address, views_.address,
-                                         levels_of_detail ? 1u : 0u};
+    const gpu_types::LightViewsPush push{globals,         wanted_views_.address, views_.address,
+                                         sheets_.address, view_count_,           levels_of_detail ? 1u : 0u};
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdDispatch(commands, view_count_, 1, 1);
+    vkCmdDispatch(commands, view_count_ + (scene.part_count + 63) / 64, 1, 1);
   });
+  if (view_count_ == 0) return nullptr;
   ClusterRaster::Job job;
   job.scene = &scene;
   job.views_written = &views_;
@@ -310,9 +321,8 @@ void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {
 }
 
 void ShadowPass::add_map_reads(std::vector<Use>& uses, const gpu::Access& access) {
-  if (view_count_ == 0) return;
-  uses.emplace_back(maps_, access);
-  uses.emplace_back(views_, access);
+  if (needs_maps_) uses.emplace_back(views_, access);
+  if (view_count_) uses.emplace_back(maps_, access);
 }
 
 }  // namespace fire3dv::passes

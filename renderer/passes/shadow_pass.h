@@ -70,6 +70,7 @@ class ShadowPass {
  private:
   void choose_views(const scene::Scene& scene);
   void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
+  void place_views(const GpuScene& gpu_scene);
   gpu_types::ShadowPush push(const gpu::Buffer& visibility, VkDeviceAddress globals) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
             const gpu_types::ShadowPush& push) const;
@@ -85,6 +86,7 @@ class ShadowPass {
   uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, mask_words_ = 1;
   VkExtent2D extent_{};
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
+  VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
   gpu::Buffer mask_, list_, entries_;
   std::array<gpu::Buffer, gpu::kFramesInFlight> list_seen_;
   uint64_t frame_ = 0, rays_traced_ = 0;

@@ -34,6 +34,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PreparedTria
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileEntryRef { TileEntry at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LightShadowRef { LightShadow at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SheetRef { SheetRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SheetPlaceRef { SheetPlace at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayEntryRef { RayEntry at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayListRef { RayList value; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightViewWantedRef { LightViewWanted at[]; };

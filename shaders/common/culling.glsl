@@ -20,8 +20,13 @@ bool faces_away(RasterView view, vec3 normal, vec3 point) {
 
 // Whether a light's map may hold only those triangles of the part that face away from the light: of a closed mesh seen
 // from outside, a ray from any visible point meets such a triangle first. Not so where the near plane may cut it open.
-bool casts_by_far_sides(GlobalsRef globals, PartRecord part, PrimitiveRecord primitive, AffineRows world_from_node) {
+// Found once a frame, by light_views.comp.
+bool casts_by_far_sides(GlobalsRef globals, uint part) { return UintRef(globals.value.far_sides).at[part] != 0; }
+
+bool finds_far_sides(GlobalsRef globals, PartRecord part) {
   if ((part.flags & FIRE3DV_PART_CLOSED) == 0) return false;
+  const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
   const vec3 center = transform_point(world_from_node, primitive.mesh_center);
   const float radius = primitive.mesh_radius * largest_stretch(world_from_node) * 1.01;
   const vec4 window = globals.value.near_window, plane = globals.value.near_plane;
@@ -30,10 +35,9 @@ bool casts_by_far_sides(GlobalsRef globals, PartRecord part, PrimitiveRecord pri
 }
 
 // Whether a view draws triangles of a part on one side alone: the camera those that face it, a light those that do not.
-bool draws_one_side(GlobalsRef globals, PartRecord part, AffineRows world_from_node) {
+bool draws_one_side(GlobalsRef globals, uint part_index, PartRecord part) {
 #ifdef FIRE3DV_LIGHTS
-  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
-  return casts_by_far_sides(globals, part, primitive, world_from_node);
+  return casts_by_far_sides(globals, part_index);
 #else
   return (part.flags & FIRE3DV_PART_DOUBLE_SIDED) == 0;
 #endif
@@ -59,8 +63,8 @@ vec4 sphere_of_cluster(GlobalsRef globals, PartRecord part, ClusterRecord cluste
   return vec4(transform_point(world_from_node, primitive.mesh_center), primitive.mesh_radius * stretch * 1.01);
 }
 
-bool can_be_seen(GlobalsRef globals, RasterView view, PartRecord part, ClusterRecord cluster, AffineRows world_from_node,
-                 vec4 sphere) {
+bool can_be_seen(GlobalsRef globals, RasterView view, uint part_index, PartRecord part, ClusterRecord cluster,
+                 AffineRows world_from_node, vec4 sphere) {
   const bool deformed = (part.flags & FIRE3DV_PART_DEFORMED) != 0;
   const vec3 center = sphere.xyz;
   const float radius = sphere.w;
@@ -78,8 +82,7 @@ bool can_be_seen(GlobalsRef globals, RasterView view, PartRecord part, ClusterRe
   float slack = 1e-3;
 #ifdef FIRE3DV_LIGHTS
   // Of a closed mesh, a light's map holds the triangles that face away from the light; of others all.
-  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
-  if (!casts_by_far_sides(globals, part, primitive, world_from_node)) return true;
+  if (!casts_by_far_sides(globals, part_index)) return true;
   axis = -axis;
 #endif
   if (view.eye_world.w == 0) return dot(view.eye_world.xyz, axis) < cluster.cone_cutoff + slack;

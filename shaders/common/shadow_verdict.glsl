@@ -7,10 +7,7 @@
 #include "common/visible_triangle.glsl"
 
 // Of a body that is seen from outside: a ray from a side that is turned away from the light starts inside of it.
-bool is_body(GlobalsRef globals, VisibleTriangle triangle) {
-  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[triangle.part.primitive];
-  return casts_by_far_sides(globals, triangle.part, primitive, triangle.world_from_node);
-}
+bool is_body(GlobalsRef globals, uint part) { return casts_by_far_sides(globals, part); }
 
 bool is_turned_away(SurfacePoint point, LightSample light) {
   return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;

@@ -37,6 +37,16 @@ struct SheetRecord {
   uint part;
 };
 
+// Where it is now.
+struct SheetPlace {
+  vec3 normal_world;  // unit
+  float radius_m;     // around its middle
+  vec3 center_world;
+  uint part;
+  vec3 in_plane_world;  // a point
+  uint padding;
+};
+
 #define FIRE3DV_SHADOWS_OFF 0u
 #define FIRE3DV_SHADOWS_MASK 1u  // found by rays before shading
 #define FIRE3DV_SHADOWS_MAP 2u
@@ -63,7 +73,9 @@ struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS wanted;  // LightViewWanted[]
   FIRE3DV_ADDRESS views;   // RasterView[], written
-  uint levels_of_detail;   // 1: maps may hold coarser triangles
+  FIRE3DV_ADDRESS sheets;  // SheetRecord[]
+  uint view_count;
+  uint levels_of_detail;  // 1: maps may hold coarser triangles
 };
 
 // A light's view before it is fitted to what there is to see.

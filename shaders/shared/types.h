@@ -33,7 +33,8 @@ struct Globals {
   FIRE3DV_ADDRESS light_views;              // RasterView[]
   FIRE3DV_ADDRESS shadow_maps;  // uint[]: of each view, nearest depths at texels' middles, then outer ones
   FIRE3DV_ADDRESS shadow_mask;  // uint[pixel][mask_words]
-  FIRE3DV_ADDRESS sheets;       // SheetRecord[]
+  FIRE3DV_ADDRESS sheets;       // SheetPlace[]
+  FIRE3DV_ADDRESS far_sides;    // uint[part]: 1 = see casts_by_far_sides()
   mat4 clip_from_world;
   vec3 eye_world;
   vec4 near_window;  // passes::NearWindow: middle and radius
