@@ -25,12 +25,10 @@ Findings look_at(GlobalsRef globals, uint id, uvec2 pixel, uint same, uint word)
   for (uint i = 0; i < globals.value.light_count; ++i) {
     const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
     if (shadow.mask_word != word) continue;
-    const LightRecord record = LightRef(globals.value.lights).at[i];
-    const LightSample light =
-        sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
+    const LightSample light = sample_light(globals, i, point.position_world);
     if (!light_matters(globals, point, light)) continue;
     const uint verdict =
-        push.hybrid != 0 ? shadow_verdict(globals, shadow, record, light, point, part_of_id(globals, id), body) : kUnknown;
+        push.hybrid != 0 ? shadow_verdict(globals, shadow, i, light, point, part_of_id(globals, id), body) : kUnknown;
     if (verdict == kLit) continue;
     if (shadow.rays == 1) {
       found.known &= ~(same << shadow.mask_shift);

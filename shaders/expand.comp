@@ -49,9 +49,7 @@ void main() {
   const VisibleTriangle triangle = visible_triangle(globals, huge.id);
   const RasterView view = RasterViewRef(set.views).at[huge.view];
   const ivec2 size = ivec2(view.width, view.height);
-  const vec3 r0 = triangle.world_from_node.row0.xyz, r1 = triangle.world_from_node.row1.xyz,
-             r2 = triangle.world_from_node.row2.xyz;
-  const bool mirrored = dot(r0, cross(r1, r2)) < 0;
+  const bool mirrored = (triangle.node_facts & FIRE3DV_NODE_MIRRORED) != 0;
   const vec3 normal = cross(triangle.world[1] - triangle.world[0], triangle.world[2] - triangle.world[0]);
   if (draws_one_side(globals, part_of_id(globals, huge.id), triangle.part) &&
       !shows_side(view, mirrored ? -normal : normal, triangle.world[0])) {

@@ -54,10 +54,9 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
 #endif
 #ifdef FIRE3DV_RAY_QUERY
   if (globals.value.shadows != FIRE3DV_SHADOWS_MAP) {
-    const LightRecord record = LightRef(globals.value.lights).at[light_index];
-    const ShadowRay ray = shadow_ray(globals, point, record, light);
+    const ShadowRay ray = shadow_ray(globals, point, light_index, light);
     const uint pixel = uint(gl_FragCoord.y) * globals.value.width + uint(gl_FragCoord.x);
-    return light_that_arrives(globals, shadow, record, ray.light, ray.origin, pixel);
+    return light_that_arrives(globals, shadow, light_index, ray.light, ray.origin, pixel);
   }
 #endif
   // What is on top has no mask; a map may be there.

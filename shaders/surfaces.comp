@@ -21,7 +21,8 @@ vec3 world_normal(GlobalsRef globals, uint cluster, uint triangle, PartRecord pa
   const vec3 a = positions.at[record.first_vertex + (packed & 255)];
   const vec3 b = positions.at[record.first_vertex + ((packed >> 8) & 255)];
   const vec3 c = positions.at[record.first_vertex + ((packed >> 16) & 255)];
-  return transform_normal(AffineRowsRef(globals.value.world_from_node).at[part.node], cross(b - a, c - a));
+  return normal_direction(AffineRowsRef(globals.value.world_from_node).at[part.node],
+                          UintRef(globals.value.node_facts).at[part.node], cross(b - a, c - a));
 }
 
 // Of the triangle's plane at a place of the image.
@@ -79,9 +80,7 @@ void main() {
         triangle = visible_triangle(globals, id);
         if (!is_small(triangle, size)) break;
         normal = cross(triangle.world[1] - triangle.world[0], triangle.world[2] - triangle.world[0]);
-        const vec3 r0 = triangle.world_from_node.row0.xyz, r1 = triangle.world_from_node.row1.xyz,
-                   r2 = triangle.world_from_node.row2.xyz;
-        if (dot(r0, cross(r1, r2)) < 0) normal = -normal;
+        if ((triangle.node_facts & FIRE3DV_NODE_MIRRORED) != 0) normal = -normal;
       }
       const vec3 other_normal = world_normal(globals, instance.cluster, other & 127, triangle.part);
       if (!(dot(normal, other_normal) > kLeastCosine * sqrt(dot(normal, normal) * dot(other_normal, other_normal)))) continue;

@@ -1,10 +1,27 @@
-// world_from_node of every node, from the poses as they came over the wire, and the transforms of the TLAS instances.
+// world_from_node of every node, from the poses as they came over the wire, what follows from it for all who ask, and
+// the transforms of the TLAS instances.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { TransformsPush push; };
+
+void place_light(uint index, AffineRows world_from_light) {
+  const LightRecord record = LightRef(push.lights).at[index];
+  LightPlace place;
+  place.color = record.color;
+  place.range_m = record.range_m;
+  place.position_world = vec3(world_from_light.row0.w, world_from_light.row1.w, world_from_light.row2.w);
+  place.type = record.type;
+  place.shines_along = normalize(-vec3(world_from_light.row0.z, world_from_light.row1.z, world_from_light.row2.z));
+  place.cone_scale = record.cone_scale;
+  place.cone_offset = record.cone_offset;
+  place.radius_m = record.radius_m;
+  place.angular_radius_rad = record.angular_radius_rad;
+  place.sine = sin(record.angular_radius_rad);
+  LightPlaceRef(push.light_places).at[index] = place;
+}
 
 void main() {
   const uint node = gl_GlobalInvocationID.x;
@@ -18,6 +35,10 @@ void main() {
     world_from_node = multiply(multiply(stream.world_from_stream, stream_from_body), world_from_node);
   }
   AffineRowsRef(push.world_from_node).at[node] = world_from_node;
+  UintsRef(push.node_facts).at[node] = (is_mirroring(world_from_node) ? FIRE3DV_NODE_MIRRORED : 0) |
+                                       (scales_evenly(world_from_node) ? FIRE3DV_NODE_EVEN : 0);
+  const uint light = UintRef(push.light_of_node).at[node];
+  if (light != FIRE3DV_NO_INDEX) place_light(light, world_from_node);
 
   if (push.instances == 0ul) return;
   const uint instance = UintRef(push.instance_of_node).at[node];

@@ -158,6 +158,14 @@ std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const
   return records;
 }
 
+// The frames of skinned parts stay as they are here: the world, and the world in a mirror.
+std::vector<gpu_types::AffineRows> first_transforms(uint32_t node_count) {
+  std::vector<gpu_types::AffineRows> transforms(node_count);
+  transforms.push_back({{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
+  transforms.push_back({{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
+  return transforms;
+}
+
 }  // namespace
 
 void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
@@ -175,6 +183,22 @@ void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, con
     const VkBufferCopy copy{piece.offset, 0, records.size() * sizeof(records[0])};
     if (copy.size) vkCmdCopyBuffer(commands, piece.buffer, draws.get(), 1, &copy);
   });
+}
+
+void GpuScene::place_nodes(gpu::Device& device, gpu::LoaderCommands& loader) {
+  const std::vector<gpu_types::AffineRows> transforms = first_transforms(node_count);
+  std::vector<uint32_t> facts(node_count, 0);
+  facts.push_back(FIRE3DV_NODE_EVEN);
+  facts.push_back(FIRE3DV_NODE_EVEN | FIRE3DV_NODE_MIRRORED);
+  const auto padded = [](size_t bytes) { return (bytes + 255) / 256 * 256; };
+  const size_t facts_at = padded(transforms.size() * sizeof(transforms[0]));
+  const size_t places_at = facts_at + padded(facts.size() * sizeof(facts[0]));
+  std::vector<std::byte> bytes(places_at + light_count * sizeof(gpu_types::LightPlace));
+  std::memcpy(bytes.data(), transforms.data(), transforms.size() * sizeof(transforms[0]));
+  std::memcpy(bytes.data() + facts_at, facts.data(), facts.size() * sizeof(facts[0]));
+  world_from_node = upload_array(device, loader, bytes);
+  node_facts = world_from_node.address + facts_at;
+  light_places = world_from_node.address + places_at;
 }
 
 void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
@@ -226,15 +250,20 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   primitives = upload_array(device, loader, primitive_records);
 
   std::vector<gpu_types::LightRecord> light_records;
-  std::vector<uint32_t> first_primitives(node_count, 0), instance_indices(node_count, FIRE3DV_NO_INDEX);
+  std::vector<uint32_t> first_primitives(node_count, 0), instance_indices(node_count, FIRE3DV_NO_INDEX),
+      lights_of_nodes(node_count, FIRE3DV_NO_INDEX);
   for (uint32_t n = 0; n < node_count; ++n) {
     const scene::Node& node = scene.nodes[n];
-    if (node.light != scene::kNone) light_records.push_back(light_record(scene.lights[node.light], n));
+    if (node.light != scene::kNone) {
+      lights_of_nodes[n] = static_cast<uint32_t>(light_records.size());
+      light_records.push_back(light_record(scene.lights[node.light], n));
+    }
     if (node.mesh != scene::kNone)
       first_primitives[n] = primitive_at(n, scene.meshes[node.mesh].first_primitive);
   }
   light_count = static_cast<uint32_t>(light_records.size());
   lights = upload_array(device, loader, light_records);
+  light_of_node = upload_array(device, loader, lights_of_nodes);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
   Parts all_parts = collect_parts(scene, derived.casters, *this);
@@ -251,10 +280,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   cluster_instances = upload_array(device, loader, all_parts.clusters);
 
   draws = upload_array(device, loader, draw_records(scene, *this));
-  std::vector<gpu_types::AffineRows> transforms(node_count);
-  transforms.push_back({{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
-  transforms.push_back({{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}});
-  world_from_node = upload_array(device, loader, transforms);
+  place_nodes(device, loader);
 
   if (device.traces_rays()) {
     blas_of_mesh =
@@ -268,6 +294,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     for (size_t i = 0; i < deformed.nodes.size(); ++i) {
       blas_of_node[deformed.nodes[i].node] = deformed.levels.address(i);
     }
+    const std::vector<gpu_types::AffineRows> transforms = first_transforms(node_count);
     std::vector<VkAccelerationStructureInstanceKHR> instance_records;
     for (uint32_t n = 0; n < node_count; ++n) {
       if (!blas_of_node[n]) continue;

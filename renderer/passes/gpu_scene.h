@@ -61,8 +61,14 @@ struct GpuScene {
   gpu::Buffer first_primitive_of_node;  // uint[]
   gpu::Buffer instance_of_node;         // uint[]
   gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
-  gpu::Buffer
-      world_from_node;  // AffineRows[], written by the transforms pass; then the frames of skinned parts
+  gpu::Buffer light_of_node;            // uint[]
+  // Written by the transforms pass: AffineRows[], with the frames of skinned parts behind; and what follows
+  // from them, in the same buffer.
+  gpu::Buffer world_from_node;
+  VkDeviceAddress node_facts = 0;    // uint[]: FIRE3DV_NODE_*
+  VkDeviceAddress light_places = 0;  // LightPlace[]
+
+  void place_nodes(gpu::Device& device, gpu::LoaderCommands& loader);
 
   std::vector<uint32_t> first_part_of_node;
   std::vector<PlanarPart> planar_parts;  // the largest at rest first

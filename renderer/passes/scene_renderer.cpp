@@ -149,12 +149,14 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   const GpuScene& scene = *gpu_scene_;
   gpu_types::Globals globals{};
   globals.world_from_node = scene.world_from_node.address;
+  globals.node_facts = scene.node_facts;
   globals.first_primitive_of_node = scene.first_primitive_of_node.address;
   globals.draws = scene.draws.address;
   globals.primitives = scene.primitives.address;
   globals.materials = scene.materials.address;
   globals.material_extensions = scene.material_extensions.address;
   globals.lights = scene.lights.address;
+  globals.light_places = scene.light_places;
   globals.positions = scene.positions.address;
   globals.vertices = scene.vertices.address;
   globals.indices = scene.indices.address;

@@ -33,6 +33,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer HugeTriangle
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PreparedTriangleRef { PreparedTriangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileEntryRef { TileEntry at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LightShadowRef { LightShadow at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer LightPlaceRef { LightPlace at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SheetRef { SheetRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SheetPlaceRef { SheetPlace at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayEntryRef { RayEntry at[]; };
@@ -59,6 +60,22 @@ vec3 transform_normal(AffineRows m, vec3 n) {
   const vec3 c0 = cross(r1, r2);
   const float sense = dot(r0, c0) < 0 ? -1 : 1;
   return sense * vec3(dot(c0, n), dot(cross(r2, r0), n), dot(cross(r0, r1), n));
+}
+
+// The same up to its length, where it is known that the transform scales evenly.
+vec3 normal_direction(AffineRows m, uint node_facts, vec3 n) {
+  return (node_facts & FIRE3DV_NODE_EVEN) != 0 ? transform_direction(m, n) : transform_normal(m, n);
+}
+
+bool is_mirroring(AffineRows m) { return dot(m.row0.xyz, cross(m.row1.xyz, m.row2.xyz)) < 0; }
+
+bool scales_evenly(AffineRows m) {
+  const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
+             z = vec3(m.row0.z, m.row1.z, m.row2.z);
+  const vec3 size2 = vec3(dot(x, x), dot(y, y), dot(z, z));
+  const float tolerance = 1e-4 * max(size2.x, max(size2.y, size2.z));
+  return all(lessThan(abs(size2 - size2.yzx), vec3(tolerance))) &&
+         all(lessThan(abs(vec3(dot(x, y), dot(y, z), dot(z, x))), vec3(tolerance)));
 }
 
 // How much a transform stretches at most; exact where it only scales evenly.

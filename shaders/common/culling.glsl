@@ -3,15 +3,6 @@
 #define FIRE3DV_CULLING_GLSL
 #include "common/raster_rules.glsl"
 
-bool scales_evenly(AffineRows m) {
-  const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
-             z = vec3(m.row0.z, m.row1.z, m.row2.z);
-  const vec3 size2 = vec3(dot(x, x), dot(y, y), dot(z, z));
-  const float tolerance = 1e-4 * max(size2.x, max(size2.y, size2.z));
-  return all(lessThan(abs(size2 - size2.yzx), vec3(tolerance))) &&
-         all(lessThan(abs(vec3(dot(x, y), dot(y, z), dot(z, x))), vec3(tolerance)));
-}
-
 // Seen against its winding, clearly: a triangle that is nearly edge-on never is.
 bool faces_away(RasterView view, vec3 normal, vec3 point) {
   const vec3 look = view.eye_world.w != 0 ? point - view.eye_world.xyz : view.eye_world.xyz;

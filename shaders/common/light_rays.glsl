@@ -13,15 +13,16 @@ float turn_of_pixel(GlobalsRef globals, uint pixel) {
 
 // The share of the light that reaches the origin. A soft light's rays go to points spread evenly over its disc (Vogel's
 // spiral).
-float light_that_arrives(GlobalsRef globals, LightShadow shadow, LightRecord record, LightSample light, vec3 origin,
+float light_that_arrives(GlobalsRef globals, LightShadow shadow, uint light_index, LightSample light, vec3 origin,
                          uint pixel) {
   if (shadow.rays == 1) return is_shadowed(globals, origin, light.to_light, light.distance_m) ? 0 : 1;
   const uint rays = shadow.rays;
   const float turn = turn_of_pixel(globals, pixel);
   const vec3 helper = abs(light.to_light.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0);
   const vec3 right = normalize(cross(helper, light.to_light)), up = cross(light.to_light, right);
-  const bool directional = record.type == FIRE3DV_LIGHT_DIRECTIONAL;
-  const float radius = directional ? tan(record.angular_radius_rad) : record.radius_m / light.distance_m;
+  const LightPlace place = LightPlaceRef(globals.value.light_places).at[light_index];
+  const bool directional = place.type == FIRE3DV_LIGHT_DIRECTIONAL;
+  const float radius = directional ? tan(place.angular_radius_rad) : place.radius_m / light.distance_m;
   uint arrived = 0;
   for (uint k = 0; k < rays; ++k) {
     const float angle = turn + 2.3999632 * k, r = radius * sqrt((k + 0.5) / rays);

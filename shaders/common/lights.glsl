@@ -10,18 +10,17 @@ struct LightSample {
   float sine;         // of half the angle that the source subtends; 0 = a point
 };
 
-LightSample sample_light(LightRecord light, AffineRows world_from_light, vec3 position_world) {
+LightSample sample_light(GlobalsRef globals, uint light_index, vec3 position_world) {
+  const LightPlace light = LightPlaceRef(globals.value.light_places).at[light_index];
   LightSample result;
-  const vec3 shines_along = normalize(-vec3(world_from_light.row0.z, world_from_light.row1.z, world_from_light.row2.z));
   if (light.type == FIRE3DV_LIGHT_DIRECTIONAL) {
-    result.to_light = -shines_along;
+    result.to_light = -light.shines_along;
     result.distance_m = 1e30;
     result.irradiance = light.color;
-    result.sine = sin(light.angular_radius_rad);
+    result.sine = light.sine;
     return result;
   }
-  const vec3 position = vec3(world_from_light.row0.w, world_from_light.row1.w, world_from_light.row2.w);
-  const vec3 offset = position - position_world;
+  const vec3 offset = light.position_world - position_world;
   const float distance2 = max(dot(offset, offset), 1e-12);
   result.distance_m = sqrt(distance2);
   result.to_light = offset / result.distance_m;
@@ -31,7 +30,7 @@ LightSample sample_light(LightRecord light, AffineRows world_from_light, vec3 po
     attenuation *= clamp(1 - ratio2 * ratio2, 0, 1);
   }
   if (light.type == FIRE3DV_LIGHT_SPOT) {
-    const float cone = clamp(dot(shines_along, -result.to_light) * light.cone_scale + light.cone_offset, 0, 1);
+    const float cone = clamp(dot(light.shines_along, -result.to_light) * light.cone_scale + light.cone_offset, 0, 1);
     attenuation *= cone * cone;
   }
   result.irradiance = light.color * attenuation;

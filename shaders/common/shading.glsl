@@ -109,9 +109,7 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
   radiance += reflect_environment(globals, surface, occlusion);
 
   for (uint i = 0; i < globals.value.light_count; ++i) {
-    const LightRecord light = LightRef(globals.value.lights).at[i];
-    const LightSample s =
-        sample_light(light, AffineRowsRef(globals.value.world_from_node).at[light.node], point.position_world);
+    const LightSample s = sample_light(globals, i, point.position_world);
     const vec3 reflected = reflect_light(surface, s.to_light, s.sine) * s.irradiance;
     if (largest(reflected) <= 0) continue;
     radiance += reflected * light_visibility(i, s, point);

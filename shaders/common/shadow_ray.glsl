@@ -26,11 +26,11 @@ struct ShadowRay {
 
 // Off the surface on the side that the light is on, so that thin sheets lit from behind are not taken for their own
 // shadow. Maps are asked about the same ray that is traced where they cannot tell.
-ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightRecord record, LightSample light) {
+ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, uint light_index, LightSample light) {
   const vec3 side = lit_side(point, light);
   ShadowRay ray;
   ray.origin = offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m, point.lift_m);
-  ray.light = sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], ray.origin);
+  ray.light = sample_light(globals, light_index, ray.origin);
   return ray;
 }
 

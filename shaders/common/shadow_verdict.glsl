@@ -14,11 +14,11 @@ bool is_turned_away(SurfacePoint point, LightSample light) {
 }
 
 // body: see is_body; light: as it is seen from the point.
-uint shadow_verdict(GlobalsRef globals, LightShadow shadow, LightRecord record, LightSample light, SurfacePoint point,
+uint shadow_verdict(GlobalsRef globals, LightShadow shadow, uint light_index, LightSample light, SurfacePoint point,
                     uint part, bool body) {
   if (body && is_turned_away(point, light)) return kShadowed;
   if (shadow.rays != 1) return kUnknown;  // a map knows of one ray
-  const ShadowRay ray = shadow_ray(globals, point, record, light);
+  const ShadowRay ray = shadow_ray(globals, point, light_index, light);
   return map_verdict(globals, shadow, part, ray.origin, point.plane_normal_world, ray.light);
 }
 

@@ -19,11 +19,9 @@ void trace_entry(GlobalsRef globals, uint64_t visibility, RayEntry entry) {
       const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[i];
       const uint bit = 1u << (shadow.rays == 1 ? shadow.mask_shift + s : s);
       if (shadow.mask_word != entry.word || (entry.wanted & bit) == 0) continue;
-      const LightRecord record = LightRef(globals.value.lights).at[i];
-      const LightSample light =
-          sample_light(record, AffineRowsRef(globals.value.world_from_node).at[record.node], point.position_world);
-      const ShadowRay ray = shadow_ray(globals, point, record, light);
-      const float arrives = light_that_arrives(globals, shadow, record, ray.light, ray.origin, entry.pixel);
+      const LightSample light = sample_light(globals, i, point.position_world);
+      const ShadowRay ray = shadow_ray(globals, point, i, light);
+      const float arrives = light_that_arrives(globals, shadow, i, ray.light, ray.origin, entry.pixel);
       if (shadow.rays == 1) {
         if (arrives > 0) lit |= same << shadow.mask_shift;
       } else {

@@ -12,6 +12,7 @@ struct VisibleTriangle {
   vec3 world[3];
   vec4 clip[3];
   AffineRows world_from_node;
+  uint node_facts;
   float surface_error;  // node space
 };
 
@@ -28,6 +29,7 @@ VisibleTriangle visible_triangle(GlobalsRef globals, uint id) {
   t.part = PartRef(globals.value.parts).at[instance.part];
   t.material = t.part.material;
   t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[t.part.node];
+  t.node_facts = UintRef(globals.value.node_facts).at[t.part.node];
   PositionRef positions = PositionRef(globals.value.positions);
   for (int i = 0; i < 3; ++i) {
     t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
@@ -120,8 +122,8 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
     point.uv_dy = uv_at(uv, b_dy);
   }
   point.color = color_at(globals, t, b);
-  point.normal_world = normalize(transform_normal(
-      t.world_from_node, vertices.at[t.vertex[0]].normal * b.x + vertices.at[t.vertex[1]].normal * b.y +
+  point.normal_world = normalize(normal_direction(
+      t.world_from_node, t.node_facts, vertices.at[t.vertex[0]].normal * b.x + vertices.at[t.vertex[1]].normal * b.y +
                              vertices.at[t.vertex[2]].normal * b.z));
   point.tangent_world = vec4(0);
   if ((flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
@@ -132,8 +134,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
 
   // Which side is seen follows from the winding, as for the raster pipeline; a reflection swaps the sides.
   vec3 plane = cross(t.world[1] - t.world[0], t.world[2] - t.world[0]);
-  const vec3 r0 = t.world_from_node.row0.xyz, r1 = t.world_from_node.row1.xyz, r2 = t.world_from_node.row2.xyz;
-  if (dot(r0, cross(r1, r2)) < 0) plane = -plane;
+  if ((t.node_facts & FIRE3DV_NODE_MIRRORED) != 0) plane = -plane;
   plane = dot(plane, plane) > 0 ? normalize(plane) : point.normal_world;
   // A surface with one side shows that one. Of one with two, the ray through the pixel tells.
   const vec2 ndc = pixel / size * 2 - 1;

@@ -21,6 +21,20 @@ struct LightRecord {
   uint padding0, padding1;
 };
 
+// As it stands now; found by transforms.comp.
+struct LightPlace {
+  vec3 color;
+  float range_m;
+  vec3 position_world;
+  uint type;
+  vec3 shines_along;  // unit, world
+  float cone_scale;
+  float cone_offset;
+  float radius_m;
+  float angular_radius_rad;
+  float sine;  // of angular_radius_rad
+};
+
 // How a light's shadow is found.
 struct LightShadow {
   uint first_view;  // of the lights' RasterViews: 1, or 6 sides of a cube

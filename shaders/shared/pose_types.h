@@ -23,8 +23,15 @@ struct TransformsPush {
   FIRE3DV_ADDRESS world_from_node;   // AffineRows[], written
   FIRE3DV_ADDRESS instance_of_node;  // uint[]
   FIRE3DV_ADDRESS instances;         // VkAccelerationStructureInstanceKHR[], transforms written; 0 = none
+  FIRE3DV_ADDRESS node_facts;        // uint[]: FIRE3DV_NODE_*, written
+  FIRE3DV_ADDRESS light_of_node;     // uint[]
+  FIRE3DV_ADDRESS lights;            // LightRecord[]
+  FIRE3DV_ADDRESS light_places;      // LightPlace[], written
   uint node_count;
 };
+
+#define FIRE3DV_NODE_MIRRORED 1u  // its transform turns what it moves inside out
+#define FIRE3DV_NODE_EVEN 2u      // it scales all directions alike
 
 FIRE3DV_SHARED_END
 #endif

@@ -15,12 +15,14 @@ FIRE3DV_SHARED_BEGIN
 // What every shader of a frame may need; one per frame.
 struct Globals {
   FIRE3DV_ADDRESS world_from_node;          // AffineRows[]
+  FIRE3DV_ADDRESS node_facts;               // uint[]: FIRE3DV_NODE_*
   FIRE3DV_ADDRESS first_primitive_of_node;  // uint[]
   FIRE3DV_ADDRESS draws;                    // DrawRecord[]
   FIRE3DV_ADDRESS primitives;               // PrimitiveRecord[]
   FIRE3DV_ADDRESS materials;                // MaterialRecord[]
   FIRE3DV_ADDRESS material_extensions;      // MaterialExtensionRecord[]
   FIRE3DV_ADDRESS lights;                   // LightRecord[]
+  FIRE3DV_ADDRESS light_places;             // LightPlace[]
   FIRE3DV_ADDRESS positions;                // vec3[], node space
   FIRE3DV_ADDRESS vertices;                 // VertexRecord[]
   FIRE3DV_ADDRESS indices;                  // uint[]
