@@ -116,7 +116,7 @@ TEST_F(Async, TheFrameWaitsWhereRaysAreTracedAndNotBefore) {
   const auto wait = std::find(passes.begin(), passes.end(), "tlas wait");
   ASSERT_GT(passes.end() - wait, 1);
   EXPECT_EQ(*(wait + 1), "trace");
-  for (const char* beside : {"cull", "raster", "tiles", "classify"}) {
+  for (const char* beside : {"cull", "raster", "tiles", "shade"}) {
     EXPECT_LT(std::find(passes.begin(), passes.end(), beside), wait) << beside;
   }
   double longest = 0;
