@@ -3,21 +3,65 @@
 #include "protocol/error.h"
 #include "protocol/transport/shm_copy.h"
 
-// The order of accesses follows H.-J. Boehm, "Can Seqlocks Get Along with Programming Language Memory
-// Models?" (MSPC 2012): fences stand between the sequence and the payload, and a torn read is thrown away.
-// How the payload is copied without being a data race: shm_copy.h.
-
 namespace fire3dv::transport::shm {
 namespace {
-
-constexpr auto relaxed = std::memory_order_relaxed;
 
 SlotHeader& slot_at(std::byte* slots, size_t stride, uint64_t mask, uint64_t number) {
   return *reinterpret_cast<SlotHeader*>(slots + ((number - 1) & mask) * stride);
 }
-std::byte* payload_of(SlotHeader& slot) {
-  return reinterpret_cast<std::byte*>(&slot) + kSlotHeaderBytes;
-}
+
+// The mapped segment as shm_ring_steps.h wants it.
+class SlotMemory {
+ public:
+  SlotMemory(SlotHeader& slot, uint64_t& published) : slot_(slot), published_(published) {}
+
+  void store(RingWord word, uint64_t value, std::memory_order order) { at(word).store(value, order); }
+  uint64_t load(RingWord word, std::memory_order order) { return at(word).load(order); }
+  void fence(std::memory_order order) { std::atomic_thread_fence(order); }
+
+ protected:
+  std::byte* payload() { return reinterpret_cast<std::byte*>(&slot_) + kSlotHeaderBytes; }
+
+ private:
+  std::atomic_ref<uint64_t> at(RingWord word) {
+    switch (word) {
+      case RingWord::sequence:
+        return atomic_word(slot_.sequence);
+      case RingWord::bytes:
+        return atomic_word(slot_.bytes);
+      case RingWord::tag:
+        return atomic_word(slot_.tag);
+      case RingWord::published:
+        break;
+    }
+    return atomic_word(published_);
+  }
+
+  SlotHeader& slot_;
+  uint64_t& published_;
+};
+
+struct WriterMemory : SlotMemory {
+  const wire::MessagePieces& message;
+
+  WriterMemory(SlotHeader& slot, uint64_t& published, const wire::MessagePieces& pieces)
+      : SlotMemory(slot, published), message(pieces) {}
+  void copy_in() {
+    copy_to_shared(payload(), message.head.data(), message.head.size());
+    copy_to_shared(payload() + message.head.size(), message.body.data(), message.body.size());
+  }
+};
+
+struct ReaderMemory : SlotMemory {
+  std::vector<std::byte>& message;
+
+  ReaderMemory(SlotHeader& slot, uint64_t& published, std::vector<std::byte>& into)
+      : SlotMemory(slot, published), message(into) {}
+  void copy_out(uint64_t bytes) {
+    message.resize(bytes);
+    copy_from_shared(message.data(), payload(), bytes);
+  }
+};
 
 }  // namespace
 
@@ -31,15 +75,8 @@ RingWriter::RingWriter(std::byte* segment, const RingGeometry& geometry, uint64_
 void RingWriter::write(const wire::MessagePieces& message, uint64_t tag) noexcept {
   FIRE3DV_ASSERT(message.size() <= capacity_);
   const uint64_t number = ++number_;
-  SlotHeader& slot = slot_at(slots_, stride_, mask_, number);
-  atomic_word(slot.sequence).store(2 * number - 1, relaxed);
-  std::atomic_thread_fence(std::memory_order_release);
-  atomic_word(slot.bytes).store(message.size(), relaxed);
-  atomic_word(slot.tag).store(tag, relaxed);
-  copy_to_shared(payload_of(slot), message.head.data(), message.head.size());
-  copy_to_shared(payload_of(slot) + message.head.size(), message.body.data(), message.body.size());
-  atomic_word(slot.sequence).store(2 * number, std::memory_order_release);
-  atomic_word(*published_).store(number, std::memory_order_release);
+  WriterMemory memory(slot_at(slots_, stride_, mask_, number), *published_, message);
+  write_steps(memory, number, message.size(), tag);
 }
 
 RingReader::RingReader(std::byte* segment, const RingGeometry& geometry, uint64_t& published)
@@ -50,22 +87,13 @@ RingReader::RingReader(std::byte* segment, const RingGeometry& geometry, uint64_
       published_(&published) {}
 
 uint64_t RingReader::published() const {
-  return atomic_word(*published_).load(std::memory_order_acquire);
+  SlotMemory memory(slot_at(slots_, stride_, mask_, 1), *published_);
+  return published_step(memory);
 }
 
 RingReader::Outcome RingReader::read(uint64_t number, std::vector<std::byte>& message, uint64_t& tag) const {
-  SlotHeader& slot = slot_at(slots_, stride_, mask_, number);
-  if (atomic_word(slot.sequence).load(std::memory_order_acquire) != 2 * number) return Outcome::lapped;
-  const uint64_t bytes = atomic_word(slot.bytes).load(relaxed);
-  tag = atomic_word(slot.tag).load(relaxed);
-  const bool fits = bytes <= capacity_;
-  if (fits) {
-    message.resize(bytes);
-    copy_from_shared(message.data(), payload_of(slot), bytes);
-  }
-  std::atomic_thread_fence(std::memory_order_acquire);
-  if (atomic_word(slot.sequence).load(relaxed) != 2 * number) return Outcome::lapped;
-  return fits ? Outcome::ok : Outcome::corrupt;
+  ReaderMemory memory(slot_at(slots_, stride_, mask_, number), *published_, message);
+  return read_steps(memory, number, capacity_, tag);
 }
 
 }  // namespace fire3dv::transport::shm

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "protocol/transport/shm_layout.h"
+#include "protocol/transport/shm_ring_steps.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::transport::shm {
@@ -31,7 +32,7 @@ class RingWriter {
 
 class RingReader {
  public:
-  enum class Outcome { ok, lapped, corrupt };
+  using Outcome = ReadOutcome;
 
   RingReader() = default;
   RingReader(std::byte* segment, const RingGeometry& geometry, uint64_t& published);
