@@ -22,3 +22,5 @@ fire3dv_test(transport_udp_key_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/
              LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)
 fire3dv_test(transport_shm_model_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/ring_model_test.cpp
              LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_shm_steps_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_steps_test.cpp
+             LINK fire3dv_transport LABELS unit)

@@ -1,40 +1,15 @@
 // Shared memory between processes: writers that are killed at any instruction, and frames that must never be
 // torn.
 #include <fcntl.h>
-#include <signal.h>
-#include <sys/wait.h>
 
 #include <random>
 #include <thread>
 
+#include "tests/unit/transport/child.h"
 #include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::transport::test {
 namespace {
-
-// Runs `body` in a process of its own until killed.
-class Child {
- public:
-  explicit Child(const std::function<void()>& body) : pid_(::fork()) {
-    if (pid_ != 0) return;
-    body();
-    ::_exit(0);
-  }
-  ~Child() { kill(); }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  void signal(int number) { ::kill(pid_, number); }
-  void kill() {
-    if (pid_ <= 0) return;
-    ::kill(pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
-    pid_ = 0;
-  }
-
- private:
-  pid_t pid_;
-};
 
 constexpr size_t kFrameBytes = 16 << 10;
 
