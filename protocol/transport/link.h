@@ -45,7 +45,8 @@ struct LinkStats {
   uint64_t bytes_sent = 0;
   uint64_t bytes_received = 0;
   uint64_t poses_dropped = 0;   // pose messages replaced by a newer one before they left or were polled
-  uint64_t frames_dropped = 0;  // publisher: frames of which at least one message was dropped
+  uint64_t frames_dropped = 0;  // publisher: frames of which at least one message was dropped; udp listener:
+                                // those that had not come whole when a newer one had
   uint64_t rejected = 0;        // malformed or unwelcome traffic, all causes together
   std::array<uint64_t, kCauseCount> rejected_by_cause{};
   uint32_t peers = 0;  // readers or connections now

@@ -273,11 +273,14 @@ void UdpListener::pose(Peer& peer, std::span<const std::byte> payload) {
   if (!read_pose_header(payload, header)) return counters_.reject(Cause::malformed);
   const std::span<const std::byte> message = payload.subspan(kPoseHeaderBytes);
   const bool newest = options_.delivery == Delivery::newest;
+  const uint64_t newest_before = peer.frames.newest_whole();
   const auto outcome = peer.frames.part(header.frame, header.part, header.last);
   if (outcome == FrameTracker::Outcome::repeated) {
     peer.told_frame = 0;  // it may not have heard that we have the frame
     return;
   }
+  if (outcome == FrameTracker::Outcome::whole && newest_before != 0)
+    counters_.frames_dropped.add(header.frame - newest_before - 1);
   if (newest && outcome == FrameTracker::Outcome::superseded) return counters_.poses_dropped.add();
   if (newest && outcome == FrameTracker::Outcome::whole) inbox_.drop_parts_before(peer.id, header.frame);
   if (inbox_.waiting(peer.id).bytes > kMostWaitingPoseBytes) {

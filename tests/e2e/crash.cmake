@@ -7,3 +7,5 @@ if(TARGET fire3dv)
   set_tests_properties(killed_writer_drawn PROPERTIES LABELS e2e TIMEOUT 900
     ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
 endif()
+fire3dv_test(many_adapters_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/many_adapters_test.cpp
+             LINK fire3dv_client fire3dv_transport fire3dv_wire LABELS e2e)

@@ -1,5 +1,6 @@
 // The newest frame of a simulator that pauses arrives over UDP, whatever became of its datagrams.
 #include <atomic>
+#include <climits>
 
 #include "protocol/transport/udp_datagram.h"
 #include "tests/unit/transport/link_fixture.h"
@@ -75,6 +76,28 @@ TEST(UdpNewest, EachNewSessionGetsIt) {
     EXPECT_TRUE(behind.listener.poll_until([&] { return behind.listener.saw(Kind::pose, "the last one"); }));
   }
   EXPECT_EQ(publisher->stats().poses_dropped, 0u);
+}
+
+// What the system's buffers or the network lost, nobody saw; the numbers of the frames tell.
+TEST(UdpNewest, FramesThatDidNotComeAreCountedWhereTheyShouldHave) {
+  Behind behind;
+  auto publisher = behind.publisher();
+  constexpr uint64_t kFrames = 20;
+  ASSERT_TRUE(publish_until_seen(*publisher, behind.listener, "first"));
+  const uint64_t dropped_before = behind.listener.link->stats().frames_dropped;
+  behind.listener.events.clear();
+  behind.poses_to_lose = INT_MAX / 2;
+  const int seen_before = behind.poses_seen;
+  for (uint64_t i = 1; i < kFrames; ++i) publisher->publish(message_of("lost"));
+  ASSERT_TRUE(behind.listener.poll_until(
+      [&] { return behind.poses_seen - seen_before >= static_cast<int>(kFrames) - 1; }));
+  behind.poses_to_lose = 0;  // from here on the one before the last may come, too, when it is repeated
+  publisher->publish(message_of("last"));
+  ASSERT_TRUE(behind.listener.poll_until([&] { return behind.listener.saw(Kind::pose, "last"); }));
+  EXPECT_EQ(behind.listener.link->stats().frames_dropped - dropped_before +
+                behind.listener.count(Kind::pose) + behind.listener.link->stats().poses_dropped,
+            kFrames);
+  EXPECT_GE(behind.listener.link->stats().frames_dropped - dropped_before, kFrames - 2);
 }
 
 // Unacknowledged frames are repeated at least every 250 ms: half a second without one means that it is
