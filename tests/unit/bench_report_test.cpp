@@ -18,6 +18,8 @@ TEST(Statistics, OfKnownNumbers) {
   EXPECT_DOUBLE_EQ(summary.mean, 5);
   EXPECT_NEAR(summary.deviation, 2.1380899, 1e-6);  // squares add up to 32, over 7
   EXPECT_NEAR(summary.p95, 8.3, 1e-9);              // 0.95 of the way through seven steps: 6.65
+  EXPECT_NEAR(summary.p99, 8.86, 1e-9);
+  EXPECT_NEAR(summary.p999, 8.986, 1e-9);
   EXPECT_DOUBLE_EQ(summary.least, 2);
   EXPECT_DOUBLE_EQ(summary.most, 9);
 }

@@ -4,9 +4,12 @@
 #include <exception>
 #include <iostream>
 
+#include "tools/bench/one_way_bench.h"
 #include "tools/bench/publish_bench.h"
+#include "tools/bench/publish_command.h"
 #ifdef FIRE3DV_BENCH_FRAMES
 #include "tools/bench/frame_command.h"
+#include "tools/bench/ingest_bench.h"
 #endif
 
 namespace {
@@ -45,11 +48,32 @@ int run(int argc, char** argv) {
   transport->add_option("rounds", rounds, "how often each way is measured")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  fire3dv::bench::OneWayOptions way_options;
+  CLI::App* const one_way = app.add_subcommand(
+      "one-way", "what a publish costs and when its frame is there, over each link, beside bare ones");
+  one_way->add_option("--rounds", way_options.rounds, "turns of each way")->check(CLI::Range(1, 100'000));
+  one_way->add_option("--frames", way_options.frames, "frames a turn")->check(CLI::Range(1, 10'000));
+  one_way->add_option("--rate", way_options.rate_hz, "frames a second")->check(CLI::Range(1.0, 100'000.0));
+  one_way->add_option("--key-file", way_options.security.udp_key_file, "a key, for a row of udp:// with it");
+  one_way->add_option("--tls-cert", way_options.security.tls_certificate_file,
+                      "a certificate of localhost that has signed itself, for a row of tls://");
+  one_way->add_option("--tls-key", way_options.security.tls_key_file, "file of that certificate's key");
+  fire3dv::bench::PublishOptions publish_options;
+  CLI::App* const publish = app.add_subcommand(
+      "publish", "a simulator that publishes at a rate, and says how long its calls took when asked to");
+  publish->add_option("uri", publish_options.uri, "where to")->required();
+  publish->add_option("--poses", publish_options.poses, "poses a frame")->check(CLI::Range(1, 1'000'000));
+  publish->add_option("--rate", publish_options.rate_hz, "frames a second")
+      ->check(CLI::Range(1.0, 100'000.0));
 #ifdef FIRE3DV_BENCH_FRAMES
   fire3dv::bench::FrameOptions frame_options;
   CLI::App* const frame = app.add_subcommand(
       "frame", "times of frames, stage by stage, of scenes that grow: a table, a CSV file and a plot");
   fire3dv::bench::add_frame_options(*frame, frame_options);
+  fire3dv::bench::IngestOptions ingest_options;
+  CLI::App* const ingest =
+      app.add_subcommand("ingest", "how many poses a second a renderer's intake takes on one core");
+  ingest->add_option("--seconds", ingest_options.seconds, "for each row")->check(CLI::Range(0.01, 3600.0));
   fire3dv::bench::ImageOptions image_options;
   CLI::App* const images = app.add_subcommand(
       "images", "times from new poses to the image in memory, of one glTF scene whose objects turn");
@@ -64,7 +88,10 @@ int run(int argc, char** argv) {
   }
   if (app.get_subcommands().empty()) return usage_error("name a command: " + commands_of(app));
   if (*transport) return fire3dv::bench::publish_bench(rounds);
+  if (*one_way) return fire3dv::bench::one_way_bench(way_options);
+  if (*publish) return fire3dv::bench::publish_command(publish_options);
 #ifdef FIRE3DV_BENCH_FRAMES
+  if (*ingest) return fire3dv::bench::ingest_bench(ingest_options);
   if (*frame) {
     frame_options.command = command_line(argc, argv);
     if (auto checked = fire3dv::bench::check_frame_options(frame_options); !checked)

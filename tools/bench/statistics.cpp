@@ -24,6 +24,8 @@ Summary summarise(std::vector<double> values) {
   const auto count = static_cast<double>(values.size());
   summary.median = at_fraction(values, 0.5);
   summary.p95 = at_fraction(values, 0.95);
+  summary.p99 = at_fraction(values, 0.99);
+  summary.p999 = at_fraction(values, 0.999);
   summary.mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
   double squares = 0;
   for (const double value : values) squares += (value - summary.mean) * (value - summary.mean);
