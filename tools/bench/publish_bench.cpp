@@ -86,9 +86,10 @@ struct Way {
 
 // All ways take turns, so that what else the machine does falls on all of them; a ratio is of one turn.
 int publish_bench(int rounds) {
-  std::printf("one publish over shm://, spinning publisher, no reader; medians of %d rounds of %d calls\n",
-              rounds, kCallsARound);
-  std::printf("%6s  %-44s %10s %8s\n", "poses", "way", "ns/call", "ratio");
+  std::printf(
+      "One publish over shm://, spinning publisher, no reader; medians of %d rounds of %d calls.\n\n"
+      "| poses | way | ns a call | ratio |\n|---|---|---|---|\n",
+      rounds, kCallsARound);
   for (const size_t count : {size_t{1}, size_t{100}, size_t{1000}}) {
     const std::string name = "bench-" + std::to_string(::getpid());
     auto link = transport::open_publisher("shm://" + name);
@@ -134,7 +135,7 @@ int publish_bench(int rounds) {
       }
     }
     for (const Way& way : ways)
-      std::printf("%6zu  %-44s %10.1f %8.2f\n", count, way.name, median(way.ns), median(way.ratio));
+      std::printf("| %zu | %s | %.1f | %.2f |\n", count, way.name, median(way.ns), median(way.ratio));
     ::munmap(memory, kSlots * kSlotBytes);
   }
   return 0;
