@@ -19,12 +19,13 @@ constexpr size_t cost_of(size_t message_bytes) {
 constexpr size_t kMostNotes = 64;  // different texts; more of them are an attack on the log
 }  // namespace
 
-void Inbox::push(PeerId peer, Item item) {
+void Inbox::push(PeerId peer, Item item, bool wakes) {
   Entry& entry = entries_[peer];
   entry.bytes += cost_of(item.message.size());
   bytes_ += cost_of(item.message.size());
   item.received_ns = monotonic_ns();
   entry.items.push_back(std::move(item));
+  if (!wakes) return;
   news_ = true;
   came_.notify_one();
 }
@@ -56,10 +57,10 @@ void Inbox::pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_ol
   push(peer, {Kind::pose, std::move(message), {}});
 }
 
-void Inbox::pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame) {
+void Inbox::pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame, bool wakes) {
   const std::lock_guard lock(mutex_);
   if (!make_room(message.size())) return;
-  push(peer, {Kind::pose, std::move(message), {}, frame});
+  push(peer, {Kind::pose, std::move(message), {}, frame}, wakes);
 }
 
 void Inbox::drop_parts_before(PeerId peer, uint64_t frame) {

@@ -39,7 +39,9 @@ class Inbox {
   Waiting waiting(PeerId peer) const;
   // Peers with events that were not polled yet, alive or not.
   size_t entries() const;
-  void pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame);
+  // wakes: whoever waits is woken for it. Of a frame that is not whole yet there is nothing to be shown, and
+  // waking for each part would take the time in which the others come.
+  void pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame, bool wakes);
   void drop_parts_before(PeerId peer, uint64_t frame);
 
   // --- the polling thread
@@ -59,7 +61,7 @@ class Inbox {
     size_t controls = 0;
     size_t bytes = 0;
   };
-  void push(PeerId peer, Item item);
+  void push(PeerId peer, Item item, bool wakes = true);
   bool make_room(size_t bytes);
 
   LinkCounters& counters_;

@@ -288,7 +288,8 @@ void UdpListener::pose(Peer& peer, std::span<const std::byte> payload) {
     if (!newest) return counters_.poses_dropped.add();
     inbox_.drop_parts_before(peer.id, header.frame);
   }
-  inbox_.pose_part(peer.id, std::vector<std::byte>(message.begin(), message.end()), header.frame);
+  inbox_.pose_part(peer.id, std::vector<std::byte>(message.begin(), message.end()), header.frame,
+                   !newest || outcome == FrameTracker::Outcome::whole);
 }
 
 std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,

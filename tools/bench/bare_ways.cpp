@@ -57,7 +57,7 @@ struct SlotReceiver final : Receiver {
     const int64_t now = monotonic_ns();
     uint32_t index = 0;
     std::memcpy(&index, frame.data(), sizeof index);
-    board.seen[index % kMostFrames] = now;
+    board.came[index % kMostFrames] = board.seen[index % kMostFrames] = now;
   }
 };
 
@@ -95,7 +95,7 @@ struct TcpReceiver final : Receiver {
     const int64_t now = monotonic_ns();
     uint32_t index = 0;
     std::memcpy(&index, frame.data(), sizeof index);
-    board.seen[index % kMostFrames] = now;
+    board.came[index % kMostFrames] = board.seen[index % kMostFrames] = now;
   }
 };
 
@@ -133,7 +133,8 @@ struct UdpReceiver final : Receiver {
     std::memcpy(&of, datagram.data(), sizeof of);
     if (of != index) came = 0;
     index = of;
-    if (++came == datagrams_a_frame()) board.seen[index % kMostFrames] = monotonic_ns();
+    if (++came == datagrams_a_frame())
+      board.came[index % kMostFrames] = board.seen[index % kMostFrames] = monotonic_ns();
   }
 };
 

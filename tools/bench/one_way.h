@@ -19,7 +19,8 @@ constexpr uint32_t kMostFrames = 1 << 16;
 struct WayBoard {
   std::atomic<bool> ready, active;         // active: it is this way's turn
   char address[128];                       // where the receiver listens
-  std::atomic<int64_t> seen[kMostFrames];  // when frame i had come
+  std::atomic<int64_t> came[kMostFrames];  // when frame i was with the receiver's process
+  std::atomic<int64_t> seen[kMostFrames];  // when it was in the hands of the caller
 };
 
 struct Sender {

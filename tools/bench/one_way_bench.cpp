@@ -41,9 +41,15 @@ struct Lane {
   std::unique_ptr<Process> process;
   std::unique_ptr<Sender> sender;
   uint32_t next = 1;
-  std::vector<double> call_ns, way_ns;              // of all frames
-  std::vector<double> call_of_round, way_of_round;  // medians
-  uint64_t lost = 0;
+  struct Times {
+    std::vector<double> all_ns, of_round;  // of_round: medians
+    void add(const std::vector<double>& round) {
+      all_ns.insert(all_ns.end(), round.begin(), round.end());
+      of_round.push_back(summarise(round).median);
+    }
+  };
+  Times call, came, seen;
+  uint64_t sent = 0, lost = 0;
 };
 
 bool wait_for(const std::function<bool()>& holds) {
@@ -89,7 +95,7 @@ void take_turn(Lane& lane, const OneWayOptions& options) {
   board.active = true;
   ::usleep(1000);  // the receiver has noticed
   const auto every_ns = static_cast<int64_t>(1e9 / options.rate_hz);
-  std::vector<double> calls, ways;
+  std::vector<double> calls, came, seen;
   std::vector<std::pair<uint32_t, int64_t>> sent;
   int64_t due_ns = monotonic_ns();
   for (int i = 0; i < options.frames; ++i) {
@@ -97,8 +103,9 @@ void take_turn(Lane& lane, const OneWayOptions& options) {
     board.seen[index] = 0;
     lane.sender->prepare(index);
     spin_until(due_ns);
-    due_ns += every_ns;
     const int64_t begin_ns = monotonic_ns();
+    due_ns = begin_ns +
+             every_ns;  // nothing is caught up with: frames in a row would be one to who wants the newest
     lane.sender->send();
     calls.push_back(static_cast<double>(monotonic_ns() - begin_ns));
     sent.emplace_back(index, begin_ns);
@@ -106,37 +113,41 @@ void take_turn(Lane& lane, const OneWayOptions& options) {
   spin_until(monotonic_ns() + 5 * kMillisecondNs);  // the last one arrives
   board.active = false;
   for (const auto& [index, begin_ns] : sent) {
-    const int64_t seen_ns = board.seen[index];
-    if (seen_ns != 0)
-      ways.push_back(static_cast<double>(seen_ns - begin_ns));
-    else
+    if (board.seen[index] == 0) {
       ++lane.lost;
+      continue;
+    }
+    came.push_back(static_cast<double>(board.came[index] - begin_ns));
+    seen.push_back(static_cast<double>(board.seen[index] - begin_ns));
   }
-  lane.call_ns.insert(lane.call_ns.end(), calls.begin(), calls.end());
-  lane.way_ns.insert(lane.way_ns.end(), ways.begin(), ways.end());
-  lane.call_of_round.push_back(summarise(calls).median);
-  lane.way_of_round.push_back(summarise(ways).median);
+  lane.sent += sent.size();
+  lane.call.add(calls);
+  lane.came.add(came);
+  lane.seen.add(seen);
 }
 
-double median_ratio(const std::vector<double>& of_rounds, const std::vector<double>& baselines) {
+std::string cells(const Lane::Times& times, const Lane::Times& baseline) {
   std::vector<double> ratios;
-  for (size_t round = 0; round < of_rounds.size(); ++round)
-    ratios.push_back(of_rounds[round] / baselines[round]);
-  return summarise(ratios).median;
+  for (size_t round = 0; round < times.of_round.size(); ++round)
+    if (baseline.of_round[round] > 0) ratios.push_back(times.of_round[round] / baseline.of_round[round]);
+  const Summary summary = summarise(times.all_ns);
+  char text[96];
+  std::snprintf(text, sizeof text, " %.2f | %.2f | %.2f |", summary.median / 1e3, summary.p99 / 1e3,
+                summarise(ratios).median);
+  return text;
 }
 
 void print(const std::vector<std::unique_ptr<Lane>>& lanes) {
   std::printf(
-      "| way | call: median us | p99 | ratio | one way: median us | p99 | ratio | not seen |\n"
-      "|---|---|---|---|---|---|---|---|\n");
+      "| way | call us | p99 | ratio | came us | p99 | ratio | in hand us | p99 | ratio | not seen |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|\n");
   const Lane* baseline = nullptr;
   for (const auto& lane : lanes) {
     if (lane->way.baseline) baseline = lane.get();
-    const Summary call = summarise(lane->call_ns), way = summarise(lane->way_ns);
-    std::printf("| %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %llu of %zu |\n", lane->way.name.c_str(),
-                call.median / 1e3, call.p99 / 1e3, median_ratio(lane->call_of_round, baseline->call_of_round),
-                way.median / 1e3, way.p99 / 1e3, median_ratio(lane->way_of_round, baseline->way_of_round),
-                static_cast<unsigned long long>(lane->lost), lane->call_ns.size());
+    std::printf("| %s |%s%s%s %llu of %llu |\n", lane->way.name.c_str(),
+                cells(lane->call, baseline->call).c_str(), cells(lane->came, baseline->came).c_str(),
+                cells(lane->seen, baseline->seen).c_str(), static_cast<unsigned long long>(lane->lost),
+                static_cast<unsigned long long>(lane->sent));
   }
 }
 

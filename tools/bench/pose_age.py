@@ -50,7 +50,7 @@ def ages_ms(programs, link, rate_hz, poses, scene, seconds, folder, options):
     return ages
 
 
-def tables(programs, scene, seconds, poses, folder, options, rates=(60, 1000), links=("shm", "tcp", "udp")):
+def tables(programs, scene, seconds, poses, folder, options, links, rates=(60, 1000)):
     edges = [f"to {edge:g}" for edge in BINS_MS] + [f"over {BINS_MS[-1]:g}"]
     yield "| link | Hz | frames | median ms | p99 | " + " | ".join(edges) + " |"
     yield "|---" * (5 + len(edges)) + "|"

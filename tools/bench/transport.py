@@ -2,7 +2,7 @@
 """All measurements of the transports in one run, as a Markdown page: docs/benchmarks/transport.md.
 
     tools/bench/transport.py --out docs/benchmarks/transport.md
-    tools/bench/transport.py --quick                            # a minute, to see that it works; prints the page
+    tools/bench/transport.py --quick                            # to see that it works; prints the page
 
 The pairs' last rows need root, or a kernel that lets users mount, for a disk without room. Rows of tls:// need openssl.
 """
@@ -20,6 +20,7 @@ import tempfile
 import pose_age
 import transport_faults
 
+LINKS = ("shm", "tcp", "udp")
 PROGRAMS = ("fire3dv-bench", "fire3dv-inspect", "fire3dv")
 
 
@@ -62,11 +63,12 @@ def machine():
 
 def page(arguments, programs, folder):
     quick = arguments.quick
-    images, disk = os.path.join(folder, "images"), os.path.join(folder, "disk")
+    some = LINKS[:1] if quick else LINKS  # where a renderer has to start
+    disk = os.path.join(folder, "disk")
     os.mkdir(disk)
     scene = os.path.join(folder, "bodies.glb")
     pose_age.write_scene(scene, 100)
-    rounds, seconds = (2, 0.5) if quick else (arguments.rounds, arguments.seconds)
+    rounds, seconds = (1, 0.2) if quick else (arguments.rounds, arguments.seconds)
     here = pathlib.Path(__file__).resolve().parents[2]
     commit = subprocess.run(["git", "-C", str(here), "describe", "--always", "--dirty"], capture_output=True, text=True,
                             check=False).stdout.strip() or "unknown"
@@ -81,21 +83,20 @@ def page(arguments, programs, folder):
     yield ""
     yield "What each table measures: [README.md](README.md#transports)."
     yield "\n## What one publish costs\n"
-    yield bench(programs, "transport", "11" if quick else "301")
+    yield bench(programs, "transport", "3" if quick else "301")
     yield "\n## One way\n"
-    one_way = ["--rounds", "3", "--frames", "20"] if quick else ["--rounds", "101"]
+    one_way = ["--rounds", "2", "--frames", "10"] if quick else ["--rounds", "101"]
     yield bench(programs, "one-way", *one_way, *protection(folder))
     yield "\n## Ingest\n"
-    yield bench(programs, "ingest", "--seconds", "0.2" if quick else "3")
+    yield bench(programs, "ingest", "--seconds", "0.05" if quick else "3")
     yield "\n## A publisher whose reader is in trouble\n"
     yield (f"100 poses at 1000 Hz; {rounds} pairs a row, of {seconds:g} s before and as long during the trouble. Out of disk is the "
            "renderer, the other readers are fire3dv-inspect.\n")
-    yield from transport_faults.tables(programs, rounds, seconds, 1000, 100, renderer, disk)
+    yield from transport_faults.tables(programs, rounds, seconds, 1000, 100, renderer, disk, LINKS, some)
     yield "\n## Pose age\n"
     yield (f"From the publisher's call to the submission of the frame that shows the poses, in shares of frames by ms. "
            f"{' '.join(arguments.option) or 'The default device'}, 320x180.\n")
-    yield from pose_age.tables(programs, scene, 2 if quick else 10, 100, folder, ["--size", "320x180", *arguments.option])
-    shutil.rmtree(images, ignore_errors=True)
+    yield from pose_age.tables(programs, scene, 0.5 if quick else 10, 100, folder, ["--size", "320x180", *arguments.option], some)
 
 
 def main():

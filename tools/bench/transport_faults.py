@@ -178,7 +178,7 @@ def disk_full(bench, links, renderer_of, folder, rounds, seconds, rate_hz, poses
         yield table_row(f"{link}://", "out of disk", before, during)
 
 
-def tables(programs, rounds, seconds, rate_hz, poses, renderer_command, folder, links=("shm", "tcp", "udp")):
+def tables(programs, rounds, seconds, rate_hz, poses, renderer_command, folder, links, renderer_links):
     yield ("| link | reader is | p50 us before | during | p99 us before | during | p99.9 us before | during | p99.9, ratio of pairs (range) | "
            "calls |")
     yield "|---" * 10 + "|"
@@ -189,5 +189,4 @@ def tables(programs, rounds, seconds, rate_hz, poses, renderer_command, folder, 
     yield from pairs(programs["fire3dv-bench"], links, inspect, do_nothing, "well, and well again", **common)
     yield from pairs(programs["fire3dv-bench"], links, inspect, do_stop, "stopped, its sockets not read", **common)
     yield from pairs(programs["fire3dv-bench"], links, inspect, do_kill, "killed ten times a second", **common)
-    if renderer_command:
-        yield from disk_full(programs["fire3dv-bench"], links, renderer_command, folder, **common)
+    yield from disk_full(programs["fire3dv-bench"], renderer_links, renderer_command, folder, **common)

@@ -112,13 +112,14 @@ void remove_hidden_files(const std::string& uri) {
 }
 
 // `dead_before`: the name belongs to a publisher that was killed, so that it has to be taken from it.
-void expect_followed_after_each_system_call(const char* what, bool dead_before) {
+// `stops`: 1 for the begin and the end of each call, 2 for one of them, between which nothing can be seen.
+void expect_followed_after_each_system_call(const char* what, bool dead_before, int stops) {
   const std::string uri = unique_shm_uri(what);
   Listener listener(uri);
   bool lived_through = false;
   int killed_at = 0;
   while (!lived_through) {
-    ++killed_at;
+    killed_at += stops;
     if (dead_before) {
       Child dead([&] {
         auto publisher = open_publisher(uri);
@@ -161,11 +162,11 @@ void expect_followed_after_each_system_call(const char* what, bool dead_before) 
 }
 
 TEST(ShmSteps, AnHeirIsFollowedWhateverSystemCallItsPredecessorWasKilledAt) {
-  expect_followed_after_each_system_call("life", false);
+  expect_followed_after_each_system_call("life", false, 1);
 }
 
 TEST(ShmSteps, AndWhenThatOneHadTakenTheNameFromTheDead) {
-  expect_followed_after_each_system_call("inherit", true);
+  expect_followed_after_each_system_call("inherit", true, 2);
 }
 
 }  // namespace
