@@ -47,7 +47,8 @@ void go_through_reads(const Shape& shape, const WrittenRing& ring, uint64_t mess
   const Knowledge nothing{View(shape.places(), 0), View(shape.places(), 0)};
   std::set<Knowledge> seen{nothing};
   std::vector<Knowledge> open{nothing};
-  while (!open.empty()) {
+  // One fault is enough; what goes on behind it may go on for ever.
+  while (!open.empty() && findings.faults() == 0) {
     const Knowledge before = std::move(open.back());
     open.pop_back();
     asker.all_ways(before, 1, [&] {
