@@ -54,6 +54,14 @@ def protection(folder):
     return options
 
 
+def rows_of_test(program):
+    """The table rows that a test prints beside its verdict."""
+    result = subprocess.run([program], capture_output=True, text=True, check=False)
+    if result.returncode != 0:
+        fail(f"{program} ended with {result.returncode}:\n{result.stdout[-2000:]}")
+    return [line for line in result.stdout.splitlines() if line.startswith("|")]
+
+
 def machine():
     model = platform.processor() or platform.machine()
     with open("/proc/cpuinfo", encoding="utf-8") as file:
@@ -93,6 +101,14 @@ def page(arguments, programs, folder):
     yield (f"100 poses at 1000 Hz; {rounds} pairs a row, of {seconds:g} s before and as long during the trouble. Out of disk is the "
            "renderer, the other readers are fire3dv-inspect.\n")
     yield from transport_faults.tables(programs, rounds, seconds, 1000, 100, renderer, disk, LINKS, some)
+    killed, many = (os.path.join(arguments.tests, name) for name in ("killed_writers_test", "many_adapters_test"))
+    if not quick:
+        yield "\n## Simulators that are killed\n"
+        yield from rows_of_test(killed)
+        yield "\n## 64 adapters at 1000 Hz, 100 poses each\n"
+        yield "| link | published, each, Hz | read, all, Hz | million poses/s | least share beside mean | memory grew by | dropped |"
+        yield "|---" * 7 + "|"
+        yield from rows_of_test(many)
     yield "\n## Pose age\n"
     yield (f"From the publisher's call to the submission of the frame that shows the poses, in shares of frames by ms. "
            f"{' '.join(arguments.option) or 'The default device'}, 320x180.\n")
@@ -102,8 +118,9 @@ def page(arguments, programs, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--programs", default="build/release/bin", help="folder of the programs")
+    parser.add_argument("--tests", default="build/release/tests", help="folder of the tests, two of which print tables")
     parser.add_argument("--out", help="where the page goes; without, it is printed")
-    parser.add_argument("--rounds", type=int, default=10, help="pairs of each row")
+    parser.add_argument("--rounds", type=int, default=5, help="pairs of each row")
     parser.add_argument("--seconds", type=float, default=10, help="of each half of a pair")
     parser.add_argument("--quick", action="store_true", help="little of everything")
     parser.add_argument("--option", action="append", default=[], help="for the renderer; may be given several times")
