@@ -120,7 +120,7 @@ TEST(ShmModel, TwoSlotsAreSound) {
 }
 
 TEST(ShmModel, FourSlotsAreSound) {
-  expect_sound({4, 2}, 9);
+  expect_sound({4, 2}, 7);
 }
 
 TEST(ShmModel, AWriteTakesTheSameStepsWhateverWasWrittenBefore) {
