@@ -122,10 +122,11 @@ ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
   if (header.message == last_complete_) return Outcome::kept;  // its acknowledgment was lost: say it again
   if (header.message != last_complete_ + 1) return Outcome::ignored;
   if (header_.message == 0) {
-    if (header.message_bytes > kMaxControlBytes || header.count != fragments_of(header.message_bytes))
+    if (header.message_bytes > most_message_bytes_ || header.count != fragments_of(header.message_bytes))
       return Outcome::corrupt;
     header_ = header;
     first_missing_ = 0;
+    hash_ = kFnvBasis;
   } else if (header.count != header_.count || header.message_bytes != header_.message_bytes ||
              header.hash != header_.hash) {
     return Outcome::corrupt;
@@ -145,9 +146,15 @@ ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
   if (header.index >= came_.size()) came_.resize(header.index + 1);
   if (!data.empty()) std::memcpy(bytes_.data() + start, data.data(), data.size());
   came_[header.index] = true;
-  while (first_missing_ < came_.size() && came_[first_missing_]) ++first_missing_;
+  for (; first_missing_ < came_.size() && came_[first_missing_]; ++first_missing_) {
+    FragmentHeader piece = header_;
+    piece.index = first_missing_;
+    hash_ = fnv1a_64(std::span<const std::byte>(bytes_).subspan(size_t{first_missing_} * kFragmentBytes,
+                                                                fragment_size(piece)),
+                     hash_);
+  }
   if (first_missing_ < header_.count) return Outcome::kept;
-  if (fnv1a_64(bytes_) != header_.hash) return Outcome::corrupt;
+  if (hash_ != header_.hash) return Outcome::corrupt;
   last_complete_ = header_.message;
   last_complete_count_ = header_.count;
   header_ = {};

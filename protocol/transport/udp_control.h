@@ -72,10 +72,14 @@ class ControlSender {
 
 class ControlReceiver {
  public:
+  explicit ControlReceiver(size_t most_message_bytes = kMaxControlBytes)
+      : most_message_bytes_(most_message_bytes) {}
+
   enum class Outcome { ignored, kept, complete, corrupt };
 
   // `complete`: take() has a message. `corrupt`: the sender contradicts itself; end the session.
   // `budget` is what this receiver may still allocate.
+  // Each piece costs about the same: what comes is hashed as it comes, since a publisher's lock may be held.
   Outcome fragment(const FragmentHeader& header, std::span<const std::byte> data, size_t budget);
   std::vector<std::byte> take();
 
@@ -84,10 +88,12 @@ class ControlReceiver {
   size_t held_bytes() const { return bytes_.capacity(); }
 
  private:
+  size_t most_message_bytes_;
   FragmentHeader header_;  // of the message under way; header_.message 0: none
   std::vector<std::byte> bytes_;
   std::vector<bool> came_;
   uint32_t first_missing_ = 0;
+  uint64_t hash_ = 0;  // of all pieces before it
   uint32_t last_complete_ = 0;
   uint32_t last_complete_count_ = 0;
 };

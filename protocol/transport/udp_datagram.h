@@ -76,6 +76,8 @@ struct Ack {
 void write_ack(std::byte* to, const Ack& ack);
 bool read_ack(std::span<const std::byte> payload, Ack& ack);
 
-uint64_t fnv1a_64(std::span<const std::byte> bytes);
+constexpr uint64_t kFnvBasis = 0xcbf29ce484222325;
+// `hash` is that of what stands before these bytes.
+uint64_t fnv1a_64(std::span<const std::byte> bytes, uint64_t hash = kFnvBasis);
 
 }  // namespace fire3dv::transport::udp

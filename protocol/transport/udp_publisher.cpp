@@ -23,6 +23,7 @@ constexpr int64_t kDoubtNs = kSecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
 constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 constexpr size_t kMostWaitingBytes = 16 << 20;
+constexpr size_t kMostReplyBytes = 4 << 20;
 
 // The simulator's thread sends pose datagrams itself; a thread of the link greets, repeats and receives.
 // Every send is non-blocking, so that the lock is never held across a wait.
@@ -208,7 +209,7 @@ std::unique_ptr<Session> UdpPublisher::greet(int fd) {
       std::unique_ptr<Seal> seal;
       if (key_)
         seal = key_->make_seal(PreSharedKey::Side::publisher, accept->session, random, accept->random);
-      return std::make_unique<Session>(accept->session, monotonic_ns(), std::move(seal));
+      return std::make_unique<Session>(accept->session, monotonic_ns(), std::move(seal), kMostReplyBytes);
     }
   }
   return nullptr;
@@ -340,7 +341,7 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
     if (const auto frame = read_number(payload)) poses_.acknowledge(*frame);
     return;
   }
-  switch (session_->control(header, payload, kMaxControlBytes, now)) {
+  switch (session_->control(header, payload, kMostReplyBytes, now)) {
     case ControlReceiver::Outcome::complete:
       keep_reply(session_->receiver().take());
       break;

@@ -17,8 +17,9 @@ class Session {
   using Emit = std::function<void(std::span<const std::byte> datagram)>;
 
   // seal null: datagrams go and come in the open.
-  Session(uint64_t id, int64_t now_ns, std::unique_ptr<Seal> seal)
-      : id_(id), heard_at_ns_(now_ns), seal_(std::move(seal)) {}
+  Session(uint64_t id, int64_t now_ns, std::unique_ptr<Seal> seal,
+          size_t most_received_bytes = kMaxControlBytes)
+      : id_(id), heard_at_ns_(now_ns), seal_(std::move(seal)), receiver_(most_received_bytes) {}
 
   uint64_t id() const { return id_; }
   bool sealed() const { return seal_ != nullptr; }
