@@ -28,7 +28,7 @@ struct Address {
   bool operator==(const Address& other) const;
 };
 
-// "tcp://HOST:PORT" with brackets where they belong.
+// "tcp://HOST:PORT" with brackets where they belong, and the options that were given.
 std::string uri_text(const Uri& uri);
 
 // Looks a name up without waiting for the answer: a name server that is silent must not hold anybody up.

@@ -17,8 +17,14 @@ namespace fire3dv::transport::udp {
 
 constexpr size_t kMaxControlBytes = size_t{64} << 20;
 
+// Into how many pieces a message is cut, and how long each is.
+uint32_t fragments_of(size_t message_bytes, size_t piece_bytes);
+size_t fragment_size(const FragmentHeader& header, size_t piece_bytes);
+
 class ControlSender {
  public:
+  explicit ControlSender(size_t piece_bytes = kFragmentBytes) : piece_bytes_(piece_bytes) {}
+
   // A message ready to be sent. Made before the lock is taken that publishing needs: tens of megabytes take
   // their time.
   struct Prepared {
@@ -57,6 +63,7 @@ class ControlSender {
   Sent& sent(uint32_t index) { return sent_[index % sent_.size()]; }
   bool due(uint32_t index, int64_t now_ns);
 
+  size_t piece_bytes_;
   std::deque<Message> messages_;       // the front one is under way
   std::array<Sent, kAckWindow> sent_;  // its fragments from first_missing_ on
   uint32_t first_missing_ = 0;
@@ -72,8 +79,8 @@ class ControlSender {
 
 class ControlReceiver {
  public:
-  explicit ControlReceiver(size_t most_message_bytes = kMaxControlBytes)
-      : most_message_bytes_(most_message_bytes) {}
+  explicit ControlReceiver(size_t piece_bytes = kFragmentBytes, size_t most_message_bytes = kMaxControlBytes)
+      : piece_bytes_(piece_bytes), most_message_bytes_(most_message_bytes) {}
 
   enum class Outcome { ignored, kept, complete, corrupt };
 
@@ -88,7 +95,7 @@ class ControlReceiver {
   size_t held_bytes() const { return bytes_.capacity(); }
 
  private:
-  size_t most_message_bytes_;
+  size_t piece_bytes_, most_message_bytes_;
   FragmentHeader header_;  // of the message under way; header_.message 0: none
   std::vector<std::byte> bytes_;
   std::vector<bool> came_;

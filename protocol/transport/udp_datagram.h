@@ -1,5 +1,6 @@
-// The bytes of one datagram. protocol/SPEC-transport.md draws them. No datagram is longer than 1200 bytes,
-// with room set aside for the 16 bytes of an authentication tag.
+// The bytes of one datagram. protocol/SPEC-transport.md draws them. No datagram is longer than the publisher
+// said when the session began (1200 bytes unless asked otherwise), with room set aside for the 16 bytes of an
+// authentication tag.
 #pragma once
 
 #include <array>
@@ -10,15 +11,23 @@
 namespace fire3dv::transport::udp {
 
 constexpr uint8_t kTransportVersion = 1;
-constexpr size_t kMaxDatagramBytes = 1200;
+constexpr size_t kDatagramBytes = 1200;
+constexpr size_t kLeastDatagramBytes = 576;
+constexpr size_t kMaxDatagramBytes = 9000;
 constexpr size_t kTagBytes = 16;
 constexpr size_t kHeaderBytes = 24;
 constexpr size_t kPoseHeaderBytes = 12;
 constexpr size_t kFragmentHeaderBytes = 24;
 constexpr size_t kHelloBytes = 256;  // padded, so that no answer is longer than the question
 
-constexpr size_t kMaxPoseBytes = (kMaxDatagramBytes - kTagBytes - kHeaderBytes - kPoseHeaderBytes) / 8 * 8;
-constexpr size_t kFragmentBytes = kMaxDatagramBytes - kTagBytes - kHeaderBytes - kFragmentHeaderBytes;
+// What fits datagrams of this length.
+constexpr size_t pose_bytes_of(size_t datagram_bytes) {
+  return (datagram_bytes - kTagBytes - kHeaderBytes - kPoseHeaderBytes) / 8 * 8;
+}
+constexpr size_t fragment_bytes_of(size_t datagram_bytes) {
+  return datagram_bytes - kTagBytes - kHeaderBytes - kFragmentHeaderBytes;
+}
+constexpr size_t kFragmentBytes = fragment_bytes_of(kDatagramBytes);
 
 enum class Type : uint8_t {
   hello = 1,     // publisher: may I?            session = its nonce; cookie, or 0 in the first
@@ -35,7 +44,7 @@ enum class Type : uint8_t {
   have = 12,     // listener: the newest frame that is whole here
 };
 
-enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3 };
+enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3, datagram_bytes = 4 };
 
 struct Header {
   uint8_t version = kTransportVersion;

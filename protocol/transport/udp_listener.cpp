@@ -35,9 +35,12 @@ struct Peer {
 
 class UdpListener final : public NetworkListener {
  public:
-  UdpListener(std::string uri, const ListenerOptions& options, UniqueFd fd,
+  UdpListener(const Uri& uri, const ListenerOptions& options, UniqueFd fd,
               std::shared_ptr<const PreSharedKey> key)
-      : NetworkListener(std::move(uri), options), fd_(std::move(fd)), key_(std::move(key)) {}
+      : NetworkListener(uri_text(uri), options),
+        fd_(std::move(fd)),
+        key_(std::move(key)),
+        most_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
   Result<void> start();
   ~UdpListener() override { thread_.stop(); }
 
@@ -49,7 +52,7 @@ class UdpListener final : public NetworkListener {
   void receive_all();
   void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
-  void refuse(const Address& to, uint64_t nonce, Refusal refusal);
+  void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
   void welcome(Peer& peer);
   void pose(Peer& peer, std::span<const std::byte> payload);
   // A cause: the peer has to go, for `reason`.
@@ -62,6 +65,7 @@ class UdpListener final : public NetworkListener {
 
   const UniqueFd fd_;
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
+  const size_t most_datagram_bytes_;
 
   std::mutex outgoing_mutex_;
   std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing_;
@@ -187,6 +191,9 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
       return counters_.reject(Cause::replayed);
     case Session::Heard::forged:
       return reject(Cause::bad_key, "datagrams came that are not sealed with our key; they are dropped");
+    case Session::Heard::too_long:
+      return reject(Cause::oversize,
+                    "datagrams came that are longer than their publisher said; they are dropped");
     case Session::Heard::payload:
       break;
   }
@@ -201,8 +208,8 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
   touched_.push_back(header.session);
 }
 
-void UdpListener::refuse(const Address& to, uint64_t nonce, Refusal refusal) {
-  send_to(to, write_answer(Type::refuse, nonce, static_cast<uint64_t>(refusal)));
+void UdpListener::refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more) {
+  send_to(to, write_answer(Type::refuse, nonce, more << 16 | static_cast<uint64_t>(refusal)));
 }
 
 void UdpListener::hello(const Address& from, const Header& header, std::span<const std::byte> datagram,
@@ -228,6 +235,13 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
                                "; give both sides the same key file");
     return refuse(from, header.session, Refusal::bad_key);
   }
+  const size_t datagram_bytes = fields.datagram_bytes != 0 ? fields.datagram_bytes : kDatagramBytes;
+  if (datagram_bytes < kLeastDatagramBytes || datagram_bytes > most_datagram_bytes_) {
+    reject(Cause::oversize, "a publisher was refused: its datagrams have " + std::to_string(datagram_bytes) +
+                                " bytes, and at most " + std::to_string(most_datagram_bytes_) +
+                                " are taken here; choose ?mtu= accordingly on both sides");
+    return refuse(from, header.session, Refusal::datagram_bytes, most_datagram_bytes_);
+  }
   std::vector<uint64_t> earlier;
   for (const auto& [session, peer] : peers_) {
     if (!(peer.address == from)) continue;
@@ -247,13 +261,16 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
   const Random random = key_ ? make_random() : Random{};
   std::unique_ptr<Seal> seal;
   if (key_) seal = key_->make_seal(PreSharedKey::Side::listener, session, fields.random, random);
-  std::vector<std::byte> accept = write_accept(header.session, session, fields.random, random, key_.get());
-  Peer& peer =
-      peers_
-          .emplace(
-              session,
-              Peer{0, header.session, from, Session(session, now_ns, std::move(seal)), std::move(accept), {}})
-          .first->second;
+  std::vector<std::byte> accept =
+      write_accept(header.session, session, fields.random, random, key_.get(), fields.datagram_bytes);
+  Peer& peer = peers_
+                   .emplace(session, Peer{0,
+                                          header.session,
+                                          from,
+                                          Session(session, now_ns, std::move(seal), datagram_bytes),
+                                          std::move(accept),
+                                          {}})
+                   .first->second;
   if (!key_) welcome(peer);
   send_to(from, peer.accept);
 }
@@ -372,8 +389,7 @@ Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const Listen
   if (!bound) return bound.error();
   Uri chosen = uri;
   chosen.port = bound->address.port();
-  auto listener =
-      std::make_unique<UdpListener>(uri_text(chosen), options, std::move(bound->fd), std::move(key));
+  auto listener = std::make_unique<UdpListener>(chosen, options, std::move(bound->fd), std::move(key));
   if (auto started = listener->start(); !started) return started.error();
   return std::unique_ptr<ListenerLink>(std::move(listener));
 }
