@@ -123,6 +123,11 @@ Lookup::Lookup(const Uri& uri) : answer_(std::make_shared<Answer>()) {
   }).detach();
 }
 
+Lookup::Lookup(const Uri& uri, NumbersAlone) : answer_(std::make_shared<Answer>()) {
+  look_up(uri, socket_type(uri), AI_NUMERICHOST, answer_->addresses);
+  answer_->done.store(true, std::memory_order_release);
+}
+
 bool Lookup::done() const {
   return answer_->done.load(std::memory_order_acquire);
 }

@@ -35,6 +35,9 @@ std::string uri_text(const Uri& uri);
 class Lookup {
  public:
   explicit Lookup(const Uri& uri);
+  // Done at once; no addresses for what is not a number.
+  struct NumbersAlone {};
+  Lookup(const Uri& uri, NumbersAlone);
   bool done() const;
   // Call when done: the addresses, or none and problem() says why.
   std::vector<Address> addresses() const;

@@ -9,7 +9,10 @@
 #include "protocol/transport/network_listener.h"
 #include "protocol/transport/random.h"
 #include "protocol/transport/udp_cookie.h"
+#include "protocol/transport/udp_group_listener.h"
+#include "protocol/transport/udp_group_socket.h"
 #include "protocol/transport/udp_handshake.h"
+#include "protocol/transport/udp_receive.h"
 #include "protocol/transport/udp_session.h"
 
 namespace fire3dv::transport::udp {
@@ -17,11 +20,7 @@ namespace {
 
 constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
-constexpr int kBatch = 32;
-constexpr int kMostBatchesATurn = 16;
-constexpr size_t kMostWaitingPoseBytes = 64 << 20;
 constexpr size_t kMostPeerControlBytes = 4 << 20;
-constexpr int kReceiveBufferBytes = 8 << 20;
 
 struct Peer {
   PeerId id = 0;  // 0 until it is a peer: a sealed session has to show that it has the key's seal
@@ -49,12 +48,10 @@ class UdpListener final : public NetworkListener {
  private:
   void run();
   void turn(int64_t now_ns);
-  void receive_all();
   void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
   void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
   void welcome(Peer& peer);
-  void pose(Peer& peer, std::span<const std::byte> payload);
   // A cause: the peer has to go, for `reason`.
   std::optional<Cause> control(Peer& peer, const Header& header, std::span<const std::byte> payload,
                                int64_t now_ns, std::string& reason);
@@ -78,10 +75,7 @@ class UdpListener final : public NetworkListener {
 };
 
 Result<void> UdpListener::start() {
-  // A burst of a large frame has to fit; the first call may go above the system's limit, for root alone.
-  if (::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBufferBytes, sizeof kReceiveBufferBytes) !=
-      0)
-    ::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBufferBytes, sizeof kReceiveBufferBytes);
+  widen_receive_buffer(fd_.get());
   return thread_.start(uri_, [this] { run(); });
 }
 
@@ -104,7 +98,8 @@ void UdpListener::run() {
     try {
       const int64_t now = monotonic_ns();
       if (thread_.wait(fd_.get(), POLLIN, std::clamp<int64_t>(next_turn - now, 0, kTickNs)) != 0)
-        receive_all();
+        receive_all(fd_.get(), counters_,
+                    [this](auto& from, auto datagram, int64_t at_ns) { handle(from, datagram, at_ns); });
       take_outgoing();
       const int64_t after = monotonic_ns();
       if (after >= next_turn) {
@@ -141,31 +136,6 @@ void UdpListener::turn(int64_t now_ns) {
   }
 }
 
-void UdpListener::receive_all() {
-  static thread_local std::byte buffers[kBatch][kMaxDatagramBytes + 1];
-  Address from[kBatch];
-  iovec pieces[kBatch];
-  mmsghdr messages[kBatch];
-  for (int batch = 0; batch < kMostBatchesATurn; ++batch) {
-    for (int i = 0; i < kBatch; ++i) {
-      pieces[i] = {buffers[i], sizeof buffers[i]};
-      messages[i] = {};
-      messages[i].msg_hdr.msg_name = from[i].get();
-      messages[i].msg_hdr.msg_namelen = sizeof from[i].storage;
-      messages[i].msg_hdr.msg_iov = &pieces[i];
-      messages[i].msg_hdr.msg_iovlen = 1;
-    }
-    const int got = ::recvmmsg(fd_.get(), messages, kBatch, MSG_DONTWAIT, nullptr);
-    const int64_t now = monotonic_ns();
-    for (int i = 0; i < got; ++i) {
-      from[i].length = messages[i].msg_hdr.msg_namelen;
-      counters_.bytes_received.add(messages[i].msg_len);
-      handle(from[i], {buffers[i], messages[i].msg_len}, now);
-    }
-    if (got < kBatch) return;
-  }
-}
-
 void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns) {
   Header header;
   if (!read_header(datagram, header))
@@ -198,7 +168,12 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
       break;
   }
   if (peer.id == 0) welcome(peer);
-  if (header.type == Type::pose) return pose(peer, payload);
+  if (header.type == Type::pose) {
+    const auto arrival = take_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
+    if (arrival == PoseArrival::repeated)
+      peer.told_frame = 0;  // it may not have heard that we have the frame
+    return;
+  }
   if (header.type == Type::bye) return end(header.session, "the publisher closed the link");
   std::string reason;
   if (const auto cause = control(peer, header, payload, now_ns, reason)) {
@@ -285,26 +260,6 @@ void UdpListener::welcome(Peer& peer) {
   inbox_.connected(peer.id);
 }
 
-void UdpListener::pose(Peer& peer, std::span<const std::byte> payload) {
-  PoseHeader header;
-  if (!read_pose_header(payload, header)) return counters_.reject(Cause::malformed);
-  const std::span<const std::byte> message = payload.subspan(kPoseHeaderBytes);
-  const bool newest = options_.delivery == Delivery::newest;
-  const auto outcome = peer.frames.part(header.frame, header.part, header.last);
-  if (outcome == FrameTracker::Outcome::repeated) {
-    peer.told_frame = 0;  // it may not have heard that we have the frame
-    return;
-  }
-  if (newest && outcome == FrameTracker::Outcome::superseded) return counters_.poses_dropped.add();
-  if (newest && outcome == FrameTracker::Outcome::whole) inbox_.drop_parts_before(peer.id, header.frame);
-  if (inbox_.waiting(peer.id).bytes > kMostWaitingPoseBytes) {
-    // Nobody polls and no frame gets whole: the newest is what is worth keeping.
-    if (!newest) return counters_.poses_dropped.add();
-    inbox_.drop_parts_before(peer.id, header.frame);
-  }
-  inbox_.pose_part(peer.id, std::vector<std::byte>(message.begin(), message.end()), header.frame);
-}
-
 std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
                                           std::span<const std::byte> payload, int64_t now_ns,
                                           std::string& reason) {
@@ -379,6 +334,8 @@ void UdpListener::send_to(const Address& to, std::span<const std::byte> datagram
 }  // namespace
 
 Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options) {
+  if (const auto group = group_of(uri)) return make_group_listener(uri, *group, options);
+  if (auto sound = refuse_group_options(uri); !sound) return sound.error();
   std::shared_ptr<const PreSharedKey> key;
   if (!options.key_file.empty()) {
     auto read = PreSharedKey::from_file(options.key_file);

@@ -7,6 +7,8 @@
 #include "protocol/transport/clock.h"
 #include "protocol/transport/network_publisher.h"
 #include "protocol/transport/random.h"
+#include "protocol/transport/udp_group_publisher.h"
+#include "protocol/transport/udp_group_socket.h"
 #include "protocol/transport/udp_handshake.h"
 #include "protocol/transport/udp_pose_sender.h"
 
@@ -375,6 +377,8 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
 }  // namespace
 
 Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri, const PublisherOptions& options) {
+  if (const auto group = group_of(uri)) return make_group_publisher(uri, *group, options);
+  if (auto sound = refuse_group_options(uri); !sound) return sound.error();
   std::shared_ptr<const PreSharedKey> key;
   if (!options.key_file.empty()) {
     auto read = PreSharedKey::from_file(options.key_file);

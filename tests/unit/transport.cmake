@@ -22,3 +22,6 @@ fire3dv_test(transport_udp_key_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/
              LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)
 fire3dv_test(transport_udp_mtu_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_mtu_test.cpp
              LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)
+fire3dv_test(transport_udp_group_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_group_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/link_local_test.cpp
+                     ${CMAKE_CURRENT_LIST_DIR}/transport/own_network.cpp
+             LINK fire3dv_transport fire3dv_certificates LABELS unit)
