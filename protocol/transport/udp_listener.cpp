@@ -30,6 +30,8 @@ struct Peer {
   std::vector<std::byte> accept;  // our answer, should it be lost
   FrameTracker frames;
   uint64_t told_frame = 0;  // the newest whole frame that we told it of
+  int64_t came_at_ns = 0;
+  bool has_spoken = false;  // a pose or a whole control message came
 };
 
 class UdpListener final : public NetworkListener {
@@ -50,6 +52,7 @@ class UdpListener final : public NetworkListener {
   void turn(int64_t now_ns);
   void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
+  void make_room(int64_t now_ns);
   void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
   void welcome(Peer& peer);
   // A cause: the peer has to go, for `reason`.
@@ -169,6 +172,7 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
   }
   if (peer.id == 0) welcome(peer);
   if (header.type == Type::pose) {
+    peer.has_spoken = true;
     const auto arrival = take_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
     if (arrival == PoseArrival::repeated)
       peer.told_frame = 0;  // it may not have heard that we have the frame
@@ -228,6 +232,7 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
   const bool starts_anew = peers_.size() != 0 && key_ &&
                            std::any_of(peers_.begin(), peers_.end(),
                                        [&](const auto& entry) { return entry.second.address == from; });
+  if (is_full(welcomed_) && !starts_anew) make_room(now_ns);
   if ((is_full(welcomed_) && !starts_anew) || peers_.size() >= size_t{2} * options_.max_peers) {
     reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
     return refuse(from, header.session, Refusal::full);
@@ -246,8 +251,18 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
                                           std::move(accept),
                                           {}})
                    .first->second;
+  peer.came_at_ns = now_ns;
   if (!key_) welcome(peer);
   send_to(from, peer.accept);
+}
+
+void UdpListener::make_room(int64_t now_ns) {
+  const auto silent = std::find_if(peers_.begin(), peers_.end(), [&](const auto& entry) {
+    return !entry.second.has_spoken && now_ns - entry.second.came_at_ns > kSilentGuestNs;
+  });
+  if (silent == peers_.end()) return;
+  counters_.reject(Cause::silent);
+  end(silent->first, kSilentGuest);
 }
 
 void UdpListener::welcome(Peer& peer) {
@@ -271,6 +286,7 @@ std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
   }
   switch (peer.session.control(header, payload, budget, now_ns)) {
     case ControlReceiver::Outcome::complete: {
+      peer.has_spoken = true;
       const auto cause = inbox_.control(peer.id, peer.session.receiver().take());
       if (cause)
         reason = cause == Cause::unread ? "it sent more control messages than were read"

@@ -168,6 +168,32 @@ TEST(TcpHostile, APublisherOutlivesAServerThatAnswersNonsense) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
+// Greeting costs a stranger nothing, so a place that is held in silence is lent.
+TEST(Hostile, PlacesThatAreHeldInSilenceGoToThoseWhoSpeak) {
+  ListenerOptions two;
+  two.max_peers = 2;
+  Victim tcp(kTcp, two), udp(kUdp, two);
+  RawSocket silent = let_in(tcp);
+  RawSocket stranger(udp.listener.link->uri(), SOCK_DGRAM);
+  stranger.send(udp::write_hello(7, 0));
+  const auto cookie = stranger.receive();
+  stranger.send(udp::write_hello(7, *udp::read_number(std::span(cookie).subspan(udp::kHeaderBytes))));
+  ASSERT_TRUE(udp.listener.poll_until([&] { return udp.listener.count(Kind::connected) == 2; }));
+  udp.strangers_let_in = 1;
+  for (Victim* victim : {&tcp, &udp}) {
+    auto honest = must_open_publisher(victim->listener.link->uri());
+    ASSERT_TRUE(honest->set_description(bytes_of("honest")));
+    ASSERT_TRUE(victim->listener.poll_until([&] { return victim->listener.saw(Kind::control, "honest"); }));
+    EXPECT_TRUE(victim->listener.saw_part(Kind::disconnected, "its place was needed"));
+    EXPECT_EQ(victim->listener.link->stats().rejected_by_cause[static_cast<size_t>(Cause::silent)], 1u);
+    // Two who speak keep their places.
+    auto third = must_open_publisher(victim->listener.link->uri());
+    ASSERT_TRUE(victim->listener.poll_until([&] { return !third->problem().empty(); }));
+    EXPECT_NE(third->problem().find("as many publishers as it allows"), std::string::npos);
+    victim->expect_alive();
+  }
+}
+
 // A server that was taken for a renderer: what it sends may cost its own connection, and no memory.
 TEST(TcpHostile, RepliesWithoutMeasureEndThatConnection) {
   const UniqueFd server(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
