@@ -42,7 +42,7 @@ enum class Type : uint8_t {
   bye = 10,      // either: the session is over
   reset = 11,    // listener: I know no such session
   have = 12,     // listener: the newest frame that is whole here
-  group = 13,    // publisher to a multicast group: which control messages are on offer
+  group = 15,    // publisher to a multicast group: which control messages are on offer
 };
 
 enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3, datagram_bytes = 4 };

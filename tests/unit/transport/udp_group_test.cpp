@@ -253,7 +253,7 @@ TEST_P(Group, StrangersAreCountedAndHarmNobody) {
     if (bytes.size() >= udp::kHeaderBytes + udp::kGroupOfferBytes && i % 4 != 0) {
       const uint64_t session = random() % 6;
       udp::write_header(bytes.data(),
-                        {udp::kTransportVersion, static_cast<udp::Type>(5 + random() % 9), session, i});
+                        {udp::kTransportVersion, static_cast<udp::Type>(5 + random() % 12), session, i});
       if (random() % 2 == 0) {
         udp::write_header(bytes.data(), {udp::kTransportVersion, udp::Type::group, session, i});
         udp::write_group_offer(bytes.data() + udp::kHeaderBytes, {1, 2, 1, 1200});
