@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <thread>
+#include <utility>
 
 namespace fire3dv::transport {
 namespace {
@@ -16,6 +17,10 @@ const in_addr& ipv4(const sockaddr_storage& storage) {
 }
 const in6_addr& ipv6(const sockaddr_storage& storage) {
   return reinterpret_cast<const sockaddr_in6&>(storage).sin6_addr;
+}
+
+uint32_t scope_of(const sockaddr_storage& storage) {
+  return reinterpret_cast<const sockaddr_in6&>(storage).sin6_scope_id;
 }
 
 int look_up(const Uri& uri, int type, int flags, std::vector<Address>& found) {
@@ -64,7 +69,9 @@ std::string Address::text() const {
   char host[INET6_ADDRSTRLEN] = "?";
   if (family() == AF_INET6) {
     ::inet_ntop(AF_INET6, &ipv6(storage), host, sizeof host);
-    return "[" + std::string(host) + "]:" + std::to_string(port());
+    const uint32_t scope = scope_of(storage);
+    return "[" + std::string(host) + (scope != 0 ? "%" + std::to_string(scope) : "") +
+           "]:" + std::to_string(port());
   }
   ::inet_ntop(AF_INET, &ipv4(storage), host, sizeof host);
   return std::string(host) + ":" + std::to_string(port());
@@ -74,7 +81,9 @@ std::string Address::text() const {
 bool Address::operator==(const Address& other) const {
   if (family() != other.family() || port() != other.port()) return false;
   if (family() == AF_INET) return ipv4(storage).s_addr == ipv4(other.storage).s_addr;
-  return std::memcmp(&ipv6(storage), &ipv6(other.storage), sizeof(in6_addr)) == 0;
+  // fe80::1 on one link is somebody else than on another.
+  return std::memcmp(&ipv6(storage), &ipv6(other.storage), sizeof(in6_addr)) == 0 &&
+         scope_of(storage) == scope_of(other.storage);
 }
 
 std::string uri_text(const Uri& uri) {
@@ -82,7 +91,16 @@ std::string uri_text(const Uri& uri) {
   const std::string scheme = uri.scheme == Uri::Scheme::udp   ? "udp://"
                              : uri.scheme == Uri::Scheme::tls ? "tls://"
                                                               : "tcp://";
-  return scheme + (brackets ? "[" : "") + uri.host + (brackets ? "]:" : ":") + std::to_string(uri.port);
+  std::string text =
+      scheme + (brackets ? "[" : "") + uri.host + (brackets ? "]:" : ":") + std::to_string(uri.port);
+  char before = '?';
+  const auto option = [&](const char* name, const std::string& value) {
+    text += std::exchange(before, '&') + std::string(name) + "=" + value;
+  };
+  if (uri.mtu != 0) option("mtu", std::to_string(uri.mtu));
+  if (uri.ttl != 0) option("ttl", std::to_string(uri.ttl));
+  if (!uri.interface.empty()) option("interface", uri.interface);
+  return text;
 }
 
 struct Lookup::Answer {
@@ -103,6 +121,11 @@ Lookup::Lookup(const Uri& uri) : answer_(std::make_shared<Answer>()) {
     if (error != 0) answer->problem = "the host '" + uri.host + "' is not known: " + ::gai_strerror(error);
     answer->done.store(true, std::memory_order_release);
   }).detach();
+}
+
+Lookup::Lookup(const Uri& uri, NumbersAlone) : answer_(std::make_shared<Answer>()) {
+  look_up(uri, socket_type(uri), AI_NUMERICHOST, answer_->addresses);
+  answer_->done.store(true, std::memory_order_release);
 }
 
 bool Lookup::done() const {

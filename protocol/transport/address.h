@@ -28,13 +28,16 @@ struct Address {
   bool operator==(const Address& other) const;
 };
 
-// "tcp://HOST:PORT" with brackets where they belong.
+// "tcp://HOST:PORT" with brackets where they belong, and the options that were given.
 std::string uri_text(const Uri& uri);
 
 // Looks a name up without waiting for the answer: a name server that is silent must not hold anybody up.
 class Lookup {
  public:
   explicit Lookup(const Uri& uri);
+  // Done at once; no addresses for what is not a number.
+  struct NumbersAlone {};
+  Lookup(const Uri& uri, NumbersAlone);
   bool done() const;
   // Call when done: the addresses, or none and problem() says why.
   std::vector<Address> addresses() const;

@@ -29,6 +29,8 @@ class LinkThread {
   void wake() noexcept { waker_.wake(); }
 
   // --- the body's thread
+  // For a body with many descriptors to wait for: readable when it was woken.
+  int wake_fd() const { return waker_.fd(); }
   void pause(int64_t ns);
   // One wait for `events` on `fd` (-1: none), a wake-up or the time; returns what came on fd.
   short wait(int fd, short events, int64_t timeout_ns);

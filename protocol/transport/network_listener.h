@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "protocol/transport/clock.h"
 #include "protocol/transport/inbox.h"
 #include "protocol/transport/link_counters.h"
 #include "protocol/transport/link_thread.h"
@@ -29,6 +30,11 @@ class NetworkListener : public ListenerLink {
   bool is_full(size_t peers) const {
     return peers >= options_.max_peers || inbox_.entries() >= size_t{2} * options_.max_peers;
   }
+  // Who came and has said nothing for this long gives its place to another when all are taken: places cost an
+  // attacker nothing else.
+  static constexpr int64_t kSilentGuestNs = 5 * kSecondNs;
+  static constexpr const char* kSilentGuest = "it has said nothing yet, and its place was needed";
+
   void reject(Cause cause, const std::string& what) {
     counters_.reject(cause);
     inbox_.note_once(uri_ + ": " + what);

@@ -10,6 +10,7 @@ namespace {
 constexpr int64_t kFirstBackoffNs = 10 * kMillisecondNs;
 constexpr int64_t kLongestBackoffNs = kSecondNs;
 constexpr size_t kMostUnreadReplies = 1024;
+constexpr size_t kMostUnreadBytes = 64 << 20;
 
 }  // namespace
 
@@ -44,6 +45,7 @@ bool NetworkPublisher::poll(std::vector<std::byte>& message) {
   const std::lock_guard lock(mutex_);
   if (replies_.empty()) return false;
   message.swap(replies_.front());
+  reply_bytes_ -= message.size();
   replies_.pop_front();
   return true;
 }
@@ -60,11 +62,14 @@ void NetworkPublisher::set_problem(std::string problem) {
 
 void NetworkPublisher::keep_reply(std::vector<std::byte>&& message) {
   counters_.messages_received.add();
-  if (replies_.size() == kMostUnreadReplies) {  // a simulator that never polls must not fill its memory
+  reply_bytes_ += message.size();
+  replies_.push_back(std::move(message));
+  // A simulator that never polls must not fill its memory.
+  while (replies_.size() > kMostUnreadReplies || (reply_bytes_ > kMostUnreadBytes && replies_.size() > 1)) {
+    reply_bytes_ -= replies_.front().size();
     replies_.pop_front();
     counters_.reject(Cause::unread);
   }
-  replies_.push_back(std::move(message));
 }
 
 }  // namespace fire3dv::transport

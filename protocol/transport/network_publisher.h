@@ -36,6 +36,7 @@ class NetworkPublisher : public PublisherLink {
 
   // With the lock held.
   void set_problem_locked(std::string problem) { problem_ = std::move(problem); }
+  // Replies that nobody reads are bounded, in number and in bytes: the oldest go.
   void keep_reply(std::vector<std::byte>&& message);
 
   const Uri uri_;
@@ -47,6 +48,7 @@ class NetworkPublisher : public PublisherLink {
   void run();
 
   std::deque<std::vector<std::byte>> replies_;
+  size_t reply_bytes_ = 0;  // of them together
   std::string problem_;
 };
 

@@ -1,5 +1,6 @@
 #include "protocol/transport/tcp_listener.h"
 
+#include <algorithm>
 #include <atomic>
 #include <unordered_map>
 
@@ -35,6 +36,7 @@ class TcpListener final : public NetworkListener, public PeerHost {
   void run();
   void accept();
   void accepted(tcp::socket socket);
+  bool make_room();
 
   PrefaceStatus greet(Peer& peer) override;
   void received_bytes(size_t bytes) override { counters_.bytes_received.add(bytes); }
@@ -118,8 +120,9 @@ void TcpListener::accepted(tcp::socket socket) {
 }
 
 PrefaceStatus TcpListener::greet(Peer& peer) {
-  if (is_full(peers_.size())) return PrefaceStatus::full;
+  if (is_full(peers_.size()) && !make_room()) return PrefaceStatus::full;
   peer.id = ++last_id_;
+  peer.greeted_at_ns = monotonic_ns();
   peers_.emplace(peer.id, peer.shared_from_this());
   std::erase_if(half_open_, [&](const auto& other) { return other.get() == &peer; });
   counters_.peers.set(peers_.size());
@@ -127,7 +130,19 @@ PrefaceStatus TcpListener::greet(Peer& peer) {
   return PrefaceStatus::ok;
 }
 
+bool TcpListener::make_room() {
+  const int64_t now_ns = monotonic_ns();
+  const auto silent = std::find_if(peers_.begin(), peers_.end(), [&](const auto& entry) {
+    return !entry.second->has_spoken && now_ns - entry.second->greeted_at_ns > kSilentGuestNs;
+  });
+  if (silent == peers_.end()) return false;
+  const std::shared_ptr<Peer> guest = silent->second;
+  guest->end(kSilentGuest, Cause::silent);
+  return !is_full(peers_.size());
+}
+
 std::optional<Cause> TcpListener::received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) {
+  peer.has_spoken = true;
   switch (kind) {
     case FrameKind::pose:
       inbox_.pose(peer.id, std::move(message), options_.delivery == Delivery::newest);

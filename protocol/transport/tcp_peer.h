@@ -48,7 +48,9 @@ class Peer : public std::enable_shared_from_this<Peer> {
   void resume();
   void end(const std::string& reason, std::optional<Cause> cause = {});
 
-  PeerId id = 0;  // 0 until greeted
+  PeerId id = 0;              // 0 until greeted
+  int64_t greeted_at_ns = 0;  // these two are the host's
+  bool has_spoken = false;    // a whole message came
   const std::string& remote() const { return remote_; }
 
  private:

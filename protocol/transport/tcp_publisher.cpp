@@ -15,6 +15,8 @@ namespace {
 constexpr int64_t kConnectTimeoutNs = 5 * kSecondNs;
 constexpr int64_t kGreetingTimeoutNs = 5 * kSecondNs;
 constexpr size_t kMostUnsentControlBytes = 16 << 20;
+// A renderer answers in kilobytes; what claims to be one must not fill a simulator's memory.
+constexpr size_t kMostReplyBytes = 64 << 20;
 
 // One connection, from the first byte on.
 struct Connection {
@@ -237,12 +239,9 @@ void TcpPublisher::serve(Connection& connection) {
     broken_ = false;
     fd_ = fd;  // from here on the simulator's thread may send
   }
-  FrameParser parser;
-  bool alive;
-  {
-    const std::lock_guard lock(mutex_);
-    alive = take(connection.plain, parser);  // what came with the greeting
-  }
+  MemoryBudget reply_budget(kMostReplyBytes);
+  FrameParser parser(&reply_budget);
+  bool alive = take(connection.plain, parser);  // what came with the greeting
   while (alive && !thread_.stopping()) {
     short events = POLLIN;
     {
@@ -268,8 +267,8 @@ bool TcpPublisher::receive(Connection& connection, FrameParser& parser) {
   counters_.bytes_received.add(static_cast<uint64_t>(got));
   const std::span<const std::byte> came(buffer, static_cast<size_t>(got));
   std::span<const std::byte> plain = came;
-  const std::lock_guard lock(mutex_);
   if (connection.tls) {  // one session seals and opens: both under the lock
+    const std::lock_guard lock(mutex_);
     connection.plain.clear();
     std::vector<std::byte> to_send;
     const bool sound = connection.tls->receive(came, connection.plain, to_send);
@@ -285,16 +284,27 @@ bool TcpPublisher::receive(Connection& connection, FrameParser& parser) {
   return take(plain, parser);
 }
 
-// With the lock held.
+// Without the lock: a large reply is copied more than once while it grows, and the simulator must not wait
+// for that.
 bool TcpPublisher::take(std::span<const std::byte> plain, FrameParser& parser) {
   const auto fault = parser.feed(plain, [this](FrameKind kind, auto&& message) {
-    if (kind == FrameKind::control)
-      keep_reply(std::move(message));
-    else
-      counters_.reject(Cause::version);
+    if (kind != FrameKind::control) return counters_.reject(Cause::version);
+    const std::lock_guard lock(mutex_);
+    keep_reply(std::move(message));
   });
-  if (fault == FrameParser::Fault::none) return true;
-  counters_.reject(Cause::malformed);
+  switch (fault) {
+    case FrameParser::Fault::none:
+      return true;
+    case FrameParser::Fault::bad_header:
+      counters_.reject(Cause::malformed);
+      return false;
+    case FrameParser::Fault::too_long:
+      counters_.reject(Cause::oversize);
+      return false;
+    case FrameParser::Fault::no_memory:
+      counters_.reject(Cause::no_memory);
+      return false;
+  }
   return false;
 }
 

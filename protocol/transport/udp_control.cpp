@@ -12,16 +12,16 @@ constexpr uint32_t kMostWindow = 128;  // half of what an acknowledgment can nam
 constexpr int64_t kLeastRepeatNs = 20'000'000;
 constexpr int64_t kMostRepeatNs = 1'000'000'000;
 
-uint32_t fragments_of(size_t bytes) {
-  return static_cast<uint32_t>(std::max<size_t>(1, (bytes + kFragmentBytes - 1) / kFragmentBytes));
-}
-
-size_t fragment_size(const FragmentHeader& header) {
-  const size_t start = size_t{header.index} * kFragmentBytes;
-  return std::min(kFragmentBytes, header.message_bytes - start);
-}
-
 }  // namespace
+
+uint32_t fragments_of(size_t message_bytes, size_t piece_bytes) {
+  return static_cast<uint32_t>(std::max<size_t>(1, (message_bytes + piece_bytes - 1) / piece_bytes));
+}
+
+size_t fragment_size(const FragmentHeader& header, size_t piece_bytes) {
+  const size_t start = size_t{header.index} * piece_bytes;
+  return std::min(piece_bytes, header.message_bytes - start);
+}
 
 ControlSender::Prepared ControlSender::prepare(std::span<const std::byte> message) {
   return {share(message), fnv1a_64(message)};
@@ -33,7 +33,7 @@ std::optional<uint32_t> ControlSender::push(Prepared message, size_t most_waitin
   Message queued;
   queued.bytes = std::move(message.bytes);
   queued.header.message = ++last_number_;
-  queued.header.count = fragments_of(bytes);
+  queued.header.count = fragments_of(bytes, piece_bytes_);
   queued.header.message_bytes = static_cast<uint32_t>(bytes);
   queued.header.hash = message.hash;
   waiting_bytes_ += bytes;
@@ -78,7 +78,7 @@ std::optional<ControlSender::Fragment> ControlSender::next(int64_t now_ns) {
     fragment.header = message.header;
     fragment.header.index = i;
     fragment.data = std::span<const std::byte>(*message.bytes)
-                        .subspan(size_t{i} * kFragmentBytes, fragment_size(fragment.header));
+                        .subspan(size_t{i} * piece_bytes_, fragment_size(fragment.header, piece_bytes_));
     return fragment;
   }
   return {};
@@ -122,20 +122,22 @@ ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
   if (header.message == last_complete_) return Outcome::kept;  // its acknowledgment was lost: say it again
   if (header.message != last_complete_ + 1) return Outcome::ignored;
   if (header_.message == 0) {
-    if (header.message_bytes > kMaxControlBytes || header.count != fragments_of(header.message_bytes))
+    if (header.message_bytes > most_message_bytes_ ||
+        header.count != fragments_of(header.message_bytes, piece_bytes_))
       return Outcome::corrupt;
     header_ = header;
     first_missing_ = 0;
+    hash_ = kFnvBasis;
   } else if (header.count != header_.count || header.message_bytes != header_.message_bytes ||
              header.hash != header_.hash) {
     return Outcome::corrupt;
   }
-  if (data.size() != fragment_size(header)) return Outcome::corrupt;
+  if (data.size() != fragment_size(header, piece_bytes_)) return Outcome::corrupt;
   if (header.index > first_missing_ + kAckWindow) return Outcome::ignored;
   if (header.index < first_missing_ || (header.index < came_.size() && came_[header.index]))
     return Outcome::kept;
   // Memory follows what came, and never what a header claims.
-  const size_t start = size_t{header.index} * kFragmentBytes;
+  const size_t start = size_t{header.index} * piece_bytes_;
   const size_t end = start + data.size();
   if (end > bytes_.size()) {
     const size_t capacity = std::max(bytes_.capacity(), end);
@@ -145,9 +147,15 @@ ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
   if (header.index >= came_.size()) came_.resize(header.index + 1);
   if (!data.empty()) std::memcpy(bytes_.data() + start, data.data(), data.size());
   came_[header.index] = true;
-  while (first_missing_ < came_.size() && came_[first_missing_]) ++first_missing_;
+  for (; first_missing_ < came_.size() && came_[first_missing_]; ++first_missing_) {
+    FragmentHeader piece = header_;
+    piece.index = first_missing_;
+    hash_ = fnv1a_64(std::span<const std::byte>(bytes_).subspan(size_t{first_missing_} * piece_bytes_,
+                                                                fragment_size(piece, piece_bytes_)),
+                     hash_);
+  }
   if (first_missing_ < header_.count) return Outcome::kept;
-  if (fnv1a_64(bytes_) != header_.hash) return Outcome::corrupt;
+  if (hash_ != header_.hash) return Outcome::corrupt;
   last_complete_ = header_.message;
   last_complete_count_ = header_.count;
   header_ = {};

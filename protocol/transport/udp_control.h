@@ -17,8 +17,14 @@ namespace fire3dv::transport::udp {
 
 constexpr size_t kMaxControlBytes = size_t{64} << 20;
 
+// Into how many pieces a message is cut, and how long each is.
+uint32_t fragments_of(size_t message_bytes, size_t piece_bytes);
+size_t fragment_size(const FragmentHeader& header, size_t piece_bytes);
+
 class ControlSender {
  public:
+  explicit ControlSender(size_t piece_bytes = kFragmentBytes) : piece_bytes_(piece_bytes) {}
+
   // A message ready to be sent. Made before the lock is taken that publishing needs: tens of megabytes take
   // their time.
   struct Prepared {
@@ -57,6 +63,7 @@ class ControlSender {
   Sent& sent(uint32_t index) { return sent_[index % sent_.size()]; }
   bool due(uint32_t index, int64_t now_ns);
 
+  size_t piece_bytes_;
   std::deque<Message> messages_;       // the front one is under way
   std::array<Sent, kAckWindow> sent_;  // its fragments from first_missing_ on
   uint32_t first_missing_ = 0;
@@ -72,10 +79,14 @@ class ControlSender {
 
 class ControlReceiver {
  public:
+  explicit ControlReceiver(size_t piece_bytes = kFragmentBytes, size_t most_message_bytes = kMaxControlBytes)
+      : piece_bytes_(piece_bytes), most_message_bytes_(most_message_bytes) {}
+
   enum class Outcome { ignored, kept, complete, corrupt };
 
   // `complete`: take() has a message. `corrupt`: the sender contradicts itself; end the session.
   // `budget` is what this receiver may still allocate.
+  // Each piece costs about the same: what comes is hashed as it comes, since a publisher's lock may be held.
   Outcome fragment(const FragmentHeader& header, std::span<const std::byte> data, size_t budget);
   std::vector<std::byte> take();
 
@@ -84,10 +95,12 @@ class ControlReceiver {
   size_t held_bytes() const { return bytes_.capacity(); }
 
  private:
+  size_t piece_bytes_, most_message_bytes_;
   FragmentHeader header_;  // of the message under way; header_.message 0: none
   std::vector<std::byte> bytes_;
   std::vector<bool> came_;
   uint32_t first_missing_ = 0;
+  uint64_t hash_ = 0;  // of all pieces before it
   uint32_t last_complete_ = 0;
   uint32_t last_complete_count_ = 0;
 };

@@ -74,8 +74,7 @@ bool read_ack(std::span<const std::byte> payload, Ack& ack) {
   return ack.message != 0;
 }
 
-uint64_t fnv1a_64(std::span<const std::byte> bytes) {
-  uint64_t hash = 0xcbf29ce484222325;
+uint64_t fnv1a_64(std::span<const std::byte> bytes, uint64_t hash) {
   for (const std::byte byte : bytes) hash = (hash ^ static_cast<uint64_t>(byte)) * 0x100000001b3;
   return hash;
 }

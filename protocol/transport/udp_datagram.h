@@ -1,5 +1,6 @@
-// The bytes of one datagram. protocol/SPEC-transport.md draws them. No datagram is longer than 1200 bytes,
-// with room set aside for the 16 bytes of an authentication tag.
+// The bytes of one datagram. protocol/SPEC-transport.md draws them. No datagram is longer than the publisher
+// said when the session began (1200 bytes unless asked otherwise), with room set aside for the 16 bytes of an
+// authentication tag.
 #pragma once
 
 #include <array>
@@ -10,15 +11,23 @@
 namespace fire3dv::transport::udp {
 
 constexpr uint8_t kTransportVersion = 1;
-constexpr size_t kMaxDatagramBytes = 1200;
+constexpr size_t kDatagramBytes = 1200;
+constexpr size_t kLeastDatagramBytes = 576;
+constexpr size_t kMaxDatagramBytes = 9000;
 constexpr size_t kTagBytes = 16;
 constexpr size_t kHeaderBytes = 24;
 constexpr size_t kPoseHeaderBytes = 12;
 constexpr size_t kFragmentHeaderBytes = 24;
 constexpr size_t kHelloBytes = 256;  // padded, so that no answer is longer than the question
 
-constexpr size_t kMaxPoseBytes = (kMaxDatagramBytes - kTagBytes - kHeaderBytes - kPoseHeaderBytes) / 8 * 8;
-constexpr size_t kFragmentBytes = kMaxDatagramBytes - kTagBytes - kHeaderBytes - kFragmentHeaderBytes;
+// What fits datagrams of this length.
+constexpr size_t pose_bytes_of(size_t datagram_bytes) {
+  return (datagram_bytes - kTagBytes - kHeaderBytes - kPoseHeaderBytes) / 8 * 8;
+}
+constexpr size_t fragment_bytes_of(size_t datagram_bytes) {
+  return datagram_bytes - kTagBytes - kHeaderBytes - kFragmentHeaderBytes;
+}
+constexpr size_t kFragmentBytes = fragment_bytes_of(kDatagramBytes);
 
 enum class Type : uint8_t {
   hello = 1,     // publisher: may I?            session = its nonce; cookie, or 0 in the first
@@ -33,9 +42,10 @@ enum class Type : uint8_t {
   bye = 10,      // either: the session is over
   reset = 11,    // listener: I know no such session
   have = 12,     // listener: the newest frame that is whole here
+  group = 15,    // publisher to a multicast group: which control messages are on offer
 };
 
-enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3 };
+enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3, datagram_bytes = 4 };
 
 struct Header {
   uint8_t version = kTransportVersion;
@@ -76,6 +86,8 @@ struct Ack {
 void write_ack(std::byte* to, const Ack& ack);
 bool read_ack(std::span<const std::byte> payload, Ack& ack);
 
-uint64_t fnv1a_64(std::span<const std::byte> bytes);
+constexpr uint64_t kFnvBasis = 0xcbf29ce484222325;
+// `hash` is that of what stands before these bytes.
+uint64_t fnv1a_64(std::span<const std::byte> bytes, uint64_t hash = kFnvBasis);
 
 }  // namespace fire3dv::transport::udp

@@ -9,7 +9,10 @@
 #include "protocol/transport/network_listener.h"
 #include "protocol/transport/random.h"
 #include "protocol/transport/udp_cookie.h"
+#include "protocol/transport/udp_group_listener.h"
+#include "protocol/transport/udp_group_socket.h"
 #include "protocol/transport/udp_handshake.h"
+#include "protocol/transport/udp_receive.h"
 #include "protocol/transport/udp_session.h"
 
 namespace fire3dv::transport::udp {
@@ -17,11 +20,7 @@ namespace {
 
 constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
-constexpr int kBatch = 32;
-constexpr int kMostBatchesATurn = 16;
-constexpr size_t kMostWaitingPoseBytes = 64 << 20;
 constexpr size_t kMostPeerControlBytes = 4 << 20;
-constexpr int kReceiveBufferBytes = 8 << 20;
 
 struct Peer {
   PeerId id = 0;  // 0 until it is a peer: a sealed session has to show that it has the key's seal
@@ -31,13 +30,18 @@ struct Peer {
   std::vector<std::byte> accept;  // our answer, should it be lost
   FrameTracker frames;
   uint64_t told_frame = 0;  // the newest whole frame that we told it of
+  int64_t came_at_ns = 0;
+  bool has_spoken = false;  // a pose or a whole control message came
 };
 
 class UdpListener final : public NetworkListener {
  public:
-  UdpListener(std::string uri, const ListenerOptions& options, UniqueFd fd,
+  UdpListener(const Uri& uri, const ListenerOptions& options, UniqueFd fd,
               std::shared_ptr<const PreSharedKey> key)
-      : NetworkListener(std::move(uri), options), fd_(std::move(fd)), key_(std::move(key)) {}
+      : NetworkListener(uri_text(uri), options),
+        fd_(std::move(fd)),
+        key_(std::move(key)),
+        most_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
   Result<void> start();
   ~UdpListener() override { thread_.stop(); }
 
@@ -46,12 +50,11 @@ class UdpListener final : public NetworkListener {
  private:
   void run();
   void turn(int64_t now_ns);
-  void receive_all();
   void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
-  void refuse(const Address& to, uint64_t nonce, Refusal refusal);
+  void make_room(int64_t now_ns);
+  void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
   void welcome(Peer& peer);
-  void pose(Peer& peer, std::span<const std::byte> payload);
   // A cause: the peer has to go, for `reason`.
   std::optional<Cause> control(Peer& peer, const Header& header, std::span<const std::byte> payload,
                                int64_t now_ns, std::string& reason);
@@ -62,6 +65,7 @@ class UdpListener final : public NetworkListener {
 
   const UniqueFd fd_;
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
+  const size_t most_datagram_bytes_;
 
   std::mutex outgoing_mutex_;
   std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing_;
@@ -74,10 +78,7 @@ class UdpListener final : public NetworkListener {
 };
 
 Result<void> UdpListener::start() {
-  // A burst of a large frame has to fit; the first call may go above the system's limit, for root alone.
-  if (::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBufferBytes, sizeof kReceiveBufferBytes) !=
-      0)
-    ::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBufferBytes, sizeof kReceiveBufferBytes);
+  widen_receive_buffer(fd_.get());
   return thread_.start(uri_, [this] { run(); });
 }
 
@@ -100,7 +101,8 @@ void UdpListener::run() {
     try {
       const int64_t now = monotonic_ns();
       if (thread_.wait(fd_.get(), POLLIN, std::clamp<int64_t>(next_turn - now, 0, kTickNs)) != 0)
-        receive_all();
+        receive_all(fd_.get(), counters_,
+                    [this](auto& from, auto datagram, int64_t at_ns) { handle(from, datagram, at_ns); });
       take_outgoing();
       const int64_t after = monotonic_ns();
       if (after >= next_turn) {
@@ -137,31 +139,6 @@ void UdpListener::turn(int64_t now_ns) {
   }
 }
 
-void UdpListener::receive_all() {
-  static thread_local std::byte buffers[kBatch][kMaxDatagramBytes + 1];
-  Address from[kBatch];
-  iovec pieces[kBatch];
-  mmsghdr messages[kBatch];
-  for (int batch = 0; batch < kMostBatchesATurn; ++batch) {
-    for (int i = 0; i < kBatch; ++i) {
-      pieces[i] = {buffers[i], sizeof buffers[i]};
-      messages[i] = {};
-      messages[i].msg_hdr.msg_name = from[i].get();
-      messages[i].msg_hdr.msg_namelen = sizeof from[i].storage;
-      messages[i].msg_hdr.msg_iov = &pieces[i];
-      messages[i].msg_hdr.msg_iovlen = 1;
-    }
-    const int got = ::recvmmsg(fd_.get(), messages, kBatch, MSG_DONTWAIT, nullptr);
-    const int64_t now = monotonic_ns();
-    for (int i = 0; i < got; ++i) {
-      from[i].length = messages[i].msg_hdr.msg_namelen;
-      counters_.bytes_received.add(messages[i].msg_len);
-      handle(from[i], {buffers[i], messages[i].msg_len}, now);
-    }
-    if (got < kBatch) return;
-  }
-}
-
 void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns) {
   Header header;
   if (!read_header(datagram, header))
@@ -187,11 +164,20 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
       return counters_.reject(Cause::replayed);
     case Session::Heard::forged:
       return reject(Cause::bad_key, "datagrams came that are not sealed with our key; they are dropped");
+    case Session::Heard::too_long:
+      return reject(Cause::oversize,
+                    "datagrams came that are longer than their publisher said; they are dropped");
     case Session::Heard::payload:
       break;
   }
   if (peer.id == 0) welcome(peer);
-  if (header.type == Type::pose) return pose(peer, payload);
+  if (header.type == Type::pose) {
+    peer.has_spoken = true;
+    const auto arrival = take_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
+    if (arrival == PoseArrival::repeated)
+      peer.told_frame = 0;  // it may not have heard that we have the frame
+    return;
+  }
   if (header.type == Type::bye) return end(header.session, "the publisher closed the link");
   std::string reason;
   if (const auto cause = control(peer, header, payload, now_ns, reason)) {
@@ -201,8 +187,8 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
   touched_.push_back(header.session);
 }
 
-void UdpListener::refuse(const Address& to, uint64_t nonce, Refusal refusal) {
-  send_to(to, write_answer(Type::refuse, nonce, static_cast<uint64_t>(refusal)));
+void UdpListener::refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more) {
+  send_to(to, write_answer(Type::refuse, nonce, more << 16 | static_cast<uint64_t>(refusal)));
 }
 
 void UdpListener::hello(const Address& from, const Header& header, std::span<const std::byte> datagram,
@@ -228,6 +214,13 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
                                "; give both sides the same key file");
     return refuse(from, header.session, Refusal::bad_key);
   }
+  const size_t datagram_bytes = fields.datagram_bytes != 0 ? fields.datagram_bytes : kDatagramBytes;
+  if (datagram_bytes < kLeastDatagramBytes || datagram_bytes > most_datagram_bytes_) {
+    reject(Cause::oversize, "a publisher was refused: its datagrams have " + std::to_string(datagram_bytes) +
+                                " bytes, and at most " + std::to_string(most_datagram_bytes_) +
+                                " are taken here; choose ?mtu= accordingly on both sides");
+    return refuse(from, header.session, Refusal::datagram_bytes, most_datagram_bytes_);
+  }
   std::vector<uint64_t> earlier;
   for (const auto& [session, peer] : peers_) {
     if (!(peer.address == from)) continue;
@@ -239,6 +232,7 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
   const bool starts_anew = peers_.size() != 0 && key_ &&
                            std::any_of(peers_.begin(), peers_.end(),
                                        [&](const auto& entry) { return entry.second.address == from; });
+  if (is_full(welcomed_) && !starts_anew) make_room(now_ns);
   if ((is_full(welcomed_) && !starts_anew) || peers_.size() >= size_t{2} * options_.max_peers) {
     reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
     return refuse(from, header.session, Refusal::full);
@@ -247,15 +241,28 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
   const Random random = key_ ? make_random() : Random{};
   std::unique_ptr<Seal> seal;
   if (key_) seal = key_->make_seal(PreSharedKey::Side::listener, session, fields.random, random);
-  std::vector<std::byte> accept = write_accept(header.session, session, fields.random, random, key_.get());
-  Peer& peer =
-      peers_
-          .emplace(
-              session,
-              Peer{0, header.session, from, Session(session, now_ns, std::move(seal)), std::move(accept), {}})
-          .first->second;
+  std::vector<std::byte> accept =
+      write_accept(header.session, session, fields.random, random, key_.get(), fields.datagram_bytes);
+  Peer& peer = peers_
+                   .emplace(session, Peer{0,
+                                          header.session,
+                                          from,
+                                          Session(session, now_ns, std::move(seal), datagram_bytes),
+                                          std::move(accept),
+                                          {}})
+                   .first->second;
+  peer.came_at_ns = now_ns;
   if (!key_) welcome(peer);
   send_to(from, peer.accept);
+}
+
+void UdpListener::make_room(int64_t now_ns) {
+  const auto silent = std::find_if(peers_.begin(), peers_.end(), [&](const auto& entry) {
+    return !entry.second.has_spoken && now_ns - entry.second.came_at_ns > kSilentGuestNs;
+  });
+  if (silent == peers_.end()) return;
+  counters_.reject(Cause::silent);
+  end(silent->first, kSilentGuest);
 }
 
 void UdpListener::welcome(Peer& peer) {
@@ -266,30 +273,6 @@ void UdpListener::welcome(Peer& peer) {
   peer.id = ++last_id_;
   counters_.peers.set(++welcomed_);
   inbox_.connected(peer.id);
-}
-
-void UdpListener::pose(Peer& peer, std::span<const std::byte> payload) {
-  PoseHeader header;
-  if (!read_pose_header(payload, header)) return counters_.reject(Cause::malformed);
-  const std::span<const std::byte> message = payload.subspan(kPoseHeaderBytes);
-  const bool newest = options_.delivery == Delivery::newest;
-  const uint64_t newest_before = peer.frames.newest_whole();
-  const auto outcome = peer.frames.part(header.frame, header.part, header.last);
-  if (outcome == FrameTracker::Outcome::repeated) {
-    peer.told_frame = 0;  // it may not have heard that we have the frame
-    return;
-  }
-  if (outcome == FrameTracker::Outcome::whole && newest_before != 0)
-    counters_.frames_dropped.add(header.frame - newest_before - 1);
-  if (newest && outcome == FrameTracker::Outcome::superseded) return counters_.poses_dropped.add();
-  if (newest && outcome == FrameTracker::Outcome::whole) inbox_.drop_parts_before(peer.id, header.frame);
-  if (inbox_.waiting(peer.id).bytes > kMostWaitingPoseBytes) {
-    // Nobody polls and no frame gets whole: the newest is what is worth keeping.
-    if (!newest) return counters_.poses_dropped.add();
-    inbox_.drop_parts_before(peer.id, header.frame);
-  }
-  inbox_.pose_part(peer.id, std::vector<std::byte>(message.begin(), message.end()), header.frame,
-                   !newest || outcome == FrameTracker::Outcome::whole);
 }
 
 std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
@@ -303,6 +286,7 @@ std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
   }
   switch (peer.session.control(header, payload, budget, now_ns)) {
     case ControlReceiver::Outcome::complete: {
+      peer.has_spoken = true;
       const auto cause = inbox_.control(peer.id, peer.session.receiver().take());
       if (cause)
         reason = cause == Cause::unread ? "it sent more control messages than were read"
@@ -366,6 +350,8 @@ void UdpListener::send_to(const Address& to, std::span<const std::byte> datagram
 }  // namespace
 
 Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options) {
+  if (const auto group = group_of(uri)) return make_group_listener(uri, *group, options);
+  if (auto sound = refuse_group_options(uri); !sound) return sound.error();
   std::shared_ptr<const PreSharedKey> key;
   if (!options.key_file.empty()) {
     auto read = PreSharedKey::from_file(options.key_file);
@@ -376,8 +362,7 @@ Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const Listen
   if (!bound) return bound.error();
   Uri chosen = uri;
   chosen.port = bound->address.port();
-  auto listener =
-      std::make_unique<UdpListener>(uri_text(chosen), options, std::move(bound->fd), std::move(key));
+  auto listener = std::make_unique<UdpListener>(chosen, options, std::move(bound->fd), std::move(key));
   if (auto started = listener->start(); !started) return started.error();
   return std::unique_ptr<ListenerLink>(std::move(listener));
 }

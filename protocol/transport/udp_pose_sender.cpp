@@ -27,7 +27,7 @@ PoseSender::Outcome PoseSender::publish(int fd, Session* session, const wire::Me
     drops = drop_kept();
     ++frame_;
   }
-  const bool fits = message.size() <= kMaxPoseBytes && part_ <= UINT16_MAX && !lost_part_;
+  const bool fits = message.size() <= most_message_bytes_ && part_ <= UINT16_MAX && !lost_part_;
   const PoseHeader header{frame_, static_cast<uint16_t>(part_), last_part};
   part_ = last_part ? 0 : part_ + 1;
   complete_ = last_part;

@@ -14,6 +14,8 @@ namespace fire3dv::transport::udp {
 
 class PoseSender {
  public:
+  explicit PoseSender(size_t datagram_bytes) : most_message_bytes_(pose_bytes_of(datagram_bytes)) {}
+
   enum class Outcome { sent, kept, dropped, refused };  // refused: nobody listens at the address any more
 
   // session null: none is ready, the frame waits. Messages and frames that are given up are counted in
@@ -43,6 +45,7 @@ class PoseSender {
   bool keep(const PoseHeader& header, const wire::MessagePieces& message);
   Drops unsent() const;
 
+  size_t most_message_bytes_;
   uint64_t frame_ = 0;
   uint32_t part_ = 0;
   std::vector<std::byte> kept_;  // the newest frame's payloads, one after the other

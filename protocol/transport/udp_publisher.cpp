@@ -7,6 +7,8 @@
 #include "protocol/transport/clock.h"
 #include "protocol/transport/network_publisher.h"
 #include "protocol/transport/random.h"
+#include "protocol/transport/udp_group_publisher.h"
+#include "protocol/transport/udp_group_socket.h"
 #include "protocol/transport/udp_handshake.h"
 #include "protocol/transport/udp_pose_sender.h"
 
@@ -23,16 +25,20 @@ constexpr int64_t kDoubtNs = kSecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
 constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 constexpr size_t kMostWaitingBytes = 16 << 20;
+constexpr size_t kMostReplyBytes = 4 << 20;
 
 // The simulator's thread sends pose datagrams itself; a thread of the link greets, repeats and receives.
 // Every send is non-blocking, so that the lock is never held across a wait.
 class UdpPublisher final : public NetworkPublisher {
  public:
-  UdpPublisher(Uri uri, std::shared_ptr<const PreSharedKey> key)
-      : NetworkPublisher(std::move(uri)), key_(std::move(key)) {}
+  UdpPublisher(const Uri& uri, std::shared_ptr<const PreSharedKey> key)
+      : NetworkPublisher(uri),
+        key_(std::move(key)),
+        datagram_bytes_(uri.mtu != 0 ? uri.mtu : kDatagramBytes),
+        poses_(datagram_bytes_) {}
   ~UdpPublisher() override { thread_.stop(); }
 
-  size_t max_pose_message_bytes() const override { return kMaxPoseBytes; }
+  size_t max_pose_message_bytes() const override { return pose_bytes_of(datagram_bytes_); }
   Result<void> set_description(std::span<const std::byte> message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
   void send_control(std::span<const std::byte> message) noexcept override;
@@ -44,7 +50,7 @@ class UdpPublisher final : public NetworkPublisher {
   std::unique_ptr<Session> greet(int fd);
   bool wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer,
                        std::span<const std::byte>& datagram);
-  void explain(Refusal refusal, uint8_t version);
+  void explain(uint64_t answer, uint8_t version);
   void serve(int fd, std::unique_ptr<Session> session);
   // The next thing to do, after all that is due has been done. False: the session is over.
   bool tick(int fd, int64_t now_ns, int64_t& next_ns);
@@ -64,7 +70,8 @@ class UdpPublisher final : public NetworkPublisher {
   }
 
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
-  int64_t next_ping_ns_ = 0;                       // on the link's thread alone
+  const size_t datagram_bytes_;
+  int64_t next_ping_ns_ = 0;  // on the link's thread alone
 
   // Guarded by mutex_.
   int fd_ = -1;
@@ -179,7 +186,7 @@ std::unique_ptr<Session> UdpPublisher::greet(int fd) {
   const int64_t until = monotonic_ns() + kTryAnAddressForNs;
   std::byte buffer[kMaxDatagramBytes + 1];
   while (!thread_.stopping() && monotonic_ns() < until) {
-    const Hello hello = write_hello(nonce, cookie, random, key_.get());
+    const Hello hello = write_hello(nonce, cookie, random, key_.get(), uri_.mtu);
     if (::send(fd, hello.data(), hello.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED) return nullptr;
     const int64_t repeat_at = monotonic_ns() + wait_ns;
     wait_ns = std::min(wait_ns * 2, kLongestHelloAfterNs);
@@ -191,7 +198,7 @@ std::unique_ptr<Session> UdpPublisher::greet(int fd) {
       if (!read_header(datagram, header) || header.session != nonce) continue;
       const auto number = read_number(datagram.subspan(kHeaderBytes));
       if (header.type == Type::refuse || header.version != kTransportVersion) {
-        explain(static_cast<Refusal>(number.value_or(0)), header.version);
+        explain(number.value_or(0), header.version);
         return nullptr;
       }
       if (header.type == Type::cookie && cookie == 0 && number) {
@@ -200,23 +207,29 @@ std::unique_ptr<Session> UdpPublisher::greet(int fd) {
         answered = true;
       }
       if (header.type != Type::accept || cookie == 0) continue;
-      const auto accept = read_accept(datagram, random, key_.get());
+      const auto accept = read_accept(datagram, random, key_.get(), uri_.mtu);
       if (!accept) {  // nobody with our key wrote it; who has may still answer
         counters_.reject(Cause::bad_key);
         continue;
       }
+      if (!accept->knows_datagram_bytes) {
+        explain(uint64_t{kDatagramBytes} << 16 | static_cast<uint64_t>(Refusal::datagram_bytes),
+                header.version);
+        return nullptr;
+      }
       std::unique_ptr<Seal> seal;
       if (key_)
         seal = key_->make_seal(PreSharedKey::Side::publisher, accept->session, random, accept->random);
-      return std::make_unique<Session>(accept->session, monotonic_ns(), std::move(seal));
+      return std::make_unique<Session>(accept->session, monotonic_ns(), std::move(seal), datagram_bytes_,
+                                       kMostReplyBytes);
     }
   }
   return nullptr;
 }
 
-void UdpPublisher::explain(Refusal refusal, uint8_t version) {
+void UdpPublisher::explain(uint64_t answer, uint8_t version) {
   const std::string who = uri_text(uri_) + ": the renderer ";
-  switch (refusal) {
+  switch (static_cast<Refusal>(answer & 0xffff)) {
     case Refusal::version_mismatch:
       counters_.reject(Cause::version);
       return set_problem(who + "speaks transport version " + std::to_string(version) + ", this program " +
@@ -228,6 +241,10 @@ void UdpPublisher::explain(Refusal refusal, uint8_t version) {
     case Refusal::full:
       counters_.reject(Cause::full);
       return set_problem(who + "has as many publishers as it allows");
+    case Refusal::datagram_bytes:
+      counters_.reject(Cause::oversize);
+      return set_problem(who + "takes datagrams of at most " + std::to_string(answer >> 16 & 0xffff) +
+                         " bytes; choose ?mtu= accordingly on both sides");
   }
   counters_.reject(Cause::version);
   set_problem(who + "refuses, and gives a reason that this version does not know");
@@ -328,6 +345,8 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
       return counters_.reject(Cause::replayed);
     case Session::Heard::forged:
       return counters_.reject(Cause::bad_key);
+    case Session::Heard::too_long:
+      return counters_.reject(Cause::oversize);
     case Session::Heard::payload:
       break;
   }
@@ -340,7 +359,7 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
     if (const auto frame = read_number(payload)) poses_.acknowledge(*frame);
     return;
   }
-  switch (session_->control(header, payload, kMaxControlBytes, now)) {
+  switch (session_->control(header, payload, kMostReplyBytes, now)) {
     case ControlReceiver::Outcome::complete:
       keep_reply(session_->receiver().take());
       break;
@@ -358,6 +377,8 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
 }  // namespace
 
 Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri, const PublisherOptions& options) {
+  if (const auto group = group_of(uri)) return make_group_publisher(uri, *group, options);
+  if (auto sound = refuse_group_options(uri); !sound) return sound.error();
   std::shared_ptr<const PreSharedKey> key;
   if (!options.key_file.empty()) {
     auto read = PreSharedKey::from_file(options.key_file);

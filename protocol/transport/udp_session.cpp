@@ -9,6 +9,7 @@ namespace fire3dv::transport::udp {
 
 Session::Heard Session::hear(const Header& header, std::span<std::byte> datagram, int64_t now_ns,
                              std::span<const std::byte>& payload) {
+  if (datagram.size() > datagram_bytes_) return Heard::too_long;
   if (!window_.is_new(header.counter)) return Heard::repeated;
   if (seal_) {
     const auto opened = seal_->open(datagram, header.counter);

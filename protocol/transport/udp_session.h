@@ -17,8 +17,14 @@ class Session {
   using Emit = std::function<void(std::span<const std::byte> datagram)>;
 
   // seal null: datagrams go and come in the open.
-  Session(uint64_t id, int64_t now_ns, std::unique_ptr<Seal> seal)
-      : id_(id), heard_at_ns_(now_ns), seal_(std::move(seal)) {}
+  Session(uint64_t id, int64_t now_ns, std::unique_ptr<Seal> seal, size_t datagram_bytes = kDatagramBytes,
+          size_t most_received_bytes = kMaxControlBytes)
+      : id_(id),
+        datagram_bytes_(datagram_bytes),
+        heard_at_ns_(now_ns),
+        seal_(std::move(seal)),
+        sender_(fragment_bytes_of(datagram_bytes)),
+        receiver_(fragment_bytes_of(datagram_bytes), most_received_bytes) {}
 
   uint64_t id() const { return id_; }
   bool sealed() const { return seal_ != nullptr; }
@@ -37,7 +43,7 @@ class Session {
   }
 
   // A datagram of this session came: its payload, opened in place, or why it is dropped.
-  enum class Heard { payload, repeated, forged };
+  enum class Heard { payload, repeated, forged, too_long };
   Heard hear(const Header& header, std::span<std::byte> datagram, int64_t now_ns,
              std::span<const std::byte>& payload);
 
@@ -53,6 +59,7 @@ class Session {
 
  private:
   uint64_t id_;
+  size_t datagram_bytes_;
   uint64_t sent_ = 0;
   int64_t heard_at_ns_;
   std::unique_ptr<Seal> seal_;

@@ -8,6 +8,8 @@ namespace {
 
 constexpr size_t kMaxUriBytes = 512;  // a host name is at most 253 bytes
 constexpr size_t kMaxShmNameBytes = 64;
+constexpr size_t kMaxInterfaceBytes = 15;  // Linux's own limit
+constexpr uint16_t kLeastMtu = 576, kMostMtu = 9000;
 
 // URIs come from command lines and peers' files: they are shown with what cannot be printed taken out.
 std::string printable(std::string_view text) {
@@ -52,9 +54,51 @@ Result<Uri> parse_shm(std::string_view text, std::string_view name) {
   return uri;
 }
 
+template <typename Number>
+bool parse_number(std::string_view text, Number least, Number most, Number& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && end == text.data() + text.size() && number >= least && number <= most;
+}
+
+bool is_interface_char(char c) {
+  return is_host_char(c) || c == '@' || c == ':';
+}
+
+// "mtu=1400&ttl=2"; each at most once.
+Result<void> parse_options(std::string_view text, std::string_view options, Uri& uri) {
+  while (true) {
+    const size_t end = options.find('&');
+    const std::string_view option = options.substr(0, end);
+    const size_t equals = option.find('=');
+    const std::string_view name = option.substr(0, equals);
+    const std::string_view value =
+        equals == std::string_view::npos ? std::string_view() : option.substr(equals + 1);
+    if (name == "mtu" && uri.mtu == 0) {
+      if (!parse_number(value, kLeastMtu, kMostMtu, uri.mtu))
+        return bad_uri(text, "mtu is not a number from 576 to 9000");
+    } else if (name == "ttl" && uri.ttl == 0) {
+      if (!parse_number<uint8_t>(value, 1, 255, uri.ttl))
+        return bad_uri(text, "ttl is not a number from 1 to 255");
+    } else if (name == "interface" && uri.interface.empty()) {
+      if (value.empty() || value.size() > kMaxInterfaceBytes || !all_of(value, is_interface_char))
+        return bad_uri(text, "the interface has a name that no interface has");
+      uri.interface = value;
+    } else {
+      return bad_uri(text, "the option '" + printable(name) +
+                               "' is not known or stands there twice (udp:// has mtu, ttl and interface)");
+    }
+    if (end == std::string_view::npos) return {};
+    options.remove_prefix(end + 1);
+  }
+}
+
 Result<Uri> parse_host_and_port(std::string_view text, Uri::Scheme scheme, std::string_view rest) {
   Uri uri;
   uri.scheme = scheme;
+  if (const size_t mark = rest.find('?'); mark != std::string_view::npos && scheme == Uri::Scheme::udp) {
+    if (auto options = parse_options(text, rest.substr(mark + 1), uri); !options) return options.error();
+    rest = rest.substr(0, mark);
+  }
   std::string_view port;
   if (!rest.empty() && rest.front() == '[') {
     const size_t end = rest.find(']');
@@ -75,8 +119,7 @@ Result<Uri> parse_host_and_port(std::string_view text, Uri::Scheme scheme, std::
       return bad_uri(text, "the host has a character that no host name has");
   }
   if (uri.host.empty()) return bad_uri(text, "the host is missing");
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), uri.port);
-  if (port.empty() || error != std::errc{} || end != port.data() + port.size())
+  if (!parse_number<uint16_t>(port, 0, UINT16_MAX, uri.port))
     return bad_uri(text, "the port is not a number from 0 to 65535");
   return uri;
 }

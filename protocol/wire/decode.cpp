@@ -18,6 +18,7 @@ constexpr flatbuffers::uoffset_t kMaxTables = 4;
 constexpr size_t kSmallestMessage = 12;              // root offset, identifier, the root table's own offset
 constexpr size_t kLargestMessage = size_t{1} << 30;  // FlatBuffers itself ends at 2 GiB
 constexpr size_t kAlignment = 16;
+constexpr size_t kKeptAfterRefusal = 1 << 20;
 
 using Strings = flatbuffers::Vector<flatbuffers::Offset<flatbuffers::String>>;
 
@@ -246,7 +247,13 @@ Result<Message> Decoder::Impl::decode(std::span<const std::byte> bytes) {
     return Error{"Message identifier is not F3DV: this is not FIRE-3DV traffic"};
   }
   take_copy(bytes);
-  return read_message();
+  Result<Message> message = read_message();
+  // Strangers must not make a renderer keep the largest message that they could think of.
+  if (!message.ok() && capacity_ > kKeptAfterRefusal) {
+    copy_.reset();
+    capacity_ = size_ = 0;
+  }
+  return message;
 }
 
 Decoder::Decoder(DecodeLimits limits) : impl_(std::make_unique<Impl>(limits)) {}

@@ -85,6 +85,8 @@ Result<void> FrameLoop::run() {
     if (!options_.lockstep || !undrawn_) undrawn_ = intake_.poll();
     for (const std::string& note : intake_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
 
+    if (metrics_) metrics_->tell(intake_, poses_);
+
     // What the user does.
     if (window_) steer();
 
@@ -190,6 +192,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
     if (age_ms >= 0 && (!cost.pose_age_ms || age_ms < *cost.pose_age_ms)) cost.pose_age_ms = age_ms;
   }
   stats_.add(cost);
+  if (metrics_) metrics_->drawn(shown, intake_, cost);
 }
 
 Result<void> FrameLoop::deliver() {
@@ -208,7 +211,10 @@ Result<void> FrameLoop::deliver() {
     intake_.acknowledge(unacknowledged_.front().second);
     unacknowledged_.erase(unacknowledged_.begin());
   }
-  for (const gpu::FrameTimes& times : frames_.take_finished()) stats_.add(times);
+  for (const gpu::FrameTimes& times : frames_.take_finished()) {
+    stats_.add(times);
+    if (metrics_) metrics_->add(times);
+  }
   return {};
 }
 

@@ -9,6 +9,7 @@
 #include "renderer/app/frame_stats.h"
 #include "renderer/app/options.h"
 #include "renderer/app/progress.h"
+#include "renderer/app/renderer_metrics.h"
 #include "renderer/app/stream_intake.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/readback_belt.h"
@@ -33,6 +34,8 @@ class FrameLoop {
             StreamIntake& intake, state::AnimationPlayer* animations, CameraRig& camera,
             sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options);
 
+  // Borrowed; null: nobody wants to know. Before run().
+  void report_to(RendererMetrics* metrics) { metrics_ = metrics; }
   Result<void> run();
   uint64_t images() const { return images_; }
 
@@ -60,6 +63,7 @@ class FrameLoop {
   sinks::FrameSink& sink_;
   sinks::Window* window_;
   FrameStats& stats_;
+  RendererMetrics* metrics_ = nullptr;
   const Options& options_;
 
   gpu::FrameRing frames_;

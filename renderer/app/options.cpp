@@ -93,7 +93,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
                  "udp://HOST:PORT; may be given several times")
       ->allow_extra_args(false);
   app.add_flag("--insecure", options.insecure,
-               "let --listen take addresses other than loopback, without protection");
+               "let --listen and --metrics take addresses other than loopback, without protection");
   app.add_option("--key-file", options.key_file,
                  "file of the key (64 hexadecimal digits) that adapters must have to publish over udp://");
   app.add_option("--tls-cert", options.tls_certificate, "this renderer's certificate for tls://, a PEM file");
@@ -101,6 +101,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option(
       "--tls-client-ca", options.tls_client_ca,
       "file of certificates; adapters must show one that these have signed to publish over tls://");
+  app.add_option(
+      "--metrics", options.metrics,
+      "HOST:PORT where streams, links, images and memory are told in numbers, over HTTP as /metrics "
+      "(Prometheus' text format)");
   std::string play = "auto";
   app.add_option("--play", play,
                  "latest: the newest frame at once; interpolate: a little late and evenly; auto: interpolate "

@@ -21,6 +21,7 @@ struct Options {
   bool insecure = false;                                // listen on addresses other than loopback
   std::string key_file;                                 // udp: the pre-shared key
   std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
+  std::string metrics;                                  // HOST:PORT; empty: none are shown
   PlayOptions play;
   bool lockstep = false;  // one image for each pose frame, acknowledged
 

@@ -9,6 +9,7 @@
 #include "renderer/app/cache_places.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/pipeline_file.h"
+#include "renderer/app/renderer_metrics.h"
 #include "renderer/app/scene_load.h"
 #include "renderer/gpu/device.h"
 #include "renderer/scene/radiance_file.h"
@@ -125,6 +126,14 @@ Result<void> open_listeners(const Options& options, StreamIntake& intake) {
   return {};
 }
 
+// Null without the option.
+Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options) {
+  if (options.metrics.empty()) return std::unique_ptr<RendererMetrics>();
+  Result<std::unique_ptr<RendererMetrics>> opened = RendererMetrics::open(options.metrics, options.insecure);
+  if (opened) say("metrics at http://" + (*opened)->address() + "/metrics");
+  return opened;
+}
+
 Result<std::unique_ptr<sinks::FrameSink>> open_sink(const Options& options) {
   if (options.out.empty()) return std::unique_ptr<sinks::FrameSink>(std::make_unique<sinks::NullSink>());
   sinks::FileSinkOptions file_options;
@@ -194,6 +203,8 @@ int run(const Options& options) {
     state::PoseState poses(*scene);
     StreamIntake intake(poses, options.lockstep, options.play);
     if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
+    Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options);
+    if (!metrics) return fail(metrics.error());
     Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
     if (!sink) return fail(sink.error());
 
@@ -216,6 +227,7 @@ int run(const Options& options) {
     load->begin_keeping();
     FrameLoop loop(**device, *renderer, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
                    window.get(), *stats, options);
+    loop.report_to(metrics->get());
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());
     if (Result<void> kept = pipelines.keep(); !kept) say_of_cache(kept.error());

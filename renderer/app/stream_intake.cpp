@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <numeric>
 #include <utility>
 
 #include "protocol/wire/encode.h"
@@ -53,6 +54,20 @@ uint64_t monotonic_now_ns() {
 }
 
 }  // namespace
+
+const char* refusal_name(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::unreadable:
+      return "unreadable";
+    case Refusal::before_description:
+      return "before_description";
+    case Refusal::wrong_way:
+      return "wrong_way";
+    case Refusal::version:
+      return "version";
+  }
+  return "";
+}
 
 StreamIntake::StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play)
     : poses_(poses), lockstep_(lockstep), play_(play) {}
@@ -142,7 +157,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
 
   Result<wire::Message> decoded = decoder_.decode(message);
   if (!decoded) {
-    reject(peer, decoded.error().message);
+    reject(peer, Refusal::unreadable, decoded.error().message);
     // What cannot be read may have been a description: silence would leave its adapter guessing.
     if (kind == Kind::control) {
       wire::Welcome welcome;
@@ -156,7 +171,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
     const auto stream = stream_of_peer_.find(peer);
     if (stream == stream_of_peer_.end()) {
-      reject(peer, "pose frame before a description");
+      reject(peer, Refusal::before_description, "pose frame before a description");
       return false;
     }
     const int64_t came_ns = received_ns != 0 ? received_ns : static_cast<int64_t>(monotonic_now_ns());
@@ -186,13 +201,14 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     return false;
   }
   if (std::holds_alternative<wire::UnknownMessage>(*decoded)) return false;  // of a later minor version
-  reject(peer, "a message that only renderers send");
+  reject(peer, Refusal::wrong_way, "a message that only renderers send");
   return false;
 }
 
 void StreamIntake::describe(Peer peer, const wire::StreamDescription& description) {
   const std::string name = description.adapter_name.empty() ? "an adapter" : description.adapter_name;
   if (description.protocol_major != wire::kProtocolMajor) {
+    ++refusals_[static_cast<size_t>(Refusal::version)];
     wire::Welcome refusal;
     refusal.status = wire::WelcomeStatus::version_mismatch;
     refusal.epoch = description.epoch;
@@ -286,8 +302,8 @@ void StreamIntake::reply(Peer peer, const wire::Bytes& message) {
 
 // The first fault of a peer is told, the others are counted: a broken adapter at 1 kHz must not fill the
 // terminal.
-void StreamIntake::reject(Peer peer, const std::string& reason) {
-  rejected_++;
+void StreamIntake::reject(Peer peer, Refusal refusal, const std::string& reason) {
+  ++refusals_[static_cast<size_t>(refusal)];
   if (rejected_of_peer_[peer]++ == 0) {
     note("dropped a message from " + listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
          ": " + reason);
@@ -308,6 +324,31 @@ void StreamIntake::note(std::string text) {
   } else {
     ++notes_left_out_;
   }
+}
+
+uint64_t StreamIntake::rejected_messages() const {
+  return std::accumulate(refusals_.begin(), refusals_.end(), uint64_t{0});
+}
+
+std::vector<StreamIntake::LinkReport> StreamIntake::links() const {
+  std::vector<LinkReport> links;
+  for (const auto& listener : listeners_) links.push_back({listener->uri(), listener->stats()});
+  return links;
+}
+
+std::vector<StreamIntake::Report> StreamIntake::report() const {
+  std::vector<Report> streams;
+  for (const auto& [peer, stream] : stream_of_peer_)
+    streams.push_back({stream.id, listeners_[peer.first]->uri(), stream.clock.source()});
+  return streams;
+}
+
+std::optional<int64_t> StreamIntake::published_ns(uint64_t epoch, uint64_t publish_time_ns) const {
+  for (const auto& [peer, stream] : stream_of_peer_) {
+    if (stream.epoch != epoch || stream.clock.source() == state::ClockOffset::Source::none) continue;
+    return stream.clock.local_ns(publish_time_ns);
+  }
+  return {};
 }
 
 std::vector<std::string> StreamIntake::take_notes() {

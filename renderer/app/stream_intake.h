@@ -1,6 +1,7 @@
 // From links to pose state: decodes what arrives, binds streams, answers adapters. It owns the listeners.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <deque>
 #include <map>
@@ -16,6 +17,16 @@
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {
+
+// Why a whole message was turned away.
+enum class Refusal : uint8_t {
+  unreadable,          // no message, or values that are not allowed
+  before_description,  // a pose frame of nobody knows what
+  wrong_way,           // what only renderers send
+  version,             // another major version of the protocol
+};
+constexpr size_t kRefusalCount = 4;
+const char* refusal_name(Refusal refusal);
 
 class StreamIntake {
  public:
@@ -35,7 +46,23 @@ class StreamIntake {
   std::vector<std::string> take_notes();
   size_t active_streams() const { return stream_of_peer_.size(); }
   bool had_streams() const { return had_streams_; }
-  uint64_t rejected_messages() const { return rejected_; }
+  uint64_t rejected_messages() const;
+
+  // For those who watch the renderer.
+  struct LinkReport {
+    std::string uri;
+    transport::LinkStats stats;
+  };
+  std::vector<LinkReport> links() const;
+  const std::array<uint64_t, kRefusalCount>& refusals() const { return refusals_; }
+  struct Report {
+    state::StreamId id = 0;
+    std::string listener;  // its URI
+    state::ClockOffset::Source clock{};
+  };
+  std::vector<Report> report() const;
+  // When a frame was published, on our clock; nothing while the publisher's is not known.
+  std::optional<int64_t> published_ns(uint64_t epoch, uint64_t publish_time_ns) const;
 
  private:
   using Peer = std::pair<size_t, transport::PeerId>;  // listener and its peer
@@ -67,7 +94,7 @@ class StreamIntake {
   void welcome(Peer peer, PeerStream& stream);
   void end_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
-  void reject(Peer peer, const std::string& reason);
+  void reject(Peer peer, Refusal refusal, const std::string& reason);
   void note(std::string text);
 
   state::PoseState& poses_;
@@ -82,7 +109,7 @@ class StreamIntake {
   std::chrono::steady_clock::time_point notes_since_{};
   uint32_t notes_this_second_ = 0, notes_left_out_ = 0;
   bool had_streams_ = false;
-  uint64_t rejected_ = 0;
+  std::array<uint64_t, kRefusalCount> refusals_{};
 };
 
 }  // namespace fire3dv::app

@@ -1,9 +1,11 @@
-// Datagrams in the order in which the input has them, into a session of each side: nothing is believed that
-// its hash does not hold, and what is held stays within the budget.
+// Datagrams in the order in which the input has them, into a session of each side and a listener of a group:
+// nothing is believed that its hash does not hold, and what is held stays within the budget.
+#include <algorithm>
 #include <cstring>
 
 #include "protocol/error.h"
 #include "protocol/transport/byte_order.h"
+#include "protocol/transport/udp_group.h"
 #include "protocol/transport/udp_handshake.h"
 #include "protocol/transport/udp_session.h"
 #include "tests/fuzz/target.h"
@@ -20,6 +22,27 @@ void append(Input& input, std::span<const std::byte> datagram) {
   input.push_back(static_cast<uint8_t>(datagram.size()));
   input.push_back(static_cast<uint8_t>(datagram.size() >> 8));
   for (const std::byte byte : datagram) input.push_back(static_cast<uint8_t>(byte));
+}
+
+// A carousel's round: the offer, the description, another message.
+Input round_of(size_t bytes) {
+  Input input;
+  Session session(kSession, 0, nullptr);
+  Carousel carousel(kDatagramBytes);
+  carousel.describe(ControlSender::prepare(std::vector<std::byte>(bytes, std::byte{7})));
+  carousel.add(ControlSender::prepare(std::vector<std::byte>(5)));
+  Session::Buffer datagram{};
+  session.start(datagram, Type::group);
+  write_group_offer(datagram.data() + kHeaderBytes, carousel.offer());
+  append(input, std::span(datagram).first(kHeaderBytes + kGroupOfferBytes));
+  while (const auto fragment = carousel.next()) {
+    session.start(datagram, Type::fragment);
+    write_fragment_header(datagram.data() + kHeaderBytes, fragment->header);
+    std::byte* const end = std::copy(fragment->data.begin(), fragment->data.end(),
+                                     datagram.data() + kHeaderBytes + kFragmentHeaderBytes);
+    append(input, std::span(datagram).first(static_cast<size_t>(end - datagram.data())));
+  }
+  return input;
 }
 
 }  // namespace
@@ -44,8 +67,11 @@ std::vector<Input> seeds() {
     write_ack(ack.data() + kHeaderBytes, {1, 2, {5, 0, 0, 0}});
     append(input, std::span(ack).first(kHeaderBytes + kAckBytes));
     append(input, write_hello(5, 6));
+    append(input, write_hello(5, 6, {}, nullptr, 9000));
     append(input, write_accept(5, kSession, {}, {}, nullptr));
+    append(input, write_accept(5, kSession, {}, {}, nullptr, 9000));
     inputs.push_back(std::move(input));
+    inputs.push_back(round_of(bytes));
   }
   return inputs;
 }
@@ -60,6 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const ControlSender::Prepared large = ControlSender::prepare(std::vector<std::byte>(100'000));
   session.sender().push(large, SIZE_MAX);
   FrameTracker frames;
+  CarouselReceiver group(kFragmentBytes);
   int64_t now = 1;
   while (size >= 2) {
     const size_t length = std::min<size_t>(data[0] | data[1] << 8, size - 2);
@@ -71,13 +98,27 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     Header header;
     if (!read_header(datagram, header)) continue;
     if (header.type == Type::hello && datagram.size() >= kHelloBytes) (void)read_hello(datagram);
-    if (header.type == Type::accept) (void)read_accept(datagram, {}, nullptr);
+    if (header.type == Type::accept) {
+      (void)read_accept(datagram, {}, nullptr);
+      (void)read_accept(datagram, {}, nullptr, 9000);
+    }
     std::span<const std::byte> payload;
     if (session.hear(header, datagram, now, payload) != Session::Heard::payload) continue;
     PoseHeader pose;
     if (header.type == Type::pose && read_pose_header(payload, pose)) {
       (void)frames.part(pose.frame, pose.part, pose.last);
       continue;
+    }
+    GroupOffer offer;
+    if (header.type == Type::group && read_group_offer(payload, offer)) (void)group.offered(offer);
+    FragmentHeader fragment;
+    if (header.type == Type::fragment && read_fragment_header(payload, fragment)) {
+      const size_t room = kBudget - std::min(kBudget, group.held_bytes());
+      if (group.fragment(fragment, payload.subspan(kFragmentHeaderBytes), room) ==
+          CarouselReceiver::Outcome::corrupt)
+        group = CarouselReceiver(kFragmentBytes);
+      while (const auto message = group.take()) FIRE3DV_ASSERT(message->size() <= kBudget);
+      FIRE3DV_ASSERT(group.held_bytes() <= kBudget);
     }
     const size_t held = session.receiver().held_bytes();
     const auto outcome = session.control(header, payload, kBudget - std::min(kBudget, held), now);

@@ -24,3 +24,8 @@ fire3dv_test(transport_shm_model_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transpor
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_shm_steps_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/shm_steps_test.cpp
              LINK fire3dv_transport LABELS unit)
+fire3dv_test(transport_udp_mtu_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_mtu_test.cpp
+             LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)
+fire3dv_test(transport_udp_group_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_group_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/link_local_test.cpp
+                     ${CMAKE_CURRENT_LIST_DIR}/transport/own_network.cpp
+             LINK fire3dv_transport fire3dv_certificates LABELS unit)

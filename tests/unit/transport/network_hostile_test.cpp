@@ -168,6 +168,86 @@ TEST(TcpHostile, APublisherOutlivesAServerThatAnswersNonsense) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
+// Greeting costs a stranger nothing, so a place that is held in silence is lent.
+TEST(Hostile, PlacesThatAreHeldInSilenceGoToThoseWhoSpeak) {
+  ListenerOptions two;
+  two.max_peers = 2;
+  Victim tcp(kTcp, two), udp(kUdp, two);
+  RawSocket silent = let_in(tcp);
+  RawSocket stranger(udp.listener.link->uri(), SOCK_DGRAM);
+  stranger.send(udp::write_hello(7, 0));
+  const auto cookie = stranger.receive();
+  stranger.send(udp::write_hello(7, *udp::read_number(std::span(cookie).subspan(udp::kHeaderBytes))));
+  ASSERT_TRUE(udp.listener.poll_until([&] { return udp.listener.count(Kind::connected) == 2; }));
+  udp.strangers_let_in = 1;
+  for (Victim* victim : {&tcp, &udp}) {
+    auto honest = must_open_publisher(victim->listener.link->uri());
+    ASSERT_TRUE(honest->set_description(bytes_of("honest")));
+    ASSERT_TRUE(victim->listener.poll_until([&] { return victim->listener.saw(Kind::control, "honest"); }));
+    EXPECT_TRUE(victim->listener.saw_part(Kind::disconnected, "its place was needed"));
+    EXPECT_EQ(victim->listener.link->stats().rejected_by_cause[static_cast<size_t>(Cause::silent)], 1u);
+    // Two who speak keep their places.
+    auto third = must_open_publisher(victim->listener.link->uri());
+    ASSERT_TRUE(victim->listener.poll_until([&] { return !third->problem().empty(); }));
+    EXPECT_NE(third->problem().find("as many publishers as it allows"), std::string::npos);
+    victim->expect_alive();
+  }
+}
+
+// A server that was taken for a renderer: what it sends may cost its own connection, and no memory.
+TEST(TcpHostile, RepliesWithoutMeasureEndThatConnection) {
+  const UniqueFd server(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  ASSERT_EQ(::bind(server.get(), reinterpret_cast<sockaddr*>(&address), length), 0);
+  ASSERT_EQ(::listen(server.get(), 5), 0);
+  ASSERT_EQ(::getsockname(server.get(), reinterpret_cast<sockaddr*>(&address), &length), 0);
+  auto publisher = must_open_publisher("tcp://127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+  const auto reply = [&](const auto& say) {
+    const UniqueFd connection(::accept(server.get(), nullptr, nullptr));
+    const auto preface = tcp::write_preface({});
+    ::send(connection.get(), preface.data(), preface.size(), MSG_NOSIGNAL);
+    say(connection.get());
+    std::byte byte;  // the publisher's own bytes, and then the end
+    while (::recv(connection.get(), &byte, 1, 0) > 0) {
+    }
+  };
+  reply([](int fd) {  // more than is kept of one reply
+    const auto header = tcp::write_frame_header(tcp::FrameKind::control, 200u << 20);
+    ::send(fd, header.data(), header.size(), MSG_NOSIGNAL);
+    const std::vector<std::byte> some(1 << 20);
+    for (int i = 0; i < 200; ++i)
+      if (::send(fd, some.data(), some.size(), MSG_NOSIGNAL) < 0) return;
+  });
+  reply([](int fd) {
+    const auto header = tcp::write_frame_header(tcp::FrameKind::control, UINT32_MAX);
+    ::send(fd, header.data(), header.size(), MSG_NOSIGNAL);
+  });
+  const LinkStats stats = publisher->stats();
+  EXPECT_EQ(stats.rejected_by_cause[static_cast<size_t>(Cause::no_memory)], 1u);
+  EXPECT_EQ(stats.rejected_by_cause[static_cast<size_t>(Cause::oversize)], 1u);
+}
+
+// Many whole replies that nobody reads: the oldest go.
+TEST(TcpHostile, UnreadRepliesAreBoundedInBytes) {
+  Listener listener(kTcp);
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+  const std::vector<std::byte> large(3 << 20);
+  for (uint64_t sent = 1; sent <= 30; ++sent) {  // one at a time: a listener does not keep 90 MiB of replies
+    listener.link->send(listener.peer(), large);
+    ASSERT_TRUE(listener.poll_until([&] { return publisher->stats().messages_received == sent; }));
+  }
+  EXPECT_EQ(publisher->stats().rejected_by_cause[static_cast<size_t>(Cause::unread)], 30u - 21u);
+  std::vector<std::byte> message;
+  size_t kept = 0;
+  while (publisher->poll(message)) ++kept;
+  EXPECT_EQ(kept, 21u) << "64 MiB";
+}
+
 TEST(UdpHostile, RandomDatagrams) {
   Victim victim(kUdp);
   RawSocket stranger(victim.listener.link->uri(), SOCK_DGRAM);

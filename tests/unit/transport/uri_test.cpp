@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "protocol/transport/address.h"
+
 namespace fire3dv::transport {
 namespace {
 
@@ -25,6 +27,19 @@ TEST(Uri, HostAndPort) {
   EXPECT_EQ(udp->host, "fe80::1%eth0");
   EXPECT_EQ(udp->port, 65535);
   EXPECT_EQ(parse_uri("tcp://localhost:0")->port, 0);
+}
+
+TEST(Uri, OptionsOfUdp) {
+  const auto uri = parse_uri("udp://239.1.2.3:7345?mtu=8952&ttl=4&interface=eth0.7");
+  ASSERT_TRUE(uri.ok()) << uri.error().message;
+  EXPECT_EQ(uri->host, "239.1.2.3");
+  EXPECT_EQ(uri->port, 7345);
+  EXPECT_EQ(uri->mtu, 8952);
+  EXPECT_EQ(uri->ttl, 4);
+  EXPECT_EQ(uri->interface, "eth0.7");
+  EXPECT_EQ(parse_uri("udp://[ff15::1]:1?mtu=576")->mtu, 576);
+  for (const char* text : {"udp://[ff15::1%lo]:1?ttl=255", "udp://a:1?mtu=9000", "udp://a:0"})
+    EXPECT_EQ(uri_text(*parse_uri(text)), text);
 }
 
 TEST(Uri, EveryRefusalNamesTheUriAndTheForms) {
@@ -52,6 +67,21 @@ TEST(Uri, EveryRefusalNamesTheUriAndTheForms) {
                                   std::string("udp://[::1]"),
                                   std::string("udp://[]:1"),
                                   std::string("tcp://a;b:1"),
+                                  std::string("tcp://a:1?mtu=1000"),
+                                  std::string("udp://a:1?"),
+                                  std::string("udp://a:1?mtu"),
+                                  std::string("udp://a:1?mtu="),
+                                  std::string("udp://a:1?mtu=575"),
+                                  std::string("udp://a:1?mtu=9001"),
+                                  std::string("udp://a:1?mtu=99999"),
+                                  std::string("udp://a:1?mtu=1000&mtu=1000"),
+                                  std::string("udp://a:1?mtu=1000&"),
+                                  std::string("udp://a:1?ttl=0"),
+                                  std::string("udp://a:1?ttl=256"),
+                                  std::string("udp://a:1?interface="),
+                                  std::string("udp://a:1?interface=a/b"),
+                                  std::string("udp://a:1?interface=0123456789abcdef"),
+                                  std::string("udp://a:1?\x1b[2J=1"),
                                   nul,
                                   "tcp://" + std::string(600, 'a') + ":1",
                                   std::string("\x1b[2J://x")}) {

@@ -84,7 +84,8 @@ typedef struct fire3dv_status {
 /* Version of the library, "0.1.0". Static storage. */
 FIRE3DV_API const char *fire3dv_version(void);
 
-/* Opens a link: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT", "udp://HOST:PORT". Succeeds whether or not a renderer is there.
+/* Opens a link: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT", "udp://HOST:PORT" (HOST may be a multicast group;
+ * "?mtu=N" behind it sets the longest datagram). Succeeds whether or not a renderer is there.
  * options may be NULL. Returns NULL on error. */
 FIRE3DV_API fire3dv_stream *fire3dv_open(const char *uri, const fire3dv_options *options);
 

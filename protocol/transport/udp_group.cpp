@@ -1,0 +1,168 @@
+#include "protocol/transport/udp_group.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "protocol/transport/byte_order.h"
+
+namespace fire3dv::transport::udp {
+namespace {
+
+constexpr size_t kMostRepeatedBytes = 4 << 20;
+// A piece costs more than its bytes.
+constexpr size_t cost_of(size_t piece_bytes) {
+  return piece_bytes + 128;
+}
+
+}  // namespace
+
+void write_group_offer(std::byte* to, const GroupOffer& offer) {
+  put_le<uint32_t>(to, offer.description);
+  put_le<uint32_t>(to + 4, offer.first);
+  put_le<uint32_t>(to + 8, offer.last);
+  put_le<uint16_t>(to + 12, offer.datagram_bytes);
+  put_le<uint16_t>(to + 14, 0);
+}
+
+bool read_group_offer(std::span<const std::byte> payload, GroupOffer& offer) {
+  if (payload.size() < kGroupOfferBytes) return false;
+  offer.description = get_le<uint32_t>(payload.data());
+  offer.first = get_le<uint32_t>(payload.data() + 4);
+  offer.last = get_le<uint32_t>(payload.data() + 8);
+  offer.datagram_bytes = get_le<uint16_t>(payload.data() + 12);
+  return offer.datagram_bytes >= kLeastDatagramBytes && offer.datagram_bytes <= kMaxDatagramBytes &&
+         offer.first > offer.description && offer.last >= offer.first - 1 &&
+         offer.last - (offer.first - 1) <= kMostGroupMessages;
+}
+
+// --- the sender
+
+Carousel::Carousel(size_t datagram_bytes)
+    : datagram_bytes_(datagram_bytes), piece_bytes_(fragment_bytes_of(datagram_bytes)) {}
+
+Carousel::Message Carousel::cut(ControlSender::Prepared message) {
+  Message cut;
+  cut.header.message = ++last_number_;
+  cut.header.count = fragments_of(message.bytes->size(), piece_bytes_);
+  cut.header.message_bytes = static_cast<uint32_t>(message.bytes->size());
+  cut.header.hash = message.hash;
+  cut.bytes = std::move(message.bytes);
+  return cut;
+}
+
+void Carousel::describe(ControlSender::Prepared description) {
+  messages_.clear();
+  bytes_ = 0;
+  messages_.push_back(cut(std::move(description)));
+  start_round();
+}
+
+bool Carousel::add(ControlSender::Prepared message) {
+  if (messages_.empty()) return true;  // nothing that it could follow, and nobody who would be shown it
+  bytes_ += message.bytes->size();
+  messages_.push_back(cut(std::move(message)));
+  news_ = true;
+  bool all_kept = true;
+  while (messages_.size() > 2 && (bytes_ > kMostRepeatedBytes || messages_.size() > kMostGroupMessages)) {
+    bytes_ -= messages_[1].bytes->size();
+    messages_.erase(messages_.begin() + 1);
+    if (at_message_ == 1) at_piece_ = 0;
+    if (at_message_ > 1) --at_message_;
+    all_kept = false;
+  }
+  return all_kept;
+}
+
+GroupOffer Carousel::offer() const {
+  GroupOffer offer;
+  offer.datagram_bytes = static_cast<uint16_t>(datagram_bytes_);
+  if (messages_.empty()) return offer;
+  offer.description = messages_.front().header.message;
+  offer.last = messages_.back().header.message;
+  offer.first = messages_.size() > 1 ? messages_[1].header.message : offer.last + 1;
+  return offer;
+}
+
+std::optional<ControlSender::Fragment> Carousel::next() {
+  if (round_is_over()) return {};
+  const Message& message = messages_[at_message_];
+  ControlSender::Fragment fragment{message.header, {}};
+  fragment.header.index = at_piece_;
+  fragment.data =
+      std::span<const std::byte>(*message.bytes)
+          .subspan(size_t{at_piece_} * piece_bytes_, fragment_size(fragment.header, piece_bytes_));
+  if (++at_piece_ == message.header.count) {
+    at_piece_ = 0;
+    ++at_message_;
+  }
+  return fragment;
+}
+
+void Carousel::start_round() {
+  at_message_ = 0;
+  at_piece_ = 0;
+  news_ = true;
+}
+
+// --- the receiver
+
+void CarouselReceiver::forget_before(uint32_t number) {
+  while (!building_.empty() && building_.begin()->first < number) {
+    for (const auto& [index, piece] : building_.begin()->second.pieces) held_bytes_ -= cost_of(piece.size());
+    building_.erase(building_.begin());
+  }
+}
+
+uint32_t CarouselReceiver::offered(const GroupOffer& offer) {
+  if (offer.description == 0 || offer.description < description_) return 0;  // of before, late on its way
+  if (offer.description > description_) {  // it replaces all that went before
+    description_ = offer.description;
+    next_ = std::max(next_, description_);
+    forget_before(next_);
+  }
+  // The description itself is repeated for ever; what follows it may be gone by now.
+  if (!described() || next_ >= offer.first) return 0;
+  const uint32_t gone = offer.first - next_;
+  next_ = offer.first;
+  forget_before(next_);
+  return gone;
+}
+
+CarouselReceiver::Outcome CarouselReceiver::fragment(const FragmentHeader& header,
+                                                     std::span<const std::byte> data, size_t budget) {
+  if (description_ == 0) return Outcome::ignored;
+  if (header.message < next_) return Outcome::kept;  // the carousel brings it round again and again
+  if (header.message - next_ > 2 * kMostGroupMessages) return Outcome::ignored;
+  if (header.message_bytes > kMaxControlBytes ||
+      header.count != fragments_of(header.message_bytes, piece_bytes_) || header.index >= header.count ||
+      data.size() != fragment_size(header, piece_bytes_))
+    return Outcome::corrupt;
+  const auto known = building_.find(header.message);
+  if (known != building_.end()) {
+    const FragmentHeader& before = known->second.header;
+    if (header.message_bytes != before.message_bytes || header.hash != before.hash) return Outcome::corrupt;
+    if (known->second.pieces.contains(header.index)) return Outcome::kept;
+  }
+  if (cost_of(data.size()) > budget) return Outcome::ignored;
+  Building& building = known != building_.end() ? known->second : building_[header.message];
+  building.header = header;
+  building.pieces.emplace(header.index, std::vector<std::byte>(data.begin(), data.end()));
+  held_bytes_ += cost_of(data.size());
+  if (building.pieces.size() < header.count) return Outcome::kept;
+  uint64_t hash = kFnvBasis;
+  for (const auto& [index, piece] : building.pieces) hash = fnv1a_64(piece, hash);
+  return hash == header.hash ? Outcome::kept : Outcome::corrupt;
+}
+
+std::optional<std::vector<std::byte>> CarouselReceiver::take() {
+  const auto found = building_.find(next_);
+  if (found == building_.end() || found->second.pieces.size() < found->second.header.count) return {};
+  std::vector<std::byte> message;
+  message.reserve(found->second.header.message_bytes);
+  for (const auto& [index, piece] : found->second.pieces)
+    message.insert(message.end(), piece.begin(), piece.end());
+  forget_before(++next_);
+  return message;
+}
+
+}  // namespace fire3dv::transport::udp

@@ -1,0 +1,227 @@
+#include "renderer/app/renderer_metrics.h"
+
+#include <utility>
+
+#include "protocol/transport/clock.h"
+#include "renderer/app/version.h"
+#include "renderer/metrics/process_use.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr int64_t kTellEveryNs = 100 * transport::kMillisecondNs;
+
+const char* name_of(state::Condition condition) {
+  switch (condition) {
+    case state::Condition::live:
+      return "live";
+    case state::Condition::late:
+      return "late";
+    case state::Condition::lost:
+      return "lost";
+  }
+  return "";
+}
+
+const char* name_of(state::ClockOffset::Source source) {
+  switch (source) {
+    case state::ClockOffset::Source::none:
+      return "none";
+    case state::ClockOffset::Source::one_way:
+      return "one_way";
+    case state::ClockOffset::Source::round_trip:
+      return "round_trip";
+    case state::ClockOffset::Source::same_clock:
+      return "same_clock";
+  }
+  return "";
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RendererMetrics>> RendererMetrics::open(const std::string& at, bool insecure) {
+  std::unique_ptr<RendererMetrics> self(new RendererMetrics);
+  auto server = metrics::HttpServer::open(
+      at, insecure, [raw = self.get()](metrics::Exposition& page) { raw->write_page(page); });
+  if (!server) return server.error();
+  self->server_ = std::move(*server);
+  return self;
+}
+
+void RendererMetrics::drawn(const std::vector<state::FrameTag>& shown, const StreamIntake& intake,
+                            const FrameCost& cost) {
+  const int64_t now_ns = transport::monotonic_ns();
+  if (gathered_.images > 0) gathered_.interval.add(cost.frame_ms * 1e-3);
+  gathered_.cpu.add(cost.cpu_ms * 1e-3);
+  ++gathered_.images;
+  for (const state::FrameTag& tag : shown) {
+    Drawn& drawn = drawn_of_epoch_[tag.epoch];
+    if (std::exchange(drawn.sequence, tag.sequence) == tag.sequence) continue;  // again the same
+    drawn.epoch = tag.epoch;
+    ++drawn.frames;
+    const std::optional<int64_t> published_ns = intake.published_ns(tag.epoch, tag.publish_time_ns);
+    drawn.is_published_known = published_ns.has_value();
+    if (!published_ns) continue;
+    drawn.published_ns = *published_ns;
+    drawn.latency.add(static_cast<double>(now_ns - *published_ns) * 1e-9);
+  }
+}
+
+void RendererMetrics::add(const gpu::FrameTimes& times) {
+  gathered_.gpu.add(times.total_ms * 1e-3);
+  for (const gpu::PassTime& time : times.passes) {
+    PassNumbers& pass = gathered_.passes[time.name];
+    pass.aside = time.aside;
+    ++pass.count;
+    pass.sum_s += time.milliseconds * 1e-3;
+  }
+}
+
+void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& poses) {
+  const int64_t now_ns = transport::monotonic_ns();
+  if (now_ns < next_ns_) return;
+  next_ns_ = now_ns + kTellEveryNs;
+  gathered_.taken_ns = now_ns;
+  gathered_.links = intake.links();
+  gathered_.refusals = intake.refusals();
+  gathered_.streams.clear();
+  std::map<uint64_t, Drawn> still_there;  // what was counted of streams that have ended goes
+  for (StreamIntake::Report& report : intake.report()) {
+    const state::Stream& stream = poses.streams()[report.id];
+    StreamNumbers numbers;
+    numbers.drawn = still_there[stream.epoch] = drawn_of_epoch_[stream.epoch];
+    numbers.name = stream.name;
+    numbers.condition = stream.condition;
+    numbers.nodes = stream.scene_node_of_pose.size();
+    numbers.unmatched = stream.unmatched_names.size();
+    numbers.conflicting = stream.conflicting_names.size();
+    numbers.received = stream.frames_received;
+    numbers.incomplete = stream.frames_incomplete;
+    numbers.stale = stream.frames_stale;
+    numbers.refused = stream.frames_refused;
+    numbers.report = std::move(report);
+    gathered_.streams.push_back(std::move(numbers));
+  }
+  drawn_of_epoch_.swap(still_there);
+  auto told = std::make_shared<const Numbers>(gathered_);
+  const std::lock_guard lock(mutex_);
+  told_.swap(told);
+}
+
+// --- the server's thread
+
+void RendererMetrics::write_page(metrics::Exposition& page) const {
+  std::shared_ptr<const Numbers> numbers;
+  {
+    const std::lock_guard lock(mutex_);
+    numbers = told_;
+  }
+  page.family("fire3dv_build_info", "gauge", "The program's version.");
+  page.sample({{"version", kVersion}}, uint64_t{1});
+  metrics::write_process_use(page);
+  if (!numbers) return;  // no image yet
+  const int64_t now_ns = transport::monotonic_ns();
+  page.family("fire3dv_snapshot_age_seconds", "gauge",
+              "How old the numbers on this page are: large when the renderer stands still.");
+  page.sample({}, static_cast<double>(now_ns - numbers->taken_ns) * 1e-9);
+  write_images(page, *numbers);
+  write_links(page, *numbers);
+  write_streams(page, *numbers, now_ns);
+}
+
+void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& numbers) {
+  page.family("fire3dv_images_total", "counter", "Images drawn.");
+  page.sample({}, numbers.images);
+  page.family("fire3dv_image_interval_seconds", "histogram", "From one image to the next.");
+  page.histogram({}, numbers.interval);
+  page.family("fire3dv_image_cpu_seconds", "histogram", "Spent on recording and submitting an image.");
+  page.histogram({}, numbers.cpu);
+  page.family("fire3dv_image_gpu_seconds", "histogram", "From the first pass of an image to its last.");
+  page.histogram({}, numbers.gpu);
+  page.family("fire3dv_pass_gpu_seconds", "summary",
+              "Spent on each pass; passes on the side queue run beside others.");
+  for (const auto& [name, pass] : numbers.passes)
+    page.summary({{"pass", name}, {"queue", pass.aside ? "side" : "main"}}, pass.count, pass.sum_s);
+}
+
+void RendererMetrics::write_links(metrics::Exposition& page, const Numbers& numbers) {
+  const auto each = [&](const char* name, const char* type, const char* help, auto value) {
+    page.family(name, type, help);
+    for (const StreamIntake::LinkReport& link : numbers.links)
+      page.sample({{"listener", link.uri}}, uint64_t{value(link.stats)});
+  };
+  using Stats = transport::LinkStats;
+  each("fire3dv_listener_peers", "gauge", "Publishers that are connected.",
+       [](const Stats& stats) { return stats.peers; });
+  each("fire3dv_listener_messages_received_total", "counter", "Whole messages that came.",
+       [](const Stats& stats) { return stats.messages_received; });
+  each("fire3dv_listener_bytes_received_total", "counter", "Bytes that came, of whomever.",
+       [](const Stats& stats) { return stats.bytes_received; });
+  each("fire3dv_listener_bytes_sent_total", "counter", "Bytes of replies.",
+       [](const Stats& stats) { return stats.bytes_sent; });
+  each("fire3dv_listener_poses_dropped_total", "counter",
+       "Pose messages that a newer one replaced before they were looked at.",
+       [](const Stats& stats) { return stats.poses_dropped; });
+  page.family("fire3dv_listener_rejected_total", "counter",
+              "What came to a listener, or who came, and was turned away.");
+  for (const StreamIntake::LinkReport& link : numbers.links) {
+    for (size_t i = 0; i < transport::kCauseCount; ++i)
+      page.sample(
+          {{"listener", link.uri}, {"cause", transport::cause_name(static_cast<transport::Cause>(i))}},
+          link.stats.rejected_by_cause[i]);
+  }
+  page.family("fire3dv_messages_refused_total", "counter", "Whole messages that were turned away.");
+  for (size_t i = 0; i < kRefusalCount; ++i)
+    page.sample({{"cause", refusal_name(static_cast<Refusal>(i))}}, numbers.refusals[i]);
+}
+
+void RendererMetrics::write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns) {
+  // Names need not differ; the number does.
+  const auto each = [&](const char* name, const char* type, const char* help, auto write) {
+    page.family(name, type, help);
+    for (const StreamNumbers& stream : numbers.streams) write(std::to_string(stream.report.id), stream);
+  };
+  using Id = const std::string&;
+  using Of = const StreamNumbers&;
+  each("fire3dv_stream_info", "gauge",
+       "What a stream is called, where it comes from, how its clock is known.", [&](Id id, Of of) {
+         page.sample({{"stream", id},
+                      {"name", of.name},
+                      {"listener", of.report.listener},
+                      {"clock", name_of(of.report.clock)}},
+                     uint64_t{1});
+       });
+  each("fire3dv_stream_state", "gauge", "1 for what a stream is: live, late or lost.", [&](Id id, Of of) {
+    for (const auto condition : {state::Condition::live, state::Condition::late, state::Condition::lost})
+      page.sample({{"stream", id}, {"state", name_of(condition)}}, uint64_t{of.condition == condition});
+  });
+  each("fire3dv_stream_nodes", "gauge", "Nodes of a stream, and those of them that move nothing here.",
+       [&](Id id, Of of) {
+         page.sample({{"stream", id}, {"kind", "all"}}, of.nodes);
+         page.sample({{"stream", id}, {"kind", "unmatched"}}, of.unmatched);
+         page.sample({{"stream", id}, {"kind", "conflicting"}}, of.conflicting);
+       });
+  each("fire3dv_stream_frames_received_total", "counter", "Frames that came whole and new.",
+       [&](Id id, Of of) {
+         page.sample({{"stream", id}}, of.received);
+       });
+  each("fire3dv_stream_frames_shown_total", "counter", "Frames that an image shows.", [&](Id id, Of of) {
+    page.sample({{"stream", id}}, of.drawn.frames);
+  });
+  each("fire3dv_stream_frames_dropped_total", "counter", "Frames, or parts of them, that are not shown.",
+       [&](Id id, Of of) {
+         page.sample({{"stream", id}, {"cause", "incomplete"}}, of.incomplete);
+         page.sample({{"stream", id}, {"cause", "stale"}}, of.stale);
+         page.sample({{"stream", id}, {"cause", "refused"}}, of.refused);
+       });
+  each("fire3dv_stream_age_seconds", "gauge", "Since the shown frame was published.", [&](Id id, Of of) {
+    if (of.drawn.is_published_known)
+      page.sample({{"stream", id}}, static_cast<double>(now_ns - of.drawn.published_ns) * 1e-9);
+  });
+  each("fire3dv_stream_latency_seconds", "histogram",
+       "From a frame's publication to the submission of the first image that shows it.", [&](Id id, Of of) {
+         page.histogram({{"stream", id}}, of.drawn.latency);
+       });
+}
+
+}  // namespace fire3dv::app

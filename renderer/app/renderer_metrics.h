@@ -1,0 +1,77 @@
+// What a running renderer tells of itself at --metrics: links, streams, images, passes, memory. The frame
+// loop leaves numbers here a few times a second and waits for nobody; the server's thread makes text of them.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "renderer/app/frame_stats.h"
+#include "renderer/app/stream_intake.h"
+#include "renderer/metrics/http_server.h"
+
+namespace fire3dv::app {
+
+class RendererMetrics {
+ public:
+  // at: "HOST:PORT".
+  static Result<std::unique_ptr<RendererMetrics>> open(const std::string& at, bool insecure);
+  std::string address() const { return server_->address(); }
+
+  // --- the frame loop's thread
+  // An image was submitted that shows these frames.
+  void drawn(const std::vector<state::FrameTag>& shown, const StreamIntake& intake, const FrameCost& cost);
+  void add(const gpu::FrameTimes& times);
+  // Once an image: hands on what has come together, when the last time is long enough ago.
+  void tell(const StreamIntake& intake, const state::PoseState& poses);
+
+ private:
+  struct Drawn {
+    uint64_t epoch = 0;
+    uint64_t sequence = 0;  // the newest that an image shows
+    uint64_t frames = 0;
+    int64_t published_ns = 0;
+    bool is_published_known = false;
+    metrics::Histogram latency;
+  };
+  struct StreamNumbers {
+    StreamIntake::Report report;
+    Drawn drawn;
+    std::string name;
+    state::Condition condition{};
+    uint64_t nodes = 0, unmatched = 0, conflicting = 0;
+    uint64_t received = 0, incomplete = 0, stale = 0, refused = 0;
+  };
+  struct PassNumbers {
+    bool aside = false;
+    uint64_t count = 0;
+    double sum_s = 0;
+  };
+  struct Numbers {
+    int64_t taken_ns = 0;
+    uint64_t images = 0;
+    metrics::Histogram interval, cpu, gpu;
+    std::map<std::string, PassNumbers> passes;
+    std::vector<StreamIntake::LinkReport> links;
+    std::array<uint64_t, kRefusalCount> refusals{};
+    std::vector<StreamNumbers> streams;
+  };
+  RendererMetrics() = default;
+  void write_page(metrics::Exposition& page) const;  // the server's thread
+  static void write_images(metrics::Exposition& page, const Numbers& numbers);
+  static void write_links(metrics::Exposition& page, const Numbers& numbers);
+  static void write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns);
+
+  // The frame loop's thread alone.
+  Numbers gathered_;
+  std::map<uint64_t, Drawn> drawn_of_epoch_;
+  int64_t next_ns_ = 0;
+
+  mutable std::mutex mutex_;  // held to take or replace a pointer, never longer
+  std::shared_ptr<const Numbers> told_;
+  std::unique_ptr<metrics::HttpServer> server_;  // last: its thread ends before what it reads
+};
+
+}  // namespace fire3dv::app

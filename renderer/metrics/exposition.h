@@ -1,0 +1,55 @@
+// Numbers in the text format that Prometheus and its kin read (version 0.0.4): families of samples, each
+// with labels. What comes from outside reaches this text in label values alone, and is escaped there.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace fire3dv::metrics {
+
+// How often something took how long. Memory does not grow with what is counted.
+class Histogram {
+ public:
+  static constexpr std::array<double, 13> kUpperBounds_s = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
+                                                            0.1,    0.25,  0.5,    1,     2.5,  10};
+  void add(double seconds);
+
+  uint64_t count() const { return count_; }
+  double sum_s() const { return sum_s_; }
+  // Of all that took at most kUpperBounds_s[bound].
+  uint64_t count_up_to(size_t bound) const;
+
+ private:
+  std::array<uint64_t, kUpperBounds_s.size() + 1> buckets_{};
+  uint64_t count_ = 0;
+  double sum_s_ = 0;
+};
+
+class Exposition {
+ public:
+  using Label = std::pair<std::string_view, std::string_view>;
+  using Labels = std::span<const Label>;
+
+  // Begins a family: its samples follow. type: counter, gauge, histogram or summary.
+  void family(std::string_view name, std::string_view type, std::string_view help);
+  void sample(std::initializer_list<Label> labels, double value);
+  void sample(std::initializer_list<Label> labels, uint64_t value);
+  void histogram(std::initializer_list<Label> labels, const Histogram& histogram);
+  // Of a summary without quantiles.
+  void summary(std::initializer_list<Label> labels, uint64_t count, double sum);
+
+  const std::string& text() const { return text_; }
+
+ private:
+  void line(std::string_view suffix, Labels labels, const Label* more, std::string_view value);
+
+  std::string family_;
+  std::string text_;
+};
+
+}  // namespace fire3dv::metrics

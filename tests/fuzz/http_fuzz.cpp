@@ -1,0 +1,36 @@
+// A visitor's request, as it comes bit by bit: a whole request has one answer, whatever comes after it.
+#include <string_view>
+
+#include "protocol/error.h"
+#include "renderer/metrics/http_connection.h"
+#include "tests/fuzz/target.h"
+
+namespace fire3dv::fuzz {
+
+std::vector<Input> seeds() {
+  std::vector<Input> inputs;
+  for (const std::string_view text :
+       {"GET /metrics HTTP/1.1\r\nHost: localhost:9464\r\nAccept: text/plain;version=0.0.4\r\n\r\n",
+        "GET /metrics?x=1 HTTP/1.0\n\n", "POST /metrics HTTP/1.1\r\nContent-Length: 4\r\n\r\nbody",
+        "GET /other HTTP/1.0\r\n\r\n", "GET  HTTP/1.0\r\n\r\n", "GET /metrics HTTP/2.0\r\n\r\n"})
+    inputs.emplace_back(text.begin(), text.end());
+  return inputs;
+}
+
+}  // namespace fire3dv::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace fire3dv;
+  const std::string_view request(reinterpret_cast<const char*>(data), size);
+  const std::optional<int> judged = metrics::judge_request(request);
+  FIRE3DV_ASSERT(judged || size < metrics::kMostRequestBytes);
+  if (!judged) return 0;
+  FIRE3DV_ASSERT(*judged == 200 || (*judged >= 400 && *judged <= 505));
+  // The page is for who asked for it, and for nobody else.
+  const bool asked = request.starts_with("GET /metrics HTTP/1.") || request.starts_with("GET /metrics?");
+  FIRE3DV_ASSERT(*judged != 200 || asked);
+  const std::string response = metrics::write_response(*judged, "page\n");
+  FIRE3DV_ASSERT(response.starts_with("HTTP/1.0 " + std::to_string(*judged)) &&
+                 response.ends_with("page\n") == (*judged == 200));
+  return 0;
+}
