@@ -116,6 +116,18 @@ Result<Message> read(const fbs::Welcome& table, size_t message_bytes, const Deco
   return Message(std::move(result));
 }
 
+Result<Message> read(const fbs::Status& table, size_t message_bytes, const DecodeLimits& limits) {
+  Status result;
+  result.epoch = table.epoch();
+  result.message = view(table.message());
+  const Result<void> names = read_names("Status.contested_names", table.contested_names(), message_bytes,
+                                        limits, result.contested_names);
+  if (!names.ok()) return names.error();
+  const Result<void> good = check(result, limits);
+  if (!good.ok()) return good.error();
+  return Message(std::move(result));
+}
+
 // Of another major: the shared fields alone.
 Result<Message> read_shared(const fbs::AnyDescription& table, const DecodeLimits& limits) {
   StreamDescription result;
@@ -196,7 +208,7 @@ Result<Message> Decoder::Impl::read_message() {
     if (!message || !message->body())
       return Error{"Welcome is damaged: its fields point outside the message"};
     if (message->body()->protocol_major() != kProtocolMajor) return read_shared(*message->body());
-  } else if (type > fbs::Body::MAX) {
+  } else if (type > fbs::Body::MAX || (type != fbs::Body::NONE && *fbs::EnumNameBody(type) == '\0')) {
     return Message(UnknownMessage{any->body_type()});
   }
 
@@ -226,6 +238,8 @@ Result<Message> Decoder::Impl::read_message() {
     }
     case fbs::Body::Goodbye:
       return Message(Goodbye{message->body_as_Goodbye()->epoch()});
+    case fbs::Body::Status:
+      return read(*message->body_as_Status(), size_, limits);
     case fbs::Body::NONE:
       break;
   }

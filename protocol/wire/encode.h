@@ -18,6 +18,7 @@ Bytes encode(const Ack& ack);
 Bytes encode(const Ping& ping);
 Bytes encode(const Pong& pong);
 Bytes encode(const Goodbye& goodbye);
+Bytes encode(const Status& status);
 // For tests and recordings; a publisher uses PoseFrameEncoder.
 Bytes encode(const PoseFrameView& frame);
 

@@ -65,14 +65,15 @@ class Simulator {
     const fire3dv_status status = stream_.poll();
     std::printf(
         "%s calls=%llu published=%llu sequence=%llu acked=%llu dropped=%llu renderers=%u welcome=%d "
-        "unmatched=%u "
+        "unmatched=%u conflicting=%u contested=%u "
         "epoch=%016llx message=%s\n",
         word, static_cast<unsigned long long>(published_),
         static_cast<unsigned long long>(status.frames_published),
         static_cast<unsigned long long>(status.sequence),
         static_cast<unsigned long long>(status.acked_sequence),
         static_cast<unsigned long long>(status.frames_dropped), status.renderers, status.welcome,
-        status.unmatched_names, static_cast<unsigned long long>(status.epoch), status.welcome_message);
+        status.unmatched_names, status.conflicting_names, status.contested_names,
+        static_cast<unsigned long long>(status.epoch), status.welcome_message);
     std::fflush(stdout);
   }
 
