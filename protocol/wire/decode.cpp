@@ -224,6 +224,8 @@ Result<Message> Decoder::Impl::read_message() {
       return read(*message->body_as_PoseFrame(), limits);
     case fbs::Body::Welcome:
       return read(*message->body_as_Welcome(), size_, limits);
+    case fbs::Body::Status:
+      return read(*message->body_as_Status(), size_, limits);
     case fbs::Body::Ack: {
       const fbs::Ack& ack = *message->body_as_Ack();
       return Message(Ack{ack.epoch(), ack.sequence()});
@@ -238,8 +240,6 @@ Result<Message> Decoder::Impl::read_message() {
     }
     case fbs::Body::Goodbye:
       return Message(Goodbye{message->body_as_Goodbye()->epoch()});
-    case fbs::Body::Status:
-      return read(*message->body_as_Status(), size_, limits);
     case fbs::Body::NONE:
       break;
   }

@@ -14,11 +14,11 @@ using Bytes = std::vector<std::byte>;
 
 Bytes encode(const StreamDescription& description);
 Bytes encode(const Welcome& welcome);
+Bytes encode(const Status& status);
 Bytes encode(const Ack& ack);
 Bytes encode(const Ping& ping);
 Bytes encode(const Pong& pong);
 Bytes encode(const Goodbye& goodbye);
-Bytes encode(const Status& status);
 // For tests and recordings; a publisher uses PoseFrameEncoder.
 Bytes encode(const PoseFrameView& frame);
 

@@ -52,12 +52,13 @@ struct Stream {
   uint64_t revision = 0;  // +1 whenever poses change; never goes back, even for another stream here
   std::vector<std::string> unmatched_names;
   std::vector<std::string> conflicting_names;
-  std::vector<std::string> contested_names;  // of those it drives: what a later stream asks for too
-  Condition condition = Condition::live;     // as of the last advance(); a picture that is held is not alive
-  uint64_t frames_received = 0;              // whole frames that were shown
-  uint64_t frames_incomplete = 0;  // frames that a newer one overtook before all their parts had come
-  uint64_t frames_stale = 0;       // pushes of another epoch, not newer than the shown frame, or repeated
-  uint64_t frames_refused = 0;     // pushes with a wrong node count, or that contradict their other parts
+  // Of those it drives, what a later stream asks for too.
+  std::vector<std::string> contested_names;
+  Condition condition = Condition::live;  // as of the last advance(); a picture that is held is not alive
+  uint64_t frames_received = 0;           // whole frames that were shown
+  uint64_t frames_incomplete = 0;         // frames that a newer one overtook before all their parts had come
+  uint64_t frames_stale = 0;    // pushes of another epoch, not newer than the shown frame, or repeated
+  uint64_t frames_refused = 0;  // pushes with a wrong node count, or that contradict their other parts
   std::vector<uint32_t> scene_node_of_pose;  // kNone = unmatched or conflicting
 };
 
