@@ -20,6 +20,8 @@ packages=(
   # the demo's video
   ffmpeg
 )
+# Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators, which is left out without.
+optional_packages=(libmujoco-dev)
 mesa_packages=(mesa-vulkan-drivers)
 
 say() { printf 'setup: %s\n' "$*"; }
@@ -65,6 +67,8 @@ mesa_is_new_enough() { # ray queries on lavapipe came with Mesa 24.1
 
 missing=()
 for package in "${packages[@]}" "$vma_package"; do installed "$package" || missing+=("$package"); done
+known_to_apt() { apt-cache show "$1" >/dev/null 2>&1; }
+for package in "${optional_packages[@]}"; do installed "$package" || ! known_to_apt "$package" || missing+=("$package"); done
 mesa_missing=0
 mesa_is_new_enough || mesa_missing=1
 
@@ -120,6 +124,9 @@ if [ -n "$vma_from" ] && ! installed "$vma_package"; then
   add_source "$vma_from"
 fi
 apt_update
+for package in "${optional_packages[@]}"; do
+  installed "$package" || [[ " ${missing[*]:-} " == *" $package "* ]] || ! known_to_apt "$package" || missing+=("$package")
+done
 # --no-install-recommends: a machine for rendering needs no desktop.
 [ ${#missing[@]} -eq 0 ] || apt install -y --no-install-recommends "${missing[@]}"
 if [ $mesa_missing -eq 1 ]; then

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "examples/bullet_arm/random.h"
+#include "examples/common/random.h"
 
 namespace bullet_arm {
 namespace {
+
+using examples::Random;
 
 constexpr std::array<const char*, 6> kPlastics = {"plastic_red",   "plastic_blue", "plastic_yellow",
                                                   "plastic_green", "plastic_teal", "plastic_violet"};

@@ -4,11 +4,14 @@
 #include <cstdio>
 #include <thread>
 
-#include "examples/bullet_arm/publisher.h"
-#include "examples/bullet_arm/report.h"
+#include "examples/common/frames.h"
+#include "examples/common/publisher.h"
+#include "examples/common/report.h"
 
 namespace bullet_arm {
 namespace {
+
+using examples::Clock;
 
 int fail(const std::string& sentence) {
   std::fprintf(stderr, "bullet_arm: %s\n", sentence.c_str());
@@ -18,16 +21,20 @@ int fail(const std::string& sentence) {
 }  // namespace
 
 int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, const std::atomic<bool>& stop) {
-  Publisher publisher;
-  if (const auto error = publisher.open(
-          options.to, {options.key_file, options.tls_ca, options.tls_certificate, options.tls_key}))
+  examples::Publisher publisher;
+  if (const auto error =
+          publisher.open("bullet_arm", options.to,
+                         {options.key_file, options.tls_ca, options.tls_certificate, options.tls_key}))
     return fail(*error);
-  if (const auto error = publisher.describe(simulation->names(), options.rate_hz / options.publish_every,
-                                            options.write_scene)) {
-    return fail(*error);
-  }
+  fire3dv::Description description;
+  description.node_names = simulation->names();
+  description.world_from_stream.assign(examples::kWorldFromStream.begin(), examples::kWorldFromStream.end());
+  description.body_from_node = {examples::kBodyFromNode};
+  description.nominal_rate_hz = options.rate_hz / options.publish_every;
+  description.scene_uri = options.write_scene;
+  if (const auto error = publisher.describe(description)) return fail(*error);
 
-  Report report;
+  examples::Report report;
   PoseHash hash;
   const uint64_t frames_a_run = options.frame_count();
   const std::chrono::duration<double> period(1 / options.rate_hz);

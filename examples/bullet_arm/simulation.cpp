@@ -4,6 +4,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -16,42 +17,6 @@ namespace {
 // flies 1 cm in a step and is to be stopped at the floor, not below it; at 0.08 stale contacts begin to tip
 // the stack of cans.
 constexpr float kContactAhead = 0.05f;
-
-// A prism instead of btCylinderShape: between polyhedra Bullet finds a whole patch of contact at once, while
-// a true cylinder gets one point a step and a stack of them wobbles until it falls.
-std::unique_ptr<btConvexHullShape> make_prism(float radius, float half_height) {
-  constexpr int kSides = 24;
-  auto prism = std::make_unique<btConvexHullShape>();
-  for (int i = 0; i < kSides; ++i) {
-    const float angle = 6.2831853f * static_cast<float>(i) / kSides;
-    for (float z : {-half_height, half_height}) {
-      prism->addPoint(btVector3(radius * std::cos(angle), radius * std::sin(angle), z), false);
-    }
-  }
-  prism->recalcLocalAabb();
-  return prism;
-}
-
-std::unique_ptr<btCollisionShape> make_shape(const Object& object) {
-  const Size& s = object.size;
-  std::unique_ptr<btPolyhedralConvexShape> shape;
-  switch (object.shape) {
-    case Shape::sphere:
-      return std::make_unique<btSphereShape>(s.x);  // its margin is its radius
-    case Shape::capsule:
-      return std::make_unique<btCapsuleShapeZ>(s.x, 2 * s.z);
-    case Shape::box:
-      shape = std::make_unique<btBoxShape>(btVector3(s.x, s.y, s.z));
-      break;
-    case Shape::cylinder:
-      shape = make_prism(s.x, s.z);
-      break;
-  }
-  // Bullet's default margin of 4 cm is as large as these objects. A hull's margin lies outside its points.
-  shape->setMargin(object.shape == Shape::cylinder ? 0.0f : 0.002f);
-  shape->initializePolyhedralFeatures();
-  return shape;
-}
 
 }  // namespace
 
@@ -73,7 +38,7 @@ struct Simulation::World {
   }
 
   btRigidBody* add(const Object& object) {
-    shapes.push_back(make_shape(object));
+    shapes.push_back(examples::make_shape(object));
     btCollisionShape* shape = shapes.back().get();
     btVector3 inertia(0, 0, 0);
     if (object.mass_kg > 0) shape->calculateLocalInertia(object.mass_kg, inertia);
@@ -144,11 +109,8 @@ void Simulation::read_poses() {
     const btTransform pose = i < kArmNames.size()
                                  ? world_->arm->stream_from_body(i)
                                  : world_->streamed[i - kArmNames.size()]->getWorldTransform();
-    float* out = poses_.data() + i * 12;
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 3; ++column) *out++ = static_cast<float>(pose.getBasis()[row][column]);
-      *out++ = static_cast<float>(pose.getOrigin()[row]);
-    }
+    const std::array<float, 12> row_major = examples::pose_of(pose);
+    std::copy(row_major.begin(), row_major.end(), poses_.begin() + static_cast<std::ptrdiff_t>(i * 12));
   }
 }
 

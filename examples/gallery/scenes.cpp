@@ -2,18 +2,18 @@
 
 #include <cmath>
 
-#include "examples/bullet_arm/glb_writer.h"
-#include "examples/bullet_arm/mesh.h"
+#include "examples/common/glb_writer.h"
+#include "examples/common/mesh.h"
 
 namespace gallery {
 namespace {
 
-using bullet_arm::GlbLight;
-using bullet_arm::GlbMaterial;
-using bullet_arm::GlbMatrix;
-using bullet_arm::GlbWriter;
-using bullet_arm::Mesh;
-using bullet_arm::Vec3;
+using examples::GlbLight;
+using examples::GlbMaterial;
+using examples::GlbMatrix;
+using examples::GlbWriter;
+using examples::Mesh;
+using examples::Vec3;
 
 // Shapes stand along Z and the scene along Y: a quarter turn about X, then one about Y, then to its place.
 GlbMatrix standing(Vec3 at, float turn_rad = 0) {
@@ -49,7 +49,7 @@ class Stage {
     writer_.add_node(node);
   }
   void ground(std::array<float, 3> color) {
-    shape("ground", bullet_arm::floor_mesh(30), {"ground", color, 0, 0.9f, {}, {}, {}, {}}, standing({}));
+    shape("ground", examples::floor_mesh(30), {"ground", color, 0, 0.9f, {}, {}, {}, {}}, standing({}));
   }
   SceneFile finish(const std::string& name) const {
     return {name + ".glb", writer_.finish(name, "FIRE-3DV gallery")};
@@ -60,7 +60,7 @@ class Stage {
 };
 
 Mesh ball(float radius) {
-  return bullet_arm::capsule_mesh(radius, 0, 96);
+  return examples::capsule_mesh(radius, 0, 96);
 }
 
 // Reflectances of the metals at normal incidence, linear; roughness as polished by hand.
@@ -91,7 +91,7 @@ SceneFile edges() {
   const GlbMaterial dark{"bar", {0.06f, 0.07f, 0.09f}, 0, 0.6f, {}, {}, {}, {}};
   for (int i = 0; i < 9; ++i) {
     const float turn = -0.7f + 0.175f * static_cast<float>(i);
-    stage.shape("bar_" + std::to_string(i), bullet_arm::box_mesh({0.6f, 0.012f, 0.012f}, 0.002f), dark,
+    stage.shape("bar_" + std::to_string(i), examples::box_mesh({0.6f, 0.012f, 0.012f}, 0.002f), dark,
                 standing({0.62f * std::cos(turn), 0.02f, -0.62f * std::sin(turn)}, turn));
   }
   const GlbMaterial red{"ball", {0.7f, 0.12f, 0.08f}, 0, 0.35f, {}, {}, {}, {}};
@@ -106,7 +106,7 @@ SceneFile two_lights() {
   stage.ground({0.6f, 0.6f, 0.6f});
   const GlbMaterial green{"post", {0.15f, 0.4f, 0.16f}, 0, 0.5f, {}, {}, {}, {}};
   const GlbMaterial gold{"ball", {1.000f, 0.782f, 0.344f}, 1, 0.3f, {}, {}, {}, {}};
-  stage.shape("post", bullet_arm::box_mesh({0.12f, 0.12f, 0.9f}, 0.02f), green, standing({0, 0.9f, 0}, 0.4f));
+  stage.shape("post", examples::box_mesh({0.12f, 0.12f, 0.9f}, 0.02f), green, standing({0, 0.9f, 0}, 0.4f));
   stage.shape("ball", ball(0.4f), gold, standing({1, 0.4f, 0.6f}));
   stage.light({"warm", "spot", {1, 0.8f, 0.6f}, 160, 0.35f, 0.5f}, {3, 4, 1}, {0, 0.2f, 0});
   stage.light({"cool", "point", {0.5f, 0.7f, 1}, 45}, {-3, 3, 1.5f}, {0, 0, 0});

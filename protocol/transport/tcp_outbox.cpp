@@ -1,7 +1,6 @@
 #include "protocol/transport/tcp_outbox.h"
 
 #include <sys/socket.h>
-#include <sys/uio.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -21,10 +20,6 @@ bool only_full(int error) {
   return error == EAGAIN || error == EWOULDBLOCK || error == EINTR || error == ENOBUFS;
 }
 
-iovec piece(std::span<const std::byte> bytes) {
-  return {const_cast<std::byte*>(bytes.data()), bytes.size()};
-}
-
 }  // namespace
 
 void Outbox::start_connection(Sealer* sealer) {
@@ -33,6 +28,7 @@ void Outbox::start_connection(Sealer* sealer) {
   at_ = 0;
   controls_.clear();
   control_bytes_ = 0;
+  has_pose_ = !pose_.empty();
 }
 
 void Outbox::keep_pose(const FrameHeader& header, const wire::MessagePieces& message) {
@@ -41,6 +37,7 @@ void Outbox::keep_pose(const FrameHeader& header, const wire::MessagePieces& mes
   append(pose_, message.head);
   append(pose_, message.body);
   has_pose_ = true;
+  pose_left_ = false;
 }
 
 SendOutcome Outbox::pose(int fd, const wire::MessagePieces& message, bool& overtook) {
@@ -50,39 +47,25 @@ SendOutcome Outbox::pose(int fd, const wire::MessagePieces& message, bool& overt
     pose_.reserve(total);
     bytes_.reserve(2 * total);
   }
-  overtook = has_pose_;
-  if (fd < 0 || waits_to_send()) {
-    keep_pose(header, message);
-    return SendOutcome::would_block;
-  }
-  if (sealer_ != nullptr) {
-    keep_pose(header, message);
-    return flush(fd);
-  }
-  iovec pieces[3] = {piece(header), piece(message.head), piece(message.body)};
-  msghdr gathered{};
-  gathered.msg_iov = pieces;
-  gathered.msg_iovlen = 3;
-  const ssize_t sent = ::sendmsg(fd, &gathered, MSG_DONTWAIT | MSG_NOSIGNAL);
+  overtook = has_pose_ && !pose_left_;
+  const bool must_wait = fd < 0 || waits_to_send();
+  keep_pose(header, message);
+  if (must_wait) return SendOutcome::would_block;
+  if (sealer_ != nullptr) return flush(fd);
+  const ssize_t sent = ::send(fd, pose_.data(), total, MSG_DONTWAIT | MSG_NOSIGNAL);
   if (sent == static_cast<ssize_t>(total)) {
     bytes_sent_ += total;
+    has_pose_ = false;
+    pose_left_ = true;
     return SendOutcome::done;
   }
-  if (sent <= 0) {
-    keep_pose(header, message);
-    return sent == 0 || only_full(errno) ? SendOutcome::would_block : SendOutcome::broken;
-  }
+  if (sent <= 0) return sent == 0 || only_full(errno) ? SendOutcome::would_block : SendOutcome::broken;
   // Partly sent: the rest has to follow, or the stream loses its place.
   bytes_sent_ += static_cast<uint64_t>(sent);
-  size_t skip = static_cast<size_t>(sent);
-  bytes_.clear();
+  has_pose_ = false;
+  pose_left_ = true;
+  bytes_.assign(pose_.begin() + sent, pose_.end());
   at_ = 0;
-  for (const std::span<const std::byte> part :
-       {std::span<const std::byte>(header), message.head, message.body}) {
-    const size_t skipped = std::min(skip, part.size());
-    append(bytes_, part.subspan(skipped));
-    skip -= skipped;
-  }
   return SendOutcome::would_block;
 }
 
@@ -98,7 +81,8 @@ void Outbox::sealed(std::span<const std::byte> bytes) {
 }
 
 bool Outbox::drop_pose() {
-  return std::exchange(has_pose_, false);
+  pose_.clear();
+  return std::exchange(has_pose_, false) && !pose_left_;
 }
 
 // The next piece of the control message in front. Copied piece by piece: a description of tens of megabytes
@@ -134,8 +118,9 @@ bool Outbox::refill() {
   at_ = 0;
   if (!controls_.empty()) return take_from_control();
   has_pose_ = false;
+  pose_left_ = true;
   if (sealer_ != nullptr) return sealer_->seal(pose_, bytes_);
-  std::swap(bytes_, pose_);
+  bytes_.assign(pose_.begin(), pose_.end());
   return true;
 }
 

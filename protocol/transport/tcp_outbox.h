@@ -25,7 +25,8 @@ class Sealer {
 
 class Outbox {
  public:
-  // Forgets what belonged to an earlier connection, but keeps the newest pose. sealer null: plain bytes.
+  // Forgets what belonged to an earlier connection, but for the newest pose: whoever is reached next gets it
+  // too, or a simulator that pauses, or waits in lockstep, would not be seen. sealer null: plain bytes.
   void start_connection(Sealer* sealer);
 
   // Sends at once when nothing waits before it; else it becomes the waiting pose. True in *overtook when
@@ -39,7 +40,7 @@ class Outbox {
   // Bytes of the sealer's own (handshake, alerts), before anything else.
   void sealed(std::span<const std::byte> bytes);
 
-  // Gives up the waiting pose; true when there was one.
+  // Gives up the newest pose; true when it waited and nobody has had it.
   bool drop_pose();
 
   bool waits_to_send() const { return at_ < bytes_.size() || !controls_.empty() || has_pose_; }
@@ -62,8 +63,9 @@ class Outbox {
   size_t at_ = 0;
   std::deque<Control> controls_;
   size_t control_bytes_ = 0;
-  std::vector<std::byte> pose_;  // the newest, framed
-  bool has_pose_ = false;
+  std::vector<std::byte> pose_;  // the newest, framed; kept when it was sent
+  bool has_pose_ = false;        // it waits to be sent
+  bool pose_left_ = false;       // it was sent, to this connection or to one before
   uint64_t bytes_sent_ = 0;
 };
 

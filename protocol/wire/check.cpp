@@ -158,6 +158,12 @@ Result<void> check(const Welcome& welcome, const DecodeLimits& limits) {
                       check_names("Welcome.conflicting_names", welcome.conflicting_names, limits)});
 }
 
+Result<void> check(const Status& status, const DecodeLimits& limits) {
+  if (status.epoch == 0) return Error{std::string("Status.") + kEpochIsZero};
+  return first_error({check_text("Status.message", status.message, limits.max_text_bytes),
+                      check_names("Status.contested_names", status.contested_names, limits)});
+}
+
 Result<void> check_text(std::string_view field, std::string_view text, size_t max_bytes) {
   if (text.size() > max_bytes) {
     return Error{std::string(field) + " has " + std::to_string(text.size()) + " bytes; at most " +

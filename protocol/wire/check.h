@@ -15,6 +15,7 @@
 namespace fire3dv::wire {
 
 Result<void> check(const StreamDescription& description, const DecodeLimits& limits);
+Result<void> check(const Status& status, const DecodeLimits& limits);
 Result<void> check(const PoseFrameView& frame, const DecodeLimits& limits);
 Result<void> check(const Welcome& welcome, const DecodeLimits& limits);
 

@@ -117,6 +117,18 @@ Result<Message> read(const fbs::Welcome& table, size_t message_bytes, const Deco
   return Message(std::move(result));
 }
 
+Result<Message> read(const fbs::Status& table, size_t message_bytes, const DecodeLimits& limits) {
+  Status result;
+  result.epoch = table.epoch();
+  result.message = view(table.message());
+  const Result<void> names = read_names("Status.contested_names", table.contested_names(), message_bytes,
+                                        limits, result.contested_names);
+  if (!names.ok()) return names.error();
+  const Result<void> good = check(result, limits);
+  if (!good.ok()) return good.error();
+  return Message(std::move(result));
+}
+
 // Of another major: the shared fields alone.
 Result<Message> read_shared(const fbs::AnyDescription& table, const DecodeLimits& limits) {
   StreamDescription result;
@@ -197,7 +209,7 @@ Result<Message> Decoder::Impl::read_message() {
     if (!message || !message->body())
       return Error{"Welcome is damaged: its fields point outside the message"};
     if (message->body()->protocol_major() != kProtocolMajor) return read_shared(*message->body());
-  } else if (type > fbs::Body::MAX) {
+  } else if (type > fbs::Body::MAX || (type != fbs::Body::NONE && *fbs::EnumNameBody(type) == '\0')) {
     return Message(UnknownMessage{any->body_type()});
   }
 
@@ -213,6 +225,8 @@ Result<Message> Decoder::Impl::read_message() {
       return read(*message->body_as_PoseFrame(), limits);
     case fbs::Body::Welcome:
       return read(*message->body_as_Welcome(), size_, limits);
+    case fbs::Body::Status:
+      return read(*message->body_as_Status(), size_, limits);
     case fbs::Body::Ack: {
       const fbs::Ack& ack = *message->body_as_Ack();
       return Message(Ack{ack.epoch(), ack.sequence()});

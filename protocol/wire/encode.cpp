@@ -153,6 +153,18 @@ Bytes encode(const Goodbye& goodbye) {
   return finish(builder, fbs::Body::Goodbye, table.Finish().Union());
 }
 
+Bytes encode(const Status& status) {
+  FlatBufferBuilder builder(1024);
+  builder.ForceDefaults(true);
+  const auto message = builder.CreateString(status.message);
+  const auto contested_names = add_strings(builder, status.contested_names);
+  fbs::StatusBuilder table(builder);
+  table.add_message(message);
+  table.add_contested_names(contested_names);
+  table.add_epoch(status.epoch);
+  return finish(builder, fbs::Body::Status, table.Finish().Union());
+}
+
 Bytes encode(const PoseFrameView& frame) {
   return build_pose_frame(frame);
 }

@@ -14,6 +14,7 @@ using Bytes = std::vector<std::byte>;
 
 Bytes encode(const StreamDescription& description);
 Bytes encode(const Welcome& welcome);
+Bytes encode(const Status& status);
 Bytes encode(const Ack& ack);
 Bytes encode(const Ping& ping);
 Bytes encode(const Pong& pong);

@@ -123,6 +123,15 @@ struct Goodbye {
   bool operator==(const Goodbye&) const = default;
 };
 
+// Renderer to adapter, whenever it changes: how the stream stands among others.
+struct Status {
+  uint64_t epoch = 0;  // of the stream that is told
+  std::vector<std::string>
+      contested_names;  // of its nodes, those that another stream asks for and does not get
+  std::string message;  // for people, one line
+  bool operator==(const Status&) const = default;
+};
+
 // A message of a kind that a later minor version added: well-formed, and to be ignored without a count or a
 // complaint.
 struct UnknownMessage {
@@ -131,6 +140,6 @@ struct UnknownMessage {
 };
 
 using Message =
-    std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, UnknownMessage>;
+    std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, Status, UnknownMessage>;
 
 }  // namespace fire3dv::wire

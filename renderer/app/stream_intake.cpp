@@ -256,6 +256,22 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
     accepted += "; another stream drives " + list_names(bound.conflicting_names);
   note(std::move(accepted));
   welcome(peer, stream);
+  tell_contests();
+}
+
+// Whoever drives a node that another stream asks for hears of it too: either of them may be the mistake.
+void StreamIntake::tell_contests() {
+  for (auto& [peer, stream] : stream_of_peer_) {
+    const std::vector<std::string>& contested = poses_.streams()[stream.id].contested_names;
+    if (contested == stream.contests_told) continue;
+    stream.contests_told = contested;
+    wire::Status status;
+    status.epoch = stream.epoch;
+    status.contested_names = first_names(contested);
+    status.message = contested.empty() ? "no other stream asks for its nodes any more"
+                                       : "another stream asks for nodes that this one drives and keeps";
+    reply(peer, wire::encode(status));
+  }
 }
 
 // The names travel as lists: the adapter's library makes a sentence of them.
@@ -283,6 +299,7 @@ void StreamIntake::end_stream(Peer peer, const std::string& reason) {
     note("stream \"" + stream.name + "\" now drives nodes that another stream has given back");
     welcome(other, stream);
   }
+  tell_contests();
 }
 
 void StreamIntake::acknowledge(const std::vector<state::FrameTag>& shown) {

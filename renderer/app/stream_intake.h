@@ -79,6 +79,7 @@ class StreamIntake {
     std::string name;
     uint64_t acked_sequence = 0;
     std::vector<std::string> conflicts_told;  // as of the last Welcome
+    std::vector<std::string> contests_told;   // as of the last Status
     bool interpolated = false;
     state::ClockOffset clock;
     uint64_t pings = 0;  // asked so far, which are their ids
@@ -92,6 +93,7 @@ class StreamIntake {
   void tell_conditions();
   void describe(Peer peer, const wire::StreamDescription& description);
   void welcome(Peer peer, PeerStream& stream);
+  void tell_contests();
   void end_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
   void reject(Peer peer, Refusal refusal, const std::string& reason);

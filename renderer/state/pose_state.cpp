@@ -66,11 +66,13 @@ void PoseState::rebind() {
   std::sort(by_age.begin(), by_age.end(),
             [this](StreamId a, StreamId b) { return wishes_[a].order < wishes_[b].order; });
 
+  std::vector<bool> contested(scene_.nodes.size());
   for (const StreamId id : by_age) {
     Stream& stream = streams_[id];
     const Wish& wish = wishes_[id];
     stream.unmatched_names.clear();
     stream.conflicting_names.clear();
+    stream.contested_names.clear();
     stream.scene_node_of_pose.assign(wish.names.size(), kNone);
     for (uint32_t pose = 0; pose < wish.names.size(); ++pose) {
       const uint32_t node = wish.node_of_pose[pose];
@@ -78,6 +80,11 @@ void PoseState::rebind() {
         stream.unmatched_names.push_back(wish.names[pose]);
       } else if (driver_stream_of_node_[node] != kNone) {
         stream.conflicting_names.push_back(wish.names[pose]);
+        // The driver is older and so was bound before; it hears of each node once, by its own name for it.
+        const StreamId driver = driver_stream_of_node_[node];
+        if (driver != id && !contested[node])
+          streams_[driver].contested_names.push_back(wishes_[driver].names[driver_pose_of_node_[node]]);
+        contested[node] = contested[node] || driver != id;
       } else {
         driver_stream_of_node_[node] = id;
         driver_pose_of_node_[node] = pose;

@@ -52,6 +52,8 @@ struct Stream {
   uint64_t revision = 0;  // +1 whenever poses change; never goes back, even for another stream here
   std::vector<std::string> unmatched_names;
   std::vector<std::string> conflicting_names;
+  // Of those it drives, what a later stream asks for too.
+  std::vector<std::string> contested_names;
   Condition condition = Condition::live;  // as of the last advance(); a picture that is held is not alive
   uint64_t frames_received = 0;           // whole frames that were shown
   uint64_t frames_incomplete = 0;         // frames that a newer one overtook before all their parts had come

@@ -99,6 +99,8 @@ std::vector<Case> cases_of_this_version() {
   add("ping", encode(Ping{7, 123456789}));
   add("pong", encode(Pong{7, 123456789, UINT64_MAX}));
   add("goodbye", encode(Goodbye{kEpoch}));
+  add("status-contested", encode(Status{kEpoch, {"Körper ~ 体", "arm"}, "another stream asks for them too"}));
+  add("status-none", encode(Status{kEpoch, {}, ""}));
   return result;
 }
 
@@ -242,6 +244,11 @@ std::vector<Case> refused_cases() {
   welcome.renderer_name = "";
   welcome.unmatched_names = {"a", "\x07"};
   add("welcome_unmatched_bell", encode(welcome), "Welcome.unmatched_names[1]");
+
+  add("status_epoch_zero", encode(Status{0, {"arm"}, ""}), "Status.epoch");
+  add("status_name_control_character", encode(Status{kEpoch, {"arm", "\x1b[2J"}, ""}),
+      "Status.contested_names[1]");
+  add("status_message_newline", encode(Status{kEpoch, {}, "line\nline"}), "Status.message");
   return result;
 }
 

@@ -84,6 +84,11 @@ Json to_json_of(const wire::Goodbye& m) {
   return {{"type", "Goodbye"}, {"epoch", m.epoch}};
 }
 
+Json to_json_of(const wire::Status& m) {
+  return {
+      {"type", "Status"}, {"epoch", m.epoch}, {"contested_names", m.contested_names}, {"message", m.message}};
+}
+
 Json to_json_of(const wire::UnknownMessage& m) {
   return {{"type", "UnknownMessage"}, {"body_type", m.body_type}};
 }
@@ -144,6 +149,13 @@ wire::Bytes encode_json(const Json& json) {
   if (type == "Ping") return wire::encode(wire::Ping{json.at("id"), json.at("sender_time_ns")});
   if (type == "Pong") {
     return wire::encode(wire::Pong{json.at("id"), json.at("ping_sender_time_ns"), json.at("answer_time_ns")});
+  }
+  if (type == "Status") {
+    wire::Status m;
+    json.at("epoch").get_to(m.epoch);
+    json.at("contested_names").get_to(m.contested_names);
+    json.at("message").get_to(m.message);
+    return wire::encode(m);
   }
   FIRE3DV_ASSERT(type == "Goodbye");
   return wire::encode(wire::Goodbye{json.at("epoch")});

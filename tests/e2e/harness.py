@@ -190,11 +190,17 @@ class Publisher(Program):
 
     def do(self, line):
         """Sends a line and returns the answer's fields."""
+        self.send(line)
+        return self.answer(line)
+
+    def send(self, line):
         try:
             self.process.stdin.write(line + "\n")
             self.process.stdin.flush()
         except BrokenPipeError:
             raise Failure(f"{self.name} ended:\n{self.stderr_text()}") from None
+
+    def answer(self, line):
         wanted = self.answers + 1
 
         def look():

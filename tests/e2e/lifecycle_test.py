@@ -150,11 +150,41 @@ def names(test, transport):
     check(status["welcome"] == 0 and "another stream drives" in status["message"] and "red" in status["message"],
           f"the second adapter hears: {status}")
     renderer.wait_err('stream "second".*another stream drives "red"')
+    check(status["conflicting"] == 1 and status["contested"] == 0, f"the second adapter hears: {status}")
+    status = first.wait_status("the first to hear who asks for its node", lambda s: s["contested"] == 1)
+    check(status["conflicting"] == 0 and "another asks for red" in status["message"], f"the first hears: {status}")
+    third = test.publisher(uris[-1], name="third", nodes=["red"]) if transport != "shm" else None
+    if third:
+        third.wait_welcome()
+        third.quit()
+        check(first.do("status")["contested"] == 1, "the second still asks")
+    first.do("stream 50")
     first.quit()
     second.wait_status("the node to be given to the second", lambda s: s["message"] == "accepted")
     second.do("stream 50")
     frame = renderer.wait_frame("the second alone", lambda f: len(f["streams"]) == 1 and shown(f, "second"))
     expect_square(renderer.picture(frame), "red", frame_place(frame, "second"), "the node that was given back")
+    renderer.stop()
+
+
+def two_frames(test, transport):
+    """Streams of different bases, units and origins in one scene: the squares are where a stream in metres has them."""
+    uris = [test.fresh_uri(transport)]
+    if transport == "shm":
+        uris.append(test.fresh_uri(transport))
+    renderer = test.renderer(listen=uris)
+    metres = test.publisher(uris[0], name="metres", nodes=["red"])
+    millimetres = test.publisher(uris[-1], name="millimetres", nodes=["--millimetres", "green", "blue"])
+    metres.do("stream 60")
+    millimetres.do("stream 90")
+    frame = renderer.wait_frame("both", lambda f: shown(f, "metres") and shown(f, "millimetres"))
+    picture = renderer.picture(frame)
+    expect_square(picture, "red", frame_place(frame, "metres"), "in metres, Y up")
+    for square in ("green", "blue"):
+        expect_square(picture, square, frame_place(frame, "millimetres"), "in millimetres, Z up")
+    millimetres.quit()
+    frame = renderer.wait_frame("metres alone", lambda f: not shown(f, "millimetres"), frame["frame"])
+    expect_square(renderer.picture(frame), "green", PLACE_AT_REST, "a node given back")
     renderer.stop()
 
 
@@ -211,7 +241,7 @@ def cases():
     result = {"any_no_listen": any_no_listen, "any_two_renderers": any_two_renderers,
               "any_all_transports": any_all_transports}
     for transport in TRANSPORTS:
-        for run in (renderer_first, adapter_first, adapter_rests, described_anew, two_adapters, names, no_adapter):
+        for run in (renderer_first, adapter_first, adapter_rests, described_anew, two_adapters, two_frames, names, no_adapter):
             result[f"{transport}_{run.__name__}"] = lambda test, t=transport, r=run: r(test, t)
         for run in (adapter_restarted, renderer_restarted):
             for kill in (False, True):

@@ -17,6 +17,7 @@ if(TARGET fire3dv)
     fire3dv_e2e_test(lifecycle_${transport} SCRIPT lifecycle_test.py PROGRAMS fire3dv e2e_publisher CASES ${transport})
     fire3dv_e2e_test(never_waits_${transport} SCRIPT never_waits_test.py PROGRAMS fire3dv e2e_publisher CASES ${transport})
     fire3dv_e2e_test(tags_${transport} SCRIPT tags_test.py PROGRAMS fire3dv e2e_publisher CASES ${transport})
+    fire3dv_e2e_test(lockstep_${transport} SCRIPT lockstep_test.py PROGRAMS fire3dv e2e_publisher CASES ${transport})
     if(TARGET bullet_arm)
       fire3dv_e2e_test(bullet_arm_lockstep_${transport} SCRIPT bullet_arm_lockstep_test.py PROGRAMS fire3dv bullet_arm
                        CASES ${transport})

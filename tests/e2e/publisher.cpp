@@ -2,13 +2,12 @@
 // line with one line that tells its status. The nodes are moved along x so that a picture of them tells the
 // frame's sequence.
 //
-//   publisher URI ADAPTER_NAME NODE...
-//     publish N     N frames, one after the other, without looking at the link in between
-//     lockstep N    N frames, each after a renderer has shown the one before
-//     stream HZ     frames at this rate until the next line
-//     status        nothing but the answer
-//     rest          describe the nodes anew: another epoch
-//     quit          end the stream in order (as does the end of the input)
+//   publisher URI ADAPTER_NAME [--millimetres] NODE...
+//     --millimetres the stream is Z up, in millimetres, about an origin of its own; the picture is to be the
+//     same publish N     N frames, one after the other, without looking at the link in between lockstep N N
+//     frames, each after a renderer has shown the one before stream HZ     frames at this rate until the next
+//     line status        nothing but the answer rest          describe the nodes anew: another epoch quit end
+//     the stream in order (as does the end of the input)
 #include <poll.h>
 #include <unistd.h>
 
@@ -35,21 +34,31 @@ float place_of(uint64_t sequence) {
   return kFirstPlace + kPlaceStep * static_cast<float>(sequence % kPlaces);
 }
 
+constexpr float kUnitsPerMetre = 1000, kOriginX = 12;  // of --millimetres
+
 class Simulator {
  public:
-  Simulator(const std::string& uri, const std::string& name, std::vector<std::string> nodes)
-      : stream_(uri, name), nodes_(std::move(nodes)) {
+  Simulator(const std::string& uri, const std::string& name, bool millimetres, std::vector<std::string> nodes)
+      : stream_(uri, name), millimetres_(millimetres), nodes_(std::move(nodes)) {
     describe();
   }
 
   void describe() {
-    stream_.describe(nodes_);
+    fire3dv::Description description;
+    description.node_names = nodes_;
+    if (millimetres_) {
+      description.world_from_stream = {0.001, 0, 0, kOriginX, 0, 0, 0.001, 0, 0, -0.001, 0, 0};
+      description.body_from_node = {
+          {kUnitsPerMetre, 0, 0, 0, 0, 0, -kUnitsPerMetre, 0, 0, kUnitsPerMetre, 0, 0}};
+    }
+    stream_.describe(description);
     sequence_ = 0;
   }
   void publish() {
     ++sequence_;
-    const std::vector<fire3dv::Pose> poses(nodes_.size(),
-                                           {1, 0, 0, place_of(sequence_), 0, 1, 0, 0, 0, 0, 1, 0});
+    const float place = place_of(sequence_);
+    const float x = millimetres_ ? (place - kOriginX) * kUnitsPerMetre : place;
+    const std::vector<fire3dv::Pose> poses(nodes_.size(), {1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0});
     stream_.publish(sequence_ * kSimStep, poses);
     published_++;
   }
@@ -65,19 +74,21 @@ class Simulator {
     const fire3dv_status status = stream_.poll();
     std::printf(
         "%s calls=%llu published=%llu sequence=%llu acked=%llu dropped=%llu renderers=%u welcome=%d "
-        "unmatched=%u "
+        "unmatched=%u conflicting=%u contested=%u "
         "epoch=%016llx message=%s\n",
         word, static_cast<unsigned long long>(published_),
         static_cast<unsigned long long>(status.frames_published),
         static_cast<unsigned long long>(status.sequence),
         static_cast<unsigned long long>(status.acked_sequence),
         static_cast<unsigned long long>(status.frames_dropped), status.renderers, status.welcome,
-        status.unmatched_names, static_cast<unsigned long long>(status.epoch), status.welcome_message);
+        status.unmatched_names, status.conflicting_names, status.contested_names,
+        static_cast<unsigned long long>(status.epoch), status.welcome_message);
     std::fflush(stdout);
   }
 
  private:
   fire3dv::Stream stream_;
+  bool millimetres_;
   std::vector<std::string> nodes_;
   uint64_t sequence_ = 0;
   uint64_t published_ = 0;
@@ -113,10 +124,11 @@ class Lines {
 
 int main(int argc, char** argv) try {
   if (argc < 4) {
-    std::fprintf(stderr, "usage: publisher URI ADAPTER_NAME NODE...\n");
+    std::fprintf(stderr, "usage: publisher URI ADAPTER_NAME [--millimetres] NODE...\n");
     return 2;
   }
-  Simulator simulator(argv[1], argv[2], {argv + 3, argv + argc});
+  const bool millimetres = std::string(argv[3]) == "--millimetres";
+  Simulator simulator(argv[1], argv[2], millimetres, {argv + (millimetres ? 4 : 3), argv + argc});
   Lines lines;
   std::string line;
   double rate_hz = 0;

@@ -44,6 +44,7 @@ std::vector<Input> seeds() {
   frame.poses = poses;
   return {input_of(wire::encode(description)),
           input_of(wire::encode(welcome)),
+          input_of(wire::encode(wire::Status{7, {"base", "link_1"}, "asked for"})),
           input_of(wire::encode(frame)),
           input_of(wire::encode(wire::Ack{7, 1})),
           input_of(wire::encode(wire::Ping{1, 2})),

@@ -73,6 +73,12 @@ TEST(Client, TakesTheStructOfTheFirstVersion) {
   options.key_file = "/nowhere";  // what lies behind the caller's struct is not read
   fire3dv_stream* stream = fire3dv_open("udp://127.0.0.1:9", &options);
   EXPECT_NE(stream, nullptr) << fire3dv_last_error();
+  fire3dv_status status{};
+  status.struct_size = offsetof(fire3dv_status, conflicting_names);
+  status.conflicting_names = 77;  // what lies behind the caller's struct is not written either
+  EXPECT_EQ(fire3dv_poll(stream, &status), FIRE3DV_OK) << fire3dv_last_error();
+  EXPECT_EQ(status.welcome, -1);
+  EXPECT_EQ(status.conflicting_names, 77u);
   fire3dv_close(&stream);
 }
 
@@ -252,6 +258,26 @@ TEST_P(ClientOver, HoldsAWholeConversation) {
   EXPECT_EQ(status.unmatched_names, 2u);
   EXPECT_STREQ(status.welcome_message,
                "hello; no scene node is called node 3, node 4; another stream drives node 5");
+  EXPECT_EQ(status.conflicting_names, 1u);
+  EXPECT_EQ(status.contested_names, 0u);
+
+  // A node that is ours, and that another stream asks for.
+  renderer.send(wire::Status{description.epoch ^ 1, {"node 1", "node 2"}, "of another epoch"});
+  renderer.send(wire::Status{description.epoch, {"node 6"}, "another stream asks for it"});
+  ASSERT_TRUE(repeat_until([&] {
+    publish_and_poll();
+    return poll(stream.get()).contested_names == 1;
+  }));
+  EXPECT_STREQ(
+      poll(stream.get()).welcome_message,
+      "hello; no scene node is called node 3, node 4; another stream drives node 5; this stream keeps, "
+      "though another asks for node 6");
+  renderer.send(wire::Status{description.epoch, {}, ""});
+  ASSERT_TRUE(repeat_until([&] {
+    publish_and_poll();
+    return poll(stream.get()).contested_names == 0;
+  }));
+  EXPECT_STREQ(poll(stream.get()).welcome_message, status.welcome_message);
 
   // An acknowledgement of a frame that was never published is not believed.
   const uint64_t shown = renderer.sequence;

@@ -70,7 +70,14 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   EXPECT_EQ(json["streams"][0]["missing"], 3);
   EXPECT_EQ(json["not_understood"], 1);
   EXPECT_EQ(json["rejected"]["bad_key"], 0);
-  EXPECT_NE(observer.text(*listener.link).find("\"a simulator\": 2 nodes"), std::string::npos);
+  uint64_t ages = 0;
+  for (const auto& count : json["streams"][0]["ages_below_power_of_two_us"]) ages += count.get<uint64_t>();
+  EXPECT_EQ(ages, 5u) << "each frame has one age";
+  const std::string text = observer.text(*listener.link);
+  EXPECT_NE(text.find("\"a simulator\": 2 nodes"), std::string::npos);
+  EXPECT_NE(text.find("half below"), std::string::npos) << text;
+  EXPECT_NE(text.find(" us        "), std::string::npos) << text;
+  EXPECT_NE(text.find("########"), std::string::npos) << "the fullest bar is as long as any may be: " << text;
   publisher.reset();
   EXPECT_TRUE(poll_until([&] { return stream.ended; }));
 }

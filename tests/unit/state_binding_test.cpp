@@ -161,6 +161,8 @@ TEST(PoseBinding, TheOlderStreamKeepsANodeAndGivesItBack) {
   const StreamId second = state.add_stream(stream_of({"b", "c"}, 2));
   EXPECT_TRUE(state.streams()[first].conflicting_names.empty());
   EXPECT_EQ(state.streams()[second].conflicting_names, Names{"b"});
+  EXPECT_EQ(state.streams()[first].contested_names, Names{"b"});
+  EXPECT_TRUE(state.streams()[second].contested_names.empty());
   EXPECT_EQ(state.streams()[second].scene_node_of_pose, (std::vector<uint32_t>{kNone, 2}));
   push_whole(state, first, 1, {moved(0, 1, 0), moved(0, 2, 0)});
   push_whole(state, second, 1, {moved(0, 0, 3), moved(0, 0, 4)});
@@ -175,6 +177,18 @@ TEST(PoseBinding, TheOlderStreamKeepsANodeAndGivesItBack) {
   EXPECT_TRUE(state.streams()[second].conflicting_names.empty());
   ASSERT_EQ(state.shown().size(), 1u);
   EXPECT_EQ(state.shown()[0].stream, "adapter 2");
+}
+
+TEST(PoseBinding, AContestedNodeIsNamedOnceAndAsItsDriverNamesIt) {
+  const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"hand", 0}});
+  PoseState state(scene);
+  const StreamId first = state.add_stream(stream_of({"arm/hand", "hand"}, 1));
+  EXPECT_TRUE(state.streams()[first].contested_names.empty()) << "two names of one stream are its own affair";
+  state.add_stream(stream_of({"hand"}, 2));
+  const StreamId last = state.add_stream(stream_of({"hand"}, 3));
+  EXPECT_EQ(state.streams()[first].contested_names, Names{"arm/hand"});
+  state.remove_stream(last);
+  EXPECT_EQ(state.streams()[first].contested_names, Names{"arm/hand"});
 }
 
 TEST(PoseBinding, ASlotGivenOutAgainDoesNotMakeItsStreamTheOldest) {

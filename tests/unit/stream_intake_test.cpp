@@ -133,6 +133,29 @@ TEST_F(StreamIntakeTest, AnotherStreamOnTheSameNodeIsToldAndGetsItWhenItIsFree) 
   EXPECT_TRUE(answers<wire::Welcome>(2)[1].conflicting_names.empty());
 }
 
+TEST_F(StreamIntakeTest, WhoeverKeepsANodeHearsThatAnotherStreamAsksForIt) {
+  link_->deliver(1, LinkEvent::Kind::control, description(1));
+  intake_.poll();
+  EXPECT_TRUE(answers<wire::Status>(1).empty()) << "nobody else is there";
+  link_->deliver(2, LinkEvent::Kind::control, description(2));
+  intake_.poll();
+  ASSERT_EQ(answers<wire::Status>(1).size(), 1u);
+  EXPECT_EQ(answers<wire::Status>(1)[0].epoch, 1u);
+  EXPECT_EQ(answers<wire::Status>(1)[0].contested_names, std::vector<std::string>{"arm"});
+  link_->deliver(3, LinkEvent::Kind::control, description(3));
+  intake_.poll();
+  EXPECT_EQ(answers<wire::Status>(1).size(), 1u) << "a third one changes nothing for the first";
+  EXPECT_TRUE(answers<wire::Status>(2).empty()) << "it drives nothing that could be asked for";
+
+  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "it left");
+  intake_.poll();
+  ASSERT_EQ(answers<wire::Status>(2).size(), 1u) << "the second has the node now, and the third asks for it";
+  link_->deliver(3, LinkEvent::Kind::control, wire::encode(wire::Goodbye{3}));
+  intake_.poll();
+  ASSERT_EQ(answers<wire::Status>(2).size(), 2u);
+  EXPECT_TRUE(answers<wire::Status>(2)[1].contested_names.empty());
+}
+
 TEST_F(StreamIntakeTest, AFrameIsAcknowledgedOnceHoweverManyImagesShowIt) {
   link_->deliver(1, LinkEvent::Kind::control, description(7));
   link_->deliver(1, LinkEvent::Kind::pose, frame(7, 1));

@@ -1,8 +1,11 @@
-// fire3dv-inspect URI: what publishes there. Stands where a renderer would: over shared memory it looks on
+// fire3dv-inspect URI...: what publishes there. Stands where a renderer would: over shared memory it looks on
 // beside others, elsewhere it is the listener that simulators connect to.
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <csignal>
 #include <iostream>
+#include <memory>
+#include <vector>
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
@@ -19,16 +22,18 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Says which streams are published at a URI: rates, what was lost, how old frames are when they come.",
       "fire3dv-inspect"};
-  std::string uri;
+  std::vector<std::string> uris;
   transport::ListenerOptions options;
   options.delivery = transport::Delivery::all;
   double seconds = 2;
   bool as_json = false;
-  app.add_option("uri", uri, "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT")->required();
+  app.add_option("uri", uris,
+                 "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; several at once")
+      ->required();
   app.add_option("--seconds", seconds, "how long to look")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
-  app.add_flag("--json", as_json, "one JSON object instead of text");
+  app.add_flag("--json", as_json, "one JSON object a line and URI instead of text");
   app.add_flag("--insecure", options.insecure, "listen on addresses other than loopback, without protection");
   app.add_option("--key-file", options.key_file, "file of the key that udp:// publishers must have");
   app.add_option("--tls-cert", options.tls.certificate_file, "certificate for tls://, a PEM file");
@@ -43,17 +48,29 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
 
-  auto link = transport::open_listener(uri, options);
-  if (!link) {
-    std::cerr << "fire3dv-inspect: " << link.error().message << '\n';
-    return 1;
+  struct Look {
+    std::unique_ptr<transport::ListenerLink> link;
+    inspect::Observer observer;
+  };
+  std::vector<Look> looks;
+  for (const std::string& uri : uris) {
+    auto link = transport::open_listener(uri, options);
+    if (!link) {
+      std::cerr << "fire3dv-inspect: " << link.error().message << '\n';
+      return 1;
+    }
+    looks.push_back({std::move(*link), {}});
   }
-  inspect::Observer observer;
+  const auto share =
+      std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(looks.size());
   const int64_t until_ns = transport::monotonic_ns() + static_cast<int64_t>(seconds * 1e9);
   while (!stop_requested && transport::monotonic_ns() < until_ns) {
-    (*link)->wait(std::chrono::milliseconds(20));
-    observer.poll(**link);
+    for (Look& look : looks) {
+      look.link->wait(share);
+      look.observer.poll(*look.link);
+    }
   }
-  std::cout << (as_json ? observer.json(**link) : observer.text(**link));
+  for (const Look& look : looks)
+    std::cout << (as_json ? look.observer.json(*look.link) : look.observer.text(*look.link));
   return 0;
 }

@@ -88,6 +88,33 @@ void Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
   ++stream.ages[std::min<size_t>(static_cast<size_t>(std::bit_width(age_ns / 1000)), kAgeBuckets - 1)];
 }
 
+namespace {
+
+// How old frames were when they came, as bars that are as long as the fullest one allows.
+std::string age_text(const StreamSeen& stream) {
+  constexpr uint64_t kWidest = 40;
+  const uint64_t fullest = *std::max_element(stream.ages.begin(), stream.ages.end());
+  if (fullest == 0)
+    return stream.same_clock ? "" : "  ages are not known: it is on another machine's clock\n";
+  char line[128];
+  std::snprintf(line, sizeof line, "  age when they came: half below %llu us, 99 %% below %llu us\n",
+                static_cast<unsigned long long>(stream.age_us(0.5)),
+                static_cast<unsigned long long>(stream.age_us(0.99)));
+  std::string text = line;
+  for (size_t i = 0; i < stream.ages.size(); ++i) {
+    if (stream.ages[i] == 0) continue;
+    const uint64_t bar = (stream.ages[i] * kWidest + fullest - 1) / fullest;
+    const bool last = i + 1 == stream.ages.size();  // holds all that are older, too
+    std::snprintf(line, sizeof line, "  %s%8llu us %8llu ", last ? ">=" : " <",
+                  static_cast<unsigned long long>(uint64_t{1} << (last ? i - 1 : i)),
+                  static_cast<unsigned long long>(stream.ages[i]));
+    text += line + std::string(bar, '#') + '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string Observer::text(const transport::ListenerLink& link) const {
   std::string text;
   char line[256];
@@ -98,13 +125,11 @@ std::string Observer::text(const transport::ListenerLink& link) const {
                   static_cast<unsigned long long>(stream.missing),
                   static_cast<unsigned long long>(stream.bytes));
     text += line;
-    if (stream.age_us(0.5) != 0) {
-      std::snprintf(line, sizeof line, "; age below %llu us (half), %llu us (99 %%)",
-                    static_cast<unsigned long long>(stream.age_us(0.5)),
-                    static_cast<unsigned long long>(stream.age_us(0.99)));
+    if (stream.nominal_rate_hz > 0) {
+      std::snprintf(line, sizeof line, "; nominal %.1f Hz", stream.nominal_rate_hz);
       text += line;
     }
-    text += '\n';
+    text += '\n' + age_text(stream);
   }
   if (streams_.empty()) text += "no stream has described itself\n";
   const LinkStats stats = link.stats();

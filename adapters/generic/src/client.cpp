@@ -22,6 +22,7 @@ namespace {
 
 constexpr size_t kFirstOptionsSize =
     offsetof(fire3dv_options, key_file);  // programs of the first version know no more
+constexpr size_t kFirstStatusSize = offsetof(fire3dv_status, conflicting_names);
 constexpr uint32_t kKnownFlags = FIRE3DV_FRAME_DISCONTINUITY;
 constexpr long kAckPollNs = 100'000;  // short beside a frame, long beside a poll
 
@@ -123,9 +124,11 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
   status.frames_dropped = stats.frames_dropped;
   status.welcome = stream.welcome;
   status.unmatched_names = stream.unmatched_names;
+  status.conflicting_names = stream.conflicting_names;
+  status.contested_names = stream.contested_names;
   const std::string problem = stats.peers == 0 ? stream.link->problem() : std::string();
-  const std::string sentence =
-      problem.empty() ? stream.welcome_message : wire::printable(problem, sizeof status.welcome_message - 1);
+  const std::string sentence = problem.empty() ? stream.answer_for_people()
+                                               : wire::printable(problem, sizeof status.welcome_message - 1);
   const size_t length = std::min(sentence.size(), sizeof status.welcome_message - 1);
   std::memcpy(status.welcome_message, sentence.data(), length);
   status.welcome_message[length] = '\0';
@@ -133,11 +136,15 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
 
 int poll(fire3dv_stream* stream, fire3dv_status* status) {
   if (!stream) return fail_null_stream();
-  if (status && status->struct_size < sizeof *status) {
+  if (status && status->struct_size < kFirstStatusSize) {
     return fail_struct("status", status->struct_size, sizeof *status);
   }
   stream->read_replies();
-  if (status) fill(*status, *stream);
+  if (!status) return FIRE3DV_OK;
+  fire3dv_status complete{};
+  complete.struct_size = status->struct_size;
+  fill(complete, *stream);
+  std::memcpy(status, &complete, std::min(status->struct_size, sizeof complete));
   return FIRE3DV_OK;
 }
 

@@ -47,8 +47,9 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   sequence = 0;
   acked_sequence = 0;
   welcome = -1;
-  unmatched_names = 0;
+  unmatched_names = conflicting_names = contested_names = 0;
   welcome_message.clear();
+  status_message.clear();
   return {};
 }
 
@@ -78,6 +79,7 @@ void fire3dv_stream::read_replies() {
     if (const auto* answer = std::get_if<wire::Welcome>(&*message)) on(*answer);
     if (const auto* ack = std::get_if<wire::Ack>(&*message)) on(*ack);
     if (const auto* ping = std::get_if<wire::Ping>(&*message)) on(*ping);
+    if (const auto* status = std::get_if<wire::Status>(&*message)) on(*status);
   }
 }
 
@@ -86,7 +88,22 @@ void fire3dv_stream::on(const wire::Welcome& answer) {
   if (answer.epoch != epoch && answer.epoch != 0) return;
   welcome = static_cast<int32_t>(answer.status);
   unmatched_names = static_cast<uint32_t>(answer.unmatched_names.size());
+  conflicting_names = static_cast<uint32_t>(answer.conflicting_names.size());
   welcome_message = sentence_for_people(answer);
+}
+
+void fire3dv_stream::on(const wire::Status& status) {
+  if (status.epoch != epoch) return;
+  contested_names = static_cast<uint32_t>(status.contested_names.size());
+  status_message.clear();
+  append_names(status_message, "this stream keeps, though another asks for", status.contested_names);
+  status_message = wire::printable(status_message, sizeof(fire3dv_status::welcome_message) - 1);
+}
+
+std::string fire3dv_stream::answer_for_people() const {
+  if (status_message.empty()) return welcome_message;
+  return wire::printable(welcome_message + "; " + status_message,
+                         sizeof(fire3dv_status::welcome_message) - 1);
 }
 
 void fire3dv_stream::on(const wire::Ack& ack) {

@@ -52,7 +52,10 @@ struct fire3dv_stream {
   uint64_t acked_sequence = 0;
   int32_t welcome = -1;
   uint32_t unmatched_names = 0;
+  uint32_t conflicting_names = 0;
+  uint32_t contested_names = 0;
   std::string welcome_message;
+  std::string status_message;
 
   // Replaces what is described. On error the earlier description stays in force.
   fire3dv::Result<void> describe(fire3dv::wire::StreamDescription description);
@@ -61,9 +64,12 @@ struct fire3dv_stream {
                std::span<const fire3dv::wire::Affine3x4> stream_from_body);
   // Takes in what renderers have sent, up to a bound, so that a flood of replies cannot hold the simulator.
   void read_replies();
+  // What renderers last said, one line.
+  std::string answer_for_people() const;
 
  private:
   void on(const fire3dv::wire::Welcome& answer);
   void on(const fire3dv::wire::Ack& ack);
   void on(const fire3dv::wire::Ping& ping);
+  void on(const fire3dv::wire::Status& status);
 };

@@ -79,6 +79,33 @@ TEST_P(Network, ListenerRestarts) {
   }
 }
 
+// A simulator that pauses, or waits in lockstep, is to be seen by a renderer that comes later.
+TEST_P(Network, TheNextListenerGetsTheLastPoseThoughItWasDelivered) {
+  auto listener = std::make_unique<Listener>(any_port(), listener_options());
+  const std::string uri = listener->link->uri();
+  auto publisher = must_open_publisher(uri, publisher_options());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::control, "d"); }));
+  publisher->publish(message_of("the last one"));
+  for (int restart = 0; restart < 3; ++restart) {
+    ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::pose, "the last one"); })) << restart;
+    EXPECT_EQ(listener->count(Kind::pose), 1u);
+    listener.reset();
+    listener = std::make_unique<Listener>(uri, listener_options());
+  }
+  EXPECT_EQ(publisher->stats().frames_dropped, 0u);
+  // A new description makes an end of it: the pose belonged to the one before.
+  ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::pose, "the last one"); }));
+  listener.reset();
+  ASSERT_TRUE(publisher->set_description(bytes_of("e")));
+  listener = std::make_unique<Listener>(uri, listener_options());
+  ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::control, "e"); }));
+  publisher->publish(message_of("of e"));
+  ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::pose, "of e"); }));
+  EXPECT_FALSE(listener->saw(Kind::pose, "the last one"));
+  EXPECT_EQ(publisher->stats().frames_dropped, 0u);
+}
+
 TEST_P(Network, RepliesAndControlMessagesKeepTheirOrder) {
   ListenerOptions options = listener_options();
   options.delivery = Delivery::all;

@@ -79,6 +79,8 @@ typedef struct fire3dv_status {
                                 3 refused, 4 bad key */
   uint32_t unmatched_names;  /* of the last answer; the names are in welcome_message */
   char welcome_message[512]; /* one line for people, NUL-terminated, cut if longer; while no renderer is reached: why */
+  uint32_t conflicting_names; /* nodes that another stream drives already: our poses do not move them */
+  uint32_t contested_names;   /* nodes that we drive and keep, and another stream asks for; both are named in welcome_message */
 } fire3dv_status;
 
 /* Version of the library, "0.1.0". Static storage. */

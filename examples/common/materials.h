@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_arm {
+namespace examples {
 
 enum class Surface { plain, floor, wood };
 
@@ -20,4 +20,4 @@ struct Material {
 
 std::vector<Material> make_materials();
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-namespace bullet_arm {
+namespace examples {
 
 // Rows from the top, RGB.
 struct Image {
@@ -30,4 +30,4 @@ SurfaceImages make_wood_images(int size);
 // Empty if libpng refuses.
 std::optional<std::vector<uint8_t>> encode_png(const Image& image);
 
-}  // namespace bullet_arm
+}  // namespace examples

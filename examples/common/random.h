@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace bullet_arm {
+namespace examples {
 
 class Random {
  public:
@@ -27,4 +27,4 @@ class Random {
   uint64_t state_;
 };
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -1,9 +1,9 @@
-#include "examples/bullet_arm/materials.h"
+#include "examples/common/materials.h"
 
 #include <cmath>
 #include <cstdio>
 
-namespace bullet_arm {
+namespace examples {
 namespace {
 
 std::array<float, 3> from_hue(float hue, float saturation, float value) {
@@ -50,4 +50,4 @@ std::vector<Material> make_materials() {
   return materials;
 }
 
-}  // namespace bullet_arm
+}  // namespace examples

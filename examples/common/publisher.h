@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-namespace bullet_arm {
+namespace examples {
 
 class Publisher {
  public:
   // The client's exceptions end here: each call returns one sentence on error.
-  std::optional<std::string> open(const std::vector<std::string>& uris, const fire3dv::Security& security);
-  std::optional<std::string> describe(const std::vector<std::string>& names, double rate_hz,
-                                      const std::string& scene);
+  std::optional<std::string> open(const std::string& adapter_name, const std::vector<std::string>& uris,
+                                  const fire3dv::Security& security);
+  std::optional<std::string> describe(const fire3dv::Description& description);
   std::optional<std::string> publish(int64_t sim_time_ns, const std::vector<float>& poses,
                                      bool discontinuity);
   // Waits until each stream's last frame was shown. Returns early and without an error once stop is set.
@@ -37,4 +37,4 @@ class Publisher {
   uint64_t sequence_ = 0;  // counts from 1 in the description's epoch, as the library does
 };
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -1,10 +1,10 @@
-#include "examples/bullet_arm/mesh.h"
+#include "examples/common/mesh.h"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-namespace bullet_arm {
+namespace examples {
 namespace {
 
 constexpr float kPi = 3.14159265f;
@@ -244,4 +244,4 @@ Mesh z_to_y(Mesh mesh) {
   return mesh;
 }
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_arm {
+namespace examples {
 
 struct Vec3 {
   float x = 0, y = 0, z = 0;
@@ -68,4 +68,4 @@ Mesh moved(Mesh mesh, Vec3 by);
 Mesh z_to_x(Mesh mesh);  // turns what stands along Z to lie along X
 Mesh z_to_y(Mesh mesh);
 
-}  // namespace bullet_arm
+}  // namespace examples

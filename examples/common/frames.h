@@ -7,9 +7,9 @@
 
 #include <array>
 
-#include "examples/bullet_arm/mesh.h"
+#include "examples/common/mesh.h"
 
-namespace bullet_arm {
+namespace examples {
 
 // Row-major 3x4.
 constexpr std::array<double, 12> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
@@ -26,4 +26,4 @@ inline Mesh y_up(Mesh mesh) {
   return mesh;
 }
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -1,11 +1,9 @@
-#include "examples/bullet_arm/publisher.h"
+#include "examples/common/publisher.h"
 
 #include <chrono>
 #include <cstdio>
 
-#include "examples/bullet_arm/frames.h"
-
-namespace bullet_arm {
+namespace examples {
 namespace {
 
 using std::chrono::milliseconds, std::chrono::nanoseconds;
@@ -16,11 +14,12 @@ std::string failed(const char* what, const std::string& uri, const fire3dv::Clie
 
 }  // namespace
 
-std::optional<std::string> Publisher::open(const std::vector<std::string>& uris,
+std::optional<std::string> Publisher::open(const std::string& adapter_name,
+                                           const std::vector<std::string>& uris,
                                            const fire3dv::Security& security) {
   for (const std::string& uri : uris) {
     try {
-      targets_.push_back({uri, fire3dv::Stream(uri, "bullet_arm", security)});
+      targets_.push_back({uri, fire3dv::Stream(uri, adapter_name, security)});
     } catch (const fire3dv::ClientError& error) {
       return failed("cannot open", uri, error);
     }
@@ -28,14 +27,7 @@ std::optional<std::string> Publisher::open(const std::vector<std::string>& uris,
   return std::nullopt;
 }
 
-std::optional<std::string> Publisher::describe(const std::vector<std::string>& names, double rate_hz,
-                                               const std::string& scene) {
-  fire3dv::Description description;
-  description.node_names = names;
-  description.world_from_stream.assign(kWorldFromStream.begin(), kWorldFromStream.end());
-  description.body_from_node = {kBodyFromNode};
-  description.nominal_rate_hz = rate_hz;
-  description.scene_uri = scene;
+std::optional<std::string> Publisher::describe(const fire3dv::Description& description) {
   for (Target& target : targets_) {
     try {
       target.stream.describe(description);
@@ -84,10 +76,10 @@ std::vector<Publisher::Link> Publisher::poll() {
     try {
       links.push_back({target.uri, target.stream.poll()});
     } catch (const fire3dv::ClientError& error) {
-      std::fprintf(stderr, "bullet_arm: %s\n", failed("cannot poll", target.uri, error).c_str());
+      std::fprintf(stderr, "%s\n", failed("cannot poll", target.uri, error).c_str());
     }
   }
   return links;
 }
 
-}  // namespace bullet_arm
+}  // namespace examples

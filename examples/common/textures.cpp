@@ -1,4 +1,4 @@
-#include "examples/bullet_arm/textures.h"
+#include "examples/common/textures.h"
 
 #include <png.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-namespace bullet_arm {
+namespace examples {
 namespace {
 
 float hash01(int x, int y, int salt) {
@@ -154,4 +154,4 @@ std::optional<std::vector<uint8_t>> encode_png(const Image& image) {
   return out;
 }
 
-}  // namespace bullet_arm
+}  // namespace examples

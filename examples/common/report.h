@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "examples/bullet_arm/publisher.h"
+#include "examples/common/publisher.h"
 
-namespace bullet_arm {
+namespace examples {
 
 using Clock = std::chrono::steady_clock;
 
@@ -31,4 +31,4 @@ class Report {
   std::vector<std::string> told_;  // the last welcome message of each link, so that each is printed once
 };
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -1,10 +1,10 @@
-#include "examples/bullet_arm/glb_writer.h"
+#include "examples/common/glb_writer.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cstring>
 
-namespace bullet_arm {
+namespace examples {
 namespace {
 
 constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
@@ -193,4 +193,4 @@ std::vector<uint8_t> GlbWriter::finish(const std::string& root_name, const std::
   return out;
 }
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "examples/bullet_arm/mesh.h"
+#include "examples/common/mesh.h"
 
-namespace bullet_arm {
+namespace examples {
 
 struct GlbMaterial {
   std::string name;
@@ -67,4 +67,4 @@ class GlbWriter {
       nodes_;
 };
 
-}  // namespace bullet_arm
+}  // namespace examples

@@ -1,8 +1,8 @@
-#include "examples/bullet_arm/report.h"
+#include "examples/common/report.h"
 
 #include <algorithm>
 
-namespace bullet_arm {
+namespace examples {
 namespace {
 
 struct Spread {
@@ -46,4 +46,4 @@ void Report::print(double sim_time_s, const std::vector<Publisher::Link>& links)
   publish_us_.clear();
 }
 
-}  // namespace bullet_arm
+}  // namespace examples
