@@ -223,12 +223,6 @@ TEST_F(PlayoutTest, LateAndRepeatedFramesFindTheirPlaceOrNone) {
   EXPECT_FALSE(add(playout, 1, 0, 61 * kMs)) << "passed by";
 }
 
-TEST_F(PlayoutTest, SilenceIsLateAndThenLost) {
-  EXPECT_EQ(condition_after(100 * kMs), Condition::live);
-  EXPECT_EQ(condition_after(500 * kMs), Condition::late);
-  EXPECT_EQ(condition_after(5 * kSecond), Condition::lost);
-}
-
 // The same through the state that the renderer draws.
 TEST_F(PlayoutTest, AnInterpolatedStreamMovesByTimeAndNotByFrames) {
   scene::Scene scene;
