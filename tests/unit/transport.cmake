@@ -20,3 +20,5 @@ fire3dv_test(transport_tls_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/tls_
              LINK fire3dv_transport fire3dv_certificates LABELS unit)
 fire3dv_test(transport_udp_key_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_key_test.cpp
              LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)
+fire3dv_test(transport_impair_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/impair_test.cpp
+             LINK fire3dv_impair LABELS unit)
