@@ -14,7 +14,7 @@ constexpr const char* kColumns[] = {
     "tlas",     "light views",    "clear",      "cull",        "raster",      "expand",
     "tiles",    "farthest depth", "late cull",  "late raster", "late expand", "late tiles",
     "surfaces", "classify",       "tlas wait",  "trace",       "shade",       "depth",
-    "forward",  "post",           "fxaa",       "read-back",   "window"};
+    "forward",  "post",           "fxaa",       "held mark",   "read-back",   "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;

@@ -11,18 +11,6 @@ constexpr double kIntervalsUntilLate = 4;
 
 }  // namespace
 
-const char* condition_name(Condition condition) {
-  switch (condition) {
-    case Condition::live:
-      return "live";
-    case Condition::late:
-      return "late";
-    case Condition::lost:
-      return "lost";
-  }
-  return "lost";
-}
-
 // The shorter of two gaps in a row: one pause is no interval.
 void Liveness::on_frame(int64_t received_ns) {
   const int64_t gap_ns = received_ns - last_ns_;

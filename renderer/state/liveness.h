@@ -1,6 +1,7 @@
 // How a stream stands, for people: a picture that is held must not pass for one that lives.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace fire3dv::state {
@@ -10,7 +11,10 @@ enum class Condition : uint8_t {
   late,  // none has come for a quarter of a second, or for four of the stream's own intervals
   lost,  // none has come for seconds
 };
-const char* condition_name(Condition condition);
+constexpr const char* condition_name(Condition condition) {
+  constexpr const char* kNames[] = {"live", "late", "lost"};
+  return kNames[static_cast<size_t>(condition)];
+}
 
 // From the times at which whole frames come.
 class Liveness {

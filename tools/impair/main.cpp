@@ -15,6 +15,7 @@
 namespace {
 
 volatile std::sig_atomic_t stop_requested = 0;
+volatile std::sig_atomic_t taken_down = 0;  // by a signal
 
 constexpr int kUsageError = 2;
 
@@ -58,7 +59,9 @@ void add_options(CLI::App& app, Words& words, fire3dv::impair::Impairment& impai
                  "streams: mean bytes, of either way, after which a connection is reset; 0: never")
       ->check(CLI::Range(uint64_t{0}, uint64_t{1'000'000'000'000}).description(""));
   app.add_option("--down", words.down,
-                 "AT:FOR, in seconds: when nothing passes, and for how long; may be given several times")
+                 "AT:FOR, in seconds: when nothing passes, and for how long; may be given several times. The "
+                 "signal USR1 "
+                 "takes the link down, too, until USR2")
       ->allow_extra_args(false);
   app.add_option("--seed", impairment.seed, "of all chances")
       ->check(CLI::Range(uint64_t{0}, UINT64_MAX).description(""))
@@ -112,6 +115,8 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
+  std::signal(SIGUSR1, [](int) { taken_down = 1; });
+  std::signal(SIGUSR2, [](int) { taken_down = 0; });
 
   impairment.down = impair::is_down(outages, 0);
   auto relay = impair::open_relay(from, to, impairment, insecure);
@@ -123,7 +128,7 @@ int main(int argc, char** argv) {
   const int64_t started_ns = transport::monotonic_ns();
   while (!stop_requested) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    const bool down = impair::is_down(outages, transport::monotonic_ns() - started_ns);
+    const bool down = taken_down || impair::is_down(outages, transport::monotonic_ns() - started_ns);
     if (down == impairment.down) continue;
     impairment.down = down;
     (*relay)->set(impairment);
