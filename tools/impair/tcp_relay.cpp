@@ -60,6 +60,12 @@ struct Connection {
   bool broken = false;
 };
 
+// A limited link has one queue, and a short one: what waits in the kernel's would be another network's.
+void keep_short(const UniqueFd& end, const Impairment& impairment) {
+  const int bytes = 16 << 10;
+  if (impairment.bits_per_second != 0) ::setsockopt(end.get(), SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+}
+
 // Tells the other side by a reset, and does not wait for anything that was sent.
 void reset(UniqueFd& end) {
   const linger at_once{1, 0};
@@ -93,8 +99,10 @@ void TcpRelay::State::accept_all() {
     connection.ends[0] = std::move(client);
     connection.ends[1] = UniqueFd(::socket(target.family(), SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const int on = 1;
-    for (const UniqueFd& end : connection.ends)
+    for (const UniqueFd& end : connection.ends) {
       ::setsockopt(end.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+      keep_short(end, impairment);
+    }
     connection.broken =
         ::connect(connection.ends[1].get(), target.get(), target.length) != 0 && errno != EINPROGRESS;
     connections.push_back(std::move(connection));
@@ -190,6 +198,7 @@ Result<std::unique_ptr<TcpRelay>> TcpRelay::open(const std::string& from, const 
   relay->uri_ = transport::uri_text(*from_uri);
   relay->state_ = std::make_unique<State>();
   relay->state_->front = std::move(bound->fd);
+  keep_short(relay->state_->front, impairment);
   relay->state_->target = lookup.addresses().front();
   relay->set(impairment);
   if (auto started = relay->thread_.start(relay->uri_, [self = relay.get()] { self->run(); }); !started)
