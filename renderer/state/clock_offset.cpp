@@ -50,11 +50,17 @@ ClockOffset::Source ClockOffset::source() const {
 int64_t ClockOffset::local_ns(uint64_t publisher_ns) const {
   int64_t offset_ns = 0;
   if (source() == Source::round_trip) offset_ns = pongs_.least().offset_ns;
-  if (source() == Source::one_way) {
-    const Sample earlier = frame_periods_.least();
-    offset_ns = std::min(this_period_.cost_ns, earlier.cost_ns);
-  }
+  if (source() == Source::one_way) offset_ns = shortest_way_ns();
   return static_cast<int64_t>(publisher_ns + static_cast<uint64_t>(offset_ns));
+}
+
+int64_t ClockOffset::shortest_way_ns() const {
+  return std::min(this_period_.cost_ns, frame_periods_.least().cost_ns);
+}
+
+int64_t ClockOffset::soonest_ns(uint64_t publisher_ns) const {
+  if (same_ || this_period_.cost_ns == INT64_MAX) return local_ns(publisher_ns);
+  return static_cast<int64_t>(publisher_ns + static_cast<uint64_t>(shortest_way_ns()));
 }
 
 int64_t ClockOffset::uncertainty_ns() const {

@@ -26,10 +26,15 @@ class ClockOffset {
   Source source() const;
   // Our clock when the publisher's shows this.
   int64_t local_ns(uint64_t publisher_ns) const;
+  // Our clock when what was published then can be here at the soonest. A better estimate of local_ns for
+  // showing motion evenly: frames are many more than pings, so it hardly changes, and the way itself does not
+  // matter.
+  int64_t soonest_ns(uint64_t publisher_ns) const;
   // How wrong local_ns may be; meaningful for pings alone.
   int64_t uncertainty_ns() const;
 
  private:
+  int64_t shortest_way_ns() const;  // with the offset between the clocks in it
   // The smallest of the last samples is what was disturbed least. Old ones go: clocks drift by parts in a
   // million.
   struct Sample {

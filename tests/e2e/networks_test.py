@@ -50,9 +50,10 @@ class Stream:
         self.send = Program(test, f"{self.name}: send", [test.programs_at["fire3dv-motion"], "send", entrance, *sender],
                             host=network.simulator)
 
-    def lose_link(self, seconds):
+    def lose_link(self, after_s, seconds):
         """Takes the link down until the stream is lost, and for at least so long; then it has to live again."""
         self.watch.wait_err("frames come")
+        time.sleep(after_s)
         self.relay.signal(signal.SIGUSR1)
         self.watch.wait_err("motion: lost")
         time.sleep(max(seconds - 3, 0))  # it is lost after 3 s
@@ -68,18 +69,18 @@ class Stream:
         return json.loads(self.watch.out[-1])
 
 
-def run_conditions(test, conditions, seconds, down_s):
-    """All at once. Returns the watchers' results by the conditions' names."""
+def run_conditions(test, conditions, seconds, down_after_s, down_s):
+    """All at once, but for the outages, which follow each other. Returns the watchers' results by the conditions' names."""
     network = hosts.TwoHosts(test)
     streams = [Stream(test, network, i, condition, seconds) for i, condition in enumerate(conditions.items())]
     for stream in streams:
         if "down" in stream.name:
-            stream.lose_link(down_s)
+            stream.lose_link(down_after_s, down_s)
     return {stream.name: stream.result() for stream in streams}
 
 
 def conditions(test):
-    results = run_conditions(test, CONDITIONS, seconds=8, down_s=3)
+    results = run_conditions(test, CONDITIONS, seconds=8, down_after_s=0, down_s=3)
     for name, result in results.items():
         text = f"{name}: {result}"
         check(result["frames"] > 20, f"frames do not come: {text}")

@@ -49,14 +49,12 @@ Recording over(const Network& network, int64_t length_ns = 40 * kSecond) {
     const auto fate = channel.draw(impairment, kDatagramBytes, now_ns);
     ++sequence;
     for (int copy = 0; copy < fate.copies; ++copy)
-      recording.arrivals.push_back(
-          {sequence, now_ns, static_cast<uint64_t>(now_ns + kClocksApart), fate.due_ns});
+      recording.push_back({sequence, now_ns, static_cast<uint64_t>(now_ns + kClocksApart), fate.due_ns});
   }
-  auto& arrivals = recording.arrivals;
-  std::stable_sort(arrivals.begin(), arrivals.end(),
+  std::stable_sort(recording.begin(), recording.end(),
                    [](const Arrival& a, const Arrival& b) { return a.received_ns < b.received_ns; });
   uint64_t newest = 0;
-  std::erase_if(arrivals, [&](const Arrival& arrival) {
+  std::erase_if(recording, [&](const Arrival& arrival) {
     if (arrival.sequence <= newest) return true;
     newest = arrival.sequence;
     return false;

@@ -88,11 +88,17 @@ TEST(ClockOffset, FramesAloneBoundItByTheFastest) {
   for (int i = 0; i < 600; ++i)
     clock.on_frame(static_cast<uint64_t>(i * 16 * kMs), 77 * kSecond + i * 16 * kMs + way(generator));
   EXPECT_EQ(clock.source(), ClockOffset::Source::one_way);
+  EXPECT_EQ(clock.soonest_ns(5), clock.local_ns(5));
   const int64_t error = clock.local_ns(0) - 77 * kSecond;
   EXPECT_GE(error, 10 * kMs);
   EXPECT_LE(error, 12 * kMs);
+  const int64_t soonest = clock.soonest_ns(5);
+  clock.on_pong(900 * kSecond, static_cast<uint64_t>(823 * kSecond), 900 * kSecond + 4 * kMs);
+  EXPECT_EQ(clock.source(), ClockOffset::Source::round_trip);
+  EXPECT_EQ(clock.soonest_ns(5), soonest) << "pings tell where the clocks are, and move no picture";
   clock.same_clock();
   EXPECT_EQ(clock.local_ns(5), 5);
+  EXPECT_EQ(clock.soonest_ns(5), 5);
 }
 
 TEST(ClockOffset, WildClocksDoNoHarm) {

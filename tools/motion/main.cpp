@@ -127,7 +127,7 @@ int watch(const WatchOptions& options) {
       motion::score(recording, motion::Way::interpolated, watcher.interruptions());
   const char* condition = state::condition_name(watcher.condition());
   if (options.as_json) {
-    std::cout << nlohmann::json{{"frames", recording.arrivals.size()},
+    std::cout << nlohmann::json{{"frames", recording.size()},
                                 {"missing", watcher.frames_missing()},
                                 {"condition", condition},
                                 {"times_late", watcher.times_late()},
@@ -140,8 +140,8 @@ int watch(const WatchOptions& options) {
               << '\n';
     return 0;
   }
-  std::printf("%zu frames, %llu missing; %llu times late, %llu times lost, now %s\n",
-              recording.arrivals.size(), static_cast<unsigned long long>(watcher.frames_missing()),
+  std::printf("%zu frames, %llu missing; %llu times late, %llu times lost, now %s\n", recording.size(),
+              static_cast<unsigned long long>(watcher.frames_missing()),
               static_cast<unsigned long long>(watcher.times_late()),
               static_cast<unsigned long long>(watcher.times_lost()), condition);
   if (latest.looks == 0) {

@@ -33,9 +33,8 @@ class Viewer {
     header.sequence = arrival.sequence;
     header.sim_time_ns = arrival.sim_time_ns;
     clock_.on_frame(arrival.publish_time_ns, arrival.received_ns);
-    playout_.add(header, {&*newest_, 1}, clock_.local_ns(arrival.publish_time_ns), arrival.received_ns);
+    playout_.add(header, {&*newest_, 1}, clock_.soonest_ns(arrival.publish_time_ns), arrival.received_ns);
   }
-  void take(const Pong& pong) { clock_.on_pong(pong.sent_ns, pong.answer_ns, pong.received_ns); }
   std::optional<wire::Affine3x4> at(int64_t now_ns) {
     if (way_ == Way::latest) return newest_;
     const auto shown = playout_.at(now_ns);
@@ -52,16 +51,11 @@ class Viewer {
 std::vector<Look> looks_of(const Recording& recording, Way way, const std::vector<Span>& left_out) {
   std::vector<Look> looks;
   Viewer viewer(way);
-  size_t next = 0, next_pong = 0;
-  const int64_t begin_ns = recording.arrivals.front().received_ns;
-  for (int64_t now_ns = begin_ns; now_ns <= recording.arrivals.back().received_ns; now_ns += kLookNs) {
-    for (; next < recording.arrivals.size() && recording.arrivals[next].received_ns <= now_ns; ++next) {
-      for (; next_pong < recording.pongs.size() &&
-             recording.pongs[next_pong].received_ns <= recording.arrivals[next].received_ns;
-           ++next_pong)
-        viewer.take(recording.pongs[next_pong]);
-      viewer.take(recording.arrivals[next]);
-    }
+  size_t next = 0;
+  const int64_t begin_ns = recording.front().received_ns;
+  for (int64_t now_ns = begin_ns; now_ns <= recording.back().received_ns; now_ns += kLookNs) {
+    for (; next < recording.size() && recording[next].received_ns <= now_ns; ++next)
+      viewer.take(recording[next]);
     const auto seen = viewer.at(now_ns);
     const bool out = std::any_of(left_out.begin(), left_out.end(), [&](const Span& span) {
       return now_ns >= span.begin_ns && now_ns < span.end_ns;
@@ -90,12 +84,12 @@ Score against(const std::vector<Look>& looks, int64_t sim_from_now_ns, double be
 }  // namespace
 
 Score score(const Recording& recording, Way way, const std::vector<Span>& left_out) {
-  if (recording.arrivals.empty()) return {};
+  if (recording.empty()) return {};
   const std::vector<Look> looks = looks_of(recording, way, left_out);
   if (looks.empty()) return {};
   // From our clock to simulated time, as the quickest frame has it.
   int64_t sim_from_now_ns = INT64_MIN;
-  for (const Arrival& arrival : recording.arrivals)
+  for (const Arrival& arrival : recording)
     sim_from_now_ns = std::max(sim_from_now_ns, arrival.sim_time_ns - arrival.received_ns);
   // Over a quarter of the circle the error has one minimum.
   double low_ms = -10, high_ms = kMostBehindMs;

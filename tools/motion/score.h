@@ -15,15 +15,7 @@ struct Arrival {
   uint64_t publish_time_ns = 0;  // publisher's clock; simulated time runs evenly along it
   int64_t received_ns = 0;       // ours
 };
-struct Pong {
-  int64_t sent_ns = 0;
-  uint64_t answer_ns = 0;  // publisher's clock
-  int64_t received_ns = 0;
-};
-struct Recording {
-  std::vector<Arrival> arrivals;
-  std::vector<Pong> pongs;
-};
+using Recording = std::vector<Arrival>;
 
 // Times on our clock that do not count: while a link is down nobody can know the truth.
 struct Span {

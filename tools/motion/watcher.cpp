@@ -3,16 +3,13 @@
 #include <cstdio>
 #include <utility>
 
-#include "protocol/wire/encode.h"
-
 namespace fire3dv::motion {
 
 using transport::LinkEvent;
 
 Watcher::Watcher(size_t most_frames) : most_frames_(most_frames) {
-  recording_.arrivals.assign(most_frames, {});  // written to, so that it is really there
-  recording_.arrivals.clear();
-  recording_.pongs.reserve(1 << 16);
+  recording_.assign(most_frames, {});  // written to, so that it is really there
+  recording_.clear();
 }
 
 void Watcher::poll(transport::ListenerLink& link, int64_t now_ns) {
@@ -23,7 +20,6 @@ void Watcher::poll(transport::ListenerLink& link, int64_t now_ns) {
       take(event.peer, event.message, event.received_ns != 0 ? event.received_ns : now_ns);
   });
   if (stream_ == state::kNone) return;
-  ask(link, now_ns);
   (void)poses_.advance(now_ns);
   note_condition(now_ns);
 }
@@ -38,7 +34,7 @@ void Watcher::note_condition(int64_t now_ns) {
   times_lost_ += condition_ == Condition::lost;
   if (was == Condition::live) {
     ++times_late_;
-    interruptions_.push_back({recording_.arrivals.back().received_ns, kForEver});
+    interruptions_.push_back({recording_.back().received_ns, kForEver});
   } else if (condition_ == Condition::live) {
     interruptions_.back().end_ns = now_ns + kRecoverNs;
   }
@@ -56,29 +52,13 @@ void Watcher::take(transport::PeerId peer, std::span<const std::byte> message, i
     return;
   }
   if (stream_ == state::kNone || peer != peer_) return;
-  if (const auto* pong = std::get_if<wire::Pong>(&*decoded)) {
-    const bool asked = pong->id != 0 && pong->id <= pings_ &&
-                       pong->ping_sender_time_ns <= static_cast<uint64_t>(received_ns);
-    if (asked && recording_.pongs.size() < recording_.pongs.capacity())
-      recording_.pongs.push_back(
-          {static_cast<int64_t>(pong->ping_sender_time_ns), pong->answer_time_ns, received_ns});
-    return;
-  }
   const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
   if (frame == nullptr || !poses_.push(stream_, *frame, received_ns, received_ns)) return;
   const wire::PoseFrameHeader& whole = poses_.streams()[stream_].header;
   if (!has_begun()) std::fprintf(stderr, "fire3dv-motion: frames come\n");
-  if (has_begun()) frames_missing_ += whole.sequence - recording_.arrivals.back().sequence - 1;
-  if (recording_.arrivals.size() < most_frames_)
-    recording_.arrivals.push_back({whole.sequence, whole.sim_time_ns, whole.publish_time_ns, received_ns});
-}
-
-void Watcher::ask(transport::ListenerLink& link, int64_t now_ns) {
-  constexpr int64_t kFirstEveryNs = 100'000'000, kLaterEveryNs = 1'000'000'000;
-  constexpr uint64_t kFirst = 10;
-  if (now_ns < next_ping_ns_) return;
-  next_ping_ns_ = now_ns + (pings_ < kFirst ? kFirstEveryNs : kLaterEveryNs);
-  link.send(peer_, wire::encode(wire::Ping{++pings_, static_cast<uint64_t>(now_ns)}));
+  if (has_begun()) frames_missing_ += whole.sequence - recording_.back().sequence - 1;
+  if (recording_.size() < most_frames_)
+    recording_.push_back({whole.sequence, whole.sim_time_ns, whole.publish_time_ns, received_ns});
 }
 
 }  // namespace fire3dv::motion

@@ -18,10 +18,10 @@ class Watcher {
   // Memory for so many frames is taken at once, so that what the process takes later is not the recording's.
   explicit Watcher(size_t most_frames);
 
-  // Takes what has come, asks for the publisher's clock now and then, and looks how the stream stands.
+  // Takes what has come, and looks how the stream stands.
   void poll(transport::ListenerLink& link, int64_t now_ns);
 
-  bool has_begun() const { return !recording_.arrivals.empty(); }
+  bool has_begun() const { return !recording_.empty(); }
   const Recording& recording() const { return recording_; }
   uint64_t frames_missing() const { return frames_missing_; }  // sequences that were passed over
   // How often the stream became late and lost, and how it stands.
@@ -34,7 +34,6 @@ class Watcher {
 
  private:
   void take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
-  void ask(transport::ListenerLink& link, int64_t now_ns);
   void note_condition(int64_t now_ns);
 
   size_t most_frames_;
@@ -46,8 +45,6 @@ class Watcher {
   wire::Decoder decoder_;
   Recording recording_;
   uint64_t frames_missing_ = 0;
-  uint64_t pings_ = 0;
-  int64_t next_ping_ns_ = 0;
   state::Condition condition_ = state::Condition::live;
   std::vector<Span> interruptions_;
   uint64_t times_late_ = 0, times_lost_ = 0;
