@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "tools/impair/datagram_channel.h"
 
@@ -93,17 +94,27 @@ TEST(MotionScore, JitterIsTakenOutByTwoThirdsAtLeast) {
   };
   for (const Network& network : networks) {
     const Recording recording = over(network);
-    std::vector<Span> left_out;
-    if (network.down_until_ns != 0)
-      left_out.push_back({network.down_from_ns, network.down_until_ns + 2 * kSecond});
-    const Score interpolated = score(recording, Way::interpolated, left_out);
-    const Score latest = score(recording, Way::latest, left_out);
+    const Score interpolated = score(recording, Way::interpolated);
+    const Score latest = score(recording, Way::latest);
     std::printf("%-20s interpolated %5.2f mm RMS, %6.2f most, %5.1f ms behind; latest %5.2f, %6.2f, %5.1f\n",
                 network.name, interpolated.rms_mm, interpolated.max_mm, interpolated.behind_ms, latest.rms_mm,
                 latest.max_mm, latest.behind_ms);
     EXPECT_LE(interpolated.rms_mm, latest.rms_mm / 3) << network.name;
     EXPECT_LE(interpolated.max_mm, latest.max_mm) << network.name;
     EXPECT_EQ(interpolated.looks, latest.looks);
+  }
+}
+
+TEST(MotionScore, ARecordingIsReadAsItWasWritten) {
+  const Recording recording = over({"jitter", with(0.05, 50, 20)}, 5 * kSecond);
+  std::istringstream text(text_of(recording));
+  const auto again = recording_of(text);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->size(), recording.size());
+  EXPECT_EQ(score(*again, Way::interpolated).rms_mm, score(recording, Way::interpolated).rms_mm);
+  for (const char* bad : {"", "1 2 3", "1 2 3 x", "2 0 0 5\n1 0 0 6\n", "1 0 0 6\n2 0 0 5\n", "1 0 0 -5\n"}) {
+    std::istringstream wrong(bad);
+    EXPECT_FALSE(recording_of(wrong)) << bad;
   }
 }
 

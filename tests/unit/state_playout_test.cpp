@@ -101,6 +101,27 @@ TEST(ClockOffset, FramesAloneBoundItByTheFastest) {
   EXPECT_EQ(clock.soonest_ns(5), 5);
 }
 
+TEST(ClockOffset, ALongerWayIsFollowedSlowlyAndAShorterOneAtOnce) {
+  ClockOffset clock;
+  int64_t before = 0;
+  for (int64_t i = 1; i < 6000; ++i) {  // a minute, and then two of a way that is longer by 100 ms
+    const int64_t way = i < 2000 ? 10 * kMs : 110 * kMs;
+    clock.on_frame(static_cast<uint64_t>(i * 30 * kMs), i * 30 * kMs + way);
+    const int64_t offset = clock.soonest_ns(0);
+    if (i > 1) {
+      EXPECT_LE(std::abs(offset - before), 30 * kMs / 400) << i;
+    }
+    before = offset;
+  }
+  EXPECT_EQ(before, 110 * kMs);
+  clock.on_frame(static_cast<uint64_t>(6000 * 30 * kMs), 6000 * 30 * kMs + 20 * kMs);
+  EXPECT_EQ(clock.soonest_ns(0), 20 * kMs);
+  // A clock that was set is no longer way.
+  for (int64_t i = 6001; i < 7000; ++i)
+    clock.on_frame(static_cast<uint64_t>(i * 30 * kMs), i * 30 * kMs + 50 * kSecond);
+  EXPECT_EQ(clock.soonest_ns(0), 50 * kSecond);
+}
+
 TEST(ClockOffset, WildClocksDoNoHarm) {
   ClockOffset clock;
   for (const uint64_t wild : {uint64_t{0}, UINT64_MAX, uint64_t{1} << 63}) {
@@ -273,7 +294,7 @@ TEST_F(PlayoutTest, MemoryIsBoundedAndWildTimesDoNoHarm) {
     const auto published = static_cast<int64_t>(generator());
     playout.add(header, {&pose, 1}, published, static_cast<int64_t>(i) * kMs);
     (void)playout.at(static_cast<int64_t>(i) * kMs);
-    EXPECT_LE(playout.delay_ns(), 500 * kMs);
+    EXPECT_LE(playout.delay_ns(), 1000 * kMs);
   }
 }
 

@@ -1,5 +1,6 @@
 // fire3dv-motion: what a network makes of motion. `send` publishes a known motion, `watch` stands where the
-// renderer would and says how far from the truth it would be seen.
+// renderer would and says how far from the truth it would be seen, `score` says it again of what was
+// recorded.
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <csignal>
@@ -38,6 +39,7 @@ struct WatchOptions {
   std::string uri;
   double seconds = 20;
   bool as_json = false;
+  std::string record;
   transport::ListenerOptions listener;
 };
 
@@ -122,9 +124,16 @@ int watch(const WatchOptions& options) {
   }
   const uint64_t end_kib = resident_kib();
   const motion::Recording& recording = watcher.recording();
-  const motion::Score latest = motion::score(recording, motion::Way::latest, watcher.interruptions());
-  const motion::Score interpolated =
-      motion::score(recording, motion::Way::interpolated, watcher.interruptions());
+  if (!options.record.empty()) {
+    std::ofstream file(options.record);
+    if (!(file << motion::text_of(recording) << std::flush)) {
+      std::cerr << "fire3dv-motion: --record " << options.record
+                << " cannot be written; choose another file\n";
+      return 1;
+    }
+  }
+  const motion::Score latest = motion::score(recording, motion::Way::latest);
+  const motion::Score interpolated = motion::score(recording, motion::Way::interpolated);
   const char* condition = state::condition_name(watcher.condition());
   if (options.as_json) {
     std::cout << nlohmann::json{{"frames", recording.size()},
@@ -153,6 +162,19 @@ int watch(const WatchOptions& options) {
   return 0;
 }
 
+int score_file(const std::string& path) {
+  std::ifstream file(path);
+  const auto recording = motion::recording_of(file);
+  if (!recording) {
+    std::cerr << "fire3dv-motion: " << path
+              << " is no recording; make one with fire3dv-motion watch --record\n";
+    return 1;
+  }
+  say("latest", motion::score(*recording, motion::Way::latest));
+  say("interpolated", motion::score(*recording, motion::Way::interpolated));
+  return 0;
+}
+
 void add_send(CLI::App& app, SendOptions& options) {
   app.add_option("uri", options.uri, "where the watcher listens")->required();
   app.add_option("--rate", options.rate_hz, "frames a second")
@@ -172,6 +194,7 @@ void add_watch(CLI::App& app, WatchOptions& options) {
   app.add_option("--seconds", options.seconds, "how long")
       ->check(number_between(0.1, 3600))
       ->capture_default_str();
+  app.add_option("--record", options.record, "file for the times at which frames came");
   app.add_flag("--json", options.as_json, "one JSON object instead of text");
   app.add_flag("--insecure", options.listener.insecure,
                "listen on addresses other than loopback, without protection");
@@ -192,6 +215,9 @@ int main(int argc, char** argv) try {
   CLI::App* const sender = app.add_subcommand("send", "publish a known motion: a circle of 1 m at 1 m/s");
   add_send(*sender, sending);
   add_watch(*app.add_subcommand("watch", "stand where the renderer would, and score what comes"), watching);
+  std::string recorded;
+  CLI::App* const scorer = app.add_subcommand("score", "score what `watch --record` has written");
+  scorer->add_option("file", recorded, "the recording")->required();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -199,6 +225,7 @@ int main(int argc, char** argv) try {
   }
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
+  if (scorer->parsed()) return score_file(recorded);
   return sender->parsed() ? send(sending) : watch(watching);
 } catch (const ClientError& error) {
   std::cerr << "fire3dv-motion: " << error.what() << '\n';

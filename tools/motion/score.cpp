@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/state/clock_offset.h"
+#include "renderer/state/liveness.h"
 #include "renderer/state/playout.h"
 #include "tools/motion/known_motion.h"
 
@@ -12,8 +13,26 @@ namespace fire3dv::motion {
 namespace {
 
 constexpr int64_t kLookNs = 16'666'667;
-constexpr int64_t kSettlingNs = 3'000'000'000;
+constexpr int64_t kSettlingNs = 3'000'000'000, kRecoveringNs = 2'000'000'000;
+constexpr size_t kMostRecorded = 10'000'000;
 constexpr double kMostBehindMs = 1000;
+
+// Times on our clock.
+struct Span {
+  int64_t begin_ns = 0, end_ns = 0;
+};
+
+std::vector<Span> interruptions_of(const Recording& recording) {
+  std::vector<Span> spans;
+  state::Liveness liveness;
+  int64_t last_ns = 0;
+  for (const Arrival& arrival : recording) {
+    if (liveness.at(arrival.received_ns) != state::Condition::live)
+      spans.push_back({last_ns, arrival.received_ns + kRecoveringNs});
+    liveness.on_frame(last_ns = arrival.received_ns);
+  }
+  return spans;
+}
 
 struct Look {
   int64_t now_ns = 0;
@@ -48,7 +67,8 @@ class Viewer {
   state::Playout playout_;
 };
 
-std::vector<Look> looks_of(const Recording& recording, Way way, const std::vector<Span>& left_out) {
+std::vector<Look> looks_of(const Recording& recording, Way way) {
+  const std::vector<Span> left_out = interruptions_of(recording);
   std::vector<Look> looks;
   Viewer viewer(way);
   size_t next = 0;
@@ -83,9 +103,9 @@ Score against(const std::vector<Look>& looks, int64_t sim_from_now_ns, double be
 
 }  // namespace
 
-Score score(const Recording& recording, Way way, const std::vector<Span>& left_out) {
+Score score(const Recording& recording, Way way) {
   if (recording.empty()) return {};
-  const std::vector<Look> looks = looks_of(recording, way, left_out);
+  const std::vector<Look> looks = looks_of(recording, way);
   if (looks.empty()) return {};
   // From our clock to simulated time, as the quickest frame has it.
   int64_t sim_from_now_ns = INT64_MIN;
@@ -100,6 +120,27 @@ Score score(const Recording& recording, Way way, const std::vector<Span>& left_o
     (left ? high_ms : low_ms) += left ? -third_ms : third_ms;
   }
   return against(looks, sim_from_now_ns, (low_ms + high_ms) / 2);
+}
+
+std::string text_of(const Recording& recording) {
+  std::string text;
+  for (const Arrival& arrival : recording)
+    text += std::to_string(arrival.sequence) + ' ' + std::to_string(arrival.sim_time_ns) + ' ' +
+            std::to_string(arrival.publish_time_ns) + ' ' + std::to_string(arrival.received_ns) + '\n';
+  return text;
+}
+
+std::optional<Recording> recording_of(std::istream& text) {
+  Recording recording;
+  for (Arrival arrival;
+       text >> arrival.sequence >> arrival.sim_time_ns >> arrival.publish_time_ns >> arrival.received_ns;) {
+    const bool ordered = recording.empty() || (arrival.sequence > recording.back().sequence &&
+                                               arrival.received_ns >= recording.back().received_ns);
+    if (!ordered || arrival.received_ns <= 0 || recording.size() == kMostRecorded) return {};
+    recording.push_back(arrival);
+  }
+  if (!text.eof() || recording.empty()) return {};
+  return recording;
 }
 
 }  // namespace fire3dv::motion

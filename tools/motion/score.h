@@ -4,6 +4,9 @@
 #pragma once
 
 #include <cstdint>
+#include <istream>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace fire3dv::motion {
@@ -17,11 +20,6 @@ struct Arrival {
 };
 using Recording = std::vector<Arrival>;
 
-// Times on our clock that do not count: while a link is down nobody can know the truth.
-struct Span {
-  int64_t begin_ns = 0, end_ns = 0;
-};
-
 enum class Way { latest, interpolated };
 
 // The distance between what is seen and the truth a constant while ago: the while that suits best, since a
@@ -29,8 +27,14 @@ enum class Way { latest, interpolated };
 struct Score {
   double rms_mm = 0, max_mm = 0;
   double behind_ms = 0;  // that while, and the quickest frame's time on its way is not in it
-  uint64_t looks = 0;    // 60 a second, but for the first seconds, in which a delay is found
+  // 60 a second, but for the first seconds, in which a delay is found, and for when the stream was late
+  // (while no frames come nobody can know the truth) and shortly after.
+  uint64_t looks = 0;
 };
-Score score(const Recording& recording, Way way, const std::vector<Span>& left_out = {});
+Score score(const Recording& recording, Way way);
+
+// Text, a line for each frame; the same recording is read as was written. Nothing, where it is none.
+std::string text_of(const Recording& recording);
+std::optional<Recording> recording_of(std::istream& text);
 
 }  // namespace fire3dv::motion

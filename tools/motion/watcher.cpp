@@ -21,23 +21,16 @@ void Watcher::poll(transport::ListenerLink& link, int64_t now_ns) {
   });
   if (stream_ == state::kNone) return;
   (void)poses_.advance(now_ns);
-  note_condition(now_ns);
+  note_condition();
 }
 
-void Watcher::note_condition(int64_t now_ns) {
+void Watcher::note_condition() {
   using state::Condition;
-  constexpr int64_t kRecoverNs = 2'000'000'000;
-  constexpr int64_t kForEver = INT64_MAX;
   const Condition was = std::exchange(condition_, poses_.streams()[stream_].condition);
   if (was == condition_) return;
   std::fprintf(stderr, "fire3dv-motion: %s\n", state::condition_name(condition_));
   times_lost_ += condition_ == Condition::lost;
-  if (was == Condition::live) {
-    ++times_late_;
-    interruptions_.push_back({recording_.back().received_ns, kForEver});
-  } else if (condition_ == Condition::live) {
-    interruptions_.back().end_ns = now_ns + kRecoverNs;
-  }
+  times_late_ += was == Condition::live;
 }
 
 void Watcher::take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns) {

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
@@ -28,13 +26,10 @@ class Watcher {
   uint64_t times_late() const { return times_late_; }
   uint64_t times_lost() const { return times_lost_; }
   state::Condition condition() const { return condition_; }
-  // From the last frame before it became late until a while after it was live again: what nobody can see
-  // even.
-  const std::vector<Span>& interruptions() const { return interruptions_; }
 
  private:
   void take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
-  void note_condition(int64_t now_ns);
+  void note_condition();
 
   size_t most_frames_;
   scene::Scene scene_;
@@ -46,7 +41,6 @@ class Watcher {
   Recording recording_;
   uint64_t frames_missing_ = 0;
   state::Condition condition_ = state::Condition::live;
-  std::vector<Span> interruptions_;
   uint64_t times_late_ = 0, times_lost_ = 0;
 };
 
