@@ -24,7 +24,7 @@ cmake -S "$copy" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >"$build.log" 2
 run_tests() { # family, regular expression; 0 = passed, 2 = does not build
   local targets
   mapfile -t targets < <(tools/test_times.py --targets-matching "$2" "$build")
-  [[ $1 != e2e* ]] || targets+=(fire3dv bullet_arm e2e_publisher e2e_rude_client)
+  [[ $1 != e2e* ]] || targets+=(fire3dv bullet_arm e2e_publisher e2e_rude_client fire3dv-impair fire3dv-motion)
   [ ${#targets[@]} -eq 0 ] || cmake --build "$build" --target "${targets[@]}" >"$build.log" 2>&1 || return 2
   ctest --test-dir "$build" -R "$2" --no-tests=error >"$build.log" 2>&1
 }
