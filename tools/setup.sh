@@ -16,7 +16,8 @@ packages=(
   # the example simulator
   libbullet-dev
   # tests
-  libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth xdotool strace python3 iproute2
+  libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth xdotool strace python3
+  iproute2 openssl  # networks of a test's own, two hosts on one machine, and their certificate
   # the demo's video
   ffmpeg
 )
@@ -37,7 +38,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     OpenSSL 3, libsodium,
     CLI11 2
-  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3, iproute2, ffmpeg
+  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3, iproute2, openssl, ffmpeg
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT
   exit 1

@@ -9,12 +9,16 @@
 
 namespace fire3dv::transport::tcp {
 
+// What the kernel keeps unsent is older than what could be sent in its place: over a slow link it would be seconds.
+constexpr int kMostUnsentInKernelBytes = 16 << 10;
+
 // A peer that vanishes without a word (cable, power) is noticed by the kernel within about 10 seconds.
 inline void tune_socket(int fd) {
   const auto set = [fd](int level, int option, int value) {
     ::setsockopt(fd, level, option, &value, sizeof value);
   };
   set(IPPROTO_TCP, TCP_NODELAY, 1);
+  set(IPPROTO_TCP, TCP_NOTSENT_LOWAT, kMostUnsentInKernelBytes);
   set(SOL_SOCKET, SO_KEEPALIVE, 1);
   set(IPPROTO_TCP, TCP_KEEPIDLE, 4);
   set(IPPROTO_TCP, TCP_KEEPINTVL, 2);

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <thread>
 
+#include "renderer/app/mark_held.h"
+
 namespace fire3dv::app {
 namespace {
 
@@ -163,6 +165,7 @@ void FrameLoop::draw() {
   const std::vector<state::FrameTag> shown = poses_.shown();
 
   renderer_.record(recorder, frames_.belt(), poses_, view);
+  renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
   if (wants_pixels()) readback_.record(recorder, renderer_.image(), {images_, view.camera, shown});
   if (window_) {
     window_->record(recorder, renderer_.image());

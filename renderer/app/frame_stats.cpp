@@ -10,11 +10,11 @@ namespace {
 // Passes in the order of a frame. One that did not run in an image is 0 there. Where the acceleration
 // structures are built on another queue, "tlas wait" is how long the main one stood still for them.
 constexpr const char* kColumns[] = {
-    "drives",   "poses",          "transforms", "draws",       "deform",      "deformed blas",
-    "tlas",     "light views",    "clear",      "cull",        "raster",      "expand",
-    "tiles",    "farthest depth", "late cull",  "late raster", "late expand", "late tiles",
-    "surfaces", "classify",       "shade",      "tlas wait",   "trace",       "shade again",
-    "depth",    "forward",        "post",       "fxaa",        "read-back",   "window"};
+    "drives",      "poses",       "transforms",  "draws",      "deform",   "deformed blas", "tlas",
+    "light views", "clear",       "cull",        "raster",     "expand",   "tiles",         "farthest depth",
+    "late cull",   "late raster", "late expand", "late tiles", "surfaces", "classify",      "shade",
+    "tlas wait",   "trace",       "shade again", "depth",      "forward",  "post",          "fxaa",
+    "held mark",   "read-back",   "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;

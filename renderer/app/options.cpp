@@ -117,6 +117,12 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       app.add_option("--delay", delay_ms,
                      "how late interpolated streams are shown, in milliseconds; unless given, it "
                      "follows their jitter");
+  std::string mark_held = "auto";
+  app.add_option("--mark-held", mark_held,
+                 "mark images whose stream sends no frames, by a striped frame and a badge: auto, those of "
+                 "interpolated streams; on; off")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->capture_default_str();
   app.add_flag("--lockstep", options.lockstep,
                "draw every pose frame exactly once and tell the adapter when it is done");
 
@@ -261,6 +267,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   options.levels_of_detail = passes::levels_of_detail_named(levels_of_detail);
   if (play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
+  if (mark_held == "on") options.play.mark_held = MarkHeld::on;
+  if (mark_held == "off") options.play.mark_held = MarkHeld::off;
   if (*fixed_delay) {
     if (!(delay_ms >= 0 && delay_ms <= 10'000))
       return usage_error("--delay must be a number from 0 to 10000");

@@ -177,7 +177,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     const int64_t came_ns = received_ns != 0 ? received_ns : static_cast<int64_t>(monotonic_now_ns());
     state::ClockOffset& clock = stream->second.clock;
     clock.on_frame(frame->header.publish_time_ns, came_ns);
-    return poses_.push(stream->second.id, *frame, clock.local_ns(frame->header.publish_time_ns), came_ns);
+    return poses_.push(stream->second.id, *frame, clock.soonest_ns(frame->header.publish_time_ns), came_ns);
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
     describe(peer, *description);

@@ -52,6 +52,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
                       : std::optional<VisibilityPass>()),
       shadows_(device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, shadow_way_),
       post_(device, samples_),
+      held_mark_(device),
       environment_(device, settings.environment ? *settings.environment : scene::studio_environment()) {
   settings_.environment.reset();  // the GPU has it now
 }
@@ -69,6 +70,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
 void SceneRenderer::set_size(VkExtent2D extent) {
   targets_.emplace(device_, extent, samples_);
   post_.bind(*targets_);
+  held_mark_.bind(image());
   if (visibility_) visibility_->set_size(*targets_);
   shadows_.set_size(extent);
 }

@@ -10,6 +10,7 @@
 #include "renderer/passes/environment.h"
 #include "renderer/passes/forward_pass.h"
 #include "renderer/passes/gpu_scene.h"
+#include "renderer/passes/held_mark.h"
 #include "renderer/passes/post_pass.h"
 #include "renderer/passes/targets.h"
 #include "renderer/passes/transforms_pass.h"
@@ -65,6 +66,11 @@ class SceneRenderer {
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
               const View& view);
 
+  // After record(): marks the image as held, where the condition is not live.
+  void mark_held(gpu::Recorder& recorder, state::Condition condition) {
+    held_mark_.record(recorder, image(), condition);
+  }
+
   gpu::Image& image() { return PostPass::result(*targets_, settings_.post); }
   VkExtent2D extent() const { return targets_->extent; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
@@ -106,6 +112,7 @@ class SceneRenderer {
   std::optional<VisibilityPass> visibility_;
   ShadowPass shadows_;
   PostPass post_;
+  HeldMark held_mark_;
   Environment environment_;  // last: it waits for the GPU, and meanwhile the pipelines above are made
   const scene::Scene* scene_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;

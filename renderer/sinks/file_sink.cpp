@@ -31,7 +31,8 @@ std::string log_line(const std::string& file, const FrameImage& image) {
     line += "{\"stream\":" + json_string(tag.stream) + ",\"epoch\":\"" + hex64(tag.epoch) +
             "\",\"sequence\":" + std::to_string(tag.sequence) +
             ",\"sim_time_ns\":" + std::to_string(tag.sim_time_ns) +
-            ",\"publish_time_ns\":" + std::to_string(tag.publish_time_ns) + "}";
+            ",\"publish_time_ns\":" + std::to_string(tag.publish_time_ns) + ",\"state\":\"" +
+            state::condition_name(tag.condition) + "\"}";
   }
   return line + "]}\n";
 }

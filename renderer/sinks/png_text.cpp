@@ -21,6 +21,9 @@ void apply_stream_field(std::string_view field, std::string_view text, state::Fr
   if (field == "Sequence") read_number(text, tag.sequence);
   if (field == "SimTimeNs") read_number(text, tag.sim_time_ns);
   if (field == "PublishTimeNs") read_number(text, tag.publish_time_ns);
+  for (const state::Condition condition :
+       {state::Condition::live, state::Condition::late, state::Condition::lost})
+    if (field == "State" && text == state::condition_name(condition)) tag.condition = condition;
 }
 
 }  // namespace
@@ -45,6 +48,7 @@ TextChunks text_of(const FrameImage& image) {
     text.emplace_back("Sequence" + suffix, std::to_string(tag.sequence));
     text.emplace_back("SimTimeNs" + suffix, std::to_string(tag.sim_time_ns));
     text.emplace_back("PublishTimeNs" + suffix, std::to_string(tag.publish_time_ns));
+    text.emplace_back("State" + suffix, state::condition_name(tag.condition));
   }
   return text;
 }

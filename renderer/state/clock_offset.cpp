@@ -6,6 +6,8 @@ namespace fire3dv::state {
 namespace {
 
 constexpr int64_t kPeriodNs = 1'000'000'000;
+constexpr int64_t kFollowFraction = 500;            // of the time that passes: clocks drift by less
+constexpr int64_t kMostFollowedNs = 1'000'000'000;  // beyond it something else has happened
 
 // Clocks of strangers may show anything: sums wrap around instead of overflowing.
 int64_t difference(int64_t a, uint64_t b) {
@@ -39,6 +41,16 @@ void ClockOffset::on_frame(uint64_t publish_ns, int64_t received_ns) {
     period_began_ns_ = received_ns;
   }
   if (offset_ns < this_period_.cost_ns) this_period_ = {offset_ns, offset_ns};
+  follow_shortest_way(received_ns);
+}
+
+void ClockOffset::follow_shortest_way(int64_t received_ns) {
+  const int64_t passed_ns = std::clamp<int64_t>(received_ns - followed_ns_, 0, kPeriodNs);
+  const int64_t longer_ns = difference(shortest_way_ns(), static_cast<uint64_t>(soonest_offset_ns_));
+  const bool follows = followed_ns_ != 0 && longer_ns > 0 && longer_ns < kMostFollowedNs;
+  soonest_offset_ns_ =
+      follows ? soonest_offset_ns_ + std::min(longer_ns, passed_ns / kFollowFraction) : shortest_way_ns();
+  followed_ns_ = received_ns;
 }
 
 ClockOffset::Source ClockOffset::source() const {
@@ -50,11 +62,17 @@ ClockOffset::Source ClockOffset::source() const {
 int64_t ClockOffset::local_ns(uint64_t publisher_ns) const {
   int64_t offset_ns = 0;
   if (source() == Source::round_trip) offset_ns = pongs_.least().offset_ns;
-  if (source() == Source::one_way) {
-    const Sample earlier = frame_periods_.least();
-    offset_ns = std::min(this_period_.cost_ns, earlier.cost_ns);
-  }
+  if (source() == Source::one_way) offset_ns = shortest_way_ns();
   return static_cast<int64_t>(publisher_ns + static_cast<uint64_t>(offset_ns));
+}
+
+int64_t ClockOffset::shortest_way_ns() const {
+  return std::min(this_period_.cost_ns, frame_periods_.least().cost_ns);
+}
+
+int64_t ClockOffset::soonest_ns(uint64_t publisher_ns) const {
+  if (same_ || this_period_.cost_ns == INT64_MAX) return local_ns(publisher_ns);
+  return static_cast<int64_t>(publisher_ns + static_cast<uint64_t>(soonest_offset_ns_));
 }
 
 int64_t ClockOffset::uncertainty_ns() const {

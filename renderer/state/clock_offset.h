@@ -26,10 +26,16 @@ class ClockOffset {
   Source source() const;
   // Our clock when the publisher's shows this.
   int64_t local_ns(uint64_t publisher_ns) const;
+  // Our clock when what was published then can be here at the soonest: what motion is shown by. Frames are
+  // many more than pings, so it hardly changes, and the way itself does not matter. When the quickest frames
+  // take longer than before it follows slowly, since whatever it does is seen.
+  int64_t soonest_ns(uint64_t publisher_ns) const;
   // How wrong local_ns may be; meaningful for pings alone.
   int64_t uncertainty_ns() const;
 
  private:
+  int64_t shortest_way_ns() const;  // with the offset between the clocks in it
+  void follow_shortest_way(int64_t received_ns);
   // The smallest of the last samples is what was disturbed least. Old ones go: clocks drift by parts in a
   // million.
   struct Sample {
@@ -48,6 +54,7 @@ class ClockOffset {
   Best<16> frame_periods_;  // the best of each second
   Sample this_period_;
   int64_t period_began_ns_ = 0;
+  int64_t soonest_offset_ns_ = 0, followed_ns_ = 0;
 };
 
 }  // namespace fire3dv::state

@@ -12,12 +12,16 @@ constexpr size_t kMostFrames = 256;
 constexpr size_t kMostPoses = size_t{4} << 20;  // 192 MiB of one stream
 constexpr size_t kLatenessWindow = 256;
 constexpr int64_t kMillisecondNs = 1'000'000;
-constexpr int64_t kMostDelayNs = 500 * kMillisecondNs;
+constexpr int64_t kMostDelayNs = 1000 * kMillisecondNs;
 constexpr int64_t kMostClockErrorNs = 60'000 * kMillisecondNs;
 constexpr int64_t kMarginNs = 2 * kMillisecondNs;
 constexpr int64_t kMostExtrapolationNs = 100 * kMillisecondNs;
-constexpr int64_t kLateAfterNs = 250 * kMillisecondNs;
-constexpr int64_t kLostAfterNs = 3000 * kMillisecondNs;
+
+// Between honest frames the difference is small; a hostile stream's may be anything, and must not overflow.
+double sim_step_ns(const wire::PoseFrameHeader& from, const wire::PoseFrameHeader& to) {
+  return static_cast<double>(
+      static_cast<int64_t>(static_cast<uint64_t>(to.sim_time_ns) - static_cast<uint64_t>(from.sim_time_ns)));
+}
 
 bool jumps(const wire::PoseFrameHeader& into) {
   return (into.flags & wire::kFrameDiscontinuity) != 0;
@@ -35,17 +39,16 @@ bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Aff
   if (later != frames_.end() && later->header.sequence == header.sequence) return false;
   // What was passed by already would only be put in front of what is shown.
   if (later == frames_.begin() && !frames_.empty()) return false;
-  // A publisher's clock that runs backwards is not to be believed: its frames are shown in order all the
-  // same.
-  if (later == frames_.end() && !frames_.empty())
-    published_ns = std::max(published_ns, frames_.back().published_ns);
-  else if (later != frames_.end())
-    published_ns = std::clamp(published_ns, std::prev(later)->published_ns, later->published_ns);
-  measure(published_ns, received_ns);
-
   Frame frame;
   frame.header = header;
-  frame.published_ns = published_ns;
+  if (later == frames_.end()) {
+    // A clock that runs backwards is not to be believed: frames are shown in order all the same.
+    newest_published_ns_ = std::max(newest_published_ns_, published_ns);
+    frame.place = schedule_.next(header.sim_time_ns, newest_published_ns_, jumps(header));
+  } else {
+    frame.place = place_between(*std::prev(later), *later, header, published_ns);
+  }
+  measure(frame.place.due_ns, received_ns);
   if (!spare_.empty()) {
     frame.poses = std::move(spare_.back());
     spare_.pop_back();
@@ -59,11 +62,27 @@ bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Aff
   return true;
 }
 
+// A frame that was overtaken on its way: the schedule has passed it by, and its neighbours say when it is
+// due.
+SimSchedule::Place Playout::place_between(const Frame& earlier, Frame& later,
+                                          const wire::PoseFrameHeader& header, int64_t published_ns) const {
+  const double whole = sim_step_ns(earlier.header, later.header);
+  const double part = sim_step_ns(earlier.header, header);
+  const int64_t begin_ns = earlier.place.due_ns, end_ns = later.place.due_ns;
+  const bool even = part >= 0 && part <= whole && whole > 0 && !jumps(later.header) && !jumps(header);
+  const int64_t due_ns =
+      even ? begin_ns + static_cast<int64_t>(static_cast<double>(end_ns - begin_ns) * (part / whole))
+           : std::clamp(published_ns, begin_ns, end_ns);
+  const int64_t from_ns = jumps(header) ? due_ns : std::min(due_ns, later.place.from_ns);
+  later.place.from_ns = std::max(later.place.from_ns, due_ns);
+  return {std::max(from_ns, begin_ns), due_ns};
+}
+
 // Late enough that nearly every frame has come when it is needed: the frame after the moment shown, that is.
 // It rises at once, or the picture would stop, and falls slowly, since every change of it shows as another
 // speed.
-void Playout::measure(int64_t published_ns, int64_t received_ns) {
-  lateness_ns_.push_back(received_ns - published_ns);
+void Playout::measure(int64_t due_ns, int64_t received_ns) {
+  lateness_ns_.push_back(received_ns - due_ns);
   if (lateness_ns_.size() > kLatenessWindow) lateness_ns_.pop_front();
   std::vector<int64_t> sorted(lateness_ns_.begin(), lateness_ns_.end());
   const size_t at = std::min(sorted.size() - 1, sorted.size() * 98 / 100);
@@ -75,29 +94,24 @@ void Playout::measure(int64_t published_ns, int64_t received_ns) {
 // Of the frames that are there. Few are enough: it is only added to the delay.
 int64_t Playout::interval_ns() const {
   if (frames_.size() < 2) return 0;
-  const int64_t span = frames_.back().published_ns - frames_.front().published_ns;
+  const int64_t span = frames_.back().place.due_ns - frames_.front().place.due_ns;
   return span / static_cast<int64_t>(frames_.back().header.sequence - frames_.front().header.sequence);
 }
 
 std::optional<Playout::Shown> Playout::at(int64_t now_ns) {
   if (frames_.empty()) return {};
-  const int64_t moment_ns = now_ns - delay_ns();
-  while (frames_.size() > 2 && frames_[1].published_ns <= moment_ns) {
+  // A delay that rises makes motion wait, not go back.
+  moment_ns_ = std::max(moment_ns_, now_ns - delay_ns());
+  while (frames_.size() > 2 && frames_[1].place.due_ns <= moment_ns_) {
     spare_.push_back(std::move(frames_.front().poses));
     frames_.pop_front();
   }
   if (spare_.size() > 8) spare_.resize(8);
   const Frame& earlier = frames_.front();
   const Frame& later = frames_.size() > 1 ? frames_[1] : earlier;
-  const int64_t span = later.published_ns - earlier.published_ns;
-  const int64_t into = std::max<int64_t>(moment_ns - earlier.published_ns, 0);
-  bool changed;
-  if (&later == &earlier)
-    changed = show(earlier, earlier, 0);
-  else if (!jumps(later.header))
-    changed = show(earlier, later, way(into, span));
-  else  // into a jump nothing moves: the earlier frame is held until it comes
-    changed = into < span ? show(earlier, earlier, 0) : show(later, later, 0);
+  const auto [from_ns, due_ns] = later.place;
+  const bool alone = &later == &earlier;
+  const bool changed = show(earlier, later, alone ? 0 : way(moment_ns_ - from_ns, due_ns - from_ns));
   return Shown{header_, poses_, changed};
 }
 
@@ -105,7 +119,8 @@ std::optional<Playout::Shown> Playout::at(int64_t now_ns) {
 // while, then comes back to the last frame: a simulator that pauses is shown where it stands, and not where
 // it might have gone.
 double Playout::way(int64_t into_ns, int64_t span_ns) {
-  if (span_ns <= 0) return 1;
+  if (into_ns <= 0) return span_ns <= 0 && into_ns == 0 ? 1 : 0;
+  if (span_ns <= 0) return 1;  // into a jump nothing moves: the earlier frame is held until it comes
   const int64_t most = std::min(2 * span_ns, kMostExtrapolationNs);
   const int64_t over = into_ns - span_ns;
   if (over > 2 * most) return 1;
@@ -120,10 +135,8 @@ bool Playout::show(const Frame& earlier, const Frame& later, double t) {
   shown_later_ = later.header.sequence;
   shown_t_ = t;
   header_ = t >= 1 ? later.header : earlier.header;
-  // Between honest frames the difference is small; a hostile stream's may be anything, and must not overflow.
-  const auto step = static_cast<int64_t>(static_cast<uint64_t>(later.header.sim_time_ns) -
-                                         static_cast<uint64_t>(earlier.header.sim_time_ns));
-  const auto moved = static_cast<int64_t>(std::clamp(static_cast<double>(step) * t, -9e18, 9e18));
+  const auto moved =
+      static_cast<int64_t>(std::clamp(sim_step_ns(earlier.header, later.header) * t, -9e18, 9e18));
   header_.sim_time_ns =
       static_cast<int64_t>(static_cast<uint64_t>(earlier.header.sim_time_ns) + static_cast<uint64_t>(moved));
   poses_.resize(later.poses.size());
@@ -131,11 +144,6 @@ bool Playout::show(const Frame& earlier, const Frame& later, double t) {
   for (size_t i = 0; i < poses_.size(); ++i)
     poses_[i] = comparable ? interpolate(earlier.poses[i], later.poses[i], t) : later.poses[i];
   return true;
-}
-
-Condition condition_after(int64_t silence_ns) {
-  if (silence_ns > kLostAfterNs) return Condition::lost;
-  return silence_ns > kLateAfterNs ? Condition::late : Condition::live;
 }
 
 }  // namespace fire3dv::state

@@ -1,5 +1,6 @@
-// The frames of one stream from another machine, shown a little late and evenly: what is to be seen at a time
-// lies between two frames that have come by then. How late is chosen from how unevenly frames come, or fixed.
+// The frames of one stream from another machine, shown a little late and evenly in the simulator's time: what
+// is to be seen at a time lies between two frames that have come by then. How late is chosen from how
+// unevenly frames come, or fixed.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +10,9 @@
 #include <vector>
 
 #include "protocol/wire/messages.h"
+#include "renderer/state/sim_schedule.h"
 
 namespace fire3dv::state {
-
-// How a stream stands, for people: a picture that is held must not pass for one that lives.
-enum class Condition {
-  live,  // frames come
-  late,  // none has come for a quarter of a second
-  lost,  // none has come for seconds
-};
-
-// After this long without a frame.
-Condition condition_after(int64_t silence_ns);
 
 class Playout {
  public:
@@ -48,18 +40,24 @@ class Playout {
   struct Frame {
     wire::PoseFrameHeader header;
     std::vector<wire::Affine3x4> poses;
-    int64_t published_ns = 0;
+    SimSchedule::Place place;
   };
-  void measure(int64_t published_ns, int64_t received_ns);
+  using Frames = std::deque<Frame>;
+  SimSchedule::Place place_between(const Frame& earlier, Frame& later, const wire::PoseFrameHeader& header,
+                                   int64_t published_ns) const;
+  void measure(int64_t due_ns, int64_t received_ns);
   int64_t interval_ns() const;
   static double way(int64_t into_ns, int64_t span_ns);
   // True when that is something else than what was shown last.
   bool show(const Frame& earlier, const Frame& later, double t);
 
   std::optional<int64_t> fixed_delay_ns_;
-  std::deque<Frame> frames_;  // by sequence; the first is the one at or before what was shown last
+  Frames frames_;  // by sequence; the first is the one at or before what was shown last
+  SimSchedule schedule_;
+  int64_t newest_published_ns_ = INT64_MIN;
+  int64_t moment_ns_ = INT64_MIN;                    // shown last
   std::vector<std::vector<wire::Affine3x4>> spare_;  // memory of frames that are gone
-  std::deque<int64_t> lateness_ns_;                  // of the last frames: received - published
+  std::deque<int64_t> lateness_ns_;                  // of the last frames: received - due
   int64_t delay_ns_ = 0;
   std::vector<wire::Affine3x4> poses_;
   wire::PoseFrameHeader header_;

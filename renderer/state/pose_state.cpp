@@ -130,7 +130,9 @@ void PoseState::set_rest(const RestPose& rest) {
 }
 
 void PoseState::interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns) {
-  if (id < streams_.size() && streams_[id].active) wishes_[id].playout.emplace(fixed_delay_ns);
+  if (id >= streams_.size() || !streams_[id].active) return;
+  streams_[id].interpolated = true;
+  wishes_[id].playout.emplace(fixed_delay_ns);
 }
 
 bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
@@ -174,7 +176,7 @@ bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span
                      int64_t published_ns, int64_t received_ns) {
   Stream& stream = streams_[id];
   Wish& wish = wishes_[id];
-  wish.received_ns = std::max(wish.received_ns, received_ns);
+  if (received_ns != 0) wish.liveness.on_frame(received_ns);
   if (!wish.playout) {
     show(id, header, poses);
     ++stream.frames_received;
@@ -191,8 +193,8 @@ bool PoseState::advance(int64_t now_ns) {
   bool changed = false;
   for (StreamId id = 0; id < streams_.size(); ++id) {
     Wish& wish = wishes_[id];
-    if (!streams_[id].active || wish.received_ns == 0) continue;
-    streams_[id].condition = condition_after(now_ns - wish.received_ns);
+    if (!streams_[id].active) continue;
+    streams_[id].condition = wish.liveness.at(now_ns);
     if (!wish.playout) continue;
     const auto shown = wish.playout->at(now_ns);
     if (!shown || !shown->changed) continue;
@@ -233,7 +235,7 @@ std::vector<FrameTag> PoseState::shown() const {
   for (const Stream& stream : streams_) {
     if (!stream.active || stream.header.sequence == 0) continue;
     tags.push_back({stream.name, stream.epoch, stream.header.sequence, stream.header.sim_time_ns,
-                    stream.header.publish_time_ns});
+                    stream.header.publish_time_ns, stream.condition});
   }
   return tags;
 }

@@ -15,6 +15,7 @@
 #include "renderer/state/animation.h"
 #include "renderer/state/bindings.h"
 #include "renderer/state/frame_assembly.h"
+#include "renderer/state/liveness.h"
 #include "renderer/state/playout.h"
 
 namespace fire3dv::state {
@@ -30,6 +31,7 @@ struct FrameTag {
   uint64_t sequence = 0;
   int64_t sim_time_ns = 0;
   uint64_t publish_time_ns = 0;  // publisher's monotonic clock
+  Condition condition = Condition::live;
 };
 
 // How a scene node moves: world_from_node = world_from_stream(stream) * pose[pose_index] * body_from_node,
@@ -55,10 +57,11 @@ struct Stream {
   // Of those it drives, what a later stream asks for too.
   std::vector<std::string> contested_names;
   Condition condition = Condition::live;  // as of the last advance(); a picture that is held is not alive
-  uint64_t frames_received = 0;           // whole frames that were shown
-  uint64_t frames_incomplete = 0;         // frames that a newer one overtook before all their parts had come
-  uint64_t frames_stale = 0;    // pushes of another epoch, not newer than the shown frame, or repeated
-  uint64_t frames_refused = 0;  // pushes with a wrong node count, or that contradict their other parts
+  bool interpolated = false;
+  uint64_t frames_received = 0;    // whole frames that were shown
+  uint64_t frames_incomplete = 0;  // frames that a newer one overtook before all their parts had come
+  uint64_t frames_stale = 0;       // pushes of another epoch, not newer than the shown frame, or repeated
+  uint64_t frames_refused = 0;     // pushes with a wrong node count, or that contradict their other parts
   std::vector<uint32_t> scene_node_of_pose;  // kNone = unmatched or conflicting
 };
 
@@ -116,7 +119,7 @@ class PoseState {
     std::vector<wire::Affine3x4> body_from_node;  // none, one for all, or one per pose
     FrameAssembly assembly;
     std::optional<Playout> playout;  // interpolated streams
-    int64_t received_ns = 0;         // the newest frame
+    Liveness liveness;
   };
   void rebind();
   void derive_drives();

@@ -55,5 +55,14 @@ struct FxaaPush {
   uint height;
 };
 
+#define FIRE3DV_HELD_LATE 1u
+#define FIRE3DV_HELD_LOST 2u
+
+struct HeldMarkPush {
+  uint width;
+  uint height;
+  uint held;  // FIRE3DV_HELD_*
+};
+
 FIRE3DV_SHARED_END
 #endif

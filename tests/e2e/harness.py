@@ -50,8 +50,10 @@ def vulkan_environment():
 class Program:
     """A child process whose output is read by threads, so that it never waits for the test."""
 
-    def __init__(self, test, name, command, env=None):
-        self.name, self.command, self.err, self.out = name, command, [], []
+    def __init__(self, test, name, command, env=None, host=None):
+        """host: where it runs, if not here (hosts.py)."""
+        self.name, self.err, self.out = name, [], []
+        self.command = command = [*(host.enter if host else []), *command]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                         text=True, errors="replace", env=env)
         self.readers = [threading.Thread(target=self._read, args=pair, daemon=True)
@@ -116,7 +118,8 @@ class Program:
 class Renderer(Program):
     """fire3dv with --validation; its images lie in self.folder."""
 
-    def __init__(self, test, *arguments, listen=(), scene=None, size=SIZE, headless=True, env=None):
+    def __init__(self, test, *arguments, listen=(), scene=None, size=SIZE, headless=True, env=None,
+                 host=None):
         test.counter += 1
         self.folder = os.path.join(test.folder, f"images{test.counter}")
         self._frames, self._log_at = [], 0
@@ -126,7 +129,7 @@ class Renderer(Program):
         command += [] if "--cache" in arguments else ["--cache", "off"]  # a test leaves nothing behind
         for uri in listen:
             command += ["--listen", uri]
-        super().__init__(test, f"fire3dv {test.counter}", command + list(arguments), env or vulkan_environment())
+        super().__init__(test, f"fire3dv {test.counter}", command + list(arguments), env or vulkan_environment(), host)
 
     def uris(self, count=1):
         """The addresses that it really listens on, in the order of --listen."""
@@ -176,7 +179,8 @@ def check_tags(text, frame):
     for i, stream in enumerate(streams):
         suffix = "" if len(streams) == 1 else f".{i}"
         for keyword, key in (("Stream", "stream"), ("Epoch", "epoch"), ("Sequence", "sequence"),
-                             ("SimTimeNs", "sim_time_ns"), ("PublishTimeNs", "publish_time_ns")):
+                             ("SimTimeNs", "sim_time_ns"), ("PublishTimeNs", "publish_time_ns"),
+                             ("State", "state")):
             check(text.get(keyword + suffix) == str(stream[key]), f"{frame['file']}: {keyword}{suffix} is "
                   f"{text.get(keyword + suffix)}, frames.jsonl says {stream[key]}")
 
@@ -184,8 +188,8 @@ def check_tags(text, frame):
 class Publisher(Program):
     """publisher.cpp, driven by lines."""
 
-    def __init__(self, test, uri, nodes=("red",), name="arm"):
-        super().__init__(test, f"publisher {name}", [test.programs_at["publisher"], uri, name, *nodes])
+    def __init__(self, test, uri, nodes=("red",), name="arm", host=None):
+        super().__init__(test, f"publisher {name}", [test.programs_at["publisher"], uri, name, *nodes], host=host)
         self.answers = 0
 
     def do(self, line):
@@ -240,7 +244,7 @@ class Test:
 
     def __init__(self, programs_at):
         self.programs_at = programs_at
-        self.programs, self.counter, self._names = [], 0, []
+        self.programs, self.hosts, self.counter, self._names = [], [], 0, []
         self.folder = tempfile.mkdtemp(prefix="fire3dv-e2e-")
         self.scene = os.path.join(self.folder, "squares.glb")
         write_scene(self.scene)
@@ -277,6 +281,8 @@ class Test:
             if program.alive():
                 program.signal(signal.SIGCONT)
                 program.kill()
+        for host in self.hosts:
+            host.end()
         for name in self._names:
             for path in glob.glob(f"/dev/shm/*fire3dv.{name}*"):
                 os.unlink(path)

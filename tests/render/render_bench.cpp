@@ -64,6 +64,7 @@ RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const pas
 void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(recorder, frames_.belt(), poses, view);
+  renderer_.mark_held(recorder, held_);
   readback_.record(recorder, renderer_.image(), 0);
   readback_.submitted(frames_.submit());
 }

@@ -31,6 +31,8 @@ class RenderBench {
   sinks::FrameImage draw_at_rest();
   // Draws as many images as there are poses, without waiting for one before the next. From the first camera.
   std::vector<sinks::FrameImage> draw_on(state::PoseState& poses, const std::vector<state::RestPose>& moved);
+  // How images from now on are marked.
+  void set_held(state::Condition condition) { held_ = condition; }
   passes::SceneRenderer& renderer() { return renderer_; }
   gpu::FrameRing& frames() { return frames_; }
 
@@ -42,6 +44,7 @@ class RenderBench {
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
   passes::ReadbackBelt<int> readback_;
+  state::Condition held_ = state::Condition::live;
 };
 
 passes::View first_camera_view(const scene::Scene& scene, const state::PoseState& poses, VkExtent2D extent);

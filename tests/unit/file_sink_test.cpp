@@ -40,6 +40,7 @@ FrameImage frame(uint64_t index, const std::string& camera = "front", uint32_t s
   tag.epoch = 0xffffffffffffffffu;
   tag.sequence = 100 + index;
   tag.sim_time_ns = static_cast<int64_t>(index) * 1000;
+  tag.condition = state::Condition::late;
   image.shown = {tag};
   return image;
 }
@@ -76,6 +77,7 @@ TEST_F(FileSinkTest, WritesEveryFrameInOrderAndLists) {
     EXPECT_EQ(lines[i]["streams"][0]["epoch"], "ffffffffffffffff");
     EXPECT_EQ(lines[i]["streams"][0]["sequence"], 100 + i);
     EXPECT_EQ(lines[i]["streams"][0]["sim_time_ns"], 1000 * i);
+    EXPECT_EQ(lines[i]["streams"][0]["state"], "late");
     const auto file = read_png(out / std::string(lines[i]["file"]));
     ASSERT_TRUE(file.ok()) << file.error().message;
     EXPECT_EQ(file->image.rgba8[0], i);

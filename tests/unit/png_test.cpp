@@ -91,6 +91,7 @@ TEST(Png, SaysWhatOneStreamShows) {
   image.camera = "camera_front";
   image.frame_index = 17;
   image.shown = {tag("bullet_arm", 0xfedcba9876543210u, 18446744073709551615u, -5)};
+  image.shown[0].condition = state::Condition::lost;
   const auto file = decode_png(*encode_png(image));
   ASSERT_TRUE(file.ok());
   EXPECT_EQ(text_at(*file, "Software").substr(0, 8), "FIRE-3DV");
@@ -101,6 +102,7 @@ TEST(Png, SaysWhatOneStreamShows) {
   EXPECT_EQ(text_at(*file, "Epoch"), "fedcba9876543210");
   EXPECT_EQ(text_at(*file, "Sequence"), "18446744073709551615");
   EXPECT_EQ(text_at(*file, "SimTimeNs"), "-5");
+  EXPECT_EQ(text_at(*file, "State"), "lost");
   EXPECT_EQ(file->image.camera, "camera_front");
   EXPECT_EQ(file->image.frame_index, 17u);
   ASSERT_EQ(file->image.shown.size(), 1u);
@@ -108,6 +110,7 @@ TEST(Png, SaysWhatOneStreamShows) {
   EXPECT_EQ(file->image.shown[0].epoch, 0xfedcba9876543210u);
   EXPECT_EQ(file->image.shown[0].sequence, 18446744073709551615u);
   EXPECT_EQ(file->image.shown[0].sim_time_ns, -5);
+  EXPECT_EQ(file->image.shown[0].condition, state::Condition::lost);
 }
 
 TEST(Png, SeveralStreamsAreNumbered) {
@@ -117,6 +120,7 @@ TEST(Png, SeveralStreamsAreNumbered) {
   ASSERT_TRUE(file.ok());
   EXPECT_EQ(text_at(*file, "Stream.0"), "left");
   EXPECT_EQ(text_at(*file, "Sequence.1"), "20");
+  EXPECT_EQ(text_at(*file, "State.0"), "live");
   EXPECT_EQ(text_at(*file, "Stream"), "(absent)");
   ASSERT_EQ(file->image.shown.size(), 2u);
   EXPECT_EQ(file->image.shown[1].stream, "right");

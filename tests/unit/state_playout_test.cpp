@@ -88,11 +88,38 @@ TEST(ClockOffset, FramesAloneBoundItByTheFastest) {
   for (int i = 0; i < 600; ++i)
     clock.on_frame(static_cast<uint64_t>(i * 16 * kMs), 77 * kSecond + i * 16 * kMs + way(generator));
   EXPECT_EQ(clock.source(), ClockOffset::Source::one_way);
+  EXPECT_EQ(clock.soonest_ns(5), clock.local_ns(5));
   const int64_t error = clock.local_ns(0) - 77 * kSecond;
   EXPECT_GE(error, 10 * kMs);
   EXPECT_LE(error, 12 * kMs);
+  const int64_t soonest = clock.soonest_ns(5);
+  clock.on_pong(900 * kSecond, static_cast<uint64_t>(823 * kSecond), 900 * kSecond + 4 * kMs);
+  EXPECT_EQ(clock.source(), ClockOffset::Source::round_trip);
+  EXPECT_EQ(clock.soonest_ns(5), soonest) << "pings tell where the clocks are, and move no picture";
   clock.same_clock();
   EXPECT_EQ(clock.local_ns(5), 5);
+  EXPECT_EQ(clock.soonest_ns(5), 5);
+}
+
+TEST(ClockOffset, ALongerWayIsFollowedSlowlyAndAShorterOneAtOnce) {
+  ClockOffset clock;
+  int64_t before = 0;
+  for (int64_t i = 1; i < 6000; ++i) {  // a minute, and then two of a way that is longer by 100 ms
+    const int64_t way = i < 2000 ? 10 * kMs : 110 * kMs;
+    clock.on_frame(static_cast<uint64_t>(i * 30 * kMs), i * 30 * kMs + way);
+    const int64_t offset = clock.soonest_ns(0);
+    if (i > 1) {
+      EXPECT_LE(std::abs(offset - before), 30 * kMs / 400) << i;
+    }
+    before = offset;
+  }
+  EXPECT_EQ(before, 110 * kMs);
+  clock.on_frame(static_cast<uint64_t>(6000 * 30 * kMs), 6000 * 30 * kMs + 20 * kMs);
+  EXPECT_EQ(clock.soonest_ns(0), 20 * kMs);
+  // A clock that was set is no longer way.
+  for (int64_t i = 6001; i < 7000; ++i)
+    clock.on_frame(static_cast<uint64_t>(i * 30 * kMs), i * 30 * kMs + 50 * kSecond);
+  EXPECT_EQ(clock.soonest_ns(0), 50 * kSecond);
 }
 
 TEST(ClockOffset, WildClocksDoNoHarm) {
@@ -223,12 +250,6 @@ TEST_F(PlayoutTest, LateAndRepeatedFramesFindTheirPlaceOrNone) {
   EXPECT_FALSE(add(playout, 1, 0, 61 * kMs)) << "passed by";
 }
 
-TEST_F(PlayoutTest, SilenceIsLateAndThenLost) {
-  EXPECT_EQ(condition_after(100 * kMs), Condition::live);
-  EXPECT_EQ(condition_after(500 * kMs), Condition::late);
-  EXPECT_EQ(condition_after(5 * kSecond), Condition::lost);
-}
-
 // The same through the state that the renderer draws.
 TEST_F(PlayoutTest, AnInterpolatedStreamMovesByTimeAndNotByFrames) {
   scene::Scene scene;
@@ -273,7 +294,7 @@ TEST_F(PlayoutTest, MemoryIsBoundedAndWildTimesDoNoHarm) {
     const auto published = static_cast<int64_t>(generator());
     playout.add(header, {&pose, 1}, published, static_cast<int64_t>(i) * kMs);
     (void)playout.at(static_cast<int64_t>(i) * kMs);
-    EXPECT_LE(playout.delay_ns(), 500 * kMs);
+    EXPECT_LE(playout.delay_ns(), 1000 * kMs);
   }
 }
 

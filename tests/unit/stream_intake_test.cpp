@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "protocol/wire/encode.h"
+#include "renderer/app/mark_held.h"
 
 namespace fire3dv::app {
 namespace {
@@ -206,6 +207,27 @@ TEST_F(StreamIntakeTest, WhatComesFromAnotherMachineIsInterpolatedOnItsClock) {
   ASSERT_EQ(poses_.shown().size(), 1u) << "the first frame is held until a second one comes";
   EXPECT_EQ(poses_.streams()[0].frames_received, 1u);
   EXPECT_EQ(intake_.rejected_messages(), 0u);
+}
+
+TEST(MarkHeld, TheWorstOfTheStreamsThatAreToBeMarked) {
+  using state::Condition;
+  std::vector<state::Stream> streams(4);
+  for (state::Stream& stream : streams) {
+    stream.active = true;
+    stream.header.sequence = 1;
+  }
+  streams[0].condition = Condition::late;
+  streams[1].condition = Condition::late;
+  streams[1].interpolated = true;
+  streams[2].condition = Condition::lost;  // on this machine, where a pause is seen to be one
+  streams[3].condition = Condition::lost;
+  streams[3].interpolated = true;
+  streams[3].header.sequence = 0;  // it has shown nothing that could be held
+  EXPECT_EQ(condition_to_mark(streams, MarkHeld::interpolated), Condition::late);
+  EXPECT_EQ(condition_to_mark(streams, MarkHeld::on), Condition::lost);
+  EXPECT_EQ(condition_to_mark(streams, MarkHeld::off), Condition::live);
+  streams[1].active = false;
+  EXPECT_EQ(condition_to_mark(streams, MarkHeld::interpolated), Condition::live);
 }
 
 }  // namespace

@@ -29,3 +29,5 @@ fire3dv_test(transport_udp_mtu_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/
 fire3dv_test(transport_udp_group_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_group_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/link_local_test.cpp
                      ${CMAKE_CURRENT_LIST_DIR}/transport/own_network.cpp
              LINK fire3dv_transport fire3dv_certificates LABELS unit)
+fire3dv_test(transport_impair_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/impair_test.cpp
+             LINK fire3dv_impair LABELS unit)

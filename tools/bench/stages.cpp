@@ -23,7 +23,7 @@ constexpr PassStage kTable[] = {
     {"late tiles", Stage::raster}, {"light views", Stage::shadow},  {"classify", Stage::shadow},
     {"trace", Stage::shadow},      {"shade", Stage::shading},       {"shade again", Stage::shading},
     {"forward", Stage::shading},   {"post", Stage::post},           {"fxaa", Stage::post},
-    {"gui", Stage::gui},           {"read-back", Stage::readback},
+    {"gui", Stage::gui},           {"read-back", Stage::readback},  {"held mark", Stage::gui},
 };
 
 }  // namespace

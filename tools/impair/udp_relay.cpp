@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <queue>
-#include <random>
 #include <vector>
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/uri.h"
+#include "tools/impair/datagram_channel.h"
 
 namespace fire3dv::impair {
 
@@ -18,7 +18,6 @@ using transport::UniqueFd;
 
 namespace {
 
-constexpr int64_t kLongestQueueNs = 200 * transport::kMillisecondNs;
 constexpr size_t kMostClients = 256;
 
 struct Waiting {
@@ -46,15 +45,14 @@ struct UdpRelay::State {
 
   mutable std::mutex mutex;  // guards what follows
   Impairment impairment;
-  std::mt19937_64 generator;
+  bool seeded = false;
+  DatagramChannel channels[2];  // from the target, and to it
   RelayCounts counts;
   Filter filter;
 
   std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>> waiting;
-  int64_t free_at_ns[2] = {0, 0};  // when the limited link has sent what it has, each way
   uint64_t order = 0;
 
-  double chance() { return std::uniform_real_distribution<double>(0, 1)(generator); }
   void take(size_t client, bool to_target, std::span<std::byte> datagram, int64_t now_ns);
   void deliver(int64_t now_ns);
   size_t client_of(const Address& from);
@@ -63,36 +61,15 @@ struct UdpRelay::State {
 void UdpRelay::State::take(size_t client, bool to_target, std::span<std::byte> datagram, int64_t now_ns) {
   const std::lock_guard lock(mutex);
   const bool filtered = filter && !filter(to_target, datagram);
-  // Drawn whether or not they are used, so that one option does not change what another does.
-  const double loss = chance(), twice = chance(), overtakes = chance(), jitter = 2 * chance() - 1;
-  if (filtered || impairment.down || loss < impairment.loss) {
+  const DatagramChannel::Fate fate = channels[to_target].draw(impairment, datagram.size(), now_ns);
+  if (filtered || fate.copies == 0) {
     ++counts.lost;
     return;
   }
-  int64_t due = now_ns;
-  if (impairment.bits_per_second != 0) {
-    int64_t& free_at = free_at_ns[to_target];
-    free_at = std::max(free_at, now_ns) +
-              static_cast<int64_t>(datagram.size() * 8 * 1'000'000'000 / impairment.bits_per_second);
-    if (free_at - now_ns > kLongestQueueNs) {
-      free_at -= static_cast<int64_t>(datagram.size() * 8 * 1'000'000'000 / impairment.bits_per_second);
-      ++counts.lost;
-      return;
-    }
-    due = free_at;
-  }
-  if (overtakes < impairment.reorder) {
-    ++counts.reordered;
-  } else {
-    due += std::max<int64_t>(
-        0, impairment.delay_ns + static_cast<int64_t>(jitter * static_cast<double>(impairment.jitter_ns)));
-  }
-  Waiting copy{due, ++order, client, to_target, {datagram.begin(), datagram.end()}};
-  if (twice < impairment.duplicate) {
-    ++counts.duplicated;
-    waiting.push(copy);
-  }
-  waiting.push(std::move(copy));
+  counts.reordered += fate.overtakes;
+  counts.duplicated += fate.copies == 2;
+  for (int copy = 0; copy < fate.copies; ++copy)
+    waiting.push({fate.due_ns, ++order, client, to_target, {datagram.begin(), datagram.end()}});
 }
 
 void UdpRelay::State::deliver(int64_t now_ns) {
@@ -124,14 +101,14 @@ size_t UdpRelay::State::client_of(const Address& from) {
 }
 
 Result<std::unique_ptr<UdpRelay>> UdpRelay::open(const std::string& from, const std::string& to,
-                                                 const Impairment& impairment) {
+                                                 const Impairment& impairment, bool may_be_public) {
   auto from_uri = transport::parse_uri(from);
   if (!from_uri) return from_uri.error();
   const auto to_uri = transport::parse_uri(to);
   if (!to_uri) return to_uri.error();
   const transport::Lookup lookup(*to_uri);
   if (!lookup.done()) return Error{to + ": name the target by its address, in digits"};
-  auto bound = transport::bind_listener(*from_uri, SOCK_DGRAM, true);
+  auto bound = transport::bind_listener(*from_uri, SOCK_DGRAM, may_be_public);
   if (!bound) return bound.error();
   from_uri->port = bound->address.port();
 
@@ -154,7 +131,10 @@ UdpRelay::~UdpRelay() {
 
 void UdpRelay::set(const Impairment& impairment) {
   const std::lock_guard lock(state_->mutex);
-  if (state_->impairment.seed != impairment.seed) state_->generator.seed(impairment.seed);
+  // Each way has its own chances, so that what answers come does not change the fate of what is sent.
+  if (!state_->seeded || state_->impairment.seed != impairment.seed)
+    for (uint64_t way = 0; way < 2; ++way) state_->channels[way] = DatagramChannel(2 * impairment.seed + way);
+  state_->seeded = true;
   state_->impairment = impairment;
 }
 

@@ -1,30 +1,26 @@
-// Passes datagrams between any number of clients and one target, impairing them on the way, in both
-// directions alike.
+// A relay for datagrams.
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <span>
-#include <string>
 
-#include "protocol/error.h"
 #include "protocol/transport/address.h"
 #include "protocol/transport/link_thread.h"
-#include "tools/impair/impairment.h"
+#include "tools/impair/relay.h"
 
 namespace fire3dv::impair {
 
-class UdpRelay {
+class UdpRelay final : public Relay {
  public:
   // Listens on `from` (port 0: any) and passes on to `to`; both are udp:// URIs with numeric addresses.
   static Result<std::unique_ptr<UdpRelay>> open(const std::string& from, const std::string& to,
-                                                const Impairment& impairment);
-  ~UdpRelay();
+                                                const Impairment& impairment, bool may_be_public = false);
+  ~UdpRelay() override;
 
-  void set(const Impairment& impairment);
-  RelayCounts counts() const;
-  std::string uri() const { return uri_; }
+  void set(const Impairment& impairment) override;
+  RelayCounts counts() const override;
+  std::string uri() const override { return uri_; }
 
   // For tests: sees every datagram before its fate is drawn, may change it, and false makes it vanish. Called
   // on the relay's thread; set it before the first datagram comes.
