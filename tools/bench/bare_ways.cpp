@@ -101,10 +101,11 @@ struct TcpReceiver final : Receiver {
 
 // As many datagrams as udp:// cuts a frame into, and as long.
 size_t datagrams_a_frame() {
-  static const size_t poses = wire::poses_per_part(transport::udp::kMaxPoseBytes);
+  static const size_t poses =
+      wire::poses_per_part(transport::udp::pose_bytes_of(transport::udp::kDatagramBytes));
   return (kOneWayPoses + poses - 1) / poses;
 }
-using Datagram = std::array<std::byte, transport::udp::kMaxDatagramBytes - transport::udp::kTagBytes>;
+using Datagram = std::array<std::byte, transport::udp::kDatagramBytes - transport::udp::kTagBytes>;
 
 struct UdpSender final : Sender {
   asio::io_context io;
