@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "protocol/wire/messages.h"
+#include "protocol/wire/affine.h"
 
 namespace fire3dv::wire {
 
