@@ -183,6 +183,16 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     describe(peer, *description);
     return false;
   }
+  if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
+    const auto stream = stream_of_peer_.find(peer);
+    if (stream != stream_of_peer_.end()) return poses_.apply(stream->second.id, std::move(*edit));
+    reject(peer, "scene edit before a description");
+    return false;
+  }
+  if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
+    const auto stream = stream_of_peer_.find(peer);
+    return stream != stream_of_peer_.end() && poses_.apply(stream->second.id, *edit);
+  }
   if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
     reply(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns, monotonic_now_ns()}));
     return false;

@@ -36,6 +36,7 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description) {
   Wish& wish = wishes_[id];
   wish = Wish{};
   wish.order = next_order_++;
+  if (load_assets_aside_) wish.edits.load_aside();
   wish.names = description.node_names;
   // A list of another length has no meaning (the decoder refuses it); identity is the stated default.
   const size_t offsets = description.body_from_node.size();
@@ -50,6 +51,7 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description) {
 void PoseState::remove_stream(StreamId id) {
   if (id >= streams_.size() || !streams_[id].active) return;
   const uint64_t revision = streams_[id].revision + 1;
+  if (wishes_[id].edits.was_taken()) ended_.push_back({id, streams_[id].epoch, wishes_[id].order, true, {}});
   streams_[id] = Stream{};
   streams_[id].revision = revision;
   wishes_[id] = Wish{};
@@ -143,8 +145,12 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
                      int64_t received_ns) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   Stream& stream = streams_[id];
-  FrameAssembly& assembly = wishes_[id].assembly;
-  if (frame.header.epoch != stream.epoch || frame.header.sequence <= stream.header.sequence) {
+  Wish& wish = wishes_[id];
+  // A whole frame says of all nodes what a partial one of its sequence says of some, and so is not stale.
+  const bool may_repair =
+      frame.header.sequence == wish.newest_sequence && wish.newest_is_partial && frame.node_indices.empty();
+  if (frame.header.epoch != stream.epoch ||
+      (frame.header.sequence <= stream.header.sequence && !may_repair)) {
     ++stream.frames_stale;
     return false;
   }
@@ -152,14 +158,15 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
     ++stream.frames_refused;
     return false;
   }
+  if (!frame.node_indices.empty()) return take_partial(id, frame, published_ns, received_ns);
   if (frame.first_node == 0 && frame.poses.size() == frame.node_count) {
     return take(id, frame.header, frame.poses, published_ns, received_ns);
   }
-  const FrameAssembly::Outcome outcome = assembly.add(frame);
-  stream.frames_incomplete += assembly.take_given_up();
+  const FrameAssembly::Outcome outcome = wish.assembly.add(frame);
+  stream.frames_incomplete += wish.assembly.take_given_up();
   switch (outcome) {
     case FrameAssembly::Outcome::whole:
-      return take(id, assembly.header(), assembly.poses(), published_ns, received_ns);
+      return take(id, wish.assembly.header(), wish.assembly.poses(), published_ns, received_ns);
     case FrameAssembly::Outcome::open:
       break;
     case FrameAssembly::Outcome::stale:
@@ -172,11 +179,60 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
   return false;
 }
 
+// Stands on the newest frame that came, shown or not.
+bool PoseState::take_partial(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns,
+                             int64_t received_ns) {
+  Stream& stream = streams_[id];
+  Wish& wish = wishes_[id];
+  if (wish.newest_sequence == 0) {
+    ++stream.frames_baseless;
+    return false;
+  }
+  if (frame.header.sequence <= wish.newest_sequence) {
+    ++stream.frames_stale;
+    return false;
+  }
+  const std::vector<wire::Affine3x4>& base = !wish.held.empty() ? wish.held.newest().poses
+                                             : wish.playout     ? wish.newest_poses
+                                                                : stream.poses;
+  wish.merged.assign(base.begin(), base.end());
+  for (size_t i = 0; i < frame.poses.size(); ++i) wish.merged[frame.node_indices[i]] = frame.poses[i];
+  const bool changed = take(id, frame.header, wish.merged, published_ns, received_ns);
+  wish.newest_is_partial = true;
+  return changed;
+}
+
 bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
                      int64_t published_ns, int64_t received_ns) {
   Stream& stream = streams_[id];
   Wish& wish = wishes_[id];
   if (received_ns != 0) wish.liveness.on_frame(received_ns);
+  if (header.sequence == wish.newest_sequence && wish.newest_is_partial) return repair(id, header, poses);
+  if (header.scene_version <= wish.edits.applied())
+    return accept(id, header, poses, published_ns, received_ns);
+  if (header.sequence <= wish.newest_sequence) {  // what is older than a frame that waits need not wait too
+    ++stream.frames_stale;
+    return false;
+  }
+  wish.newest_sequence = header.sequence;
+  wish.newest_is_partial = false;
+  ++stream.frames_held;
+  if (wish.held.hold(header, poses, published_ns, received_ns)) ++stream.frames_overtaken;
+  wish.assembly.forget(wish.newest_sequence);
+  return false;
+}
+
+// True when it is shown at once.
+bool PoseState::accept(StreamId id, const wire::PoseFrameHeader& header,
+                       std::span<const wire::Affine3x4> poses, int64_t published_ns, int64_t received_ns) {
+  Stream& stream = streams_[id];
+  Wish& wish = wishes_[id];
+  stream.frames_overtaken += wish.held.drop_up_to(header.sequence);
+  if (header.sequence >= wish.newest_sequence) {
+    if (header.sequence > wish.newest_sequence) wish.newest_is_partial = false;
+    wish.newest_sequence = header.sequence;
+    if (wish.playout) wish.newest_poses.assign(poses.begin(), poses.end());
+  }
   if (!wish.playout) {
     show(id, header, poses);
     ++stream.frames_received;
@@ -187,6 +243,35 @@ bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span
   else
     ++stream.frames_stale;
   return false;  // advance() shows it when its time has come
+}
+
+// The whole of the newest frame, of which a part was taken before.
+bool PoseState::repair(StreamId id, const wire::PoseFrameHeader& header,
+                       std::span<const wire::Affine3x4> poses) {
+  Stream& stream = streams_[id];
+  Wish& wish = wishes_[id];
+  wish.newest_is_partial = false;
+  bool changed = false;
+  if (!wish.held.empty()) {  // the newest of them is this one
+    const HeldFrame& held = wish.held.newest();
+    wish.held.hold(header, poses, held.published_ns, held.received_ns);
+  } else if (wish.playout) {
+    wish.newest_poses.assign(poses.begin(), poses.end());
+    wish.playout->replace(header.sequence, poses);
+  } else if (!std::equal(poses.begin(), poses.end(), stream.poses.begin(), stream.poses.end())) {
+    show(id, header, poses);
+    changed = true;
+  }
+  wish.assembly.forget(wish.newest_sequence);
+  return changed;
+}
+
+bool PoseState::release_held(StreamId id) {
+  Wish& wish = wishes_[id];
+  bool changed = false;
+  while (const HeldFrame* frame = wish.held.release(wish.edits.applied()))
+    changed |= accept(id, frame->header, frame->poses, frame->published_ns, frame->received_ns);
+  return changed;
 }
 
 bool PoseState::advance(int64_t now_ns) {
