@@ -23,8 +23,8 @@ class Session {
         datagram_bytes_(datagram_bytes),
         heard_at_ns_(now_ns),
         seal_(std::move(seal)),
-        sender_(fragment_bytes_of(datagram_bytes)),
-        receiver_(fragment_bytes_of(datagram_bytes), most_received_bytes) {}
+        control_(Type::fragment, Type::ack, datagram_bytes, most_received_bytes),
+        state_(Type::state, Type::state_ack, datagram_bytes, most_received_bytes) {}
 
   uint64_t id() const { return id_; }
   bool sealed() const { return seal_ != nullptr; }
@@ -62,6 +62,11 @@ class Session {
 
  private:
   struct Channel {
+    Channel(Type piece_type, Type ack_type, size_t datagram_bytes, size_t most_received_bytes)
+        : piece(piece_type),
+          ack(ack_type),
+          sender(fragment_bytes_of(datagram_bytes)),
+          receiver(fragment_bytes_of(datagram_bytes), most_received_bytes) {}
     Type piece, ack;
     ControlSender sender;
     ControlReceiver receiver;
@@ -76,8 +81,7 @@ class Session {
   int64_t heard_at_ns_;
   std::unique_ptr<Seal> seal_;
   ReplayWindow window_;
-  Channel control_{Type::fragment, Type::ack, {}, {}, false};
-  Channel state_{Type::state, Type::state_ack, {}, {}, false};
+  Channel control_, state_;
   bool owes_pong_ = false;
 };
 
