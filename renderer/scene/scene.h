@@ -217,6 +217,8 @@ struct Light {
   float angular_radius_rad = 0;  // directional: half the angle that the source subtends
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853981634f;
+  bool casts_shadow = true;
+  bool operator==(const Light&) const = default;
 };
 
 struct Camera {
@@ -227,6 +229,8 @@ struct Camera {
   float near_m = 0.01f;
   float far_m = 0;             // 0 = infinite
   glm::vec2 half_extent_m{1};  // orthographic
+  float exposure = 0;          // factor on linear colour; 0 = as the settings say
+  bool operator==(const Camera&) const = default;
 };
 
 struct Scene {

@@ -103,12 +103,12 @@ void visit_members(Image& i, Visit&& visit) {
 template <typename Visit>
 void visit_members(Light& l, Visit&& visit) {
   visit(l.name, l.type, l.color, l.intensity, l.range_m, l.radius_m, l.angular_radius_rad, l.inner_cone_rad,
-        l.outer_cone_rad);
+        l.outer_cone_rad, l.casts_shadow);
 }
 
 template <typename Visit>
 void visit_members(Camera& c, Visit&& visit) {
-  visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m);
+  visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m, c.exposure);
 }
 
 template <typename Visit>
