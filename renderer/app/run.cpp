@@ -224,9 +224,10 @@ int run(const Options& options) {
       return fail(enough.error());
     renderer->set_scene(*scene, (*loaded)->derived);
     note_start("scene on the device");
+    LiveScene live(*scene, poses, *renderer, *camera);
     load->begin_keeping();
-    FrameLoop loop(**device, *renderer, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
-                   window.get(), *stats, options);
+    FrameLoop loop(**device, *renderer, poses, intake, live, *animations ? &**animations : nullptr, *camera,
+                   **sink, window.get(), *stats, options);
     loop.report_to(metrics->get());
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());

@@ -20,31 +20,36 @@ bool differs(const NodeEdits& before, const NodeEdits& after, const Part& part) 
   return false;
 }
 
-// Parents stand before their children.
-std::vector<bool> hidden_nodes(const Scene& scene, const NodeEdits& edits) {
-  if (std::none_of(edits.begin(), edits.end(), [](const auto& entry) { return entry.second.hidden; }))
+// Parents stand before their children. Empty: none is.
+template <typename Is>
+std::vector<bool> with_all_below(const Scene& scene, const NodeEdits& edits, const Is& is) {
+  if (std::none_of(edits.begin(), edits.end(), [&](const auto& entry) { return is(entry.second); }))
     return {};
-  std::vector<bool> hidden(scene.nodes.size(), false);
+  std::vector<bool> marked(scene.nodes.size(), false);
   for (const auto& [node, edit] : edits) {
-    if (edit.hidden && node < hidden.size()) hidden[node] = true;
+    if (node < marked.size() && is(edit)) marked[node] = true;
   }
-  for (uint32_t node = 0; node < hidden.size(); ++node) {
+  for (uint32_t node = 0; node < marked.size(); ++node) {
     const uint32_t parent = scene.nodes[node].parent;
-    if (parent != kNone && hidden[parent]) hidden[node] = true;
+    if (parent != kNone && marked[parent]) marked[node] = true;
   }
-  return hidden;
+  return marked;
 }
 
 }  // namespace
 
 void SceneEdits::set(const Scene& scene, NodeEdits edits) {
-  std::vector<bool> hidden = hidden_nodes(scene, edits);
+  std::vector<bool> hidden =
+      with_all_below(scene, edits, [](const NodeEdit& e) { return e.hidden || e.removed; });
+  std::vector<bool> removed = with_all_below(scene, edits, [](const NodeEdit& e) { return e.removed; });
   if (hidden != hidden_) ++revisions_.visible;
   if (differs(nodes_, edits, [](const NodeEdit& e) { return e.base_color; })) ++revisions_.base_color;
-  if (differs(nodes_, edits, [](const NodeEdit& e) { return e.light; })) ++revisions_.light;
+  if (removed != removed_ || differs(nodes_, edits, [](const NodeEdit& e) { return e.light; }))
+    ++revisions_.light;
   if (differs(nodes_, edits, [](const NodeEdit& e) { return e.camera; })) ++revisions_.camera;
   if (differs(nodes_, edits, [](const NodeEdit& e) { return e.vertices; })) ++revisions_.vertices;
   hidden_ = std::move(hidden);
+  removed_ = std::move(removed);
   nodes_ = std::move(edits);
 }
 
@@ -60,6 +65,7 @@ std::vector<PlacedLight> lights_of(const Scene& scene, const SceneEdits* edits) 
   auto edit = edited.begin();
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
     while (edit != edited.end() && edit->first < node) ++edit;
+    if (edits && edits->is_removed(node)) continue;
     if (edit != edited.end() && edit->first == node && edit->second.light) {
       lights.push_back({*edit->second.light, node});
     } else if (scene.nodes[node].light != kNone) {

@@ -22,6 +22,7 @@ struct ReplacedVertices {
 // Of one node. What is not given is as the file says.
 struct NodeEdit {
   bool hidden = false;                  // with all below it: neither drawn nor casting shadows
+  bool removed = false;                 // with all below it: hidden, and without lights
   std::optional<glm::vec4> base_color;  // linear factor, instead of that of its mesh's materials
   std::optional<Light> light;           // new, or instead of the file's
   std::optional<Camera> camera;         // new, or instead of the file's
@@ -50,13 +51,14 @@ class SceneEdits {
   const EditRevisions& revisions() const { return revisions_; }
   // By itself or by a node above it.
   bool is_hidden(uint32_t node) const { return node < hidden_.size() && hidden_[node]; }
+  bool is_removed(uint32_t node) const { return node < removed_.size() && removed_[node]; }
   // Of each node; empty: none is.
   const std::vector<bool>& hidden() const { return hidden_; }
   const Camera* camera_at(uint32_t node) const;  // null: as the file says
 
  private:
   NodeEdits nodes_;
-  std::vector<bool> hidden_;
+  std::vector<bool> hidden_, removed_;
   EditRevisions revisions_;
 };
 

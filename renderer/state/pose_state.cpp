@@ -60,6 +60,7 @@ void PoseState::remove_stream(StreamId id) {
 
 // Binds all streams anew, oldest first, so that a node given back goes to the next stream that wants it.
 void PoseState::rebind() {
+  ++binding_revision_;
   std::fill(driver_stream_of_node_.begin(), driver_stream_of_node_.end(), kNone);
   std::vector<StreamId> by_age;
   for (StreamId id = 0; id < streams_.size(); ++id) {
@@ -304,6 +305,11 @@ uint64_t PoseState::revision() const {
   uint64_t revision = drive_revision_;
   for (const Stream& stream : streams_) revision += stream.revision;  // each only ever rises
   return revision;
+}
+
+std::optional<uint64_t> PoseState::age_of_driver(uint32_t node) const {
+  const uint32_t stream = driver_stream_of_node_[node];
+  return stream == kNone ? std::nullopt : std::optional(wishes_[stream].order);
 }
 
 glm::mat4 PoseState::world_from_node(uint32_t node) const {

@@ -122,6 +122,10 @@ class PoseState {
   bool advance(int64_t now_ns);
 
   const std::vector<Stream>& streams() const { return streams_; }
+  const NodeNames& names() const { return names_; }
+  // Of the stream that moves this node: smaller is older. Nothing: none does.
+  std::optional<uint64_t> age_of_driver(uint32_t node) const;
+  uint64_t binding_revision() const { return binding_revision_; }  // rises when that may have changed
   // One per scene node. drive_revision() changes when bindings or rest poses do.
   const std::vector<NodeDrive>& node_drives() const { return node_drives_; }
   uint64_t drive_revision() const { return drive_revision_; }
@@ -176,7 +180,7 @@ class PoseState {
   uint64_t next_order_ = 1;
   std::vector<NodeDrive> node_drives_;
   std::vector<uint32_t> driver_stream_of_node_, driver_pose_of_node_;
-  uint64_t drive_revision_ = 0;
+  uint64_t drive_revision_ = 0, binding_revision_ = 0;
 };
 
 }  // namespace fire3dv::state
