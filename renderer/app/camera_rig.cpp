@@ -31,6 +31,15 @@ Result<CameraRig> CameraRig::create(const scene::Scene& scene, const std::string
       (known.empty() ? " has no cameras; leave --camera out" : " has no such camera; it has: " + known)};
 }
 
+// What the file holds has the same places in all of its scenes.
+void CameraRig::set_scene(const scene::Scene& scene) {
+  scene_ = &scene;
+  if (node_ == scene::kNone || (node_ < scene.nodes.size() && scene.nodes[node_].camera != scene::kNone))
+    return;
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  node_ = nodes.empty() ? scene::kNone : nodes.front();
+}
+
 const scene::Camera& CameraRig::scene_camera() const {
   const scene::Camera* const edited = edits_ ? edits_->camera_at(node_) : nullptr;
   return edited ? *edited : scene_->cameras[scene_->nodes[node_].camera];

@@ -22,6 +22,9 @@ class CameraRig {
   // What is changed of the scene's cameras; it outlives this.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
 
+  // Another scene is shown: the view stays where it is, if it still has a camera there.
+  void set_scene(const scene::Scene& scene);
+
   passes::View view(const state::PoseState& poses, float image_aspect) const;
 
   // Free movement, for the window. The first one leaves the scene's camera where it is and goes on from

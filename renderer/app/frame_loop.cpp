@@ -125,7 +125,10 @@ Result<void> FrameLoop::run() {
 
 bool FrameLoop::take_in() {
   const bool came = intake_.poll();
-  return scene_.follow() || came;
+  const uint64_t replaced = scene_.replaced();
+  const bool released = scene_.follow();
+  if (scene_.replaced() != replaced) intake_.tell_bindings();
+  return came || released;
 }
 
 bool FrameLoop::done() const {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/passes/material_records.h"
+#include "renderer/scene/replaced_vertices.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -22,18 +23,44 @@ const scene::Mesh* mesh_of(const scene::Scene& scene, uint32_t node) {
   return mesh == scene::kNone ? nullptr : &scene.meshes[mesh];
 }
 
+// In the order of the GPU's vertices.
+void write_vertices(Patches& patches, const GpuScene& gpu_scene, const OwnVertices& own,
+                    const scene::Scene& scene, const scene::PosedVertices& posed) {
+  std::vector<glm::vec3> positions;
+  std::vector<scene::VertexAttributes> attributes;
+  for (size_t i = 0; i < own.vertices.size(); ++i) {
+    positions.push_back(posed.positions[own.mesh_places[i]]);
+    attributes.push_back(scene.attributes[own.vertices[i]]);
+    attributes.back().normal = posed.normals[own.mesh_places[i]];
+  }
+  patches.write(gpu_scene.positions, own.first_vertex * sizeof(glm::vec3),
+                std::span<const glm::vec3>(positions));
+  patches.write(gpu_scene.vertices, own.first_vertex * sizeof(scene::VertexAttributes),
+                std::span<const scene::VertexAttributes>(attributes));
+  const scene::Mesh& mesh = *mesh_of(scene, own.node);
+  for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
+    const VkDeviceSize primitive = gpu_scene.primitive_at(own.node, mesh.first_primitive + i);
+    static_assert(offsetof(PrimitiveRecord, mesh_radius) ==
+                  offsetof(PrimitiveRecord, mesh_center) + sizeof(glm::vec3));
+    patches.write(gpu_scene.primitives,
+                  primitive * sizeof(PrimitiveRecord) + offsetof(PrimitiveRecord, mesh_center), posed.sphere);
+  }
+}
+
 }  // namespace
 
-void EditFollower::follow(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& gpu_scene,
+bool EditFollower::follow(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& gpu_scene,
                           const scene::Scene& scene, const scene::SceneEdits& edits, ShadowPass& shadows) {
-  if (seen_ == edits.revisions()) return;
+  if (seen_ == edits.revisions()) return false;
   Change change{gpu_scene, scene, edits, {}};
   if (seen_.visible != edits.revisions().visible) follow_visible(change, shadows);
   if (seen_.base_color != edits.revisions().base_color) follow_colors(change);
   if (seen_.light != edits.revisions().light) follow_lights(change, shadows);
+  if (seen_.vertices != edits.revisions().vertices) follow_vertices(change);
   seen_ = edits.revisions();
   change.patches.record(recorder, belt);
   if (change.draws) gpu_scene.collect_draws(recorder, belt, scene);
+  return change.vertices;
 }
 
 // Hidden parts are drawn nowhere by the marks that keep others from being drawn twice or casting shadows; so
@@ -207,6 +234,23 @@ void EditFollower::follow_lights(Change& change, ShadowPass& shadows) {
   change.patches.make_room(device_, gpu_scene.world_from_node, gpu_scene.light_places_offset,
                            gpu_scene.light_places_offset + lights.size() * sizeof(gpu_types::LightPlace));
   shadows.set_lights(lights);
+}
+
+// Into the copies that such nodes have to themselves. What is not replaced any more is at rest again.
+void EditFollower::follow_vertices(Change& change) {
+  for (const OwnVertices& own : change.gpu_scene.own_vertices) {
+    const auto edit = change.edits.nodes().find(own.node);
+    std::shared_ptr<const scene::ReplacedVertices> wanted;
+    if (edit != change.edits.nodes().end()) wanted = edit->second.vertices;
+    std::shared_ptr<const scene::ReplacedVertices>& shown = vertices_[own.node];
+    if (wanted == shown) continue;
+    const scene::Mesh& mesh = *mesh_of(change.scene, own.node);
+    write_vertices(change.patches, change.gpu_scene, own, change.scene,
+                   wanted ? scene::pose_vertices(change.scene, mesh, *wanted)
+                          : scene::rest_vertices(change.scene, mesh));
+    shown = std::move(wanted);
+    change.vertices = true;
+  }
 }
 
 }  // namespace fire3dv::passes

@@ -15,13 +15,14 @@ class EditFollower {
  public:
   explicit EditFollower(gpu::Device& device) : device_(device) {}
 
-  // Before anything else of the frame.
-  void follow(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& gpu_scene, const scene::Scene& scene,
+  // Before anything else of the frame. Returns true when vertices were written.
+  bool follow(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& gpu_scene, const scene::Scene& scene,
               const scene::SceneEdits& edits, ShadowPass& shadows);
   // The scene was replaced: all edits are new to it.
   void forget() {
     seen_ = {};
     colors_.clear();
+    vertices_.clear();
   }
 
  private:
@@ -30,7 +31,8 @@ class EditFollower {
     const scene::Scene& scene;
     const scene::SceneEdits& edits;
     Patches patches;
-    bool draws = false;  // other ones, or of other primitives
+    bool draws = false;     // other ones, or of other primitives
+    bool vertices = false;  // were written
   };
   struct Color {
     glm::vec4 base_color{1};
@@ -44,10 +46,12 @@ class EditFollower {
   static void set_part_material(Change& change, uint32_t node, uint32_t i, uint32_t material);
   static void set_first_primitive(Change& change, uint32_t node, uint32_t first_primitive);
   void follow_lights(Change& change, ShadowPass& shadows);
+  void follow_vertices(Change& change);
 
   gpu::Device& device_;
   scene::EditRevisions seen_;
   std::map<uint32_t, Color> colors_;  // of nodes
+  std::map<uint32_t, std::shared_ptr<const scene::ReplacedVertices>> vertices_;
 };
 
 }  // namespace fire3dv::passes

@@ -161,6 +161,31 @@ std::vector<gpu_types::AffineRows> first_transforms(uint32_t node_count) {
   return transforms;
 }
 
+std::vector<OwnVertices> find_own_vertices(const scene::Scene& scene,
+                                           const std::vector<scene::DeformedNode>& nodes,
+                                           const scene::ClusteredGeometry& geometry) {
+  std::vector<OwnVertices> found;
+  for (const scene::DeformedNode& shape : nodes) {
+    const scene::Node& node = scene.nodes[shape.node];
+    if (!node.own_vertices) continue;
+    OwnVertices& own = found.emplace_back();
+    own.node = shape.node;
+    own.first_vertex = geometry.primitives[shape.first_primitive].first_vertex;  // the copies are one run
+    const scene::Mesh& mesh = scene.meshes[node.mesh];
+    uint32_t first_place = 0;
+    for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
+      const scene::ClusteredPrimitive& copy = geometry.primitives[shape.first_primitive + i];
+      const scene::Primitive& primitive = scene.primitives[mesh.first_primitive + i];
+      for (uint32_t v = copy.first_vertex; v < copy.first_vertex + copy.vertex_count; ++v) {
+        own.vertices.push_back(geometry.source_vertices[v]);
+        own.mesh_places.push_back(first_place + geometry.source_vertices[v] - primitive.first_vertex);
+      }
+      first_place += primitive.vertex_count;
+    }
+  }
+  return found;
+}
+
 }  // namespace
 
 gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const scene::Mesh& mesh,
@@ -230,6 +255,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     deformed_nodes = scene::add_deformed_copies(scene, with_copies);
   }
   const scene::ClusteredGeometry& clustered = deformed_nodes.empty() ? derived.clusters : with_copies;
+  own_vertices = find_own_vertices(scene, deformed_nodes, clustered);
   deformed = DeformedShapes(device, loader, scene, std::move(deformed_nodes), clustered);
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =

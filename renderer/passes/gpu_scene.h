@@ -20,6 +20,14 @@
 
 namespace fire3dv::passes {
 
+// A node whose vertices are replaced while it is shown.
+struct OwnVertices {
+  uint32_t node = 0;
+  uint32_t first_vertex = 0;          // of GpuScene::positions
+  std::vector<uint32_t> vertices;     // of the scene, in the order of the GPU's
+  std::vector<uint32_t> mesh_places;  // of the same, counted from the mesh's first one
+};
+
 struct GpuScene {
   // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
   // textures_layout: see gpu::BindlessTextures.
@@ -76,6 +84,7 @@ struct GpuScene {
   void place_nodes(gpu::Device& device, gpu::LoaderCommands& loader);
 
   // What edits of the scene refer to, see edit_follower.h.
+  std::vector<OwnVertices> own_vertices;
   uint32_t own_primitive_count = 0, own_material_count = 0;  // behind them are copies with other colours
   std::vector<uint32_t> part_flags;                          // as the scene has them
   std::vector<uint32_t> light_at_node;                       // as light_of_node

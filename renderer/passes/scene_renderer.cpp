@@ -80,7 +80,8 @@ void SceneRenderer::set_size(VkExtent2D extent) {
 void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
                            const View& view) {
   // What has been edited of the scene.
-  if (edits_) edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_);
+  if (edits_ && edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_))
+    deform_.vertices_written();
   shadows_.upload_choices(recorder, belt);
   // Where everything is now.
   transforms_.record(recorder, belt, *gpu_scene_, poses);

@@ -85,6 +85,7 @@ class SceneRenderer {
   ClusterRaster::Drawn clusters_drawn() const {
     return visibility_ ? visibility_->drawn() : ClusterRaster::Drawn{};
   }
+  uint32_t most_textures() const { return settings_.most_textures; }
   bool traces() const { return shadows_.traces(); }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }

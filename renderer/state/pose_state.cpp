@@ -7,13 +7,27 @@
 namespace fire3dv::state {
 
 PoseState::PoseState(const scene::Scene& scene)
-    : scene_(scene),
+    : scene_(&scene),
       rest_(rest_pose(scene)),
       names_(scene),
       node_drives_(scene.nodes.size()),
       driver_stream_of_node_(scene.nodes.size(), kNone),
       driver_pose_of_node_(scene.nodes.size(), 0) {
   derive_drives();
+}
+
+void PoseState::set_scene(const scene::Scene& scene) {
+  scene_ = &scene;
+  rest_ = rest_pose(scene);
+  names_ = NodeNames(scene);
+  node_drives_.assign(scene.nodes.size(), {});
+  driver_stream_of_node_.assign(scene.nodes.size(), kNone);
+  driver_pose_of_node_.assign(scene.nodes.size(), 0);
+  for (Wish& wish : wishes_) {
+    for (size_t pose = 0; pose < wish.names.size(); ++pose)
+      wish.node_of_pose[pose] = names_.find(wish.names[pose]);
+  }
+  rebind();
 }
 
 StreamId PoseState::add_stream(const wire::StreamDescription& description) {
@@ -69,7 +83,7 @@ void PoseState::rebind() {
   std::sort(by_age.begin(), by_age.end(),
             [this](StreamId a, StreamId b) { return wishes_[a].order < wishes_[b].order; });
 
-  std::vector<bool> contested(scene_.nodes.size());
+  std::vector<bool> contested(scene_->nodes.size());
   for (const StreamId id : by_age) {
     Stream& stream = streams_[id];
     const Wish& wish = wishes_[id];
@@ -101,7 +115,7 @@ void PoseState::rebind() {
 // The nearest driven ancestor-or-self decides; below it the rest pose goes on. Parents stand before their
 // children.
 void PoseState::derive_drives() {
-  for (uint32_t node = 0; node < scene_.nodes.size(); ++node) {
+  for (uint32_t node = 0; node < scene_->nodes.size(); ++node) {
     NodeDrive& drive = node_drives_[node];
     drive = NodeDrive{};
     const uint32_t stream = driver_stream_of_node_[node];
@@ -112,7 +126,7 @@ void PoseState::derive_drives() {
       if (!offsets.empty()) drive.body_from_node = offsets[offsets.size() == 1 ? 0 : drive.pose_index];
       continue;
     }
-    const uint32_t parent = scene_.nodes[node].parent;
+    const uint32_t parent = scene_->nodes[node].parent;
     if (parent == scene::kNone || node_drives_[parent].stream == kNone) {
       drive.body_from_node = scene::to_affine(rest_.world_from_node[node]);
       continue;
@@ -125,9 +139,9 @@ void PoseState::derive_drives() {
 }
 
 void PoseState::set_rest(const RestPose& rest) {
-  FIRE3DV_ASSERT(rest.parent_from_node.size() == scene_.nodes.size() &&
-                 rest.world_from_node.size() == scene_.nodes.size() &&
-                 rest.morph_weights.size() == scene_.morph_weights.size());
+  FIRE3DV_ASSERT(rest.parent_from_node.size() == scene_->nodes.size() &&
+                 rest.world_from_node.size() == scene_->nodes.size() &&
+                 rest.morph_weights.size() == scene_->morph_weights.size());
   rest_ = rest;
   derive_drives();
 }

@@ -85,6 +85,8 @@ struct SceneChanges {
 class PoseState {
  public:
   explicit PoseState(const scene::Scene& scene);
+  // Another one is shown from now on: streams keep their frames and are bound to its nodes.
+  void set_scene(const scene::Scene& scene);
 
   // Binds the stream's names: exact node name first (unique in the scene), then path. A node that another
   // active stream drives stays with it and is reported as conflicting.
@@ -101,8 +103,9 @@ class PoseState {
   bool apply(StreamId id, const wire::UnknownEdit& edit);
   // What came since the last call, oldest stream first; streams that ended stand before all others.
   std::vector<SceneChanges> take_scene_changes();
-  // From now on assets of added nodes are loaded beside the frames: frames wait until finish_edit() says that
-  // the edit of this version is in effect, or never will be. Returns true when the shown frame changed.
+  // From now on nodes are added, and vertices replaced, beside the frames: frames wait until finish_edit()
+  // says that the edit of this version is in effect, or never will be. Returns true when the shown frame
+  // changed.
   void load_assets_aside() { load_assets_aside_ = true; }
   bool finish_edit(StreamId id, uint64_t epoch, uint64_t version);
 
@@ -170,7 +173,7 @@ class PoseState {
   bool count_edit(StreamId id, StreamEdits::Outcome outcome);
   void show(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
 
-  const scene::Scene& scene_;
+  const scene::Scene* scene_;
   RestPose rest_;
   NodeNames names_;
   std::vector<Stream> streams_;

@@ -14,9 +14,10 @@ size_t bytes_of(const wire::SceneEdit& edit) {
   return bytes;
 }
 
-bool has_asset(const wire::SceneEdit& edit) {
-  const auto* node = std::get_if<wire::NodeAdded>(&edit.value);
-  return node && (!node->asset_uri.empty() || !node->asset_glb.empty());
+// The scene has to be made anew for it.
+bool takes_long(const wire::SceneEdit& edit) {
+  return std::holds_alternative<wire::NodeAdded>(edit.value) ||
+         std::holds_alternative<wire::Vertices>(edit.value);
 }
 
 }  // namespace
@@ -32,7 +33,7 @@ StreamEdits::Outcome StreamEdits::add(wire::SceneEdit&& edit) {
   if (waiting_bytes_ - freed + bytes > limits_.waiting_bytes) return Outcome::refused;
   // What is replaced before anybody saw it will never be loaded.
   if (replaced != waiting_.end()) loading_.erase(replaced->second.version);
-  if (load_aside_ && has_asset(edit)) loading_.insert(edit.version);
+  if (load_aside_ && takes_long(edit)) loading_.insert(edit.version);
   waiting_bytes_ += bytes - freed;
   keys_.insert(key);
   waiting_.insert_or_assign(std::move(key), std::move(edit));

@@ -47,7 +47,7 @@ class StreamEdits {
   // Something of this stream has been taken.
   bool was_taken() const { return was_taken_; }
 
-  // Added nodes with an asset are not in effect when they come, but when finish() is told so: reading a file
+  // Added nodes and vertices are not in effect when they come, but when finish() is told so: reading a file
   // takes longer than a frame. From now on.
   void load_aside() { load_aside_ = true; }
   void finish(uint64_t version) { loading_.erase(version); }

@@ -178,6 +178,95 @@ TEST_F(EditBookTest, WhatHasNoNodeIsCountedAndDoesNoHarm) {
   EXPECT_NE(notes[0].find("nobody"), std::string::npos);
 }
 
+// A scene whose ball has the vertices of a triangle, and whether it has them to itself.
+scene::Scene with_triangle(bool own) {
+  scene::Scene scene = room();
+  scene.materials.emplace_back();
+  scene.positions.resize(3);
+  scene.attributes.resize(3);
+  scene.indices = {0, 1, 2};
+  scene::Primitive primitive;
+  primitive.index_count = primitive.vertex_count = 3;
+  scene.primitives.push_back(primitive);
+  scene.meshes[0].primitive_count = 1;
+  scene.nodes[kBall].own_vertices = own;
+  return scene;
+}
+
+TEST_F(EditBookTest, VerticesAreFinishedOnceTheNodeHasThemToItself) {
+  const scene::Scene shared = with_triangle(false), own = with_triangle(true);
+  poses_.set_scene(shared);
+  const StreamId id = stream(1);
+  wire::Vertices vertices;
+  vertices.positions.assign(3, {1, 2, 3});
+  edit(id, "ball", wire::Property::vertices, vertices);
+  book_.take(poses_.take_scene_changes());
+  scene::NodeEdits edits = book_.resolve(shared, poses_);
+  ASSERT_NE(edits.at(kBall).vertices, nullptr);
+  EXPECT_EQ(edits.at(kBall).vertices->positions[2], glm::vec3(1, 2, 3));
+  EXPECT_EQ(book_.vertex_nodes(), std::set<std::string>{"ball"});
+  EXPECT_TRUE(book_.take_finished().empty());
+  poses_.set_scene(own);
+  (void)book_.resolve(own, poses_);
+  std::vector<EditBook::Finished> finished = book_.take_finished();
+  ASSERT_EQ(finished.size(), 1u);
+  EXPECT_EQ(finished[0].version, 1u);
+  EXPECT_EQ(finished[0].epoch, 1u);
+
+  vertices.positions.resize(4);
+  edit(id, "ball", wire::Property::vertices, vertices);
+  edit(id, "cup", wire::Property::vertices, vertices);
+  book_.take(poses_.take_scene_changes());
+  edits = book_.resolve(own, poses_);
+  EXPECT_EQ(book_.faults().unfit, 2u) << "too many, and no mesh";
+  EXPECT_EQ(book_.take_finished().size(), 2u) << "no frame waits for what will never be";
+  EXPECT_TRUE(book_.vertex_nodes().empty());
+
+  vertices.positions.resize(3);
+  edit(id, "ball", wire::Property::vertices, vertices);
+  book_.take(poses_.take_scene_changes());
+  poses_.set_scene(shared);
+  book_.scene_made_for({"ball"});  // and had no room for them
+  (void)book_.resolve(shared, poses_);
+  EXPECT_EQ(book_.faults().unfit, 3u);
+  EXPECT_EQ(book_.take_finished().size(), 1u);
+}
+
+TEST_F(EditBookTest, WantedNodesAreThoseThatWereNotRefusedOrReplaced) {
+  const StreamId older = stream(1), younger = stream(2);
+  wire::NodeAdded node;
+  node.parent = "table";
+  edit(younger, "fork", wire::Property::node, node);
+  edit(older, "knife", wire::Property::node, node);
+  edit(older, "dish", wire::Property::node, node);
+  hide(older, "dish");  // not there yet
+  book_.take(poses_.take_scene_changes());
+  (void)book_.resolve(scene_, poses_, false);
+  EXPECT_EQ(book_.faults().unmatched, 0u);
+  const std::vector<WantedNode> wanted = book_.wanted_nodes();
+  ASSERT_EQ(wanted.size(), 3u);
+  EXPECT_EQ(wanted[0].name, "knife");
+  EXPECT_EQ(wanted[1].name, "dish");
+  EXPECT_EQ(wanted[2].name, "fork");
+  EXPECT_EQ(wanted[2].what->parent, "table");
+  EXPECT_TRUE(book_.take_finished().empty());
+  book_.node_is_there(wanted[0]);
+  book_.refuse_node(wanted[1], "no reason");
+  EXPECT_EQ(book_.faults().refused, 1u);
+  EXPECT_EQ(book_.take_finished().size(), 2u);
+  EXPECT_EQ(book_.wanted_nodes().size(), 2u);
+  EXPECT_NE(book_.take_notes().at(0).find("dish"), std::string::npos);
+
+  edit(younger, "fork", wire::Property::node, wire::NodeRemoved{});  // before it was there
+  book_.take(poses_.take_scene_changes());
+  EXPECT_EQ(book_.take_finished().size(), 1u);
+  EXPECT_EQ(book_.wanted_nodes().size(), 1u);
+  book_.node_is_there(wanted[2]);  // too late
+  EXPECT_TRUE(book_.take_finished().empty());
+  (void)book_.resolve(scene_, poses_);
+  EXPECT_EQ(book_.faults().unmatched, 1u) << "to hide the dish that was refused; not to remove the fork";
+}
+
 // Ids are given out again.
 TEST_F(EditBookTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
   const StreamId first = stream(1);
