@@ -41,6 +41,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
 #ifdef FIRE3DV_FIND_SHADOWS
+  if (shadow.rays == 0) return 1;
   const uint verdict = shadow_verdict(globals, shadow, light_index, light, point, shaded_part, shaded_body);
   if (verdict == kLit) return 1;
   known_shadows &= ~(shaded_samples << shadow.mask_shift);

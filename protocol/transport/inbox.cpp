@@ -16,6 +16,10 @@ constexpr size_t kMostControlBytes = kMaxMessageBytes + (size_t{16} << 20);
 constexpr size_t cost_of(size_t message_bytes) {
   return message_bytes + 128;
 }
+constexpr size_t kMostStates = 256;
+constexpr size_t kMostStateBytes = size_t{64} << 20;
+// As many as a simulator publishes between two whole frames at 4 kHz.
+constexpr size_t kMostPartials = 1024;
 constexpr size_t kMostNotes = 64;  // different texts; more of them are an attack on the log
 }  // namespace
 
@@ -44,14 +48,14 @@ void Inbox::pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_ol
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[peer];
   if (replaces_older) {
-    const auto older = std::find_if(entry.items.begin(), entry.items.end(),
-                                    [](const Item& item) { return item.kind == Kind::pose; });
-    if (older != entry.items.end()) {
-      entry.bytes -= cost_of(older->message.size());
-      bytes_ -= cost_of(older->message.size());
-      entry.items.erase(older);
+    std::erase_if(entry.items, [&](const Item& item) {
+      if (item.kind != Kind::pose) return false;
+      entry.bytes -= cost_of(item.message.size());
+      bytes_ -= cost_of(item.message.size());
       counters_.poses_dropped.add();
-    }
+      return true;
+    });
+    entry.partials = 0;
   }
   if (!make_room(message.size())) return;
   push(peer, {Kind::pose, std::move(message), {}});
@@ -72,14 +76,40 @@ void Inbox::drop_parts_before(PeerId peer, uint64_t frame) {
     entry->second.bytes -= cost_of(item.message.size());
     bytes_ -= cost_of(item.message.size());
     counters_.poses_dropped.add();
+    if (item.is_partial) --entry->second.partials;
     return true;
   });
+}
+
+void Inbox::partial_pose(PeerId peer, std::vector<std::byte>&& message, uint64_t frame) {
+  const std::lock_guard lock(mutex_);
+  if (entries_[peer].partials == kMostPartials) return counters_.poses_dropped.add();
+  if (!make_room(message.size())) return;
+  ++entries_[peer].partials;
+  push(peer, {Kind::pose, std::move(message), {}, frame, 0, false, true});
+}
+
+std::optional<Cause> Inbox::state(PeerId peer, std::vector<std::byte>&& message) {
+  const std::lock_guard lock(mutex_);
+  if (bytes_ + cost_of(message.size()) > most_bytes_) return Cause::no_memory;
+  Entry& entry = entries_[peer];
+  ++entry.states;
+  entry.state_bytes += message.size();
+  push(peer, {Kind::control, std::move(message), {}, 0, 0, true, false});
+  return {};
+}
+
+bool Inbox::is_full_of_states(PeerId peer) const {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(peer);
+  return entry != entries_.end() &&
+         (entry->second.states >= kMostStates || entry->second.state_bytes >= kMostStateBytes);
 }
 
 std::optional<Cause> Inbox::control(PeerId peer, std::vector<std::byte>&& message) {
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[peer];
-  if (entry.controls == kMostControls || entry.bytes + message.size() > kMostControlBytes)
+  if (entry.controls == kMostControls || entry.bytes - entry.state_bytes + message.size() > kMostControlBytes)
     return Cause::unread;
   if (bytes_ + cost_of(message.size()) > most_bytes_) return Cause::no_memory;
   ++entry.controls;

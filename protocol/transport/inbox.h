@@ -29,6 +29,13 @@ class Inbox {
   void pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_older);
   // A cause when too much of this peer, or of all peers, waits already.
   std::optional<Cause> control(PeerId peer, std::vector<std::byte>&& message);
+  // A keyed control message. The listener holds the sender back when many wait, so that a snapshot of any
+  // length may come at once.
+  std::optional<Cause> state(PeerId peer, std::vector<std::byte>&& message);
+  // A pose that builds on those before it: replaces nothing, and is replaced by the next whole one.
+  void partial_pose(PeerId peer, std::vector<std::byte>&& message, uint64_t frame);
+  // As much keyed state of this peer waits as may.
+  bool is_full_of_states(PeerId peer) const;
   // Once for each text.
   void note_once(const std::string& text);
   // Messages of this peer that wait, to hold back a peer whose poses must not be dropped.
@@ -55,11 +62,16 @@ class Inbox {
     std::string text;
     uint64_t frame = 0;
     int64_t received_ns = 0;
+    bool is_state = false;
+    bool is_partial = false;
   };
   struct Entry {
     std::vector<Item> items;
     size_t controls = 0;
     size_t bytes = 0;
+    size_t states = 0;
+    size_t state_bytes = 0;
+    size_t partials = 0;
   };
   void push(PeerId peer, Item item, bool wakes = true);
   bool make_room(size_t bytes);

@@ -39,6 +39,9 @@ enum class Cause : uint8_t {
 constexpr size_t kCauseCount = 12;
 const char* cause_name(Cause cause);
 
+// Shared, so that neither copy nor release of tens of megabytes happens while a lock is held.
+using SharedBytes = std::shared_ptr<const wire::Bytes>;
+
 struct LinkStats {
   uint64_t messages_sent = 0;  // pose messages handed to the link (publisher) or replies (listener)
   uint64_t messages_received = 0;
@@ -67,11 +70,24 @@ class PublisherLink {
   // link keeps a copy and repeats it as its medium needs. Replaces an earlier one.
   virtual Result<void> set_description(std::span<const std::byte> message) = 0;
 
+  // Control state of which the newest message of each key counts. Every joiner gets these after the
+  // description, in the order in which they were put last; a peer that is slow may be spared those that were
+  // replaced meanwhile. They belong to the description: set_description drops them all. Never waits.
+  virtual Result<void> put_state(uint64_t key, SharedBytes message) = 0;
+
   // Hands one pose message to the link. Never waits: not for a renderer, a socket, a lock that another thread
   // may hold for long, or memory. last_part is false for all but the last part of a split frame. Returns
   // false when the message was dropped (counted); a message that waits in the link and is overtaken by a
   // newer one is counted later.
   virtual bool publish(const wire::MessagePieces& message, bool last_part = true) noexcept = 0;
+
+  // False: every frame has to be whole here.
+  virtual bool takes_partial_frames() const { return true; }
+  // Hands over one frame of which `partial` alone says what changed, and `whole`, cut into parts as publish()
+  // takes them, says all. The link sends `partial` where nothing it builds on can be missing, and sees to it
+  // that the last frame before a pause arrives whole. Else as publish().
+  virtual bool publish_partial(const wire::MessagePieces& partial,
+                               std::span<const wire::MessagePieces> whole) noexcept = 0;
 
   // Sends one control message (Ping, Goodbye) to whoever is connected now. Best effort; never waits.
   virtual void send_control(std::span<const std::byte> message) noexcept = 0;

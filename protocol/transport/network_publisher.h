@@ -14,8 +14,6 @@
 
 namespace fire3dv::transport {
 
-// Shared, so that neither copy nor release of tens of megabytes happens while the lock is held.
-using SharedBytes = std::shared_ptr<const wire::Bytes>;
 SharedBytes share(std::span<const std::byte> bytes);
 
 class NetworkPublisher : public PublisherLink {

@@ -46,6 +46,8 @@ SegmentHeader lay_out(const SegmentSizes& sizes, uint64_t publisher_id) {
   header.rings[kDescriptionRing] = place_ring(end, sizes.description_bytes, 2);
   header.rings[kControlRing] = place_ring(end, kControlBytes, kControlSlots);
   header.rings[kPoseRing] = place_ring(end, sizes.pose_bytes, std::bit_ceil(sizes.pose_slots));
+  header.states = {end, round_up(sizes.state_bytes, 64)};
+  end += 2 * header.states.half_bytes;
   header.segment_bytes = round_up(end, 4096);
   return header;
 }

@@ -31,6 +31,13 @@ bool ring_is_sound(const RingGeometry& ring, uint64_t segment_bytes) {
          inside(ring.offset, ring.count * ring.stride, segment_bytes);  // at most 2^10 * 2^29: no overflow
 }
 
+bool states_are_sound(const StatesGeometry& states, uint64_t segment_bytes) {
+  constexpr uint64_t kMaxHalfBytes = uint64_t{4} * kMaxMessageBytes;
+  return states.half_bytes == 0 ||
+         (states.half_bytes <= kMaxHalfBytes && states.half_bytes % 64 == 0 && states.offset % 64 == 0 &&
+          states.offset >= kHeaderBytes && inside(states.offset, 2 * states.half_bytes, segment_bytes));
+}
+
 Result<void> check_file(const std::string& name, const struct stat& info) {
   if (!S_ISREG(info.st_mode)) return refuse(name, "is not a regular file; remove it or choose another name");
   if (info.st_uid != ::geteuid() && info.st_uid != 0)
@@ -57,6 +64,7 @@ Result<void> check_header(const std::string& name, const SegmentHeader& header, 
                header.readers_offset >= kHeaderBytes &&
                inside(header.readers_offset, kReaderCount * sizeof(ReaderSlot), file_bytes);
   for (const RingGeometry& ring : header.rings) sound = sound && ring_is_sound(ring, file_bytes);
+  sound = sound && states_are_sound(header.states, file_bytes);
   if (!sound) return refuse(name, "has a damaged header; restart the simulator");
   return {};
 }

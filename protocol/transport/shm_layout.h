@@ -27,9 +27,27 @@ struct RingGeometry {
   uint64_t count;     // power of two
 };
 
+// Two halves, one after the other. half_bytes 0: a segment from before there were keyed states.
+struct StatesGeometry {
+  uint64_t offset;
+  uint64_t half_bytes;  // multiple of 64
+};
+
 enum RingIndex : size_t { kPoseRing = 0, kDescriptionRing = 1, kControlRing = 2, kRingCount = 3 };
 
 enum class SegmentState : uint64_t { live = 0, retired = 1, closed = 2 };
+
+// Words that change while others look have a cache line each.
+struct alignas(64) Word {
+  uint64_t value;
+};
+
+// Generation g of the states lies in half g mod 2.
+struct StatesWords {
+  Word generation;    // the one to be read; 0: none yet
+  Word begun[2];      // of each half: the generation whose bytes are there, or are being written
+  Word committed[2];  // of each half: bytes that are complete
+};
 
 struct SegmentHeader {
   uint64_t magic;
@@ -43,18 +61,19 @@ struct SegmentHeader {
   uint64_t reader_stride;
   uint64_t reserved;
   RingGeometry rings[kRingCount];
-  std::byte unused[96];
-  // From here on words change while others look. Each has a cache line of its own.
-  struct alignas(64) Word {
-    uint64_t value;
-  };
+  StatesGeometry states;
+  std::byte unused[80];
+  // From here on words change while others look.
   Word published[kRingCount];  // number of the newest message of each ring; the first message is 1
   Word state;                  // SegmentState
+  StatesWords states_words;
 };
 static_assert(offsetof(SegmentHeader, rings) == 64);
 static_assert(offsetof(SegmentHeader, published) == 256);
 static_assert(offsetof(SegmentHeader, state) == 448);
-static_assert(sizeof(SegmentHeader) == 512);
+static_assert(offsetof(SegmentHeader, states) == 160);
+static_assert(offsetof(SegmentHeader, states_words) == 512);
+static_assert(sizeof(SegmentHeader) == 832);
 
 // Head of a ring slot, followed by the message at kSlotHeaderBytes.
 struct SlotHeader {

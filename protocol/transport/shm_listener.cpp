@@ -48,7 +48,7 @@ class ShmListener final : public ListenerLink {
   std::unique_ptr<Reader> reader_;
   PeerId peer_ = 0;  // outlives a segment that its own publisher replaced
   uint64_t publisher_id_ = 0;
-  wire::Bytes last_description_;
+  Progress progress_;
   PeerId last_peer_ = 0;
   FileId avoid_;       // a segment that turned out to be damaged
   FileId noted_file_;  // a person is told once of each file and fault
@@ -66,7 +66,7 @@ void ShmListener::end_peer(const std::string& reason, const OnEvent& on_event) {
   on_event({LinkEvent::Kind::disconnected, peer_, {}, reason, 0});
   peer_ = 0;
   publisher_id_ = 0;
-  last_description_.clear();
+  progress_ = {};
   counters_.peers.set(0);
 }
 
@@ -131,7 +131,7 @@ void ShmListener::poll(const OnEvent& on_event) {
     const auto on_message = [&](LinkEvent::Kind kind, std::span<const std::byte> message) {
       on_event({kind, peer_, message, {}, 0});
     };
-    const bool sound = reader_->drain(last_description_, on_message);
+    const bool sound = reader_->drain(progress_, on_message);
     if (!sound) {
       avoid_ = reader_->id();
       counters_.reject(Cause::malformed);

@@ -9,12 +9,14 @@
 #include "protocol/transport/shm_reply.h"
 #include "protocol/transport/shm_ring.h"
 #include "protocol/transport/shm_segment.h"
+#include "protocol/transport/shm_states.h"
 
 namespace fire3dv::transport::shm {
 namespace {
 
 constexpr uint64_t kFirstPoseBytes = 64 << 10;  // 1,300 poses; a larger first frame makes a larger segment
 constexpr uint64_t kFirstDescriptionBytes = 64 << 10;
+constexpr uint64_t kFirstStateBytes = 16 << 10;
 constexpr int64_t kCountReadersEveryNs = 20 * kMillisecondNs;
 constexpr int64_t kKeepReplacedForNs = 2 * kSecondNs;
 constexpr int64_t kRetryGrowthAfterNs = kSecondNs;
@@ -24,6 +26,7 @@ constexpr uint32_t kMaxRingSlots = 1024;
 struct Published {
   Segment segment;
   RingWriter poses, descriptions, controls;
+  StatesWriter states;
   std::array<ReplyConsumer, kReaderCount> replies;
 
   explicit Published(Segment made) : segment(std::move(made)) {
@@ -35,6 +38,7 @@ struct Published {
     poses = ring(kPoseRing);
     descriptions = ring(kDescriptionRing);
     controls = ring(kControlRing);
+    states = StatesWriter(base, segment.geometry.states, header.states_words);
     for (uint32_t i = 0; i < kReaderCount; ++i) replies[i] = ReplyConsumer(segment.reader(i));
   }
   Published(const Published&) = delete;
@@ -54,7 +58,14 @@ class ShmPublisher final : public PublisherLink {
 
   size_t max_pose_message_bytes() const override { return kMaxMessageBytes; }
   Result<void> set_description(std::span<const std::byte> message) override;
+  Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
+  // Whoever attaches sees one whole frame at once.
+  bool takes_partial_frames() const override { return false; }
+  bool publish_partial(const wire::MessagePieces&,
+                       std::span<const wire::MessagePieces> whole) noexcept override {
+    return publish(whole[0], true);
+  }
   void send_control(std::span<const std::byte> message) noexcept override;
   bool poll(std::vector<std::byte>& message) override;
   LinkStats stats() const override { return counters_.snapshot(); }
@@ -79,6 +90,7 @@ class ShmPublisher final : public PublisherLink {
   std::unique_ptr<Published> before_;  // replies that were on their way when it was replaced still count
   wire::Bytes description_;
   uint64_t description_number_ = 0;  // in the segment now in use
+  KeyedStates states_;
   uint32_t next_reader_ = 0;
   int64_t forget_before_at_ns_ = 0;
   int64_t next_count_ns_ = 0;
@@ -91,6 +103,7 @@ Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& de
   if (!made) return made.error();
   auto next = std::make_unique<Published>(std::move(*made));
   if (!description.empty()) next->descriptions.write({description, {}}, 0);
+  if (states_.count() != 0) next->states.begin_again(states_, description.empty() ? 0 : 1);
   if (auto named = take_name(next->segment, name_, true); !named) return named;
   now_->segment.set_state(
       SegmentState::retired);  // after the rename: a reader that sees it finds the new one
@@ -121,15 +134,39 @@ Result<void> ShmPublisher::set_description(std::span<const std::byte> message) {
     return Error{"shm://" + name_ + ": the link was opened before fork(); open one in the child"};
   // What fails, by an error or for lack of memory, fails before anything has changed.
   wire::Bytes description(message.begin(), message.end());
+  KeyedStates earlier = std::move(states_);
+  states_ = earlier.emptied();
   if (message.size() > now_->descriptions.capacity()) {
     SegmentSizes sizes = sizes_;
     sizes.description_bytes = std::min<uint64_t>(message.size() + message.size() / 4, kMaxMessageBytes);
-    if (auto grown = grow(sizes, description); !grown) return grown;
+    if (auto grown = grow(sizes, description); !grown) {
+      states_ = std::move(earlier);
+      return grown;
+    }
     description_ = std::move(description);
     return {};
   }
   description_ = std::move(description);
   write_description();
+  now_->states.begin_again(states_, description_number_);
+  return {};
+}
+
+Result<void> ShmPublisher::put_state(uint64_t key, SharedBytes message) {
+  if (message->size() > kMaxMessageBytes)
+    return Error{"shm://" + name_ + ": a scene edit is larger than 256 MiB; split it or name a file"};
+  if (is_inherited())
+    return Error{"shm://" + name_ + ": the link was opened before fork(); open one in the child"};
+  // As if it replaced nothing; and twice what is needed, so that each byte is moved only now and then.
+  const size_t needed = state_bytes(states_) + state_record_bytes(message->size()) + 64;
+  if (needed > now_->states.capacity()) {
+    SegmentSizes sizes = sizes_;
+    sizes.state_bytes = 2 * needed;
+    if (auto grown = grow(sizes, description_); !grown) return grown;
+  }
+  states_.put(key, std::move(message));
+  now_->states.put(states_, description_number_);
+  counters_.bytes_sent.add_alone(states_.in_order().rbegin()->second.message->size());
   return {};
 }
 
@@ -206,6 +243,7 @@ Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name,
   sizes.pose_bytes = options.max_frame_bytes != 0 ? options.max_frame_bytes : kFirstPoseBytes;
   sizes.pose_slots = options.ring_slots;
   sizes.description_bytes = kFirstDescriptionBytes;
+  sizes.state_bytes = kFirstStateBytes;
   const uint64_t publisher_id = random_id();
   auto made = create_segment(name, sizes, publisher_id);
   if (!made) return made.error();

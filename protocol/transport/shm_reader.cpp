@@ -16,6 +16,7 @@ Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& count
   poses_ = ring(kPoseRing);
   descriptions_ = ring(kDescriptionRing);
   controls_ = ring(kControlRing);
+  states_ = StatesReader(segment_.mapping.base(), segment_.geometry.states, header.states_words);
   // A joiner sees the newest pose at once, or all that the ring still holds; control messages of before are
   // not for it.
   const uint64_t poses = poses_.published();
@@ -40,7 +41,8 @@ Reader::~Reader() {
 
 bool Reader::has_news() const {
   return poses_.published() != last_pose_ || descriptions_.published() != last_description_ ||
-         controls_.published() != last_control_ || segment_.state() != SegmentState::live;
+         controls_.published() != last_control_ || states_.has_news() ||
+         segment_.state() != SegmentState::live;
 }
 
 std::optional<Reader::End> Reader::end_by_state() const {
@@ -62,16 +64,16 @@ std::optional<Reader::End> Reader::end_by_file(const std::string& path) const {
   return {};
 }
 
-bool Reader::drain(wire::Bytes& description, const OnMessage& on_message) {
-  const bool poses_sound = delivery_ == Delivery::newest ? drain_newest_pose(description, on_message)
-                                                         : drain_all_poses(description, on_message);
+bool Reader::drain(Progress& progress, const OnMessage& on_message) {
+  const bool poses_sound = delivery_ == Delivery::newest ? drain_newest_pose(progress, on_message)
+                                                         : drain_all_poses(progress, on_message);
   if (!poses_sound) return false;
-  if (descriptions_.published() != last_description_ && !drain_description(description, on_message))
+  if (descriptions_.published() != last_description_ && !drain_description(progress, on_message))
     return false;
-  return drain_controls(on_message);
+  return drain_states(progress, on_message) && drain_controls(on_message);
 }
 
-bool Reader::drain_newest_pose(wire::Bytes& description, const OnMessage& on_message) {
+bool Reader::drain_newest_pose(Progress& progress, const OnMessage& on_message) {
   // A writer that laps this reader during every copy could keep it here for ever: after a ring's worth of
   // tries the poll goes on, and the next one tries again.
   for (uint64_t tries = 0; tries < poses_.count(); ++tries) {
@@ -84,12 +86,12 @@ bool Reader::drain_newest_pose(wire::Bytes& description, const OnMessage& on_mes
     if (outcome == Outcome::lapped) continue;
     counters_.poses_dropped.add(newest - last_pose_ - 1);
     last_pose_ = newest;
-    return hand_on_pose(description, tag, on_message);
+    return hand_on_pose(progress, tag, on_message);
   }
   return true;
 }
 
-bool Reader::drain_all_poses(wire::Bytes& description, const OnMessage& on_message) {
+bool Reader::drain_all_poses(Progress& progress, const OnMessage& on_message) {
   const uint64_t until = poses_.published();
   if (until < last_pose_) return false;
   while (last_pose_ < until) {
@@ -98,7 +100,7 @@ bool Reader::drain_all_poses(wire::Bytes& description, const OnMessage& on_messa
     if (outcome == Outcome::corrupt) return false;
     if (outcome == Outcome::ok) {
       ++last_pose_;
-      if (!hand_on_pose(description, tag, on_message)) return false;
+      if (!hand_on_pose(progress, tag, on_message)) return false;
       continue;
     }
     // Lapped: go on in the middle of what is left, so as not to be lapped again at once.
@@ -111,10 +113,12 @@ bool Reader::drain_all_poses(wire::Bytes& description, const OnMessage& on_messa
   return true;
 }
 
-bool Reader::hand_on_pose(wire::Bytes& description, uint64_t tag, const OnMessage& on_message) {
-  if (tag > last_description_) {
+bool Reader::hand_on_pose(Progress& progress, uint64_t tag, const OnMessage& on_message) {
+  const bool has_states = states_.has_news();  // they were put before the pose was published
+  if (tag > last_description_ || has_states) {
     std::vector<std::byte> pose = std::move(buffer_);
-    const bool sound = drain_description(description, on_message);
+    const bool sound = (tag <= last_description_ || drain_description(progress, on_message)) &&
+                       drain_states(progress, on_message);
     buffer_ = std::move(pose);
     if (!sound) return false;
   }
@@ -123,7 +127,7 @@ bool Reader::hand_on_pose(wire::Bytes& description, uint64_t tag, const OnMessag
   return true;
 }
 
-bool Reader::drain_description(wire::Bytes& description, const OnMessage& on_message) {
+bool Reader::drain_description(Progress& progress, const OnMessage& on_message) {
   for (uint64_t tries = 0; tries < 2; ++tries) {
     const uint64_t newest = descriptions_.published();
     if (newest <= last_description_) return newest == last_description_;
@@ -132,13 +136,24 @@ bool Reader::drain_description(wire::Bytes& description, const OnMessage& on_mes
     if (outcome == Outcome::corrupt) return false;
     if (outcome == Outcome::lapped) continue;
     last_description_ = newest;
-    if (buffer_ == description) return true;  // the same one, carried over into a larger segment
-    description = buffer_;
+    if (buffer_ == progress.description) return true;  // the same one, carried over into a larger segment
+    progress.description = buffer_;
     count_received();
-    on_message(Kind::control, description);
+    on_message(Kind::control, progress.description);
     return true;
   }
   return true;  // it changes faster than it can be read; the next poll tries again
+}
+
+bool Reader::drain_states(Progress& progress, const OnMessage& on_message) {
+  const auto hand_on = [&](uint64_t tag, std::span<const std::byte> state) {
+    if (tag > last_description_ && !drain_description(progress, on_message)) return false;
+    counters_.messages_received.add();
+    counters_.bytes_received.add(state.size());
+    on_message(Kind::control, state);
+    return true;
+  };
+  return states_.drain(progress.state, hand_on) == StatesReader::Outcome::ok;
 }
 
 bool Reader::drain_controls(const OnMessage& on_message) {

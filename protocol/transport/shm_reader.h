@@ -10,8 +10,15 @@
 #include "protocol/transport/shm_reply.h"
 #include "protocol/transport/shm_ring.h"
 #include "protocol/transport/shm_segment.h"
+#include "protocol/transport/shm_states.h"
 
 namespace fire3dv::transport::shm {
+
+// What was handed on of a publisher, over all of its segments.
+struct Progress {
+  wire::Bytes description;
+  uint64_t state = 0;  // number of the newest keyed state
+};
 
 class Reader {
  public:
@@ -37,15 +44,16 @@ class Reader {
   // By the publisher's lock and the name; two system calls.
   std::optional<End> end_by_file(const std::string& path) const;
 
-  // Hands on all that is new: each pose after the description that it belongs to. `description` is the last
-  // one that the peer's reader has seen, and is updated. False when the segment makes no sense.
-  bool drain(wire::Bytes& description, const OnMessage& on_message);
+  // Hands on all that is new: each pose after the description and the keyed states that it belongs to. False
+  // when the segment makes no sense.
+  bool drain(Progress& progress, const OnMessage& on_message);
 
  private:
-  bool drain_newest_pose(wire::Bytes& description, const OnMessage& on_message);
-  bool drain_all_poses(wire::Bytes& description, const OnMessage& on_message);
-  bool hand_on_pose(wire::Bytes& description, uint64_t tag, const OnMessage& on_message);
-  bool drain_description(wire::Bytes& description, const OnMessage& on_message);
+  bool drain_newest_pose(Progress& progress, const OnMessage& on_message);
+  bool drain_all_poses(Progress& progress, const OnMessage& on_message);
+  bool hand_on_pose(Progress& progress, uint64_t tag, const OnMessage& on_message);
+  bool drain_description(Progress& progress, const OnMessage& on_message);
+  bool drain_states(Progress& progress, const OnMessage& on_message);
   bool drain_controls(const OnMessage& on_message);
   void count_received();
 
@@ -54,6 +62,7 @@ class Reader {
   Delivery delivery_;
   LinkCounters& counters_;
   RingReader poses_, descriptions_, controls_;
+  StatesReader states_;
   uint64_t last_pose_ = 0;  // numbers of what was handed on or given up
   uint64_t last_description_ = 0;
   uint64_t last_control_ = 0;

@@ -53,6 +53,7 @@ struct SegmentSizes {
   uint64_t pose_bytes;
   uint64_t pose_slots;
   uint64_t description_bytes;
+  uint64_t state_bytes;  // of each half
 };
 
 // A segment without a name, with the publisher's lock held and memory set aside for all of it.

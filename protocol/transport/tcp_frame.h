@@ -29,7 +29,12 @@ PrefaceBytes write_preface(const Preface& preface);
 // False when these are not the bytes of a preface of any version.
 bool read_preface(std::span<const std::byte, kPrefaceBytes> bytes, Preface& preface);
 
-enum class FrameKind : uint8_t { pose = 1, control = 2 };
+enum class FrameKind : uint8_t {
+  pose = 1,
+  control = 2,
+  state = 3,         // a control message of which a later one of its key may take the place
+  partial_pose = 4,  // builds on the poses before it
+};
 
 using FrameHeader = std::array<std::byte, kFrameHeaderBytes>;
 FrameHeader write_frame_header(FrameKind kind, uint32_t message_bytes);

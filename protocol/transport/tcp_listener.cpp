@@ -149,6 +149,11 @@ std::optional<Cause> TcpListener::received(Peer& peer, FrameKind kind, std::vect
       return {};
     case FrameKind::control:
       return inbox_.control(peer.id, std::move(message));
+    case FrameKind::state:
+      return inbox_.state(peer.id, std::move(message));
+    case FrameKind::partial_pose:
+      inbox_.partial_pose(peer.id, std::move(message), 0);
+      return {};
   }
   counters_.reject(
       Cause::version);  // a kind of a later version: its length is known, so it can be passed over
@@ -156,9 +161,12 @@ std::optional<Cause> TcpListener::received(Peer& peer, FrameKind kind, std::vect
 }
 
 bool TcpListener::hold_back(const Peer& peer) {
-  if (options_.delivery == Delivery::newest) return false;
-  const Inbox::Waiting waiting = inbox_.waiting(peer.id);
-  if (waiting.messages < kMostWaitingMessages && waiting.bytes < kMostWaitingBytes) return false;
+  bool full = inbox_.is_full_of_states(peer.id);
+  if (options_.delivery == Delivery::all) {
+    const Inbox::Waiting waiting = inbox_.waiting(peer.id);
+    full = full || waiting.messages >= kMostWaitingMessages || waiting.bytes >= kMostWaitingBytes;
+  }
+  if (!full) return false;
   held_back_.store(true, std::memory_order_relaxed);
   return true;
 }

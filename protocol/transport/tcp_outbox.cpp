@@ -1,6 +1,7 @@
 #include "protocol/transport/tcp_outbox.h"
 
 #include <sys/socket.h>
+#include <sys/uio.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -20,6 +21,10 @@ bool only_full(int error) {
   return error == EAGAIN || error == EWOULDBLOCK || error == EINTR || error == ENOBUFS;
 }
 
+iovec piece(std::span<const std::byte> bytes) {
+  return {const_cast<std::byte*>(bytes.data()), bytes.size()};
+}
+
 }  // namespace
 
 void Outbox::start_connection(Sealer* sealer) {
@@ -29,6 +34,14 @@ void Outbox::start_connection(Sealer* sealer) {
   controls_.clear();
   control_bytes_ = 0;
   has_pose_ = !pose_.empty();
+  has_base_ = snapshot_begun_ = false;
+  batches_.start_connection();
+}
+
+void Outbox::start_description() {
+  states_ = states_.emptied();
+  batches_.forget(states_);
+  has_base_ = snapshot_begun_ = false;
 }
 
 void Outbox::keep_pose(const FrameHeader& header, const wire::MessagePieces& message) {
@@ -40,32 +53,71 @@ void Outbox::keep_pose(const FrameHeader& header, const wire::MessagePieces& mes
   pose_left_ = false;
 }
 
+void Outbox::pose_left() {
+  has_pose_ = false;
+  pose_left_ = has_base_ = true;
+}
+
 SendOutcome Outbox::pose(int fd, const wire::MessagePieces& message, bool& overtook) {
-  const FrameHeader header = write_frame_header(FrameKind::pose, static_cast<uint32_t>(message.size()));
+  return send_pose(fd, FrameKind::pose, message, message, overtook);
+}
+
+SendOutcome Outbox::partial_pose(int fd, const wire::MessagePieces& partial, const wire::MessagePieces& whole,
+                                 bool& overtook) {
+  if (!has_base_) return send_pose(fd, FrameKind::pose, whole, whole, overtook);
+  return send_pose(fd, FrameKind::partial_pose, partial, whole, overtook);
+}
+
+// Of a pose that has to wait, `kept` is what waits.
+SendOutcome Outbox::send_pose(int fd, FrameKind kind, const wire::MessagePieces& message,
+                              const wire::MessagePieces& kept, bool& overtook) {
+  const auto framed = [](FrameKind of, const wire::MessagePieces& what) {
+    return write_frame_header(of, static_cast<uint32_t>(what.size()));
+  };
+  const FrameHeader header = framed(kind, message);
   const size_t total = header.size() + message.size();
-  if (pose_.capacity() < total) {  // now, and not in the middle of a run when the socket first fills up
-    pose_.reserve(total);
-    bytes_.reserve(2 * total);
+  if (const size_t most = header.size() + kept.size();
+      pose_.capacity() < most) {  // now, and not in the middle of a run when the socket first fills up
+    pose_.reserve(most);
+    bytes_.reserve(2 * most);
   }
   overtook = has_pose_ && !pose_left_;
   const bool must_wait = fd < 0 || waits_to_send();
-  keep_pose(header, message);
+  keep_pose(framed(FrameKind::pose, kept), kept);
   if (must_wait) return SendOutcome::would_block;
-  if (sealer_ != nullptr) return flush(fd);
-  const ssize_t sent = ::send(fd, pose_.data(), total, MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (sealer_ != nullptr) {
+    framed_.clear();
+    append(framed_, header);
+    append(framed_, message.head);
+    append(framed_, message.body);
+    bytes_.clear();
+    at_ = 0;
+    if (!sealer_->seal(framed_, bytes_)) return SendOutcome::broken;
+    pose_left();
+    return flush(fd);
+  }
+  iovec pieces[3] = {piece(header), piece(message.head), piece(message.body)};
+  msghdr gathered{};
+  gathered.msg_iov = pieces;
+  gathered.msg_iovlen = 3;
+  const ssize_t sent = ::sendmsg(fd, &gathered, MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (sent <= 0) return sent == 0 || only_full(errno) ? SendOutcome::would_block : SendOutcome::broken;
+  pose_left();
   if (sent == static_cast<ssize_t>(total)) {
     bytes_sent_ += total;
-    has_pose_ = false;
-    pose_left_ = true;
     return SendOutcome::done;
   }
-  if (sent <= 0) return sent == 0 || only_full(errno) ? SendOutcome::would_block : SendOutcome::broken;
   // Partly sent: the rest has to follow, or the stream loses its place.
   bytes_sent_ += static_cast<uint64_t>(sent);
-  has_pose_ = false;
-  pose_left_ = true;
-  bytes_.assign(pose_.begin() + sent, pose_.end());
+  size_t skip = static_cast<size_t>(sent);
+  bytes_.clear();
   at_ = 0;
+  for (const std::span<const std::byte> part :
+       {std::span<const std::byte>(header), message.head, message.body}) {
+    const size_t skipped = std::min(skip, part.size());
+    append(bytes_, part.subspan(skipped));
+    skip -= skipped;
+  }
   return SendOutcome::would_block;
 }
 
@@ -92,7 +144,7 @@ bool Outbox::take_from_control() {
   std::byte piece_bytes[kControlPieceBytes];
   size_t filled = 0;
   if (front.at == 0) {
-    const auto header = write_frame_header(FrameKind::control, static_cast<uint32_t>(front.message->size()));
+    const auto header = write_frame_header(front.kind, static_cast<uint32_t>(front.message->size()));
     std::copy(header.begin(), header.end(), piece_bytes);
     filled = header.size();
   }
@@ -107,18 +159,26 @@ bool Outbox::take_from_control() {
   else if (!sealer_->seal(plain, bytes_))
     return false;
   if (start + taken < front.message->size()) return true;
-  control_bytes_ -= front.message->size();
+  if (front.kind == FrameKind::control) control_bytes_ -= front.message->size();
   controls_.pop_front();
   return true;
 }
 
-// All bytes are sent: what is next?
+// All bytes are sent: what is next? A pose goes between two batches of states, so that neither keeps the
+// other back for ever.
 bool Outbox::refill() {
   bytes_.clear();
   at_ = 0;
+  if (controls_.empty() && (batches_.in_batch() || !has_pose_ || !snapshot_begun_)) {
+    snapshot_begun_ = true;
+    if (const KeyedState* state = batches_.next(states_)) {
+      controls_.push_back({state->message, FrameKind::state});
+      batches_.pop();
+    }
+  }
   if (!controls_.empty()) return take_from_control();
-  has_pose_ = false;
-  pose_left_ = true;
+  if (!has_pose_) return true;
+  pose_left();
   if (sealer_ != nullptr) return sealer_->seal(pose_, bytes_);
   bytes_.assign(pose_.begin(), pose_.end());
   return true;

@@ -36,7 +36,10 @@ class TcpPublisher final : public NetworkPublisher {
 
   size_t max_pose_message_bytes() const override { return kMaxMessageBytes; }
   Result<void> set_description(std::span<const std::byte> message) override;
+  Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
+  bool publish_partial(const wire::MessagePieces& partial,
+                       std::span<const wire::MessagePieces> whole) noexcept override;
   void send_control(std::span<const std::byte> message) noexcept override;
   LinkStats stats() const override;
 
@@ -54,6 +57,8 @@ class TcpPublisher final : public NetworkPublisher {
   size_t most_unsent_bytes() const {
     return kMostUnsentControlBytes + (description_ ? description_->size() : 0);
   }
+  template <typename Send>
+  bool publish_by(size_t bytes, Send send) noexcept;
   void dropped() {
     counters_.poses_dropped.add();
     counters_.frames_dropped.add();
@@ -77,6 +82,7 @@ Result<void> TcpPublisher::set_description(std::span<const std::byte> message) {
   const std::lock_guard lock(mutex_);
   description_.swap(earlier);          // what was there is released after the lock
   if (outbox_.drop_pose()) dropped();  // it belongs to the description before
+  outbox_.start_description();
   if (fd_ < 0) return {};
   // Over the limit the connection starts anew, and with it comes the newest description alone.
   if (!outbox_.control(description_, most_unsent_bytes()) || outbox_.flush(fd_) == SendOutcome::broken)
@@ -85,16 +91,38 @@ Result<void> TcpPublisher::set_description(std::span<const std::byte> message) {
   return {};
 }
 
+Result<void> TcpPublisher::put_state(uint64_t key, SharedBytes message) {
+  if (message->size() > kMaxMessageBytes)
+    return Error{uri_text(uri_) + ": a scene edit is larger than 256 MiB; split it or name a file"};
+  const std::lock_guard lock(mutex_);
+  outbox_.state(key, std::move(message));
+  if (fd_ < 0) return {};
+  if (outbox_.flush(fd_) == SendOutcome::broken) broken_ = true;
+  thread_.wake();
+  return {};
+}
+
 bool TcpPublisher::publish(const wire::MessagePieces& message, bool) noexcept {
+  return publish_by(message.size(), [&](bool& overtook) { return outbox_.pose(fd_, message, overtook); });
+}
+
+bool TcpPublisher::publish_partial(const wire::MessagePieces& partial,
+                                   std::span<const wire::MessagePieces> whole) noexcept {
+  return publish_by(whole[0].size(),
+                    [&](bool& overtook) { return outbox_.partial_pose(fd_, partial, whole[0], overtook); });
+}
+
+template <typename Send>
+bool TcpPublisher::publish_by(size_t bytes, Send send) noexcept {
   counters_.messages_sent.add();
-  if (message.size() > kMaxMessageBytes) {
+  if (bytes > kMaxMessageBytes) {
     dropped();
     return false;
   }
   try {
     const std::lock_guard lock(mutex_);
     bool overtook = false;
-    const SendOutcome outcome = outbox_.pose(fd_, message, overtook);
+    const SendOutcome outcome = send(overtook);
     if (overtook) dropped();
     if (outcome == SendOutcome::broken) broken_ = true;
     if (outcome != SendOutcome::done && fd_ >= 0) thread_.wake();

@@ -6,6 +6,7 @@ namespace fire3dv::transport::udp {
 namespace {
 constexpr uint32_t kMagic = 0x55443346;  // "F3DU"
 constexpr uint16_t kLastPart = 1;
+constexpr uint16_t kPartial = 2;
 }  // namespace
 
 void write_header(std::byte* to, const Header& header) {
@@ -31,14 +32,17 @@ bool read_header(std::span<const std::byte> datagram, Header& header) {
 void write_pose_header(std::byte* to, const PoseHeader& header) {
   put_le<uint64_t>(to, header.frame);
   put_le<uint16_t>(to + 8, header.part);
-  put_le<uint16_t>(to + 10, header.last ? kLastPart : uint16_t{0});
+  const int flags = (header.last ? kLastPart : 0) | (header.partial ? kPartial : 0);
+  put_le<uint16_t>(to + 10, static_cast<uint16_t>(flags));
 }
 
 bool read_pose_header(std::span<const std::byte> payload, PoseHeader& header) {
   if (payload.size() < kPoseHeaderBytes) return false;
   header.frame = get_le<uint64_t>(payload.data());
   header.part = get_le<uint16_t>(payload.data() + 8);
-  header.last = (get_le<uint16_t>(payload.data() + 10) & kLastPart) != 0;
+  const uint16_t flags = get_le<uint16_t>(payload.data() + 10);
+  header.last = (flags & kLastPart) != 0;
+  header.partial = (flags & kPartial) != 0;
   return header.frame != 0;
 }
 

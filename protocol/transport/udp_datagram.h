@@ -30,19 +30,21 @@ constexpr size_t fragment_bytes_of(size_t datagram_bytes) {
 constexpr size_t kFragmentBytes = fragment_bytes_of(kDatagramBytes);
 
 enum class Type : uint8_t {
-  hello = 1,     // publisher: may I?            session = its nonce; cookie, or 0 in the first
-  cookie = 2,    // listener: say that again     session = nonce; cookie
-  accept = 3,    // listener: yes                session = nonce; the session's id
-  refuse = 4,    // listener: no                 session = nonce; reason and version
-  pose = 5,      // publisher: one part of a frame
-  fragment = 6,  // either: one piece of a control message
-  ack = 7,       // either: which pieces came
-  ping = 8,      // either: are you there
-  pong = 9,      // the answer
-  bye = 10,      // either: the session is over
-  reset = 11,    // listener: I know no such session
-  have = 12,     // listener: the newest frame that is whole here
-  group = 15,    // publisher to a multicast group: which control messages are on offer
+  hello = 1,       // publisher: may I?            session = its nonce; cookie, or 0 in the first
+  cookie = 2,      // listener: say that again     session = nonce; cookie
+  accept = 3,      // listener: yes                session = nonce; the session's id
+  refuse = 4,      // listener: no                 session = nonce; reason and version
+  pose = 5,        // publisher: one part of a frame
+  fragment = 6,    // either: one piece of a control message
+  ack = 7,         // either: which pieces came
+  ping = 8,        // either: are you there
+  pong = 9,        // the answer
+  bye = 10,        // either: the session is over
+  reset = 11,      // listener: I know no such session
+  have = 12,       // listener: the newest frame that is whole here
+  state = 13,      // publisher: one piece of a bundle of keyed states
+  state_ack = 14,  // listener: which of its pieces came
+  group = 15,      // publisher to a multicast group: which control messages are on offer
 };
 
 enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3, datagram_bytes = 4 };
@@ -60,7 +62,8 @@ bool read_header(std::span<const std::byte> datagram, Header& header);
 struct PoseHeader {
   uint64_t frame = 0;  // counts frames, whatever they hold
   uint16_t part = 0;
-  bool last = false;  // no part of this frame has a higher number
+  bool last = false;     // no part of this frame has a higher number
+  bool partial = false;  // builds on the frames before it; a frame of its own, of one part
 };
 void write_pose_header(std::byte* to, const PoseHeader& header);
 bool read_pose_header(std::span<const std::byte> payload, PoseHeader& header);

@@ -35,7 +35,17 @@ class GroupPublisher final : public NetworkPublisher {
 
   size_t max_pose_message_bytes() const override { return pose_bytes_of(datagram_bytes_); }
   Result<void> set_description(std::span<const std::byte> message) override;
+  Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
+  // Nobody says what has come: frames are always whole.
+  bool takes_partial_frames() const override { return false; }
+  bool publish_partial(const wire::MessagePieces&,
+                       std::span<const wire::MessagePieces> whole) noexcept override {
+    bool taken = true;
+    for (size_t part = 0; part < whole.size(); ++part)
+      taken = publish(whole[part], part + 1 == whole.size()) && taken;
+    return taken;
+  }
   void send_control(std::span<const std::byte> message) noexcept override;
   LinkStats stats() const override;
 
@@ -72,10 +82,15 @@ Result<void> GroupPublisher::set_description(std::span<const std::byte> message)
   ControlSender::Prepared prepared = ControlSender::prepare(message);
   const std::lock_guard lock(mutex_);
   carousel_.describe(std::move(prepared));
-  count(poses_.drop_kept());  // they belong to the description before
+  count(poses_.start_description());  // they belong to the description before
   next_round_ns_ = monotonic_ns() + kRoundNs;
   thread_.wake();
   return {};
+}
+
+// A carousel has room for a few small messages, and a joiner must not miss one of these.
+Result<void> GroupPublisher::put_state(uint64_t, SharedBytes) {
+  return Error{uri_text(uri_) + ": scene edits do not go to groups; publish to each renderer instead"};
 }
 
 bool GroupPublisher::publish(const wire::MessagePieces& message, bool last_part) noexcept {

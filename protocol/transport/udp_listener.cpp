@@ -14,6 +14,7 @@
 #include "protocol/transport/udp_handshake.h"
 #include "protocol/transport/udp_receive.h"
 #include "protocol/transport/udp_session.h"
+#include "protocol/transport/udp_states.h"
 
 namespace fire3dv::transport::udp {
 namespace {
@@ -58,6 +59,7 @@ class UdpListener final : public NetworkListener {
   // A cause: the peer has to go, for `reason`.
   std::optional<Cause> control(Peer& peer, const Header& header, std::span<const std::byte> payload,
                                int64_t now_ns, std::string& reason);
+  std::optional<Cause> states(Peer& peer, std::string& reason);
   void take_outgoing();
   void emit_due(Peer& peer, int64_t now_ns);
   void end(uint64_t session, const std::string& reason);
@@ -279,14 +281,18 @@ std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
                                           std::span<const std::byte> payload, int64_t now_ns,
                                           std::string& reason) {
   size_t budget = options_.max_memory_bytes;
-  if (header.type == Type::fragment) {
+  // Not acknowledged, it comes again, when what waits has been polled.
+  if (header.type == Type::state && inbox_.is_full_of_states(peer.id)) return {};
+  if (header.type == Type::fragment || header.type == Type::state) {
     size_t held = 0;
-    for (auto& [session, other] : peers_) held += other.session.receiver().held_bytes();
+    for (auto& [session, other] : peers_)
+      held += other.session.receiver().held_bytes() + other.session.state_receiver().held_bytes();
     budget -= std::min(held, budget);
   }
   switch (peer.session.control(header, payload, budget, now_ns)) {
     case ControlReceiver::Outcome::complete: {
       peer.has_spoken = true;
+      if (header.type == Type::state) return states(peer, reason);
       const auto cause = inbox_.control(peer.id, peer.session.receiver().take());
       if (cause)
         reason = cause == Cause::unread ? "it sent more control messages than were read"
@@ -301,6 +307,21 @@ std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
       return {};
     case ControlReceiver::Outcome::kept:
       return {};
+  }
+  return {};
+}
+
+std::optional<Cause> UdpListener::states(Peer& peer, std::string& reason) {
+  auto messages = open_bundle(peer.session.state_receiver().take());
+  if (!messages) {
+    reason = "it sent a damaged bundle of scene edits";
+    return Cause::malformed;
+  }
+  for (auto& message : *messages) {
+    const auto cause = inbox_.state(peer.id, std::move(message));
+    if (!cause) continue;
+    reason = "the messages of all peers together are too large";
+    return cause;
   }
   return {};
 }

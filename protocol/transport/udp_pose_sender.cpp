@@ -41,17 +41,62 @@ PoseSender::Outcome PoseSender::publish(int fd, Session* session, const wire::Me
   repeat_at_ns_ = now_ns + repeat_after_ns_;
   if (session == nullptr || next_ + 1 < ends_.size()) return Outcome::kept;
   const Outcome outcome = send(fd, *session, next_);
-  if (outcome == Outcome::sent)
+  if (outcome == Outcome::sent) {
     ++next_;
-  else
+    has_base_ = has_base_ || (complete_ && !lost_part_);
+  } else {
     repeat_at_ns_ = now_ns + kBurstEveryNs;
+  }
+  return outcome;
+}
+
+PoseSender::Outcome PoseSender::publish_partial(int fd, Session* session, const wire::MessagePieces& partial,
+                                                std::span<const wire::MessagePieces> whole, int64_t now_ns,
+                                                Drops& drops) {
+  part_ = 0;
+  drops = drop_kept();
+  ++frame_;
+  Outcome outcome = Outcome::kept;
+  if (session != nullptr && has_base_ && partial.size() <= most_message_bytes_) {
+    std::byte payload[kMaxDatagramBytes];
+    write_pose_header(payload, {frame_, 0, true, true});
+    std::copy(partial.head.begin(), partial.head.end(), payload + kPoseHeaderBytes);
+    std::copy(partial.body.begin(), partial.body.end(), payload + kPoseHeaderBytes + partial.head.size());
+    outcome = send_bytes(fd, *session, {payload, kPoseHeaderBytes + partial.size()});
+  }
+  // What the listener says to have is the whole frame: only then is nothing owed.
+  for (size_t part = 0; part < whole.size(); ++part) {
+    const bool last = part + 1 == whole.size();
+    if (part <= UINT16_MAX && whole[part].size() <= most_message_bytes_ &&
+        keep({frame_, static_cast<uint16_t>(part), last, false}, whole[part]))
+      continue;
+    drops.messages += whole.size() - part;
+    ++drops.frames;
+    kept_.clear();
+    ends_.clear();
+    return outcome == Outcome::sent ? outcome : Outcome::dropped;
+  }
+  complete_ = true;
+  repeat_after_ns_ = kFirstRepeatNs;
+  repeat_at_ns_ = now_ns;
+  if (outcome == Outcome::sent) {
+    next_ = ends_.size();
+    first_round_ = false;
+    repeat_at_ns_ = now_ns + repeat_after_ns_;
+  } else if (session != nullptr && outcome != Outcome::refused) {
+    emit_due(fd, *session, now_ns);
+    if (next_ == ends_.size()) outcome = Outcome::sent;
+  }
   return outcome;
 }
 
 // A datagram that the socket does not take waits, like one that has no session yet.
 PoseSender::Outcome PoseSender::send(int fd, Session& session, size_t index) {
   const size_t start = index == 0 ? 0 : ends_[index - 1];
-  const std::span<const std::byte> payload(kept_.data() + start, ends_[index] - start);
+  return send_bytes(fd, session, {kept_.data() + start, ends_[index] - start});
+}
+
+PoseSender::Outcome PoseSender::send_bytes(int fd, Session& session, std::span<const std::byte> payload) {
   Session::Buffer datagram;
   session.start(datagram, Type::pose);
   ssize_t sent;
@@ -100,6 +145,7 @@ void PoseSender::emit_due(int fd, Session& session, int64_t now_ns) {
   const size_t end = std::min(ends_.size(), next_ + kBurst);
   while (next_ < end && send(fd, session, next_) == Outcome::sent) ++next_;
   repeat_at_ns_ = now_ns + (next_ < ends_.size() ? kBurstEveryNs : repeat_after_ns_);
+  has_base_ = has_base_ || (next_ == ends_.size() && complete_);
   if (next_ == ends_.size()) repeat_after_ns_ = std::min(2 * repeat_after_ns_, kLastRepeatNs);
 }
 
@@ -114,7 +160,7 @@ void PoseSender::acknowledge(uint64_t frame) {
 
 void PoseSender::start_session() {
   if (next_ == ends_.size()) first_round_ = false;
-  acknowledged_ = false;
+  acknowledged_ = has_base_ = false;
   next_ = 0;
   repeat_at_ns_ = 0;
   repeat_after_ns_ = kFirstRepeatNs;
@@ -124,6 +170,11 @@ PoseSender::Drops PoseSender::unsent() const {
   if (!first_round_ || acknowledged_) return {};
   const uint64_t messages = ends_.size() - next_;
   return {messages, messages != 0 && !lost_part_ ? 1u : 0u};
+}
+
+PoseSender::Drops PoseSender::start_description() {
+  has_base_ = false;
+  return drop_kept();
 }
 
 PoseSender::Drops PoseSender::drop_kept() {

@@ -27,6 +27,11 @@ class PoseSender {
   Outcome publish(int fd, Session* session, const wire::MessagePieces& message, bool last_part,
                   int64_t now_ns, Drops& drops);
 
+  // Sends `partial` at once when the session has had a whole frame, and keeps `whole` to be repeated should
+  // nothing newer come; else sends `whole`.
+  Outcome publish_partial(int fd, Session* session, const wire::MessagePieces& partial,
+                          std::span<const wire::MessagePieces> whole, int64_t now_ns, Drops& drops);
+
   // Sends what waits, and repeats what has not been acknowledged for some time; a bounded burst at a time.
   void emit_due(int fd, Session& session, int64_t now_ns);
   // When emit_due has something to do; nothing while it has not.
@@ -35,13 +40,15 @@ class PoseSender {
   void acknowledge(uint64_t frame);
   // A listener that knows nothing of the frame: all of it has to be sent.
   void start_session();
-  // Gives the kept frame up.
-  Drops drop_kept();
+  // What came before belongs to another description. Gives the kept frame up.
+  Drops start_description();
 
   uint64_t bytes_sent() const { return bytes_sent_; }
 
  private:
+  Drops drop_kept();
   Outcome send(int fd, Session& session, size_t index);
+  Outcome send_bytes(int fd, Session& session, std::span<const std::byte> payload);
   bool keep(const PoseHeader& header, const wire::MessagePieces& message);
   Drops unsent() const;
 
@@ -55,6 +62,7 @@ class PoseSender {
   bool lost_part_ = false;       // a part of the newest frame was dropped
   bool complete_ = false;        // its last part was published
   bool acknowledged_ = false;
+  bool has_base_ = false;  // a whole frame went out in this session, on which partial ones can stand
   int64_t repeat_at_ns_ = 0;
   int64_t repeat_after_ns_ = 0;
   uint64_t bytes_sent_ = 0;

@@ -11,6 +11,7 @@
 #include "protocol/transport/udp_group_socket.h"
 #include "protocol/transport/udp_handshake.h"
 #include "protocol/transport/udp_pose_sender.h"
+#include "protocol/transport/udp_states.h"
 
 namespace fire3dv::transport::udp {
 namespace {
@@ -40,7 +41,10 @@ class UdpPublisher final : public NetworkPublisher {
 
   size_t max_pose_message_bytes() const override { return pose_bytes_of(datagram_bytes_); }
   Result<void> set_description(std::span<const std::byte> message) override;
+  Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
+  bool publish_partial(const wire::MessagePieces& partial,
+                       std::span<const wire::MessagePieces> whole) noexcept override;
   void send_control(std::span<const std::byte> message) noexcept override;
   LinkStats stats() const override;
 
@@ -61,6 +65,8 @@ class UdpPublisher final : public NetworkPublisher {
   bool queue_description();
   void check_described();
   void emit(int fd, int64_t now_ns);
+  template <typename Send>
+  bool publish_by(Send send) noexcept;
   void count(const PoseSender::Drops& drops) {
     counters_.poses_dropped.add(drops.messages);
     counters_.frames_dropped.add(drops.frames);
@@ -82,6 +88,8 @@ class UdpPublisher final : public NetworkPublisher {
   int64_t doubted_at_ns_ = 0;  // somebody said that the session is unknown; 0: nobody did
   PoseSender poses_;
   ControlSender::Prepared description_;  // bytes null: none yet
+  KeyedStates states_;                   // as records
+  StateSender state_sender_;
 };
 
 // --- the simulator's thread
@@ -101,7 +109,9 @@ Result<void> UdpPublisher::set_description(std::span<const std::byte> message) {
   ControlSender::Prepared prepared = ControlSender::prepare(message);
   const std::lock_guard lock(mutex_);
   std::swap(description_, prepared);  // what was there is released after the lock
-  count(poses_.drop_kept());          // they belong to the description before
+  count(poses_.start_description());  // they belong to the description before
+  states_ = states_.emptied();
+  state_sender_.forget(states_);
   described_ = false;
   // When too much waits, a new session carries the newest description alone.
   if (session_ && !queue_description()) lost_ = true;
@@ -109,13 +119,37 @@ Result<void> UdpPublisher::set_description(std::span<const std::byte> message) {
   return {};
 }
 
+Result<void> UdpPublisher::put_state(uint64_t key, SharedBytes message) {
+  if (message->size() > kMaxStateBytes)
+    return Error{uri_text(uri_) + ": a scene edit is larger than 64 MiB; name a file or use tcp://"};
+  KeyedState record = make_record(*message);
+  const std::lock_guard lock(mutex_);
+  states_.put(key, std::move(record.message), record.hash);
+  thread_.wake();
+  return {};
+}
+
 bool UdpPublisher::publish(const wire::MessagePieces& message, bool last_part) noexcept {
+  return publish_by([&](Session* ready, PoseSender::Drops& drops) {
+    return poses_.publish(fd_, ready, message, last_part, monotonic_ns(), drops);
+  });
+}
+
+bool UdpPublisher::publish_partial(const wire::MessagePieces& partial,
+                                   std::span<const wire::MessagePieces> whole) noexcept {
+  return publish_by([&](Session* ready, PoseSender::Drops& drops) {
+    return poses_.publish_partial(fd_, ready, partial, whole, monotonic_ns(), drops);
+  });
+}
+
+template <typename Send>
+bool UdpPublisher::publish_by(Send send) noexcept {
   counters_.messages_sent.add();
   try {
     const std::lock_guard lock(mutex_);
     PoseSender::Drops drops;
     Session* ready = session_ && described_ ? session_.get() : nullptr;
-    const auto outcome = poses_.publish(fd_, ready, message, last_part, monotonic_ns(), drops);
+    const auto outcome = send(ready, drops);
     count(drops);
     if (outcome == PoseSender::Outcome::refused) {
       lost_ = true;
@@ -268,6 +302,7 @@ void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
     lost_ = false;
     doubted_at_ns_ = 0;
     poses_.start_session();
+    state_sender_.start_session();
     queue_description();
   }
   next_ping_ns_ = monotonic_ns() + kKeepaliveNs;
@@ -293,7 +328,8 @@ bool UdpPublisher::tick(int fd, int64_t now_ns, int64_t& next_ns) {
     session_->emit_bare(Type::ping, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
     next_ping_ns_ = now_ns + kKeepaliveNs;
   }
-  next_ns = now_ns + (session_->sender().idle() ? kIdleTickNs : kTickNs);
+  const bool idle = session_->sender().idle() && session_->state_sender().idle();
+  next_ns = now_ns + (idle ? kIdleTickNs : kTickNs);
   if (const auto due = described_ ? poses_.due_at_ns() : std::nullopt)
     next_ns = std::clamp(*due, now_ns + kMillisecondNs, next_ns);
   return true;
@@ -304,6 +340,7 @@ void UdpPublisher::check_described() {
 }
 
 void UdpPublisher::emit(int fd, int64_t now_ns) {
+  if (described_) state_sender_.feed(session_->state_sender(), states_);
   session_->emit_due(now_ns, [&](std::span<const std::byte> datagram) {
     // A datagram that does not go out now is repeated like a lost one.
     if (::send(fd, datagram.data(), datagram.size(), MSG_NOSIGNAL) >= 0)
@@ -361,7 +398,10 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
   }
   switch (session_->control(header, payload, kMostReplyBytes, now)) {
     case ControlReceiver::Outcome::complete:
-      keep_reply(session_->receiver().take());
+      if (header.type == Type::fragment)
+        keep_reply(session_->receiver().take());
+      else
+        session_->state_receiver().take();  // listeners have no states to tell
       break;
     case ControlReceiver::Outcome::corrupt:
       lost_ = true;

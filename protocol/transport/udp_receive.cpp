@@ -57,11 +57,16 @@ PoseArrival take_pose(Inbox& inbox, LinkCounters& counters, Delivery delivery, P
   }
   const std::span<const std::byte> message = payload.subspan(kPoseHeaderBytes);
   const bool newest = delivery == Delivery::newest;
+  if (header.partial) {
+    if (header.frame > frames.newest_whole()) frames.partial();
+    inbox.partial_pose(peer, std::vector<std::byte>(message.begin(), message.end()), header.frame);
+    return PoseArrival::taken;
+  }
   const uint64_t newest_before = frames.newest_whole();
   const auto outcome = frames.part(header.frame, header.part, header.last);
   if (outcome == FrameTracker::Outcome::repeated) return PoseArrival::repeated;
   if (outcome == FrameTracker::Outcome::whole && newest_before != 0)
-    counters.frames_dropped.add(header.frame - newest_before - 1);
+    counters.frames_dropped.add(frames.missed(newest_before));
   if (newest && outcome == FrameTracker::Outcome::superseded) {
     counters.poses_dropped.add();
     return PoseArrival::taken;

@@ -23,21 +23,29 @@ Session::Heard Session::hear(const Header& header, std::span<std::byte> datagram
   return Heard::payload;
 }
 
+ControlReceiver::Outcome Session::take_piece(Channel& channel, std::span<const std::byte> payload,
+                                             size_t budget) {
+  using Outcome = ControlReceiver::Outcome;
+  FragmentHeader fragment;
+  if (!read_fragment_header(payload, fragment)) return Outcome::ignored;
+  const Outcome outcome = channel.receiver.fragment(fragment, payload.subspan(kFragmentHeaderBytes), budget);
+  channel.owes_ack = channel.owes_ack || outcome == Outcome::kept || outcome == Outcome::complete;
+  return outcome;
+}
+
 ControlReceiver::Outcome Session::control(const Header& header, std::span<const std::byte> payload,
                                           size_t budget, int64_t now_ns) {
   using Outcome = ControlReceiver::Outcome;
   switch (header.type) {
-    case Type::fragment: {
-      FragmentHeader fragment;
-      if (!read_fragment_header(payload, fragment)) return Outcome::ignored;
-      const Outcome outcome = receiver_.fragment(fragment, payload.subspan(kFragmentHeaderBytes), budget);
-      owes_ack_ = owes_ack_ || outcome == Outcome::kept || outcome == Outcome::complete;
-      return outcome;
-    }
-    case Type::ack: {
+    case Type::fragment:
+      return take_piece(control_, payload, budget);
+    case Type::state:
+      return take_piece(state_, payload, budget);
+    case Type::ack:
+    case Type::state_ack: {
       Ack ack;
       if (!read_ack(payload, ack)) return Outcome::ignored;
-      sender_.acknowledge(ack, now_ns);
+      (header.type == Type::ack ? control_ : state_).sender.acknowledge(ack, now_ns);
       return Outcome::kept;
     }
     case Type::ping:
@@ -51,17 +59,22 @@ ControlReceiver::Outcome Session::control(const Header& header, std::span<const 
 }
 
 void Session::emit_due(int64_t now_ns, const Emit& emit) {
-  Buffer datagram;
   if (std::exchange(owes_pong_, false)) emit_bare(Type::pong, emit);
-  if (std::exchange(owes_ack_, false)) {
-    if (const auto ack = receiver_.ack()) {
-      start(datagram, Type::ack);
+  emit_due(control_, now_ns, emit);
+  emit_due(state_, now_ns, emit);
+}
+
+void Session::emit_due(Channel& channel, int64_t now_ns, const Emit& emit) {
+  Buffer datagram;
+  if (std::exchange(channel.owes_ack, false)) {
+    if (const auto ack = channel.receiver.ack()) {
+      start(datagram, channel.ack);
       write_ack(datagram.data() + kHeaderBytes, *ack);
       emit(finish(datagram, kHeaderBytes + kAckBytes));
     }
   }
-  while (const auto fragment = sender_.next(now_ns)) {
-    start(datagram, Type::fragment);
+  while (const auto fragment = channel.sender.next(now_ns)) {
+    start(datagram, channel.piece);
     write_fragment_header(datagram.data() + kHeaderBytes, fragment->header);
     const size_t data_at = kHeaderBytes + kFragmentHeaderBytes;
     if (!fragment->data.empty())

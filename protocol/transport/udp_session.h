@@ -23,14 +23,17 @@ class Session {
         datagram_bytes_(datagram_bytes),
         heard_at_ns_(now_ns),
         seal_(std::move(seal)),
-        sender_(fragment_bytes_of(datagram_bytes)),
-        receiver_(fragment_bytes_of(datagram_bytes), most_received_bytes) {}
+        control_(Type::fragment, Type::ack, datagram_bytes, most_received_bytes),
+        state_(Type::state, Type::state_ack, datagram_bytes, most_received_bytes) {}
 
   uint64_t id() const { return id_; }
   bool sealed() const { return seal_ != nullptr; }
   int64_t heard_at_ns() const { return heard_at_ns_; }
-  ControlSender& sender() { return sender_; }
-  ControlReceiver& receiver() { return receiver_; }
+  ControlSender& sender() { return control_.sender; }
+  ControlReceiver& receiver() { return control_.receiver; }
+  // Bundles of keyed states go the same way beside them, so that neither waits for the other.
+  ControlSender& state_sender() { return state_.sender; }
+  ControlReceiver& state_receiver() { return state_.receiver; }
 
   // This side's next datagram: the header goes to the front of `datagram`, and when the rest has been filled
   // in, to `bytes` in all, finish() gives what is to be sent.
@@ -47,8 +50,8 @@ class Session {
   Heard hear(const Header& header, std::span<std::byte> datagram, int64_t now_ns,
              std::span<const std::byte>& payload);
 
-  // Takes what is the session's own business (fragment, ack, ping, pong). `complete`: receiver().take() has a
-  // message.
+  // Takes what is the session's own business (fragment, state, their acks, ping, pong). `complete`:
+  // receiver().take(), or of a state state_receiver().take(), has a message.
   ControlReceiver::Outcome control(const Header& header, std::span<const std::byte> payload, size_t budget,
                                    int64_t now_ns);
 
@@ -58,15 +61,27 @@ class Session {
   void emit_number(Type type, uint64_t number, const Emit& emit);
 
  private:
+  struct Channel {
+    Channel(Type piece_type, Type ack_type, size_t datagram_bytes, size_t most_received_bytes)
+        : piece(piece_type),
+          ack(ack_type),
+          sender(fragment_bytes_of(datagram_bytes)),
+          receiver(fragment_bytes_of(datagram_bytes), most_received_bytes) {}
+    Type piece, ack;
+    ControlSender sender;
+    ControlReceiver receiver;
+    bool owes_ack = false;
+  };
+  ControlReceiver::Outcome take_piece(Channel& channel, std::span<const std::byte> payload, size_t budget);
+  void emit_due(Channel& channel, int64_t now_ns, const Emit& emit);
+
   uint64_t id_;
   size_t datagram_bytes_;
   uint64_t sent_ = 0;
   int64_t heard_at_ns_;
   std::unique_ptr<Seal> seal_;
   ReplayWindow window_;
-  ControlSender sender_;
-  ControlReceiver receiver_;
-  bool owes_ack_ = false;
+  Channel control_, state_;
   bool owes_pong_ = false;
 };
 

@@ -1,9 +1,11 @@
 // What has come of a peer's datagrams and frames.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace fire3dv::transport::udp {
@@ -28,6 +30,13 @@ class FrameTracker {
   enum class Outcome { superseded, repeated, part, whole };
   Outcome part(uint64_t frame, uint16_t part, bool last);
   uint64_t newest_whole() const { return newest_whole_; }
+  // Of a frame whose parts need not follow, all that has changed came at once.
+  void partial() { ++partials_; }
+  // How many of the frames before this whole one, and after the whole one before it, never came.
+  uint64_t missed(uint64_t newest_before) {
+    const uint64_t gap = newest_whole_ - newest_before - 1;
+    return gap - std::min(gap, std::exchange(partials_, 0));
+  }
 
  private:
   struct Building {
@@ -40,6 +49,7 @@ class FrameTracker {
 
   std::vector<Building> building_;
   uint64_t newest_whole_ = 0;
+  uint64_t partials_ = 0;
 };
 
 }  // namespace fire3dv::transport::udp

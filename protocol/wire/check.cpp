@@ -109,6 +109,26 @@ Result<void> first_error(std::initializer_list<Result<void>> results) {
   return {};
 }
 
+// Rising, so that no node is named twice, and in the frame.
+Result<void> check_indices(const PoseFrameView& frame) {
+  const std::span<const uint32_t> indices = frame.node_indices;
+  if (frame.first_node != 0)
+    return Error{"PoseFrame.first_node is " + std::to_string(frame.first_node) +
+                 " beside PoseFrame.node_indices; a partial frame is not cut"};
+  if (indices.size() != frame.poses.size())
+    return Error{"PoseFrame.node_indices names " + std::to_string(indices.size()) + " nodes for " +
+                 std::to_string(frame.poses.size()) + " poses"};
+  for (size_t i = 0; i < indices.size(); ++i) {
+    if (indices[i] >= frame.node_count)
+      return Error{indexed("PoseFrame.node_indices", i) + " is " + std::to_string(indices[i]) +
+                   ", but PoseFrame.node_count is " + std::to_string(frame.node_count)};
+    if (i != 0 && indices[i] <= indices[i - 1])
+      return Error{indexed("PoseFrame.node_indices", i) + " is " + std::to_string(indices[i]) + " after " +
+                   std::to_string(indices[i - 1]) + "; indices must rise"};
+  }
+  return {};
+}
+
 constexpr const char* kEpochIsZero = "epoch is 0; an epoch is a random number that is not 0";
 
 }  // namespace
@@ -142,6 +162,10 @@ Result<void> check(const PoseFrameView& frame, const DecodeLimits& limits) {
   if (frame.node_count > limits.max_nodes) {
     return Error{"PoseFrame.node_count is " + std::to_string(frame.node_count) + "; at most " +
                  std::to_string(limits.max_nodes) + " nodes are allowed"};
+  }
+  if (!frame.node_indices.empty()) {
+    if (auto good = check_indices(frame); !good) return good;
+    return check_poses("PoseFrame.poses", frame.poses, limits.max_abs_value);
   }
   if (frame.first_node + uint64_t{frame.poses.size()} > frame.node_count) {
     return Error{"PoseFrame.first_node is " + std::to_string(frame.first_node) + " and " +

@@ -18,6 +18,7 @@ Result<void> check(const StreamDescription& description, const DecodeLimits& lim
 Result<void> check(const Status& status, const DecodeLimits& limits);
 Result<void> check(const PoseFrameView& frame, const DecodeLimits& limits);
 Result<void> check(const Welcome& welcome, const DecodeLimits& limits);
+Result<void> check(const SceneEdit& edit, const DecodeLimits& limits);
 
 // Valid UTF-8 (shortest form, no surrogates) of at most max_bytes, without characters that would move a
 // terminal's cursor or break a line: names end up in logs and on consoles.

@@ -7,12 +7,13 @@
 
 #include "fire3dv_generated.h"
 #include "protocol/wire/check.h"
+#include "protocol/wire/decode_edit.h"
 
 namespace fire3dv::wire {
 namespace {
 
-// The deepest table is the clock in the description in the message; a message has three tables. Fields of
-// later minor versions are not followed, so that they need no room here.
+// The deepest table is the clock in the description in the message, or the value of an edit; a message has
+// three tables. Fields of later minor versions are not followed, so that they need no room here.
 constexpr flatbuffers::uoffset_t kMaxDepth = 4;
 constexpr flatbuffers::uoffset_t kMaxTables = 4;
 constexpr size_t kSmallestMessage = 12;              // root offset, identifier, the root table's own offset
@@ -84,15 +85,17 @@ Result<Message> read(const fbs::StreamDescription& table, size_t message_bytes, 
 }
 
 Result<Message> read(const fbs::PoseFrame& table, const DecodeLimits& limits) {
-  if (table.node_indices()) {
-    return Error{"PoseFrame.node_indices is present; partial frames are not part of this protocol version"};
-  }
   PoseFrameView result;
   result.header = {table.epoch(),           table.sequence(),      table.sim_time_ns(),
                    table.publish_time_ns(), table.scene_version(), table.flags()};
   result.node_count = table.node_count();
   result.first_node = table.first_node();
   result.poses = view(table.poses());
+  if (const auto* indices = table.node_indices()) {
+    if (indices->size() == 0)
+      return Error{"PoseFrame.node_indices is empty; a partial frame names at least one node"};
+    result.node_indices = {indices->data(), indices->size()};
+  }
   const Result<void> good = check(result, limits);
   if (!good.ok()) return good.error();
   return Message(result);
@@ -241,6 +244,8 @@ Result<Message> Decoder::Impl::read_message() {
     }
     case fbs::Body::Goodbye:
       return Message(Goodbye{message->body_as_Goodbye()->epoch()});
+    case fbs::Body::SceneEdit:
+      return read_scene_edit(*message->body_as_SceneEdit(), limits);
     case fbs::Body::NONE:
       break;
   }

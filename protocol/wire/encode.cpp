@@ -47,7 +47,11 @@ Bytes build_pose_frame(const PoseFrameView& frame) {
   FlatBufferBuilder builder(256 + frame.poses.size_bytes());
   builder.ForceDefaults(true);
   const auto poses = add_poses(builder, frame.poses);
+  const auto indices = frame.node_indices.empty()
+                           ? 0
+                           : builder.CreateVector(frame.node_indices.data(), frame.node_indices.size());
   fbs::PoseFrameBuilder table(builder);
+  if (!frame.node_indices.empty()) table.add_node_indices(indices);  // older readers refuse the field
   table.add_poses(poses);
   table.add_flags(frame.header.flags);
   table.add_node_count(frame.node_count);

@@ -19,7 +19,10 @@ Bytes encode(const Ack& ack);
 Bytes encode(const Ping& ping);
 Bytes encode(const Pong& pong);
 Bytes encode(const Goodbye& goodbye);
-// For tests and recordings; a publisher uses PoseFrameEncoder.
+Bytes encode(const SceneEdit& edit);
+// Changes the epoch of an encoded SceneEdit: a stream that begins anew keeps its edits, which may be large.
+void set_epoch(Bytes& scene_edit, uint64_t epoch);
+// For tests, recordings and partial frames; else a publisher uses PoseFrameEncoder.
 Bytes encode(const PoseFrameView& frame);
 
 // A message in two pieces that stand one after the other on the wire. The second is the caller's own pose
@@ -35,6 +38,7 @@ struct MessagePieces {
 // pieces are valid until the next call.
 class PoseFrameEncoder {
  public:
+  // Of a whole frame, or of consecutive nodes.
   MessagePieces encode(const PoseFrameView& frame);
 
  private:

@@ -3,7 +3,6 @@
 // and radians unless world_from_stream says otherwise. Times are nanoseconds.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -12,22 +11,13 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/wire/affine.h"
+#include "protocol/wire/scene_edit.h"
+
 namespace fire3dv::wire {
 
 constexpr uint16_t kProtocolMajor = 1;  // peers with another major refuse each other, with a reply
-constexpr uint16_t kProtocolMinor = 0;  // peers with another minor understand each other
-
-// The pose on the wire is the pose on the GPU: the layout of VkTransformMatrixKHR.
-struct Affine3x4 {
-  std::array<float, 12> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // row-major, [row * 4 + column]
-  bool operator==(const Affine3x4&) const = default;
-};
-static_assert(sizeof(Affine3x4) == 48);
-
-struct Affine3x4d {
-  std::array<double, 12> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  bool operator==(const Affine3x4d&) const = default;
-};
+constexpr uint16_t kProtocolMinor = 1;  // peers with another minor understand each other
 
 // How the publisher's clocks relate, so that a reader can order its frames against other clocks.
 struct ClockInfo {
@@ -75,6 +65,9 @@ struct PoseFrameView {
   uint32_t node_count = 0;
   uint32_t first_node = 0;
   std::span<const Affine3x4> poses;  // stream_from_body
+  // Not empty: a partial frame. poses[i] is of node node_indices[i]; the other nodes are as in the frame
+  // before.
+  std::span<const uint32_t> node_indices = {};
 };
 
 // Renderer to adapter: the answer to a StreamDescription.
@@ -139,7 +132,14 @@ struct UnknownMessage {
   bool operator==(const UnknownMessage&) const = default;
 };
 
-using Message =
-    std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, Status, UnknownMessage>;
+// An edit of a kind that a later minor version added: it has no effect, but its version counts as applied.
+struct UnknownEdit {
+  uint64_t epoch = 0;
+  uint64_t version = 0;
+  bool operator==(const UnknownEdit&) const = default;
+};
+
+using Message = std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, Status,
+                             UnknownMessage, SceneEdit, UnknownEdit>;
 
 }  // namespace fire3dv::wire

@@ -31,10 +31,23 @@ Result<CameraRig> CameraRig::create(const scene::Scene& scene, const std::string
       (known.empty() ? " has no cameras; leave --camera out" : " has no such camera; it has: " + known)};
 }
 
+// What the file holds has the same places in all of its scenes.
+void CameraRig::set_scene(const scene::Scene& scene) {
+  scene_ = &scene;
+  if (node_ == scene::kNone || (node_ < scene.nodes.size() && scene.nodes[node_].camera != scene::kNone))
+    return;
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  node_ = nodes.empty() ? scene::kNone : nodes.front();
+}
+
+const scene::Camera& CameraRig::scene_camera() const {
+  const scene::Camera* const edited = edits_ ? edits_->camera_at(node_) : nullptr;
+  return edited ? *edited : scene_->cameras[scene_->nodes[node_].camera];
+}
+
 passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) const {
   if (node_ != scene::kNone) {
-    passes::View view = passes::make_view(scene_->cameras[scene_->nodes[node_].camera],
-                                          poses.world_from_node(node_), image_aspect);
+    passes::View view = passes::make_view(scene_camera(), poses.world_from_node(node_), image_aspect);
     if (!scene_->nodes[node_].name.empty()) view.camera = scene_->nodes[node_].name;
     return view;
   }
@@ -52,7 +65,7 @@ passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) 
 
 void CameraRig::let_go(const state::PoseState& poses) {
   if (node_ == scene::kNone) return;
-  free_camera_ = scene_->cameras[scene_->nodes[node_].camera];
+  free_camera_ = scene_camera();
   free_camera_.orthographic = false;
   free_camera_.name = "free";
   world_from_free_ = poses.world_from_node(node_);

@@ -8,6 +8,7 @@
 #include "protocol/error.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/scene_edits.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {
@@ -17,6 +18,12 @@ class CameraRig {
   // name: as on the command line; empty takes the scene's first camera, or a free one that frames the scene.
   // The error lists the cameras that there are.
   static Result<CameraRig> create(const scene::Scene& scene, const std::string& name);
+
+  // What is changed of the scene's cameras; it outlives this.
+  void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
+
+  // Another scene is shown: the view stays where it is, if it still has a camera there.
+  void set_scene(const scene::Scene& scene);
 
   passes::View view(const state::PoseState& poses, float image_aspect) const;
 
@@ -35,8 +42,10 @@ class CameraRig {
   explicit CameraRig(const scene::Scene& scene) : scene_(&scene) {}
   void let_go(const state::PoseState& poses);
   glm::vec3 focus() const;
+  const scene::Camera& scene_camera() const;  // of the node
 
   const scene::Scene* scene_;
+  const scene::SceneEdits* edits_ = nullptr;
   uint32_t node_ = scene::kNone;  // kNone: free
   scene::Camera free_camera_;
   mutable bool framed_ = true;  // free and still to be framed for the image's aspect

@@ -52,11 +52,13 @@ void install_stop_signals() {
 }
 
 FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-                     StreamIntake& intake, state::AnimationPlayer* animations, CameraRig& camera,
-                     sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options)
+                     StreamIntake& intake, LiveScene& scene, state::AnimationPlayer* animations,
+                     CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,
+                     const Options& options)
     : device_(device),
       poses_(poses),
       intake_(intake),
+      scene_(scene),
       animations_(animations),
       camera_(camera),
       sink_(sink),
@@ -84,8 +86,9 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
 Result<void> FrameLoop::run() {
   while (!done()) {
     // What adapters have sent.
-    if (!options_.lockstep || !undrawn_) undrawn_ = intake_.poll();
+    if (!options_.lockstep || !undrawn_) undrawn_ = take_in();
     for (const std::string& note : intake_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
+    for (const std::string& note : scene_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
 
     if (metrics_) metrics_->tell(intake_, poses_);
 
@@ -104,7 +107,7 @@ Result<void> FrameLoop::run() {
       continue;
     }
     // Waiting for the display took its time: show the newest there is by now.
-    if (window_ && !options_.lockstep) intake_.poll();
+    if (window_ && !options_.lockstep) take_in();
     if (animations_) animate();
     draw();
     undrawn_ = false;
@@ -118,6 +121,14 @@ Result<void> FrameLoop::run() {
   if (Result<void> finished = sink_.finish(); !finished) return finished;
   if (first_finished_) stats_.note_start("first image", milliseconds(*first_finished_ - options_.begun));
   return stats_.finish();
+}
+
+bool FrameLoop::take_in() {
+  const bool came = intake_.poll();
+  const uint64_t replaced = scene_.replaced();
+  const bool released = scene_.follow();
+  if (scene_.replaced() != replaced) intake_.tell_bindings();
+  return came || released;
 }
 
 bool FrameLoop::done() const {

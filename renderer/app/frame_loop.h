@@ -7,6 +7,7 @@
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/camera_rig.h"
 #include "renderer/app/frame_stats.h"
+#include "renderer/app/live_scene.h"
 #include "renderer/app/options.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/renderer_metrics.h"
@@ -31,7 +32,7 @@ class FrameLoop {
  public:
   // All is borrowed. The renderer has its scene. window may be null; so may animations, where none play.
   FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-            StreamIntake& intake, state::AnimationPlayer* animations, CameraRig& camera,
+            StreamIntake& intake, LiveScene& scene, state::AnimationPlayer* animations, CameraRig& camera,
             sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options);
 
   // Borrowed; null: nobody wants to know. Before run().
@@ -46,7 +47,8 @@ class FrameLoop {
     std::vector<state::FrameTag> shown;
   };
   bool done() const;
-  void steer();  // the window's input
+  bool take_in();  // what adapters have sent; true when there is a pose frame to show
+  void steer();    // the window's input
   void animate();
   void draw();
   Result<void> deliver();  // finished images to the sink
@@ -57,6 +59,7 @@ class FrameLoop {
   gpu::Device& device_;
   state::PoseState& poses_;
   StreamIntake& intake_;
+  LiveScene& scene_;
   state::AnimationPlayer* animations_;
   AnimationClock animation_clock_;
   CameraRig& camera_;

@@ -130,6 +130,9 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   std::string size = "1280x720";
   app.add_option("--size", size, "image size, WxH")->capture_default_str();
   app.add_option("--camera", options.camera, "camera by node or camera name");
+  app.add_option("--assets", options.assets,
+                 "folder of glTF files that streams may add to the scene by name; without it none is read")
+      ->check(CLI::ExistingDirectory);
   CLI::Option* animate = app.add_option(
       "--animate", options.animate,
       "play an animation of the scene in a loop, by name or index, or all that do not contradict one another "

@@ -27,13 +27,14 @@ struct Options {
 
   bool headless = false;
   uint32_t width = 1280, height = 720;
-  std::string camera;           // node or camera name; empty: the scene's first, or one that frames it
-  uint64_t frames = 0;          // 0 = until told to stop
-  bool exit_when_done = false;  // end when the last stream has ended
-  std::string animate;          // an animation's name, its index, or "all"; empty: none plays
-  std::string cache = "auto";   // auto, off, beside or a folder: see cache_places.h
-  std::filesystem::path out;    // folder of PNGs; empty = none
-  std::filesystem::path stats;  // CSV of times per frame; empty = none
+  std::string camera;            // node or camera name; empty: the scene's first, or one that frames it
+  uint64_t frames = 0;           // 0 = until told to stop
+  bool exit_when_done = false;   // end when the last stream has ended
+  std::filesystem::path assets;  // folder below which streams may name assets; empty: none
+  std::string animate;           // an animation's name, its index, or "all"; empty: none plays
+  std::string cache = "auto";    // auto, off, beside or a folder: see cache_places.h
+  std::filesystem::path out;     // folder of PNGs; empty = none
+  std::filesystem::path stats;   // CSV of times per frame; empty = none
 
   std::string device;
   gpu::AsyncCompute async_compute = gpu::AsyncCompute::automatic;

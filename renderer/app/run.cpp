@@ -94,9 +94,13 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_surroundings(const s
       std::make_shared<scene::EnvironmentImage>(std::move(*image)));
 }
 
-Result<std::optional<state::AnimationPlayer>> open_animations(const Options& options,
-                                                              const scene::Scene& scene) {
-  if (options.animate.empty()) return std::optional<state::AnimationPlayer>();
+struct Playing {
+  std::vector<uint32_t> chosen;
+  std::optional<state::AnimationPlayer> player;
+};
+
+Result<std::optional<Playing>> open_animations(const Options& options, const scene::Scene& scene) {
+  if (options.animate.empty()) return std::optional<Playing>();
   Result<std::vector<uint32_t>> chosen = state::choose_animations(scene, options.animate);
   if (!chosen) return chosen.error();
   std::string playing = "playing animation";
@@ -107,7 +111,9 @@ Result<std::optional<state::AnimationPlayer>> open_animations(const Options& opt
   if (chosen->size() > kNamesShown)
     playing += " and " + std::to_string(chosen->size() - kNamesShown) + " more";
   say(playing + ", of " + std::to_string(scene.animations.size()));
-  return std::optional<state::AnimationPlayer>(std::in_place, scene, *chosen);
+  Playing playing_now{*chosen, {}};
+  playing_now.player.emplace(scene, *chosen);
+  return std::optional<Playing>(std::move(playing_now));
 }
 
 Result<void> open_listeners(const Options& options, StreamIntake& intake) {
@@ -198,7 +204,7 @@ int run(const Options& options) {
 
     Result<CameraRig> camera = CameraRig::create(*scene, options.camera);
     if (!camera) return fail(camera.error());
-    Result<std::optional<state::AnimationPlayer>> animations = open_animations(options, *scene);
+    Result<std::optional<Playing>> animations = open_animations(options, *scene);
     if (!animations) return fail(animations.error());
     state::PoseState poses(*scene);
     StreamIntake intake(poses, options.lockstep, options.play);
@@ -224,9 +230,12 @@ int run(const Options& options) {
       return fail(enough.error());
     renderer->set_scene(*scene, (*loaded)->derived);
     note_start("scene on the device");
+    LiveScene live(**loaded, poses, *renderer, *camera,
+                   {options.assets, passes::levels_for(options.levels_of_detail), renderer->most_textures()});
+    if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
     load->begin_keeping();
-    FrameLoop loop(**device, *renderer, poses, intake, *animations ? &**animations : nullptr, *camera, **sink,
-                   window.get(), *stats, options);
+    FrameLoop loop(**device, *renderer, poses, intake, live, *animations ? &*(*animations)->player : nullptr,
+                   *camera, **sink, window.get(), *stats, options);
     loop.report_to(metrics->get());
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());

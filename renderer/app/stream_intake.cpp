@@ -183,6 +183,16 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     describe(peer, *description);
     return false;
   }
+  if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
+    const auto stream = stream_of_peer_.find(peer);
+    if (stream != stream_of_peer_.end()) return poses_.apply(stream->second.id, std::move(*edit));
+    reject(peer, "scene edit before a description");
+    return false;
+  }
+  if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
+    const auto stream = stream_of_peer_.find(peer);
+    return stream != stream_of_peer_.end() && poses_.apply(stream->second.id, *edit);
+  }
   if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
     reply(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns, monotonic_now_ns()}));
     return false;
@@ -284,6 +294,7 @@ void StreamIntake::welcome(Peer peer, PeerStream& stream) {
   answer.unmatched_names = first_names(bound.unmatched_names);
   answer.conflicting_names = first_names(bound.conflicting_names);
   stream.conflicts_told = bound.conflicting_names;
+  stream.unmatched_told = bound.unmatched_names;
   reply(peer, wire::encode(answer));
 }
 
@@ -298,6 +309,20 @@ void StreamIntake::end_stream(Peer peer, const std::string& reason) {
     if (poses_.streams()[stream.id].conflicting_names == stream.conflicts_told) continue;
     note("stream \"" + stream.name + "\" now drives nodes that another stream has given back");
     welcome(other, stream);
+  }
+  tell_contests();
+}
+
+void StreamIntake::tell_bindings() {
+  for (auto& [peer, stream] : stream_of_peer_) {
+    const state::Stream& bound = poses_.streams()[stream.id];
+    if (bound.unmatched_names == stream.unmatched_told && bound.conflicting_names == stream.conflicts_told)
+      continue;
+    note("stream \"" + stream.name + "\" drives " +
+         std::to_string(bound.scene_node_of_pose.size() - bound.unmatched_names.size() -
+                        bound.conflicting_names.size()) +
+         " nodes of the scene as it is now");
+    welcome(peer, stream);
   }
   tell_contests();
 }

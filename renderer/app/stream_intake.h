@@ -42,6 +42,9 @@ class StreamIntake {
   // Tells the adapters of these streams that an image of these frames is finished.
   void acknowledge(const std::vector<state::FrameTag>& shown);
 
+  // Another scene is shown: tells the adapters whose names have other nodes now.
+  void tell_bindings();
+
   // Sentences for the user since the last call: who came, went, or was refused, and why.
   std::vector<std::string> take_notes();
   size_t active_streams() const { return stream_of_peer_.size(); }
@@ -78,8 +81,8 @@ class StreamIntake {
     uint64_t epoch;
     std::string name;
     uint64_t acked_sequence = 0;
-    std::vector<std::string> conflicts_told;  // as of the last Welcome
-    std::vector<std::string> contests_told;   // as of the last Status
+    std::vector<std::string> conflicts_told, unmatched_told;  // as of the last Welcome
+    std::vector<std::string> contests_told;                   // as of the last Status
     bool interpolated = false;
     state::ClockOffset clock;
     uint64_t pings = 0;  // asked so far, which are their ids

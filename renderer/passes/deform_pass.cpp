@@ -39,7 +39,7 @@ void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::UploadBelt& belt, 
 void DeformPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
                         const state::PoseState& poses) {
   DeformedShapes& shapes = scene.deformed;
-  if (shapes.nodes.empty() || poses_seen_ == poses.revision()) return;
+  if (shapes.record_count == 0 || poses_seen_ == poses.revision()) return;
   poses_seen_ = poses.revision();
   upload_weights(recorder, belt, shapes, poses);
 

@@ -20,8 +20,10 @@ class DeformPass {
   // The scene was replaced.
   void forget() {
     poses_seen_ = weights_seen_ = UINT64_MAX;
-    levels_behind_ = false;
+    levels_behind_ = true;
   }
+  // Others have written vertices.
+  void vertices_written() { levels_behind_ = true; }
 
  private:
   void upload_weights(gpu::Recorder& recorder, gpu::UploadBelt& belt, DeformedShapes& shapes,
@@ -30,7 +32,7 @@ class DeformPass {
   VkPipelineLayout layout_;
   gpu::Pipeline deform_, bounds_;
   uint64_t poses_seen_ = UINT64_MAX, weights_seen_ = UINT64_MAX;  // PoseState's revisions
-  bool levels_behind_ = false;  // vertices were written since acceleration structures last followed
+  bool levels_behind_ = true;  // vertices were written since acceleration structures last followed
 };
 
 }  // namespace fire3dv::passes

@@ -5,7 +5,8 @@
 
 namespace fire3dv::passes {
 
-DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& mirrored) {
+DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& mirrored,
+                           const std::vector<bool>& hidden) {
   struct Candidate {
     Draw draw;
     scene::Topology topology;
@@ -23,7 +24,7 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
   std::vector<Candidate> candidates;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const scene::Node& node = scene.nodes[n];
-    if (node.mesh == scene::kNone) continue;
+    if (node.mesh == scene::kNone || (!hidden.empty() && hidden[n])) continue;
     const scene::Mesh& mesh = scene.meshes[node.mesh];
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
       const uint32_t material = scene.primitives[p].material;

@@ -32,8 +32,10 @@ struct DrawList {
   std::vector<Draw> draws;
   std::vector<DrawBin> bins;  // opaque, then mask, then blend; of each triangles, lines, points
 
-  // mirrored: for each node, whether its transform has a negative determinant.
-  static DrawList collect(const scene::Scene& scene, const std::vector<bool>& mirrored);
+  // mirrored: for each node, whether its transform has a negative determinant. hidden: for each node, or
+  // empty where none is.
+  static DrawList collect(const scene::Scene& scene, const std::vector<bool>& mirrored,
+                          const std::vector<bool>& hidden = {});
 };
 
 }  // namespace fire3dv::passes

@@ -6,6 +6,7 @@
 #include "renderer/passes/material_records.h"
 #include "renderer/scene/math.h"
 #include "renderer/scene/parallel.h"
+#include "renderer/scene/scene_edits.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -130,15 +131,9 @@ std::vector<gpu_types::PrimitiveRecord> make_primitive_records(const scene::Scen
                                                                const GpuScene& gpu_scene) {
   std::vector<gpu_types::PrimitiveRecord> records(gpu_scene.geometry.size());
   const auto fill = [&](const scene::Mesh& mesh, uint32_t first_primitive) {
-    const glm::vec4 sphere = sphere_around(scene, mesh);
     for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
-      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[first_primitive + i];
-      records[first_primitive + i] = {glm::vec3(sphere),
-                                      sphere.w,
-                                      geometry.first_index,
-                                      geometry.first_vertex,
-                                      scene.primitives[mesh.first_primitive + i].material,
-                                      0};
+      records[first_primitive + i] =
+          primitive_record(scene, mesh, gpu_scene.geometry[first_primitive + i], i);
     }
   };
   for (const scene::Mesh& mesh : scene.meshes) fill(mesh, mesh.first_primitive);
@@ -166,7 +161,43 @@ std::vector<gpu_types::AffineRows> first_transforms(uint32_t node_count) {
   return transforms;
 }
 
+std::vector<OwnVertices> find_own_vertices(const scene::Scene& scene,
+                                           const std::vector<scene::DeformedNode>& nodes,
+                                           const scene::ClusteredGeometry& geometry) {
+  std::vector<OwnVertices> found;
+  for (const scene::DeformedNode& shape : nodes) {
+    const scene::Node& node = scene.nodes[shape.node];
+    if (!node.own_vertices) continue;
+    OwnVertices& own = found.emplace_back();
+    own.node = shape.node;
+    own.first_vertex = geometry.primitives[shape.first_primitive].first_vertex;  // the copies are one run
+    const scene::Mesh& mesh = scene.meshes[node.mesh];
+    uint32_t first_place = 0;
+    for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
+      const scene::ClusteredPrimitive& copy = geometry.primitives[shape.first_primitive + i];
+      const scene::Primitive& primitive = scene.primitives[mesh.first_primitive + i];
+      for (uint32_t v = copy.first_vertex; v < copy.first_vertex + copy.vertex_count; ++v) {
+        own.vertices.push_back(geometry.source_vertices[v]);
+        own.mesh_places.push_back(first_place + geometry.source_vertices[v] - primitive.first_vertex);
+      }
+      first_place += primitive.vertex_count;
+    }
+  }
+  return found;
+}
+
 }  // namespace
+
+gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const scene::Mesh& mesh,
+                                            const scene::ClusteredPrimitive& geometry, uint32_t i) {
+  const glm::vec4 sphere = sphere_around(scene, mesh);
+  return {glm::vec3(sphere),
+          sphere.w,
+          geometry.first_index,
+          geometry.first_vertex,
+          scene.primitives[mesh.first_primitive + i].material,
+          0};
+}
 
 void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
                              const state::PoseState& poses) {
@@ -175,7 +206,11 @@ void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, con
   std::vector<bool> now = mirrored_as_posed(scene, poses);
   if (now == mirrored) return;
   mirrored = std::move(now);
-  draw_list = DrawList::collect(scene, mirrored);
+  collect_draws(recorder, belt, scene);
+}
+
+void GpuScene::collect_draws(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene) {
+  draw_list = DrawList::collect(scene, mirrored, hidden);
   ++draw_list_revision;
   const std::vector<gpu_types::DrawRecord> records = draw_records(scene, *this);
   const gpu::UploadBelt::Piece piece = belt.write(std::span<const gpu_types::DrawRecord>(records));
@@ -197,8 +232,8 @@ void GpuScene::place_nodes(gpu::Device& device, gpu::LoaderCommands& loader) {
   std::memcpy(bytes.data(), transforms.data(), transforms.size() * sizeof(transforms[0]));
   std::memcpy(bytes.data() + facts_at, facts.data(), facts.size() * sizeof(facts[0]));
   world_from_node = upload_array(device, loader, bytes);
-  node_facts = world_from_node.address + facts_at;
-  light_places = world_from_node.address + places_at;
+  node_facts_offset = facts_at;
+  light_places_offset = places_at;
 }
 
 void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
@@ -220,6 +255,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     deformed_nodes = scene::add_deformed_copies(scene, with_copies);
   }
   const scene::ClusteredGeometry& clustered = deformed_nodes.empty() ? derived.clusters : with_copies;
+  own_vertices = find_own_vertices(scene, deformed_nodes, clustered);
   deformed = DeformedShapes(device, loader, scene, std::move(deformed_nodes), clustered);
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
@@ -238,6 +274,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   const MaterialRecords records =
       material_records(scene.materials, anisotropy > 1 && device.report().anisotropy);
   materials = upload_array(device, loader, records.materials);
+  own_material_count = static_cast<uint32_t>(records.materials.size());
+  own_primitive_count = static_cast<uint32_t>(geometry.size());
   has_extensions = !records.extensions.empty();
   material_extensions = upload_array(device, loader, records.extensions);
 
@@ -250,20 +288,21 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   primitives = upload_array(device, loader, primitive_records);
 
   std::vector<gpu_types::LightRecord> light_records;
-  std::vector<uint32_t> first_primitives(node_count, 0), instance_indices(node_count, FIRE3DV_NO_INDEX),
-      lights_of_nodes(node_count, FIRE3DV_NO_INDEX);
+  const std::vector<scene::PlacedLight> placed_lights = scene::lights_of(scene, nullptr);
+  light_at_node.assign(node_count, FIRE3DV_NO_INDEX);
+  for (const scene::PlacedLight& placed : placed_lights) {
+    light_at_node[placed.node] = static_cast<uint32_t>(light_records.size());
+    light_records.push_back(light_record(placed.light, placed.node));
+  }
+  std::vector<uint32_t> first_primitives(node_count, 0), instance_indices(node_count, FIRE3DV_NO_INDEX);
   for (uint32_t n = 0; n < node_count; ++n) {
     const scene::Node& node = scene.nodes[n];
-    if (node.light != scene::kNone) {
-      lights_of_nodes[n] = static_cast<uint32_t>(light_records.size());
-      light_records.push_back(light_record(scene.lights[node.light], n));
-    }
     if (node.mesh != scene::kNone)
       first_primitives[n] = primitive_at(n, scene.meshes[node.mesh].first_primitive);
   }
   light_count = static_cast<uint32_t>(light_records.size());
   lights = upload_array(device, loader, light_records);
-  light_of_node = upload_array(device, loader, lights_of_nodes);
+  light_of_node = upload_array(device, loader, light_at_node);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
   Parts all_parts = collect_parts(scene, derived.casters, *this);
@@ -271,6 +310,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   planar_parts = std::move(all_parts.planar);
   first_part_of_node = std::move(all_parts.first_of_node);
   for (const gpu_types::PartRecord& part : all_parts.parts) {
+    part_flags.push_back(part.flags);
     has_on_top |= (part.flags & FIRE3DV_PART_ON_TOP) != 0;
     has_masked |= (part.flags & FIRE3DV_PART_MASK) != 0;
   }
@@ -296,10 +336,12 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     }
     const std::vector<gpu_types::AffineRows> transforms = first_transforms(node_count);
     std::vector<VkAccelerationStructureInstanceKHR> instance_records;
+    instance_at_node.assign(node_count, FIRE3DV_NO_INDEX);
     for (uint32_t n = 0; n < node_count; ++n) {
       if (!blas_of_node[n]) continue;
       // Instances of skinned nodes stay where they are: the transforms pass does not know them.
-      if (drawn_at(scene, n) == n) instance_indices[n] = static_cast<uint32_t>(instance_records.size());
+      instance_at_node[n] = static_cast<uint32_t>(instance_records.size());
+      if (drawn_at(scene, n) == n) instance_indices[n] = instance_at_node[n];
       instance_records.push_back(instance_record(n, blas_of_node[n]));
       std::memcpy(&instance_records.back().transform, &transforms[drawn_at(scene, n)],
                   sizeof(VkTransformMatrixKHR));

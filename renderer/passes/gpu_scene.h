@@ -20,6 +20,14 @@
 
 namespace fire3dv::passes {
 
+// A node whose vertices are replaced while it is shown.
+struct OwnVertices {
+  uint32_t node = 0;
+  uint32_t first_vertex = 0;          // of GpuScene::positions
+  std::vector<uint32_t> vertices;     // of the scene, in the order of the GPU's
+  std::vector<uint32_t> mesh_places;  // of the same, counted from the mesh's first one
+};
+
 struct GpuScene {
   // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
   // textures_layout: see gpu::BindlessTextures.
@@ -30,6 +38,8 @@ struct GpuScene {
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
                      const state::PoseState& poses);
+  // What is drawn now: not what is hidden, and each with the primitives that it has now.
+  void collect_draws(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene);
 
   // What shaders read of a scene that this frame may have written.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
@@ -40,6 +50,7 @@ struct GpuScene {
   const scene::ClusteredPrimitive& geometry_of(const Draw& draw) const {
     return geometry[primitive_at(draw.node, draw.primitive)];
   }
+  bool is_hidden(uint32_t node) const { return node < hidden.size() && hidden[node]; }
 
   uint32_t node_count = 0;
   uint32_t light_count = 0, part_count = 0;
@@ -65,10 +76,20 @@ struct GpuScene {
   // Written by the transforms pass: AffineRows[], with the frames of skinned parts behind; and what follows
   // from them, in the same buffer.
   gpu::Buffer world_from_node;
-  VkDeviceAddress node_facts = 0;    // uint[]: FIRE3DV_NODE_*
-  VkDeviceAddress light_places = 0;  // LightPlace[]
+  VkDeviceSize node_facts_offset = 0;    // uint[]: FIRE3DV_NODE_*
+  VkDeviceSize light_places_offset = 0;  // LightPlace[], last
+  VkDeviceAddress node_facts() const { return world_from_node.address + node_facts_offset; }
+  VkDeviceAddress light_places() const { return world_from_node.address + light_places_offset; }
 
   void place_nodes(gpu::Device& device, gpu::LoaderCommands& loader);
+
+  // What edits of the scene refer to, see edit_follower.h.
+  std::vector<OwnVertices> own_vertices;
+  uint32_t own_primitive_count = 0, own_material_count = 0;  // behind them are copies with other colours
+  std::vector<uint32_t> part_flags;                          // as the scene has them
+  std::vector<uint32_t> light_at_node;                       // as light_of_node
+  std::vector<uint32_t> instance_at_node;  // of the top-level structure; FIRE3DV_NO_INDEX = none
+  std::vector<bool> hidden;                // of each node, as the draw list has it; empty: none
 
   std::vector<uint32_t> first_part_of_node;
   std::vector<PlanarPart> planar_parts;  // the largest at rest first
@@ -82,5 +103,9 @@ struct GpuScene {
   gpu::BindlessTextures textures;
   gpu::BlasBuildReport blas_report;
 };
+
+// i: of the mesh's.
+gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const scene::Mesh& mesh,
+                                            const scene::ClusteredPrimitive& geometry, uint32_t i);
 
 }  // namespace fire3dv::passes

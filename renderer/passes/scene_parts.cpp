@@ -109,7 +109,8 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
       if (caster.shape == scene::CasterShape::planar) {
         const glm::mat3 m(scene.nodes[n].world_from_node);
         const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
-        all.planar.push_back({part, caster.plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
+        all.planar.push_back(
+            {part, n, caster.plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
       }
       const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[primitive];
       for (uint32_t c = 0; c < geometry.cluster_count; ++c) {

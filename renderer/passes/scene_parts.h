@@ -18,6 +18,7 @@ struct GpuScene;
 // A part that lies in one plane.
 struct PlanarPart {
   uint32_t part;
+  uint32_t node;
   glm::vec4 plane_node;
   float radius_m;  // of its mesh, at rest
 };

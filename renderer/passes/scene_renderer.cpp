@@ -40,6 +40,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       samples_(choose_samples(device, path_, settings.samples)),
       scene_set_layout_(gpu::BindlessTextures::create_layout(device, settings.most_textures)),
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
+      edit_follower_(device),
       transforms_(device, layout_.get()),
       deform_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
@@ -59,6 +60,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
 
 void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived) {
   scene_ = &scene;
+  edit_follower_.forget();
   transforms_.forget();
   deform_.forget();
   forward_.forget();
@@ -77,6 +79,10 @@ void SceneRenderer::set_size(VkExtent2D extent) {
 
 void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
                            const View& view) {
+  // What has been edited of the scene.
+  if (edits_ && edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_))
+    deform_.vertices_written();
+  shadows_.upload_choices(recorder, belt);
   // Where everything is now.
   transforms_.record(recorder, belt, *gpu_scene_, poses);
   // Which way triangles face now.
@@ -93,21 +99,23 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const VkDeviceAddress globals = upload_globals(belt, view, masked);
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
   find_visible(recorder, belt, view, globals, compute || masked, compute && shows_levels());
+  PostSettings post = settings_.post;
+  if (view.exposure > 0) post.exposure = view.exposure;
   // Which lights reach that, and its colour: in linear HDR where something goes on top, and what a display
   // shows of it.
   const bool at_once = masked && compute && shadows_.found_while_shading();
   if (masked && !at_once) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
   if (compute) {
     auto shade = at_once ? &VisibilityPass::shade_and_trace : &VisibilityPass::shade;
-    (*visibility_.*shade)(recorder, *gpu_scene_, shadows_, *targets_, globals, settings_.post, on_top);
+    (*visibility_.*shade)(recorder, *gpu_scene_, shadows_, *targets_, globals, post, on_top);
   }
   if (!compute || on_top) {
     forward_.record(recorder, belt,
                     {*gpu_scene_, *scene_, poses, *targets_, view, globals, settings_.background, &shadows_,
                      compute ? &visibility_->buffer() : nullptr});
-    post_.record(recorder, *targets_, settings_.post);
+    post_.record(recorder, *targets_, post);
   } else {
-    post_.smooth(recorder, *targets_, settings_.post);
+    post_.smooth(recorder, *targets_, post);
   }
 }
 
@@ -151,14 +159,14 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   const GpuScene& scene = *gpu_scene_;
   gpu_types::Globals globals{};
   globals.world_from_node = scene.world_from_node.address;
-  globals.node_facts = scene.node_facts;
+  globals.node_facts = scene.node_facts();
   globals.first_primitive_of_node = scene.first_primitive_of_node.address;
   globals.draws = scene.draws.address;
   globals.primitives = scene.primitives.address;
   globals.materials = scene.materials.address;
   globals.material_extensions = scene.material_extensions.address;
   globals.lights = scene.lights.address;
-  globals.light_places = scene.light_places;
+  globals.light_places = scene.light_places();
   globals.positions = scene.positions.address;
   globals.vertices = scene.vertices.address;
   globals.indices = scene.indices.address;

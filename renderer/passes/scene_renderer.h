@@ -7,6 +7,7 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/deform_pass.h"
+#include "renderer/passes/edit_follower.h"
 #include "renderer/passes/environment.h"
 #include "renderer/passes/forward_pass.h"
 #include "renderer/passes/gpu_scene.h"
@@ -60,6 +61,9 @@ class SceneRenderer {
     set_scene(scene, scene::derive(scene, levels_for(settings_.levels_of_detail)));
   }
   void set_scene(const scene::Scene& scene, const scene::Derived& derived);
+  // What is changed of the scene that is shown, looked at in each frame; it speaks of the scene that is set
+  // then. Once, before the first frame.
+  void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
   void set_size(VkExtent2D extent);
 
   // Records the passes; the result is in image(), ready to be read.
@@ -81,6 +85,7 @@ class SceneRenderer {
   ClusterRaster::Drawn clusters_drawn() const {
     return visibility_ ? visibility_->drawn() : ClusterRaster::Drawn{};
   }
+  uint32_t most_textures() const { return settings_.most_textures; }
   bool traces() const { return shadows_.traces(); }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }
@@ -104,6 +109,7 @@ class SceneRenderer {
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
   gpu::PipelineLayout layout_;
+  EditFollower edit_follower_;
   TransformsPass transforms_;
   DeformPass deform_;
   ForwardPass forward_;
@@ -115,6 +121,7 @@ class SceneRenderer {
   HeldMark held_mark_;
   Environment environment_;  // last: it waits for the GPU, and meanwhile the pipelines above are made
   const scene::Scene* scene_ = nullptr;
+  const scene::SceneEdits* edits_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;
   std::optional<Targets> targets_;
 };

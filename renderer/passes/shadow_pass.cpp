@@ -5,7 +5,6 @@
 #include <cstring>
 #include <string>
 
-#include "renderer/gpu/loader_commands.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -14,37 +13,10 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-constexpr uint32_t kSoftRays = 16;
 constexpr size_t kMostSheets = 16;
-// All views together; beyond it every map gets smaller.
-constexpr uint64_t kMostTexels = 48u << 20;
-constexpr uint32_t kMapSide = 2048, kCubeSide = 1024, kSmallestSide = 64;
-// A spot that is wider than this has no map of one piece.
-constexpr float kWidestSpotRad = 1.2f;
 
-template <typename T>
-gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values) {
-  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T),
-                                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-  loader.upload(buffer, std::span<const T>(values));
-  return buffer;
-}
-
-std::vector<scene::Light> lights_in_node_order(const scene::Scene& scene) {
-  std::vector<scene::Light> lights;
-  for (const scene::Node& node : scene.nodes) {
-    if (node.light != scene::kNone) lights.push_back(scene.lights[node.light]);
-  }
-  return lights;
-}
-
-bool is_soft(const scene::Light& light) {
-  return light.type == scene::LightType::directional ? light.angular_radius_rad > 0 : light.radius_m > 0;
-}
-
-bool needs_cube(const scene::Light& light) {
-  return light.type == scene::LightType::point ||
-         (light.type == scene::LightType::spot && light.outer_cone_rad > kWidestSpotRad);
+gpu::Buffer table(gpu::Device& device, VkDeviceSize bytes) {
+  return gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
 }  // namespace
@@ -104,61 +76,21 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
   }
 }
 
-void ShadowPass::choose_views(const scene::Scene& scene) {
-  const std::vector<scene::Light> lights = lights_in_node_order(scene);
-  std::vector<gpu_types::LightViewWanted> wanted;
-  std::vector<gpu_types::LightShadow> shadows;
-  uint32_t bit = 0, soft_words = 0;
-  for (uint32_t i = 0; i < lights.size(); ++i) {
-    const bool cube = needs_cube(lights[i]);
-    gpu_types::LightShadow shadow{};
-    shadow.first_view = static_cast<uint32_t>(wanted.size());
-    shadow.rays = is_soft(lights[i]) ? kSoftRays : 1;
-    // A map knows of one ray to each point; for soft shadows all rays are traced where they can be.
-    shadow.view_count = shadow.rays > 1 && way_.method == ShadowMethod::ray ? 0 : cube ? 6 : 1;
-    if (shadow.rays == 1) {
-      shadow.mask_word = bit / 32;
-      shadow.mask_shift = bit % 32;
-      bit += samples_;
-    } else {
-      shadow.mask_word = soft_words++;  // counted from the last hard one; set right below
-    }
-    for (uint32_t side = 0; side < shadow.view_count; ++side) {
-      wanted.push_back(
-          {i, cube ? side : FIRE3DV_NO_INDEX, cube ? kCubeSide : kMapSide, 0, lights[i].outer_cone_rad});
-    }
-    shadows.push_back(shadow);
-  }
-  const uint32_t hard_words = (bit + 31) / 32;
-  for (gpu_types::LightShadow& shadow : shadows) {
-    if (shadow.rays != 1) shadow.mask_word += hard_words;
-  }
-  mask_words_ = std::max(1u, hard_words + soft_words);
-  all_hard_ = soft_words == 0;
-
-  auto texels = [&] {
-    uint64_t sum = 0;
-    for (const gpu_types::LightViewWanted& view : wanted) sum += uint64_t{2} * view.size * view.size;
-    return sum;
-  };
-  while (texels() > kMostTexels && !wanted.empty() && wanted[0].size > kSmallestSide) {
-    for (gpu_types::LightViewWanted& view : wanted) view.size /= 2;
-  }
-  uint32_t first_texel = 0;
-  for (gpu_types::LightViewWanted& view : wanted) {
-    view.first_texel = first_texel;
-    first_texel += 2 * view.size * view.size;
-  }
+void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   light_count_ = static_cast<uint32_t>(lights.size());
-  view_count_ = needs_maps_ ? static_cast<uint32_t>(wanted.size()) : 0;
-
-  gpu::LoaderCommands loader(device_);
-  light_shadows_ = upload_array(device_, loader, shadows);
-  wanted_views_ = upload_array(device_, loader, wanted);
-  loader.finish();
-  if (view_count_ == 0) return;
-  maps_ = gpu::create_buffer(device_, VkDeviceSize{first_texel} * sizeof(uint32_t),
-                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray);
+  if (light_shadows_ && plan == plan_) return;
+  const bool other_mask = plan.mask_words != plan_.mask_words;
+  plan_ = std::move(plan);
+  view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
+  // New ones: frames in flight read the old ones.
+  light_shadows_ = table(device_, plan_.shadows.size() * sizeof(plan_.shadows[0]));
+  choices_.write(light_shadows_, 0, std::span<const gpu_types::LightShadow>(plan_.shadows));
+  wanted_views_ = table(device_, plan_.views.size() * sizeof(plan_.views[0]));
+  choices_.write(wanted_views_, 0, std::span<const gpu_types::LightViewWanted>(plan_.views));
+  if (other_mask && extent_.width) set_size(extent_);
+  if (view_count_) maps_ = table(device_, VkDeviceSize{plan_.texels} * sizeof(uint32_t));
+  place_views();
 }
 
 void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -166,41 +98,48 @@ void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_sc
   const float scene_radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
   for (const PlanarPart& planar : gpu_scene.planar_parts) {
     if (sheets.size() == kMostSheets) break;
+    if (gpu_scene.is_hidden(planar.node)) continue;
     // Maps alone have to hold all that could shadow; a ground that is most of the scene would leave nothing
     // for the rest.
     if (way_.method == ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
     sheets.push_back({planar.plane_node, planar.part});
   }
   sheet_count_ = needs_maps_ ? static_cast<uint32_t>(sheets.size()) : 0;
-  gpu::LoaderCommands loader(device_);
-  sheets_ = upload_array(device_, loader, sheets);
-  loader.finish();
+  sheets_ = table(device_, sheets.size() * sizeof(sheets[0]));
+  choices_.write(sheets_, 0, std::span<const gpu_types::SheetRecord>(sheets));
+  place_views();
 }
 
-void ShadowPass::place_views(const GpuScene& gpu_scene) {
+void ShadowPass::place_views() {
   if (!needs_maps_) return;
   const auto padded = [](VkDeviceSize size) { return (size + 255) / 256 * 256; };
   sheets_offset_ = padded(view_count_ * sizeof(gpu_types::RasterView));
   far_sides_offset_ = sheets_offset_ + padded(sheet_count_ * sizeof(gpu_types::SheetPlace));
-  views_ =
-      gpu::create_buffer(device_, far_sides_offset_ + padded(gpu_scene.part_count * sizeof(uint32_t)) + 256,
-                         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  const VkDeviceSize bytes = far_sides_offset_ + padded(part_count_ * sizeof(uint32_t)) + 256;
+  if (!views_ || views_.size_bytes != bytes) views_ = table(device_, bytes);
 }
 
 void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene) {
   // What is drawn on top has no mask, and where there is no ray query it has nothing but maps.
   needs_maps_ = way_.method == ShadowMethod::map || way_.hybrid ||
                 (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
-  choose_views(scene);
+  part_count_ = gpu_scene.part_count;
+  choices_ = {};
+  light_shadows_ = {};
+  set_lights(scene::lights_of(scene, nullptr));
   choose_sheets(scene, gpu_scene);
-  place_views(gpu_scene);
-  if (extent_.width) set_size(extent_);
+}
+
+void ShadowPass::upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt) {
+  if (choices_.empty()) return;
+  choices_.record(recorder, belt);
+  choices_ = {};
 }
 
 void ShadowPass::set_size(VkExtent2D extent) {
   extent_ = extent;
   if (way_.method != ShadowMethod::ray) return;
-  const VkDeviceSize words = VkDeviceSize{extent.width} * extent.height * mask_words_;
+  const VkDeviceSize words = VkDeviceSize{extent.width} * extent.height * plan_.mask_words;
   mask_ = gpu::create_buffer(device_, words * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                              gpu::Memory::device);
   entries_ = gpu::create_buffer(device_, words * sizeof(gpu_types::RayEntry),
@@ -215,7 +154,7 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
   globals.sheets = views_.address + sheets_offset_;
   globals.far_sides = views_.address + far_sides_offset_;
   globals.sheet_count = sheet_count_;
-  globals.mask_words = mask_words_;
+  globals.mask_words = plan_.mask_words;
   globals.shadows = way_.method == ShadowMethod::off   ? FIRE3DV_SHADOWS_OFF
                     : way_.method == ShadowMethod::map ? FIRE3DV_SHADOWS_MAP
                     : masked                           ? FIRE3DV_SHADOWS_MASK
@@ -249,7 +188,7 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
 }
 
 bool ShadowPass::found_while_shading() const {
-  return traces() && way_.hybrid && all_hard_ && mask_words_ == 1;
+  return traces() && way_.hybrid && plan_.all_hard() && plan_.mask_words == 1;
 }
 
 gpu_types::ShadowPush ShadowPass::push(const gpu::Buffer& visibility, VkDeviceAddress globals) const {
@@ -274,7 +213,7 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& v
   add_map_reads(uses, access::compute_read);
   recorder.pass("classify", uses, [&](VkCommandBuffer commands) {
     bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, classify_.get(), scene, push(visibility, globals));
-    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, mask_words_);
+    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, plan_.mask_words);
   });
   trace(recorder, scene, visibility, globals);
 }

@@ -8,6 +8,8 @@
 
 #include "renderer/gpu/ray_pipeline.h"
 #include "renderer/passes/cluster_raster.h"
+#include "renderer/passes/patches.h"
+#include "renderer/passes/shadow_plan.h"
 
 namespace fire3dv::gpu_types {
 struct Globals;
@@ -42,6 +44,12 @@ class ShadowPass {
   ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, const ShadowWay& way);
 
   void set_scene(const scene::Scene& scene, const GpuScene& gpu_scene);
+  // Other lights, or the same ones with another shape.
+  void set_lights(const std::vector<scene::PlacedLight>& lights);
+  // Of what is not hidden.
+  void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
+  // What these have chosen, for the frame that begins. Most have nothing.
+  void upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt);
   void set_size(VkExtent2D extent);
   // masked: shading reads the mask; else it traces where it shades, or reads maps.
   void describe_to(gpu_types::Globals& globals, bool masked) const;
@@ -68,9 +76,7 @@ class ShadowPass {
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
 
  private:
-  void choose_views(const scene::Scene& scene);
-  void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
-  void place_views(const GpuScene& gpu_scene);
+  void place_views();
   gpu_types::ShadowPush push(const gpu::Buffer& visibility, VkDeviceAddress globals) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
             const gpu_types::ShadowPush& push) const;
@@ -82,11 +88,13 @@ class ShadowPass {
   gpu::Pipeline light_views_, classify_, trace_query_;
   gpu::RayPipeline trace_pipeline_;
   std::optional<ClusterRaster> map_raster_;
-  bool needs_maps_ = false, all_hard_ = true;
-  uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, mask_words_ = 1;
+  bool needs_maps_ = false;
+  uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, part_count_ = 0;
+  ShadowPlan plan_;
   VkExtent2D extent_{};
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
   VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
+  Patches choices_;                                        // not uploaded yet
   gpu::Buffer mask_, list_, entries_;
   std::array<gpu::Buffer, gpu::kFramesInFlight> list_seen_;
   uint64_t frame_ = 0, rays_traced_ = 0;

@@ -110,10 +110,10 @@ void TransformsPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuS
   push.world_from_node = scene.world_from_node.address;
   push.instance_of_node = scene.instance_of_node.address;
   push.instances = scene.instances.address;
-  push.node_facts = scene.node_facts;
+  push.node_facts = scene.node_facts();
   push.light_of_node = scene.light_of_node.address;
   push.lights = scene.lights.address;
-  push.light_places = scene.light_places;
+  push.light_places = scene.light_places();
   push.node_count = scene.node_count;
   recorder.pass("transforms", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());

@@ -47,6 +47,7 @@ View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, 
   rigid[3] = glm::vec4(view.eye_world, 1);
   view.look_world = -glm::vec3(rigid[2]);
   view.orthographic = camera.orthographic;
+  view.exposure = camera.exposure;
   if (!camera.orthographic) {
     const float focal = 1 / std::tan(camera.vertical_fov_rad / 2);
     view.world_from_ndc_x = glm::vec3(rigid[0]) * (image_aspect / focal);

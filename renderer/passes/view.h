@@ -14,6 +14,7 @@ struct View {
   glm::vec3 eye_world{0};
   glm::vec3 look_world{0, 0, -1};  // unit
   bool orthographic = false;
+  float exposure = 0;  // factor on linear colour; 0 = as the settings say
   // The ray through a point of the image goes along x * ndc.x + y * ndc.y + origin, not normalised. Without
   // the eye's place, so that it is as exact far from the world's origin as near it.
   glm::vec3 world_from_ndc_x{0}, world_from_ndc_y{0}, world_from_ndc_origin{0, 0, -1};

@@ -81,6 +81,13 @@ bool deformation_is_right(const Scene& scene, const Primitive& p) {
   return true;
 }
 
+bool sources_are_right(const Scene& scene, const Primitive& p) {
+  return p.first_vertex_source == kNone ||
+         (in_range(p.first_vertex_source, p.vertex_count, scene.vertex_sources.size()) &&
+          all_below(std::span(scene.vertex_sources).subspan(p.first_vertex_source, p.vertex_count),
+                    p.file_vertex_count));
+}
+
 bool primitive_is_right(const Scene& scene, const Primitive& p) {
   if (p.topology > Topology::points) return false;
   const uint32_t corners = p.topology == Topology::triangles ? 3 : p.topology == Topology::lines ? 2 : 1;
@@ -88,11 +95,12 @@ bool primitive_is_right(const Scene& scene, const Primitive& p) {
          in_range(p.first_vertex, p.vertex_count, scene.positions.size()) &&
          p.material < scene.materials.size() && is_finite(p.bounds_min) && is_finite(p.bounds_max) &&
          all_below(std::span(scene.indices).subspan(p.first_index, p.index_count), p.vertex_count) &&
-         deformation_is_right(scene, p);
+         sources_are_right(scene, p) && deformation_is_right(scene, p);
 }
 
 bool node_is_right(const Scene& scene, uint32_t index) {
   const Node& node = scene.nodes[index];
+  if (node.own_vertices) return false;  // of what is shown, never of what is kept
   if (!(node.parent == kNone || node.parent < index) || !none_or_below(node.mesh, scene.meshes.size()) ||
       !none_or_below(node.camera, scene.cameras.size()) || !none_or_below(node.light, scene.lights.size()) ||
       !none_or_below(node.skin, scene.skins.size()) ||

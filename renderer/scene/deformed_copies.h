@@ -11,7 +11,7 @@
 
 namespace fire3dv::scene {
 
-// By a skin or by morph targets.
+// By a skin, by morph targets, or by vertices that are replaced.
 bool is_deformed(const Node& node);
 
 // Whether the joints of a skinned node turn its triangles inside out, at rest: its own transform has no part

@@ -145,7 +145,14 @@ AssetFolder::AssetFolder(const std::filesystem::path& asset, std::vector<SourceF
   folder_ = std::filesystem::canonical(std::filesystem::absolute(asset, error).parent_path(), error);
 }
 
+AssetFolder AssetFolder::none() {
+  AssetFolder folder;
+  folder.has_files_ = false;
+  return folder;
+}
+
 Result<std::filesystem::path> AssetFolder::resolve(std::string_view uri) const {
+  if (!has_files_) return Error{"the URI " + quote(uri) + " names a file, which an embedded asset cannot"};
   if (uri.empty()) return Error{"the URI is empty"};
   const std::string name = "the URI " + quote(uri);
   if (has_scheme(uri)) return Error{name + " has a scheme: only data: and relative paths are read"};

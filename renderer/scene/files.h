@@ -55,6 +55,9 @@ class AssetFolder {
   // log: gets the files that are read; may be null.
   explicit AssetFolder(const std::filesystem::path& asset, std::vector<SourceFile>* log = nullptr);
 
+  // Of an asset that came without files: only data: URIs are followed.
+  static AssetFolder none();
+
   // The bytes that a URI of the asset stands for: a data: URI or a file below the folder. The error says why
   // it is refused, without the asset's name.
   Result<Bytes> read(std::string_view uri, uint64_t max_bytes) const;
@@ -63,8 +66,11 @@ class AssetFolder {
   Result<std::filesystem::path> resolve(std::string_view uri) const;
 
  private:
+  AssetFolder() = default;
+
   std::filesystem::path folder_;
-  std::vector<SourceFile>* log_;
+  bool has_files_ = true;
+  std::vector<SourceFile>* log_ = nullptr;
 };
 
 // Text for a message: cut, and with control characters replaced, since it comes from the file.

@@ -105,21 +105,15 @@ Result<void> parse_model(const std::string& text, tinygltf::Model& model) {
   return Error{"the glTF cannot be read: " + quote(error)};
 }
 
-}  // namespace
-
-Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
-                               std::vector<SourceFile>* sources) {
-  auto file = read_file(path, limits.max_file_bytes);
-  if (!file) return file.error();
-  if (sources) sources->push_back({"", digest_of(file->view())});
-  auto container = split_container(file->view());
+Result<GltfDocument> document_of(Bytes file, AssetFolder folder, const LoadLimits& limits) {
+  auto container = split_container(file.view());
   if (!container) return container.error();
   if (auto shallow = check_json_depth(container->json, limits.max_json_depth); !shallow)
     return shallow.error();
   auto root = parsed(container->json);
   if (!root) return root.error();
 
-  GltfDocument document{.folder = AssetFolder(path, sources)};
+  GltfDocument document{.folder = std::move(folder)};
   if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
   if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
   if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();
@@ -128,9 +122,31 @@ Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimi
   root->erase("buffers");
   root->erase("images");
   if (auto done = parse_model(root->dump(), document.model); !done) return done.error();
-  document.owned.push_back(std::move(*file));
+  document.owned.push_back(std::move(file));
   if (auto done = check_references(document); !done) return done.error();
   return document;
+}
+
+}  // namespace
+
+Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
+                               std::vector<SourceFile>* sources) {
+  auto file = read_file(path, limits.max_file_bytes);
+  if (!file) return file.error();
+  if (sources) sources->push_back({"", digest_of(file->view())});
+  return document_of(std::move(*file), AssetFolder(path, sources), limits);
+}
+
+Result<GltfDocument> read_glb(std::span<const std::byte> bytes, const LoadLimits& limits) {
+  if (bytes.size() > limits.max_file_bytes) {
+    return Error{"it holds " + std::to_string(bytes.size()) + " bytes; at most " +
+                 std::to_string(limits.max_file_bytes) + " are read"};
+  }
+  Bytes file;
+  file.size = bytes.size();
+  file.data = std::make_unique_for_overwrite<std::byte[]>(file.size);
+  std::copy(bytes.begin(), bytes.end(), file.data.get());
+  return document_of(std::move(file), AssetFolder::none(), limits);
 }
 
 Result<std::span<const std::byte>> buffer_view_bytes(const GltfDocument& document, int buffer_view,

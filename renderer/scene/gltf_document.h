@@ -39,6 +39,9 @@ struct GltfDocument {
 Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
                                std::vector<SourceFile>* sources);
 
+// A .glb in memory, which names no other files.
+Result<GltfDocument> read_glb(std::span<const std::byte> bytes, const LoadLimits& limits);
+
 // The bytes of a buffer view; `where` names the object that refers to it.
 Result<std::span<const std::byte>> buffer_view_bytes(const GltfDocument& document, int buffer_view,
                                                      const std::string& where);

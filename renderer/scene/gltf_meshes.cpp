@@ -49,6 +49,7 @@ struct VertexRange {
   uint32_t first = 0, count = 0;
   InfluenceRange influences;
   MorphRange morphs;
+  uint32_t first_source = kNone, file_count = 0;  // see Primitive
 };
 
 const char* element_of(Topology topology) {
@@ -226,6 +227,8 @@ class MeshLoader {
     primitive.joint_limit = range->influences.joint_limit;
     primitive.first_morph_delta = range->morphs.first;
     primitive.morph_target_count = range->morphs.count;
+    primitive.first_vertex_source = range->first_source;
+    primitive.file_vertex_count = range->file_count;
     primitive.first_index = static_cast<uint32_t>(scene_.indices.size());
     primitive.index_count = static_cast<uint32_t>(indices->size());
     if (scene_.indices.empty()) {
@@ -292,6 +295,12 @@ class MeshLoader {
                       {}};
     if (auto done = add_deformation(recipe, count, *vertices, indices, where, range); !done)
       return done.error();
+    if (!vertices->source.empty()) {
+      range.first_source = static_cast<uint32_t>(scene_.vertex_sources.size());
+      range.file_count = static_cast<uint32_t>(count);
+      scene_.vertex_sources.insert(scene_.vertex_sources.end(), vertices->source.begin(),
+                                   vertices->source.end());
+    }
     if (scene_.positions.empty()) {  // the whole of a single large mesh is not copied again
       scene_.positions = std::move(vertices->positions);
       scene_.attributes = std::move(vertices->attributes);

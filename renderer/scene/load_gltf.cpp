@@ -41,12 +41,11 @@ Result<std::vector<Image>> load_images(GltfDocument& document, const std::vector
   });
 }
 
-Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits, const LoadProgress& progress,
-                   std::vector<SourceFile>* sources) {
-  auto document = open_gltf(path, limits, sources);
+Result<Scene> load(Result<GltfDocument> document, const std::filesystem::path& source,
+                   const LoadLimits& limits, const LoadProgress& progress) {
   if (!document) return document.error();
   Scene scene;
-  scene.source = path;
+  scene.source = source;
   scene.warnings = std::move(document->warnings);
   auto used_images = add_materials(*document, scene);
   if (!used_images) return used_images.error();
@@ -66,14 +65,11 @@ Result<Scene> load(const std::filesystem::path& path, const LoadLimits& limits, 
   return scene;
 }
 
-}  // namespace
-
-Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits,
-                        const LoadProgress& progress, std::vector<SourceFile>* sources) {
-  const std::string file = path.string();
-  // The libraries below throw, and so does the allocator for a file that is too large for this machine.
+// The libraries below throw, and so does the allocator for a file that is too large for this machine.
+template <typename Load>
+Result<Scene> guarded(const std::string& file, const Load& load_it) {
   try {
-    auto scene = load(path, limits, progress, sources);
+    Result<Scene> scene = load_it();
     if (scene) return scene;
     return Error{file + ": " + scene.error().message};
   } catch (const std::bad_alloc&) {
@@ -81,6 +77,18 @@ Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& lim
   } catch (const std::exception& error) {
     return Error{file + ": it cannot be read: " + error.what()};
   }
+}
+
+}  // namespace
+
+Result<Scene> load_glb(std::span<const std::byte> file, const std::string& name, const LoadLimits& limits) {
+  return guarded(name, [&] { return load(read_glb(file, limits), name, limits, {}); });
+}
+
+Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits,
+                        const LoadProgress& progress, std::vector<SourceFile>* sources) {
+  return guarded(path.string(),
+                 [&] { return load(open_gltf(path, limits, sources), path, limits, progress); });
 }
 
 }  // namespace fire3dv::scene

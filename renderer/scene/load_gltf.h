@@ -28,4 +28,8 @@ using LoadProgress = std::function<void(const char* stage, size_t done, size_t t
 Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits = {},
                         const LoadProgress& progress = {}, std::vector<SourceFile>* sources = nullptr);
 
+// The same for a whole .glb in memory, which names no other files. `name` stands for it in errors.
+Result<Scene> load_glb(std::span<const std::byte> file, const std::string& name,
+                       const LoadLimits& limits = {});
+
 }  // namespace fire3dv::scene

@@ -34,6 +34,7 @@ struct Node {
   uint32_t skin = kNone;            // only with a mesh, and only a skin that has joints
   uint32_t first_morph_weight = 0;  // into Scene::morph_weights
   uint32_t morph_weight_count = 0;  // the mesh's morph_target_count
+  bool own_vertices = false;        // its mesh's vertices are replaced while it is shown, see scene_edits.h
 };
 
 // Attributes beside the position. The loader generates missing normals, and missing tangents where the
@@ -97,6 +98,10 @@ struct Primitive {
   // Into Scene::morph_deltas: target t moves vertex v by first_morph_delta + t * vertex_count + v.
   uint32_t first_morph_delta = kNone;
   uint32_t morph_target_count = 0;
+  // Where the loader has doubled vertices: the file's number of vertex v is at first_vertex_source + v of
+  // Scene::vertex_sources. kNone: vertices are as in the file.
+  uint32_t first_vertex_source = kNone;
+  uint32_t file_vertex_count = 0;  // only where they are not
 };
 
 struct Mesh {
@@ -217,6 +222,8 @@ struct Light {
   float angular_radius_rad = 0;  // directional: half the angle that the source subtends
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853981634f;
+  bool casts_shadow = true;
+  bool operator==(const Light&) const = default;
 };
 
 struct Camera {
@@ -227,6 +234,8 @@ struct Camera {
   float near_m = 0.01f;
   float far_m = 0;             // 0 = infinite
   glm::vec2 half_extent_m{1};  // orthographic
+  float exposure = 0;          // factor on linear colour; 0 = as the settings say
+  bool operator==(const Camera&) const = default;
 };
 
 struct Scene {
@@ -237,6 +246,7 @@ struct Scene {
   std::vector<glm::vec3> positions;
   std::vector<VertexAttributes> attributes;
   std::vector<uint32_t> indices;
+  std::vector<uint32_t> vertex_sources;
   std::vector<Influences> influences;
   std::vector<MorphDelta> morph_deltas;
   std::vector<JointBounds> joint_bounds;

@@ -14,6 +14,7 @@ void visit_arrays(Scene& scene, Visit&& visit) {
   visit(scene.positions);
   visit(scene.attributes);
   visit(scene.indices);
+  visit(scene.vertex_sources);
   visit(scene.influences);
   visit(scene.morph_deltas);
   visit(scene.joint_bounds);
@@ -39,14 +40,16 @@ void visit_arrays(Derived& derived, Visit&& visit) {
 template <typename Visit>
 void visit_members(Node& n, Visit&& visit) {
   visit(n.name, n.path, n.parent, n.parent_from_node, n.world_from_node, n.translation, n.rotation, n.scale,
-        n.given_by_matrix, n.mesh, n.camera, n.light, n.skin, n.first_morph_weight, n.morph_weight_count);
+        n.given_by_matrix, n.mesh, n.camera, n.light, n.skin, n.first_morph_weight, n.morph_weight_count,
+        n.own_vertices);
 }
 
 template <typename Visit>
 void visit_members(Primitive& p, Visit&& visit) {
   visit(p.topology, p.lit, p.first_index, p.index_count, p.first_vertex, p.vertex_count, p.material,
         p.bounds_min, p.bounds_max, p.first_influence, p.influence_sets, p.joint_limit, p.first_joint_bounds,
-        p.joint_bounds_count, p.first_morph_delta, p.morph_target_count);
+        p.joint_bounds_count, p.first_morph_delta, p.morph_target_count, p.first_vertex_source,
+        p.file_vertex_count);
 }
 
 template <typename Visit>
@@ -103,12 +106,12 @@ void visit_members(Image& i, Visit&& visit) {
 template <typename Visit>
 void visit_members(Light& l, Visit&& visit) {
   visit(l.name, l.type, l.color, l.intensity, l.range_m, l.radius_m, l.angular_radius_rad, l.inner_cone_rad,
-        l.outer_cone_rad);
+        l.outer_cone_rad, l.casts_shadow);
 }
 
 template <typename Visit>
 void visit_members(Camera& c, Visit&& visit) {
-  visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m);
+  visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m, c.exposure);
 }
 
 template <typename Visit>

@@ -53,6 +53,11 @@ uint64_t FrameAssembly::close_up_to(uint64_t sequence) {
   return incomplete;
 }
 
+void FrameAssembly::forget(uint64_t sequence) {
+  for (OpenFrame& frame : frames_)
+    if (frame.header.sequence == sequence) frame.header = {};
+}
+
 uint64_t FrameAssembly::take_given_up() {
   return std::exchange(given_up_, 0);
 }

@@ -32,6 +32,9 @@ class FrameAssembly {
   // Forgets the frames up to this sequence; returns how many of them were older and never became whole.
   uint64_t close_up_to(uint64_t sequence);
 
+  // The frame of this sequence was whole, and is kept elsewhere.
+  void forget(uint64_t sequence);
+
   // Frames given up to make room for newer ones since the last call.
   uint64_t take_given_up();
 

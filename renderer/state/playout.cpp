@@ -84,6 +84,14 @@ SimSchedule::Place Playout::place_between(const Frame& earlier, Frame& later,
   return {std::max(from_ns, begin_ns), due_ns};
 }
 
+void Playout::replace(uint64_t sequence, std::span<const wire::Affine3x4> poses) {
+  const auto frame = std::find_if(frames_.begin(), frames_.end(),
+                                  [&](const Frame& f) { return f.header.sequence == sequence; });
+  if (frame == frames_.end()) return;
+  frame->poses.assign(poses.begin(), poses.end());
+  shown_later_ = shown_earlier_ = 0;  // what was made of the old ones is to be made again
+}
+
 // Late enough that nearly every frame has come when it is needed: the frame after the moment shown, that is.
 // It rises at once, or the picture would stop, and falls slowly, since every change of it shows as another
 // speed.

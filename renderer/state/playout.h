@@ -24,6 +24,9 @@ class Playout {
   bool add(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses, int64_t published_ns,
            int64_t received_ns);
 
+  // Other poses of a frame that is here already.
+  void replace(uint64_t sequence, std::span<const wire::Affine3x4> poses);
+
   // What to show now. Nothing before the first frame. The header is that of the newest frame at or before the
   // moment shown, with the sim time of that moment.
   struct Shown {

@@ -7,13 +7,27 @@
 namespace fire3dv::state {
 
 PoseState::PoseState(const scene::Scene& scene)
-    : scene_(scene),
+    : scene_(&scene),
       rest_(rest_pose(scene)),
       names_(scene),
       node_drives_(scene.nodes.size()),
       driver_stream_of_node_(scene.nodes.size(), kNone),
       driver_pose_of_node_(scene.nodes.size(), 0) {
   derive_drives();
+}
+
+void PoseState::set_scene(const scene::Scene& scene) {
+  scene_ = &scene;
+  rest_ = rest_pose(scene);
+  names_ = NodeNames(scene);
+  node_drives_.assign(scene.nodes.size(), {});
+  driver_stream_of_node_.assign(scene.nodes.size(), kNone);
+  driver_pose_of_node_.assign(scene.nodes.size(), 0);
+  for (Wish& wish : wishes_) {
+    for (size_t pose = 0; pose < wish.names.size(); ++pose)
+      wish.node_of_pose[pose] = names_.find(wish.names[pose]);
+  }
+  rebind();
 }
 
 StreamId PoseState::add_stream(const wire::StreamDescription& description) {
@@ -36,6 +50,7 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description) {
   Wish& wish = wishes_[id];
   wish = Wish{};
   wish.order = next_order_++;
+  if (load_assets_aside_) wish.edits.load_aside();
   wish.names = description.node_names;
   // A list of another length has no meaning (the decoder refuses it); identity is the stated default.
   const size_t offsets = description.body_from_node.size();
@@ -50,6 +65,7 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description) {
 void PoseState::remove_stream(StreamId id) {
   if (id >= streams_.size() || !streams_[id].active) return;
   const uint64_t revision = streams_[id].revision + 1;
+  if (wishes_[id].edits.was_taken()) ended_.push_back({id, streams_[id].epoch, wishes_[id].order, true, {}});
   streams_[id] = Stream{};
   streams_[id].revision = revision;
   wishes_[id] = Wish{};
@@ -58,6 +74,7 @@ void PoseState::remove_stream(StreamId id) {
 
 // Binds all streams anew, oldest first, so that a node given back goes to the next stream that wants it.
 void PoseState::rebind() {
+  ++binding_revision_;
   std::fill(driver_stream_of_node_.begin(), driver_stream_of_node_.end(), kNone);
   std::vector<StreamId> by_age;
   for (StreamId id = 0; id < streams_.size(); ++id) {
@@ -66,7 +83,7 @@ void PoseState::rebind() {
   std::sort(by_age.begin(), by_age.end(),
             [this](StreamId a, StreamId b) { return wishes_[a].order < wishes_[b].order; });
 
-  std::vector<bool> contested(scene_.nodes.size());
+  std::vector<bool> contested(scene_->nodes.size());
   for (const StreamId id : by_age) {
     Stream& stream = streams_[id];
     const Wish& wish = wishes_[id];
@@ -98,7 +115,7 @@ void PoseState::rebind() {
 // The nearest driven ancestor-or-self decides; below it the rest pose goes on. Parents stand before their
 // children.
 void PoseState::derive_drives() {
-  for (uint32_t node = 0; node < scene_.nodes.size(); ++node) {
+  for (uint32_t node = 0; node < scene_->nodes.size(); ++node) {
     NodeDrive& drive = node_drives_[node];
     drive = NodeDrive{};
     const uint32_t stream = driver_stream_of_node_[node];
@@ -109,7 +126,7 @@ void PoseState::derive_drives() {
       if (!offsets.empty()) drive.body_from_node = offsets[offsets.size() == 1 ? 0 : drive.pose_index];
       continue;
     }
-    const uint32_t parent = scene_.nodes[node].parent;
+    const uint32_t parent = scene_->nodes[node].parent;
     if (parent == scene::kNone || node_drives_[parent].stream == kNone) {
       drive.body_from_node = scene::to_affine(rest_.world_from_node[node]);
       continue;
@@ -122,9 +139,9 @@ void PoseState::derive_drives() {
 }
 
 void PoseState::set_rest(const RestPose& rest) {
-  FIRE3DV_ASSERT(rest.parent_from_node.size() == scene_.nodes.size() &&
-                 rest.world_from_node.size() == scene_.nodes.size() &&
-                 rest.morph_weights.size() == scene_.morph_weights.size());
+  FIRE3DV_ASSERT(rest.parent_from_node.size() == scene_->nodes.size() &&
+                 rest.world_from_node.size() == scene_->nodes.size() &&
+                 rest.morph_weights.size() == scene_->morph_weights.size());
   rest_ = rest;
   derive_drives();
 }
@@ -143,8 +160,12 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
                      int64_t received_ns) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   Stream& stream = streams_[id];
-  FrameAssembly& assembly = wishes_[id].assembly;
-  if (frame.header.epoch != stream.epoch || frame.header.sequence <= stream.header.sequence) {
+  Wish& wish = wishes_[id];
+  // A whole frame says of all nodes what a partial one of its sequence says of some, and so is not stale.
+  const bool may_repair =
+      frame.header.sequence == wish.newest_sequence && wish.newest_is_partial && frame.node_indices.empty();
+  if (frame.header.epoch != stream.epoch ||
+      (frame.header.sequence <= stream.header.sequence && !may_repair)) {
     ++stream.frames_stale;
     return false;
   }
@@ -152,14 +173,15 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
     ++stream.frames_refused;
     return false;
   }
+  if (!frame.node_indices.empty()) return take_partial(id, frame, published_ns, received_ns);
   if (frame.first_node == 0 && frame.poses.size() == frame.node_count) {
     return take(id, frame.header, frame.poses, published_ns, received_ns);
   }
-  const FrameAssembly::Outcome outcome = assembly.add(frame);
-  stream.frames_incomplete += assembly.take_given_up();
+  const FrameAssembly::Outcome outcome = wish.assembly.add(frame);
+  stream.frames_incomplete += wish.assembly.take_given_up();
   switch (outcome) {
     case FrameAssembly::Outcome::whole:
-      return take(id, assembly.header(), assembly.poses(), published_ns, received_ns);
+      return take(id, wish.assembly.header(), wish.assembly.poses(), published_ns, received_ns);
     case FrameAssembly::Outcome::open:
       break;
     case FrameAssembly::Outcome::stale:
@@ -172,11 +194,60 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
   return false;
 }
 
+// Stands on the newest frame that came, shown or not.
+bool PoseState::take_partial(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns,
+                             int64_t received_ns) {
+  Stream& stream = streams_[id];
+  Wish& wish = wishes_[id];
+  if (wish.newest_sequence == 0) {
+    ++stream.frames_baseless;
+    return false;
+  }
+  if (frame.header.sequence <= wish.newest_sequence) {
+    ++stream.frames_stale;
+    return false;
+  }
+  const std::vector<wire::Affine3x4>& base = !wish.held.empty() ? wish.held.newest().poses
+                                             : wish.playout     ? wish.newest_poses
+                                                                : stream.poses;
+  wish.merged.assign(base.begin(), base.end());
+  for (size_t i = 0; i < frame.poses.size(); ++i) wish.merged[frame.node_indices[i]] = frame.poses[i];
+  const bool changed = take(id, frame.header, wish.merged, published_ns, received_ns);
+  wish.newest_is_partial = true;
+  return changed;
+}
+
 bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
                      int64_t published_ns, int64_t received_ns) {
   Stream& stream = streams_[id];
   Wish& wish = wishes_[id];
   if (received_ns != 0) wish.liveness.on_frame(received_ns);
+  if (header.sequence == wish.newest_sequence && wish.newest_is_partial) return repair(id, header, poses);
+  if (header.scene_version <= wish.edits.applied())
+    return accept(id, header, poses, published_ns, received_ns);
+  if (header.sequence <= wish.newest_sequence) {  // what is older than a frame that waits need not wait too
+    ++stream.frames_stale;
+    return false;
+  }
+  wish.newest_sequence = header.sequence;
+  wish.newest_is_partial = false;
+  ++stream.frames_held;
+  if (wish.held.hold(header, poses, published_ns, received_ns)) ++stream.frames_overtaken;
+  wish.assembly.forget(wish.newest_sequence);
+  return false;
+}
+
+// True when it is shown at once.
+bool PoseState::accept(StreamId id, const wire::PoseFrameHeader& header,
+                       std::span<const wire::Affine3x4> poses, int64_t published_ns, int64_t received_ns) {
+  Stream& stream = streams_[id];
+  Wish& wish = wishes_[id];
+  stream.frames_overtaken += wish.held.drop_up_to(header.sequence);
+  if (header.sequence >= wish.newest_sequence) {
+    if (header.sequence > wish.newest_sequence) wish.newest_is_partial = false;
+    wish.newest_sequence = header.sequence;
+    if (wish.playout) wish.newest_poses.assign(poses.begin(), poses.end());
+  }
   if (!wish.playout) {
     show(id, header, poses);
     ++stream.frames_received;
@@ -187,6 +258,35 @@ bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span
   else
     ++stream.frames_stale;
   return false;  // advance() shows it when its time has come
+}
+
+// The whole of the newest frame, of which a part was taken before.
+bool PoseState::repair(StreamId id, const wire::PoseFrameHeader& header,
+                       std::span<const wire::Affine3x4> poses) {
+  Stream& stream = streams_[id];
+  Wish& wish = wishes_[id];
+  wish.newest_is_partial = false;
+  bool changed = false;
+  if (!wish.held.empty()) {  // the newest of them is this one
+    const HeldFrame& held = wish.held.newest();
+    wish.held.hold(header, poses, held.published_ns, held.received_ns);
+  } else if (wish.playout) {
+    wish.newest_poses.assign(poses.begin(), poses.end());
+    wish.playout->replace(header.sequence, poses);
+  } else if (!std::equal(poses.begin(), poses.end(), stream.poses.begin(), stream.poses.end())) {
+    show(id, header, poses);
+    changed = true;
+  }
+  wish.assembly.forget(wish.newest_sequence);
+  return changed;
+}
+
+bool PoseState::release_held(StreamId id) {
+  Wish& wish = wishes_[id];
+  bool changed = false;
+  while (const HeldFrame* frame = wish.held.release(wish.edits.applied()))
+    changed |= accept(id, frame->header, frame->poses, frame->published_ns, frame->received_ns);
+  return changed;
 }
 
 bool PoseState::advance(int64_t now_ns) {
@@ -219,6 +319,11 @@ uint64_t PoseState::revision() const {
   uint64_t revision = drive_revision_;
   for (const Stream& stream : streams_) revision += stream.revision;  // each only ever rises
   return revision;
+}
+
+std::optional<uint64_t> PoseState::age_of_driver(uint32_t node) const {
+  const uint32_t stream = driver_stream_of_node_[node];
+  return stream == kNone ? std::nullopt : std::optional(wishes_[stream].order);
 }
 
 glm::mat4 PoseState::world_from_node(uint32_t node) const {

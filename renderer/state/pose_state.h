@@ -15,8 +15,10 @@
 #include "renderer/state/animation.h"
 #include "renderer/state/bindings.h"
 #include "renderer/state/frame_assembly.h"
+#include "renderer/state/held_frames.h"
 #include "renderer/state/liveness.h"
 #include "renderer/state/playout.h"
+#include "renderer/state/stream_edits.h"
 
 namespace fire3dv::state {
 
@@ -62,12 +64,29 @@ struct Stream {
   uint64_t frames_incomplete = 0;  // frames that a newer one overtook before all their parts had come
   uint64_t frames_stale = 0;       // pushes of another epoch, not newer than the shown frame, or repeated
   uint64_t frames_refused = 0;     // pushes with a wrong node count, or that contradict their other parts
+  uint64_t frames_baseless = 0;    // partial frames before any whole one
+  uint64_t frames_held = 0;        // whole frames that had to wait for scene edits
+  uint64_t frames_overtaken = 0;   // of those: given up for newer ones
+  uint64_t edits_received = 0;     // scene edits that were taken on
+  uint64_t edits_stale = 0;        // of another epoch, or not newer than what had come
+  uint64_t edits_refused = 0;      // more than a stream may make us keep
   std::vector<uint32_t> scene_node_of_pose;  // kNone = unmatched or conflicting
+};
+
+// What one stream changed about the scene since the last look.
+struct SceneChanges {
+  StreamId stream = kNone;
+  uint64_t epoch = 0;
+  uint64_t age = 0;                    // smaller: an older stream, which keeps a node that two edit
+  bool ended = false;                  // the stream is gone: whatever it changed is undone
+  std::vector<wire::SceneEdit> edits;  // by version; of each key the newest
 };
 
 class PoseState {
  public:
   explicit PoseState(const scene::Scene& scene);
+  // Another one is shown from now on: streams keep their frames and are bound to its nodes.
+  void set_scene(const scene::Scene& scene);
 
   // Binds the stream's names: exact node name first (unique in the scene), then path. A node that another
   // active stream drives stays with it and is reported as conflicting.
@@ -78,6 +97,17 @@ class PoseState {
   // Frames of another epoch, not newer than the shown one, or with a wrong node count are dropped and
   // counted. Returns true when the shown frame changed.
   bool push(StreamId id, const wire::PoseFrameView& frame);
+
+  // A scene edit of this stream. Returns true when the shown frame changed: one had waited for it.
+  bool apply(StreamId id, wire::SceneEdit&& edit);
+  bool apply(StreamId id, const wire::UnknownEdit& edit);
+  // What came since the last call, oldest stream first; streams that ended stand before all others.
+  std::vector<SceneChanges> take_scene_changes();
+  // From now on nodes are added, and vertices replaced, beside the frames: frames wait until finish_edit()
+  // says that the edit of this version is in effect, or never will be. Returns true when the shown frame
+  // changed.
+  void load_assets_aside() { load_assets_aside_ = true; }
+  bool finish_edit(StreamId id, uint64_t epoch, uint64_t version);
 
   // Where nodes are that no stream drives, and relative to what their descendants stand. As long as the
   // scene's own.
@@ -95,6 +125,10 @@ class PoseState {
   bool advance(int64_t now_ns);
 
   const std::vector<Stream>& streams() const { return streams_; }
+  const NodeNames& names() const { return names_; }
+  // Of the stream that moves this node: smaller is older. Nothing: none does.
+  std::optional<uint64_t> age_of_driver(uint32_t node) const;
+  uint64_t binding_revision() const { return binding_revision_; }  // rises when that may have changed
   // One per scene node. drive_revision() changes when bindings or rest poses do.
   const std::vector<NodeDrive>& node_drives() const { return node_drives_; }
   uint64_t drive_revision() const { return drive_revision_; }
@@ -120,22 +154,36 @@ class PoseState {
     FrameAssembly assembly;
     std::optional<Playout> playout;  // interpolated streams
     Liveness liveness;
+    StreamEdits edits;
+    HeldFrames held;
+    uint64_t newest_sequence = 0;               // of what was taken: shown, to be shown, or held
+    bool newest_is_partial = false;             // a whole frame of the same sequence may repair it
+    std::vector<wire::Affine3x4> newest_poses;  // interpolated streams: what a partial frame stands on
+    std::vector<wire::Affine3x4> merged;        // memory for partial frames
   };
   void rebind();
   void derive_drives();
   bool take(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
             int64_t published_ns, int64_t received_ns);
+  bool take_partial(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns);
+  bool accept(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
+              int64_t published_ns, int64_t received_ns);
+  bool repair(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
+  bool release_held(StreamId id);
+  bool count_edit(StreamId id, StreamEdits::Outcome outcome);
   void show(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
 
-  const scene::Scene& scene_;
+  const scene::Scene* scene_;
   RestPose rest_;
   NodeNames names_;
   std::vector<Stream> streams_;
   std::vector<Wish> wishes_;  // beside streams_
+  std::vector<SceneChanges> ended_;
+  bool load_assets_aside_ = false;
   uint64_t next_order_ = 1;
   std::vector<NodeDrive> node_drives_;
   std::vector<uint32_t> driver_stream_of_node_, driver_pose_of_node_;
-  uint64_t drive_revision_ = 0;
+  uint64_t drive_revision_ = 0, binding_revision_ = 0;
 };
 
 }  // namespace fire3dv::state

@@ -15,6 +15,7 @@ float turn_of_pixel(GlobalsRef globals, uint pixel) {
 // spiral).
 float light_that_arrives(GlobalsRef globals, LightShadow shadow, uint light_index, LightSample light, vec3 origin,
                          uint pixel) {
+  if (shadow.rays == 0) return 1;
   if (shadow.rays == 1) return is_shadowed(globals, origin, light.to_light, light.distance_m) ? 0 : 1;
   const uint rays = shadow.rays;
   const float turn = turn_of_pixel(globals, pixel);

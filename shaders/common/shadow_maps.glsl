@@ -93,6 +93,7 @@ uint map_verdict(GlobalsRef globals, LightShadow shadow, uint part, vec3 point_w
 
 // Where there are no rays: the share of four texels around the point that are lit, weighted by how near they are.
 float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 plane_normal, LightSample light) {
+  if (shadow.rays == 0) return 1;
   const MapPlace place = map_place(globals, shadow, point_world, light.to_light);
   if (!place.inside) return 1;
   const float bias_m = 1.5 * slope_m(place, plane_normal, light.to_light);

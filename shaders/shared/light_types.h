@@ -41,7 +41,7 @@ struct LightShadow {
   uint view_count;
   uint mask_word;  // where the mask keeps this light's result
   uint mask_shift;
-  uint rays;  // 1: hard, one bit for each sample; more: soft, 8 bits for each sample
+  uint rays;  // 0: casts none; 1: hard, one bit for each sample; more: soft, 8 bits for each sample
   uint padding0, padding1, padding2;
 };
 

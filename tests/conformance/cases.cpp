@@ -18,6 +18,7 @@ Affine3x4 pose(float x) {
 
 StreamDescription description() {
   StreamDescription result;
+  result.protocol_minor = 0;  // these were drawn with version 1.0 and stay
   result.adapter_name = "conformance";
   result.epoch = kEpoch;
   result.node_names = {"base", "arm"};

@@ -22,4 +22,9 @@ std::vector<Case> cases_of_later_versions();
 // Messages whose structure is sound and whose values are not.
 std::vector<Case> refused_cases();
 
+// The same of scene edits and partial frames, since 1.1.
+std::vector<Case> edit_cases();
+std::vector<Case> later_edit_cases();
+std::vector<Case> refused_edit_cases();
+
 }  // namespace fire3dv::conformance

@@ -42,6 +42,8 @@ int main(int argc, char** argv) {
     return true;
   };
   const bool good = write(conformance::cases_of_this_version()) &&
-                    write(conformance::cases_of_later_versions()) && write(conformance::refused_cases());
+                    write(conformance::cases_of_later_versions()) && write(conformance::refused_cases()) &&
+                    write(conformance::edit_cases()) && write(conformance::later_edit_cases()) &&
+                    write(conformance::refused_edit_cases());
   return good ? 0 : 1;
 }

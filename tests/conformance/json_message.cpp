@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/error.h"
+#include "tests/conformance/json_edit.h"
 
 namespace fire3dv::conformance {
 namespace {
@@ -41,16 +42,19 @@ Json to_json_of(const wire::StreamDescription& m) {
 }
 
 Json to_json_of(const wire::PoseFrameView& m) {
-  return {{"type", "PoseFrame"},
-          {"epoch", m.header.epoch},
-          {"sequence", m.header.sequence},
-          {"sim_time_ns", m.header.sim_time_ns},
-          {"publish_time_ns", m.header.publish_time_ns},
-          {"scene_version", m.header.scene_version},
-          {"flags", m.header.flags},
-          {"node_count", m.node_count},
-          {"first_node", m.first_node},
-          {"poses", matrices_to_json(m.poses)}};
+  Json json{{"type", "PoseFrame"},
+            {"epoch", m.header.epoch},
+            {"sequence", m.header.sequence},
+            {"sim_time_ns", m.header.sim_time_ns},
+            {"publish_time_ns", m.header.publish_time_ns},
+            {"scene_version", m.header.scene_version},
+            {"flags", m.header.flags},
+            {"node_count", m.node_count},
+            {"first_node", m.first_node},
+            {"poses", matrices_to_json(m.poses)}};
+  if (!m.node_indices.empty())
+    json["node_indices"] = std::vector<uint32_t>(m.node_indices.begin(), m.node_indices.end());
+  return json;
 }
 
 Json to_json_of(const wire::Welcome& m) {
@@ -93,6 +97,19 @@ Json to_json_of(const wire::UnknownMessage& m) {
   return {{"type", "UnknownMessage"}, {"body_type", m.body_type}};
 }
 
+Json to_json_of(const wire::SceneEdit& m) {
+  return {{"type", "SceneEdit"},
+          {"epoch", m.epoch},
+          {"version", m.version},
+          {"node", m.node},
+          {"property", wire::property_name(m.property)},
+          {"value", value_to_json(m.value)}};
+}
+
+Json to_json_of(const wire::UnknownEdit& m) {
+  return {{"type", "UnknownEdit"}, {"epoch", m.epoch}, {"version", m.version}};
+}
+
 }  // namespace
 
 Json to_json(const wire::Message& message) {
@@ -131,6 +148,8 @@ wire::Bytes encode_json(const Json& json) {
     json.at("first_node").get_to(m.first_node);
     const std::vector<wire::Affine3x4> poses = matrices_from_json(json.at("poses"));
     m.poses = poses;
+    const auto indices = json.value("node_indices", std::vector<uint32_t>{});
+    m.node_indices = indices;
     return wire::encode(m);
   }
   if (type == "Welcome") {
@@ -143,6 +162,17 @@ wire::Bytes encode_json(const Json& json) {
     json.at("message").get_to(m.message);
     json.at("unmatched_names").get_to(m.unmatched_names);
     json.at("conflicting_names").get_to(m.conflicting_names);
+    return wire::encode(m);
+  }
+  if (type == "SceneEdit") {
+    wire::SceneEdit m;
+    json.at("epoch").get_to(m.epoch);
+    json.at("version").get_to(m.version);
+    json.at("node").get_to(m.node);
+    const std::string property = json.at("property");
+    while (property != wire::property_name(m.property))
+      m.property = static_cast<wire::Property>(static_cast<uint8_t>(m.property) + 1);
+    m.value = value_from_json(json.at("value"));
     return wire::encode(m);
   }
   if (type == "Ack") return wire::encode(wire::Ack{json.at("epoch"), json.at("sequence")});

@@ -23,7 +23,7 @@ struct Victim {
   Segment segment;
 
   Victim() {
-    auto made = create_segment(name, {4000, 4, 2000}, 99);
+    auto made = create_segment(name, {4000, 4, 2000, 4096}, 99);
     FIRE3DV_ASSERT(made.ok());
     segment = std::move(*made);
     SegmentHeader& header = segment.header();
@@ -31,6 +31,12 @@ struct Victim {
     for (size_t i = 0; i < kRingCount; ++i) {
       RingWriter ring(segment.mapping.base(), segment.geometry.rings[i], header.published[i].value);
       for (int n = 0; n < 5; ++n) ring.write({message, {}}, 1);
+    }
+    KeyedStates states;
+    StatesWriter writer(segment.mapping.base(), segment.geometry.states, header.states_words);
+    for (uint64_t key = 0; key < 3; ++key) {
+      states.put(key, std::make_shared<const wire::Bytes>(100 * key));
+      writer.put(states, 1);
     }
     ReplyProducer(segment.reader(0)).push(message);
     FIRE3DV_ASSERT(take_name(segment, name, false).ok());
@@ -49,7 +55,7 @@ void append(Input& input, uint32_t offset, uint64_t value) {
 
 // An input is words: where each goes (u32) and what it becomes (u64).
 std::vector<Input> seeds() {
-  std::vector<Input> inputs(4);
+  std::vector<Input> inputs(7);
   append(inputs[0], 256, 6);          // poses published
   append(inputs[1], 64, 4096);        // the pose ring's place
   append(inputs[1], 64 + 16, 100);    // and capacity
@@ -57,6 +63,12 @@ std::vector<Input> seeds() {
   append(inputs[2], 4096 + 192, 0x4633445600000040);
   append(inputs[3], 448, 1);  // retired
   append(inputs[3], 320, 7);
+  append(inputs[4], 512, 2);  // another generation of states
+  append(inputs[4], 576, 2);
+  append(inputs[4], 704, 48);
+  append(inputs[5], 768, 4096);  // bytes of the states that are there
+  append(inputs[6], 160, 4096);  // the states' place
+  append(inputs[6], 168, 64);
   return inputs;
 }
 
@@ -84,9 +96,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (!found || !found->segment.fd) continue;
     LinkCounters counters;
     Reader reader(std::move(*found), delivery, delivery == Delivery::all, counters);
-    wire::Bytes description;
+    Progress progress;
     size_t messages = 0;
-    (void)reader.drain(description, [&](LinkEvent::Kind, std::span<const std::byte> message) {
+    (void)reader.drain(progress, [&](LinkEvent::Kind, std::span<const std::byte> message) {
       FIRE3DV_ASSERT(message.size() <= victim.segment.geometry.segment_bytes);
       FIRE3DV_ASSERT(++messages <= 4096);
     });

@@ -22,6 +22,13 @@ wire::Bytes encode_again(const T& message) {
 wire::Bytes encode_again(const wire::UnknownMessage&) {
   return {};
 }
+wire::Bytes encode_again(const wire::UnknownEdit&) {
+  return {};
+}
+
+wire::Bytes edit(wire::Property property, wire::EditValue value) {
+  return wire::encode(wire::SceneEdit{7, 3, "link_1", property, std::move(value)});
+}
 
 }  // namespace
 
@@ -42,7 +49,24 @@ std::vector<Input> seeds() {
   frame.header.sequence = 1;
   frame.node_count = 5;
   frame.poses = poses;
+  wire::PoseFrameView partial = frame;
+  const std::vector<uint32_t> indices{1, 4};
+  partial.poses = frame.poses.first(2);
+  partial.node_indices = indices;
+  wire::NodeAdded node;
+  node.parent = "base";
+  node.asset_glb.resize(20);
+  using P = wire::Property;
   return {input_of(wire::encode(description)),
+          input_of(wire::encode(partial)),
+          input_of(edit(P::visible, wire::Visible{false})),
+          input_of(edit(P::base_color, wire::BaseColor{})),
+          input_of(edit(P::light, wire::Light{})),
+          input_of(edit(P::camera, wire::Camera{})),
+          input_of(edit(P::node, node)),
+          input_of(edit(P::node, wire::NodeRemoved{})),
+          input_of(edit(P::vertices, wire::Vertices{{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {0, 1, 0}}})),
+          input_of(edit(P::light, wire::Cleared{})),
           input_of(wire::encode(welcome)),
           input_of(wire::encode(wire::Status{7, {"base", "link_1"}, "asked for"})),
           input_of(wire::encode(frame)),
@@ -63,10 +87,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     return 0;
   }
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*message)) {
-    FIRE3DV_ASSERT(frame->first_node + uint64_t{frame->poses.size()} <= frame->node_count);
+    FIRE3DV_ASSERT(!frame->node_indices.empty() ||
+                   frame->first_node + uint64_t{frame->poses.size()} <= frame->node_count);
+    for (const uint32_t index : frame->node_indices) FIRE3DV_ASSERT(index < frame->node_count);
     for (const wire::Affine3x4& pose : frame->poses)
       for (const float element : pose.m) FIRE3DV_ASSERT(std::isfinite(element));
   }
+  if (const auto* one = std::get_if<wire::SceneEdit>(&*message))
+    FIRE3DV_ASSERT(wire::fits(one->property, one->value));
   const wire::Bytes again = std::visit([](const auto& m) { return fuzz::encode_again(m); }, *message);
   // Another major's description holds only what all majors share.
   const auto* description = std::get_if<wire::StreamDescription>(&*message);

@@ -157,6 +157,30 @@ TEST_F(StreamIntakeTest, WhoeverKeepsANodeHearsThatAnotherStreamAsksForIt) {
   EXPECT_TRUE(answers<wire::Status>(2)[1].contested_names.empty());
 }
 
+TEST_F(StreamIntakeTest, AFrameIsShownTogetherWithItsSceneEdits) {
+  const wire::SceneEdit edit{7, 3, "arm", wire::Property::visible, wire::Visible{false}};
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(edit));
+  EXPECT_FALSE(intake_.poll());
+  EXPECT_EQ(intake_.rejected_messages(), 1u) << "nobody knows yet whose edit it is";
+  static const wire::Affine3x4 pose;
+  wire::PoseFrameView view;
+  view.header.epoch = 7;
+  view.header.sequence = 1;
+  view.header.scene_version = 3;
+  view.node_count = 1;
+  view.poses = {&pose, 1};
+  link_->deliver(1, LinkEvent::Kind::control, description(7));
+  link_->deliver(1, LinkEvent::Kind::pose, wire::encode(view));
+  EXPECT_FALSE(intake_.poll());
+  EXPECT_TRUE(poses_.shown().empty());
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(edit));
+  EXPECT_TRUE(intake_.poll());
+  EXPECT_EQ(poses_.shown().size(), 1u);
+  const auto changes = poses_.take_scene_changes();
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_EQ(changes[0].edits, std::vector<wire::SceneEdit>{edit});
+}
+
 TEST_F(StreamIntakeTest, AFrameIsAcknowledgedOnceHoweverManyImagesShowIt) {
   link_->deliver(1, LinkEvent::Kind::control, description(7));
   link_->deliver(1, LinkEvent::Kind::pose, frame(7, 1));

@@ -62,6 +62,11 @@ int open(const char* uri, const fire3dv_options* given, fire3dv_stream** result)
     link_options.tls.ca_file = path_of(options->tls_ca_file);
     link_options.tls.certificate_file = path_of(options->tls_certificate_file);
     link_options.tls.key_file = path_of(options->tls_key_file);
+    if (options->scene_budget_bytes > wire::EditStore::kMostBudgetBytes)
+      return fail(FIRE3DV_ERROR_ARGUMENT, "options.scene_budget_bytes is " +
+                                              std::to_string(options->scene_budget_bytes) +
+                                              "; at most 256 MiB are allowed");
+    if (options->scene_budget_bytes != 0) stream->edits = wire::EditStore(options->scene_budget_bytes);
     const uint32_t limit = fire3dv::client::outgoing_limits().max_name_bytes;
     if (options->adapter_name)
       stream->adapter_name.assign(options->adapter_name, strnlen(options->adapter_name, limit + 1));
@@ -111,6 +116,41 @@ int publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_fro
       wire::check_poses("stream_from_body", poses, fire3dv::client::outgoing_limits().max_abs_value);
   if (!good.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
   stream->publish(sim_time_ns, flags, poses);
+  return FIRE3DV_OK;
+}
+
+int publish_some(fire3dv_stream* stream, int64_t sim_time_ns, const uint32_t* node_indices,
+                 const float* stream_from_body, size_t pose_count, uint32_t flags) {
+  if (!stream) return fail_null_stream();
+  if (stream->epoch == 0) {
+    return fail(FIRE3DV_ERROR_STATE,
+                "the stream has no description yet: call fire3dv_describe before fire3dv_publish_some");
+  }
+  if (pose_count == 0 || pose_count > stream->node_count) {
+    return fail(FIRE3DV_ERROR_ARGUMENT, "pose_count is " + std::to_string(pose_count) + "; name 1 to " +
+                                            std::to_string(stream->node_count) + " of the described nodes");
+  }
+  if (!node_indices || !stream_from_body)
+    return fail(FIRE3DV_ERROR_ARGUMENT, "node_indices or stream_from_body is NULL");
+  for (size_t i = 0; i < pose_count; ++i) {
+    if (node_indices[i] < stream->node_count && (i == 0 || node_indices[i] > node_indices[i - 1])) continue;
+    return fail(FIRE3DV_ERROR_ARGUMENT, "node_indices[" + std::to_string(i) + "] is " +
+                                            std::to_string(node_indices[i]) +
+                                            "; indices must rise and be below the count of nodes, " +
+                                            std::to_string(stream->node_count));
+  }
+  if (!stream->keeps_poses && pose_count != stream->node_count)
+    return fail(FIRE3DV_ERROR_STATE,
+                "the first frame of a description that fire3dv_publish_some publishes must name all nodes");
+  if ((flags & ~kKnownFlags) != 0) {
+    return fail(FIRE3DV_ERROR_ARGUMENT,
+                "flags is " + std::to_string(flags) + "; only FIRE3DV_FRAME_* bits may be set");
+  }
+  const std::span poses(reinterpret_cast<const wire::Affine3x4*>(stream_from_body), pose_count);
+  const auto good =
+      wire::check_poses("stream_from_body", poses, fire3dv::client::outgoing_limits().max_abs_value);
+  if (!good.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+  stream->publish_some(sim_time_ns, flags, {node_indices, pose_count}, poses);
   return FIRE3DV_OK;
 }
 
@@ -187,6 +227,12 @@ int fire3dv_describe(fire3dv_stream* stream, const fire3dv_description* descript
 int fire3dv_publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_from_body,
                     size_t pose_count, uint32_t flags) {
   return guarded([&] { return publish(stream, sim_time_ns, stream_from_body, pose_count, flags); });
+}
+
+int fire3dv_publish_some(fire3dv_stream* stream, int64_t sim_time_ns, const uint32_t* node_indices,
+                         const float* stream_from_body, size_t pose_count, uint32_t flags) {
+  return guarded(
+      [&] { return publish_some(stream, sim_time_ns, node_indices, stream_from_body, pose_count, flags); });
 }
 
 int fire3dv_poll(fire3dv_stream* stream, fire3dv_status* status) {

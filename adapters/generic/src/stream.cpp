@@ -50,13 +50,41 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   unmatched_names = conflicting_names = contested_names = 0;
   welcome_message.clear();
   status_message.clear();
+  keeps_poses = false;
+  return send_edits_again();
+}
+
+// A new epoch starts without edits; those that are kept belong to it from now on.
+fire3dv::Result<void> fire3dv_stream::send_edits_again() {
+  scene_version = 0;
+  edits.set_epoch(epoch);
+  for (wire::EditStore::Stored& stored : edits.in_order()) {
+    const uint64_t version = stored.version;
+    if (auto taken = link->put_state(stored.key, std::move(stored.message)); !taken) return taken;
+    scene_version = version;
+  }
+  return {};
+}
+
+fire3dv::Result<void> fire3dv_stream::send_edit(wire::EditStore::Prepared prepared) {
+  const uint64_t version = prepared.stored.version;
+  if (epoch != 0) {
+    if (auto taken = link->put_state(prepared.stored.key, prepared.stored.message); !taken) return taken;
+    scene_version = version;
+  }
+  edits.commit(std::move(prepared));
   return {};
 }
 
 void fire3dv_stream::publish(int64_t sim_time_ns, uint32_t flags,
                              std::span<const wire::Affine3x4> stream_from_body) {
   wire::PoseFrameView frame;
-  frame.header = {epoch, ++sequence, sim_time_ns, fire3dv::client::monotonic_now_ns(), 0, flags};
+  const uint64_t now_ns = fire3dv::client::monotonic_now_ns();
+  frame.header = {epoch, ++sequence, sim_time_ns, now_ns, scene_version, flags};
+  if (keeps_poses) {
+    whole_at_ns = now_ns;
+    if (stream_from_body.data() != kept_poses.data()) keep_poses(stream_from_body);
+  }
   frame.node_count = node_count;
   ++frames_published;
   if (stream_from_body.size() <= poses_per_part) {

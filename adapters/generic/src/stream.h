@@ -11,6 +11,7 @@
 #include "protocol/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
+#include "protocol/wire/edit_store.h"
 #include "protocol/wire/encode.h"
 #include "protocol/wire/messages.h"
 
@@ -47,6 +48,16 @@ struct fire3dv_stream {
   uint64_t sequence = 0;
   uint64_t frames_published = 0;
 
+  fire3dv::wire::EditStore edits;
+  uint64_t scene_version = 0;  // of the newest edit that the link has taken
+
+  // For partial frames, from the first of them on.
+  bool keeps_poses = false;
+  std::vector<fire3dv::wire::Affine3x4> kept_poses;
+  uint64_t whole_at_ns = 0;  // when the last whole frame was published
+  std::vector<fire3dv::wire::PoseFrameEncoder> part_encoders;
+  std::vector<fire3dv::wire::MessagePieces> whole;
+
   fire3dv::wire::Decoder decoder{fire3dv::client::incoming_limits()};
   std::vector<std::byte> reply;
   uint64_t acked_sequence = 0;
@@ -62,12 +73,19 @@ struct fire3dv_stream {
   // Sends one frame, in parts where the link needs them. Neither waits nor allocates after the first frame.
   void publish(int64_t sim_time_ns, uint32_t flags,
                std::span<const fire3dv::wire::Affine3x4> stream_from_body);
+  // A frame that moves these nodes alone, in rising order. Nodes are all named the first time.
+  void publish_some(int64_t sim_time_ns, uint32_t flags, std::span<const uint32_t> node_indices,
+                    std::span<const fire3dv::wire::Affine3x4> stream_from_body);
+  // On error nothing has changed.
+  fire3dv::Result<void> send_edit(fire3dv::wire::EditStore::Prepared prepared);
   // Takes in what renderers have sent, up to a bound, so that a flood of replies cannot hold the simulator.
   void read_replies();
   // What renderers last said, one line.
   std::string answer_for_people() const;
 
  private:
+  fire3dv::Result<void> send_edits_again();
+  void keep_poses(std::span<const fire3dv::wire::Affine3x4> stream_from_body);
   void on(const fire3dv::wire::Welcome& answer);
   void on(const fire3dv::wire::Ack& ack);
   void on(const fire3dv::wire::Ping& ping);

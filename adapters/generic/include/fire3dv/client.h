@@ -14,6 +14,7 @@
  * Waiting: no call waits for a renderer, a network or another process, but fire3dv_wait_ack, which says how long.
  * Allocation: fire3dv_publish allocates nothing after the first frame of a description; over shm:// it makes no
  *   system call either.
+ * Scene edits (visibility, colours, lights, cameras, nodes, vertices): fire3dv/scene.h.
  * Errors: functions return 0 (FIRE3DV_OK) or a negative FIRE3DV_ERROR_*; fire3dv_last_error gives one sentence. No
  *   function aborts on bad arguments, and a missing renderer is not an error.
  */
@@ -40,7 +41,8 @@ enum {
   FIRE3DV_ERROR_ARGUMENT = -1, /* null pointer, wrong count, a URI or name that is not valid */
   FIRE3DV_ERROR_STATE = -2,    /* publish before describe */
   FIRE3DV_ERROR_SYSTEM = -3,   /* the operating system refused; the message says what */
-  FIRE3DV_ERROR_TIMEOUT = -4   /* fire3dv_wait_ack only */
+  FIRE3DV_ERROR_TIMEOUT = -4,  /* fire3dv_wait_ack only */
+  FIRE3DV_ERROR_BUDGET = -5    /* scene edits (fire3dv/scene.h) would take more than scene_budget_bytes */
 };
 
 /* Zero-initialised fields mean the default, but struct_size must be set: it lets later versions add fields. */
@@ -52,6 +54,7 @@ typedef struct fire3dv_options {
   const char *tls_ca_file;          /* tls://: certificates to trust (PEM); NULL = the system's */
   const char *tls_certificate_file; /* tls://: this simulator's own, for renderers that ask (PEM); NULL = none */
   const char *tls_key_file;         /* tls://: of that certificate */
+  size_t scene_budget_bytes; /* what all scene edits together may take (fire3dv/scene.h); 0 = 64 MiB, at most 256 MiB */
 } fire3dv_options;
 
 typedef struct fire3dv_description {
@@ -99,6 +102,12 @@ FIRE3DV_API int fire3dv_describe(fire3dv_stream *stream, const fire3dv_descripti
  * magnitudes above 1e12 are refused with FIRE3DV_ERROR_ARGUMENT. flags: FIRE3DV_FRAME_*. */
 FIRE3DV_API int fire3dv_publish(fire3dv_stream *stream, int64_t sim_time_ns, const float *stream_from_body,
                                 size_t pose_count, uint32_t flags);
+
+/* Publishes a frame in which only some nodes have moved: node_indices[i], in rising order, is the node of pose i, and all
+ * others are where they were. The first frame of a description that is published so must name all nodes; after that
+ * fire3dv_publish may be used beside it. Costs less than fire3dv_publish over a network, and nothing less over shm://. */
+FIRE3DV_API int fire3dv_publish_some(fire3dv_stream *stream, int64_t sim_time_ns, const uint32_t *node_indices,
+                                     const float *stream_from_body, size_t pose_count, uint32_t flags);
 
 /* Reads what renderers have answered, fills *status unless status is NULL, and answers their questions about the clock.
  * Never waits. Call it now and then. */

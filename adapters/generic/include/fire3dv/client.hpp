@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "fire3dv/client.h"
+#include "fire3dv/scene.h"
 
 namespace fire3dv {
 
@@ -47,7 +48,8 @@ struct Description {
   std::string scene_uri;                  // a hint for people and recordings
 };
 
-// Names of files that keep strangers out; keys themselves are never passed. Empty: none (client.h says which link reads which).
+// Names of files that keep strangers out; keys themselves are never passed. Empty: none (client.h says which
+// link reads which).
 struct Security {
   std::string key_file;
   std::string tls_ca_file;
@@ -59,7 +61,9 @@ struct Security {
 class Stream {
  public:
   // uri: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT".
-  explicit Stream(const std::string& uri, const std::string& adapter_name = {}, const Security& security = {}) {
+  // scene_budget_bytes: fire3dv/scene.h; 0: the default.
+  explicit Stream(const std::string& uri, const std::string& adapter_name = {}, const Security& security = {},
+                  std::size_t scene_budget_bytes = 0) {
     fire3dv_options options{};
     options.struct_size = sizeof options;
     if (!adapter_name.empty()) options.adapter_name = adapter_name.c_str();
@@ -68,6 +72,7 @@ class Stream {
     options.tls_ca_file = file(security.tls_ca_file);
     options.tls_certificate_file = file(security.tls_certificate_file);
     options.tls_key_file = file(security.tls_key_file);
+    options.scene_budget_bytes = scene_budget_bytes;
     stream_ = fire3dv_open(uri.c_str(), &options);
     if (!stream_) throw ClientError(FIRE3DV_ERROR_ARGUMENT, fire3dv_last_error());
   }
@@ -125,6 +130,53 @@ class Stream {
     check(fire3dv_publish(stream_, sim_time.count(), stream_from_body, pose_count, flags));
   }
 
+  // A frame that moves only these nodes, in rising order; the first one after describe() names all.
+  void publish_some(std::chrono::nanoseconds sim_time, const std::vector<uint32_t>& node_indices,
+                    const std::vector<Pose>& stream_from_body, uint32_t flags = 0) {
+    if (node_indices.size() != stream_from_body.size())
+      throw ClientError(FIRE3DV_ERROR_ARGUMENT, "node_indices and stream_from_body must be of one length");
+    const float* first = stream_from_body.empty() ? nullptr : stream_from_body.front().data();
+    check(fire3dv_publish_some(stream_, sim_time.count(), node_indices.data(), first, node_indices.size(),
+                               flags));
+  }
+
+  // Scene edits: fire3dv/scene.h says what they mean. struct_size need not be set.
+  void set_visible(const std::string& node, bool visible) {
+    check(fire3dv_set_visible(stream_, name_of(node), visible));
+  }
+  void set_base_color(const std::string& node, const std::array<float, 4>& rgba) {
+    check(fire3dv_set_base_color(stream_, name_of(node), rgba.data()));
+  }
+  void set_light(const std::string& node, fire3dv_light light) {
+    light.struct_size = sizeof light;
+    check(fire3dv_set_light(stream_, name_of(node), &light));
+  }
+  void set_camera(const std::string& node, fire3dv_camera camera) {
+    camera.struct_size = sizeof camera;
+    check(fire3dv_set_camera(stream_, name_of(node), &camera));
+  }
+  void add_node(const std::string& node, fire3dv_node added = {}) {
+    added.struct_size = sizeof added;
+    check(fire3dv_add_node(stream_, name_of(node), &added));
+  }
+  void remove_node(const std::string& node) { check(fire3dv_remove_node(stream_, name_of(node))); }
+  // normals: none, or as many as positions.
+  void set_vertices(const std::string& node, const std::vector<std::array<float, 3>>& positions,
+                    const std::vector<std::array<float, 3>>& normals = {}) {
+    if (!normals.empty() && normals.size() != positions.size())
+      throw ClientError(FIRE3DV_ERROR_ARGUMENT, "normals must be none, or as many as positions");
+    fire3dv_vertices vertices{};
+    vertices.struct_size = sizeof vertices;
+    vertices.positions = positions.empty() ? nullptr : positions.front().data();
+    vertices.normals = normals.empty() ? nullptr : normals.front().data();
+    vertices.vertex_count = positions.size();
+    check(fire3dv_set_vertices(stream_, name_of(node), &vertices));
+  }
+  // property: FIRE3DV_PROPERTY_*.
+  void clear(const std::string& node, int property) {
+    check(fire3dv_clear(stream_, name_of(node), property));
+  }
+
   // Reads what renderers have answered. Never waits.
   fire3dv_status poll() {
     fire3dv_status status{};
@@ -146,6 +198,11 @@ class Stream {
   fire3dv_stream* get() const noexcept { return stream_; }
 
  private:
+  static const char* name_of(const std::string& node) {
+    if (node.find('\0') != std::string::npos)
+      throw ClientError(FIRE3DV_ERROR_ARGUMENT, "the name of a node holds a NUL");
+    return node.c_str();
+  }
   static void check(int code) {
     if (code != FIRE3DV_OK) throw ClientError(code, fire3dv_last_error());
   }

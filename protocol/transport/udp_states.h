@@ -1,0 +1,34 @@
+// Keyed states over datagrams: many small ones share a bundle, so that a snapshot does not cost a round trip
+// for each. A bundle is records one after the other: u32 length, u32 0, message.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocol/transport/keyed_states.h"
+#include "protocol/transport/udp_control.h"
+
+namespace fire3dv::transport::udp {
+
+constexpr size_t kMaxStateBytes = kMaxControlBytes - 8;
+
+// A message as a bundle of one, with its hash: made before the lock is taken that publishing needs.
+KeyedState make_record(const wire::Bytes& message);
+
+class StateSender {
+ public:
+  // `states` hold records. Hands the next bundle to a sender that has nothing else to do.
+  void feed(ControlSender& sender, const KeyedStates& states);
+  void start_session() { batches_.start_connection(); }
+  void forget(const KeyedStates& states) { batches_.forget(states); }
+  bool idle(const KeyedStates& states) const { return !batches_.has_news(states); }
+
+ private:
+  StateBatches batches_;
+};
+
+// The messages of a bundle; nothing when it makes no sense.
+std::optional<std::vector<std::vector<std::byte>>> open_bundle(std::span<const std::byte> bundle);
+
+}  // namespace fire3dv::transport::udp

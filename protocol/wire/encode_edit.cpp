@@ -1,0 +1,136 @@
+// Scene edits to bytes. As in encode.cpp, each table is filled field by field, so that the bytes do not
+// depend on the version of a tool.
+#include <cstring>
+#include <type_traits>
+
+#include "fire3dv_generated.h"
+#include "protocol/error.h"
+#include "protocol/wire/encode.h"
+
+namespace fire3dv::wire {
+namespace {
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+
+static_assert(sizeof(fbs::Vector3) == sizeof(std::array<float, 3>) &&
+              sizeof(fbs::Rgba) == sizeof(std::array<float, 4>));
+
+template <typename Struct, typename Array>
+Struct as_struct(const Array& array) {
+  static_assert(sizeof(Struct) == sizeof(Array));
+  Struct result;
+  std::memcpy(static_cast<void*>(&result), &array, sizeof result);
+  return result;
+}
+
+Offset<flatbuffers::Vector<const fbs::Vector3*>> add_vectors(
+    FlatBufferBuilder& builder, const std::vector<std::array<float, 3>>& vectors) {
+  return builder.CreateVectorOfStructs(reinterpret_cast<const fbs::Vector3*>(vectors.data()), vectors.size());
+}
+
+struct Value {
+  fbs::EditValue type;
+  Offset<void> table;
+};
+
+Value add(FlatBufferBuilder& builder, const Cleared&) {
+  return {fbs::EditValue::EditCleared, fbs::EditClearedBuilder(builder).Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Visible& value) {
+  fbs::EditVisibleBuilder table(builder);
+  table.add_visible(value.visible);
+  return {fbs::EditValue::EditVisible, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const BaseColor& value) {
+  const auto rgba = as_struct<fbs::Rgba>(value.rgba);
+  fbs::EditBaseColorBuilder table(builder);
+  table.add_rgba(&rgba);
+  return {fbs::EditValue::EditBaseColor, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Light& value) {
+  const auto color = as_struct<fbs::Vector3>(value.color_rgb);
+  fbs::EditLightBuilder table(builder);
+  table.add_outer_cone_rad(value.outer_cone_rad);
+  table.add_inner_cone_rad(value.inner_cone_rad);
+  table.add_range_m(value.range_m);
+  table.add_intensity(value.intensity);
+  table.add_color_rgb(&color);
+  table.add_casts_shadow(value.casts_shadow);
+  table.add_kind(static_cast<uint8_t>(value.kind));
+  return {fbs::EditValue::EditLight, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Camera& value) {
+  fbs::EditCameraBuilder table(builder);
+  table.add_exposure(value.exposure);
+  table.add_far_m(value.far_m);
+  table.add_near_m(value.near_m);
+  table.add_vertical_fov_rad(value.vertical_fov_rad);
+  return {fbs::EditValue::EditCamera, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const NodeAdded& value) {
+  const auto parent_from_node = as_struct<fbs::Affine3x4>(value.parent_from_node);
+  const auto glb =
+      builder.CreateVector(reinterpret_cast<const uint8_t*>(value.asset_glb.data()), value.asset_glb.size());
+  const auto uri = builder.CreateString(value.asset_uri);
+  const auto parent = builder.CreateString(value.parent);
+  fbs::EditNodeAddedBuilder table(builder);
+  table.add_asset_glb(glb);
+  table.add_asset_uri(uri);
+  table.add_parent_from_node(&parent_from_node);
+  table.add_parent(parent);
+  return {fbs::EditValue::EditNodeAdded, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const NodeRemoved&) {
+  return {fbs::EditValue::EditNodeRemoved, fbs::EditNodeRemovedBuilder(builder).Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Vertices& value) {
+  const auto normals = add_vectors(builder, value.normals);
+  const auto positions = add_vectors(builder, value.positions);
+  fbs::EditVerticesBuilder table(builder);
+  table.add_normals(normals);
+  table.add_positions(positions);
+  return {fbs::EditValue::EditVertices, table.Finish().Union()};
+}
+
+}  // namespace
+
+Bytes encode(const SceneEdit& edit) {
+  FlatBufferBuilder builder(512);
+  builder.ForceDefaults(true);
+  const Value value = std::visit([&](const auto& v) { return add(builder, v); }, edit.value);
+  const auto node = builder.CreateString(edit.node);
+  fbs::SceneEditBuilder table(builder);
+  table.add_value(value.table);
+  table.add_node(node);
+  table.add_value_type(value.type);
+  table.add_property(static_cast<uint8_t>(edit.property));
+  table.add_version(edit.version);
+  table.add_epoch(edit.epoch);
+  const auto body = table.Finish();
+  fbs::MessageBuilder message(builder);
+  message.add_body(body.Union());
+  message.add_body_type(fbs::Body::SceneEdit);
+  builder.Finish(message.Finish(), fbs::MessageIdentifier());
+  const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
+  return Bytes(begin, begin + builder.GetSize());
+}
+
+void set_epoch(Bytes& scene_edit, uint64_t epoch) {
+  const fbs::SceneEdit* table = fbs::GetMessage(scene_edit.data())->body_as_SceneEdit();
+  FIRE3DV_ASSERT(table != nullptr);
+  const uint8_t* field =
+      reinterpret_cast<const flatbuffers::Table*>(table)->GetAddressOf(fbs::SceneEdit::VT_EPOCH);
+  FIRE3DV_ASSERT(field != nullptr);
+  std::memcpy(scene_edit.data() + (field - reinterpret_cast<const uint8_t*>(scene_edit.data())), &epoch,
+              sizeof epoch);
+}
+
+}  // namespace fire3dv::wire

@@ -1,0 +1,67 @@
+// The scene that is shown, as streams edit it: what is changed of its nodes is drawn with the next frame;
+// what is added to it is made aside, and replaces the scene between two frames.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/app/camera_rig.h"
+#include "renderer/app/scene_build.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/scene/scene_edits.h"
+#include "renderer/state/animation.h"
+#include "renderer/state/edit_book.h"
+
+namespace fire3dv::app {
+
+class LiveScene {
+ public:
+  // All is borrowed, and of this scene.
+  LiveScene(const scene::LoadedScene& base, state::PoseState& poses, passes::SceneRenderer& renderer,
+            CameraRig& camera, AssetSettings assets);
+
+  // Plays on when the scene is replaced. These are of the file, and outlive this.
+  void keep_playing(std::optional<state::AnimationPlayer>& player, std::vector<uint32_t> animations);
+
+  // Between two frames: does what streams have asked for since the last call. Returns true when there is a
+  // new pose frame to show, which had waited for that.
+  bool follow();
+
+  const scene::Scene& scene() const { return shown().scene; }
+  const scene::SceneEdits& edits() const { return edits_; }
+  const state::EditFaults& faults() const { return book_.faults(); }
+  uint64_t replaced() const { return replaced_; }  // how often the scene was
+  // Sentences for the user since the last call.
+  std::vector<std::string> take_notes() { return book_.take_notes(); }
+
+ private:
+  // What a scene is made of besides the file: streams' ages and versions, and names.
+  struct Contents {
+    std::vector<std::pair<uint64_t, uint64_t>> nodes;
+    std::vector<std::string> vertex_nodes;
+    bool operator==(const Contents&) const = default;
+  };
+  const scene::LoadedScene& shown() const { return merged_ ? *merged_ : base_; }
+  bool show_built();
+  void resolve(const std::vector<state::WantedNode>& wanted);
+  void build_if_other(std::vector<state::WantedNode> wanted);
+
+  const scene::LoadedScene& base_;
+  std::unique_ptr<const scene::LoadedScene> merged_;  // null: the file's own
+  state::PoseState& poses_;
+  passes::SceneRenderer& renderer_;
+  CameraRig& camera_;
+  std::optional<state::AnimationPlayer>* player_ = nullptr;
+  std::vector<uint32_t> animations_;
+  state::EditBook book_;
+  scene::SceneEdits edits_;
+  uint64_t bindings_seen_ = 0, replaced_ = 0;
+  Contents contents_;                     // of what is shown
+  std::vector<state::WantedNode> added_;  // to it
+  SceneBuild build_;
+};
+
+}  // namespace fire3dv::app

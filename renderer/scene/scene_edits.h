@@ -1,0 +1,68 @@
+// What is changed of a scene while it is shown, beside the scene itself: nothing of the file is overwritten,
+// so that whatever is taken back is as it was. Whoever changes it does not matter here.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "renderer/scene/scene.h"
+
+namespace fire3dv::scene {
+
+// Of all primitives of a mesh, one after the other, in its frame.
+struct ReplacedVertices {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec3> normals;  // as many, or none: they follow from the triangles
+};
+
+// Of one node. What is not given is as the file says.
+struct NodeEdit {
+  bool hidden = false;                  // with all below it: neither drawn nor casting shadows
+  bool removed = false;                 // with all below it: hidden, and without lights
+  std::optional<glm::vec4> base_color;  // linear factor, instead of that of its mesh's materials
+  std::optional<Light> light;           // new, or instead of the file's
+  std::optional<Camera> camera;         // new, or instead of the file's
+  std::shared_ptr<const ReplacedVertices> vertices;
+  bool operator==(const NodeEdit&) const = default;
+};
+using NodeEdits = std::map<uint32_t, NodeEdit>;
+
+// Which of it is newer than what somebody has seen. Each only ever rises.
+struct EditRevisions {
+  uint64_t visible = 0, base_color = 0, light = 0, camera = 0, vertices = 0;
+  bool operator==(const EditRevisions&) const = default;
+};
+
+struct PlacedLight {
+  Light light;
+  uint32_t node = 0;
+};
+
+class SceneEdits {
+ public:
+  // All that is edited from now on. The scene's nodes are those that the keys speak of.
+  void set(const Scene& scene, NodeEdits edits);
+
+  const NodeEdits& nodes() const { return nodes_; }
+  const EditRevisions& revisions() const { return revisions_; }
+  // By itself or by a node above it.
+  bool is_hidden(uint32_t node) const { return node < hidden_.size() && hidden_[node]; }
+  bool is_removed(uint32_t node) const { return node < removed_.size() && removed_[node]; }
+  // Of each node; empty: none is.
+  const std::vector<bool>& hidden() const { return hidden_; }
+  const Camera* camera_at(uint32_t node) const;  // null: as the file says
+
+ private:
+  NodeEdits nodes_;
+  std::vector<bool> hidden_, removed_;
+  EditRevisions revisions_;
+};
+
+// In node order. edits: null where there are none.
+std::vector<PlacedLight> lights_of(const Scene& scene, const SceneEdits* edits);
+
+}  // namespace fire3dv::scene

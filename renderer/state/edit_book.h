@@ -1,0 +1,102 @@
+// What all streams have changed of the scene besides poses: of each key the newest value, for as long as its
+// stream lasts. Finds the nodes they speak of and settles who may edit which.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/wire/scene_edit.h"
+#include "renderer/scene/scene_edits.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::state {
+
+// Edits without effect, by cause; each version of a key is counted once.
+struct EditFaults {
+  uint64_t conflicting = 0;  // an older stream moves or edits the node
+  uint64_t unmatched = 0;    // no node has the name
+  uint64_t unfit = 0;        // the node cannot take the value
+  uint64_t refused = 0;      // nodes that could not be added
+};
+
+// A node that a stream wants to be there.
+struct WantedNode {
+  uint64_t age = 0;      // of the stream
+  uint64_t version = 0;  // of the edit; with the age this names it for good
+  std::string name;
+  std::shared_ptr<const wire::NodeAdded> what;
+};
+
+class EditBook {
+ public:
+  // What PoseState::take_scene_changes() hands on.
+  void take(std::vector<SceneChanges> changes);
+
+  // What all of it makes of the scene that `poses` is of. complete: no node is still on its way.
+  scene::NodeEdits resolve(const scene::Scene& scene, const PoseState& poses, bool complete = true);
+
+  // Nodes that are to be there, those of the oldest stream first, in the order in which they were asked for.
+  // Two streams may ask for the same name.
+  std::vector<WantedNode> wanted_nodes() const;
+  // As of the last resolve(): the nodes whose vertices are replaced, by the names that streams use.
+  const std::set<std::string>& vertex_nodes() const { return vertex_nodes_; }
+  // For which of those the scene has been made; where it has no room for them they never will be.
+  void scene_made_for(const std::vector<std::string>& vertex_nodes) {
+    made_for_ = {vertex_nodes.begin(), vertex_nodes.end()};
+  }
+  // What has become of a wanted node.
+  void node_is_there(const WantedNode& node);
+  void refuse_node(const WantedNode& node, const std::string& reason);
+
+  // Edits that take longer than a frame, which frames wait for: those that are in effect now, or never will
+  // be.
+  struct Finished {
+    StreamId stream = kNone;
+    uint64_t epoch = 0;
+    uint64_t version = 0;
+  };
+  std::vector<Finished> take_finished() { return std::exchange(finished_, {}); }
+
+  bool empty() const { return streams_.empty(); }
+  const EditFaults& faults() const { return faults_; }
+  // Sentences for the user since the last call.
+  std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
+
+ private:
+  using Key = std::pair<std::string, wire::Property>;
+  struct Kept {
+    wire::SceneEdit edit;
+    uint64_t fault_version = 0;                   // the newest that was counted as a fault
+    std::shared_ptr<const wire::NodeAdded> node;  // what the edit held
+    std::shared_ptr<const scene::ReplacedVertices> vertices;
+    bool finished = true;  // no frame waits for it
+    bool refused = false;
+  };
+  struct StreamBook {
+    StreamId id = kNone;
+    std::string name;
+    std::map<Key, Kept> edits;
+    std::vector<uint64_t EditFaults::*> told;  // causes that the user has heard of
+  };
+  void keep(StreamBook& stream, wire::SceneEdit&& edit);
+  void finish(StreamBook& stream, Kept& kept);
+  Kept* find(const WantedNode& node);
+  void replace_vertices(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
+                        scene::NodeEdit& result);
+  void fault(StreamBook& stream, Kept& kept, uint64_t EditFaults::*cause, const std::string& reason);
+  void apply(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
+             scene::NodeEdit& result);
+
+  std::map<uint64_t, StreamBook> streams_;  // by age, the oldest first
+  EditFaults faults_;
+  std::set<std::string> vertex_nodes_, made_for_;
+  std::vector<Finished> finished_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace fire3dv::state

@@ -1,0 +1,145 @@
+#include <cmath>
+
+#include "later_generated.h"
+#include "tests/conformance/cases.h"
+
+namespace fire3dv::conformance {
+namespace {
+
+using namespace wire;
+
+constexpr uint64_t kEpoch = 0x0123456789abcdef;
+
+SceneEdit edit(Property property, EditValue value) {
+  return {kEpoch, 7, "robot/link 1", property, std::move(value)};
+}
+
+constexpr Light kSpot{LightKind::spot, {1, 0.5f, 0.25f}, 800, 12.5f, 0.25f, 0.5f, false};
+constexpr Camera kCamera{0.75f, 0.1f, 100, 2};
+
+NodeAdded added() {
+  NodeAdded node;
+  node.parent = "base";
+  node.parent_from_node.m[3] = 1.5f;
+  return node;
+}
+
+PoseFrameView partial(std::span<const Affine3x4> poses, std::span<const uint32_t> indices) {
+  return {{kEpoch, 2, 1000000, 2000000, 7, 0}, 100, 0, poses, indices};
+}
+
+}  // namespace
+
+std::vector<Case> edit_cases() {
+  std::vector<Case> result;
+  const auto add = [&](std::string name, Bytes bytes) {
+    result.push_back({std::move(name), std::move(bytes), true, {}});
+  };
+  add("scene_edit-cleared", encode(edit(Property::light, Cleared{})));
+  add("scene_edit-hidden", encode(edit(Property::visible, Visible{false})));
+  add("scene_edit-base_color", encode(edit(Property::base_color, BaseColor{{1, 0.5f, 0, 0.25f}})));
+  add("scene_edit-light", encode(edit(Property::light, kSpot)));
+  add("scene_edit-camera", encode(edit(Property::camera, kCamera)));
+  NodeAdded node = added();
+  add("scene_edit-node_added_empty", encode(edit(Property::node, node)));
+  node.asset_uri = "parts/K\u00f6rper.glb";
+  add("scene_edit-node_added_by_uri", encode(edit(Property::node, node)));
+  node.asset_uri.clear();
+  node.asset_glb = {std::byte{'g'}, std::byte{'l'}, std::byte{'T'}, std::byte{'F'}, std::byte{2}};
+  add("scene_edit-node_added_embedded", encode(edit(Property::node, node)));
+  add("scene_edit-node_removed", encode(edit(Property::node, NodeRemoved{})));
+  Vertices vertices{{{0, 0, 0}, {1, 0, 0}, {0, -2.5f, 1e6f}}, {}};
+  add("scene_edit-vertices", encode(edit(Property::vertices, vertices)));
+  vertices.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
+  add("scene_edit-vertices_with_normals", encode(edit(Property::vertices, vertices)));
+  const std::vector<Affine3x4> poses(2);
+  const std::vector<uint32_t> indices{3, 99};
+  add("pose_frame-partial", encode(partial(poses, indices)));
+  StreamDescription description;
+  description.adapter_name = "conformance";
+  description.epoch = kEpoch;
+  description.protocol_minor = 1;
+  add("stream_description-minor_1", encode(description));
+  return result;
+}
+
+std::vector<Case> later_edit_cases() {
+  flatbuffers::FlatBufferBuilder builder;
+  const auto wind = later::CreateWind(builder, 3);
+  const auto node = builder.CreateString("robot");
+  const auto body =
+      later::CreateSceneEdit(builder, kEpoch, 8, node, 40, later::EditValue::Wind, wind.Union());
+  builder.Finish(later::CreateMessage(builder, later::Body::SceneEdit, body.Union()),
+                 later::MessageIdentifier());
+  const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
+  return {{"later-scene_edit_of_unknown_value", {begin, begin + builder.GetSize()}, false, {}}};
+}
+
+std::vector<Case> refused_edit_cases() {
+  std::vector<Case> result;
+  const auto add = [&](std::string name, const SceneEdit& bad, std::string refused) {
+    result.push_back({"refused-scene_edit_" + std::move(name), encode(bad), false, "SceneEdit." + refused});
+  };
+  const auto add_light = [&](std::string name, std::string refused, auto change) {
+    Light light = kSpot;
+    change(light);
+    add("light_" + std::move(name), edit(Property::light, light), std::move(refused));
+  };
+  const auto add_camera = [&](std::string name, std::string refused, auto change) {
+    Camera camera = kCamera;
+    change(camera);
+    add("camera_" + std::move(name), edit(Property::camera, camera), std::move(refused));
+  };
+  SceneEdit bad = edit(Property::visible, Visible{});
+  bad.epoch = 0;
+  add("epoch_zero", bad, "epoch");
+  bad = edit(Property::visible, Visible{});
+  bad.version = 0;
+  add("version_zero", bad, "version");
+  bad = edit(Property::visible, Visible{});
+  bad.node = "";
+  add("node_empty", bad, "node");
+  bad.node = "\x1b[2J";
+  add("node_control_character", bad, "node");
+  bad.node = std::string(1025, 'x');
+  add("node_too_long", bad, "node");
+  add("value_of_other_property", edit(Property::light, Visible{}), "value");
+  add("color_nan", edit(Property::base_color, BaseColor{{0, NAN, 0, 1}}), "rgba[1]");
+  add("color_above_one", edit(Property::base_color, BaseColor{{0, 0, 0, 1.5f}}), "rgba[3]");
+  add_light("kind", "kind", [](Light& l) { l.kind = static_cast<LightKind>(3); });
+  add_light("negative", "intensity", [](Light& l) { l.intensity = -1; });
+  add_light("color_infinite", "color_rgb[2]", [](Light& l) { l.color_rgb[2] = INFINITY; });
+  add_light("cones", "inner_cone_rad", [](Light& l) { l.inner_cone_rad = l.outer_cone_rad; });
+  add_light("wide", "outer_cone_rad", [](Light& l) { l.outer_cone_rad = 2; });
+  add_camera("fov_zero", "vertical_fov_rad", [](Camera& c) { c.vertical_fov_rad = 0; });
+  add_camera("fov_nan", "vertical_fov_rad", [](Camera& c) { c.vertical_fov_rad = NAN; });
+  add_camera("near_zero", "near_m", [](Camera& c) { c.near_m = 0; });
+  add_camera("far_before_near", "far_m", [](Camera& c) { c.far_m = c.near_m; });
+  add_camera("exposure_negative", "exposure", [](Camera& c) { c.exposure = -1; });
+  NodeAdded node = added();
+  node.parent = "a\nb";
+  add("parent_newline", edit(Property::node, node), "parent");
+  node = added();
+  node.parent_from_node.m[0] = NAN;
+  add("parent_from_node_nan", edit(Property::node, node), "parent_from_node");
+  node = added();
+  node.asset_uri = "a.glb";
+  node.asset_glb = {std::byte{1}};
+  add("asset_twice", edit(Property::node, node), "asset_uri");
+  add("vertices_none", edit(Property::vertices, Vertices{}), "positions");
+  add("vertices_nan", edit(Property::vertices, Vertices{{{0, 0, 0}, {0, NAN, 0}}, {}}), "positions[1][1]");
+  add("normals_count", edit(Property::vertices, Vertices{{{0, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}}), "normals");
+
+  const std::vector<Affine3x4> poses(2);
+  const auto add_frame = [&](std::string name, const std::vector<uint32_t>& indices, std::string refused) {
+    result.push_back({"refused-pose_frame_partial_" + std::move(name), encode(partial(poses, indices)), false,
+                      "PoseFrame.node_indices" + refused});
+  };
+  add_frame("outside", {3, 100}, "[1]");
+  add_frame("falling", {4, 3}, "[1]");
+  add_frame("twice", {4, 4}, "[1]");
+  add_frame("count", {4}, " names 1");
+  return result;
+}
+
+}  // namespace fire3dv::conformance

@@ -1,0 +1,96 @@
+#include "tests/conformance/json_edit.h"
+
+#include <nlohmann/json.hpp>
+
+#include "protocol/error.h"
+
+namespace fire3dv::conformance {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const wire::Cleared&) {
+  return {{"type", "Cleared"}};
+}
+Json json_of(const wire::Visible& v) {
+  return {{"type", "Visible"}, {"visible", v.visible}};
+}
+Json json_of(const wire::BaseColor& v) {
+  return {{"type", "BaseColor"}, {"rgba", v.rgba}};
+}
+Json json_of(const wire::Light& v) {
+  return {{"type", "Light"},
+          {"kind", static_cast<uint8_t>(v.kind)},
+          {"color_rgb", v.color_rgb},
+          {"intensity", v.intensity},
+          {"range_m", v.range_m},
+          {"inner_cone_rad", v.inner_cone_rad},
+          {"outer_cone_rad", v.outer_cone_rad},
+          {"casts_shadow", v.casts_shadow}};
+}
+Json json_of(const wire::Camera& v) {
+  return {{"type", "Camera"},
+          {"vertical_fov_rad", v.vertical_fov_rad},
+          {"near_m", v.near_m},
+          {"far_m", v.far_m},
+          {"exposure", v.exposure}};
+}
+Json json_of(const wire::NodeAdded& v) {
+  Json glb = Json::array();
+  for (const std::byte byte : v.asset_glb) glb.push_back(static_cast<uint8_t>(byte));
+  return {{"type", "NodeAdded"},
+          {"parent", v.parent},
+          {"parent_from_node", v.parent_from_node.m},
+          {"asset_uri", v.asset_uri},
+          {"asset_glb", glb}};
+}
+Json json_of(const wire::NodeRemoved&) {
+  return {{"type", "NodeRemoved"}};
+}
+Json json_of(const wire::Vertices& v) {
+  return {{"type", "Vertices"}, {"positions", v.positions}, {"normals", v.normals}};
+}
+
+}  // namespace
+
+Json value_to_json(const wire::EditValue& value) {
+  return std::visit([](const auto& v) { return json_of(v); }, value);
+}
+
+wire::EditValue value_from_json(const Json& json) {
+  const std::string type = json.at("type");
+  if (type == "Cleared") return wire::Cleared{};
+  if (type == "Visible") return wire::Visible{json.at("visible")};
+  if (type == "BaseColor") return wire::BaseColor{json.at("rgba").get<std::array<float, 4>>()};
+  if (type == "Light") {
+    wire::Light v;
+    v.kind = static_cast<wire::LightKind>(json.at("kind").get<uint8_t>());
+    json.at("color_rgb").get_to(v.color_rgb);
+    json.at("intensity").get_to(v.intensity);
+    json.at("range_m").get_to(v.range_m);
+    json.at("inner_cone_rad").get_to(v.inner_cone_rad);
+    json.at("outer_cone_rad").get_to(v.outer_cone_rad);
+    json.at("casts_shadow").get_to(v.casts_shadow);
+    return v;
+  }
+  if (type == "Camera") {
+    return wire::Camera{json.at("vertical_fov_rad"), json.at("near_m"), json.at("far_m"),
+                        json.at("exposure")};
+  }
+  if (type == "NodeAdded") {
+    wire::NodeAdded v;
+    json.at("parent").get_to(v.parent);
+    json.at("parent_from_node").get_to(v.parent_from_node.m);
+    json.at("asset_uri").get_to(v.asset_uri);
+    for (const Json& byte : json.at("asset_glb")) v.asset_glb.push_back(std::byte{byte.get<uint8_t>()});
+    return v;
+  }
+  if (type == "NodeRemoved") return wire::NodeRemoved{};
+  FIRE3DV_ASSERT(type == "Vertices");
+  wire::Vertices v;
+  json.at("positions").get_to(v.positions);
+  json.at("normals").get_to(v.normals);
+  return v;
+}
+
+}  // namespace fire3dv::conformance

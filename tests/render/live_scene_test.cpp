@@ -1,0 +1,234 @@
+// Scenes that streams change while they are drawn: nodes with assets come and go, vertices are replaced, and
+// what is seen is what a scene made so looks like. The picture goes on meanwhile; nothing stays on the GPU.
+#include "renderer/app/live_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "renderer/scene/bounds.h"
+#include "tests/render/render_bench.h"
+#include "tests/render/scene_builder.h"
+#include "tests/support/gltf_builder.h"
+#include "tests/support/image_compare.h"
+
+namespace fire3dv::test {
+namespace {
+
+constexpr VkExtent2D kExtent{160, 120};
+const std::vector<glm::vec3> kSail{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};  // triangle_file()'s triangle
+
+struct Way {
+  const char* name;
+  passes::RasterPath raster;
+  passes::ShadowSettings shadows;
+};
+const Way kWays[] = {
+    {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
+    {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
+    {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
+};
+
+passes::DrawSettings settings_of(const Way& way) {
+  passes::DrawSettings settings;
+  settings.raster = way.raster;
+  settings.shadows = way.shadows;
+  settings.post.fxaa = false;
+  return settings;
+}
+
+// sail: where a triangle of the default material stands, if it does. block: what the block's vertices are
+// moved by.
+scene::Scene harbour(const std::optional<glm::mat4>& sail, const glm::mat4& block = glm::mat4(1)) {
+  SceneBuilder builder;
+  builder.mesh_node("ground", builder.quad(builder.material(matte({0.7f, 0.7f, 0.7f})), 20), glm::mat4(1));
+  const uint32_t box = builder.box(builder.material(matte({0.3f, 0.5f, 0.8f})), {0.4f, 0.3f, 0.4f});
+  builder.mesh_node("block", box, at({-1, 0.3f, 0}));
+  builder.mesh_node("pier", builder.box(builder.material(matte({0.6f, 0.4f, 0.3f})), {0.3f, 0.2f, 0.6f}),
+                    at({1, 0.2f, -0.5f}));
+  if (sail) builder.mesh_node("sail", builder.triangles(0, kSail, {0, 1, 2}), *sail);
+  builder.light_node(sun({1, 1, 1}, 2), shining_towards({-0.5f, -1, -0.6f}));
+  builder.camera_node("camera", {0.5f, 1.8f, 4}, {0, 0.5f, 0});
+  scene::Scene scene = builder.build();
+  scene::Primitive& moved = scene.primitives[scene.meshes[box].first_primitive];
+  for (uint32_t v = moved.first_vertex; v < moved.first_vertex + moved.vertex_count; ++v)
+    scene.positions[v] = glm::vec3(block * glm::vec4(scene.positions[v], 1));
+  moved.bounds_min = glm::vec3(-5);
+  moved.bounds_max = glm::vec3(5);
+  scene::find_world_bounds(scene);
+  return scene;
+}
+
+wire::Affine3x4 affine(const glm::mat4& matrix) {
+  wire::Affine3x4 result;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column)
+      result.m[static_cast<size_t>(4 * row + column)] = matrix[column][row];
+  }
+  return result;
+}
+
+// A renderer and a stream that edits what it shows.
+class Show {
+ public:
+  explicit Show(const Way& way)
+      : base_(whole(harbour({}))),
+        bench_(base_.scene, kExtent, settings_of(way)),
+        poses_(base_.scene),
+        camera_(*app::CameraRig::create(base_.scene, "")),
+        live_(base_, poses_, bench_.renderer(), camera_, {}) {}
+
+  void join(std::vector<std::string> names) {
+    wire::StreamDescription description;
+    description.epoch = ++epoch_;
+    description.node_names = std::move(names);
+    stream_ = poses_.add_stream(description);
+    version_ = 0;
+  }
+  void leave() { poses_.remove_stream(stream_); }
+  void edit(const std::string& node, wire::Property property, wire::EditValue value) {
+    poses_.apply(stream_, {epoch_, ++version_, node, property, std::move(value)});
+  }
+  // A frame that waits for all edits so far. True when it is shown at once.
+  bool publish(const glm::mat4& pose, uint64_t sequence) {
+    const std::vector<wire::Affine3x4> poses{affine(pose)};
+    wire::PoseFrameView frame;
+    frame.header.epoch = epoch_;
+    frame.header.sequence = sequence;
+    frame.header.scene_version = version_;
+    frame.node_count = 1;
+    frame.poses = poses;
+    return poses_.push(stream_, frame);
+  }
+  // Until the scene was replaced once more; draws meanwhile. Returns how many images showed a pose frame.
+  uint64_t wait_for_scene() {
+    const uint64_t before = live_.replaced();
+    uint64_t shown = 0;
+    while (live_.replaced() == before) {
+      shown += live_.follow() ? 1 : 0;
+      (void)draw();
+    }
+    return shown;
+  }
+  sinks::FrameImage draw() {
+    return bench_.draw(poses_, camera_.view(poses_, static_cast<float>(kExtent.width) / kExtent.height));
+  }
+  app::LiveScene& live() { return live_; }
+  state::PoseState& poses() { return poses_; }
+
+ private:
+  static scene::LoadedScene whole(scene::Scene scene) {
+    scene::Derived derived = scene::derive(scene);
+    return {std::move(scene), std::move(derived)};
+  }
+
+  const scene::LoadedScene base_;
+  RenderBench bench_;
+  state::PoseState poses_;
+  app::CameraRig camera_;
+  app::LiveScene live_;
+  uint64_t epoch_ = 0, version_ = 0;
+  state::StreamId stream_ = state::kNone;
+};
+
+class LiveScenes : public ValidationIsSilent, public ::testing::WithParamInterface<Way> {
+ protected:
+  static sinks::FrameImage made_so(const scene::Scene& scene) {
+    RenderBench bench(scene, kExtent, settings_of(GetParam()));
+    return bench.draw_at_rest();
+  }
+  static std::string file(const char* what) { return std::string("live_") + GetParam().name + "_" + what; }
+};
+
+wire::NodeAdded sail_at(const glm::mat4& parent_from_node) {
+  wire::NodeAdded sail;
+  sail.parent_from_node = affine(parent_from_node);
+  sail.asset_glb = triangle_file().glb();
+  return sail;
+}
+
+TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
+  Show show(GetParam());
+  const sinks::FrameImage before = show.draw();
+  show.join({"sail"});
+  EXPECT_EQ(show.poses().streams()[0].unmatched_names.size(), 1u);
+  show.edit("sail", wire::Property::node, sail_at(at({-0.3f, 0.2f, 0.6f})));
+  EXPECT_FALSE(show.publish(at({0.3f, 0.1f, 0.8f}), 1)) << "it waits for the node";
+  show.live().follow();
+  EXPECT_TRUE(matches_image(show.draw(), before, file("meanwhile"), Tolerance::exact()));
+  EXPECT_EQ(show.wait_for_scene(), 1u);
+  EXPECT_TRUE(show.poses().streams()[0].unmatched_names.empty());
+  EXPECT_TRUE(matches_image(show.draw(), made_so(harbour(at({0.3f, 0.1f, 0.8f}))), file("sail"),
+                            Tolerance::colour()));
+
+  show.edit("sail", wire::Property::node, wire::NodeRemoved{});
+  show.live().follow();  // the next scene is not made yet
+  EXPECT_TRUE(matches_image(show.draw(), before, file("removed"), Tolerance::colour()));
+  show.wait_for_scene();
+  EXPECT_TRUE(matches_image(show.draw(), before, file("gone"), Tolerance::exact()));
+  EXPECT_EQ(show.live().faults().refused, 0u);
+  EXPECT_EQ(show.live().faults().unmatched, 0u);
+}
+
+TEST_P(LiveScenes, VerticesAreReplacedMovedAgainAndGivenBack) {
+  Show show(GetParam());
+  const sinks::FrameImage before = show.draw();
+  const scene::Scene base = harbour({});
+  const scene::Primitive& block = base.primitives[base.meshes[base.nodes[1].mesh].first_primitive];
+  const auto replaced = [&](const glm::mat4& by) {
+    wire::Vertices vertices;
+    for (uint32_t v = block.first_vertex; v < block.first_vertex + block.vertex_count; ++v) {
+      const glm::vec4 p = by * glm::vec4(base.positions[v], 1);
+      vertices.positions.push_back({p.x, p.y, p.z});
+    }
+    return vertices;
+  };
+  const glm::mat4 taller = glm::translate(glm::mat4(1), {0.2f, 0.5f, 0}) *
+                           glm::scale(glm::mat4(1), glm::vec3(1.2f, 2.5f, 0.8f)),
+                  wider = glm::scale(glm::mat4(1), glm::vec3(2, 0.6f, 1.4f));
+  show.join({"block"});
+  show.edit("block", wire::Property::vertices, replaced(taller));
+  show.wait_for_scene();
+  EXPECT_TRUE(matches_image(show.draw(), made_so(harbour({}, taller)), file("taller"), Tolerance::colour()));
+  const uint64_t scenes = show.live().replaced();
+  show.edit("block", wire::Property::vertices, replaced(wider));
+  EXPECT_FALSE(show.publish(at({-1, 0.3f, 0}), 1)) << "before anybody looks at the edit";
+  EXPECT_TRUE(show.live().follow()) << "at once: the node has its vertices to itself by now";
+  EXPECT_TRUE(matches_image(show.draw(), made_so(harbour({}, wider)), file("wider"), Tolerance::colour()));
+  EXPECT_EQ(show.live().replaced(), scenes);
+  show.leave();
+  show.live().follow();
+  EXPECT_TRUE(matches_image(show.draw(), before, file("own_shape"), Tolerance::colour()));
+  show.wait_for_scene();
+  EXPECT_TRUE(matches_image(show.draw(), before, file("own_shape_again"), Tolerance::exact()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, LiveScenes, ::testing::ValuesIn(kWays),
+                         [](const auto& way) { return std::string(way.param.name); });
+
+class LiveScenesOnce : public ValidationIsSilent {};
+
+TEST_F(LiveScenesOnce, NothingIsLeftBehind) {
+  Show show(kWays[0]);
+  const auto settled = [&] {
+    for (int frame = 0; frame < 3; ++frame) (void)show.draw();
+    device().retire_all_now();
+    return device().live_objects();
+  };
+  const gpu::LiveObjects before = settled();
+  for (int i = 0; i < 3; ++i) {
+    show.join({"sail"});
+    show.edit("sail", wire::Property::node, sail_at(glm::mat4(1)));
+    show.edit("mast", wire::Property::node, wire::NodeAdded{});
+    show.edit("nowhere", wire::Property::node, wire::NodeAdded{"nobody", {}, "", {}});
+    show.wait_for_scene();
+    show.leave();
+    show.wait_for_scene();
+  }
+  EXPECT_EQ(settled(), before);
+  EXPECT_EQ(show.live().faults().refused, 3u);
+  EXPECT_GT(show.live().take_notes().size(), 0u);
+}
+
+}  // namespace
+}  // namespace fire3dv::test

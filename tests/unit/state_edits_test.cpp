@@ -1,0 +1,235 @@
+// Scene edits on their way through the pose state: frames wait for them, and what is handed on is the newest
+// of each key.
+#include <gtest/gtest.h>
+
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::state {
+namespace {
+
+constexpr uint64_t kEpoch = 42;
+
+wire::SceneEdit visible(uint64_t version, const std::string& node, bool shown, uint64_t epoch = kEpoch) {
+  return {epoch, version, node, wire::Property::visible, wire::Visible{shown}};
+}
+
+class StateEdits : public testing::Test {
+ protected:
+  StateEdits() { id_ = add_stream(kEpoch); }
+
+  StreamId add_stream(uint64_t epoch) {
+    wire::StreamDescription description;
+    description.epoch = epoch;
+    description.node_names = {"a", "b", "c", "d"};
+    return state_.add_stream(description);
+  }
+
+  static std::vector<wire::Affine3x4> poses_of(float x, size_t count = 4) {
+    std::vector<wire::Affine3x4> poses(count);
+    for (auto& pose : poses) pose.m[3] = x;
+    return poses;
+  }
+
+  wire::PoseFrameView frame(uint64_t sequence, uint64_t version) {
+    wire::PoseFrameView result;
+    result.header.epoch = kEpoch;
+    result.header.sequence = sequence;
+    result.header.scene_version = version;
+    result.node_count = 4;
+    return result;
+  }
+  bool push(uint64_t sequence, uint64_t version) {
+    const auto poses = poses_of(static_cast<float>(sequence));
+    wire::PoseFrameView whole = frame(sequence, version);
+    whole.poses = poses;
+    return state_.push(id_, whole, now_ns_, now_ns_);
+  }
+  bool push_partial(uint64_t sequence, std::vector<uint32_t> nodes, uint64_t version = 0) {
+    const auto poses = poses_of(static_cast<float>(sequence), nodes.size());
+    wire::PoseFrameView partial = frame(sequence, version);
+    partial.poses = poses;
+    partial.node_indices = nodes;
+    return state_.push(id_, partial, now_ns_, now_ns_);
+  }
+  bool push_part(uint64_t sequence, uint32_t first, uint32_t count) {
+    const auto poses = poses_of(static_cast<float>(sequence), count);
+    wire::PoseFrameView part = frame(sequence, 0);
+    part.first_node = first;
+    part.poses = poses;
+    return state_.push(id_, part, now_ns_, now_ns_);
+  }
+
+  const Stream& stream() const { return state_.streams()[id_]; }
+  uint64_t shown() const { return stream().header.sequence; }
+  std::vector<float> shown_x() const {
+    std::vector<float> x;
+    for (const auto& pose : stream().poses) x.push_back(pose.m[3]);
+    return x;
+  }
+
+  scene::Scene scene_;
+  PoseState state_{scene_};
+  StreamId id_ = 0;
+  int64_t now_ns_ = 1;
+};
+
+TEST_F(StateEdits, AFrameWaitsForItsEdits) {
+  EXPECT_TRUE(push(1, 0));
+  EXPECT_FALSE(push(2, 2));
+  EXPECT_EQ(shown(), 1u);
+  EXPECT_FALSE(state_.apply(id_, visible(1, "a", false)));
+  EXPECT_EQ(shown(), 1u);
+  EXPECT_TRUE(state_.apply(id_, visible(2, "b", false)));
+  EXPECT_EQ(shown(), 2u);
+  EXPECT_EQ(stream().frames_held, 1u);
+  EXPECT_EQ(stream().frames_overtaken, 0u);
+  EXPECT_TRUE(push(3, 1)) << "newer edits are no reason to wait";
+}
+
+TEST_F(StateEdits, OfWaitingFramesTheNextThatCanBeShownAndTheNewestAreKept) {
+  push(1, 0);
+  for (uint64_t i = 2; i <= 9; ++i) EXPECT_FALSE(push(i, i));
+  EXPECT_EQ(stream().frames_overtaken, 6u);
+  EXPECT_TRUE(state_.apply(id_, visible(2, "a", false)));
+  EXPECT_EQ(shown(), 2u);
+  EXPECT_FALSE(state_.apply(id_, visible(8, "a", true)));
+  EXPECT_TRUE(state_.apply(id_, visible(9, "a", false)));
+  EXPECT_EQ(shown(), 9u);
+}
+
+TEST_F(StateEdits, AStreamWhoseEditsAreAlwaysBehindIsShownAllTheSame) {
+  push(1, 0);
+  uint64_t changes = 0, applied = 0;
+  // A frame and an edit are published at a time; every second edit arrives.
+  for (uint64_t i = 2; i <= 200; ++i) {
+    push(i, i);
+    if (i % 2 == 0) changes += state_.apply(id_, visible(++applied + 1, "a", false));
+  }
+  EXPECT_GT(changes, 3u) << "the picture stood still";
+}
+
+TEST_F(StateEdits, WhatIsTakenIsTheNewestOfEachKeyByVersion) {
+  state_.apply(id_, visible(1, "a", false));
+  state_.apply(id_, visible(2, "b", false));
+  state_.apply(id_, visible(3, "a", true));
+  state_.apply(id_, {kEpoch, 4, "a", wire::Property::base_color, wire::BaseColor{}});
+  auto changes = state_.take_scene_changes();
+  ASSERT_EQ(changes.size(), 1u);
+  ASSERT_EQ(changes[0].edits.size(), 3u);
+  EXPECT_EQ(changes[0].edits[0], visible(2, "b", false));
+  EXPECT_EQ(changes[0].edits[1], visible(3, "a", true));
+  EXPECT_EQ(changes[0].edits[2].version, 4u);
+  EXPECT_TRUE(state_.take_scene_changes().empty());
+  state_.apply(id_, visible(4, "a", false));
+  state_.apply(id_, visible(5, "a", false, kEpoch + 1));
+  EXPECT_TRUE(state_.take_scene_changes().empty());
+  EXPECT_EQ(stream().edits_stale, 2u);
+  EXPECT_EQ(stream().edits_received, 4u);
+}
+
+TEST_F(StateEdits, AnEditOfALaterVersionHasNoEffectButCounts) {
+  EXPECT_FALSE(push(1, 1));
+  EXPECT_TRUE(state_.apply(id_, wire::UnknownEdit{kEpoch, 1}));
+  EXPECT_TRUE(state_.take_scene_changes().empty());
+}
+
+TEST_F(StateEdits, AStreamThatEndsIsToldToWhomItsEditsWereGiven) {
+  const StreamId second = add_stream(kEpoch + 1);
+  state_.apply(second, visible(1, "a", false, kEpoch + 1));
+  state_.apply(id_, visible(1, "b", false));
+  auto changes = state_.take_scene_changes();
+  ASSERT_EQ(changes.size(), 2u);
+  EXPECT_EQ(changes[0].stream, id_) << "the older one first";
+  state_.remove_stream(id_);
+  id_ = add_stream(kEpoch + 2);
+  state_.apply(id_, visible(1, "c", false, kEpoch + 2));
+  changes = state_.take_scene_changes();
+  ASSERT_EQ(changes.size(), 2u);
+  EXPECT_TRUE(changes[0].ended);
+  EXPECT_EQ(changes[0].epoch, kEpoch);
+  EXPECT_EQ(changes[1].epoch, kEpoch + 2);
+  EXPECT_GT(changes[1].age, changes[0].age);
+  state_.remove_stream(second);
+  const StreamId third = add_stream(kEpoch + 3);
+  state_.apply(third, visible(1, "c", false, kEpoch + 3));
+  state_.remove_stream(third);  // nobody ever heard of it
+  changes = state_.take_scene_changes();
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_EQ(changes[0].epoch, kEpoch + 1);
+}
+
+TEST_F(StateEdits, AFrameWaitsForAnAssetThatIsLoadedAside) {
+  state_.remove_stream(id_);
+  state_.load_assets_aside();
+  id_ = add_stream(kEpoch);
+  wire::NodeAdded node;
+  node.asset_uri = "a.glb";
+  state_.apply(id_, {kEpoch, 1, "n", wire::Property::node, node});
+  EXPECT_FALSE(push(1, 1));
+  state_.apply(id_, visible(2, "a", false));
+  EXPECT_EQ(shown(), 0u);
+  EXPECT_FALSE(state_.finish_edit(id_, kEpoch + 1, 1));
+  EXPECT_TRUE(state_.finish_edit(id_, kEpoch, 1));
+  EXPECT_EQ(shown(), 1u);
+  // One that is replaced before it was taken is never loaded.
+  state_.apply(id_, {kEpoch, 3, "m", wire::Property::node, node});
+  EXPECT_FALSE(push(2, 3));
+  EXPECT_TRUE(state_.apply(id_, {kEpoch, 4, "m", wire::Property::node, wire::Cleared{}}));
+  EXPECT_EQ(shown(), 2u);
+}
+
+TEST_F(StateEdits, ALimitIsCountedAndStopsNoFrame) {
+  StreamEdits edits({2, 4096});
+  EXPECT_EQ(edits.add(visible(1, "a", false)), StreamEdits::Outcome::taken);
+  EXPECT_EQ(edits.add(visible(2, "b", false)), StreamEdits::Outcome::taken);
+  EXPECT_EQ(edits.add(visible(3, "c", false)), StreamEdits::Outcome::refused);
+  EXPECT_EQ(edits.applied(), 3u);
+  wire::Vertices vertices;
+  vertices.positions.resize(1000);
+  EXPECT_EQ(edits.add({kEpoch, 4, "a", wire::Property::vertices, vertices}), StreamEdits::Outcome::refused);
+  EXPECT_EQ(edits.add(visible(5, "a", true)), StreamEdits::Outcome::taken);
+  EXPECT_EQ(edits.take().size(), 2u);
+}
+
+TEST_F(StateEdits, APartialFrameStandsOnTheNewestOne) {
+  EXPECT_FALSE(push_partial(1, {0}));
+  EXPECT_EQ(stream().frames_baseless, 1u);
+  push(2, 0);
+  EXPECT_TRUE(push_partial(3, {1, 3}));
+  EXPECT_EQ(shown_x(), (std::vector<float>{2, 3, 2, 3}));
+  EXPECT_FALSE(push_partial(3, {0}));
+  EXPECT_EQ(stream().frames_stale, 1u);
+  // It stands on a frame that waits, too.
+  EXPECT_FALSE(push(4, 1));
+  EXPECT_FALSE(push_partial(5, {0}, 1));
+  EXPECT_TRUE(state_.apply(id_, visible(1, "a", false)));
+  EXPECT_EQ(shown(), 5u);
+  EXPECT_EQ(shown_x(), (std::vector<float>{5, 4, 4, 4}));
+}
+
+TEST_F(StateEdits, AWholeFrameRepairsThePartialOneOfItsSequence) {
+  push(1, 0);
+  push_partial(3, {1});  // 2 was lost, and moved node 0
+  EXPECT_FALSE(push_part(3, 0, 2));
+  EXPECT_TRUE(push_part(3, 2, 2));
+  EXPECT_EQ(shown_x(), (std::vector<float>{3, 3, 3, 3}));
+  EXPECT_FALSE(push(3, 0)) << "once";
+  EXPECT_EQ(stream().frames_stale, 1u);
+  EXPECT_EQ(stream().frames_incomplete, 0u);
+}
+
+TEST_F(StateEdits, AnInterpolatedStreamIsRepairedToo) {
+  state_.interpolate(id_, 0);
+  now_ns_ = 1'000'000'000;
+  push(1, 0);
+  push_partial(2, {1});
+  now_ns_ += 1'000'000'000;
+  state_.advance(now_ns_);
+  EXPECT_EQ(shown_x(), (std::vector<float>{1, 2, 1, 1}));
+  push(2, 0);
+  EXPECT_TRUE(state_.advance(now_ns_));
+  EXPECT_EQ(shown_x(), (std::vector<float>{2, 2, 2, 2}));
+}
+
+}  // namespace
+}  // namespace fire3dv::state
