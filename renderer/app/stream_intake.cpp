@@ -186,7 +186,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
   if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
     const auto stream = stream_of_peer_.find(peer);
     if (stream != stream_of_peer_.end()) return poses_.apply(stream->second.id, std::move(*edit));
-    reject(peer, "scene edit before a description");
+    reject(peer, Refusal::before_description, "scene edit before a description");
     return false;
   }
   if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
