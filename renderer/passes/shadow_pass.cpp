@@ -1,6 +1,7 @@
 #include "renderer/passes/shadow_pass.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstring>
 #include <string>
@@ -18,7 +19,7 @@ constexpr uint32_t kSoftRays = 16;
 constexpr size_t kMostSheets = 16;
 // All views together; beyond it every map gets smaller.
 constexpr uint64_t kMostTexels = 48u << 20;
-constexpr uint32_t kMapSide = 2048, kCubeSide = 1024, kSmallestSide = 64;
+constexpr uint32_t kMapSide = 2048, kSmallestSide = 64;
 // A spot that is wider than this has no map of one piece.
 constexpr float kWidestSpotRad = 1.2f;
 
@@ -84,7 +85,7 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
     : device_(device), layout_(layout), samples_(samples), way_(way) {
   if (way.method != ShadowMethod::off) {
     light_views_ = gpu::create_compute_pipeline(device, layout, "light_views.comp");
-    map_raster_.emplace(device, layout, RasterKind::lights);
+    map_raster_.emplace(device, layout, way.hybrid ? RasterKind::lights : RasterKind::lights_middles);
   }
   if (way.method != ShadowMethod::ray) return;
   const std::string suffix = samples == 4 ? "_4" : "_1";
@@ -104,8 +105,17 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
   }
 }
 
-void ShadowPass::choose_views(const scene::Scene& scene) {
-  const std::vector<scene::Light> lights = lights_in_node_order(scene);
+// With rays behind it, a finer map saves some of them. Without, more texels than the image has pixels show
+// little: a map of 1024 for images of 640 x 480.
+uint32_t ShadowPass::map_side() const {
+  if (way_.method != ShadowMethod::map || extent_.width == 0) return kMapSide;
+  const uint32_t pixels = std::max(extent_.width, extent_.height);
+  return std::clamp(std::bit_ceil(pixels + pixels / 2), kMapSide / 2, kMapSide);
+}
+
+void ShadowPass::choose_views() {
+  const std::vector<scene::Light>& lights = lights_;
+  chosen_side_ = map_side();
   std::vector<gpu_types::LightViewWanted> wanted;
   std::vector<gpu_types::LightShadow> shadows;
   uint32_t bit = 0, soft_words = 0;
@@ -124,8 +134,8 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
       shadow.mask_word = soft_words++;  // counted from the last hard one; set right below
     }
     for (uint32_t side = 0; side < shadow.view_count; ++side) {
-      wanted.push_back(
-          {i, cube ? side : FIRE3DV_NO_INDEX, cube ? kCubeSide : kMapSide, 0, lights[i].outer_cone_rad});
+      wanted.push_back({i, cube ? side : FIRE3DV_NO_INDEX, cube ? chosen_side_ / 2 : chosen_side_, 0,
+                        lights[i].outer_cone_rad});
     }
     shadows.push_back(shadow);
   }
@@ -136,9 +146,12 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
   mask_words_ = std::max(1u, hard_words + soft_words);
   all_hard_ = soft_words == 0;
 
+  // The outer map is for those who can trace what it cannot tell.
+  const uint32_t maps_of_view = way_.hybrid ? 2 : 1;
   auto texels = [&] {
     uint64_t sum = 0;
-    for (const gpu_types::LightViewWanted& view : wanted) sum += uint64_t{2} * view.size * view.size;
+    for (const gpu_types::LightViewWanted& view : wanted)
+      sum += uint64_t{maps_of_view} * view.size * view.size;
     return sum;
   };
   while (texels() > kMostTexels && !wanted.empty() && wanted[0].size > kSmallestSide) {
@@ -147,7 +160,7 @@ void ShadowPass::choose_views(const scene::Scene& scene) {
   uint32_t first_texel = 0;
   for (gpu_types::LightViewWanted& view : wanted) {
     view.first_texel = first_texel;
-    first_texel += 2 * view.size * view.size;
+    first_texel += maps_of_view * view.size * view.size;
   }
   light_count_ = static_cast<uint32_t>(lights.size());
   view_count_ = needs_maps_ ? static_cast<uint32_t>(wanted.size()) : 0;
@@ -191,7 +204,8 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
   // What is drawn on top has no mask, and where there is no ray query it has nothing but maps.
   needs_maps_ = way_.method == ShadowMethod::map || way_.hybrid ||
                 (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
-  choose_views(scene);
+  lights_ = lights_in_node_order(scene);
+  choose_views();
   choose_sheets(scene, gpu_scene);
   place_views(gpu_scene);
   if (extent_.width) set_size(extent_);
@@ -199,6 +213,7 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
 
 void ShadowPass::set_size(VkExtent2D extent) {
   extent_ = extent;
+  if (chosen_side_ != 0 && map_side() != chosen_side_) choose_views();
   if (way_.method != ShadowMethod::ray) return;
   const VkDeviceSize words = VkDeviceSize{extent.width} * extent.height * mask_words_;
   mask_ = gpu::create_buffer(device_, words * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,

@@ -68,7 +68,8 @@ class ShadowPass {
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
 
  private:
-  void choose_views(const scene::Scene& scene);
+  void choose_views();
+  uint32_t map_side() const;
   void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
   void place_views(const GpuScene& gpu_scene);
   gpu_types::ShadowPush push(const gpu::Buffer& visibility, VkDeviceAddress globals) const;
@@ -83,8 +84,9 @@ class ShadowPass {
   gpu::RayPipeline trace_pipeline_;
   std::optional<ClusterRaster> map_raster_;
   bool needs_maps_ = false, all_hard_ = true;
-  uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, mask_words_ = 1;
+  uint32_t chosen_side_ = 0, view_count_ = 0, light_count_ = 0, sheet_count_ = 0, mask_words_ = 1;
   VkExtent2D extent_{};
+  std::vector<scene::Light> lights_;  // in the order of the nodes that they stand at
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
   VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
   gpu::Buffer mask_, list_, entries_;
