@@ -55,7 +55,7 @@ bool is_this_rounds(RasterSet set, uint index, bool in_view, ScreenBounds bounds
 #endif
 
 void main() {
-  GlobalsRef globals = GlobalsRef(push.globals);
+  GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
   const uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (65535 * 64);
   const uint view_index = gl_GlobalInvocationID.z;

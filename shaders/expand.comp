@@ -41,7 +41,7 @@ void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTria
 }
 
 void main() {
-  GlobalsRef globals = GlobalsRef(push.globals);
+  GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
   const uint entry = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
   if (entry >= min(LargeWorkRef(set.large).value.expand.count, set.huge_capacity)) return;

@@ -47,21 +47,44 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
   return PipelineLayout(device, layout);
 }
 
+namespace {
+
+// Variants for a device that is a CPU reckon with vectors of eight lanes; see shaders/common/lanes.glsl.
+bool has_eight_lanes(const Device& device) {
+  if (device.report().type != DeviceType::software) return false;
+  VkPhysicalDeviceVulkan11Properties subgroups{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroups, {}};
+  vkGetPhysicalDeviceProperties2(device.physical(), &properties);
+  constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+  return subgroups.subgroupSize == 8 && (subgroups.subgroupSupportedOperations & kNeeded) == kNeeded;
+}
+
+std::string variant_for(const Device& device, std::string_view shader) {
+  constexpr std::string_view kEnd = ".comp";
+  if (shader.ends_with(kEnd)) {
+    std::string variant = std::string(shader.substr(0, shader.size() - kEnd.size())) + "_cpu.comp";
+    if (!shaders::embedded(variant).empty() && has_eight_lanes(device)) return variant;
+  }
+  return std::string(shader);
+}
+
+}  // namespace
+
 Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
                                  Make make) {
   // On another thread: nothing of Device but its constant handles is touched, nor counted.
-  auto making = std::make_shared<PipelineMaking>(
-      [device = device.handle(), cache = device.pipeline_cache(), layout, name = std::string(shader)] {
-        const VkShaderModule module = make_shader_module(device, name);
-        VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
-        info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
-        info.layout = layout;
-        VkPipeline pipeline = VK_NULL_HANDLE;
-        const VkResult result = vkCreateComputePipelines(device, cache, 1, &info, nullptr, &pipeline);
-        vkDestroyShaderModule(device, module, nullptr);
-        check(result, "vkCreateComputePipelines");
-        return pipeline;
-      });
+  auto making = std::make_shared<PipelineMaking>([device = device.handle(), cache = device.pipeline_cache(),
+                                                  layout, name = variant_for(device, shader)] {
+    const VkShaderModule module = make_shader_module(device, name);
+    VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+    info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
+    info.layout = layout;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    const VkResult result = vkCreateComputePipelines(device, cache, 1, &info, nullptr, &pipeline);
+    vkDestroyShaderModule(device, module, nullptr);
+    check(result, "vkCreateComputePipelines");
+    return pipeline;
+  });
   if (make == Make::at_once) device.pipeline_makers().add(making);
   return Pipeline(device, std::move(making));
 }

@@ -74,14 +74,16 @@ void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* c
 ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind)
     : device_(device), layout_(layout), kind_(kind) {
   const std::string suffix = kind == RasterKind::lights             ? "_light.comp"
+                             : kind == RasterKind::lights_middles   ? "_middles.comp"
                              : kind == RasterKind::camera_4_samples ? "_4.comp"
                                                                     : "_1.comp";
-  cull_ = gpu::create_compute_pipeline(device, layout, "cull" + suffix);
+  cull_ =
+      gpu::create_compute_pipeline(device, layout, "cull" + (is_of_lights(kind) ? "_light.comp" : suffix));
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix, gpu::Make::when_used);
   expand_ = gpu::create_compute_pipeline(device, layout, "expand" + suffix);
   tiles_ = gpu::create_compute_pipeline(device, layout, "tiles" + suffix);
-  if (kind != RasterKind::lights)
+  if (!is_of_lights(kind))
     farthest_depth_ = gpu::create_compute_pipeline(device, layout, "farthest_depth" + suffix);
   for (gpu::Buffer& counts : counts_) {
     counts = gpu::create_buffer(device, sizeof(Counts), 0, gpu::Memory::readback);
@@ -91,7 +93,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
 
 // Both ways are tried now and then, and the better one is kept meanwhile. The image is the same.
 bool ClusterRaster::leaves_out_hidden(const Job& job) const {
-  if (kind_ == RasterKind::lights) return false;
+  if (is_of_lights(kind_)) return false;
   if (job.cull != Cull::automatic) return job.cull == Cull::hidden;
   if (job.scene->own_cluster_instance_count < kClustersWorthHiding) return false;
   const uint64_t step = frame_ % kTrialPeriod;

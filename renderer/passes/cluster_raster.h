@@ -16,7 +16,11 @@
 
 namespace fire3dv::passes {
 
-enum class RasterKind : uint8_t { camera_1_sample, camera_4_samples, lights };
+// lights_middles: lights' maps without the outer ones.
+enum class RasterKind : uint8_t { camera_1_sample, camera_4_samples, lights, lights_middles };
+constexpr bool is_of_lights(RasterKind kind) {
+  return kind == RasterKind::lights || kind == RasterKind::lights_middles;
+}
 
 // What is left out of drawing. The image is the same with all of them.
 enum class Cull : uint8_t {

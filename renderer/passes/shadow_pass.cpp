@@ -1,6 +1,7 @@
 #include "renderer/passes/shadow_pass.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstring>
 #include <string>
@@ -56,7 +57,7 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
     : device_(device), layout_(layout), samples_(samples), way_(way) {
   if (way.method != ShadowMethod::off) {
     light_views_ = gpu::create_compute_pipeline(device, layout, "light_views.comp");
-    map_raster_.emplace(device, layout, RasterKind::lights);
+    map_raster_.emplace(device, layout, way.hybrid ? RasterKind::lights : RasterKind::lights_middles);
   }
   if (way.method != ShadowMethod::ray) return;
   const std::string suffix = samples == 4 ? "_4" : "_1";
@@ -76,9 +77,22 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
   }
 }
 
+// With rays behind it, a finer map saves some of them. Without, more texels than the image has pixels show
+// little: a map of 1024 for images of 640 x 480. The outer map is for those who can trace what it cannot
+// tell.
+MapSizes ShadowPass::map_sizes() const {
+  MapSizes sizes;
+  sizes.maps_of_view = way_.hybrid ? 2 : 1;
+  if (way_.method != ShadowMethod::map || extent_.width == 0) return sizes;
+  const uint32_t pixels = std::max(extent_.width, extent_.height);
+  sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
+  return sizes;
+}
+
 void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
+  lights_ = lights;
   light_count_ = static_cast<uint32_t>(lights.size());
-  ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray);
+  ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray, map_sizes());
   if (light_shadows_ && plan == plan_) return;
   const bool other_mask = plan.mask_words != plan_.mask_words;
   plan_ = std::move(plan);
@@ -138,6 +152,7 @@ void ShadowPass::upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt) 
 
 void ShadowPass::set_size(VkExtent2D extent) {
   extent_ = extent;
+  if (light_shadows_ && map_sizes() != plan_.sizes) set_lights(std::vector(lights_));
   if (way_.method != ShadowMethod::ray) return;
   const VkDeviceSize words = VkDeviceSize{extent.width} * extent.height * plan_.mask_words;
   mask_ = gpu::create_buffer(device_, words * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,

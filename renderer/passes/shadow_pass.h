@@ -77,6 +77,7 @@ class ShadowPass {
 
  private:
   void place_views();
+  MapSizes map_sizes() const;
   gpu_types::ShadowPush push(const gpu::Buffer& visibility, VkDeviceAddress globals) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
             const gpu_types::ShadowPush& push) const;
@@ -92,6 +93,7 @@ class ShadowPass {
   uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, part_count_ = 0;
   ShadowPlan plan_;
   VkExtent2D extent_{};
+  std::vector<scene::PlacedLight> lights_;
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
   VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
   Patches choices_;                                        // not uploaded yet

@@ -9,7 +9,7 @@ namespace {
 constexpr uint32_t kSoftRays = 16;
 // All views together; beyond it every map gets smaller.
 constexpr uint64_t kMostTexels = 48u << 20;
-constexpr uint32_t kMapSide = 2048, kCubeSide = 1024, kSmallestSide = 64;
+constexpr uint32_t kSmallestSide = 64;
 // A spot that is wider than this has no map of one piece.
 constexpr float kWidestSpotRad = 1.2f;
 
@@ -31,7 +31,8 @@ uint32_t rays_of(const scene::Light& light) {
 void place_maps(ShadowPlan& plan) {
   auto texels = [&] {
     uint64_t sum = 0;
-    for (const gpu_types::LightViewWanted& view : plan.views) sum += uint64_t{2} * view.size * view.size;
+    for (const gpu_types::LightViewWanted& view : plan.views)
+      sum += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
     return sum;
   };
   while (texels() > kMostTexels && plan.views[0].size > kSmallestSide) {
@@ -39,7 +40,7 @@ void place_maps(ShadowPlan& plan) {
   }
   for (gpu_types::LightViewWanted& view : plan.views) {
     view.first_texel = plan.texels;
-    plan.texels += 2 * view.size * view.size;
+    plan.texels += plan.sizes.maps_of_view * view.size * view.size;
   }
 }
 
@@ -52,7 +53,7 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
 
 bool ShadowPlan::operator==(const ShadowPlan& other) const {
   return same_bytes(views, other.views) && same_bytes(shadows, other.shadows) &&
-         mask_words == other.mask_words && texels == other.texels;
+         mask_words == other.mask_words && sizes == other.sizes && texels == other.texels;
 }
 
 bool ShadowPlan::all_hard() const {
@@ -60,8 +61,10 @@ bool ShadowPlan::all_hard() const {
                      [](const gpu_types::LightShadow& shadow) { return shadow.rays <= 1; });
 }
 
-ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t samples, bool soft_by_rays) {
+ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t samples, bool soft_by_rays,
+                        const MapSizes& sizes) {
   ShadowPlan plan;
+  plan.sizes = sizes;
   uint32_t bit = 0, soft_words = 0;
   for (uint32_t i = 0; i < lights.size(); ++i) {
     const scene::Light& light = lights[i].light;
@@ -83,7 +86,7 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
     }
     for (uint32_t side = 0; side < shadow.view_count; ++side) {
       plan.views.push_back(
-          {i, cube ? side : FIRE3DV_NO_INDEX, cube ? kCubeSide : kMapSide, 0, light.outer_cone_rad});
+          {i, cube ? side : FIRE3DV_NO_INDEX, cube ? sizes.side / 2 : sizes.side, 0, light.outer_cone_rad});
     }
     plan.shadows.push_back(shadow);
   }

@@ -8,7 +8,14 @@
 
 namespace fire3dv::passes {
 
+struct MapSizes {
+  uint32_t side = 2048;       // texels along a map; half of that along a side of a cube
+  uint32_t maps_of_view = 2;  // nearest depths, and outer ones if rays are traced where those cannot tell
+  bool operator==(const MapSizes&) const = default;
+};
+
 struct ShadowPlan {
+  MapSizes sizes;  // asked for; many maps are smaller
   std::vector<gpu_types::LightViewWanted> views;
   std::vector<gpu_types::LightShadow> shadows;  // of each light
   uint32_t mask_words = 1;                      // of each pixel
@@ -18,6 +25,7 @@ struct ShadowPlan {
 };
 
 // samples: 1 or 4, of each pixel. soft_by_rays: soft shadows have no use for a map.
-ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t samples, bool soft_by_rays);
+ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t samples, bool soft_by_rays,
+                        const MapSizes& sizes);
 
 }  // namespace fire3dv::passes

@@ -8,7 +8,6 @@
 
 #include "shared/types.h"
 
-layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer GlobalsRef { Globals value; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer AffineRowsRef { AffineRows at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer NodeSourceRef { NodeSource at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer StreamSourceRef { StreamSource at[]; };
@@ -44,6 +43,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Def
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DeformGroupRef { DeformGroup at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer JointRef { JointRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer UintsRef { uint at[]; };
+
+#include "common/lanes.glsl"
 
 vec3 transform_point(AffineRows m, vec3 p) {
   const vec4 h = vec4(p, 1);

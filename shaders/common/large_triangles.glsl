@@ -24,7 +24,7 @@ bool prepare(HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored,
              out PreparedTriangle prepared) {
   const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;
   const int64_t area = int64_t(ab.x) * ac.y - int64_t(ab.y) * ac.x;
-#ifndef FIRE3DV_LIGHTS  // a light's outer map holds lines, too
+#ifndef FIRE3DV_KEEPS_LINES
   if (area == 0 || (!double_sided && (area > 0) != mirrored)) return false;
 #endif
   const bool swap_corners = area < 0;
@@ -41,7 +41,7 @@ bool prepare(HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored,
 
 // Whether the triangle reaches into the box of pixels. Exact but for the corners of the box.
 bool reaches_box(PreparedTriangle t, ivec2 low_pixel, ivec2 high_pixel) {
-#ifdef FIRE3DV_LIGHTS
+#ifdef FIRE3DV_KEEPS_LINES
   const int margin = kSubpixels;  // more than any map's reach
 #else
   const int margin = 4;

@@ -1,4 +1,5 @@
 // Covers texels of a light's two maps; see shadow_maps.glsl. Nearest depths win; depth is reversed, so the largest.
+// Variant FIRE3DV_MIDDLES_ALONE leaves out the outer map, which nobody looks into where there are no rays.
 #ifndef FIRE3DV_LIGHT_RASTER_GLSL
 #define FIRE3DV_LIGHT_RASTER_GLSL
 #include "common/visible_triangle.glsl"
@@ -28,6 +29,19 @@ VisibleTriangle seen_by_light(VisibleTriangle t, RasterView view) {
   return t;
 }
 
+#ifdef FIRE3DV_MIDDLES_ALONE
+int pixel_reach(RasterView view) { return 0; }
+
+// `middle`: the triangle covers the texel's middle, at depth `z`.
+#define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                \
+  const ivec2 place = texel * kSubpixels + kHalfPixel;                                                \
+  const IVEC from_a = IVEC(place - a.xy), from_b = IVEC(place - b.xy), from_c = IVEC(place - c.xy);   \
+  const INT wa = INT(bc.x) * from_b.y - INT(bc.y) * from_b.x;                                         \
+  const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                         \
+  const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                         \
+  const float z = (float(wa) * a.z + float(wb) * b.z + float(wc) * c.z) * inverse_area;               \
+  const bool middle = wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);
+#else
 // Half a texel, and the two steps by which corners and points may have been rounded.
 const int kReach = kHalfPixel + 2;
 
@@ -67,5 +81,6 @@ bool is_broad_triangle(float area, ivec2 ab, ivec2 bc, ivec2 ca) {
   const ivec2 extent = max(abs(ab), max(abs(bc), abs(ca)));
   return area > 0 && area >= float(kSubpixels) * float(max(extent.x, extent.y));
 }
+#endif
 
 #endif

@@ -10,8 +10,7 @@ struct LightSample {
   float sine;         // of half the angle that the source subtends; 0 = a point
 };
 
-LightSample sample_light(GlobalsRef globals, uint light_index, vec3 position_world) {
-  const LightPlace light = LightPlaceRef(globals.value.light_places).at[light_index];
+LightSample sample_light(LightPlace light, vec3 position_world) {
   LightSample result;
   if (light.type == FIRE3DV_LIGHT_DIRECTIONAL) {
     result.to_light = -light.shines_along;
@@ -36,6 +35,10 @@ LightSample sample_light(GlobalsRef globals, uint light_index, vec3 position_wor
   result.irradiance = light.color * attenuation;
   result.sine = light.radius_m / max(result.distance_m, light.radius_m + 1e-12);
   return result;
+}
+
+LightSample sample_light(GlobalsRef globals, uint light_index, vec3 position_world) {
+  return sample_light(LightPlaceRef(globals.value.light_places).at[light_index], position_world);
 }
 
 #endif

@@ -5,6 +5,11 @@
 #define FIRE3DV_RASTER_RULES_GLSL
 #include "common/buffers.glsl"
 
+// A light's outer map holds all that reaches into a texel, and so lines, too.
+#if defined(FIRE3DV_LIGHTS) && !defined(FIRE3DV_MIDDLES_ALONE)
+#define FIRE3DV_KEEPS_LINES
+#endif
+
 const int kSubpixels = 256;
 const int kHalfPixel = 128;
 const int kTileShift = 5;  // tiles of 32 x 32 pixels
@@ -67,7 +72,7 @@ const int kFirstSample = 128, kLastSample = 128;
 // Pixels that have a sample in the box of the corners; empty when high < low.
 // reach: in 1/256, beyond the box, of a light's map.
 void covered_pixels(ivec2 low_corner, ivec2 high_corner, int reach, ivec2 size, out ivec2 low, out ivec2 high) {
-#ifdef FIRE3DV_LIGHTS
+#ifdef FIRE3DV_KEEPS_LINES
   low_corner -= reach;  // texels that are touched, for certain
   high_corner += reach;
   low = max(low_corner >> 8, ivec2(0));

@@ -91,6 +91,24 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
   return surface;
 }
 
+vec3 reflected_of_light(uint index, LightSample light, Surface surface, SurfacePoint point) {
+  const vec3 reflected = reflect_light(surface, light.to_light, light.sine) * light.irradiance;
+  return largest(reflected) <= 0 ? vec3(0) : reflected * light_visibility(index, light, point);
+}
+
+#ifdef FIRE3DV_CPU
+const uint kHeldLights = 2;
+LightPlace held_lights[kHeldLights];  // the first ones
+
+// Before any lane goes its own way.
+void hold_lights(GlobalsRef globals) {
+  if (globals.value.light_count == 0) return;
+  for (uint i = 0; i < kHeldLights; ++i) {
+    held_lights[i] = light_for_all(globals.value.light_places, min(i, globals.value.light_count - 1));
+  }
+}
+#endif
+
 // Linear HDR colour, premultiplied, and alpha. behind: the share, by channel, of what lies behind that is to be added.
 vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point, out vec3 behind) {
   const float kLargestHalf = 65504;  // of the target's format: beyond it lies infinity, and then NaN
@@ -108,11 +126,19 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
   vec3 radiance = under_coat * material.emissive * sample_or(material.emissive_texture, uv, dx, dy, vec4(1)).rgb;
   radiance += reflect_environment(globals, surface, occlusion);
 
-  for (uint i = 0; i < globals.value.light_count; ++i) {
-    const LightSample s = sample_light(globals, i, point.position_world);
-    const vec3 reflected = reflect_light(surface, s.to_light, s.sine) * s.irradiance;
-    if (largest(reflected) <= 0) continue;
-    radiance += reflected * light_visibility(i, s, point);
+  uint i = 0;
+#ifdef FIRE3DV_CPU
+  const vec3 position = point.position_world;
+  if (globals.value.light_count > 0) {
+    radiance += reflected_of_light(0, sample_light(held_lights[0], position), surface, point);
+  }
+  if (globals.value.light_count > 1) {
+    radiance += reflected_of_light(1, sample_light(held_lights[1], position), surface, point);
+  }
+  i = kHeldLights;
+#endif
+  for (; i < globals.value.light_count; ++i) {
+    radiance += reflected_of_light(i, sample_light(globals, i, point.position_world), surface, point);
   }
 
   if (largest(surface.transmitted) > 0) {

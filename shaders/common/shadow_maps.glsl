@@ -32,10 +32,14 @@ uint side_of_cube(vec3 direction) {
   return direction.z > 0 ? 4 : 5;
 }
 
-MapPlace map_place(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 to_light) {
-  const uint side = shadow.view_count == 6 ? side_of_cube(-to_light) : 0;
+RasterView view_of(GlobalsRef globals, LightShadow shadow, LightSample light) {
+  const uint side = shadow.view_count == 6 ? side_of_cube(-light.to_light) : 0;
+  return RasterViewRef(globals.value.light_views).at[shadow.first_view + side];
+}
+
+MapPlace map_place(RasterView view, vec3 point_world) {
   MapPlace place;
-  place.view = RasterViewRef(globals.value.light_views).at[shadow.first_view + side];
+  place.view = view;
   const vec4 clip = place.view.clip_from_world * vec4(point_world, 1);
   place.inside = clip.w > 0 && all(lessThan(abs(clip.xy), vec2(clip.w)));
   place.texel = (clip.xy / clip.w * 0.5 + 0.5) * float(place.view.width);
@@ -70,7 +74,7 @@ float slope_m(MapPlace place, vec3 plane_normal, vec3 to_light) {
 
 uint map_verdict(GlobalsRef globals, LightShadow shadow, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
   const bool sheet = sheet_may_be_between(globals, part, point_world, light.to_light, light.distance_m);
-  const MapPlace place = map_place(globals, shadow, point_world, light.to_light);
+  const MapPlace place = map_place(view_of(globals, shadow, light), point_world);
   // A map reaches around all that casts; a spot's reaches around its cone.
   if (!place.inside) return sheet ? kUnknown : kLit;
   if (max(place.reach.x, place.reach.y) > 0.5) return kUnknown;
@@ -92,9 +96,8 @@ uint map_verdict(GlobalsRef globals, LightShadow shadow, uint part, vec3 point_w
 }
 
 // Where there are no rays: the share of four texels around the point that are lit, weighted by how near they are.
-float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 plane_normal, LightSample light) {
-  if (shadow.rays == 0) return 1;
-  const MapPlace place = map_place(globals, shadow, point_world, light.to_light);
+float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3 plane_normal, LightSample light) {
+  const MapPlace place = map_place(view, point_world);
   if (!place.inside) return 1;
   const float bias_m = 1.5 * slope_m(place, plane_normal, light.to_light);
   const vec2 corner = floor(place.texel - 0.5);
@@ -105,6 +108,11 @@ float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, v
     lit[i] = depth == 0 || nearer_by_m(place, depth) < bias_m ? 1 : 0;
   }
   return mix(mix(lit[0], lit[1], weight.x), mix(lit[2], lit[3], weight.x), weight.y);
+}
+
+float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 plane_normal, LightSample light) {
+  if (shadow.rays == 0) return 1;
+  return map_visibility(globals, view_of(globals, shadow, light), point_world, plane_normal, light);
 }
 
 #endif

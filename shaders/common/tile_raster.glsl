@@ -12,6 +12,9 @@ struct TileTriangle {
   ivec3 bias;
   int64_t area;
   uint id;
+#ifdef FIRE3DV_CPU
+  bool masked;  // asked for once, not for each pixel
+#endif
 };
 
 TileTriangle tile_triangle(PreparedTriangle p) {
@@ -26,6 +29,10 @@ TileTriangle tile_triangle(PreparedTriangle p) {
   return t;
 }
 
+bool is_masked(GlobalsRef globals, uint id) {
+  return (PartRef(globals.value.parts).at[part_of_id(globals, id)].flags & FIRE3DV_PART_MASK) != 0;
+}
+
 void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTriangle t, ivec2 pixel) {
   const ivec2 size = ivec2(view.width, view.height);
   if (pixel.x >= size.x || pixel.y >= size.y) return;
@@ -34,21 +41,29 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   precise const float inverse_area = 1 / float(t.area);
 #ifdef FIRE3DV_LIGHTS
+  const ivec2 texel = pixel;
+  const MapTarget target = map_target(set, view);
+#ifndef FIRE3DV_MIDDLES_ALONE
   const bool has_area = t.area > 0;
   const bool is_broad = is_broad_triangle(float(t.area), ab, bc, ca);
-  const ivec2 texel = pixel;
   const int reach = reach_of(view);
+#endif
   FIRE3DV_COVER_TEXEL(int64_t, i64vec2)
+#ifndef FIRE3DV_MIDDLES_ALONE
   if (!touches) return;
-  const MapTarget target = map_target(set, view);
   put_nearest(target, texel, true, nearest_possible(view, outer));
+#endif
   if (!middle) return;
 #else
   FIRE3DV_COVER_PIXEL(int64_t, i64vec2)
   if (covered == 0) return;
 #endif
-  const PartRecord part = PartRef(globals.value.parts).at[part_of_id(globals, t.id)];
-  if ((part.flags & FIRE3DV_PART_MASK) != 0) {
+#ifdef FIRE3DV_CPU
+  const bool masked = t.masked;
+#else
+  const bool masked = is_masked(globals, t.id);
+#endif
+  if (masked) {
     const VisibleTriangle triangle = visible_triangle(globals, t.id);
 #ifdef FIRE3DV_LIGHTS
     if (!is_solid_at(globals, seen_by_light(triangle, view), vec2(texel) + 0.5, vec2(size))) return;

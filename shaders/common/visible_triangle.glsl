@@ -8,6 +8,9 @@
 struct VisibleTriangle {
   PartRecord part;
   uint material;
+#ifdef FIRE3DV_CPU
+  MaterialRecord material_record;
+#endif
   uint vertex[3];
   vec3 world[3];
   vec4 clip[3];
@@ -20,16 +23,47 @@ uint part_of_id(GlobalsRef globals, uint id) {
   return ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1].part;
 }
 
-VisibleTriangle visible_triangle(GlobalsRef globals, uint id) {
+// What its part says of a triangle.
+void read_part(GlobalsRef globals, uint part, inout VisibleTriangle t) {
+  t.part = PartRef(globals.value.parts).at[part];
+  t.material = t.part.material;
+  t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[t.part.node];
+  t.node_facts = UintRef(globals.value.node_facts).at[t.part.node];
+#ifdef FIRE3DV_CPU
+  t.material_record = MaterialRef(globals.value.materials).at[t.material];
+#endif
+}
+
+#ifdef FIRE3DV_CPU
+// The same where no lane is missing: mostly neighbours show the same body.
+void read_part_together(GlobalsRef globals, uint part, inout VisibleTriangle t) {
+  const uint first = subgroupBroadcast(part, 0);
+  t.part = part_for_all(globals.value.parts, first);
+  t.material = t.part.material;
+  t.world_from_node = affine_for_all(globals.value.world_from_node, t.part.node);
+  t.node_facts = UintRef(globals.value.node_facts).at[t.part.node];
+  t.material_record = material_for_all(globals.value.materials, t.material);
+  if (part != first) read_part(globals, part, t);
+}
+
+MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return t.material_record; }
+#else
+MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return MaterialRef(globals.value.materials).at[t.material]; }
+#endif
+
+// together: no lane is missing.
+VisibleTriangle visible_triangle(GlobalsRef globals, uint id, const bool together) {
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1];
   const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
   const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + (id & 127)];
   VisibleTriangle t;
   t.surface_error = cluster.surface_error;
-  t.part = PartRef(globals.value.parts).at[instance.part];
-  t.material = t.part.material;
-  t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[t.part.node];
-  t.node_facts = UintRef(globals.value.node_facts).at[t.part.node];
+#ifdef FIRE3DV_CPU
+  if (together) {
+    read_part_together(globals, instance.part, t);
+  } else
+#endif
+    read_part(globals, instance.part, t);
   PositionRef positions = PositionRef(globals.value.positions);
   for (int i = 0; i < 3; ++i) {
     t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
@@ -38,6 +72,8 @@ VisibleTriangle visible_triangle(GlobalsRef globals, uint id) {
   }
   return t;
 }
+
+VisibleTriangle visible_triangle(GlobalsRef globals, uint id) { return visible_triangle(globals, id, false); }
 
 // Of the point that is seen at a place of the image, in pixels. Perspective-correct, from homogeneous coordinates: a
 // corner may lie behind the eye.
@@ -101,10 +137,13 @@ vec4 color_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
 SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec2 size = vec2(globals.value.width, globals.value.height);
   const vec3 b = nearby(barycentrics_at(t, pixel, size));
-  vec3 b_dx, b_dy;
-  barycentric_changes(t, pixel, size, b_dx, b_dy);
   VertexRef vertices = VertexRef(globals.value.vertices);
-  const uint flags = MaterialRef(globals.value.materials).at[t.material].flags;
+  const uint flags = material_of(globals, t).flags;
+  vec3 b_dx = vec3(0), b_dy = vec3(0);
+#ifdef FIRE3DV_CPU  // where a branch costs less; the size of a pixel is for those who trace
+  if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0)
+#endif
+    barycentric_changes(t, pixel, size, b_dx, b_dy);
 
   SurfacePoint point;
   point.material = t.material;

@@ -25,7 +25,7 @@ Shape bar_piece(float low, float high) {
   };
   const auto add_vertex = [&](glm::vec3 position, glm::vec3 normal, glm::vec3 tangent, glm::vec2 uv) {
     shape.positions.push_back(position);
-    shape.attributes.push_back({normal, glm::vec4(tangent, 1), uv, uv, glm::vec4(1)});
+    shape.attributes.push_back({.tangent = glm::vec4(tangent, 1), .uv0 = uv, .uv1 = uv, .normal = normal});
   };
   for (int side = 0; side < 4; ++side) {
     const float angle = static_cast<float>(side) * 1.5707963f;

@@ -108,7 +108,10 @@ uint32_t SceneBuilder::sphere(uint32_t material, float radius_m, uint32_t segmen
       const float theta = v * 3.14159265f, phi = u * 6.28318531f;
       const glm::vec3 n(std::sin(theta) * std::sin(phi), std::cos(theta), std::sin(theta) * std::cos(phi));
       positions.push_back(n * radius_m);
-      attributes.push_back({n, glm::vec4(std::cos(phi), 0, -std::sin(phi), 1), {u, v}, {u, v}, glm::vec4(1)});
+      attributes.push_back({.tangent = glm::vec4(std::cos(phi), 0, -std::sin(phi), 1),
+                            .uv0 = {u, v},
+                            .uv1 = {u, v},
+                            .normal = n});
     }
   }
   for (uint32_t r = 0; r < rings; ++r) {
@@ -135,7 +138,7 @@ uint32_t SceneBuilder::box(uint32_t material, glm::vec3 half) {
            {glm::vec2(-1, -1), glm::vec2(1, -1), glm::vec2(1, 1), glm::vec2(-1, 1)}) {
         positions.push_back((n + u * corner.x + v * corner.y) * half);
         const glm::vec2 uv = corner * 0.5f + 0.5f;
-        attributes.push_back({n, glm::vec4(u, 1), uv, uv, glm::vec4(1)});
+        attributes.push_back({.tangent = glm::vec4(u, 1), .uv0 = uv, .uv1 = uv, .normal = n});
       }
       for (uint32_t i : {0u, 1u, 2u, 0u, 2u, 3u}) indices.push_back(first + i);
     }
@@ -149,7 +152,7 @@ uint32_t SceneBuilder::quad(uint32_t material, float half, float uv_repeat) {
   for (const glm::vec2 corner : {glm::vec2(-1, 1), glm::vec2(1, 1), glm::vec2(1, -1), glm::vec2(-1, -1)}) {
     positions.emplace_back(corner.x * half, 0, corner.y * half);
     const glm::vec2 uv = (corner * 0.5f + 0.5f) * uv_repeat;
-    attributes.push_back({{0, 1, 0}, {1, 0, 0, -1}, uv, uv, glm::vec4(1)});
+    attributes.push_back({.tangent = {1, 0, 0, -1}, .uv0 = uv, .uv1 = uv, .normal = {0, 1, 0}});
   }
   return mesh(material, positions, attributes, {0, 1, 2, 0, 2, 3});
 }
