@@ -23,6 +23,11 @@ class Child {
   Child& operator=(const Child&) = delete;
 
   void signal(int number) { ::kill(pid_, number); }
+  // Until it has ended by itself.
+  void join() {
+    if (pid_ > 0) ::waitpid(pid_, nullptr, 0);
+    pid_ = 0;
+  }
   void kill() {
     if (pid_ <= 0) return;
     ::kill(pid_, SIGKILL);

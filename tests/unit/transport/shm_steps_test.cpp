@@ -77,6 +77,8 @@ void expect_whole_at_instructions(size_t bytes, int every) {
   for (const Event& event : follower.events)
     if (event.kind == Kind::pose) followed.push_back(static_cast<uint8_t>(event.text[0]));
   EXPECT_EQ(followed, (std::vector<int>{kBefore, kBefore + 1, kBefore + 2}));
+  writer.kill();
+  must_open_publisher(uri);  // and its destructor removes the dead one's file
 }
 
 TEST(ShmSteps, FramesAreWholeAtEveryInstructionOfAPublish) {
