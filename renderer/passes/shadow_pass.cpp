@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "shaders/shared/types.h"
 
@@ -99,28 +100,27 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
   // New ones: frames in flight read the old ones.
   light_shadows_ = table(device_, plan_.shadows.size() * sizeof(plan_.shadows[0]));
-  choices_.write(light_shadows_, 0, std::span<const gpu_types::LightShadow>(plan_.shadows));
   wanted_views_ = table(device_, plan_.views.size() * sizeof(plan_.views[0]));
-  choices_.write(wanted_views_, 0, std::span<const gpu_types::LightViewWanted>(plan_.views));
+  lights_chosen_ = true;
   if (other_mask && extent_.width) set_size(extent_);
   if (view_count_) maps_ = table(device_, VkDeviceSize{plan_.texels} * sizeof(uint32_t));
   place_views();
 }
 
 void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene) {
-  std::vector<gpu_types::SheetRecord> sheets;
+  sheet_records_.clear();
   const float scene_radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
   for (const PlanarPart& planar : gpu_scene.planar_parts) {
-    if (sheets.size() == kMostSheets) break;
+    if (sheet_records_.size() == kMostSheets) break;
     if (gpu_scene.is_hidden(planar.node)) continue;
     // Maps alone have to hold all that could shadow; a ground that is most of the scene would leave nothing
     // for the rest.
     if (way_.method == ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
-    sheets.push_back({planar.plane_node, planar.part});
+    sheet_records_.push_back({planar.plane_node, planar.part});
   }
-  sheet_count_ = needs_maps_ ? static_cast<uint32_t>(sheets.size()) : 0;
-  sheets_ = table(device_, sheets.size() * sizeof(sheets[0]));
-  choices_.write(sheets_, 0, std::span<const gpu_types::SheetRecord>(sheets));
+  sheet_count_ = needs_maps_ ? static_cast<uint32_t>(sheet_records_.size()) : 0;
+  sheets_ = table(device_, sheet_records_.size() * sizeof(sheet_records_[0]));
+  sheets_chosen_ = true;
   place_views();
 }
 
@@ -138,16 +138,22 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
   needs_maps_ = way_.method == ShadowMethod::map || way_.hybrid ||
                 (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
   part_count_ = gpu_scene.part_count;
-  choices_ = {};
   light_shadows_ = {};
   set_lights(scene::lights_of(scene, nullptr));
   choose_sheets(scene, gpu_scene);
 }
 
 void ShadowPass::upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt) {
-  if (choices_.empty()) return;
-  choices_.record(recorder, belt);
-  choices_ = {};
+  if (!lights_chosen_ && !sheets_chosen_) return;
+  // Of what was chosen several times before a frame came, the last counts.
+  Patches choices;
+  if (std::exchange(lights_chosen_, false)) {
+    choices.write(light_shadows_, 0, std::span<const gpu_types::LightShadow>(plan_.shadows));
+    choices.write(wanted_views_, 0, std::span<const gpu_types::LightViewWanted>(plan_.views));
+  }
+  if (std::exchange(sheets_chosen_, false))
+    choices.write(sheets_, 0, std::span<const gpu_types::SheetRecord>(sheet_records_));
+  choices.record(recorder, belt);
 }
 
 void ShadowPass::set_size(VkExtent2D extent) {

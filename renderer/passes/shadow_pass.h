@@ -96,7 +96,8 @@ class ShadowPass {
   std::vector<scene::PlacedLight> lights_;
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
   VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
-  Patches choices_;                                        // not uploaded yet
+  std::vector<gpu_types::SheetRecord> sheet_records_;
+  bool lights_chosen_ = false, sheets_chosen_ = false;  // and not uploaded yet
   gpu::Buffer mask_, list_, entries_;
   std::array<gpu::Buffer, gpu::kFramesInFlight> list_seen_;
   uint64_t frame_ = 0, rays_traced_ = 0;

@@ -51,10 +51,13 @@ scene::Scene harbour(const std::optional<glm::mat4>& sail, const glm::mat4& bloc
   builder.camera_node("camera", {0.5f, 1.8f, 4}, {0, 0.5f, 0});
   scene::Scene scene = builder.build();
   scene::Primitive& moved = scene.primitives[scene.meshes[box].first_primitive];
-  for (uint32_t v = moved.first_vertex; v < moved.first_vertex + moved.vertex_count; ++v)
+  scene::Box around;
+  for (uint32_t v = moved.first_vertex; v < moved.first_vertex + moved.vertex_count; ++v) {
     scene.positions[v] = glm::vec3(block * glm::vec4(scene.positions[v], 1));
-  moved.bounds_min = glm::vec3(-5);
-  moved.bounds_max = glm::vec3(5);
+    around.add(scene.positions[v]);
+  }
+  moved.bounds_min = around.low;
+  moved.bounds_max = around.high;
   scene::find_world_bounds(scene);
   return scene;
 }
