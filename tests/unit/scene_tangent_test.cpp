@@ -27,7 +27,7 @@ struct List {
 
   uint32_t add(glm::vec3 position, glm::vec2 uv, glm::vec3 normal = {0, 0, 1}) {
     vertices.positions.push_back(position);
-    vertices.attributes.push_back({.normal = normal, .uv0 = uv});
+    vertices.attributes.push_back({.uv0 = uv, .normal = normal});
     return static_cast<uint32_t>(vertices.positions.size() - 1);
   }
   const glm::vec4& tangent(size_t corner) const { return vertices.attributes[indices[corner]].tangent; }
