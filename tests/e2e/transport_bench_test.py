@@ -35,7 +35,8 @@ def page(test):
                             env=vulkan_environment(), check=False)
     check(result.returncode == 0 and result.stderr == "", f"ended with {result.returncode}:\n{result.stdout}{result.stderr}")
     with open(out, encoding="utf-8") as file:
-        tables = tables_of(file.read())
+        text = file.read()
+    tables = tables_of(text)
     publish = tables["What one publish costs"][1:]
     check([row[0] for row in publish] == ["1"] * 4 + ["100"] * 4 + ["1000"] * 4, f"{publish}")
     check(all(value > 0 for row in publish for value in numbers(row[2:])), f"{publish}")
@@ -46,7 +47,9 @@ def page(test):
     check([(row[0], row[1]) for row in ingest] == [(link, n) for n in ("100", "1000", "10000") for link in LINKS], f"{ingest}")
     check(all(numbers(row[2:3])[0] >= 0 for row in ingest), f"{ingest}")
     trouble = tables["A publisher whose reader is in trouble"][1:]
-    check([row[0] for row in trouble] == [*LINKS * 3, "shm://"] and trouble[-1][1] == "out of disk", f"{trouble}")
+    may_mount = "A full disk was not tried" not in text
+    check([row[0] for row in trouble] == [*LINKS * 3, *["shm://"] * may_mount], f"{trouble}")
+    check(not may_mount or trouble[-1][1] == "out of disk", f"{trouble}")
     check(all(value >= 0 for row in trouble for value in numbers(row[2:])), f"{trouble}")
     age = tables["Pose age"][1:]
     check([row[:2] for row in age] == [["shm://", "60"], ["shm://", "1000"]], f"{age}")

@@ -12,7 +12,7 @@ namespace {
 TEST(LinkLocal, EveryLinkTakesTheInterfaceWithTheAddress) {
   const Secured secured;
   const std::string host = "[" + std::string(OwnNetwork::kLinkLocal) + "%" + OwnNetwork::interface() + "]";
-  ASSERT_EQ(OwnNetwork::interface(), "f3d0") << "this test needs a namespace of its own";
+  if (OwnNetwork::interface() != "f3d0") GTEST_SKIP() << "needs a namespace with a network of its own";
   for (const std::string scheme : {"tcp", "udp"}) {
     SCOPED_TRACE(scheme);
     EXPECT_FALSE(open_listener(scheme + "://" + host + ":0").ok()) << "it is no loopback address";
