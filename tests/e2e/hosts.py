@@ -15,31 +15,37 @@ SKIPPED = 77  # what CTest is told
 def why_not():
     """Why there can be no hosts here, or None."""
     try:
-        done = subprocess.run(["unshare", "--net", "--mount", "ip", "link", "set", "lo", "up"], capture_output=True, text=True,
-                              check=False)
+        done = subprocess.run(["unshare", "--net", "ip", "link", "set", "lo", "up"], capture_output=True, text=True, check=False)
     except FileNotFoundError as missing:
         return f"{missing.filename} is not installed: run tools/setup.sh"
     return None if done.returncode == 0 else f"network namespaces are not permitted here: {done.stderr.strip()}"
 
 
-def has_time_namespaces():
-    return subprocess.run(["unshare", "--time", "--fork", "true"], capture_output=True, check=False).returncode == 0
+def has_private_mounts():
+    """Not in a chroot, for one."""
+    return subprocess.run(["unshare", "--mount", "true"], capture_output=True, check=False).returncode == 0
+
+
+def has_own_clocks():
+    """Whether a host may have a clock, and a boot id that lies over the machine's."""
+    return has_private_mounts() and subprocess.run(["unshare", "--time", "--fork", "true"], capture_output=True,
+                                                   check=False).returncode == 0
 
 
 class Host:
     def __init__(self, test, name, clock_ahead_s=0):
         """clock_ahead_s: how far its monotonic clock is ahead of the machine's; it has another boot id, then."""
         self.name, self._ends = name, 0
-        own_time = ["--time", "--monotonic", str(clock_ahead_s)] if clock_ahead_s else []
+        own_time = ["--mount", "--time", "--monotonic", str(clock_ahead_s)] if clock_ahead_s else []
         # The shell's own id is told, since with a time namespace it is a child of unshare.
         script = "ip link set lo up && echo $$ && exec cat"
-        self.holder = subprocess.Popen(["unshare", "--net", "--mount", *own_time, "--fork", "--kill-child", "sh", "-c", script],
+        self.holder = subprocess.Popen(["unshare", "--net", *own_time, "--fork", "--kill-child", "sh", "-c", script],
                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         test.hosts.append(self)
         line = self.holder.stdout.readline().strip()
         check(line.isdigit(), f"the host {name} does not start")
         self.pid = int(line)
-        self.enter = ["nsenter", "--target", str(self.pid), "--net", "--mount", *(["--time"] if clock_ahead_s else [])]
+        self.enter = ["nsenter", "--target", str(self.pid), "--net", *(["--mount", "--time"] if clock_ahead_s else [])]
         if clock_ahead_s:
             boot_id = test.path(f"boot_id_{name}")
             with open(boot_id, "w", encoding="ascii") as file:
@@ -78,7 +84,7 @@ class TwoHosts:
     RELAY, VIEW = "10.71.0.2", "10.72.0.2"  # where the simulator finds the relay, and the relay the renderer
 
     def __init__(self, test):
-        self.clocks_differ = has_time_namespaces()
+        self.clocks_differ = has_own_clocks()
         self.simulator = Host(test, "simulator", clock_ahead_s=54321 if self.clocks_differ else 0)
         self.between = Host(test, "between")
         self.view = Host(test, "view")

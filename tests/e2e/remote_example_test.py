@@ -51,7 +51,7 @@ def main():
 
 
 if __name__ == "__main__":
-    reason = hosts.why_not()
+    reason = hosts.why_not() or (None if hosts.has_private_mounts() else "its namespaces' names need mounts of its own")
     if reason:
         print(f"skipped: {reason}")
         sys.exit(hosts.SKIPPED)

@@ -8,8 +8,8 @@
 #include <deque>
 #include <vector>
 
-#include "protocol/transport/address.h"
 #include "protocol/transport/clock.h"
+#include "tools/impair/relay_ends.h"
 #include "tools/impair/stream_fate.h"
 
 namespace fire3dv::impair {
@@ -184,22 +184,14 @@ void TcpRelay::State::pump(int64_t now_ns) {
 
 Result<std::unique_ptr<TcpRelay>> TcpRelay::open(const std::string& from, const std::string& to,
                                                  const Impairment& impairment, bool may_be_public) {
-  auto from_uri = transport::parse_uri(from);
-  if (!from_uri) return from_uri.error();
-  const auto to_uri = transport::parse_uri(to);
-  if (!to_uri) return to_uri.error();
-  const transport::Lookup lookup(*to_uri);
-  if (!lookup.done()) return Error{to + ": name the target by its address, in digits"};
-  auto bound = transport::bind_listener(*from_uri, SOCK_STREAM, may_be_public);
-  if (!bound) return bound.error();
-  from_uri->port = bound->address.port();
-
+  auto ends = open_ends(from, to, SOCK_STREAM, may_be_public);
+  if (!ends) return ends.error();
   std::unique_ptr<TcpRelay> relay(new TcpRelay);
-  relay->uri_ = transport::uri_text(*from_uri);
+  relay->uri_ = std::move(ends->uri);
   relay->state_ = std::make_unique<State>();
-  relay->state_->front = std::move(bound->fd);
+  relay->state_->front = std::move(ends->front);
   keep_short(relay->state_->front, impairment);
-  relay->state_->target = lookup.addresses().front();
+  relay->state_->target = ends->target;
   relay->set(impairment);
   if (auto started = relay->thread_.start(relay->uri_, [self = relay.get()] { self->run(); }); !started)
     return started.error();

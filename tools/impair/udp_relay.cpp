@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "protocol/transport/clock.h"
-#include "protocol/transport/uri.h"
 #include "tools/impair/datagram_channel.h"
+#include "tools/impair/relay_ends.h"
 
 namespace fire3dv::impair {
 
@@ -102,23 +102,15 @@ size_t UdpRelay::State::client_of(const Address& from) {
 
 Result<std::unique_ptr<UdpRelay>> UdpRelay::open(const std::string& from, const std::string& to,
                                                  const Impairment& impairment, bool may_be_public) {
-  auto from_uri = transport::parse_uri(from);
-  if (!from_uri) return from_uri.error();
-  const auto to_uri = transport::parse_uri(to);
-  if (!to_uri) return to_uri.error();
-  const transport::Lookup lookup(*to_uri);
-  if (!lookup.done()) return Error{to + ": name the target by its address, in digits"};
-  auto bound = transport::bind_listener(*from_uri, SOCK_DGRAM, may_be_public);
-  if (!bound) return bound.error();
-  from_uri->port = bound->address.port();
-
+  auto ends = open_ends(from, to, SOCK_DGRAM, may_be_public);
+  if (!ends) return ends.error();
   std::unique_ptr<UdpRelay> relay(new UdpRelay);
-  relay->uri_ = transport::uri_text(*from_uri);
+  relay->uri_ = std::move(ends->uri);
   relay->state_ = std::make_unique<State>();
-  relay->state_->front = std::move(bound->fd);
+  relay->state_->front = std::move(ends->front);
   const int buffer = 8 << 20;
   ::setsockopt(relay->state_->front.get(), SOL_SOCKET, SO_RCVBUFFORCE, &buffer, sizeof buffer);
-  relay->state_->target = lookup.addresses().front();
+  relay->state_->target = ends->target;
   relay->set(impairment);
   if (auto started = relay->thread_.start(relay->uri_, [self = relay.get()] { self->run(); }); !started)
     return started.error();

@@ -39,6 +39,17 @@ int fail_null_stream() {
   return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
 }
 
+// What a frame may say, whichever nodes it names.
+int check_frame(uint32_t flags, std::span<const wire::Affine3x4> poses) {
+  if ((flags & ~kKnownFlags) != 0) {
+    return fail(FIRE3DV_ERROR_ARGUMENT,
+                "flags is " + std::to_string(flags) + "; only FIRE3DV_FRAME_* bits may be set");
+  }
+  const auto good =
+      wire::check_poses("stream_from_body", poses, fire3dv::client::outgoing_limits().max_abs_value);
+  return good.ok() ? FIRE3DV_OK : fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+}
+
 // A longer path is none that the system takes.
 std::string path_of(const char* name) {
   constexpr size_t kMostPathBytes = 4096;
@@ -107,14 +118,8 @@ int publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_fro
                                             std::to_string(stream->node_count) + " nodes were described");
   }
   if (!stream_from_body && pose_count > 0) return fail(FIRE3DV_ERROR_ARGUMENT, "stream_from_body is NULL");
-  if ((flags & ~kKnownFlags) != 0) {
-    return fail(FIRE3DV_ERROR_ARGUMENT,
-                "flags is " + std::to_string(flags) + "; only FIRE3DV_FRAME_* bits may be set");
-  }
   const std::span poses(reinterpret_cast<const wire::Affine3x4*>(stream_from_body), pose_count);
-  const auto good =
-      wire::check_poses("stream_from_body", poses, fire3dv::client::outgoing_limits().max_abs_value);
-  if (!good.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+  if (const int refused = check_frame(flags, poses); refused != FIRE3DV_OK) return refused;
   stream->publish(sim_time_ns, flags, poses);
   return FIRE3DV_OK;
 }
@@ -142,14 +147,8 @@ int publish_some(fire3dv_stream* stream, int64_t sim_time_ns, const uint32_t* no
   if (!stream->keeps_poses && pose_count != stream->node_count)
     return fail(FIRE3DV_ERROR_STATE,
                 "the first frame of a description that fire3dv_publish_some publishes must name all nodes");
-  if ((flags & ~kKnownFlags) != 0) {
-    return fail(FIRE3DV_ERROR_ARGUMENT,
-                "flags is " + std::to_string(flags) + "; only FIRE3DV_FRAME_* bits may be set");
-  }
   const std::span poses(reinterpret_cast<const wire::Affine3x4*>(stream_from_body), pose_count);
-  const auto good =
-      wire::check_poses("stream_from_body", poses, fire3dv::client::outgoing_limits().max_abs_value);
-  if (!good.ok()) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+  if (const int refused = check_frame(flags, poses); refused != FIRE3DV_OK) return refused;
   stream->publish_some(sim_time_ns, flags, {node_indices, pose_count}, poses);
   return FIRE3DV_OK;
 }
