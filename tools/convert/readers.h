@@ -1,0 +1,34 @@
+// One function for each kind of description. Each warns of what it can do without (Model::warnings) and
+// fails, naming file, line where it is known and remedy, where nothing can be shown. Files that a description
+// names are read only below the folders that the user has named or that hold the named file, unless Limits
+// says otherwise.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "protocol/error.h"
+#include "tools/convert/model.h"
+
+namespace fire3dv::convert {
+
+struct ReadOptions {
+  // AMBF's -l: indices into a launch file's multibody configs, in this order. Empty: AMBF's own default.
+  std::vector<size_t> launch_indices;
+  bool launch_all = false;
+  std::string name_space;  // AMBF's --ns
+  // Where package:// URIs of URDF lead: folders that hold packages.
+  std::vector<std::filesystem::path> package_folders;
+};
+
+// An AMBF launch file, world file or model file (ADF).
+Result<Model> read_adf(const std::filesystem::path& file, const ReadOptions& options);
+Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& options);
+// Through libmujoco's compiled model. Where this build has none, an error that says so.
+Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options);
+
+// By what the file is, not by what it is called.
+Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options);
+
+}  // namespace fire3dv::convert
