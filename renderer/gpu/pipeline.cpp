@@ -86,6 +86,7 @@ Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::s
     return pipeline;
   });
   if (make == Make::at_once) device.pipeline_makers().add(making);
+  if (make == Make::next) device.pipeline_makers().add_first(making);
   return Pipeline(device, std::move(making));
 }
 

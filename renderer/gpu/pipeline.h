@@ -17,8 +17,9 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
 ShaderModule create_shader_module(Device& device, std::string_view name);
 
 // name: the shader's file name, as in "post.comp".
-// It may still be on its way: see pipeline_making.h. One that few scenes need is made when it is first used.
-enum class Make { at_once, when_used };
+// It may still be on its way: see pipeline_making.h. One that few scenes need is made when it is first used;
+// one that takes long and is needed for certain is made before those that wait already.
+enum class Make { at_once, next, when_used };
 Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
                                  Make make = Make::at_once);
 

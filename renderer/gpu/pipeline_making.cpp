@@ -36,6 +36,16 @@ PipelineMakers::~PipelineMakers() {
 void PipelineMakers::add(std::shared_ptr<PipelineMaking> making) {
   const std::lock_guard lock(mutex_);
   waiting_.push_back(std::move(making));
+  one_more_waits();
+}
+
+void PipelineMakers::add_first(std::shared_ptr<PipelineMaking> making) {
+  const std::lock_guard lock(mutex_);
+  waiting_.push_front(std::move(making));
+  one_more_waits();
+}
+
+void PipelineMakers::one_more_waits() {
   more_.notify_one();
   constexpr size_t kMostThreads = 8;
   const size_t wanted = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);

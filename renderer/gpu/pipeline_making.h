@@ -34,7 +34,7 @@ class PipelineMaking {
   std::exception_ptr failure_;
 };
 
-// Threads that start with the first pipeline and take them in order.
+// Threads that start with the first pipeline and take them in order, but for those that are to be first.
 class PipelineMakers {
  public:
   PipelineMakers() = default;
@@ -43,8 +43,10 @@ class PipelineMakers {
   PipelineMakers& operator=(const PipelineMakers&) = delete;
 
   void add(std::shared_ptr<PipelineMaking> making);
+  void add_first(std::shared_ptr<PipelineMaking> making);
 
  private:
+  void one_more_waits();  // with the mutex held
   void work(const std::stop_token& stop);
 
   std::mutex mutex_;

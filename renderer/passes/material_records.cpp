@@ -105,6 +105,10 @@ gpu_types::MaterialRecord material_record(const scene::Material& material, bool 
 
 }  // namespace
 
+bool any_extended(std::span<const scene::Material> materials) {
+  return std::any_of(materials.begin(), materials.end(), is_extended);
+}
+
 MaterialRecords material_records(std::span<const scene::Material> materials, bool anisotropic) {
   MaterialRecords records;
   for (const scene::Material& material : materials) {

@@ -13,14 +13,18 @@ bool is_colored(const scene::Scene& scene, const scene::Primitive& primitive) {
                      [](const scene::VertexAttributes& v) { return v.color != glm::vec4(1); });
 }
 
+bool is_on_top(const scene::Scene& scene, const scene::Primitive& primitive) {
+  return primitive.topology != scene::Topology::triangles ||
+         scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::blend;
+}
+
 uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
   const scene::Primitive& p = scene.primitives[primitive];
   const scene::Material& material = scene.materials[p.material];
   const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
-  const bool on_top = p.topology != scene::Topology::triangles || alpha_mode == scene::AlphaMode::blend;
   return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
          (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
-         (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) | (on_top ? FIRE3DV_PART_ON_TOP : 0) |
+         (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) | (is_on_top(scene, p) ? FIRE3DV_PART_ON_TOP : 0) |
          (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
          (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
@@ -29,9 +33,12 @@ uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::
 }  // namespace
 
 bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
-  const scene::Primitive& p = scene.primitives[primitive];
-  return p.topology == scene::Topology::triangles &&
-         scene::drawn_alpha_mode(scene.materials[p.material]) != scene::AlphaMode::blend;
+  return !is_on_top(scene, scene.primitives[primitive]);
+}
+
+bool any_on_top(const scene::Scene& scene) {
+  return std::any_of(scene.primitives.begin(), scene.primitives.end(),
+                     [&](const scene::Primitive& primitive) { return is_on_top(scene, primitive); });
 }
 
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry) {

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "renderer/passes/material_records.h"
+#include "renderer/passes/scene_parts.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -64,9 +66,21 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   transforms_.forget();
   deform_.forget();
   forward_.forget();
+  expect_shading(scene);
   gpu_scene_ = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
                                           environment_.textures(), settings_.anisotropy);
   shadows_.set_scene(scene, *gpu_scene_);
+}
+
+// What record() will most likely ask for, while the scene is copied.
+void SceneRenderer::expect_shading(const scene::Scene& scene) {
+  if (path_ != RasterPath::visibility) return;
+  VisibilityPass::Shading shading{!any_extended(scene.materials), any_on_top(scene), false};
+  if (shading.leaves_samples && !visibility_->can_leave_samples()) return;
+  visibility_->expect(shading);
+  if (!shadow_way_.hybrid || scene::lights_of(scene, nullptr).empty()) return;
+  shading.finds_shadows = true;
+  visibility_->expect(shading);
 }
 
 void SceneRenderer::set_size(VkExtent2D extent) {

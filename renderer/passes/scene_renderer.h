@@ -99,6 +99,7 @@ class SceneRenderer {
   void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
                     bool camera_too, bool levels_of_detail);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
+  void expect_shading(const scene::Scene& scene);
   bool shows_levels() const;
   bool levels_in_maps() const;
   void record_what_rays_meet(gpu::Recorder& recorder);

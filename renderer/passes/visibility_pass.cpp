@@ -106,23 +106,24 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, Vk
   });
 }
 
-VkPipeline VisibilityPass::shade_pipeline(bool core_materials, bool leave_samples, bool finds_shadows) {
-  gpu::Pipeline& pipeline =
-      shade_[(finds_shadows ? 4 : 0) + (core_materials ? 2 : 0) + (leave_samples ? 1 : 0)];
+gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
+  gpu::Pipeline& pipeline = shade_[(shading.finds_shadows ? 4 : 0) + (shading.core_materials ? 2 : 0) +
+                                   (shading.leaves_samples ? 1 : 0)];
   if (!pipeline) {
-    const std::string shader = std::string("shade") + (core_materials ? "_core" : "") +
-                               (finds_shadows ? "_find" : "") + (leave_samples ? "_unresolved" : "") +
+    const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
+                               (shading.finds_shadows ? "_find" : "") +
+                               (shading.leaves_samples ? "_unresolved" : "") +
                                (samples_ == 4 ? "_4.comp" : "_1.comp");
-    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader);
+    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next);
   }
-  return pipeline.get();
+  return pipeline;
 }
 
 void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
                                   ShadowPass& shadows, Targets& targets, gpu_types::ShadePush push,
                                   bool leave_samples) {
   const VkPipeline pipeline =
-      shade_pipeline(!scene.has_extensions, leave_samples, what == Shades::all_and_lists);
+      shade_pipeline({!scene.has_extensions, leave_samples, what == Shades::all_and_lists}).get();
   push.visibility = visibility_.address;
   push.listed = what == Shades::listed ? 1 : 0;
   std::vector<Use> uses{

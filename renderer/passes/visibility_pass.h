@@ -20,6 +20,14 @@ class VisibilityPass {
   VisibilityPass(gpu::Device& device, VkPipelineLayout layout, VkDescriptorSetLayout scene_set_layout,
                  uint32_t samples);
 
+  // Has a pipeline made that frames will be shaded with: on a CPU it takes longer than any other.
+  struct Shading {
+    bool core_materials = true;  // none with more than glTF's core
+    bool leaves_samples = false;
+    bool finds_shadows = false;
+  };
+  void expect(const Shading& shading) { shade_pipeline(shading); }
+
   void set_size(Targets& targets);  // after each change
   // The camera's part of ClusterRaster::record.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals,
@@ -41,7 +49,7 @@ class VisibilityPass {
  private:
   enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
 
-  VkPipeline shade_pipeline(bool core_materials, bool leave_samples, bool finds_shadows);
+  gpu::Pipeline& shade_pipeline(const Shading& shading);
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
                     ShadowPass& shadows, Targets& targets, gpu_types::ShadePush push, bool leave_samples);
 
@@ -52,7 +60,7 @@ class VisibilityPass {
   gpu::Pipeline surfaces_;  // of 4 samples
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  std::array<gpu::Pipeline, 8> shade_;  // made when they are first used
+  std::array<gpu::Pipeline, 8> shade_;  // made when they are expected or first used
   gpu::DescriptorSet image_set_;
   VkExtent2D extent_{};
   gpu::Buffer visibility_;  // uint64_t[pixel][sample]
