@@ -15,19 +15,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   Options options;
   bool realtime = false, fast = false, lockstep = false;
   CLI::App app{"A robot arm simulated by Bullet, published to FIRE-3DV renderers", "bullet_arm"};
-  app.add_option(
-         "--to", options.to,
-         "Where to publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; repeatable")
-      ->type_name("URI")
-      ->allow_extra_args(false);
-  app.add_option("--key-file", options.key_file, "File of the key that udp:// renderers ask for")
-      ->type_name("FILE");
-  app.add_option("--tls-ca", options.tls_ca, "File of the certificates to trust for tls://")
-      ->type_name("FILE");
-  app.add_option("--tls-cert", options.tls_certificate,
-                 "Own certificate, for tls:// renderers that ask for one")
-      ->type_name("FILE");
-  app.add_option("--tls-key", options.tls_key, "File of that certificate's key")->type_name("FILE");
+  examples::add_link_options(app, options);
   auto* seconds = app.add_option("--seconds", options.seconds, "Simulated time of a run")
                       ->check(CLI::Range(0.01, 86400.0))
                       ->capture_default_str();
@@ -50,9 +38,6 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       ->capture_default_str();
   app.add_option("--publish-every", options.publish_every, "Publish every n-th step only")
       ->check(CLI::Range(1u, 1'000'000u))
-      ->capture_default_str();
-  app.add_option("--ack-timeout", options.ack_timeout_s, "Seconds that --lockstep waits for one image")
-      ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
   app.add_option("--write-scene", options.write_scene,
                  "Write the glTF scene to this .glb file; alone: then stop")

@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
+
+#include "examples/common/link_options.h"
 
 namespace bullet_arm {
 
@@ -14,9 +15,7 @@ enum class Pace {
   lockstep,  // fast, but every n-th frame waits until a renderer has shown it
 };
 
-struct Options {
-  std::vector<std::string> to;
-  std::string key_file, tls_ca, tls_certificate, tls_key;  // files, for links that keep strangers out
+struct Options : examples::LinkOptions {
   double seconds = 8;
   double rate_hz = 240;
   std::optional<uint64_t> frames;  // instead of seconds
@@ -24,7 +23,6 @@ struct Options {
   Pace pace = Pace::realtime;
   uint32_t lockstep_every = 4;
   uint32_t publish_every = 1;
-  double ack_timeout_s = 60;
   std::string write_scene;
   bool hash = false;
   bool loop = false;

@@ -22,10 +22,7 @@ int fail(const std::string& sentence) {
 
 int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, const std::atomic<bool>& stop) {
   examples::Publisher publisher;
-  if (const auto error =
-          publisher.open("bullet_arm", options.to,
-                         {options.key_file, options.tls_ca, options.tls_certificate, options.tls_key}))
-    return fail(*error);
+  if (const auto error = publisher.open("bullet_arm", options.to, options.security)) return fail(*error);
   fire3dv::Description description;
   description.node_names = simulation->names();
   description.world_from_stream.assign(examples::kWorldFromStream.begin(), examples::kWorldFromStream.end());

@@ -9,20 +9,7 @@ std::optional<Options> parse_options(int argc, char** argv, const char* program,
                                      int* exit_code) {
   Options options;
   CLI::App app{about, program};
-  app.add_option(
-         "--to", options.to,
-         "Where to publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; repeatable")
-      ->type_name("URI")
-      ->allow_extra_args(false)
-      ->required();
-  app.add_option("--key-file", options.key_file, "File of the key that udp:// renderers ask for")
-      ->type_name("FILE");
-  app.add_option("--tls-ca", options.tls_ca, "File of the certificates to trust for tls://")
-      ->type_name("FILE");
-  app.add_option("--tls-cert", options.tls_certificate,
-                 "Own certificate, for tls:// renderers that ask for one")
-      ->type_name("FILE");
-  app.add_option("--tls-key", options.tls_key, "File of that certificate's key")->type_name("FILE");
+  examples::add_link_options(app, options)->required();
   app.add_option("--seconds", options.seconds, "Simulated time to run for; 0: until interrupted")
       ->check(CLI::Range(0.0, 86400.0))
       ->capture_default_str();
@@ -31,9 +18,6 @@ std::optional<Options> parse_options(int argc, char** argv, const char* program,
       ->capture_default_str();
   app.add_flag("--lockstep", options.lockstep,
                "Wait until a renderer has shown each frame, instead of keeping to the clock on the wall");
-  app.add_option("--ack-timeout", options.ack_timeout_s, "Seconds that --lockstep waits for one image")
-      ->check(CLI::Range(0.1, 86400.0))
-      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -3,18 +3,15 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <vector>
+
+#include "examples/common/link_options.h"
 
 namespace two_simulators {
 
-struct Options {
-  std::vector<std::string> to;
-  std::string key_file, tls_ca, tls_certificate, tls_key;  // files, for links that keep strangers out
-  double seconds = 0;                                      // 0: until interrupted
+struct Options : examples::LinkOptions {
+  double seconds = 0;  // 0: until interrupted
   uint32_t publish_every = 1;
   bool lockstep = false;
-  double ack_timeout_s = 60;
 };
 
 // Nothing: leave with *exit_code, which is 0 after --help and 2 after a mistake; the text has been printed.

@@ -45,9 +45,7 @@ int run(Simulator& simulator, const char* program, const Options& options) {
     return 1;
   };
   examples::Publisher publisher;
-  if (const auto error = publisher.open(
-          program, options.to, {options.key_file, options.tls_ca, options.tls_certificate, options.tls_key}))
-    return fail(*error);
+  if (const auto error = publisher.open(program, options.to, options.security)) return fail(*error);
   if (const auto error = publisher.describe(describe(simulator, kStepsPerSecond / options.publish_every)))
     return fail(*error);
 

@@ -122,6 +122,64 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(PostPush, tone_map);
 }
 
+// shaders/common/lanes.glsl reads these records as words, each at its number.
+constexpr size_t words(size_t bytes) {
+  return bytes / sizeof(uint32_t);
+}
+#define AT_WORD(structure, member, word) \
+  static_assert(words(offsetof(gpu_types::structure, member)) == (word), #structure "." #member)
+
+static_assert(words(sizeof(gpu_types::AffineRows)) == 12);
+AT_WORD(AffineRows, row1, 4);
+AT_WORD(AffineRows, row2, 8);
+static_assert(words(sizeof(gpu_types::PartRecord)) == 4);
+AT_WORD(PartRecord, primitive, 1);
+AT_WORD(PartRecord, flags, 2);
+AT_WORD(PartRecord, material, 3);
+static_assert(words(sizeof(gpu_types::ClusterRecord)) == 16);
+AT_WORD(ClusterRecord, first_vertex, 8);
+AT_WORD(ClusterRecord, first_triangle, 9);
+AT_WORD(ClusterRecord, vertex_count, 10);
+AT_WORD(ClusterRecord, triangle_count, 11);
+AT_WORD(ClusterRecord, surface_error, 14);
+static_assert(words(sizeof(gpu_types::RasterView)) == 52);
+AT_WORD(RasterView, clip_from_world, 0);
+AT_WORD(RasterView, eye_world, 40);
+AT_WORD(RasterView, width, 44);
+AT_WORD(RasterView, height, 45);
+AT_WORD(RasterView, first_texel, 46);
+AT_WORD(RasterView, depth_m, 47);
+AT_WORD(RasterView, texel_m, 48);
+AT_WORD(RasterView, level_scale, 49);
+static_assert(words(sizeof(gpu_types::LightPlace)) == 16);
+AT_WORD(LightPlace, range_m, 3);
+AT_WORD(LightPlace, position_world, 4);
+AT_WORD(LightPlace, type, 7);
+AT_WORD(LightPlace, shines_along, 8);
+AT_WORD(LightPlace, cone_scale, 11);
+AT_WORD(LightPlace, cone_offset, 12);
+AT_WORD(LightPlace, radius_m, 13);
+AT_WORD(LightPlace, angular_radius_rad, 14);
+AT_WORD(LightPlace, sine, 15);
+static_assert(words(sizeof(gpu_types::MaterialRecord)) == 56);
+AT_WORD(MaterialRecord, emissive, 4);
+AT_WORD(MaterialRecord, metallic, 7);
+AT_WORD(MaterialRecord, roughness, 8);
+AT_WORD(MaterialRecord, normal_scale, 9);
+AT_WORD(MaterialRecord, occlusion_strength, 10);
+AT_WORD(MaterialRecord, alpha_cutoff, 11);
+AT_WORD(MaterialRecord, flags, 12);
+AT_WORD(MaterialRecord, extension, 13);
+AT_WORD(MaterialRecord, base_color_texture, 16);
+AT_WORD(MaterialRecord, metallic_roughness_texture, 24);
+AT_WORD(MaterialRecord, normal_texture, 32);
+AT_WORD(MaterialRecord, occlusion_texture, 40);
+AT_WORD(MaterialRecord, emissive_texture, 48);
+static_assert(words(sizeof(gpu_types::TextureUse)) == 8);
+AT_WORD(TextureUse, uv_set, 1);
+AT_WORD(TextureUse, uv_offset, 2);
+AT_WORD(TextureUse, uv_rows, 4);
+
 TEST_F(ShaderLayout, EveryShaderIsEmbedded) {
   EXPECT_GE(shaders::names().size(), 8u);
   for (std::string_view name : shaders::names()) {
