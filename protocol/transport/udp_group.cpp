@@ -9,6 +9,7 @@ namespace fire3dv::transport::udp {
 namespace {
 
 constexpr size_t kMostRepeatedBytes = 4 << 20;
+constexpr size_t kMostKeys = kMostGroupMessages / 2;
 // A piece costs more than its bytes.
 constexpr size_t cost_of(size_t piece_bytes) {
   return piece_bytes + 128;
@@ -52,25 +53,82 @@ Carousel::Message Carousel::cut(ControlSender::Prepared message) {
 
 void Carousel::describe(ControlSender::Prepared description) {
   messages_.clear();
-  bytes_ = 0;
+  number_of_key_.clear();
+  bytes_ = keyed_bytes_ = 0;
   messages_.push_back(cut(std::move(description)));
   start_round();
 }
 
-bool Carousel::add(ControlSender::Prepared message) {
-  if (messages_.empty()) return true;  // nothing that it could follow, and nobody who would be shown it
-  bytes_ += message.bytes->size();
-  messages_.push_back(cut(std::move(message)));
+void Carousel::Message::empty() {
+  bytes = std::make_shared<const wire::Bytes>();
+  header.count = 1;
+  header.message_bytes = 0;
+  header.hash = kFnvBasis;
+}
+
+void Carousel::append(Message message) {
+  messages_.push_back(std::move(message));
   news_ = true;
+}
+
+void Carousel::drop_oldest() {
+  messages_.erase(messages_.begin() + 1);
+  if (at_message_ == 1) at_piece_ = 0;
+  if (at_message_ > 1) --at_message_;
+}
+
+// Keeps the messages few. What has a key never goes: it is numbered anew instead. False when another went.
+bool Carousel::trim() {
   bool all_kept = true;
-  while (messages_.size() > 2 && (bytes_ > kMostRepeatedBytes || messages_.size() > kMostGroupMessages)) {
-    bytes_ -= messages_[1].bytes->size();
-    messages_.erase(messages_.begin() + 1);
-    if (at_message_ == 1) at_piece_ = 0;
-    if (at_message_ > 1) --at_message_;
-    all_kept = false;
+  while (messages_.size() > 1) {
+    Message& oldest = messages_[1];
+    const bool too_many =
+        messages_.size() > 2 && (messages_.size() > kMostGroupMessages || bytes_ > kMostRepeatedBytes);
+    if (oldest.replaced ? messages_.size() == 2 || !oldest.bytes->empty() : !too_many) return all_kept;
+    if (oldest.key) {
+      Message again = oldest;
+      again.header.message = number_of_key_[*again.key] = ++last_number_;
+      drop_oldest();
+      append(std::move(again));
+      continue;
+    }
+    bytes_ -= oldest.bytes->size();  // nothing of what was replaced
+    all_kept = all_kept && oldest.replaced;
+    drop_oldest();
   }
   return all_kept;
+}
+
+bool Carousel::add(ControlSender::Prepared message) {
+  if (messages_.empty() || message.bytes->empty()) return true;  // nothing that it could follow, or say
+  bytes_ += message.bytes->size();
+  append(cut(std::move(message)));
+  return trim();
+}
+
+bool Carousel::put(uint64_t key, ControlSender::Prepared message) {
+  if (messages_.empty()) return true;
+  const auto known = number_of_key_.find(key);
+  size_t others_bytes = keyed_bytes_;
+  if (known != number_of_key_.end()) {
+    // Numbers are in a row.
+    const size_t at = 1 + known->second - messages_[1].header.message;
+    Message& replaced = messages_[at];
+    others_bytes -= replaced.bytes->size();
+    if (others_bytes + message.bytes->size() > kMaxControlBytes) return false;
+    replaced.key.reset();
+    replaced.replaced = true;
+    if (at != at_message_ || at_piece_ == 0) replaced.empty();
+  } else if (number_of_key_.size() == kMostKeys || others_bytes + message.bytes->size() > kMaxControlBytes) {
+    return false;
+  }
+  keyed_bytes_ = others_bytes + message.bytes->size();
+  Message keyed = cut(std::move(message));
+  keyed.key = key;
+  number_of_key_[key] = keyed.header.message;
+  append(std::move(keyed));
+  trim();
+  return true;
 }
 
 GroupOffer Carousel::offer() const {
@@ -85,13 +143,17 @@ GroupOffer Carousel::offer() const {
 
 std::optional<ControlSender::Fragment> Carousel::next() {
   if (round_is_over()) return {};
-  const Message& message = messages_[at_message_];
+  Message& message = messages_[at_message_];
   ControlSender::Fragment fragment{message.header, {}};
   fragment.header.index = at_piece_;
   fragment.data =
       std::span<const std::byte>(*message.bytes)
           .subspan(size_t{at_piece_} * piece_bytes_, fragment_size(fragment.header, piece_bytes_));
   if (++at_piece_ == message.header.count) {
+    if (message.replaced) {
+      retired_ = std::move(message.bytes);
+      message.empty();
+    }
     at_piece_ = 0;
     ++at_message_;
   }
@@ -140,8 +202,14 @@ CarouselReceiver::Outcome CarouselReceiver::fragment(const FragmentHeader& heade
   const auto known = building_.find(header.message);
   if (known != building_.end()) {
     const FragmentHeader& before = known->second.header;
-    if (header.message_bytes != before.message_bytes || header.hash != before.hash) return Outcome::corrupt;
-    if (known->second.pieces.contains(header.index)) return Outcome::kept;
+    if (before.message_bytes == 0) return Outcome::kept;  // replaced: pieces of before were late
+    if (header.message_bytes != 0) {
+      if (header.message_bytes != before.message_bytes || header.hash != before.hash) return Outcome::corrupt;
+      if (known->second.pieces.contains(header.index)) return Outcome::kept;
+    } else {  // a newer one has its key
+      for (const auto& [index, piece] : known->second.pieces) held_bytes_ -= cost_of(piece.size());
+      known->second.pieces.clear();
+    }
   }
   if (cost_of(data.size()) > budget) return Outcome::ignored;
   Building& building = known != building_.end() ? known->second : building_[header.message];
@@ -155,14 +223,16 @@ CarouselReceiver::Outcome CarouselReceiver::fragment(const FragmentHeader& heade
 }
 
 std::optional<std::vector<std::byte>> CarouselReceiver::take() {
-  const auto found = building_.find(next_);
-  if (found == building_.end() || found->second.pieces.size() < found->second.header.count) return {};
-  std::vector<std::byte> message;
-  message.reserve(found->second.header.message_bytes);
-  for (const auto& [index, piece] : found->second.pieces)
-    message.insert(message.end(), piece.begin(), piece.end());
-  forget_before(++next_);
-  return message;
+  while (true) {
+    const auto found = building_.find(next_);
+    if (found == building_.end() || found->second.pieces.size() < found->second.header.count) return {};
+    std::vector<std::byte> message;
+    message.reserve(found->second.header.message_bytes);
+    for (const auto& [index, piece] : found->second.pieces)
+      message.insert(message.end(), piece.begin(), piece.end());
+    forget_before(++next_);
+    if (!message.empty() || next_ == description_ + 1) return message;
+  }
 }
 
 }  // namespace fire3dv::transport::udp

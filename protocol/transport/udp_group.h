@@ -22,7 +22,7 @@ struct GroupOffer {
   uint16_t datagram_bytes = 0;
 };
 constexpr size_t kGroupOfferBytes = 16;
-constexpr uint32_t kMostGroupMessages = 1024;
+constexpr uint32_t kMostGroupMessages = 8192;
 void write_group_offer(std::byte* to, const GroupOffer& offer);
 // False when it is cut short or contradicts itself.
 bool read_group_offer(std::span<const std::byte> payload, GroupOffer& offer);
@@ -35,6 +35,10 @@ class Carousel {
   void describe(ControlSender::Prepared description);
   // False when the oldest had to go for it: who joins from now on does not hear of that.
   bool add(ControlSender::Prepared message);
+  // A message that replaces the one of the same key, but for one that is on its way just now: however fast a
+  // key changes, receivers see something of it. False when there are too many, or too large ones: nothing has
+  // changed.
+  bool put(uint64_t key, ControlSender::Prepared message);
 
   GroupOffer offer() const;
   // The offer has changed, or a round has begun, since the last call.
@@ -49,15 +53,25 @@ class Carousel {
   struct Message {
     SharedBytes bytes;
     FragmentHeader header;
+    std::optional<uint64_t> key;
+    bool replaced = false;  // while it is on its way; empty from then on
+    // Its number stays, with nothing in it, so that those before and behind it are still in a row.
+    void empty();
   };
+  void append(Message message);
+  void drop_oldest();
+  bool trim();
   Message cut(ControlSender::Prepared message);
 
   size_t datagram_bytes_, piece_bytes_;
   std::deque<Message> messages_;  // the first is the description
-  size_t bytes_ = 0;              // of all but the description
+  size_t bytes_ = 0;              // of those without a key, but the description
+  size_t keyed_bytes_ = 0;
+  std::map<uint64_t, uint32_t> number_of_key_;
   uint32_t last_number_ = 0;
   size_t at_message_ = 0;
   uint32_t at_piece_ = 0;
+  SharedBytes retired_;  // of a piece that was handed out
   bool news_ = false;
 };
 

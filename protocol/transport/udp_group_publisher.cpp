@@ -88,9 +88,15 @@ Result<void> GroupPublisher::set_description(std::span<const std::byte> message)
   return {};
 }
 
-// A carousel has room for a few small messages, and a joiner must not miss one of these.
-Result<void> GroupPublisher::put_state(uint64_t, SharedBytes) {
-  return Error{uri_text(uri_) + ": scene edits do not go to groups; publish to each renderer instead"};
+Result<void> GroupPublisher::put_state(uint64_t key, SharedBytes message) {
+  ControlSender::Prepared prepared = ControlSender::prepare(*message);
+  const std::lock_guard lock(mutex_);
+  if (!carousel_.put(key, std::move(prepared)))
+    return Error{
+        uri_text(uri_) +
+        ": a group repeats at most 4096 scene edits of 64 MiB together; publish to each renderer instead"};
+  thread_.wake();
+  return {};
 }
 
 bool GroupPublisher::publish(const wire::MessagePieces& message, bool last_part) noexcept {

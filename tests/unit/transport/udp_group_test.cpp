@@ -3,6 +3,7 @@
 
 #include <net/if.h>
 
+#include <algorithm>
 #include <random>
 
 #include "tests/unit/transport/own_network.h"
@@ -87,15 +88,15 @@ TEST(Carousel, WhatIsTooMuchToRepeatGoesAndIsCounted) {
   carousel.add(prepared("1"));
   EXPECT_EQ(round_to(carousel, early, 0, random).size(), 2u);
   bool all_kept = true;
-  for (int i = 2; i <= 3000; ++i) all_kept &= carousel.add(prepared(std::to_string(i)));
+  for (int i = 2; i <= 20'000; ++i) all_kept &= carousel.add(prepared(std::to_string(i)));
   EXPECT_FALSE(all_kept);
   for (CarouselReceiver* receiver : {&early, &late}) {
     uint32_t gone = 0;
     std::vector<std::string> got;
     for (int round = 0; round < 2; ++round)  // a joiner learns what is gone once it is described
       for (auto& message : round_to(carousel, *receiver, 0, random, 0, &gone)) got.push_back(message);
-    EXPECT_EQ(got.back(), "3000");
-    EXPECT_EQ(gone + got.size(), receiver == &early ? 2999u : 3001u);
+    EXPECT_EQ(got.back(), "20000");
+    EXPECT_EQ(gone + got.size(), receiver == &early ? 19'999u : 20'001u);
     EXPECT_GT(gone, 1000u);
   }
   // By bytes, too.
@@ -105,6 +106,65 @@ TEST(Carousel, WhatIsTooMuchToRepeatGoesAndIsCounted) {
   EXPECT_TRUE(heavy.add(prepared(large))) << "the description does not count";
   EXPECT_FALSE(heavy.add(prepared(large)));
   EXPECT_EQ(heavy.offer().first, heavy.offer().last);
+}
+
+TEST(Carousel, OfEachKeyTheNewestIsRepeatedForEver) {
+  std::mt19937 random(7);
+  Carousel carousel(kDatagramBytes);
+  CarouselReceiver early(udp::fragment_bytes_of(kDatagramBytes));
+  carousel.describe(prepared("d"));
+  const std::string large(5000, 'x');
+  EXPECT_TRUE(carousel.put(1, prepared("still")));
+  EXPECT_TRUE(carousel.put(2, prepared(large)));
+  round_to(carousel, early, 0.5, random);  // in the middle of a message that is replaced
+  std::string newest;
+  for (int i = 0; i < 20'000; ++i) {
+    newest = large + std::to_string(i);
+    EXPECT_TRUE(carousel.put(2, prepared(newest)));
+    if (i % 400 == 0) round_to(carousel, early, 0.3, random);
+  }
+  EXPECT_LT(carousel.offer().last - carousel.offer().first, udp::kMostGroupMessages);
+  CarouselReceiver late(udp::fragment_bytes_of(kDatagramBytes));
+  for (CarouselReceiver* receiver : {&early, &late}) {
+    std::vector<std::string> got;
+    for (int round = 0; round < 2; ++round)
+      for (auto& message : round_to(carousel, *receiver, 0, random)) got.push_back(message);
+    EXPECT_EQ(std::count(got.begin(), got.end(), newest), 1);
+    if (receiver == &early) continue;
+    EXPECT_EQ(std::count(got.begin(), got.end(), "still"), 1);
+    EXPECT_EQ(got.size(), 3u);
+  }
+  for (uint64_t key = 3; key < 3 + 4094; ++key) EXPECT_TRUE(carousel.put(key, prepared("s")));
+  EXPECT_FALSE(carousel.put(9999, prepared("one too many")));
+  EXPECT_TRUE(carousel.put(3, prepared("again")));
+}
+
+TEST(Carousel, AKeyThatChangesFasterThanItIsSentIsSeenToChange) {
+  std::mt19937 random(11);
+  Carousel carousel(kDatagramBytes);
+  CarouselReceiver receiver(udp::fragment_bytes_of(kDatagramBytes));
+  carousel.describe(prepared("d"));
+  std::vector<std::string> got;
+  const auto hear = [&](const udp::ControlSender::Fragment& fragment) {
+    receiver.fragment(fragment.header, fragment.data, 1 << 20);
+    while (auto message = receiver.take())
+      got.emplace_back(reinterpret_cast<const char*>(message->data()), message->size());
+  };
+  const std::string large(20000, 'x');
+  for (int i = 0; i < 200; ++i) {
+    EXPECT_TRUE(carousel.put(1, prepared(large + std::to_string(i))));
+    receiver.offered(carousel.offer());
+    for (int piece = 0; piece < 5; ++piece)  // of some twenty
+      if (const auto fragment = carousel.next()) hear(*fragment);
+    if (carousel.round_is_over()) carousel.start_round();
+  }
+  ASSERT_GE(got.size(), 20u);
+  EXPECT_EQ(std::adjacent_find(got.begin() + 1, got.end(),
+                               [](const auto& earlier, const auto& later) { return later == earlier; }),
+            got.end());
+  for (auto& message : round_to(carousel, receiver, 0, random)) got.push_back(message);
+  for (auto& message : round_to(carousel, receiver, 0, random)) got.push_back(message);
+  EXPECT_EQ(got.back(), large + "199");
 }
 
 TEST(Carousel, WhoContradictsItselfIsCorruptAndMemoryIsBounded) {
@@ -147,7 +207,7 @@ TEST(Carousel, WhoContradictsItselfIsCorruptAndMemoryIsBounded) {
   GroupOffer offer;
   std::byte bytes[udp::kGroupOfferBytes];
   for (const GroupOffer& bad :
-       {GroupOffer{1, 1, 1, 1200}, GroupOffer{1, 5, 3, 1200}, GroupOffer{1, 2, 5000, 1200},
+       {GroupOffer{1, 1, 1, 1200}, GroupOffer{1, 5, 3, 1200}, GroupOffer{1, 2, 20000, 1200},
         GroupOffer{1, 2, 1, 575}, GroupOffer{1, 2, 1, 9001}, GroupOffer{1, 0, UINT32_MAX, 1200}}) {
     udp::write_group_offer(bytes, bad);
     EXPECT_FALSE(udp::read_group_offer(bytes, offer)) << bad.first << " " << bad.last;
@@ -198,6 +258,33 @@ TEST_P(Group, EveryListenerGetsEverythingWhenItJoinsAndNothingIsSentBack) {
   EXPECT_FALSE(publisher->poll(message));
   publisher.reset();
   ASSERT_TRUE(early.poll_until([&] { return early.saw_part(Kind::disconnected, "closed the link"); }));
+}
+
+TEST_P(Group, WhoeverJoinsGetsTheNewestOfEachKey) {
+  const auto shared = [](std::string_view text) {
+    const auto bytes = bytes_of(text);
+    return std::make_shared<const wire::Bytes>(bytes.begin(), bytes.end());
+  };
+  Listener early(uri, insecure());
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  ASSERT_TRUE(publisher->put_state(1, shared("1 old")).ok());
+  ASSERT_TRUE(publisher->put_state(2, shared("2")).ok());
+  ASSERT_TRUE(early.poll_until([&] { return early.saw(Kind::control, "2"); }));
+  ASSERT_TRUE(publisher->put_state(1, shared("1 new")).ok());
+  ASSERT_TRUE(early.poll_until([&] { return early.saw(Kind::control, "1 new"); }));
+  Listener late(uri, insecure());
+  ASSERT_TRUE(late.poll_until([&] { return late.saw(Kind::control, "1 new"); }));
+  std::vector<std::string> controls;
+  for (const Event& event : late.events)
+    if (event.kind == Kind::control) controls.push_back(event.text);
+  EXPECT_EQ(controls, (std::vector<std::string>{"d", "2", "1 new"}));
+  // A new description ends them.
+  ASSERT_TRUE(publisher->set_description(bytes_of("e")));
+  ASSERT_TRUE(publisher->put_state(2, shared("2 again")).ok());
+  for (Listener* listener : {&early, &late})
+    ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::control, "2 again"); }));
+  EXPECT_EQ(late.count(Kind::control), 5u);
 }
 
 TEST_P(Group, PublishersComeAndGoAndFramesOfManyPartsArriveWhole) {
