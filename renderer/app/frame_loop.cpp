@@ -90,7 +90,7 @@ Result<void> FrameLoop::run() {
     for (const std::string& note : intake_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
     for (const std::string& note : scene_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
 
-    if (metrics_) metrics_->tell(intake_, poses_);
+    if (metrics_) metrics_->tell(intake_, poses_, scene_.faults());
 
     // What the user does.
     if (window_) steer();

@@ -77,13 +77,15 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
   }
 }
 
-void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& poses) {
+void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& poses,
+                           const state::EditFaults& faults) {
   const int64_t now_ns = transport::monotonic_ns();
   if (now_ns < next_ns_) return;
   next_ns_ = now_ns + kTellEveryNs;
   gathered_.taken_ns = now_ns;
   gathered_.links = intake.links();
   gathered_.refusals = intake.refusals();
+  gathered_.edit_faults = faults;
   gathered_.streams.clear();
   std::map<uint64_t, Drawn> still_there;  // what was counted of streams that have ended goes
   for (StreamIntake::Report& report : intake.report()) {
@@ -99,6 +101,12 @@ void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& p
     numbers.incomplete = stream.frames_incomplete;
     numbers.stale = stream.frames_stale;
     numbers.refused = stream.frames_refused;
+    numbers.baseless = stream.frames_baseless;
+    numbers.held = stream.frames_held;
+    numbers.overtaken = stream.frames_overtaken;
+    numbers.edits_received = stream.edits_received;
+    numbers.edits_stale = stream.edits_stale;
+    numbers.edits_refused = stream.edits_refused;
     numbers.report = std::move(report);
     gathered_.streams.push_back(std::move(numbers));
   }
@@ -127,6 +135,7 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
   write_images(page, *numbers);
   write_links(page, *numbers);
   write_streams(page, *numbers, now_ns);
+  write_edits(page, *numbers);
 }
 
 void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& numbers) {
@@ -213,6 +222,12 @@ void RendererMetrics::write_streams(metrics::Exposition& page, const Numbers& nu
          page.sample({{"stream", id}, {"cause", "incomplete"}}, of.incomplete);
          page.sample({{"stream", id}, {"cause", "stale"}}, of.stale);
          page.sample({{"stream", id}, {"cause", "refused"}}, of.refused);
+         page.sample({{"stream", id}, {"cause", "baseless"}}, of.baseless);
+         page.sample({{"stream", id}, {"cause", "overtaken"}}, of.overtaken);
+       });
+  each("fire3dv_stream_frames_held_total", "counter", "Frames that had to wait for scene edits.",
+       [&](Id id, Of of) {
+         page.sample({{"stream", id}}, of.held);
        });
   each("fire3dv_stream_age_seconds", "gauge", "Since the shown frame was published.", [&](Id id, Of of) {
     if (of.drawn.is_published_known)
@@ -222,6 +237,22 @@ void RendererMetrics::write_streams(metrics::Exposition& page, const Numbers& nu
        "From a frame's publication to the submission of the first image that shows it.", [&](Id id, Of of) {
          page.histogram({{"stream", id}}, of.drawn.latency);
        });
+}
+
+void RendererMetrics::write_edits(metrics::Exposition& page, const Numbers& numbers) {
+  page.family("fire3dv_stream_edits_total", "counter", "Scene edits that came.");
+  for (const StreamNumbers& stream : numbers.streams) {
+    const std::string id = std::to_string(stream.report.id);
+    page.sample({{"stream", id}, {"outcome", "taken"}}, stream.edits_received);
+    page.sample({{"stream", id}, {"outcome", "stale"}}, stream.edits_stale);
+    page.sample({{"stream", id}, {"outcome", "refused"}}, stream.edits_refused);
+  }
+  page.family("fire3dv_edits_without_effect_total", "counter",
+              "Scene edits of all streams that were taken and change nothing.");
+  page.sample({{"cause", "conflicting"}}, numbers.edit_faults.conflicting);
+  page.sample({{"cause", "unmatched"}}, numbers.edit_faults.unmatched);
+  page.sample({{"cause", "unfit"}}, numbers.edit_faults.unfit);
+  page.sample({{"cause", "refused"}}, numbers.edit_faults.refused);
 }
 
 }  // namespace fire3dv::app

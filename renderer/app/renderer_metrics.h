@@ -11,6 +11,7 @@
 #include "renderer/app/frame_stats.h"
 #include "renderer/app/stream_intake.h"
 #include "renderer/metrics/http_server.h"
+#include "renderer/state/edit_book.h"
 
 namespace fire3dv::app {
 
@@ -25,7 +26,7 @@ class RendererMetrics {
   void drawn(const std::vector<state::FrameTag>& shown, const StreamIntake& intake, const FrameCost& cost);
   void add(const gpu::FrameTimes& times);
   // Once an image: hands on what has come together, when the last time is long enough ago.
-  void tell(const StreamIntake& intake, const state::PoseState& poses);
+  void tell(const StreamIntake& intake, const state::PoseState& poses, const state::EditFaults& faults);
 
  private:
   struct Drawn {
@@ -42,7 +43,8 @@ class RendererMetrics {
     std::string name;
     state::Condition condition{};
     uint64_t nodes = 0, unmatched = 0, conflicting = 0;
-    uint64_t received = 0, incomplete = 0, stale = 0, refused = 0;
+    uint64_t received = 0, incomplete = 0, stale = 0, refused = 0, baseless = 0, held = 0, overtaken = 0;
+    uint64_t edits_received = 0, edits_stale = 0, edits_refused = 0;
   };
   struct PassNumbers {
     bool aside = false;
@@ -57,12 +59,14 @@ class RendererMetrics {
     std::vector<StreamIntake::LinkReport> links;
     std::array<uint64_t, kRefusalCount> refusals{};
     std::vector<StreamNumbers> streams;
+    state::EditFaults edit_faults;
   };
   RendererMetrics() = default;
   void write_page(metrics::Exposition& page) const;  // the server's thread
   static void write_images(metrics::Exposition& page, const Numbers& numbers);
   static void write_links(metrics::Exposition& page, const Numbers& numbers);
   static void write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns);
+  static void write_edits(metrics::Exposition& page, const Numbers& numbers);
 
   // The frame loop's thread alone.
   Numbers gathered_;

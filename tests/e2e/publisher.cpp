@@ -3,11 +3,18 @@
 // frame's sequence.
 //
 //   publisher URI ADAPTER_NAME [--millimetres] NODE...
-//     --millimetres the stream is Z up, in millimetres, about an origin of its own; the picture is to be the
-//     same publish N     N frames, one after the other, without looking at the link in between lockstep N N
-//     frames, each after a renderer has shown the one before stream HZ     frames at this rate until the next
-//     line status        nothing but the answer rest          describe the nodes anew: another epoch quit end
-//     the stream in order (as does the end of the input)
+//
+// --millimetres: the stream is Z up, in millimetres, about an origin of its own; the picture is to be the
+// same.
+//
+// Lines:
+// - publish N: N frames, one after the other, without looking at the link in between
+// - lockstep N: N frames, each after a renderer has shown the one before
+// - stream HZ: frames at this rate until the next line
+// - hide NODE: a scene edit
+// - status: nothing but the answer
+// - rest: describe the nodes anew: another epoch
+// - quit: end the stream in order, as does the end of the input
 #include <poll.h>
 #include <unistd.h>
 
@@ -54,6 +61,7 @@ class Simulator {
     stream_.describe(description);
     sequence_ = 0;
   }
+  void hide(const std::string& node) { stream_.set_visible(node, false); }
   void publish() {
     ++sequence_;
     const float place = place_of(sequence_);
@@ -155,6 +163,8 @@ int main(int argc, char** argv) try {
     } else if (word == "stream") {
       rate_hz = std::atof(value.c_str());
       next_frame = Clock::now();
+    } else if (word == "hide") {
+      simulator.hide(value);
     } else if (word == "rest") {
       simulator.describe();
     } else if (word == "quit") {

@@ -62,12 +62,21 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   EXPECT_EQ(stream.nodes, 2u);
   EXPECT_GT(stream.rate_hz(), 0);
   EXPECT_GT(stream.age_us(0.99), 0u);
+  wire::SceneEdit edit;
+  edit.epoch = 5;
+  edit.version = 1;
+  edit.node = "x";
+  edit.value = wire::Cleared{};
+  const wire::Bytes edit_message = wire::encode(edit);
+  publisher->send_control(edit_message);
+  ASSERT_TRUE(poll_until([&] { return stream.edits == 1; }));
   publisher->publish(message_of("not a message"));
   ASSERT_TRUE(poll_until([&] { return observer.refused_messages() == 1; }));
 
   const auto json = nlohmann::json::parse(observer.json(*listener.link));
   EXPECT_EQ(json["streams"][0]["name"], "a simulator");
   EXPECT_EQ(json["streams"][0]["missing"], 3);
+  EXPECT_EQ(json["streams"][0]["edits"], 1);
   EXPECT_EQ(json["not_understood"], 1);
   EXPECT_EQ(json["rejected"]["bad_key"], 0);
   uint64_t ages = 0;

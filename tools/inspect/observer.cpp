@@ -71,8 +71,12 @@ void Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
     stream.same_clock = !own_boot.empty() && description->clock.boot_id == own_boot;
     return;
   }
-  const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
   const auto found = streams_.find(peer);
+  if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
+    if (found != streams_.end() && edit->epoch == found->second.epoch) ++found->second.edits;
+    return;
+  }
+  const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
   if (frame == nullptr || found == streams_.end() || frame->header.epoch != found->second.epoch) return;
   StreamSeen& stream = found->second;
   ++stream.messages;
@@ -125,6 +129,7 @@ std::string Observer::text(const transport::ListenerLink& link) const {
                   static_cast<unsigned long long>(stream.missing),
                   static_cast<unsigned long long>(stream.bytes));
     text += line;
+    if (stream.edits > 0) text += ", " + std::to_string(stream.edits) + " scene edits";
     if (stream.nominal_rate_hz > 0) {
       std::snprintf(line, sizeof line, "; nominal %.1f Hz", stream.nominal_rate_hz);
       text += line;
@@ -165,6 +170,7 @@ std::string Observer::json(const transport::ListenerLink& link) const {
                        {"messages", stream.messages},
                        {"bytes", stream.bytes},
                        {"missing", stream.missing},
+                       {"edits", stream.edits},
                        {"sequence", stream.sequence},
                        {"ages_known", stream.same_clock},
                        {"ages_below_power_of_two_us", ages}});

@@ -26,6 +26,7 @@ struct StreamSeen {
   uint64_t frames = 0;    // whole, or the last part of one
   uint64_t messages = 0;  // frames and parts of frames
   uint64_t bytes = 0;
+  uint64_t edits = 0;    // of the scene
   uint64_t missing = 0;  // sequences that were passed over
   uint64_t sequence = 0;
   int64_t first_frame_ns = 0, last_frame_ns = 0;
