@@ -9,7 +9,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr uint64_t kMostBytes = uint64_t{1} << 29;
+constexpr uint64_t kMostBytes = uint64_t{1} << 28;
 
 class MemoryStream : public Assimp::IOStream {
  public:

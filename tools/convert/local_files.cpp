@@ -31,6 +31,13 @@ Result<std::filesystem::path> regular_file(const std::filesystem::path& path) {
   return resolved;
 }
 
+std::filesystem::path tidy_path(const std::filesystem::path& path) {
+  std::filesystem::path tidy;
+  for (const std::filesystem::path& part : path)
+    if (part != ".") tidy /= part;
+  return tidy;
+}
+
 void AllowedFolders::add(const std::filesystem::path& folder) {
   std::error_code error;
   const std::filesystem::path resolved =

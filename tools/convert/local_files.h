@@ -14,6 +14,9 @@ namespace fire3dv::convert {
 // The error says why not, and names the path.
 Result<std::filesystem::path> regular_file(const std::filesystem::path& path);
 
+// Without the parts that say nothing ("."), for messages. ".." stays: behind a link it leads elsewhere.
+std::filesystem::path tidy_path(const std::filesystem::path& path);
+
 // Folders below which files may be read.
 class AllowedFolders {
  public:

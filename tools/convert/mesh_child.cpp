@@ -3,14 +3,16 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <exception>
+#include <fstream>
+#include <new>
 #include <span>
 
 #include "renderer/scene/files.h"
@@ -20,7 +22,7 @@ namespace fire3dv::convert {
 namespace {
 
 constexpr rlim_t kMostCpuSeconds = 60;
-constexpr rlim_t kMostMemory = rlim_t{12} << 30;
+constexpr rlim_t kMostMemory = rlim_t{4} << 30;
 constexpr uint32_t kComplete = 0x464d4533;  // last in the child's answer: all of it is there
 
 void lower_limit(__rlimit_resource resource, rlim_t most) {
@@ -29,6 +31,24 @@ void lower_limit(__rlimit_resource resource, rlim_t most) {
   limit.rlim_max = std::min(limit.rlim_max, most);
   limit.rlim_cur = std::min(limit.rlim_cur, limit.rlim_max);
   setrlimit(resource, &limit);
+}
+
+// What the child has from its parent counts against its limit too.
+[[maybe_unused]] rlim_t address_space_bytes() {
+  std::ifstream pages("/proc/self/statm");
+  rlim_t count = 0;
+  pages >> count;
+  return count * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+}
+
+// Time is counted for the process; each file has its own.
+void limit_next_cpu_seconds() {
+  rusage used{};
+  rlimit limit{};
+  if (getrusage(RUSAGE_SELF, &used) != 0 || getrlimit(RLIMIT_CPU, &limit) != 0) return;
+  limit.rlim_cur = std::min(
+      limit.rlim_max, static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + kMostCpuSeconds);
+  setrlimit(RLIMIT_CPU, &limit);
 }
 
 std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
@@ -94,84 +114,150 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
   return in.get(last) && last == kComplete && in.at_end();
 }
 
-bool write_all(int fd, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = write(fd, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    bytes = bytes.subspan(static_cast<size_t>(written));
+// All of it, or false: the other side is gone.
+bool send_all(int to, const void* data, size_t size) {
+  const auto* from = static_cast<const std::byte*>(data);
+  while (size > 0) {
+    const ssize_t sent = send(to, from, size, MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) return false;
+    from += sent;
+    size -= static_cast<size_t>(sent);
   }
   return true;
 }
 
-[[noreturn]] void be_the_child(const std::filesystem::path& file, int answer, pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it has died before it could be watched
-  // The parent's handlers are not for what happens here.
-  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGXFSZ, SIGINT, SIGTERM})
-    signal(number, SIG_DFL);
-  lower_limit(RLIMIT_CORE, 0);
-  lower_limit(RLIMIT_CPU, kMostCpuSeconds);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their shadows are terabytes
-  lower_limit(RLIMIT_AS, kMostMemory);
-#endif
-  bool ok = false;
-  try {
-    ok = write_all(answer, encode(import_mesh(file)));
-  } catch (const std::bad_alloc&) {
-    ok = write_all(answer, encode(Error{"it takes more memory than mesh files are given"}));
-  } catch (const std::exception&) {  // no answer says enough
+bool receive_all(int from, void* data, size_t size) {
+  auto* to = static_cast<std::byte*>(data);
+  while (size > 0) {
+    const ssize_t got = recv(from, to, size, 0);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    to += got;
+    size -= static_cast<size_t>(got);
   }
-  _exit(ok ? 0 : 1);
+  return true;
 }
 
-struct Mapping {
-  void* data = MAP_FAILED;
-  size_t size = 0;
-  ~Mapping() {
-    if (data != MAP_FAILED) munmap(data, size);
+bool write_at_start(int fd, std::span<const std::byte> bytes) {
+  for (size_t at = 0; at < bytes.size();) {
+    const ssize_t written = pwrite(fd, bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    at += static_cast<size_t>(written);
   }
-};
+  return true;
+}
 
-struct FileDescriptor {
-  int fd = -1;
-  ~FileDescriptor() {
-    if (fd >= 0) close(fd);
+std::vector<std::byte> answer_to(const std::string& file) {
+  try {
+    return encode(import_mesh(file));
+  } catch (const std::bad_alloc&) {
+    return encode(Error{"it takes more memory than mesh files are given"});
+  } catch (const std::exception&) {
+    return encode(Error{"the importer gives up on it"});
   }
-};
+}
+
+[[noreturn]] void be_the_child(int requests, int answer, pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);  // it has died before it could be watched
+  // The parent's handlers are not for what happens here, nor is its keyboard.
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGXFSZ, SIGTERM})
+    signal(number, SIG_DFL);
+  signal(SIGINT, SIG_IGN);
+  lower_limit(RLIMIT_CORE, 0);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their shadows are terabytes
+  lower_limit(RLIMIT_AS, address_space_bytes() + kMostMemory);
+#endif
+  size_t size = 0;
+  while (receive_all(requests, &size, sizeof size)) {
+    std::string file(size, '\0');
+    if (!receive_all(requests, file.data(), size)) break;
+    limit_next_cpu_seconds();
+    const std::vector<std::byte> bytes = answer_to(file);
+    size = ftruncate(answer, 0) == 0 && write_at_start(answer, bytes) ? bytes.size() : 0;
+    if (!send_all(requests, &size, sizeof size)) break;
+  }
+  _exit(0);
+}
+
+// What is there of so many bytes.
+std::vector<std::byte> read_from_start(int fd, size_t size) {
+  std::vector<std::byte> bytes(size);
+  size_t at = 0;
+  while (at < size) {
+    const ssize_t got = pread(fd, bytes.data() + at, size - at, static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    at += static_cast<size_t>(got);
+  }
+  bytes.resize(at);
+  return bytes;
+}
 
 }  // namespace
 
-Result<ImportedMesh> import_mesh_in_child(const std::filesystem::path& file) {
-  const std::string name = scene::quote(file.string());
-  const FileDescriptor answer{memfd_create("fire3dv-mesh", MFD_CLOEXEC)};
-  if (answer.fd < 0) return Error{"cannot read " + name + ": " + std::strerror(errno)};
+bool MeshChild::start() {
+  if (child_ > 0) return true;
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return false;
+  requests_ = ends[0];
+  answer_ = memfd_create("fire3dv-mesh", MFD_CLOEXEC);
   const pid_t parent = getpid();
-  const pid_t child = fork();
-  if (child < 0) return Error{"cannot read " + name + ": no process could be started for it"};
-  if (child == 0) be_the_child(file, answer.fd, parent);
+  child_ = answer_ < 0 ? -1 : fork();
+  if (child_ == 0) {
+    close(ends[0]);
+    be_the_child(ends[1], answer_, parent);
+  }
+  close(ends[1]);
+  if (child_ < 0) end();
+  return child_ > 0;
+}
+
+int MeshChild::end() {
+  // Shut down, for other children may hold copies of it.
+  if (requests_ >= 0) {
+    shutdown(requests_, SHUT_RDWR);
+    close(requests_);
+  }
+  if (answer_ >= 0) close(answer_);
+  requests_ = answer_ = -1;
+  if (child_ <= 0) return 0;
   int status = 0;
   pid_t ended;
-  do ended = waitpid(child, &status, 0);
+  do ended = waitpid(child_, &status, 0);
   while (ended < 0 && errno == EINTR);
+  child_ = -1;
+  return ended < 0 ? 0 : status;  // lost where the program ignores its children
+}
 
-  // How it ended may be lost where the program ignores its children; whether the answer is whole is not.
-  Mapping mapping;
-  const off_t size = lseek(answer.fd, 0, SEEK_END);
+size_t MeshChild::ask(const std::filesystem::path& file) {
+  const std::string& path = file.native();
+  size_t size = path.size();
+  if (!send_all(requests_, &size, sizeof size) || !send_all(requests_, path.data(), path.size()) ||
+      !receive_all(requests_, &size, sizeof size)) {
+    return 0;
+  }
+  // A damaged child may say anything; what it wrote is what counts.
+  const off_t written = lseek(answer_, 0, SEEK_END);
+  return written > 0 && static_cast<size_t>(written) == size ? size : 0;
+}
+
+Result<ImportedMesh> MeshChild::import(const std::filesystem::path& file) {
+  const std::string name = scene::quote(file.string());
+  if (!start()) return Error{"cannot read " + name + ": no process could be started for it"};
+  const std::vector<std::byte> answer = read_from_start(answer_, ask(file));
   std::string refusal;
   ImportedMesh mesh;
-  if (size > 0) {
-    mapping.size = static_cast<size_t>(size);
-    mapping.data = mmap(nullptr, mapping.size, PROT_READ, MAP_PRIVATE, answer.fd, 0);
-    if (mapping.data != MAP_FAILED &&
-        decode(ByteReader({static_cast<const std::byte*>(mapping.data), mapping.size}), refusal, mesh)) {
-      if (!refusal.empty()) return Error{"cannot read " + name + ": " + refusal};
-      if (Result<void> sound = check_imported(mesh); !sound)
-        return Error{"cannot read " + name + ": " + sound.error().message};
-      return mesh;
-    }
+  if (decode(ByteReader(answer), refusal, mesh)) {
+    if (!refusal.empty()) return Error{"cannot read " + name + ": " + refusal};
+    if (Result<void> sound = check_imported(mesh); !sound)
+      return Error{"cannot read " + name + ": " + sound.error().message};
+    return mesh;
   }
-  if (ended == child && WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
+  const int status = end();
+  if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
     return Error{"cannot read " + name + ": it takes longer than " + std::to_string(kMostCpuSeconds) +
                  " s, or more memory than there is; is it damaged?"};
   }

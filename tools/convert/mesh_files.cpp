@@ -9,6 +9,7 @@
 #include "tools/convert/colors.h"
 #include "tools/convert/local_files.h"
 #include "tools/convert/mesh_child.h"
+#include "tools/convert/text.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -52,6 +53,7 @@ struct MeshFiles::State {
                                     const std::filesystem::path& shown);
 
   Model& model;
+  MeshChild child;
   AllowedFolders allowed;
   // What was read, or why it could not be.
   std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
@@ -79,7 +81,7 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
       return std::nullopt;
     }
     const std::span<const std::byte> view = bytes->view();
-    model.images.push_back({found->filename().string(), {view.begin(), view.end()}});
+    model.images.push_back({clean_text(found->filename().string()), {view.begin(), view.end()}});
     return images[*found] = model.images.size() - 1;
   }
   model.warnings.push_back(where +
@@ -104,7 +106,7 @@ size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const 
 
 Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path& resolved,
                                                     const std::filesystem::path& shown) {
-  Result<ImportedMesh> mesh = import_mesh_in_child(resolved);
+  Result<ImportedMesh> mesh = child.import(resolved);
   if (!mesh) return mesh.error();
   model.sources.insert(model.sources.end(), mesh->besides.begin(), mesh->besides.end());
   std::map<size_t, size_t> materials;  // those that are shown, of the file and of the model

@@ -13,9 +13,9 @@
 #include <optional>
 #include <tuple>
 
-#include "renderer/scene/files.h"
 #include "tools/convert/import_files.h"
 #include "tools/convert/surface_builder.h"
+#include "tools/convert/text.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -31,9 +31,7 @@ std::string extension_of(const std::filesystem::path& file) {
 
 // Text of a library about a stranger's file, fit to stand in a sentence.
 std::string one_line(const char* text) {
-  std::string line(text, std::min<size_t>(std::char_traits<char>::length(text), 200));
-  for (char& c : line)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  std::string line = clean_text(text, 200);
   while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
   return line.empty() ? "the importer does not say why" : line;
 }
@@ -70,7 +68,7 @@ float roughness_of(const aiMaterial& from, const std::string& extension) {
 
 ImportedMaterial material_of(const aiMaterial& from, const std::string& extension) {
   ImportedMaterial to;
-  if (aiString name; from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) to.name = one_line(name.C_Str());
+  if (aiString name; from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) to.name = clean_text(name.C_Str(), 200);
   const bool none_in_file = to.name == AI_DEFAULT_MATERIAL_NAME || extension == ".stl";
   // Without a material AMBF's library shows this grey; assimp would make up another.
   to.diffuse =
