@@ -90,10 +90,10 @@ AdfLook AdfVisuals::look_of(const AdfValue& block, const std::string& name, cons
       look.mesh = known->second;
       look.mesh_is_missing = !known->second;
       if (!known->second)
-        mesh.warn("of " + scene::quote(name) + " cannot be read; its node stays without a mesh");
+        mesh.warn("of " + scene::quote(name) + " is left out, and its node stays without one, as before");
       return look;
     }
-    std::optional<std::vector<Surface>> read = file_surfaces(block, places, scale);
+    std::optional<std::vector<Surface>> read = file_surfaces(block, name, places, scale);
     if (!read) {
       meshes_[key] = std::nullopt;
       look.mesh_is_missing = true;
@@ -118,8 +118,8 @@ AdfLook AdfVisuals::look_of(const AdfValue& block, const std::string& name, cons
   return look;
 }
 
-std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& block, const AdfPlaces& places,
-                                                              double scale) {
+std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& block, const std::string& name,
+                                                              const AdfPlaces& places, double scale) {
   const AdfValue mesh = block["mesh"];
   const std::filesystem::path own = block["high resolution path"].text();
   const std::filesystem::path named = own / mesh.text();
@@ -132,7 +132,8 @@ std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& bl
   files_.allow_images_below(file.parent_path());
   Result<std::vector<Surface>> surfaces = files_.surfaces(file, glm::dvec3(scale));
   if (surfaces) return std::move(*surfaces);
-  mesh.warn("is left out and its node stays without a mesh: " + surfaces.error().message);
+  mesh.warn("of " + scene::quote(name) +
+            " is left out, and its node stays without one: " + surfaces.error().message);
   return std::nullopt;
 }
 

@@ -35,8 +35,8 @@ class AdfVisuals {
  private:
   struct Color;
   Color color_of(const AdfValue& block) const;
-  std::optional<std::vector<Surface>> file_surfaces(const AdfValue& block, const AdfPlaces& places,
-                                                    double scale);
+  std::optional<std::vector<Surface>> file_surfaces(const AdfValue& block, const std::string& name,
+                                                    const AdfPlaces& places, double scale);
   std::vector<Surface> shape_surfaces(const AdfValue& block, double scale);
   Surface shape_surface(const AdfValue& shape, const AdfValue& geometry, double scale);
   size_t colored(size_t material, const Color& color, const std::string& name);
