@@ -83,8 +83,8 @@ Result<std::string> xml_root(std::string_view text) {
       at = end_of_tag(text, at);
     } else {
       at = end_of_tag(text, at);
-      if (at == std::string_view::npos) break;
-      const std::string_view tag = text.substr(begin + 1, at - begin - 2);
+      const bool whole = at != std::string_view::npos;
+      const std::string_view tag = text.substr(begin + 1, whole ? at - begin - 2 : 0);
       if (root.empty()) root = tag.substr(0, tag.find_first_of(" \t\r\n/"));
       if (!tag.ends_with('/') && ++depth > kMostDepth) {
         return Error{"line " + std::to_string(line_of(text, begin)) + ": more than " +
