@@ -13,6 +13,7 @@ packages=(
   # libraries; see CONTRIBUTING.md for what each is used for
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev
+  libassimp-dev libyaml-cpp-dev liburdfdom-dev libtinyxml-dev
   # the example simulator
   libbullet-dev
   # tests
@@ -21,7 +22,8 @@ packages=(
   # the demo's video
   ffmpeg
 )
-# Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators, which is left out without.
+# Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators,
+# and fire3dv-convert's reader of MJCF, which are left out without.
 optional_packages=(libmujoco-dev)
 mesa_packages=(mesa-vulkan-drivers)
 
@@ -37,7 +39,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     OpenSSL 3, libsodium,
-    CLI11 2
+    CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3, iproute2, openssl, ffmpeg
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT

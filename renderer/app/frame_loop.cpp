@@ -51,6 +51,10 @@ void install_stop_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
+bool stop_was_requested() {
+  return stop_requested != 0;
+}
+
 FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
                      StreamIntake& intake, LiveScene& scene, state::AnimationPlayer* animations,
                      CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,

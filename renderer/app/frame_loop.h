@@ -23,6 +23,7 @@ namespace fire3dv::app {
 
 // Set by SIGINT and SIGTERM, once install_stop_signals() was called: the loop ends in order.
 void install_stop_signals();
+bool stop_was_requested();
 
 // How the options want scenes drawn. environment: null for the studio.
 passes::DrawSettings draw_settings(const Options& options,

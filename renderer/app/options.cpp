@@ -87,7 +87,21 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.name("fire3dv");
   app.set_version_flag("--version", kVersion);
 
-  app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)");
+  app.add_option(
+      "scene", options.scene,
+      "glTF 2.0 scene (.glb or .gltf), or a description that fire3dv-convert makes one of: AMBF (.yaml), "
+      "URDF (.urdf) or MJCF (.xml)");
+  CLI::Option* const models =
+      app.add_option("--models", options.convert.models,
+                     "which models of an AMBF launch file, as AMBF's -l takes them, or all")
+          ->type_name("0,1,...|all");
+  CLI::Option* const name_space =
+      app.add_option("--ns", options.convert.name_space, "AMBF's namespace, as its --ns takes it");
+  CLI::Option* const package_path =
+      app.add_option("--package-path", options.convert.package_folders,
+                     "folder that holds packages, for package:// in URDF; may be given several times")
+          ->allow_extra_args(false)
+          ->check(CLI::ExistingDirectory);
   app.add_option("--listen", options.listen,
                  "where adapters publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or "
                  "udp://HOST:PORT; may be given several times")
@@ -261,6 +275,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   }
   if (animate->count() > 0 && options.animate.empty()) options.animate = "all";
   if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
+  for (const CLI::Option* option : {models, name_space, package_path}) {
+    if (option->count() > 0 && !is_description(options.scene))
+      return usage_error(option->get_name() + " needs a scene that is a description: .yaml, .urdf or .xml");
+  }
   if (options.cache.empty()) return usage_error("--cache: name a folder, or auto, beside or off");
   if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
   if (options.exit_when_done && options.listen.empty())

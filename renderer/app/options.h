@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "renderer/app/converted_scene.h"
 #include "renderer/app/play_options.h"
 #include "renderer/passes/environment.h"
 #include "renderer/passes/scene_renderer.h"
@@ -17,6 +18,7 @@ namespace fire3dv::app {
 struct Options {
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
   std::filesystem::path scene;
+  ConvertOptions convert;                               // where the scene is a description
   std::vector<std::string> listen;                      // URIs
   bool insecure = false;                                // listen on addresses other than loopback
   std::string key_file;                                 // udp: the pre-shared key

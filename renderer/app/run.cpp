@@ -166,7 +166,8 @@ int run(const Options& options) {
   const CachePlaces places = cache_places(options.cache, [](const char* name) { return std::getenv(name); });
   std::optional<SceneLoad> load;
   if (!options.list_devices) {
-    load.emplace(options.scene, places.scenes, passes::levels_for(options.levels_of_detail));
+    load.emplace(options.scene, options.convert, places.scenes, passes::levels_for(options.levels_of_detail),
+                 stop_was_requested);
   }
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
   if (load && load->has_failed()) return fail(load->wait().error());

@@ -1,5 +1,6 @@
 #include "renderer/app/scene_load.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 
@@ -8,8 +9,29 @@
 
 namespace fire3dv::app {
 
-SceneLoad::SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache, scene::Levels levels)
-    : path_(path), cache_(std::move(cache)), levels_(levels), thread_([this] {
+namespace {
+
+constexpr size_t kWarningsShown = 20;
+
+void tell(const std::vector<std::string>& warnings, std::vector<std::string>& notes) {
+  for (size_t i = 0; i < std::min(warnings.size(), kWarningsShown); ++i)
+    notes.push_back("warning: " + warnings[i]);
+  if (warnings.size() > kWarningsShown)
+    notes.push_back("warning: and " + std::to_string(warnings.size() - kWarningsShown) + " more");
+}
+
+}  // namespace
+
+SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert,
+                     scene::SceneCacheSettings cache, scene::Levels levels, std::function<bool()> should_stop)
+    : path_(path),
+      convert_(convert),
+      should_stop_(std::move(should_stop)),
+      gltf_(path),
+      cache_settings_(std::move(cache)),
+      cache_(cache_settings_),
+      levels_(levels),
+      thread_([this] {
         Result<scene::LoadedScene> loaded = load();
         const std::lock_guard lock(mutex_);
         result_.emplace(std::move(loaded));
@@ -17,17 +39,30 @@ SceneLoad::SceneLoad(const std::filesystem::path& path, scene::SceneCacheSetting
       }) {}
 
 Result<scene::LoadedScene> SceneLoad::load() {
+  if (!is_description(path_)) return load_gltf_file();
+  note("converting", 0, 0);
+  Result<ConvertedScene> converted = ConvertedScene::open(path_, convert_, cache_settings_, should_stop_);
+  if (!converted) return converted.error();
+  tell(converted->warnings(), notes_);
+  gltf_ = converted->file();
+  if (!converted->is_on_disk()) cache_ = scene::SceneCache({});
+  Result<scene::LoadedScene> loaded = load_gltf_file();
+  if (loaded) loaded->scene.source = path_;
+  return loaded;
+}
+
+Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
   const scene::LoadLimits limits;
   const scene::LoadProgress progress = [this](const char* stage, size_t done, size_t total) {
     note(stage, done, total);
   };
   try {
-    std::optional<scene::LoadedScene> kept = cache_.find(path_, limits.max_file_bytes);
-    notes_ = cache_.take_notes();
+    std::optional<scene::LoadedScene> kept = cache_.find(gltf_, limits.max_file_bytes);
+    for (std::string& said : cache_.take_notes()) notes_.push_back(std::move(said));
     // A run that wanted no levels of detail may have kept it.
     was_kept_ = kept && (kept->derived.has_levels || !scene::gets_levels(kept->scene, levels_));
     if (was_kept_) return std::move(*kept);
-    Result<scene::Scene> scene = scene::load_gltf(path_, limits, progress, &sources_);
+    Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_);
     if (!scene) return scene.error();
     scene::Derived derived = scene::derive(*scene, levels_, progress);
     return scene::LoadedScene{std::move(*scene), std::move(derived)};
@@ -64,7 +99,7 @@ void SceneLoad::begin_keeping() {
   if (was_kept_) return;
   thread_ = std::jthread([this] {
     try {
-      if (Result<void> done = cache_.keep(path_, **result_, sources_); !done) keeping_error_ = done.error();
+      if (Result<void> done = cache_.keep(gltf_, **result_, sources_); !done) keeping_error_ = done.error();
     } catch (const std::exception& fault) {
       keeping_error_ = Error{std::string("the scene could not be kept: ") + fault.what()};
     }

@@ -1,9 +1,10 @@
-// A scene on its way: read and prepared on a thread of its own, while the device opens and its pipelines are
-// made.
+// A scene on its way: converted where it is no glTF, read and prepared on a thread of its own, while the
+// device opens and its pipelines are made.
 #pragma once
 
 #include <condition_variable>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,20 +12,23 @@
 #include <vector>
 
 #include "protocol/error.h"
+#include "renderer/app/converted_scene.h"
 #include "renderer/scene/scene_cache.h"
 
 namespace fire3dv::app {
 
 class SceneLoad {
  public:
-  SceneLoad(const std::filesystem::path& path, scene::SceneCacheSettings cache,
-            scene::Levels levels);  // begins
+  // Begins. should_stop: ends a conversion early.
+  SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert, scene::SceneCacheSettings cache,
+            scene::Levels levels, std::function<bool()> should_stop = {});
 
   // Whether take() would report an error, as far as is known by now: then nothing else has to be begun.
   bool has_failed() const;
   // Waits, and says meanwhile how far it is. The scene stays for as long as this object does.
   Result<const scene::LoadedScene*> wait();
-  // After wait(): what there is to say about the cache, and whether the scene came out of it.
+  // After wait(): what there is to say about the cache and a conversion, and whether the scene came out of
+  // it.
   const std::vector<std::string>& notes() const { return notes_; }
   bool was_kept() const { return was_kept_; }
   // After wait(): keeps a scene that was not, on a thread. finish_keeping() waits for that; it has a sentence
@@ -34,9 +38,14 @@ class SceneLoad {
 
  private:
   Result<scene::LoadedScene> load();
+  Result<scene::LoadedScene> load_gltf_file();
   void note(const char* stage, size_t done, size_t total);
 
   const std::filesystem::path path_;
+  const ConvertOptions convert_;
+  const std::function<bool()> should_stop_;
+  std::filesystem::path gltf_;  // path_, or what it was converted to
+  scene::SceneCacheSettings cache_settings_;
   scene::SceneCache cache_;
   scene::Levels levels_;
   std::vector<scene::SourceFile> sources_;

@@ -17,6 +17,9 @@ class MeshFiles {
   explicit MeshFiles(Model& model);
   ~MeshFiles();
 
+  // Images are read next to the mesh file that names them and below it, and below such folders.
+  void allow_images_below(const std::filesystem::path& folder);
+
   // The surfaces of all that the file shows, polygons cut into triangles, lines and points left out, its own
   // nodes' transforms applied, `scale` applied to positions. Each surface's material is one of the file's
   // (index into model.materials; v of uvs and images as Model says). Images that are missing are warned of

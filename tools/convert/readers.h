@@ -22,7 +22,13 @@ struct ReadOptions {
   std::vector<std::filesystem::path> package_folders;
 };
 
-// An AMBF launch file, world file or model file (ADF).
+// An AMBF launch file, world file or model file (ADF). Nodes stand in AMBF's order and are called as AMBF's
+// maps call its objects: namespace and block id, blanks kept, AMBF's index behind a name that is there
+// already. A body's pose is in the world; of what has a parent, in the parent, whose child its node is. Poses
+// are AMBF's own and so are frames: X of a camera's node points backwards and Z upwards, X of a light's node
+// along its light. What glTF takes for a camera or a light stands in a child that turns it: NAME#view (a
+// stereo camera has NAME#left and NAME#right too), NAME#light. The camera is called as AMBF calls it: NAME,
+// NAME#left, NAME#right.
 Result<Model> read_adf(const std::filesystem::path& file, const ReadOptions& options);
 Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& options);
 // Through libmujoco's compiled model. Where this build has none, an error that says so.

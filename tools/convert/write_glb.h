@@ -1,7 +1,7 @@
 // A model as one binary glTF 2.0 file: everything inside, images too.
 #pragma once
 
-#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "protocol/error.h"
@@ -9,7 +9,9 @@
 
 namespace fire3dv::convert {
 
-// Surfaces without triangles and meshes without surfaces are left out. The same model gives the same bytes.
-Result<std::vector<std::byte>> write_glb(const Model& model);
+// Surfaces without triangles, meshes without surfaces and what nothing uses are left out. The same model
+// gives the same bytes. warnings: gets a sentence for each image that cannot be decoded and is left out, and
+// for each surface that had to be repaired; may be null.
+Result<std::vector<std::byte>> write_glb(const Model& model, std::vector<std::string>* warnings = nullptr);
 
 }  // namespace fire3dv::convert

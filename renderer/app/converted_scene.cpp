@@ -1,0 +1,123 @@
+#include "renderer/app/converted_scene.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "renderer/app/run_converter.h"
+#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/conversion_record.h"
+#include "renderer/scene/digest.h"
+#include "renderer/scene/files.h"
+
+namespace fire3dv::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Place = scene::SceneCacheSettings::Place;
+constexpr std::string_view kScene = ".converted.glb", kRecord = ".conversion";
+constexpr uint64_t kMostRecordBytes = uint64_t{64} << 20;
+
+std::vector<std::string> arguments_of(const ConvertOptions& options) {
+  std::vector<std::string> words;
+  if (options.models == "all")
+    words.emplace_back("--all");
+  else if (!options.models.empty())
+    words.insert(words.end(), {"-l", options.models});
+  if (!options.name_space.empty()) words.push_back("--ns=" + options.name_space);
+  for (const fs::path& folder : options.package_folders)
+    words.insert(words.end(), {"--package-path", fs::absolute(folder).string()});
+  return words;
+}
+
+std::string key_of(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += word + '\0';
+  const scene::Digest digest = scene::digest_of(std::as_bytes(std::span(text)));
+  return scene::hex(std::span(digest).first(16));
+}
+
+struct KeptPlaces {
+  fs::path scene, record;
+};
+
+// Nothing where nothing can be kept.
+std::optional<KeptPlaces> places_for(const fs::path& description, std::vector<std::string> words,
+                                     const scene::SceneCacheSettings& cache) {
+  std::string stem;
+  if (cache.place == Place::beside_the_asset) {
+    stem = description.string() + ".fire3dv-cache" + (words.empty() ? "" : "." + key_of(words));
+  } else if (cache.place == Place::folder) {
+    words.push_back(description.string());
+    stem = (cache.folder / key_of(words)).string();
+  } else {
+    return std::nullopt;
+  }
+  const fs::path folder = fs::path(stem).parent_path();
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error || ::access(folder.c_str(), W_OK) != 0) return std::nullopt;
+  return KeptPlaces{stem + std::string(kScene), stem + std::string(kRecord)};
+}
+
+}  // namespace
+
+bool is_description(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".yaml" || ending == ".yml" || ending == ".urdf" || ending == ".xml" || ending == ".xacro";
+}
+
+Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const ConvertOptions& options,
+                                            const scene::SceneCacheSettings& cache,
+                                            const std::function<bool()>& should_stop) {
+  std::error_code error;
+  const fs::path file = fs::canonical(description, error);
+  if (error) return Error{"cannot open " + scene::quote(description.string()) + ": " + error.message()};
+  std::vector<std::string> words = arguments_of(options);
+  const std::optional<KeptPlaces> places = places_for(file, words, cache);
+  ConvertedScene converted;
+  if (places) {
+    converted.file_ = places->scene;
+    Result<scene::ConversionRecord> record = scene::read_conversion_record(places->record);
+    if (record && scene::holds(*record, places->scene)) {
+      converted.warnings_ = std::move(record->warnings);
+      converted.was_kept_ = true;
+      return converted;
+    }
+  } else {
+    converted.memory_ = ::memfd_create("fire3dv scene", MFD_CLOEXEC);
+    if (converted.memory_ < 0) return Error{std::string("no memory for a scene: ") + std::strerror(errno)};
+    converted.file_ = "/proc/self/fd/" + std::to_string(converted.memory_);
+  }
+  words.push_back(file.string());
+  words.insert(words.end(), {"-o", places ? places->scene.string() : "-"});
+  if (places) words.insert(words.end(), {"--sources", places->record.string()});
+  Result<std::vector<std::string>> done = run_converter({std::move(words), converted.memory_, should_stop});
+  if (!done) return done.error();
+  converted.warnings_ = std::move(*done);
+  if (cache.place == Place::folder && places) {
+    scene::remove_oldest(cache.folder, kScene, cache.most_bytes);
+    scene::remove_oldest(cache.folder, kRecord, kMostRecordBytes);
+  }
+  return converted;
+}
+
+ConvertedScene::ConvertedScene(ConvertedScene&& other) noexcept
+    : file_(std::move(other.file_)),
+      warnings_(std::move(other.warnings_)),
+      was_kept_(other.was_kept_),
+      memory_(std::exchange(other.memory_, -1)) {}
+
+ConvertedScene::~ConvertedScene() {
+  if (memory_ >= 0) ::close(memory_);
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,138 @@
+#include "renderer/scene/conversion_record.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "renderer/scene/files.h"
+
+namespace fire3dv::scene {
+namespace {
+
+constexpr std::string_view kFirstLine = "fire3dv conversion 1";
+constexpr uint64_t kMostBytes = uint64_t{256} << 20;
+// File systems stamp with a clock that ticks, and so may be as late as this.
+constexpr int64_t kTick_ns = 20'000'000;
+
+int64_t nanoseconds(const timespec& time) {
+  return int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '\n')
+      result += "\\n";
+    else if (c == '\\')
+      result += "\\\\";
+    else
+      result += c;
+  }
+  return result;
+}
+
+std::string unescaped(const std::string& text) {
+  std::string result;
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\\' && i + 1 < text.size())
+      result += text[++i] == 'n' ? '\n' : text[i];
+    else
+      result += text[i];
+  }
+  return result;
+}
+
+void write(std::ostream& out, const FileStamp& stamp) {
+  out << stamp.exists << ' ' << stamp.size << ' ' << stamp.inode << ' ' << stamp.modified_ns << ' '
+      << stamp.changed_ns;
+}
+
+bool read(std::istream& in, FileStamp& stamp) {
+  return static_cast<bool>(in >> stamp.exists >> stamp.size >> stamp.inode >> stamp.modified_ns >>
+                           stamp.changed_ns);
+}
+
+// Of a file that is replaced as a whole. Its links may change, and so the time that tells of that.
+bool same_result(FileStamp a, FileStamp b) {
+  a.changed_ns = b.changed_ns = 0;
+  return a == b;
+}
+
+}  // namespace
+
+FileStamp stamp_of(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  return {true, static_cast<uint64_t>(status.st_size), status.st_ino, nanoseconds(status.st_mtim),
+          nanoseconds(status.st_ctim)};
+}
+
+ConversionRecord record_of(const std::filesystem::path& result,
+                           const std::vector<std::filesystem::path>& sources, int64_t begun_ns) {
+  ConversionRecord record;
+  record.result = stamp_of(result);
+  for (const std::filesystem::path& source : sources) {
+    FileStamp stamp = stamp_of(source);
+    if (std::max(stamp.modified_ns, stamp.changed_ns) + kTick_ns >= begun_ns)
+      stamp.inode = 0;  // no file has it
+    record.sources.push_back({std::filesystem::absolute(source), stamp});
+  }
+  return record;
+}
+
+std::string text_of(const ConversionRecord& record) {
+  std::ostringstream out;
+  out << kFirstLine << "\nresult ";
+  write(out, record.result);
+  out << '\n';
+  for (const ConversionRecord::Source& source : record.sources) {
+    out << "source ";
+    write(out, source.stamp);
+    out << ' ' << escaped(source.file.string()) << '\n';
+  }
+  for (const std::string& warning : record.warnings) out << "warning " << escaped(warning) << '\n';
+  out << "end\n";
+  return std::move(out).str();
+}
+
+Result<ConversionRecord> read_conversion_record(const std::filesystem::path& file) {
+  const Result<Bytes> bytes = read_file(file, kMostBytes);
+  if (!bytes) return bytes.error();
+  std::istringstream lines(std::string(reinterpret_cast<const char*>(bytes->data.get()), bytes->size));
+  std::string text;
+  const Error damaged{quote(file.string()) + " is no record of a conversion"};
+  if (!std::getline(lines, text) || text != kFirstLine) return damaged;
+  ConversionRecord record;
+  while (std::getline(lines, text)) {
+    std::istringstream line(text);
+    std::string kind;
+    line >> kind;
+    if (kind == "end") return record;
+    if (kind == "result") {
+      if (!read(line, record.result)) return damaged;
+    } else if (kind == "source") {
+      ConversionRecord::Source source;
+      if (!read(line, source.stamp) || line.get() != ' ') return damaged;
+      std::string name;
+      std::getline(line, name);
+      source.file = unescaped(name);
+      record.sources.push_back(std::move(source));
+    } else if (kind == "warning") {
+      record.warnings.push_back(unescaped(text.substr(std::min(text.size(), kind.size() + 1))));
+    } else {
+      return damaged;
+    }
+  }
+  return damaged;  // cut short
+}
+
+bool holds(const ConversionRecord& record, const std::filesystem::path& result) {
+  const FileStamp now = stamp_of(result);
+  return now.exists && same_result(now, record.result) &&
+         std::all_of(
+             record.sources.begin(), record.sources.end(),
+             [](const ConversionRecord::Source& source) { return stamp_of(source.file) == source.stamp; });
+}
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,45 @@
+// What a description was when it was converted to glTF, so that a later start can tell whether that still
+// holds. Written by fire3dv-convert, read by fire3dv.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "protocol/error.h"
+
+namespace fire3dv::scene {
+
+// Which file it is and when it was written last: cheaper to ask for than what it holds.
+struct FileStamp {
+  bool exists = false;
+  uint64_t size = 0, inode = 0;
+  int64_t modified_ns = 0, changed_ns = 0;  // as the file system's clock had it
+  bool operator==(const FileStamp&) const = default;
+};
+
+FileStamp stamp_of(const std::filesystem::path& file);
+
+struct ConversionRecord {
+  FileStamp result;
+  struct Source {
+    std::filesystem::path file;  // absolute
+    FileStamp stamp;
+  };
+  std::vector<Source> sources;
+  std::vector<std::string> warnings;  // without line breaks
+};
+
+// begun_ns: the clock of today (CLOCK_REALTIME) before the first source was read. A source that was written
+// since, so that nobody knows what of it was read, is recorded as one that has changed.
+ConversionRecord record_of(const std::filesystem::path& result,
+                           const std::vector<std::filesystem::path>& sources, int64_t begun_ns);
+
+std::string text_of(const ConversionRecord& record);
+Result<ConversionRecord> read_conversion_record(const std::filesystem::path& file);
+
+// Whether the result is the one that was recorded, and its sources are what they were.
+bool holds(const ConversionRecord& record, const std::filesystem::path& result);
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,183 @@
+// ADF that is wrong, hostile or only odd: what cannot be shown is said with file and line, and nothing hangs,
+// crashes or leads to a file that is none.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+
+#include "tests/support/gltf_builder.h"
+#include "tests/unit/mesh_file_bytes.h"
+#include "tools/convert/readers.h"
+
+namespace fire3dv::convert {
+namespace {
+
+std::string all_of(const Model& model) {
+  std::string text;
+  for (const std::string& warning : model.warnings) {
+    EXPECT_EQ(warning.find('\n'), std::string::npos) << warning;
+    text += warning + '\n';
+  }
+  return text;
+}
+
+// Its error, or its warnings.
+std::string said_of(std::string_view yaml, const ReadOptions& options = {}) {
+  const test::ScratchFolder folder;
+  const Result<Model> model = read_adf(folder.write("model.yaml", yaml), options);
+  if (model) return all_of(*model);
+  EXPECT_EQ(model.error().message.find('\n'), std::string::npos) << model.error().message;
+  EXPECT_NE(model.error().message.find("model.yaml"), std::string::npos) << model.error().message;
+  return "refused: " + model.error().message;
+}
+
+void expect_said(std::string_view yaml, const std::string& what) {
+  const std::string said = said_of(yaml);
+  EXPECT_NE(said.find(what), std::string::npos) << "of\n" << yaml.substr(0, 300) << "\nit says\n" << said;
+}
+
+TEST(AdfRefuse, WhatIsNoDescriptionIsRefused) {
+  expect_said("bodies: [a\n\nb: {c: d", "model.yaml:");
+  expect_said("bodies: [a]\na:\n  name: [x\nb: 1\n", "refused: ");
+  expect_said("just a text", "is no AMBF description");
+  expect_said("", "is no AMBF description");
+  expect_said("- a\n- b\n", "is no AMBF description");
+  expect_said("name: robot\n", "is no AMBF launch, world or model file");
+  expect_said("bodies: []\n", "shows nothing");
+  expect_said(std::string("bodies: \0\xff\xfe", 11), "refused: ");
+  const test::ScratchFolder folder;
+  const auto refusal = [](const std::filesystem::path& file) {
+    const Result<Model> model = read_adf(file, {});
+    return model ? std::string("read") : model.error().message;
+  };
+  EXPECT_NE(refusal(folder.path() / "gone.yaml").find("No such file"), std::string::npos);
+  EXPECT_NE(refusal(folder.path()).find("is a folder"), std::string::npos);
+  ASSERT_EQ(mkfifo((folder.path() / "pipe.yaml").c_str(), 0600), 0);
+  EXPECT_NE(refusal(folder.path() / "pipe.yaml").find("not a regular file"), std::string::npos);
+  EXPECT_NE(refusal("/dev/zero").find("no file on a disk"), std::string::npos);
+}
+
+TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
+  expect_said("bodies: [b]\nb:\n  shape: BOX\n  geometry: {x: wide, y: 1, z: 1}\n",
+              "model.yaml:4: \"x\" is no number");
+  expect_said("bodies: [b]\nb:\n  shape: BOX\n  geometry: {x: .nan, y: 1, z: 1}\n",
+              "model.yaml:4: \"x\" is no number");
+  expect_said("bodies: [b]\nb: {shape: BALL}\n", "model.yaml:2: \"shape\" is none of BOX");
+  expect_said("bodies: [b]\nb: {shape: SPHERE, geometry: {radius: 1e300}}\n",
+              "has no size that can be drawn");
+  expect_said("bodies: [b]\nb: {shape: SPHERE, geometry: {radius: -1}}\n", "has no size that can be drawn");
+  expect_said("bodies: [b]\nb:\n  location:\n    position: [1, 2, 3]\n",
+              "model.yaml:4: \"position\" has no x, y and z");
+  expect_said("bodies: [b]\nb:\n  location:\n    position: {x: 1, y: 2}\n", "\"position\" has no z");
+  expect_said("bodies: [b]\nb:\n  use material: perhaps\n  color rgba: {r: 1, g: 1, b: 1, a: 1}\n",
+              "\"use material\" is neither true nor false");
+  expect_said("bodies: [b]\nb: {color components: {diffuse: {r: 1, g: 1, b: 1}}}\n",
+              "has no \"transparency\"");
+  expect_said("bodies: [b, [c]]\nb: {}\n", "is no text");
+  expect_said("bodies: b\nb: {}\nghost objects: [g]\ng: {}\n", "\"bodies\" is no list");
+  expect_said("bodies: [b]\nb: {}\nb: {}\n", "model.yaml:3: \"b\" is there twice; the first counts");
+  expect_said("bodies: [b]\nb: {mesh: /dev/zero}\n", "no file on a disk");
+  expect_said("bodies: [b]\nb: {mesh: /etc/passwd}\n", ".obj, .stl, .3ds and .dae");
+  expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {look at: {x: 0, y: 0, z: 1}}\n",
+              "which way it looks is not known");
+  expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {clipping plane: {near: 0, far: -1}}\n",
+              "0 < near < far");
+  expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {field view angle: 9}\n",
+              "no angle that a camera can have");
+  expect_said("bodies: [b]\nb: {}\nvehicles: [v]\n", "\"vehicles\" is not converted");
+}
+
+TEST(AdfRefuse, NamesAreFitForStreams) {
+  const test::ScratchFolder folder;
+  const Result<Model> model =
+      read_adf(folder.write("model.yaml",
+                            "bodies: [\"a\\nb\\x01\", \"\\u202Eback\", twice]\nghost objects: [twice]\n"
+                            "\"a\\nb\\x01\": {}\n\"\\u202Eback\": {}\ntwice: {}\n"),
+               {});
+  ASSERT_TRUE(model) << model.error().message;
+  ASSERT_EQ(model->nodes.size(), 4u);
+  EXPECT_EQ(model->nodes[0].name, "a?b?");
+  EXPECT_EQ(model->nodes[1].name, "?back");
+  EXPECT_EQ(model->nodes[2].name, "twice");
+  EXPECT_EQ(model->nodes[3].name, "twice#ghost");  // AMBF has a map for each kind; a scene has one
+}
+
+// The body whose mesh is missing is none for AMBF, which gives its name to the other.
+TEST(AdfRefuse, NamesOfDroppedBodiesAreFree) {
+  const test::ScratchFolder folder;
+  folder.write("part.stl", test::binary_stl());
+  const Result<Model> model =
+      read_adf(folder.write("a.yaml", "bodies: [b]\nenvironment: x\nb: {mesh: gone.stl}\n"), {});
+  ASSERT_TRUE(model);
+  const Result<Model> launched =
+      read_adf((folder.write("other.yaml", "bodies: [b]\nb: {mesh: part.stl}\n"),
+                folder.write("launch.yaml", "multibody configs: [a.yaml, other.yaml]\n")),
+               [] {
+                 ReadOptions options;
+                 options.launch_all = true;
+                 return options;
+               }());
+  ASSERT_TRUE(launched);
+  ASSERT_EQ(launched->nodes.size(), 2u);
+  EXPECT_EQ(launched->nodes[0].name, "b1");
+  EXPECT_EQ(launched->nodes[1].name, "b");
+  EXPECT_TRUE(launched->nodes[1].mesh);
+}
+
+TEST(AdfRefuse, LoopsEnd) {
+  const test::ScratchFolder folder;
+  folder.write("world.yaml", "environment: ./world.yaml\nlights: [l]\nl: {direction: {x: 0, y: 0, z: -1}}\n");
+  folder.write("launch.yaml", "world config: world.yaml\nmultibody configs: [../" +
+                                  folder.path().filename().string() + "/launch.yaml, launch.yaml]\n");
+  const Result<Model> model = read_adf(folder.path() / "launch.yaml", {});
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_NE(
+      all_of(*model).find("world.yaml:1: \"environment\" is \"./world.yaml\", which is just being read"),
+      std::string::npos)
+      << all_of(*model);
+  EXPECT_NE(all_of(*model).find("launch.yaml\", which is just being read"), std::string::npos);
+  expect_said("bodies: [b]\nb: {}\ncameras: [c, d]\nc: {parent: d}\nd: {parent: c}\n",
+              "among its own parents");
+}
+
+TEST(AdfRefuse, ParentsAreFoundAsAmbfFindsThem) {
+  const test::ScratchFolder folder;
+  const Result<Model> model =
+      read_adf(folder.write("model.yaml",
+                            "namespace: /n/\nbodies: [BODY a, BODY ab, BODY c]\nghost objects: [G1, G2, G3]\n"
+                            "BODY a: {}\nBODY ab: {}\nBODY c: {}\n"
+                            "G1: {parent: /n/BODY a}\nG2: {parent: BODY c}\nG3: {parent: BODY a}\n"),
+               {});
+  ASSERT_TRUE(model);
+  EXPECT_EQ(model->nodes[3].parent, 0u);            // its whole name
+  EXPECT_EQ(model->nodes[4].parent, 2u);            // a part of one name
+  EXPECT_EQ(model->nodes[5].parent, std::nullopt);  // a part of two
+}
+
+TEST(AdfRefuse, BombsAreBounded) {
+  expect_said("bodies: " + std::string(100000, '['), "refused: ");
+  std::string deep;
+  for (int i = 0; i < 1500; ++i) deep += std::string(static_cast<size_t>(i), ' ') + "a:\n";
+  expect_said("bodies: [b]\nb: {}\n" + deep, "refused: ");
+  // Each alias is two of the one before.
+  std::string aliases = "bodies: [b]\nb: {compound shape: *a29}\n";
+  std::string bomb = "bodies: [b]\na0: &a0 [x, x]\n";
+  for (int i = 1; i < 30; ++i) {
+    const std::string last = "*a" + std::to_string(i - 1);
+    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + last + ", " + last + "]\n";
+  }
+  said_of(bomb + "b: {compound shape: *a29}\n");
+  said_of("bodies: [b]\nb: &b {compound shape: *b, self: *b}\n");
+  // Many of what is listed once.
+  std::string many = "bodies: [";
+  for (int i = 0; i < 100100; ++i) many += "b,";
+  expect_said(many + "]\nb: {}\n", "there are more than 100000");
+  std::string parts = "bodies: [";
+  for (int i = 0; i < 400; ++i) parts += "b,";
+  parts += "]\ns: &s {shape: BOX, geometry: {x: 1, y: 1, z: 1}}\nb: {compound shape: [";
+  for (int i = 0; i < 300; ++i) parts += "*s,";
+  expect_said(parts + "]}\n", "there are more than 100000");
+}
+
+}  // namespace
+}  // namespace fire3dv::convert

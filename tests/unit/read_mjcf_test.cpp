@@ -1,0 +1,186 @@
+// MJCF by libmujoco: bodies as nodes in their first pose, geoms that its viewer would show, cameras and
+// lights.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/gltf_builder.h"
+#include "tools/convert/readers.h"
+
+namespace fire3dv::convert {
+namespace {
+
+class Mjcf : public testing::Test {
+ protected:
+  Result<Model> try_read(const std::string& text) {
+    return read_mjcf(folder_.write("model.xml", std::string_view(text)), {});
+  }
+  test::ScratchFolder folder_;
+};
+
+#ifdef FIRE3DV_HAS_MUJOCO
+
+Model checked(Result<Model> model) {
+  EXPECT_TRUE(model.ok()) << model.error().message;
+  return model ? std::move(*model) : Model();
+}
+
+const Node& node(const Model& model, const std::string& name) {
+  for (const Node& each : model.nodes)
+    if (each.name == name) return each;
+  ADD_FAILURE() << "no node " << name;
+  return model.nodes.front();
+}
+
+std::pair<glm::vec3, glm::vec3> bounds(const Mesh& mesh) {
+  glm::vec3 low(1e9f), high(-1e9f);
+  for (const Surface& surface : mesh.surfaces) {
+    for (const glm::vec3& position : surface.positions) {
+      low = glm::min(low, position);
+      high = glm::max(high, position);
+    }
+  }
+  return {low, high};
+}
+
+constexpr const char* kArm = R"(<mujoco model="arm">
+  <worldbody>
+    <light name="sun" directional="true" dir="0 0 -1" diffuse="1 1 1"/>
+    <light name="lamp" pos="0 0 3" dir="0 1 0" cutoff="30"/>
+    <geom type="plane" size="0 0 1"/>
+    <body name="shoulder" pos="0 0 1">
+      <joint name="turn" axis="0 0 1"/>
+      <geom type="box" size="0.1 0.2 0.3" pos="0 0 0.3"/>
+      <body pos="1 0 0">
+        <joint axis="0 0 1"/>
+        <geom type="capsule" size="0.1 0.4"/>
+        <geom type="sphere" size="0.5" group="3"/>
+        <geom type="sphere" size="0.5" rgba="1 0 0 0"/>
+        <camera name="shoulder" pos="0 0 1" fovy="60"/>
+      </body>
+    </body>
+  </worldbody>
+  <keyframe><key qpos="1.5707963267948966 0"/></keyframe>
+</mujoco>)";
+
+TEST_F(Mjcf, BodiesAreNodesInTheFirstKeyframesPose) {
+  const Model model = checked(try_read(kArm));
+  EXPECT_EQ(node(model, "world").parent, std::nullopt);
+  const Node& shoulder = node(model, "shoulder");
+  EXPECT_EQ(model.nodes[*shoulder.parent].name, "world");
+  EXPECT_LT(glm::distance(shoulder.translation, glm::dvec3(0, 0, 1)), 1e-12);
+  EXPECT_LT(glm::distance(shoulder.rotation * glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0)), 1e-9);
+  const Node& unnamed = node(model, "body_2");
+  EXPECT_EQ(model.nodes[*unnamed.parent].name, "shoulder");
+  EXPECT_LT(glm::distance(unnamed.translation, glm::dvec3(1, 0, 0)), 1e-9);  // in its parent
+}
+
+TEST_F(Mjcf, GeomsOfTheGroupsThatAreShownHaveTheirSizes) {
+  const Model model = checked(try_read(kArm));
+  const auto [box_low, box_high] = bounds(model.meshes[*node(model, "shoulder").mesh]);
+  EXPECT_LT(glm::distance(box_low, glm::vec3(-0.1f, -0.2f, 0)), 1e-6f);
+  EXPECT_LT(glm::distance(box_high, glm::vec3(0.1f, 0.2f, 0.6f)), 1e-6f);
+  const auto [low, high] = bounds(model.meshes[*node(model, "body_2").mesh]);  // neither group 3 nor alpha 0
+  EXPECT_LT(glm::distance(low, glm::vec3(-0.1f, -0.1f, -0.5f)), 1e-6f);
+  EXPECT_LT(glm::distance(high, glm::vec3(0.1f, 0.1f, 0.5f)), 1e-6f);
+  EXPECT_GT(bounds(model.meshes[*node(model, "world").mesh]).second.x, 5);  // a plane without an end
+}
+
+TEST_F(Mjcf, CamerasAndLightsBelongToTheirBodies) {
+  const Model model = checked(try_read(kArm));
+  EXPECT_EQ(model.nodes.front().name, "free camera");
+  const Node& eye = node(model, "shoulder camera");  // a body has its name already
+  EXPECT_EQ(model.nodes[*eye.parent].name, "body_2");
+  EXPECT_EQ(model.cameras[*eye.camera].name, "shoulder");
+  EXPECT_NEAR(model.cameras[*eye.camera].vertical_fov_rad, 1.0471976f, 1e-6f);
+  EXPECT_LT(glm::distance(eye.translation, glm::dvec3(0, 0, 1)), 1e-9);
+  const Node& sun = node(model, "sun");
+  EXPECT_EQ(model.lights[*sun.light].type, Light::Type::directional);
+  EXPECT_LT(glm::distance(sun.rotation * glm::dvec3(0, 0, -1), glm::dvec3(0, 0, -1)), 1e-9);
+  const Node& lamp = node(model, "lamp");
+  EXPECT_EQ(model.lights[*lamp.light].type, Light::Type::spot);
+  EXPECT_NEAR(model.lights[*lamp.light].outer_cone_rad, 0.5235988f, 1e-6f);
+  EXPECT_LT(glm::distance(lamp.rotation * glm::dvec3(0, 0, -1), glm::dvec3(0, 1, 0)), 1e-9);
+}
+
+TEST_F(Mjcf, MaterialsMeshesAndTexturesComeFromTheCompiledModel) {
+  std::filesystem::create_directories(folder_.path() / "assets");
+  folder_.write("assets/t.obj",
+                std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"));
+  folder_.write("assets/skin.png", test::png(2, 2, 0x00ff00ff));
+  folder_.write(
+      "parts.xml",
+      std::string_view(R"(<mujoco><asset><mesh name="t" file="t.obj" scale="2 2 2"/></asset></mujoco>)"));
+  const Model model = checked(try_read(R"(<mujoco><compiler meshdir="assets" texturedir="assets"/>
+    <include file="parts.xml"/>
+    <asset><texture name="skin" type="2d" file="skin.png"/><texture name="sky" type="cube" builtin="flat" rgb1="1 0 0" width="4" height="4"/>
+      <material name="red" rgba="1 0 0 0.5" shininess="1" reflectance="0.25" emission="0.5"/>
+      <material name="skinned" texture="skin" texuniform="true" texrepeat="3 2"/><material name="cubed" texture="sky"/></asset>
+    <worldbody><geom type="plane" size="2 4 1" material="skinned"/>
+      <body name="a"><geom type="mesh" mesh="t" material="red"/></body><body name="b"><geom type="mesh" mesh="t" material="red"/></body>
+      <body name="c"><geom size="1" material="cubed" rgba="0 0 1 1"/></body></worldbody></mujoco>)"));
+  EXPECT_EQ(node(model, "a").mesh, node(model, "b").mesh);
+  const Mesh& mesh = model.meshes[*node(model, "a").mesh];
+  const auto [low, high] = bounds(mesh);
+  EXPECT_LT(glm::distance(low, glm::vec3(0)), 1e-5f);  // in its own frame, wherever its inertia is
+  EXPECT_LT(glm::distance(high, glm::vec3(2)), 1e-5f);
+  const Material& red = model.materials[mesh.surfaces[0].material];
+  EXPECT_EQ(red.base_color, glm::vec4(1, 0, 0, 0.5f));
+  EXPECT_TRUE(red.blended);
+  EXPECT_EQ(red.metallic, 0.25f);
+  EXPECT_NEAR(red.roughness, std::pow(2 / 130.0f, 0.25f), 1e-6f);
+  EXPECT_NEAR(red.emission.r, 0.21404f, 1e-4f);
+  const Surface& ground = model.meshes[*node(model, "world").mesh].surfaces[0];
+  EXPECT_EQ(model.materials[ground.material].base_color_image, 0u);
+  EXPECT_EQ(ground.uvs[1] - ground.uvs[0], glm::vec2(6, 0));  // 3 each unit of half a side
+  const Material& cubed = model.materials[model.meshes[*node(model, "c").mesh].surfaces[0].material];
+  EXPECT_EQ(cubed.base_color, glm::vec4(0, 0, 1, 1));
+  ASSERT_EQ(model.warnings.size(), 1u);
+  EXPECT_NE(model.warnings[0].find("\"sky\" is a cube"), std::string::npos);
+  for (const char* file : {"model.xml", "parts.xml", "assets/t.obj", "assets/skin.png"})
+    EXPECT_NE(std::find(model.sources.begin(), model.sources.end(), folder_.path() / file),
+              model.sources.end())
+        << file;
+}
+
+TEST_F(Mjcf, AHeightFieldIsItsTopAndItsWalls) {
+  const Model model =
+      checked(try_read(R"(<mujoco><asset><hfield name="h" nrow="2" ncol="3" size="3 2 1 0.5"/></asset>
+    <worldbody><geom type="hfield" hfield="h"/></worldbody></mujoco>)"));
+  const auto [low, high] = bounds(model.meshes[0]);
+  EXPECT_EQ(low, glm::vec3(-3, -2, -0.5f));
+  EXPECT_EQ(glm::vec2(high), glm::vec2(3, 2));
+  EXPECT_EQ(model.meshes[0].surfaces[0].indices.size() / 3, 4u + 2 * 6u);
+}
+
+TEST_F(Mjcf, WhatIsWrongIsToldWithTheFilesName) {
+  const auto error_of = [&](const std::string& text) {
+    const auto model = try_read(text);
+    EXPECT_FALSE(model.ok()) << text;
+    return model ? "" : model.error().message;
+  };
+  const std::string unknown = error_of("<mujoco>\n<worldbody>\n<blob/>\n</worldbody></mujoco>");
+  EXPECT_NE(unknown.find("model.xml\": "), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("line 3"), std::string::npos) << unknown;
+  const std::string missing =
+      error_of("<mujoco><asset><mesh name='m' file='gone.stl'/></asset><worldbody/></mujoco>");
+  EXPECT_NE(missing.find("gone.stl"), std::string::npos) << missing;
+  const std::string broken = error_of("<mujoco>\n<worldbody>\n");
+  EXPECT_NE(broken.find("model.xml"), std::string::npos) << broken;
+  folder_.write("loop.xml", std::string_view("<mujoco><include file='loop.xml'/></mujoco>"));
+  EXPECT_NE(error_of("<mujoco><include file='loop.xml'/><worldbody/></mujoco>").find("loop.xml"),
+            std::string::npos);
+}
+
+#else
+
+TEST_F(Mjcf, WithoutMuJoCoTheErrorSaysHowToGetIt) {
+  const auto model = try_read("<mujoco/>");
+  ASSERT_FALSE(model.ok());
+  EXPECT_NE(model.error().message.find("libmujoco-dev"), std::string::npos);
+}
+
+#endif
+
+}  // namespace
+}  // namespace fire3dv::convert

@@ -1,0 +1,11 @@
+# Meshes from files, for all readers; and AMBF's descriptions.
+find_package(assimp REQUIRED)
+
+fire3dv_library(fire3dv_mesh_files
+  SOURCES import_files.cpp local_files.cpp mesh_child.cpp mesh_files.cpp mesh_import.cpp surface_builder.cpp text.cpp
+  LINK fire3dv_scene assimp::assimp)
+
+find_package(yaml-cpp REQUIRED)
+fire3dv_library(fire3dv_adf
+  SOURCES adf_fields.cpp adf_model.cpp adf_objects.cpp adf_visual.cpp adf_yaml.cpp read_adf.cpp adf_shapes.cpp
+  LINK fire3dv_mesh_files $<IF:$<TARGET_EXISTS:yaml-cpp::yaml-cpp>,yaml-cpp::yaml-cpp,yaml-cpp>)

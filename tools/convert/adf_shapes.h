@@ -1,0 +1,17 @@
+// The shapes that AMBF draws itself, centred where it centres them, along Z. Without material.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "tools/convert/model.h"
+
+namespace fire3dv::convert {
+
+Surface box_surface(const glm::dvec3& full_extents);
+Surface ellipsoid_surface(const glm::dvec3& semi_axes);
+// Closed at both ends; a top radius of 0 makes a cone.
+Surface cylinder_surface(double height, double bottom_radius, double top_radius);
+// 100 x 100, at `offset` along its normal (not needed to be one long).
+Surface plane_surface(const glm::dvec3& normal, double offset);
+
+}  // namespace fire3dv::convert

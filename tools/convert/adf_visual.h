@@ -1,0 +1,55 @@
+// What bodies look like: meshes from files and AMBF's own shapes, with the file's materials or the body's
+// colours, by AMBF's rules for which counts. Bodies that look the same share a mesh.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/convert/adf_yaml.h"
+#include "tools/convert/mesh_files.h"
+#include "tools/convert/model.h"
+
+namespace fire3dv::convert {
+
+// The folders that a block's mesh is looked for in.
+struct AdfPlaces {
+  std::filesystem::path file_folder;  // of the model file
+  std::string visual_path;            // its "high resolution path"
+};
+
+struct AdfLook {
+  std::optional<size_t> mesh;
+  bool mesh_is_missing = false;  // AMBF drops such bodies
+};
+
+class AdfVisuals {
+ public:
+  AdfVisuals(Model& model, AdfReport& report) : model_(model), report_(report), files_(model) {}
+
+  AdfLook look_of(const AdfValue& block, const std::string& name, const AdfPlaces& places);
+  void allow_images_below(const std::filesystem::path& folder) { files_.allow_images_below(folder); }
+
+ private:
+  struct Color;
+  Color color_of(const AdfValue& block) const;
+  std::optional<std::vector<Surface>> file_surfaces(const AdfValue& block, const std::string& name,
+                                                    const AdfPlaces& places, double scale);
+  std::vector<Surface> shape_surfaces(const AdfValue& block, double scale);
+  Surface shape_surface(const AdfValue& shape, const AdfValue& geometry, double scale);
+  size_t colored(size_t material, const Color& color, const std::string& name);
+  size_t plain_material();
+
+  Model& model_;
+  AdfReport& report_;
+  MeshFiles files_;
+  std::map<std::string, std::optional<size_t>> meshes_;  // by all that makes their look
+  std::map<std::string, size_t> materials_;
+  std::map<std::string, std::string> missing_;  // file to why it cannot be shown
+  std::optional<size_t> plain_;
+  size_t triangles_ = 0, shapes_ = 0;
+};
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,19 @@
+// Colours as descriptions give them, for displays (sRGB), as linear light.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+
+namespace fire3dv::convert {
+
+inline glm::vec3 linear_from_srgb(const glm::vec3& displayed) {
+  glm::vec3 linear;
+  for (int i = 0; i < 3; ++i) {
+    const float c = std::clamp(displayed[i], 0.0f, 1.0f);
+    linear[i] = c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+  }
+  return linear;
+}
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,29 @@
+// assimp's way to files: the mesh file itself, and what lies below its folder. Everything else is not there.
+#pragma once
+
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
+#include <filesystem>
+#include <vector>
+
+#include "tools/convert/local_files.h"
+
+namespace fire3dv::convert {
+
+class ImportFiles : public Assimp::IOSystem {
+ public:
+  // besides: gets what is asked for beside the file itself, found or not.
+  ImportFiles(const std::filesystem::path& file, std::vector<std::filesystem::path>& besides);
+
+  bool Exists(const char* file) const override;
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* file, const char* mode) override;
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  std::filesystem::path file_;
+  std::vector<std::filesystem::path>& besides_;
+  AllowedFolders folders_;
+};
+
+}  // namespace fire3dv::convert

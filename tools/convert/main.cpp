@@ -1,0 +1,197 @@
+// fire3dv-convert FILE -o OUT.glb: descriptions of robots and scenes (AMBF, URDF, MJCF) as one binary glTF
+// file.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <iostream>
+
+#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/conversion_record.h"
+#include "renderer/scene/files.h"
+#include "tools/convert/readers.h"
+#include "tools/convert/write_glb.h"
+
+namespace fire3dv::convert {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr int kFailed = 1, kUsageError = 2;
+
+struct Options {
+  std::string file, out, sources, launch;
+  std::vector<std::string> package_folders;
+  bool list = false;
+  ReadOptions read;
+};
+
+void say(std::string text) {
+  for (char& c : text)
+    if (c == '\n' || c == '\r') c = ' ';  // a line each: whoever reads them tells them apart by that
+  std::fprintf(stderr, "fire3dv-convert: %s\n", text.c_str());
+}
+
+int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+// "0,2,5"
+bool parse_indices(std::string_view text, std::vector<size_t>& indices) {
+  while (!text.empty()) {
+    size_t index = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+    if (error != std::errc() || index > 1'000'000) return false;
+    indices.push_back(index);
+    text.remove_prefix(static_cast<size_t>(end - text.data()));
+    if (text.empty()) return true;
+    if (!text.starts_with(',')) return false;
+    text.remove_prefix(1);
+  }
+  return false;
+}
+
+size_t triangles_of(const Mesh& mesh) {
+  size_t triangles = 0;
+  for (const Surface& surface : mesh.surfaces) triangles += surface.indices.size() / 3;
+  return triangles;
+}
+
+void print_list(const Model& model) {
+  std::vector<size_t> depths;
+  for (const Node& node : model.nodes) {
+    depths.push_back(node.parent ? depths[*node.parent] + 1 : 0);
+    std::string what;
+    if (node.mesh) what += "\t" + std::to_string(triangles_of(model.meshes[*node.mesh])) + " triangles";
+    if (node.camera) what += "\tcamera";
+    if (node.light) what += "\tlight";
+    std::printf("%s%s%s\n", std::string(2 * depths.back(), ' ').c_str(), node.name.c_str(), what.c_str());
+  }
+}
+
+Result<void> write_to_stdout(int fd, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0)
+      return Error{std::string("cannot write to the standard output: ") + std::strerror(errno)};
+    bytes = bytes.subspan(static_cast<size_t>(written));
+  }
+  return {};
+}
+
+Result<void> write_outputs(const Options& options, int standard_output, const Model& model,
+                           const std::vector<std::byte>& glb, int64_t begun_ns) {
+  if (options.out == "-") return write_to_stdout(standard_output, glb);
+  if (Result<void> done = scene::write_atomically(options.out, {glb}); !done) return done;
+  if (options.sources.empty()) return {};
+  std::vector<fs::path> sources{"/proc/self/exe"};  // another converter may read the same files otherwise
+  std::error_code error;
+  sources[0] = fs::read_symlink(sources[0], error);
+  sources.insert(sources.end(), model.sources.begin(), model.sources.end());
+  scene::ConversionRecord record = scene::record_of(options.out, sources, begun_ns);
+  record.warnings = model.warnings;
+  const std::string text = scene::text_of(record);
+  return scene::write_atomically(options.sources, {std::as_bytes(std::span(text))});
+}
+
+int run(const Options& options) {
+  // Libraries that print go elsewhere than to a scene that is written there.
+  const int standard_output = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
+  if (options.out == "-") dup2(STDERR_FILENO, STDOUT_FILENO);
+
+  const int64_t begun_ns = now_ns();
+  Result<Model> model = read_description(options.file, options.read);
+  if (!model) {
+    say(model.error().message);
+    return kFailed;
+  }
+  if (options.list) print_list(*model);
+  size_t bytes = 0;
+  if (!options.out.empty()) {
+    const Result<std::vector<std::byte>> glb = write_glb(*model, &model->warnings);
+    if (!glb) {
+      say(options.file + ": " + glb.error().message);
+      return kFailed;
+    }
+    bytes = glb->size();
+    if (Result<void> done = write_outputs(options, standard_output, *model, *glb, begun_ns); !done) {
+      say(done.error().message);
+      return kFailed;
+    }
+  }
+  for (const std::string& warning : model->warnings) say("warning: " + warning);
+  if (!options.out.empty()) {
+    size_t triangles = 0;
+    for (const Node& node : model->nodes)
+      triangles += node.mesh ? triangles_of(model->meshes[*node.mesh]) : 0;
+    say((options.out == "-" ? "" : options.out + ": ") + std::to_string(model->nodes.size()) + " nodes, " +
+        std::to_string(triangles) + " triangles, " + std::to_string(model->cameras.size()) + " cameras, " +
+        std::to_string(model->lights.size()) + " lights, " + std::to_string(bytes) + " bytes, " +
+        std::to_string(model->warnings.size()) + " warnings");
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace fire3dv::convert
+
+int main(int argc, char** argv) {
+  using namespace fire3dv::convert;
+  CLI::App app{
+      "Makes one binary glTF file of a description: an AMBF launch, world or model file (YAML), URDF or "
+      "MJCF. "
+      "Its nodes are called as simulators call their bodies. Exit code: 0, written; 1, it cannot be; 2, the "
+      "command "
+      "line is wrong.",
+      "fire3dv-convert"};
+  Options options;
+  app.add_option("file", options.file, "the description; what it is, is seen by what it holds")->required();
+  app.add_option("-o,--out", options.out, "the file to write; - is the standard output")
+      ->type_name("OUT.glb");
+  CLI::Option* launch =
+      app.add_option("-l", options.launch,
+                     "which models of an AMBF launch file, by their places in it; without, as AMBF "
+                     "without -l")
+          ->type_name("0,1,...");
+  app.add_flag("--all", options.read.launch_all, "all models of an AMBF launch file")->excludes(launch);
+  app.add_option("--ns", options.read.name_space, "AMBF's namespace, before all names");
+  app.add_option("--package-path", options.package_folders,
+                 "folder that holds packages, for package:// in URDF; may be given several times")
+      ->allow_extra_args(false);
+  app.add_flag("--list", options.list, "say the nodes' names on the standard output");
+  app.add_option("--sources", options.sources,
+                 "write which files the scene was made from, and when they changed")
+      ->type_name("FILE");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << "fire3dv-convert: " << error.what() << " (see fire3dv-convert --help)\n";
+    return kUsageError;
+  }
+  const auto usage_error = [](const char* text) {
+    std::cerr << "fire3dv-convert: " << text << " (see fire3dv-convert --help)\n";
+    return kUsageError;
+  };
+  if (options.out.empty() && !options.list) return usage_error("name the file to write: -o OUT.glb");
+  if (!options.sources.empty() && (options.out.empty() || options.out == "-"))
+    return usage_error("--sources needs a file to be written: -o OUT.glb");
+  if (launch->count() > 0 && !parse_indices(options.launch, options.read.launch_indices))
+    return usage_error("-l: must be numbers with commas between them, such as 0,1");
+  options.read.package_folders.assign(options.package_folders.begin(), options.package_folders.end());
+  try {
+    return run(options);
+  } catch (const std::bad_alloc&) {
+    say(options.file + ": it does not fit into memory");
+  } catch (const std::exception& fault) {  // of a library
+    say(options.file + ": it cannot be converted: " + fault.what());
+  }
+  return kFailed;
+}

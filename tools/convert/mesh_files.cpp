@@ -1,0 +1,150 @@
+#include "tools/convert/mesh_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "renderer/scene/files.h"
+#include "tools/convert/colors.h"
+#include "tools/convert/local_files.h"
+#include "tools/convert/mesh_child.h"
+#include "tools/convert/text.h"
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr uint64_t kMostImageBytes = uint64_t{1} << 28;
+
+// Both ways by which a name can be meant: as it stands, and beside the mesh, since many a file names the
+// folders of the machine that it was made on.
+std::vector<std::filesystem::path> places_of(const std::filesystem::path& folder, std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const std::filesystem::path path(name);
+  return {folder / path, folder / path.filename()};
+}
+
+glm::vec3 scaled_normal(const glm::vec3& normal, const glm::dvec3& scale) {
+  // A flat scale leaves no inverse; the cofactors are as good.
+  const glm::dvec3 wide =
+      glm::dvec3(normal) * glm::dvec3(scale.y * scale.z, scale.z * scale.x, scale.x * scale.y);
+  const double length = glm::length(wide);
+  const double sign = scale.x * scale.y * scale.z < 0 ? -1 : 1;
+  return length > 0 ? glm::vec3(wide * (sign / length)) : normal;
+}
+
+void apply_scale(Surface& surface, const glm::dvec3& scale) {
+  for (glm::vec3& position : surface.positions) position = glm::vec3(glm::dvec3(position) * scale);
+  for (glm::vec3& normal : surface.normals) normal = scaled_normal(normal, scale);
+  if (scale.x * scale.y * scale.z < 0) {  // mirrored: the outside stays outside
+    for (size_t i = 0; i + 2 < surface.indices.size(); i += 3)
+      std::swap(surface.indices[i + 1], surface.indices[i + 2]);
+  }
+}
+
+}  // namespace
+
+struct MeshFiles::State {
+  explicit State(Model& to) : model(to) {}
+
+  std::optional<size_t> image(const std::filesystem::path& mesh_file, const std::string& name);
+  size_t material(const std::filesystem::path& mesh_file, const ImportedMaterial& from);
+  Result<std::vector<Surface>> read(const std::filesystem::path& resolved,
+                                    const std::filesystem::path& shown);
+
+  Model& model;
+  MeshChild child;
+  AllowedFolders allowed;
+  // What was read, or why it could not be.
+  std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
+  std::map<std::filesystem::path, size_t> images;
+};
+
+std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_file,
+                                              const std::string& name) {
+  const std::string where = scene::quote(mesh_file.string()) + ": image " + scene::quote(name);
+  AllowedFolders may_be_read = allowed;
+  may_be_read.add(mesh_file.parent_path());
+  bool outside = false;
+  for (const std::filesystem::path& place : places_of(mesh_file.parent_path(), name)) {
+    model.sources.push_back(place);
+    const Result<std::filesystem::path> found = regular_file(place);
+    if (!found) continue;
+    if (!may_be_read.hold(*found)) {
+      outside = true;
+      continue;
+    }
+    if (const auto known = images.find(*found); known != images.end()) return known->second;
+    Result<scene::Bytes> bytes = scene::read_file(*found, kMostImageBytes);
+    if (!bytes) {
+      model.warnings.push_back(where + " is left out: " + bytes.error().message);
+      return std::nullopt;
+    }
+    const std::span<const std::byte> view = bytes->view();
+    model.images.push_back({clean_text(found->filename().string()), {view.begin(), view.end()}});
+    return images[*found] = model.images.size() - 1;
+  }
+  model.warnings.push_back(where +
+                           (outside ? " is left out: it lies outside the folders of the meshes and of the "
+                                      "description; copy it next to the mesh"
+                                    : " is left out: there is no such file, nor one next to the mesh"));
+  return std::nullopt;
+}
+
+size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from) {
+  Material to;
+  to.name = from.name;
+  to.base_color = glm::vec4(linear_from_srgb(from.diffuse), from.opacity);
+  to.emission = linear_from_srgb(from.emission);
+  to.roughness = from.roughness;
+  to.blended = from.opacity < 1;
+  if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image);
+  if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image);
+  model.materials.push_back(std::move(to));
+  return model.materials.size() - 1;
+}
+
+Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path& resolved,
+                                                    const std::filesystem::path& shown) {
+  Result<ImportedMesh> mesh = child.import(resolved);
+  if (!mesh) return mesh.error();
+  model.sources.insert(model.sources.end(), mesh->besides.begin(), mesh->besides.end());
+  std::map<size_t, size_t> materials;  // those that are shown, of the file and of the model
+  for (Surface& surface : mesh->surfaces) {
+    const auto [known, is_new] = materials.try_emplace(surface.material, 0);
+    if (is_new) known->second = material(shown, mesh->materials[surface.material]);
+    surface.material = known->second;
+  }
+  return std::move(mesh->surfaces);
+}
+
+MeshFiles::MeshFiles(Model& model) : state_(std::make_unique<State>(model)) {}
+MeshFiles::~MeshFiles() = default;
+
+void MeshFiles::allow_images_below(const std::filesystem::path& folder) {
+  state_->allowed.add(folder);
+}
+
+Result<std::vector<Surface>> MeshFiles::surfaces(const std::filesystem::path& file, const glm::dvec3& scale) {
+  if (!std::isfinite(scale.x) || !std::isfinite(scale.y) || !std::isfinite(scale.z))
+    return Error{"the scale of " + scene::quote(file.string()) + " is not finite"};
+  Result<std::filesystem::path> resolved = regular_file(file);
+  state_->model.sources.push_back(file);
+  if (!resolved) return resolved.error();
+  auto known = state_->surfaces.find(*resolved);
+  if (known == state_->surfaces.end())
+    known = state_->surfaces.emplace(*resolved, state_->read(*resolved, file)).first;
+  if (!known->second) return known->second.error();
+  std::vector<Surface> copy = *known->second;
+  if (scale != glm::dvec3(1)) {
+    for (Surface& surface : copy) {
+      apply_scale(surface, scale);
+      for (const glm::vec3& p : surface.positions)
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+          return Error{"the scale of " + scene::quote(file.string()) + " is too large for its vertices"};
+    }
+  }
+  return copy;
+}
+
+}  // namespace fire3dv::convert

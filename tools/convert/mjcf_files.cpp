@@ -1,0 +1,105 @@
+#include "tools/convert/mjcf_files.h"
+
+#include <tinyxml.h>
+
+#include <set>
+
+#include "renderer/scene/files.h"
+#include "tools/convert/description_kind.h"
+
+namespace fire3dv::convert {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kMostFiles = 100'000, kMostIncludes = 1000;
+
+class Files {
+ public:
+  explicit Files(const fs::path& model) : folder_(model.parent_path()) {}
+
+  Result<void> read(const fs::path& file) {
+    includes_.push_back(file);
+    for (size_t i = 0; i < includes_.size(); ++i) {
+      if (Result<void> done = read_one(includes_[i]); !done) return done;
+    }
+    return {};
+  }
+
+  Result<std::vector<fs::path>> found() {
+    std::vector<fs::path> all = includes_;
+    std::set<fs::path> known(all.begin(), all.end());
+    for (const std::string& name : names_) {
+      for (const std::string& below : folders_) {
+        const fs::path path = folder_ / below / name;
+        if (!known.insert(path).second) continue;
+        all.push_back(path);
+        std::error_code error;
+        const fs::file_status status = fs::status(path, error);
+        if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))
+          return Error{scene::quote(path.string()) + " is not a regular file"};
+        if (all.size() > kMostFiles)
+          return Error{"it names more than " + std::to_string(kMostFiles) + " files"};
+      }
+    }
+    return all;
+  }
+
+ private:
+  Result<void> read_one(const fs::path& file) {
+    const Result<std::string> text = read_text(file);
+    if (!text) return text.error();
+    if (const Result<std::string> root = xml_root(*text); !root)
+      return Error{scene::quote(file.string()) + ": " + root.error().message};
+    TiXmlDocument document;
+    document.Parse(text->c_str());
+    if (document.Error()) {
+      return Error{scene::quote(file.string()) + ", line " + std::to_string(document.ErrorRow()) + ": " +
+                   document.ErrorDesc()};
+    }
+    if (const TiXmlElement* root = document.RootElement()) return visit(*root);
+    return Error{scene::quote(file.string()) + " holds no XML element"};
+  }
+
+  Result<void> visit(const TiXmlElement& element) {  // no deeper than xml_root() lets pass
+    const std::string_view kind = element.Value();
+    for (const TiXmlAttribute* a = element.FirstAttribute(); a; a = a->Next()) {
+      const std::string name = a->Name(), value = a->Value();
+      if (kind == "compiler" && (name == "meshdir" || name == "texturedir" || name == "assetdir"))
+        folders_.insert(value);
+      if (!name.starts_with("file") || value.empty()) continue;
+      if (kind == "include") {
+        const fs::path path = folder_ / value;
+        if (!included_.insert(path).second) continue;  // libmujoco refuses it with a reason
+        if (includes_.size() == kMostIncludes)
+          return Error{"it includes more than " + std::to_string(kMostIncludes) + " files"};
+        includes_.push_back(path);
+      } else {
+        names_.insert(value);
+        names_.insert(fs::path(value).filename().string());  // what strippath leaves
+      }
+    }
+    for (const TiXmlElement* child = element.FirstChildElement(); child;
+         child = child->NextSiblingElement()) {
+      if (Result<void> done = visit(*child); !done) return done;
+    }
+    return {};
+  }
+
+  fs::path folder_;
+  std::vector<fs::path> includes_;
+  std::set<fs::path> included_;
+  std::set<std::string> names_, folders_{""};
+};
+
+}  // namespace
+
+Result<std::vector<std::filesystem::path>> mjcf_files(const std::filesystem::path& model) {
+  Files files(model);
+  if (Result<void> done = files.read(model); !done) return done.error();
+  Result<std::vector<fs::path>> found = files.found();
+  if (!found) return Error{scene::quote(model.string()) + ": " + found.error().message};
+  return found;
+}
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,16 @@
+// The files that an MJCF model consists of. libmujoco opens them by itself: so they are looked up here first,
+// to know what the model depends on, and that none of them is a pipe or a device, which would block.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "protocol/error.h"
+
+namespace fire3dv::convert {
+
+// All places where libmujoco may look for files that the model names, the model's own first, then includes.
+Result<std::vector<std::filesystem::path>> mjcf_files(const std::filesystem::path& model);
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,26 @@
+#include "renderer/scene/files.h"
+#include "tools/convert/description_kind.h"
+#include "tools/convert/readers.h"
+
+namespace fire3dv::convert {
+
+Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options) {
+  const Result<std::string> text = read_text(file);
+  if (!text) return text.error();
+  const Result<DescriptionKind> kind = kind_of(file, *text);
+  if (!kind) return kind.error();
+  if (*kind != DescriptionKind::adf && (!options.launch_indices.empty() || options.launch_all))
+    return Error{scene::quote(file.string()) +
+                 " is no AMBF launch file: models are chosen (-l, --all) there only"};
+  switch (*kind) {
+    case DescriptionKind::adf:
+      return read_adf(file, options);
+    case DescriptionKind::urdf:
+      return read_urdf(file, options);
+    case DescriptionKind::mjcf:
+      break;
+  }
+  return read_mjcf(file, options);
+}
+
+}  // namespace fire3dv::convert

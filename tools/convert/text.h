@@ -1,0 +1,12 @@
+// Text from files, fit to be a name in a scene and to stand in a sentence.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace fire3dv::convert {
+
+// What is no UTF-8 or a control character becomes '?'; what is longer is cut between characters.
+std::string clean_text(std::string_view text, size_t most_bytes = 512);
+
+}  // namespace fire3dv::convert
