@@ -1,0 +1,141 @@
+#include "adapters/ambf/camera_file.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fire3dv::ambf {
+namespace {
+
+namespace fs = std::filesystem;
+
+void read_vector(const YAML::Node& node, double (&vector)[3]) {
+  if (!node) return;
+  vector[0] = node["x"].as<double>();
+  vector[1] = node["y"].as<double>();
+  vector[2] = node["z"].as<double>();
+}
+
+bool normalise(double (&v)[3]) {
+  const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  if (!(length > 1e-9) || !std::isfinite(length)) return false;
+  for (double& element : v) element /= length;
+  return true;
+}
+
+void cross(const double (&a)[3], const double (&b)[3], double (&result)[3]) {
+  for (size_t i = 0; i < 3; ++i)
+    result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+std::string without_doubled_slashes(const std::string& text) {
+  std::string clean;
+  for (const char c : text) {
+    if (c != '/' || clean.empty() || clean.back() != '/') clean.push_back(c);
+  }
+  return clean;
+}
+
+// Defaults are AMBF's.
+CameraDefinition read_camera(const YAML::Node& block, const std::string& id, const std::string& name_space) {
+  CameraDefinition camera;
+  std::string name = block["name"] ? block["name"].as<std::string>() : "";
+  name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
+  const YAML::Node own = block["namespace"];
+  const std::string prefix = merge_namespaces(name_space, own ? own.as<std::string>() : "");
+  camera.key = prefix + id;
+  camera.name = prefix + name;
+  if (block["parent"]) camera.parent = block["parent"].as<std::string>();
+
+  double position[3]{}, target[3]{}, up[3]{0, 0, 1};
+  read_vector(block["location"], position);
+  read_vector(block["look at"], target);
+  read_vector(block["up"], up);
+  const auto frame = look_at(position, target, up);
+  if (frame) camera.parent_from_camera = *frame;
+
+  if (!block["orthographic view width"]) {
+    Intrinsics intrinsics;
+    if (const YAML::Node plane = block["clipping plane"]) {
+      intrinsics.near_m = plane["near"].as<double>();
+      intrinsics.far_m = plane["far"].as<double>();
+    }
+    if (block["field view angle"]) intrinsics.vertical_fov_rad = block["field view angle"].as<double>();
+    camera.intrinsics = intrinsics;
+  }
+  return camera;
+}
+
+void read_file(const fs::path& file, const std::string& prefix, CameraDefinitions& found) {
+  try {
+    const YAML::Node root = YAML::LoadFile(file.string());
+    const YAML::Node ids = root["cameras"];
+    if (!ids || !ids.IsSequence()) return;
+    const std::string name_space = root["namespace"] ? root["namespace"].as<std::string>() : "";
+    for (const YAML::Node& id_node : ids) {
+      const std::string id = id_node.as<std::string>();
+      try {
+        const YAML::Node block = root[id];
+        if (!block || !block.IsMap()) continue;
+        CameraDefinition camera = read_camera(block, id, name_space);
+        camera.key = prefix + camera.key;
+        camera.name = prefix + camera.name;
+        found.cameras.push_back(std::move(camera));
+      } catch (const YAML::Exception& error) {
+        found.warnings.push_back(file.string() + ": camera " + id + ": " + error.what());
+      }
+    }
+  } catch (const YAML::Exception& error) {
+    found.warnings.push_back(file.string() + ": " + error.what() + "; its cameras are left out");
+  }
+}
+
+// The world's model of its surroundings may have cameras too.
+fs::path environment_of(const fs::path& world) {
+  try {
+    const YAML::Node environment = YAML::LoadFile(world.string())["environment"];
+    if (environment) return world.parent_path() / environment.as<std::string>();
+  } catch (const YAML::Exception&) {
+    // read_file has said it.
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string merge_namespaces(const std::string& outer, const std::string& inner) {
+  const std::string name = without_doubled_slashes(inner);
+  return !name.empty() && name.front() == '/' ? name : without_doubled_slashes(outer) + name;
+}
+
+std::optional<Transform> look_at(const double (&position)[3], const double (&target)[3],
+                                 const double (&up)[3]) {
+  double x[3], y[3], z[3]{up[0], up[1], up[2]};
+  for (size_t i = 0; i < 3; ++i) x[i] = position[i] - target[i];
+  if (!normalise(x) || !normalise(z)) return std::nullopt;
+  cross(z, x, y);
+  if (!normalise(y)) return std::nullopt;
+  cross(x, y, z);
+  Transform frame;
+  for (size_t row = 0; row < 3; ++row) {
+    frame.m[0][row] = x[row];
+    frame.m[1][row] = y[row];
+    frame.m[2][row] = z[row];
+    frame.m[3][row] = position[row];
+  }
+  return frame;
+}
+
+CameraDefinitions read_cameras(const Launch& launch) {
+  CameraDefinitions found;
+  if (!launch.world.empty()) {
+    const fs::path environment = environment_of(launch.world);
+    if (!environment.empty()) read_file(environment, launch.name_space, found);
+    read_file(launch.world, launch.name_space, found);
+  }
+  for (const fs::path& model : launch.models) read_file(model, launch.name_space, found);
+  return found;
+}
+
+}  // namespace fire3dv::ambf

@@ -1,0 +1,89 @@
+#include "adapters/ambf/links.h"
+
+#include <cmath>
+
+#include "adapters/ambf/tell.h"
+
+namespace fire3dv::ambf {
+namespace {
+
+// Z up to Y up, as protocol/SPEC.md gives it.
+constexpr double kWorldFromStream[12] = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
+
+const char* file(const std::string& name) {
+  return name.empty() ? nullptr : name.c_str();
+}
+
+}  // namespace
+
+Result<void> Links::open(const Options& options) {
+  std::string failed;
+  for (const std::string& uri : options.uris) {
+    fire3dv_options link{};
+    link.struct_size = sizeof link;
+    link.adapter_name = "ambf";
+    link.key_file = file(options.key_file);
+    link.tls_ca_file = file(options.tls_ca_file);
+    link.tls_certificate_file = file(options.tls_certificate_file);
+    link.tls_key_file = file(options.tls_key_file);
+    fire3dv_stream* const stream = fire3dv_open(uri.c_str(), &link);
+    if (stream) {
+      links_.push_back({uri, std::unique_ptr<fire3dv_stream, Close>(stream), {}, {}});
+    } else {
+      failed += (failed.empty() ? "" : "; ") + uri + ": " + fire3dv_last_error();
+    }
+  }
+  if (!failed.empty()) return Error{failed};
+  return {};
+}
+
+void Links::describe(const std::vector<std::string>& names, const std::vector<float>& body_from_node,
+                     double rate_hz) {
+  std::vector<const char*> pointers;
+  pointers.reserve(names.size());
+  for (const std::string& name : names) pointers.push_back(name.c_str());
+  fire3dv_description description{};
+  description.struct_size = sizeof description;
+  description.node_names = pointers.data();
+  description.node_count = pointers.size();
+  description.world_from_stream = kWorldFromStream;
+  description.body_from_node = body_from_node.data();
+  description.body_from_node_count = pointers.size();
+  description.nominal_rate_hz = rate_hz;
+  for (Link& link : links_) hear(link, fire3dv_describe(link.stream.get(), &description));
+}
+
+void Links::publish(double sim_time_s, const std::vector<float>& poses, uint32_t flags) {
+  const int64_t sim_time_ns = std::llround(sim_time_s * 1e9);
+  for (Link& link : links_)
+    hear(link, fire3dv_publish(link.stream.get(), sim_time_ns, poses.data(), poses.size() / 12, flags));
+}
+
+void Links::edit(const std::function<int(fire3dv_stream*)>& call) {
+  for (Link& link : links_) hear(link, call(link.stream.get()));
+}
+
+void Links::poll() {
+  for (Link& link : links_) {
+    fire3dv_status status{};
+    status.struct_size = sizeof status;
+    hear(link, fire3dv_poll(link.stream.get(), &status));
+    if (link.answer == status.welcome_message) continue;
+    link.answer = status.welcome_message;
+    if (!link.answer.empty()) tell(link.uri + ": " + link.answer);
+  }
+}
+
+void Links::close() {
+  links_.clear();
+}
+
+void Links::hear(Link& link, int code) {
+  if (code == FIRE3DV_OK) return;
+  const char* const sentence = fire3dv_last_error();
+  if (link.said == sentence) return;
+  link.said = sentence;
+  tell(link.uri + ": " + link.said);
+}
+
+}  // namespace fire3dv::ambf

@@ -1,0 +1,48 @@
+// AMBF's objects as the stream's nodes: by which name each is sent, and how the node's frame lies in the
+// object's.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adapters/ambf/options.h"
+
+namespace fire3dv::ambf {
+
+enum class Kind { rigid_body, ghost_object, light, camera };
+
+struct Object {
+  Kind kind = Kind::rigid_body;
+  std::string key;   // in AMBF's map of this kind
+  std::string name;  // namespace and `name`
+};
+
+class NodeTable {
+ public:
+  NodeTable() = default;
+  // An object whose name a renderer would refuse, or that another object has already, is left out and warned
+  // of: the others are shown.
+  NodeTable(const std::vector<Object>& objects, Options::Names names);
+
+  size_t size() const { return names_.size(); }
+  const std::vector<std::string>& names() const { return names_; }
+  // None: the object is left out.
+  std::optional<size_t> node_of(size_t object) const { return nodes_[object]; }
+  // 12 floats for each node. Cameras and lights look along -X and shine along +X in AMBF, along -Z in glTF.
+  const std::vector<float>& body_from_node() const { return body_from_node_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<std::optional<size_t>> nodes_;
+  std::vector<float> body_from_node_;
+  std::vector<std::string> warnings_;
+};
+
+// The object that AMBF takes for a parent of this name: the one of that key, else one whose key has the name
+// in it.
+std::optional<size_t> find_parent(const std::vector<Object>& objects, const std::string& name);
+
+}  // namespace fire3dv::ambf

@@ -1,0 +1,230 @@
+// The only file that knows AMBF: 2.0 and 3.0, whose classes are the same as far as they are used here. A
+// simulator plugin's physicsUpdate runs on AMBF's physics thread after each step, with a window and without.
+// What is drawn of an object is where the chain of its parents' local frames puts it: global frames are
+// brought up to date only where AMBF draws, and late.
+#include <afFramework.h>
+
+#include <chrono>
+#include <cstring>
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adapters/ambf/session.h"
+#include "adapters/ambf/tell.h"
+
+namespace {
+
+using namespace fire3dv::ambf;
+
+constexpr int kMostParents = 64;  // more is a ring
+
+static_assert(sizeof(chai3d::cTransform::m) == sizeof(Transform::m), "both are 4x4 doubles, columns first");
+
+Transform local_frame(ambf::afBaseObject& object) {
+  const chai3d::cTransform local = object.getLocalTransform();
+  Transform frame;
+  std::memcpy(frame.m, local.m, sizeof frame.m);
+  return frame;
+}
+
+Transform world_from(ambf::afBaseObject& object) {
+  Transform frame = local_frame(object);
+  ambf::afBaseObject* parent = object.getParentObject();
+  for (int i = 0; parent && i < kMostParents; ++i, parent = parent->getParentObject())
+    frame = local_frame(*parent) * frame;
+  return frame;
+}
+
+int64_t now_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+// An object as it was when the stream was described.
+struct Known {
+  ambf::afBaseObject* object;
+  std::string key;
+  Kind kind;
+};
+
+class Plugin : public ambf::afSimulatorPlugin {
+ public:
+  int init(int argc, char** argv, const ambf::afWorldPtr world) override {
+    m_worldPtr = world;
+    return guarded([&] {
+             auto started =
+                 Session::start({argv, argv + argc}, ambf::afSystemPaths::getRootPath(), world->isHeadless());
+             if (!started.ok()) {
+               tell(started.error().message + "; AMBF goes on without");
+               return;
+             }
+             session_ = std::move(*started);
+           }) && session_
+               ? ambf::SUCCESS
+               : ambf::ERROR;
+  }
+
+  void physicsUpdate(double) override { publish(); }
+
+  // Cameras can be moved while physics stands still, and then no one else publishes.
+  void graphicsUpdate() override {
+    if (m_worldPtr->isPhysicsPaused()) publish();
+  }
+
+  void reset() override {
+    if (session_) session_->jump();
+  }
+
+  bool close() override {
+    session_.reset();
+    return true;
+  }
+
+ private:
+  // AMBF knows no exceptions; one that is ours (memory) must not end it.
+  template <typename Work>
+  bool guarded(Work&& work) {
+    try {
+      work();
+      return true;
+    } catch (const std::exception& error) {
+      if (!said_) tell(std::string("a frame is left out: ") + error.what());
+      said_ = true;
+      return false;
+    }
+  }
+
+  void publish() {
+    const int64_t now = now_ns();
+    if (!session_ || !session_->begin_turn(now)) return;
+    guarded([&] { publish_turn(now); });
+    session_->end_turn();
+  }
+
+  void publish_turn(int64_t now) {
+    if (!is_as_described()) describe();
+    for (size_t i = 0; i < known_.size(); ++i) {
+      session_->set_pose(i, world_from(*known_[i].object));
+      look(i);
+    }
+    if (!soft_bodies_.empty() && session_->vertices_due(now)) publish_vertices();
+    session_->publish(m_worldPtr->getSimulationTime(), now);
+  }
+
+  template <typename Visit>
+  void for_each_map(Visit&& visit) {
+    visit(Kind::rigid_body, *m_worldPtr->getRigidBodyMap());
+    visit(Kind::ghost_object, *m_worldPtr->getGhostObjectMap());
+    visit(Kind::light, *m_worldPtr->getLightMap());
+    visit(Kind::camera, *m_worldPtr->getCameraMap());
+  }
+
+  // Compared one by one: nobody tells of objects that were added, and nobody else of those that are gone.
+  bool is_as_described() {
+    size_t i = 0;
+    bool same = described_;
+    for_each_map([&](Kind, const ambf::afBaseObjectMap& objects) {
+      for (const auto& [key, object] : objects) {
+        same = same && i < known_.size() && known_[i].object == object && known_[i].key == key;
+        ++i;
+      }
+    });
+    size_t soft = 0;
+    for (const auto& [key, object] : *m_worldPtr->getSoftBodyMap()) {
+      same = same && soft < soft_bodies_.size() && soft_bodies_[soft] == object;
+      ++soft;
+    }
+    return same && i == known_.size() && soft == soft_bodies_.size();
+  }
+
+  void describe() {
+    known_.clear();
+    std::vector<Object> objects;
+    for_each_map([&](Kind kind, const ambf::afBaseObjectMap& map) {
+      for (const auto& [key, object] : map) {
+        known_.push_back({object, key, kind});
+        objects.push_back({kind, key, object->getQualifiedName()});
+      }
+    });
+    described_ = true;
+    session_->describe(std::move(objects));
+
+    soft_bodies_.clear();
+    std::vector<SoftMesh> meshes;
+    for (const auto& [key, object] : *m_worldPtr->getSoftBodyMap()) {
+      auto* const soft = static_cast<ambf::afSoftBody*>(object);
+      soft_bodies_.push_back(soft);
+      meshes.push_back(mesh_of(key, *soft));
+    }
+    session_->set_soft_bodies(meshes);
+  }
+
+  // What is to be seen of an object besides its place.
+  void look(size_t i) {
+    const Known& known = known_[i];
+    if (known.kind == Kind::rigid_body || known.kind == Kind::ghost_object) {
+      const chai3d::cMultiMesh* const mesh =
+          known.kind == Kind::rigid_body ? static_cast<ambf::afRigidBody*>(known.object)->m_visualMesh
+                                         : static_cast<ambf::afGhostObject*>(known.object)->m_visualMesh;
+      if (mesh) session_->set_shown(i, mesh->getShowEnabled());
+    } else if (known.kind == Kind::camera) {
+      auto* const camera = static_cast<ambf::afCamera*>(known.object);
+      chai3d::cCamera* const inner = camera->getInternalCamera();
+      if (inner && !camera->isOrthographic())
+        session_->set_intrinsics(
+            i, {camera->getFieldViewAngle(), inner->getNearClippingPlane(), inner->getFarClippingPlane()});
+    }
+  }
+
+  // The physics engine's nodes are in the world's frame.
+  static void positions_of(const ambf::afSoftBody& soft, std::vector<float>& positions) {
+    const auto& nodes = soft.m_bulletSoftBody->m_nodes;
+    positions.resize(static_cast<size_t>(nodes.size()) * 3);
+    for (int i = 0; i < nodes.size(); ++i) {
+      for (int axis = 0; axis < 3; ++axis)
+        positions[static_cast<size_t>(i) * 3 + static_cast<size_t>(axis)] =
+            static_cast<float>(nodes[i].m_x[axis]);
+    }
+  }
+
+  static SoftMesh mesh_of(const std::string& key, const ambf::afSoftBody& soft) {
+    SoftMesh mesh;
+    mesh.key = key;
+    if (!soft.m_bulletSoftBody || soft.m_bulletSoftBody->m_nodes.size() == 0) return mesh;
+    positions_of(soft, mesh.positions);
+    const auto* const first = &soft.m_bulletSoftBody->m_nodes[0];
+    const auto& faces = soft.m_bulletSoftBody->m_faces;
+    for (int face = 0; face < faces.size(); ++face) {
+      for (const auto* const node : faces[face].m_n)
+        mesh.triangles.push_back(static_cast<uint32_t>(node - first));
+    }
+    if (soft.m_visualMesh && soft.m_visualMesh->getNumMeshes() > 0) {
+      const auto& color = soft.m_visualMesh->getMesh(0)->m_material->m_diffuse;
+      mesh.color_srgb = {color.getR(), color.getG(), color.getB(), color.getA()};
+    }
+    return mesh;
+  }
+
+  void publish_vertices() {
+    for (size_t i = 0; i < soft_bodies_.size(); ++i) {
+      if (!soft_bodies_[i]->m_bulletSoftBody) continue;
+      positions_of(*soft_bodies_[i], vertices_);
+      if (!vertices_.empty()) session_->set_vertices(i, vertices_);
+    }
+  }
+
+  std::unique_ptr<Session> session_;
+  std::vector<Known> known_;
+  std::vector<ambf::afSoftBody*> soft_bodies_;
+  std::vector<float> vertices_;
+  bool described_ = false;
+  bool said_ = false;
+};
+
+}  // namespace
+
+// The one name that leaves this library.
+extern "C" __attribute__((visibility("default"))) ambf::afSimulatorPlugin* CreatePlugin() {
+  return new Plugin();
+}

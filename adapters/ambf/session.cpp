@@ -1,0 +1,195 @@
+#include "adapters/ambf/session.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include "adapters/ambf/tell.h"
+
+namespace fire3dv::ambf {
+namespace {
+
+constexpr int64_t kPollEveryNs = 10'000'000;  // often enough for renderers to measure the clock
+
+}  // namespace
+
+Result<std::unique_ptr<Session>> Session::start(const std::vector<std::string>& arguments,
+                                                const std::filesystem::path& ambf_root, bool headless) {
+  auto launch = read_launch(arguments, ambf_root);
+  // AMBF has read this file; where we cannot, its options and cameras are missing and all else works.
+  if (!launch.ok()) {
+    tell(launch.error().message + "; cameras are left out");
+    launch = Launch{};
+  }
+  auto options = read_options(
+      arguments, [](const char* name) { return std::getenv(name); }, launch->options);
+  if (!options.ok()) return options.error();
+  Links links;
+  const auto opened = links.open(*options);
+  if (!opened.ok()) {
+    if (links.empty()) return opened.error();
+    tell(opened.error().message);
+  }
+  CameraDefinitions cameras;
+  if (headless) cameras = read_cameras(*launch);
+  for (const std::string& warning : cameras.warnings) tell(warning);
+  return std::make_unique<Session>(std::move(*options), std::move(cameras.cameras), std::move(links));
+}
+
+Session::Session(Options options, std::vector<CameraDefinition> cameras, Links links)
+    : options_(std::move(options)),
+      cameras_(std::move(cameras)),
+      links_(std::move(links)),
+      rate_(options_.rate_hz),
+      vertex_rate_(options_.vertex_rate_hz),
+      signals_(std::make_unique<EndSignals>([this] { close(); })) {}
+
+Session::~Session() {
+  close();
+}
+
+bool Session::begin_turn(int64_t now_ns) {
+  if (!turn_.try_lock()) return false;
+  if (!closed_ && rate_.due(now_ns)) return true;
+  turn_.unlock();
+  return false;
+}
+
+void Session::describe(std::vector<Object> objects) {
+  objects_ = std::move(objects);
+  first_camera_ = objects_.size();
+  for (const CameraDefinition& camera : cameras_) objects_.push_back({Kind::camera, camera.key, camera.name});
+  camera_parents_.clear();
+  for (size_t i = 0; i < cameras_.size(); ++i) {
+    auto parent = find_parent(objects_, cameras_[i].parent);
+    if (parent == first_camera_ + i) parent.reset();
+    camera_parents_.push_back(parent);
+    if (!parent && !cameras_[i].parent.empty())
+      tell("camera '" + cameras_[i].key + "' has the parent '" + cameras_[i].parent +
+           "', which AMBF does not have; it stands in the world");
+  }
+  nodes_ = NodeTable(objects_, options_.names);
+  for (const std::string& warning : nodes_.warnings()) tell(warning);
+  world_from_object_.assign(objects_.size(), Transform());
+  sent_.assign(objects_.size(), Sent());
+  poses_.assign(nodes_.size() * 12, 0.0f);
+  for (size_t node = 0; node < nodes_.size(); ++node) to_pose(Transform(), &poses_[node * 12]);
+  links_.describe(nodes_.names(), nodes_.body_from_node(), options_.rate_hz);
+  for (size_t i = 0; i < cameras_.size(); ++i) {
+    if (cameras_[i].intrinsics) set_intrinsics(first_camera_ + i, *cameras_[i].intrinsics);
+  }
+  jumped_ = true;
+}
+
+void Session::set_shown(size_t object, bool shown) {
+  // Files show what they have: that is not worth an edit.
+  if (sent_[object].shown.value_or(true) == shown) return;
+  sent_[object].shown = shown;
+  const auto node = nodes_.node_of(object);
+  if (!node) return;
+  links_.edit([&](fire3dv_stream* stream) {
+    return fire3dv_set_visible(stream, nodes_.names()[*node].c_str(), shown ? 1 : 0);
+  });
+}
+
+void Session::set_intrinsics(size_t object, const Intrinsics& intrinsics) {
+  if (sent_[object].intrinsics == intrinsics) return;
+  sent_[object].intrinsics = intrinsics;
+  const auto node = nodes_.node_of(object);
+  if (!node) return;
+  fire3dv_camera camera{};
+  camera.struct_size = sizeof camera;
+  camera.vertical_fov_rad = static_cast<float>(intrinsics.vertical_fov_rad);
+  camera.near_m = static_cast<float>(intrinsics.near_m);
+  camera.far_m = static_cast<float>(intrinsics.far_m);
+  links_.edit([&](fire3dv_stream* stream) {
+    return fire3dv_set_camera(stream, nodes_.names()[*node].c_str(), &camera);
+  });
+}
+
+void Session::set_soft_bodies(const std::vector<SoftMesh>& meshes) {
+  for (const std::string& key : soft_keys_) {
+    links_.edit([&](fire3dv_stream* stream) {
+      return fire3dv_clear(stream, soft_node_name(key).c_str(), FIRE3DV_PROPERTY_NODE);
+    });
+  }
+  soft_keys_.clear();
+  for (const SoftMesh& mesh : meshes) {
+    soft_keys_.push_back(mesh.key);
+    const std::vector<std::byte> glb = soft_mesh_glb(mesh);
+    if (glb.empty()) {
+      tell("soft body '" + mesh.key + "' has no triangles, or no place; it is left out");
+      continue;
+    }
+    fire3dv_node node{};
+    node.struct_size = sizeof node;
+    node.asset_glb = glb.data();
+    node.asset_glb_bytes = glb.size();
+    // Ours instead of the file's, whose vertices have another order.
+    links_.edit([&](fire3dv_stream* stream) { return fire3dv_remove_node(stream, mesh.key.c_str()); });
+    links_.edit([&](fire3dv_stream* stream) {
+      return fire3dv_add_node(stream, soft_node_name(mesh.key).c_str(), &node);
+    });
+  }
+}
+
+void Session::set_vertices(size_t soft_body, const std::vector<float>& positions) {
+  fire3dv_vertices vertices{};
+  vertices.struct_size = sizeof vertices;
+  vertices.positions = positions.data();
+  vertices.vertex_count = positions.size() / 3;
+  const std::string name = soft_vertices_name(soft_keys_[soft_body]);
+  links_.edit([&](fire3dv_stream* stream) { return fire3dv_set_vertices(stream, name.c_str(), &vertices); });
+}
+
+// A camera may stand on another one of the files; more than as many steps as there are cameras would be a
+// ring.
+void Session::place_cameras() {
+  for (size_t i = 0; i < cameras_.size(); ++i) {
+    Transform world_from_camera = cameras_[i].parent_from_camera;
+    auto parent = camera_parents_[i];
+    for (size_t steps = 0; parent && steps <= cameras_.size(); ++steps) {
+      if (*parent < first_camera_) {
+        world_from_camera = world_from_object_[*parent] * world_from_camera;
+        break;
+      }
+      const size_t next = *parent - first_camera_;
+      world_from_camera = cameras_[next].parent_from_camera * world_from_camera;
+      parent = camera_parents_[next];
+    }
+    world_from_object_[first_camera_ + i] = world_from_camera;
+  }
+}
+
+// A body whose physics has come to no number stays where it was; the others go on.
+void Session::gather_poses() {
+  for (size_t object = 0; object < objects_.size(); ++object) {
+    const auto node = nodes_.node_of(object);
+    if (!node || to_pose(world_from_object_[object], &poses_[*node * 12]) || sent_[object].pose_refused)
+      continue;
+    sent_[object].pose_refused = true;
+    tell("'" + nodes_.names()[*node] + "' has a pose that is not finite; it is shown where it was");
+  }
+}
+
+void Session::publish(double sim_time_s, int64_t now_ns) {
+  if (nodes_.size() == 0) return;
+  place_cameras();
+  gather_poses();
+  links_.publish(sim_time_s, poses_, jumped_.exchange(false) ? FIRE3DV_FRAME_DISCONTINUITY : 0);
+  if (now_ns - polled_at_ns_ < kPollEveryNs) return;
+  polled_at_ns_ = now_ns;
+  links_.poll();
+}
+
+void Session::jump() {
+  jumped_ = true;
+}
+
+void Session::close() {
+  const std::lock_guard<std::mutex> lock(turn_);
+  closed_ = true;
+  links_.close();
+}
+
+}  // namespace fire3dv::ambf

@@ -1,0 +1,94 @@
+#include "adapters/ambf/soft_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace fire3dv::ambf {
+namespace {
+
+float linear_from_srgb(float value) {
+  const float v = std::clamp(value, 0.0f, 1.0f);
+  return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+}
+
+void append(std::vector<std::byte>& bytes, const void* data, size_t count) {
+  const auto* const first = static_cast<const std::byte*>(data);
+  bytes.insert(bytes.end(), first, first + count);
+}
+
+void append_u32(std::vector<std::byte>& bytes, size_t value) {
+  const auto word = static_cast<uint32_t>(value);
+  append(bytes, &word, sizeof word);
+}
+
+}  // namespace
+
+std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh) {
+  const size_t vertices = mesh.positions.size() / 3;
+  if (vertices == 0 || mesh.triangles.size() < 3) return {};
+  const auto names_no_vertex = [&](uint32_t index) { return index >= vertices; };
+  if (std::any_of(mesh.triangles.begin(), mesh.triangles.end(), names_no_vertex)) return {};
+
+  std::array<float, 3> low, high;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    low[axis] = high[axis] = mesh.positions[axis];
+    for (size_t i = axis; i < vertices * 3; i += 3) {
+      if (!std::isfinite(mesh.positions[i])) return {};
+      low[axis] = std::min(low[axis], mesh.positions[i]);
+      high[axis] = std::max(high[axis], mesh.positions[i]);
+    }
+  }
+  const size_t index_bytes = mesh.triangles.size() * sizeof(uint32_t);
+  const size_t position_bytes = vertices * 3 * sizeof(float);
+  const auto& color = mesh.color_srgb;
+
+  nlohmann::json root;
+  root["asset"] = {{"version", "2.0"}};
+  root["scene"] = 0;
+  root["scenes"] = {{{"nodes", {0}}}};
+  root["nodes"] = nlohmann::json::array(
+      {{{"name", soft_vertices_name(mesh.key)}, {"mesh", 0}, {"rotation", {-0.70710678, 0, 0, 0.70710678}}}});
+  root["meshes"] = nlohmann::json::array(
+      {{{"primitives",
+         nlohmann::json::array({{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"material", 0}}})}}});
+  root["materials"] =
+      nlohmann::json::array({{{"doubleSided", true},
+                              {"alphaMode", color[3] < 1 ? "BLEND" : "OPAQUE"},
+                              {"pbrMetallicRoughness",
+                               {{"baseColorFactor",
+                                 {linear_from_srgb(color[0]), linear_from_srgb(color[1]),
+                                  linear_from_srgb(color[2]), std::clamp(color[3], 0.0f, 1.0f)}},
+                                {"metallicFactor", 0},
+                                {"roughnessFactor", 0.6}}}}});
+  root["accessors"] = nlohmann::json::array(
+      {{{"bufferView", 0},
+        {"componentType", 5126},
+        {"count", vertices},
+        {"type", "VEC3"},
+        {"min", low},
+        {"max", high}},
+       {{"bufferView", 1}, {"componentType", 5125}, {"count", mesh.triangles.size()}, {"type", "SCALAR"}}});
+  root["bufferViews"] = nlohmann::json::array(
+      {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", position_bytes}, {"target", 34962}},
+       {{"buffer", 0}, {"byteOffset", position_bytes}, {"byteLength", index_bytes}, {"target", 34963}}});
+  root["buffers"] = nlohmann::json::array({{{"byteLength", position_bytes + index_bytes}}});
+
+  std::string json = root.dump();
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::vector<std::byte> glb;
+  append(glb, "glTF", 4);
+  append_u32(glb, 2);
+  append_u32(glb, 12 + 8 + json.size() + 8 + position_bytes + index_bytes);
+  append_u32(glb, json.size());
+  append(glb, "JSON", 4);
+  append(glb, json.data(), json.size());
+  append_u32(glb, position_bytes + index_bytes);
+  append(glb, "BIN\0", 4);
+  append(glb, mesh.positions.data(), position_bytes);
+  append(glb, mesh.triangles.data(), index_bytes);
+  return glb;
+}
+
+}  // namespace fire3dv::ambf
