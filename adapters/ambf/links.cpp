@@ -64,6 +64,10 @@ void Links::edit(const std::function<int(fire3dv_stream*)>& call) {
 }
 
 void Links::poll() {
+  for (Link& link : links_) hear(link, fire3dv_poll(link.stream.get(), nullptr));
+}
+
+void Links::tell_answers() {
   for (Link& link : links_) {
     fire3dv_status status{};
     status.struct_size = sizeof status;

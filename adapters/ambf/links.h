@@ -26,8 +26,10 @@ class Links {
   void publish(double sim_time_s, const std::vector<float>& poses, uint32_t flags);
   // A call of fire3dv/scene.h.
   void edit(const std::function<int(fire3dv_stream*)>& call);
-  // Reads answers, and says what people should hear of them.
+  // Reads answers; renderers' questions about the clock are among them.
   void poll();
+  // Says what people should hear of them.
+  void tell_answers();
   void close();
 
  private:

@@ -19,3 +19,13 @@ set_target_properties(fire3dv_ambf_plugin PROPERTIES
   VISIBILITY_INLINES_HIDDEN ON
   LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin
   LINK_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/exports.map)
+
+# For tests/ambf/against_ambf.py.
+if(FIRE3DV_TESTS)
+  add_library(ambf_driver MODULE ${PROJECT_SOURCE_DIR}/tests/ambf/driver_plugin.cpp)
+  target_link_libraries(ambf_driver PRIVATE fire3dv_flags)
+  target_include_directories(ambf_driver SYSTEM PRIVATE ${AMBF_INCLUDE_DIRS})
+  target_compile_options(ambf_driver PRIVATE ${AMBF_DEFINITIONS} -march=native)
+  set_target_properties(ambf_driver PROPERTIES
+    CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+endif()

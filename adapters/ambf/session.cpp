@@ -9,7 +9,8 @@
 namespace fire3dv::ambf {
 namespace {
 
-constexpr int64_t kPollEveryNs = 10'000'000;  // often enough for renderers to measure the clock
+constexpr int64_t kPollEveryNs = 10'000'000;     // often enough for renderers to measure the clock
+constexpr int64_t kTellEveryNs = 1'000'000'000;  // people read slowly, and sentences allocate
 
 }  // namespace
 
@@ -180,6 +181,9 @@ void Session::publish(double sim_time_s, int64_t now_ns) {
   if (now_ns - polled_at_ns_ < kPollEveryNs) return;
   polled_at_ns_ = now_ns;
   links_.poll();
+  if (now_ns - told_at_ns_ < kTellEveryNs) return;
+  told_at_ns_ = now_ns;
+  links_.tell_answers();
 }
 
 void Session::jump() {

@@ -82,7 +82,7 @@ class Session {
   std::vector<Sent> sent_;
   std::vector<float> poses_;
   std::vector<std::string> soft_keys_;
-  int64_t polled_at_ns_ = 0;
+  int64_t polled_at_ns_ = 0, told_at_ns_ = 0;
   std::unique_ptr<EndSignals> signals_;  // last: its thread uses all of the above
 };
 
