@@ -20,12 +20,14 @@ set_target_properties(fire3dv_ambf_plugin PROPERTIES
   LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin
   LINK_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/exports.map)
 
-# For tests/ambf/against_ambf.py.
+# For tests/ambf/against_ambf.py and compare_pictures.py.
 if(FIRE3DV_TESTS)
-  add_library(ambf_driver MODULE ${PROJECT_SOURCE_DIR}/tests/ambf/driver_plugin.cpp)
-  target_link_libraries(ambf_driver PRIVATE fire3dv_flags)
-  target_include_directories(ambf_driver SYSTEM PRIVATE ${AMBF_INCLUDE_DIRS})
-  target_compile_options(ambf_driver PRIVATE ${AMBF_DEFINITIONS} -march=native)
-  set_target_properties(ambf_driver PROPERTIES
-    CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  foreach(part driver pictures)
+    add_library(ambf_${part} MODULE ${PROJECT_SOURCE_DIR}/tests/ambf/${part}_plugin.cpp)
+    target_link_libraries(ambf_${part} PRIVATE fire3dv_flags)
+    target_include_directories(ambf_${part} SYSTEM PRIVATE ${AMBF_INCLUDE_DIRS})
+    target_compile_options(ambf_${part} PRIVATE ${AMBF_DEFINITIONS} -march=native)
+    set_target_properties(ambf_${part} PROPERTIES
+      CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  endforeach()
 endif()

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -17,37 +18,72 @@ constexpr size_t kMostBytes = 200u << 20;
 
 class Driver : public ambf::afSimulatorPlugin {
  public:
-  int init(int, char**, const ambf::afWorldPtr world) override {
+  int init(int argc, char** argv, const ambf::afWorldPtr world) override {
     m_worldPtr = world;
     const char* const name = std::getenv("FIRE3DV_AMBF_RECORD");
-    if (!name) return ambf::ERROR;
-    file_.open(name, std::ios::binary);
-    return file_ ? ambf::SUCCESS : ambf::ERROR;
+    if (name) file_.open(name, std::ios::binary);
+    const char* const timed = std::getenv("FIRE3DV_AMBF_TIMED");
+    if (timed && !load(timed, argc, argv)) return ambf::ERROR;
+    return !name || file_ ? ambf::SUCCESS : ambf::ERROR;
   }
 
-  void physicsUpdate(double) override {
+  void physicsUpdate(double dt) override {
     const double now_s = m_worldPtr->getSimulationTime();
-    record(now_s);
+    if (file_.is_open()) record(now_s);
     move(now_s);
+    if (!timed_) return;
+    const auto begin = std::chrono::steady_clock::now();
+    timed_->physicsUpdate(dt);
+    const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
+    if (steps_us_.size() < steps_us_.capacity()) steps_us_.push_back(took.count());
   }
 
   bool close() override {
     file_.close();
+    if (!timed_) return true;
+    timed_->close();
+    std::sort(steps_us_.begin(), steps_us_.end());
+    const size_t n = steps_us_.size();
+    if (n > 0)
+      std::fprintf(stderr, "steps: %zu, half below %.2f us, 99 %% below %.2f us, longest %.2f us\n", n,
+                   steps_us_[n / 2], steps_us_[n * 99 / 100], steps_us_.back());
     return true;
   }
 
  private:
-  // Both arms, joint by joint in other time; instruments go in and out a little where turns are meant in
-  // metres.
+  bool load(const char* file, int argc, char** argv) {
+    void* const library = ::dlopen(file, RTLD_LAZY);
+    void* const create = library ? ::dlsym(library, "CreatePlugin") : nullptr;
+    if (!create) return false;
+    timed_ = reinterpret_cast<ambf::afSimulatorPlugin* (*)()>(create)();
+    steps_us_.reserve(100'000);
+    return timed_->init(argc, argv, m_worldPtr) >= 1;
+  }
+
+  // Both arms of the Surgical Robotics Challenge, so that their tools are at work in front of the camera;
+  // each joint swings about its place in a time of its own. The second arm is the mirrored one.
   void move(double now_s) {
+    struct Place {
+      const char* joint;
+      double place, swing;
+    };
+    static constexpr Place kPlaces[] = {{"base link", -0.4, 0.1},        {"yaw link-pitch", 0.1, 0.06},
+                                        {"pitch end link", 0.225, 0.01}, {"main insertion link", -1.64, 0.3},
+                                        {"tool roll link", -0.37, 0.3},  {"tool pitch link", -0.11, 0.3},
+                                        {"tool yaw link", 0.25, 0.2}};
     double phase = 0;
     for (const auto& [key, object] : *m_worldPtr->getJointMap()) {
       phase += 0.7;
-      const bool slides = key.find("main insertion link") != std::string::npos &&
-                          key.find("pitch end link") != std::string::npos;
-      double command = slides ? 0.12 + 0.02 * std::sin(now_s + phase) : 0.25 * std::sin(1.3 * now_s + phase);
-      if (key.find("/psm") != std::string::npos)
+      if (key.find("/psm") == std::string::npos) continue;
+      for (const Place& place : kPlaces) {
+        if (key.find(std::string("JOINT ") + place.joint) == std::string::npos) continue;
+        const bool mirrored =
+            key.find("/psm1") != std::string::npos && (&place == &kPlaces[0] || &place == &kPlaces[3]);
+        double command =
+            (mirrored ? -place.place : place.place) + place.swing * std::sin(1.3 * now_s + phase);
         static_cast<ambf::afJoint*>(object)->commandPosition(command);
+        break;
+      }
     }
   }
 
@@ -85,6 +121,8 @@ class Driver : public ambf::afSimulatorPlugin {
     written_ += count;
   }
 
+  ambf::afSimulatorPlugin* timed_ = nullptr;
+  std::vector<double> steps_us_;
   std::ofstream file_;
   size_t written_ = 0;
   size_t count_ = 0;
