@@ -20,6 +20,13 @@ void tell(const std::vector<std::string>& warnings, std::vector<std::string>& no
     notes.push_back("warning: and " + std::to_string(warnings.size() - kWarningsShown) + " more");
 }
 
+// Nobody has heard of the file that was made on the way.
+std::string loaded_from(std::string message, const std::filesystem::path& made,
+                        const std::filesystem::path& description) {
+  if (message.starts_with(made.string())) message.replace(0, made.string().size(), description.string());
+  return message;
+}
+
 }  // namespace
 
 SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert,
@@ -47,7 +54,8 @@ Result<scene::LoadedScene> SceneLoad::load() {
   gltf_ = converted->file();
   if (!converted->is_on_disk()) cache_ = scene::SceneCache({});
   Result<scene::LoadedScene> loaded = load_gltf_file();
-  if (loaded) loaded->scene.source = path_;
+  if (!loaded) return Error{"what was converted of " + loaded_from(loaded.error().message, gltf_, path_)};
+  loaded->scene.source = path_;
   return loaded;
 }
 

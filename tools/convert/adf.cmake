@@ -1,9 +1,12 @@
 # Meshes from files, for all readers; and AMBF's descriptions.
-find_package(assimp REQUIRED)
+# By pkg-config, because assimp's CMake package links libdraco too, which exports an older tinygltf under the same names:
+# linked by a program itself it would come before ours.
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 fire3dv_library(fire3dv_mesh_files
   SOURCES import_files.cpp local_files.cpp mesh_child.cpp mesh_files.cpp mesh_import.cpp surface_builder.cpp text.cpp
-  LINK fire3dv_scene assimp::assimp)
+  LINK fire3dv_scene PkgConfig::assimp)
 
 find_package(yaml-cpp REQUIRED)
 fire3dv_library(fire3dv_adf

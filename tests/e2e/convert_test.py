@@ -1,0 +1,266 @@
+#!/usr/bin/env python3
+"""Descriptions of robots: fire3dv-convert's command line, fire3dv that takes them as scenes and keeps what was made of
+them, streams that move their links, and what is refused.
+
+convert_test.py FIRE3DV FIRE3DV_CONVERT [CASE...]"""
+import glob
+import json
+import os
+import re
+import shutil
+import struct
+import subprocess
+import time
+
+from harness import Program, main, vulkan_environment
+from pictures import check
+
+TREE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+ROBOTS = os.path.join(TREE, "tests", "assets", "robots")
+PANDA = next((path for path in (os.path.join(root, "robots", "franka_emika_panda") for root in
+                                (os.environ.get("FIRE3DV_ASSETS", ""), os.path.join(TREE, "..", "shared", "assets")))
+              if os.path.isdir(path)), None)
+HAS_MUJOCO = os.environ.get("FIRE3DV_HAS_MUJOCO") == "1"
+SIZE = (200, 150)
+# The stream's frame is that of URDF and MJCF, Z up; glTF's is Y up.
+Z_UP = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0]
+
+# Two tiny boxes hold the bounds, by which a scene without cameras is framed, whatever the arm does.
+ARM = """<robot name="two links"><link name="base">
+<visual><origin xyz="-1.2 -1.2 -1"/><geometry><box size="0.01 0.01 0.01"/></geometry></visual>
+<visual><origin xyz="1.2 1.2 1.5"/><geometry><box size="0.01 0.01 0.01"/></geometry></visual>
+<visual><geometry><box size="0.5 0.5 0.2"/></geometry></visual></link>
+<joint name="a" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 0.1" rpy="{} 0 0"/><axis xyz="1 0 0"/></joint>
+<link name="arm"><visual><origin xyz="0 0 0.4"/><geometry><box size="0.2 0.1 0.8"/></geometry>
+<material name="red"><color rgba="1 0.1 0.1 1"/></material></visual></link>
+<joint name="b" type="fixed"><parent link="arm"/><child link="hand"/><origin xyz="0 0 0.9"/></joint>
+<link name="hand"><visual><geometry><sphere radius="0.2"/></geometry></visual>{}</link></robot>
+"""
+MISSING = '<visual><geometry><mesh filename="hand.obj"/></geometry></visual>'
+TETRAHEDRON = "v 0 0 0\nv 0.5 0 0\nv 0 0.5 0\nv 0 0 0.5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+def write(test, name, text):
+    with open(test.path(name), "w", encoding="utf-8") as file:
+        file.write(text)
+    return test.path(name)
+
+
+def convert(test, *arguments, code=0):
+    done = subprocess.run([test.programs_at["convert"], *arguments], capture_output=True, text=True, timeout=600)
+    check(done.returncode == code, f"{arguments} ended with {done.returncode}, not {code}:\n{done.stderr}")
+    for line in done.stderr.splitlines():
+        check(line.startswith("fire3dv-convert: "), f"{arguments} says {line!r}")
+    return done
+
+
+def document_of(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    length, = struct.unpack_from("<I", data, 12)
+    return json.loads(data[20:20 + length])
+
+
+def draw(test, scene, *arguments, cache="off"):
+    """The picture's rows, and what was said of it."""
+    renderer = test.renderer("--frames", "1", "--shadows", "map", "--cache", cache, *arguments, scene=scene, size=SIZE)
+    renderer.expect_exit(0)
+    return renderer.picture(renderer.frames()[0]).rows, renderer.err
+
+
+def different(a, b):
+    """The part of the pixels that differ visibly."""
+    pixels = far = 0
+    for row_a, row_b in zip(a, b):
+        for at in range(0, len(row_a), 3):
+            pixels += 1
+            far += any(abs(row_a[at + i] - row_b[at + i]) > 16 for i in range(3))
+    return far / pixels
+
+
+def command_line(test):
+    arm = write(test, "arm.urdf", ARM.format(0, MISSING))
+    done = convert(test, arm, "-o", test.path("arm.glb"), "--sources", test.path("arm.sources"), "--list")
+    check(done.stdout.split("\n")[:3] == ["base\t36 triangles", "  arm\t12 triangles", "    hand\t2208 triangles"], done.stdout)
+    check("link \"hand\": " in done.stderr and "hand.obj" in done.stderr, done.stderr)
+    check(re.search(r"arm\.glb: 3 nodes, 2256 triangles, 0 cameras, 0 lights, \d+ bytes, 1 warnings\n$", done.stderr), done.stderr)
+    check([node["name"] for node in document_of(test.path("arm.glb"))["nodes"]] == ["two links", "base", "arm", "hand"],
+          "nodes of the file")
+    with open(test.path("arm.sources"), encoding="utf-8") as file:
+        check(re.search(r"^source 0 .* \S*hand\.obj$", file.read(), re.MULTILINE), "a missing source is recorded as such")
+    twice = subprocess.run([test.programs_at["convert"], arm, "-o", "-"], capture_output=True, timeout=600, check=True).stdout
+    with open(test.path("arm.glb"), "rb") as file:
+        check(file.read() == twice, "the standard output gets the same bytes")
+    for code, said, arguments in (
+            (2, "name the file to write", [arm]), (2, "--sources needs", [arm, "-o", "-", "--sources", "x"]),
+            (2, "-l: must be numbers", [arm, "-o", "x", "-l", "1,,2"]), (2, "--nonsense", [arm, "--nonsense"]),
+            (1, "is no AMBF launch file", [arm, "-o", test.path("x"), "-l", "1"]),
+            (1, "cannot open", [test.path("gone.urdf"), "-o", test.path("x")]),
+            (1, "not a regular file", ["/dev/zero", "-o", test.path("x")]),
+            (1, "cannot write", [arm, "-o", test.path("no/such/folder/x.glb")])):
+        check(said in convert(test, *arguments, code=code).stderr, f"{arguments}: {said}")
+    check(not os.path.exists(test.path("x")), "nothing is written on a failure")
+
+
+def kept(test):
+    cache = test.path("cache")
+    arm = write(test, "arm.urdf", ARM.format(0, MISSING))
+    time.sleep(0.1)  # what is written while it is read would not be vouched for
+
+    def converted():
+        files = glob.glob(os.path.join(cache, "scenes", "*.converted.glb"))
+        check(len(files) == 1, f"kept: {files}")
+        return os.stat(files[0]).st_ino
+
+    first, said = draw(test, arm, cache=cache)
+    inode = converted()
+    again, said_again = draw(test, arm, cache=cache)
+    check(converted() == inode and first == again, "the second start takes what was kept")
+    for lines in (said, said_again):
+        check(any("warning: " in line and "hand.obj" in line for line in lines), "what is missing is said at every start")
+    write(test, "hand.obj", TETRAHEDRON)  # what was looked for in vain is there now
+    time.sleep(0.1)
+    whole, said = draw(test, arm, cache=cache)
+    check(converted() != inode and whole != first, "a mesh that has come is shown")
+    check(not any("hand.obj" in line for line in said), "and no longer missed")
+    inode = converted()
+    write(test, "arm.urdf", ARM.format(1, MISSING))
+    check(draw(test, arm, cache=cache)[0] != whole and converted() != inode, "a changed description is read anew")
+    for path in glob.glob(os.path.join(cache, "scenes", "*.converted.glb")):
+        with open(path, "wb") as file:
+            file.write(b"glTF")  # damaged behind our back
+    check(draw(test, arm, cache=cache)[0] != whole, "a damaged one is made anew")
+
+
+def without_cache(test):
+    arm = write(test, "arm.urdf", ARM.format(0, ""))
+    convert(test, arm, "-o", test.path("arm.glb"))
+    before = sorted(os.listdir(test.folder))
+    rows, _ = draw(test, arm)
+    check(sorted(name for name in os.listdir(test.folder) if not name.startswith("images")) == before, "nothing is left behind")
+    check(rows == draw(test, test.path("arm.glb"))[0], "the same picture as of the file")
+    launch = os.path.join(TREE, "tests", "assets", "adf", "launch.yaml")
+    _, first = draw(test, launch, "--models", "0")
+    _, all_models = draw(test, launch, "--models", "all")
+    nodes = [int(re.search(r": (\d+) nodes, ", "\n".join(lines)).group(1)) for lines in (first, all_models)]
+    check(nodes[0] < nodes[1], f"nodes of one and of all models: {nodes}")
+
+
+def refused(test):
+    def failing(program, scene, *arguments, code=1):
+        run = Program(test, "fire3dv", [program, scene, "--headless", "--frames", "1", "--cache", "off", *arguments],
+                      env=vulkan_environment())
+        check(run.wait() == code, f"{scene} ended with {run.process.returncode}:\n{run.stderr_text()}")
+        return run.err[-1]
+
+    fire3dv = test.programs_at["fire3dv"]
+    check("line 2: " in failing(fire3dv, write(test, "bad.urdf", '<robot name="r">\n<link></robot>')), "a line is named")
+    check("xacro" in failing(fire3dv, write(test, "robot.xacro", '<robot><xacro:macro name="m"/></robot>')), "xacro is named")
+    check("gone.xml" in failing(fire3dv, test.path("gone.xml")), "a missing file is named")
+    check("needs a scene that is a description" in failing(fire3dv, test.scene, "--models", "0", code=2), "no description")
+    check("must be numbers" in failing(fire3dv, os.path.join(TREE, "tests/assets/adf/launch.yaml"), "--models", "x"), "-l")
+
+    # Beside another fire3dv-convert, or none. A link to the program is followed to where it is: so a copy.
+    alone = test.path("alone")
+    os.mkdir(alone)
+    copy = os.path.join(alone, "fire3dv")
+    try:
+        os.link(fire3dv, copy)
+    except OSError:
+        shutil.copy(fire3dv, copy)
+    arm = write(test, "arm.urdf", ARM.format(0, ""))
+    check("which is not beside fire3dv" in failing(copy, arm), "no converter")
+    for body, said in (("kill -SEGV $$", "crashed (Segmentation fault)"),
+                       ("echo 'fire3dv-convert: a sentence' >&2; exit 1", "fire3dv: a sentence"),
+                       ("exit 3", "failed without a reason"),
+                       ("yes 'fire3dv-convert: warning: x' | head -100000 >&2; printf junk", "what was converted of " + arm)):
+        write(test, "alone/fire3dv-convert", "#!/bin/sh\n" + body + "\n")
+        os.chmod(os.path.join(alone, "fire3dv-convert"), 0o755)
+        check(said in failing(copy, arm), f"{body}: {said}")
+    write(test, "alone/fire3dv-convert", "#!/bin/sh\nexec sleep 1000\n")
+    run = Program(test, "fire3dv", [copy, arm, "--headless", "--frames", "1", "--cache", "off"], env=vulkan_environment())
+    run.wait_err("device 0")  # it is at work
+    run.signal(15)
+    check(run.wait() == 1 and "it was told to stop" in run.stderr_text(), f"a stop ends a conversion:\n{run.stderr_text()}")
+
+
+def matrix_of(node):
+    x, y, z, w = node.get("rotation", [0, 0, 0, 1])
+    t = node.get("translation", [0, 0, 0])
+    return [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), t[0],
+            2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), t[1],
+            2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), t[2]]
+
+
+def product(a, b):
+    return [sum(a[4 * r + k] * b[4 * k + c] for k in range(3)) + (a[4 * r + 3] if c == 3 else 0)
+            for r in range(3) for c in range(4)]
+
+
+def poses_of(glb):
+    """Of all nodes below the root, in its frame: what a simulator would publish."""
+    nodes, poses = document_of(glb)["nodes"], {}
+
+    def visit(index, above):
+        pose = product(above, matrix_of(nodes[index]))
+        poses[nodes[index]["name"]] = pose
+        for child in nodes[index].get("children", []):
+            visit(child, pose)
+    for child in nodes[0]["children"]:
+        visit(child, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
+    return poses
+
+
+def move(test, at_rest, posed, links):
+    """A stream that poses these links of the one makes it look like the other, which rests so."""
+    import fire3dv
+    convert(test, posed, "-o", test.path("posed.glb"))
+    poses = poses_of(test.path("posed.glb"))
+    wanted, _ = draw(test, posed)
+    rest, _ = draw(test, at_rest)
+    uri = test.fresh_uri("shm")
+    renderer = test.renderer("--lockstep", "--exit-when-done", "--shadows", "map", listen=[uri], scene=at_rest, size=SIZE)
+    with fire3dv.Stream(uri, adapter_name="joints") as stream:
+        stream.describe(links, world_from_stream=Z_UP)
+        stream.publish(1000, [poses[link] for link in links])
+        check(stream.wait_ack(1, 240_000), "the frame is shown")
+        check(stream.poll().unmatched_names == 0, stream.poll().welcome_message)
+    renderer.expect_exit(0)
+    frame = next(frame for frame in renderer.frames() if frame["streams"])
+    moved = renderer.picture(frame).rows
+    parts = different(moved, wanted), different(rest, wanted)
+    print(f"{os.path.basename(at_rest)}: moved {parts[0]:.2%}, at rest {parts[1]:.2%} of the pixels off", flush=True)
+    check(parts[0] < 0.002 and parts[1] > 0.01, f"moved and at rest: {parts}")
+
+
+def moved_urdf(test):
+    move(test, write(test, "rest.urdf", ARM.format(0, "")), write(test, "posed.urdf", ARM.format(1.2, "")), ["arm"])
+
+
+def moved_mjcf(test):
+    if not HAS_MUJOCO:
+        print("not tried: built without MuJoCo", flush=True)
+        return
+    with open(os.path.join(ROBOTS, "arm.xml"), encoding="utf-8") as file:
+        text = file.read().replace('"arm_description/', f'"{ROBOTS}/arm_description/')
+    rest = write(test, "rest.xml", text)
+    posed = write(test, "posed.xml", text.replace('qpos="0.5 0.9 0.03 0.03', 'qpos="-0.4 1.6 0.03 0.03'))
+    move(test, rest, posed, ["upper arm", "forearm"])  # fingers follow
+
+
+def moved_panda(test):
+    if not HAS_MUJOCO or not PANDA:
+        print("not tried: built without MuJoCo, or without shared/assets/robots", flush=True)
+        return
+    with open(os.path.join(PANDA, "panda.xml"), encoding="utf-8") as file:
+        text = file.read().replace('meshdir="assets"', f'meshdir="{PANDA}/assets"')
+    rest = write(test, "rest.xml", text)
+    posed, count = re.subn(r"(<key [^>]*qpos=['\"])[^'\"]*", r"\g<1>0.5 0.3 -0.4 -1.2 0.3 2 0.4 0.01 0.01", text)
+    check(count == 1, "the model's keyframe")
+    links = [f"link{i}" for i in range(8)] + ["hand", "left_finger", "right_finger"]
+    move(test, rest, write(test, "posed.xml", posed), links)
+
+
+if __name__ == "__main__":
+    main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "refused": refused,
+          "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])
