@@ -87,6 +87,21 @@ TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
   expect_said("bodies: [b]\nb: {}\nvehicles: [v]\n", "\"vehicles\" is not converted");
 }
 
+TEST(AdfRefuse, OpacityStaysBetweenNothingAndAll) {
+  const test::ScratchFolder folder;
+  for (const auto& [alpha, expected] : {std::pair{"0.25", 0.25f}, {"-3", 0.0f}, {"1.5", 1.0f}}) {
+    const Result<Model> model = read_adf(
+        folder.write("model.yaml", std::string("bodies: [b]\nb:\n  shape: SPHERE\n  geometry: {radius: 1}\n"
+                                               "  color rgba: {r: 1, g: 1, b: 1, a: ") +
+                                       alpha + "}\n"),
+        {});
+    ASSERT_TRUE(model);
+    const Material& material = model->materials[model->meshes[0].surfaces[0].material];
+    EXPECT_FLOAT_EQ(material.base_color.a, expected);
+    EXPECT_EQ(material.blended, expected < 1);
+  }
+}
+
 TEST(AdfRefuse, NamesAreFitForStreams) {
   const test::ScratchFolder folder;
   const Result<Model> model =
