@@ -11,7 +11,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMostObjects = 100'000, kMostComparisons = 20'000'000;
+constexpr size_t kMostObjects = 20'000, kMostComparisons = 20'000'000;
 
 // glTF's frame (looks and shines along -Z, Y up) in AMBF's: cameras look along -X with Z up, lights along X.
 const glm::dquat kCameraFromView = glm::quat_cast(glm::dmat3(0, 1, 0, 0, 0, 1, 1, 0, 0));
