@@ -87,6 +87,21 @@ TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
   expect_said("bodies: [b]\nb: {}\nvehicles: [v]\n", "\"vehicles\" is not converted");
 }
 
+TEST(AdfRefuse, OpacityStaysBetweenNothingAndAll) {
+  const test::ScratchFolder folder;
+  for (const auto& [alpha, expected] : {std::pair{"0.25", 0.25f}, {"-3", 0.0f}, {"1.5", 1.0f}}) {
+    const Result<Model> model = read_adf(
+        folder.write("model.yaml", std::string("bodies: [b]\nb:\n  shape: SPHERE\n  geometry: {radius: 1}\n"
+                                               "  color rgba: {r: 1, g: 1, b: 1, a: ") +
+                                       alpha + "}\n"),
+        {});
+    ASSERT_TRUE(model);
+    const Material& material = model->materials[model->meshes[0].surfaces[0].material];
+    EXPECT_FLOAT_EQ(material.base_color.a, expected);
+    EXPECT_EQ(material.blended, expected < 1);
+  }
+}
+
 TEST(AdfRefuse, NamesAreFitForStreams) {
   const test::ScratchFolder folder;
   const Result<Model> model =
@@ -160,7 +175,6 @@ TEST(AdfRefuse, BombsAreBounded) {
   for (int i = 0; i < 1500; ++i) deep += std::string(static_cast<size_t>(i), ' ') + "a:\n";
   expect_said("bodies: [b]\nb: {}\n" + deep, "refused: ");
   // Each alias is two of the one before.
-  std::string aliases = "bodies: [b]\nb: {compound shape: *a29}\n";
   std::string bomb = "bodies: [b]\na0: &a0 [x, x]\n";
   for (int i = 1; i < 30; ++i) {
     const std::string last = "*a" + std::to_string(i - 1);
@@ -170,8 +184,13 @@ TEST(AdfRefuse, BombsAreBounded) {
   said_of("bodies: [b]\nb: &b {compound shape: *b, self: *b}\n");
   // Many of what is listed once.
   std::string many = "bodies: [";
-  for (int i = 0; i < 100100; ++i) many += "b,";
-  expect_said(many + "]\nb: {}\n", "there are more than 100000");
+  for (int i = 0; i < 20100; ++i) many += "b,";
+  expect_said(many + "]\nb: {}\n", "there are more than 20000");
+  std::string wide = "bodies: [";
+  for (int i = 0; i < 3000; ++i) wide += "b,";
+  wide += "]\nb: {";
+  for (int i = 0; i < 20000; ++i) wide += "k" + std::to_string(i) + ": 1,";
+  expect_said(wide + "}\n", "has more than 200 fields");
   std::string parts = "bodies: [";
   for (int i = 0; i < 400; ++i) parts += "b,";
   parts += "]\ns: &s {shape: BOX, geometry: {x: 1, y: 1, z: 1}}\nb: {compound shape: [";

@@ -157,14 +157,15 @@ TEST(AdfScene, LightsShineWhereAmbfsDo) {
 }
 
 TEST(AdfScene, ColoursFollowAmbfsPrecedence) {
-  expect_color(material_of(node("/ambf/env/shapes/BODY box")).base_color, {0.8f, 0.1f, 0.1f}, 1);
+  expect_color(material_of(node("/ambf/env/shapes/BODY box")).base_color, {0.8f, 0.1f, 0.1f}, 0.6f);
+  EXPECT_TRUE(material_of(node("/ambf/env/shapes/BODY box")).blended);
   EXPECT_FLOAT_EQ(material_of(node("/ambf/env/shapes/BODY box")).roughness, std::sqrt(2.0f / 32));
   expect_color(material_of(node("/ambf/env/shapes/BODY sphere")).base_color, {0.2f, 0.7f, 0.3f}, 1);
   const Material& glowing = material_of(node("/ambf/env/shapes/BODY cylinder"));
   expect_color(glm::vec4(glowing.emission, 1), {0.1f, 0.2f, 0.9f}, 1);
-  const Material& clear = material_of(node("/ambf/env/shapes/BODY cone"));
-  expect_color(clear.base_color, {0.9f, 0.8f, 0.1f}, 0.5f);
-  EXPECT_TRUE(clear.blended);
+  const Material& solid = material_of(node("/ambf/env/shapes/BODY cone"));
+  expect_color(solid.base_color, {0.9f, 0.8f, 0.1f}, 1);
+  EXPECT_FALSE(solid.blended);
   expect_color(material_of(node("/ambf/env/shapes/BODY compound")).base_color, glm::vec3(0.7f), 1);
   expect_color(material_of(node("/ambf/env/ghosts/GHOST marker")).base_color, {0.8f, 0.04f, 0.02f}, 0.4357f);
   EXPECT_FALSE(node("/ambf/env/shapes/BODY hidden").mesh);

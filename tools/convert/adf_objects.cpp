@@ -11,15 +11,16 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMostObjects = 100'000, kMostComparisons = 20'000'000;
+constexpr size_t kMostObjects = 20'000, kMostComparisons = 20'000'000;
 
 // glTF's frame (looks and shines along -Z, Y up) in AMBF's: cameras look along -X with Z up, lights along X.
 const glm::dquat kCameraFromView = glm::quat_cast(glm::dmat3(0, 1, 0, 0, 0, 1, 1, 0, 0));
 const glm::dquat kLightFromShine = glm::quat_cast(glm::dmat3(0, -1, 0, 0, 0, 1, -1, 0, 0));
 
-// What a white surface that faces one of AMBF's lights shows of it (diffuse 0.7, as displayed), in linear
-// light.
-constexpr double kFacingRadiance = 0.448;
+// What a white surface that faces one of AMBF's lights shows of it, in linear light: 0.9 as displayed, of
+// which 0.7 are its diffuse light and 0.2 about what its ambient light adds (0.4 of a material's, which is
+// mostly half its colour); glTF's lights have none.
+constexpr double kFacingRadiance = 0.787;
 
 const char* suffix_of(AdfObject::Kind kind) {
   switch (kind) {

@@ -14,7 +14,7 @@ namespace fire3dv::convert {
 namespace {
 
 // A few lines can ask for the same large mesh in thousands of sizes.
-constexpr size_t kMostTriangles = 60'000'000, kMostShapes = 100'000;
+constexpr size_t kMostTriangles = 60'000'000, kMostShapes = 100'000, kMostParts = 1000;
 
 // Blinn-Phong's exponent to the roughness whose highlight is as wide.
 float roughness_of(double shininess, const glm::dvec3& specular) {
@@ -77,6 +77,11 @@ AdfLook AdfVisuals::look_of(const AdfValue& block, const std::string& name, cons
   const Color color = color_of(block);
   // AMBF looks at it only where it sets the colour.
   if (color.used && !block["visible"].flag(true)) return look;
+  if (triangles_ > kMostTriangles) {
+    block.warn("has no mesh, nor have those after it: the scene has more than " +
+               std::to_string(kMostTriangles) + " triangles");
+    return look;
+  }
   const double scale = block["scale"].number(1);
   const AdfValue shape = block["shape"], compound = block["compound shape"], mesh = block["mesh"];
   std::vector<Surface> surfaces;
@@ -106,11 +111,6 @@ AdfLook AdfVisuals::look_of(const AdfValue& block, const std::string& name, cons
     triangles_ += surface.indices.size() / 3;
     if (color.used) surface.material = colored(surface.material, color, name);
   }
-  if (triangles_ > kMostTriangles) {
-    block.warn("and further bodies have no mesh: the scene has more than " + std::to_string(kMostTriangles) +
-               " triangles");
-    return look;
-  }
   if (surfaces.empty()) return look;
   model_.meshes.push_back({clean_text(name), std::move(surfaces)});
   look.mesh = model_.meshes.size() - 1;
@@ -126,6 +126,7 @@ std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& bl
   // AMBF puts the block's path behind the file's; some files mean the block's alone.
   std::vector<std::filesystem::path> candidates{places.file_folder / places.visual_path / named};
   if (!own.empty()) candidates.push_back(places.file_folder / named);
+  model_.sources.push_back(candidates[0]);
   std::error_code error;
   const bool first = candidates.size() == 1 || std::filesystem::exists(candidates[0], error);
   const std::filesystem::path file = tidy_path(first ? candidates[0] : candidates[1]);
@@ -143,7 +144,7 @@ std::vector<Surface> AdfVisuals::shape_surfaces(const AdfValue& block, double sc
     surfaces.push_back(shape_surface(block["shape"], block["geometry"], scale));
   } else {
     // AMBF draws all parts at the body's origin: only its collision shapes know their "offset".
-    for (const AdfValue& part : block["compound shape"].items())
+    for (const AdfValue& part : block["compound shape"].items(kMostParts))
       surfaces.push_back(shape_surface(part["shape"], part["geometry"], scale));
   }
   const size_t plain = plain_material();

@@ -13,7 +13,7 @@ namespace fire3dv::convert {
 namespace {
 
 constexpr uint64_t kMostFileBytes = uint64_t{8} << 20;
-constexpr size_t kMostWarnings = 200;
+constexpr size_t kMostWarnings = 200, kMostFields = 200;
 
 }  // namespace
 
@@ -51,7 +51,9 @@ AdfValue AdfValue::operator[](std::string_view key) const {
   value.report_ = report_;
   value.name_ = key;
   if (!is_map()) return value;
+  size_t left = kMostFields;
   for (const auto& entry : node_) {
+    if (left-- == 0) break;
     if (!entry.first.IsScalar() || entry.first.Scalar() != key) continue;
     value.node_.reset(entry.second);
     break;
@@ -59,10 +61,11 @@ AdfValue AdfValue::operator[](std::string_view key) const {
   return value;
 }
 
-std::vector<AdfValue> AdfValue::items() const {
+std::vector<AdfValue> AdfValue::items(size_t most) const {
   std::vector<AdfValue> items;
   if (!node_.IsDefined() || !node_.IsSequence()) return items;
   for (const auto& item : node_) {
+    if (items.size() == most) break;
     items.emplace_back(item, file_, *report_);
     items.back().name_ = name_;
   }
@@ -167,6 +170,8 @@ std::vector<AdfFile::Block> AdfFile::blocks(std::string_view list) const {
       item.warn("lists " + scene::quote(id) + ", which the file does not describe");
       continue;
     }
+    if (block.node_.size() > kMostFields)
+      block.warn("has more than " + std::to_string(kMostFields) + " fields");
     blocks.push_back({id, std::move(block)});
   }
   return blocks;
@@ -183,7 +188,9 @@ void AdfFile::note_unknown_fields() const {
 
 void AdfFile::note_unknown_fields(const AdfValue& block) const {
   if (!block.is_map()) return;
+  size_t left = kMostFields;
   for (const auto& entry : block.node_) {
+    if (left-- == 0) break;
     if (entry.first.IsScalar() && !is_adf_field(entry.first.Scalar()))
       report_->unknown_field(clean_text(entry.first.Scalar(), 60),
                              AdfValue(entry.first, path_.string(), *report_).place());

@@ -42,10 +42,11 @@ class AdfValue {
 
   bool is_defined() const { return node_.IsDefined() && !node_.IsNull(); }
   bool is_map() const { return node_.IsDefined() && node_.IsMap(); }
-  // Of a map; of anything else, undefined. Of keys that are there twice the first, as AMBF takes it.
+  // Of a map; of anything else, undefined. Of keys that are there twice the first, as AMBF takes it. Of a map
+  // that is longer than any of AMBF's, only the beginning is looked at: it may be listed thousands of times.
   AdfValue operator[](std::string_view key) const;
-  // A list's items; none if it is no list.
-  std::vector<AdfValue> items() const;
+  // A list's items, up to so many; none if it is no list.
+  std::vector<AdfValue> items(size_t most = 200'000) const;
   // FILE:LINE
   std::string place() const;
 

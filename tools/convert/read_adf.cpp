@@ -133,6 +133,8 @@ Result<Model> read_adf(const std::filesystem::path& file, const ReadOptions& opt
   model.name = clean_text(file.stem().string());
   Result<void> read = AdfReader(options, model).read(file);
   if (!read) return read.error();
+  std::sort(model.sources.begin(), model.sources.end());
+  model.sources.erase(std::unique(model.sources.begin(), model.sources.end()), model.sources.end());
   return model;
 }
 
