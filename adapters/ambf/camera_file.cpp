@@ -62,9 +62,21 @@ CameraDefinition read_camera(const YAML::Node& block, const std::string& id, con
       intrinsics.far_m = plane["far"].as<double>();
     }
     if (block["field view angle"]) intrinsics.vertical_fov_rad = block["field view angle"].as<double>();
+    intrinsics.two_eyes = static_cast<bool>(block["stereo"]);
     camera.intrinsics = intrinsics;
   }
   return camera;
+}
+
+// AMBF puts a number behind a key that is there already.
+std::string unused_key(const std::string& key, const std::vector<CameraDefinition>& cameras) {
+  const auto taken = [&](const std::string& name) {
+    return std::any_of(cameras.begin(), cameras.end(),
+                       [&](const auto& camera) { return camera.key == name; });
+  };
+  std::string name = key;
+  for (size_t number = 1; taken(name); ++number) name = key + std::to_string(number);
+  return name;
 }
 
 void read_file(const fs::path& file, const std::string& prefix, CameraDefinitions& found) {
@@ -79,7 +91,7 @@ void read_file(const fs::path& file, const std::string& prefix, CameraDefinition
         const YAML::Node block = root[id];
         if (!block || !block.IsMap()) continue;
         CameraDefinition camera = read_camera(block, id, name_space);
-        camera.key = prefix + camera.key;
+        camera.key = unused_key(prefix + camera.key, found.cameras);
         camera.name = prefix + camera.name;
         found.cameras.push_back(std::move(camera));
       } catch (const YAML::Exception& error) {

@@ -14,6 +14,7 @@ struct Intrinsics {
   double vertical_fov_rad = 0.7;
   double near_m = 0.1;
   double far_m = 10;
+  bool two_eyes = false;  // AMBF draws the views of both side by side
   bool operator==(const Intrinsics&) const = default;
 };
 

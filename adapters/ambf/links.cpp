@@ -37,8 +37,7 @@ Result<void> Links::open(const Options& options) {
   return {};
 }
 
-void Links::describe(const std::vector<std::string>& names, const std::vector<float>& body_from_node,
-                     double rate_hz) {
+void Links::describe(const std::vector<std::string>& names, double rate_hz) {
   std::vector<const char*> pointers;
   pointers.reserve(names.size());
   for (const std::string& name : names) pointers.push_back(name.c_str());
@@ -47,8 +46,6 @@ void Links::describe(const std::vector<std::string>& names, const std::vector<fl
   description.node_names = pointers.data();
   description.node_count = pointers.size();
   description.world_from_stream = kWorldFromStream;
-  description.body_from_node = body_from_node.data();
-  description.body_from_node_count = pointers.size();
   description.nominal_rate_hz = rate_hz;
   for (Link& link : links_) hear(link, fire3dv_describe(link.stream.get(), &description));
 }

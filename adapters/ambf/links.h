@@ -20,8 +20,7 @@ class Links {
   Result<void> open(const Options& options);
   bool empty() const { return links_.empty(); }
 
-  void describe(const std::vector<std::string>& names, const std::vector<float>& body_from_node,
-                double rate_hz);
+  void describe(const std::vector<std::string>& names, double rate_hz);
   // poses: 12 floats for each name. Neither waits nor allocates.
   void publish(double sim_time_s, const std::vector<float>& poses, uint32_t flags);
   // A call of fire3dv/scene.h.

@@ -1,29 +1,12 @@
 #include "adapters/ambf/node_table.h"
 
 #include <algorithm>
-#include <array>
 #include <unordered_set>
 
 #include "protocol/wire/check.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::ambf {
-namespace {
-
-using Rows = std::array<float, 12>;
-constexpr Rows kSame{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-// Columns are the node's axes in the object's frame: right, up and back of a camera that looks along -X with
-// +Y right.
-constexpr Rows kCamera{0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0};
-// The same half a turn about Z: it shines along +X.
-constexpr Rows kLight{0, 0, -1, 0, -1, 0, 0, 0, 0, 1, 0, 0};
-
-const Rows& body_from_node_of(Kind kind) {
-  return kind == Kind::camera ? kCamera : kind == Kind::light ? kLight : kSame;
-}
-
-}  // namespace
-
 NodeTable::NodeTable(const std::vector<Object>& objects, Options::Names names) {
   const uint32_t limit = wire::DecodeLimits().max_name_bytes;
   std::unordered_set<std::string> taken;
@@ -42,8 +25,6 @@ NodeTable::NodeTable(const std::vector<Object>& objects, Options::Names names) {
     }
     nodes_.emplace_back(names_.size());
     names_.push_back(name);
-    const Rows& rows = body_from_node_of(object.kind);
-    body_from_node_.insert(body_from_node_.end(), rows.begin(), rows.end());
   }
 }
 

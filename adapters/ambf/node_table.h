@@ -1,5 +1,6 @@
-// AMBF's objects as the stream's nodes: by which name each is sent, and how the node's frame lies in the
-// object's.
+// AMBF's objects as the stream's nodes: by which name each is sent. Nodes have AMBF's frames, cameras and
+// lights too: what turns these to glTF's is a node below, as fire3dv-convert makes it
+// (tools/convert/readers.h).
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,9 @@
 namespace fire3dv::ambf {
 
 enum class Kind { rigid_body, ghost_object, light, camera };
+
+// Behind a camera's name: the nodes that have its lens. Those of the eyes are there where it sees with two.
+constexpr const char* kViewSuffixes[] = {"#view", "#left", "#right"};
 
 struct Object {
   Kind kind = Kind::rigid_body;
@@ -30,14 +34,11 @@ class NodeTable {
   const std::vector<std::string>& names() const { return names_; }
   // None: the object is left out.
   std::optional<size_t> node_of(size_t object) const { return nodes_[object]; }
-  // 12 floats for each node. Cameras and lights look along -X and shine along +X in AMBF, along -Z in glTF.
-  const std::vector<float>& body_from_node() const { return body_from_node_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
   std::vector<std::string> names_;
   std::vector<std::optional<size_t>> nodes_;
-  std::vector<float> body_from_node_;
   std::vector<std::string> warnings_;
 };
 

@@ -173,7 +173,8 @@ class Plugin : public ambf::afSimulatorPlugin {
       chai3d::cCamera* const inner = camera->getInternalCamera();
       if (inner && !camera->isOrthographic())
         session_->set_intrinsics(
-            i, {camera->getFieldViewAngle(), inner->getNearClippingPlane(), inner->getFarClippingPlane()});
+            i, {camera->getFieldViewAngle(), inner->getNearClippingPlane(), inner->getFarClippingPlane(),
+                camera->m_stereoMode != chai3d::C_STEREO_DISABLED});
     }
   }
 

@@ -75,7 +75,7 @@ void Session::describe(std::vector<Object> objects) {
   sent_.assign(objects_.size(), Sent());
   poses_.assign(nodes_.size() * 12, 0.0f);
   for (size_t node = 0; node < nodes_.size(); ++node) to_pose(Transform(), &poses_[node * 12]);
-  links_.describe(nodes_.names(), nodes_.body_from_node(), options_.rate_hz);
+  links_.describe(nodes_.names(), options_.rate_hz);
   for (size_t i = 0; i < cameras_.size(); ++i) {
     if (cameras_[i].intrinsics) set_intrinsics(first_camera_ + i, *cameras_[i].intrinsics);
   }
@@ -103,9 +103,11 @@ void Session::set_intrinsics(size_t object, const Intrinsics& intrinsics) {
   camera.vertical_fov_rad = static_cast<float>(intrinsics.vertical_fov_rad);
   camera.near_m = static_cast<float>(intrinsics.near_m);
   camera.far_m = static_cast<float>(intrinsics.far_m);
-  links_.edit([&](fire3dv_stream* stream) {
-    return fire3dv_set_camera(stream, nodes_.names()[*node].c_str(), &camera);
-  });
+  for (const char* const suffix : kViewSuffixes) {
+    if (suffix != kViewSuffixes[0] && !intrinsics.two_eyes) break;
+    const std::string name = nodes_.names()[*node] + suffix;
+    links_.edit([&](fire3dv_stream* stream) { return fire3dv_set_camera(stream, name.c_str(), &camera); });
+  }
 }
 
 void Session::set_soft_bodies(const std::vector<SoftMesh>& meshes) {

@@ -153,8 +153,7 @@ def cameras(args, folder):
         compared, worst, _ = compare(messages, record)
         check(worst == 0, f"cameras, window {gui}: {compared} poses, largest difference {worst}")
         last = frames(messages)[-1]["poses"]
-        found[gui] = {n: (last[i], edits.get(n)) for i, n in enumerate(names) if "camera" in n.rsplit("/", 1)[-1].lower()
-                      and n in edits}
+        found[gui] = {n: (last[i], edits[n + "#view"]) for i, n in enumerate(names) if n + "#view" in edits}
     check(found[True].keys() == found[False].keys() and found[True], f"cameras: the same ones, {sorted(found[True])}")
     for name in found[True].keys() & found[False].keys():
         (with_window, lens), (without, file_lens) = found[True][name], found[False][name]

@@ -1,8 +1,8 @@
 // Against the real AMBF, with a window: AMBF's own pictures, for tests/ambf/compare_pictures.py. After some
-// seconds the physics is stopped; then the first camera draws everything, and each rigid body alone, into
-// files of the folder that FIRE3DV_AMBF_PICTURES names: NUMBER.ppm, and pictures.json with size, camera, and
-// name and pose of all that moves. How many frames a second AMBF draws is told on stderr at the end, with the
-// physics running and without.
+// seconds the physics is stopped; then the first camera draws everything, and each object alone, into files
+// of the folder that FIRE3DV_AMBF_PICTURES names: NUMBER.ppm, and pictures.json with size, camera, and name
+// and pose of all that moves. How many frames a second AMBF draws, with the physics running and without, is
+// told on stderr at the end; where the folder is called "-" that is all.
 #include <GL/glew.h>
 #include <afFramework.h>
 
@@ -38,7 +38,7 @@ class Pictures : public ambf::afSimulatorPlugin {
     if (now_s > kMoveS) m_worldPtr->pausePhysics(true);
     if (now_s < kMoveS + kPausedS || done_) return;
     done_ = true;
-    take_all();
+    if (folder_ != "-") take_all();
     std::fprintf(stderr, "pictures: %.2f a second with physics, %.2f without\n",
                  running_frames_ / (kMoveS - kSettleS), paused_frames_ / (kPausedS - kSettleS));
     std::fflush(stderr);

@@ -44,16 +44,17 @@ unlisted: {location: {x: 1, y: 1, z: 1}}
 )",
                           R"(
 namespace: /robot/
-cameras: [eye]
-eye: {namespace: /absolute/, name: eye, location: {x: 0, y: 0, z: 1}, look at: {x: 1, y: 0, z: 1}}
+cameras: [eye, eye]
+eye: {namespace: /absolute/, name: eye, location: {x: 0, y: 0, z: 1}, look at: {x: 1, y: 0, z: 1},
+      stereo: {mode: PASSIVE, eye separation: 0.1, focal length: 1}}
 )");
   EXPECT_TRUE(found.warnings.empty());
-  ASSERT_EQ(found.cameras.size(), 3u);
+  ASSERT_EQ(found.cameras.size(), 4u);
   const CameraDefinition& camera = found.cameras[0];
   EXPECT_EQ(camera.key, "/ambf/env/cameras/main camera");
   EXPECT_EQ(camera.name, "/ambf/env/cameras/thecamera");
   EXPECT_EQ(camera.parent, "BODY Head");
-  EXPECT_EQ(camera.intrinsics, (Intrinsics{1.2, 0.001, 20}));
+  EXPECT_EQ(camera.intrinsics, (Intrinsics{1.2, 0.001, 20, false}));
   // It looks along its -X: here along the world's -X.
   const Transform expected{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {2, 0, 0.5, 1}}};
   for (size_t column = 0; column < 4; ++column) {
@@ -62,7 +63,8 @@ eye: {namespace: /absolute/, name: eye, location: {x: 0, y: 0, z: 1}, look at: {
   }
   EXPECT_EQ(found.cameras[1].intrinsics, std::nullopt);
   EXPECT_EQ(found.cameras[2].key, "/absolute/eye");
-  EXPECT_EQ(found.cameras[2].intrinsics, Intrinsics());
+  EXPECT_EQ(found.cameras[3].key, "/absolute/eye1") << "as AMBF tells two from each other";
+  EXPECT_EQ(found.cameras[2].intrinsics, (Intrinsics{0.7, 0.1, 10, true}));
   EXPECT_DOUBLE_EQ(found.cameras[2].parent_from_camera.m[0][0], -1) << "it looks along +X";
 }
 
@@ -113,19 +115,6 @@ TEST(AmbfNodes, NamesThatRenderersRefuseAreLeftOut) {
   const NodeTable by_name(objects, Options::Names::name);
   EXPECT_EQ(by_name.names(), (std::vector<std::string>{"/a/same", "/a/other", "/a/light", "/a/camera"}));
   EXPECT_EQ(by_name.node_of(4), 3u);
-}
-
-// What a node's -Z is in the frame of AMBF's object.
-std::array<float, 3> looks_along(Kind kind) {
-  const NodeTable table({{kind, "n", "n"}}, Options::Names::key);
-  const auto& rows = table.body_from_node();
-  return {-rows[2], -rows[6], -rows[10]};
-}
-
-TEST(AmbfNodes, CamerasAndLightsFaceAsInAmbf) {
-  EXPECT_EQ(looks_along(Kind::camera), (std::array<float, 3>{-1, 0, 0}));
-  EXPECT_EQ(looks_along(Kind::light), (std::array<float, 3>{1, 0, 0}));
-  EXPECT_EQ(looks_along(Kind::rigid_body), (std::array<float, 3>{0, 0, -1}));
 }
 
 }  // namespace

@@ -40,6 +40,7 @@ TEST_F(AmbfPlugin, SendsPosesAsTheyStandUnderTheirKeys) {
         EXPECT_EQ(pose.m[row * 4 + column], static_cast<float>(body->local.m[column][row]));
     }
   }
+  EXPECT_TRUE(renderer_.descriptions.back().body_from_node.empty());
   // Z up to Y up: the point above the origin stays above it.
   const auto& basis = renderer_.descriptions.back().world_from_stream.m;
   EXPECT_EQ((std::array<double, 3>{basis[2], basis[6], basis[10]}), (std::array<double, 3>{0, 1, 0}));
@@ -74,14 +75,17 @@ TEST_F(AmbfPlugin, CamerasHaveLensesAndLensesMayChange) {
   camera->inner.near_m = 0.001;
   ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
   step();
-  const auto key = std::make_pair(std::string("eye"), wire::Property::camera);
+  const auto key = std::make_pair(std::string("eye#view"), wire::Property::camera);
   ASSERT_TRUE(renderer_.poll_until([&] { return renderer_.edits.count(key) == 1; }));
   EXPECT_EQ(std::get<wire::Camera>(renderer_.edits[key]), (wire::Camera{1.2f, 0.001f, 10, 0}));
+  EXPECT_EQ(renderer_.edits.count({"eye#left", wire::Property::camera}), 0u);
   camera->vertical_fov_rad = 0.5;
+  camera->m_stereoMode = chai3d::C_STEREO_PASSIVE_LEFT_RIGHT;
   step();
   EXPECT_TRUE(renderer_.poll_until(
       [&] { return std::get<wire::Camera>(renderer_.edits[key]).vertical_fov_rad == 0.5f; }));
-  EXPECT_EQ(renderer_.edits.count({"flat", wire::Property::camera}), 0u) << "no lens is like its";
+  EXPECT_TRUE(renderer_.poll_until([&] { return renderer_.edits.count({"eye#right", key.second}) == 1; }));
+  EXPECT_EQ(renderer_.edits.count({"flat#view", wire::Property::camera}), 0u) << "no lens is like its";
 }
 
 TEST_F(AmbfPlugin, WhatIsHiddenIsSaidAndWhatIsShownAgainToo) {

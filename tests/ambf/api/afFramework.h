@@ -39,6 +39,8 @@ class cMultiMesh {
   std::vector<cMesh*> meshes;
 };
 
+enum cStereoMode { C_STEREO_DISABLED, C_STEREO_PASSIVE_LEFT_RIGHT };
+
 class cCamera {
  public:
   double getNearClippingPlane() { return near_m; }
@@ -111,6 +113,7 @@ class afCamera : public afBaseObject {
   chai3d::cCamera* getInternalCamera() { return &inner; }
   bool isOrthographic() { return orthographic; }
   chai3d::cCamera inner;
+  chai3d::cStereoMode m_stereoMode = chai3d::C_STEREO_DISABLED;
   double vertical_fov_rad = 0.7;
   bool orthographic = false;
 };
