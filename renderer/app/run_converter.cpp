@@ -20,6 +20,7 @@ namespace {
 constexpr std::chrono::minutes kLongest{15};
 constexpr int kPollMs = 100;
 constexpr size_t kMostLineBytes = 4096, kMostWarnings = 1000;
+constexpr const char* kStopped = "it was told to stop";
 constexpr std::string_view kName = "fire3dv-convert: ", kWarning = "warning: ";
 
 class Descriptor {
@@ -107,7 +108,7 @@ Result<pid_t> start(const std::string& program, const ConverterRun& wanted, int 
 }
 
 // Until it closes its standard error. Why it was ended, or nothing.
-std::optional<std::string> listen(int from, const ConverterRun& wanted, Said& said) {
+std::optional<std::string> listen_to(int from, const ConverterRun& wanted, Said& said) {
   const auto until = std::chrono::steady_clock::now() + kLongest;
   char bytes[4096];
   while (true) {
@@ -119,7 +120,7 @@ std::optional<std::string> listen(int from, const ConverterRun& wanted, Said& sa
       if (got < 0 && errno != EINTR && errno != EAGAIN) return std::nullopt;
       if (got > 0) said.add(bytes, static_cast<size_t>(got));
     }
-    if (wanted.should_stop && wanted.should_stop()) return "it was told to stop";
+    if (wanted.should_stop && wanted.should_stop()) return kStopped;
     if (std::chrono::steady_clock::now() > until)
       return "it takes longer than " + std::to_string(kLongest.count()) + " minutes";
   }
@@ -139,12 +140,14 @@ Result<std::vector<std::string>> run_converter(const ConverterRun& wanted) {
   if (!child) return child.error();
 
   Said said;
-  const std::optional<std::string> ended = listen(reading.get(), wanted, said);
+  std::optional<std::string> ended = listen_to(reading.get(), wanted, said);
   if (ended) ::kill(*child, SIGKILL);
   int status = 0;
   while (::waitpid(*child, &status, 0) < 0 && errno == EINTR) {
   }
   said.end_line();
+  // A terminal's interrupt goes to both, and may have ended the converter before anybody asked.
+  if (!ended && WIFSIGNALED(status) && wanted.should_stop && wanted.should_stop()) ended = kStopped;
   if (ended) return Error{"the conversion was ended: " + *ended};
   if (WIFSIGNALED(status)) {
     return Error{"fire3dv-convert crashed (" + std::string(strsignal(WTERMSIG(status))) +

@@ -11,7 +11,7 @@ mv "$work/first" "$work/moved"
 prefix=$work/moved
 
 # Programs run and find their library beside them.
-for program in fire3dv fire3dv-bench bullet_arm; do
+for program in fire3dv fire3dv-bench fire3dv-convert bullet_arm; do
   env -u LD_LIBRARY_PATH "$prefix/bin/$program" --help >"$work/help.txt" || fail "$program --help ended with $?"
   [ -s "$work/help.txt" ] || fail "$program --help says nothing"
 done
@@ -27,6 +27,12 @@ esac
 (cd "$work" && "$prefix/bin/fire3dv" arm.glb --headless --size 64x36 --camera camera_front --frames 1 --out images 2>"$work/log.txt") ||
   { cat "$work/log.txt" >&2; fail "fire3dv ended with $?"; }
 [ "$(head -c 4 "$work/images/frame_000000.png" | tail -c 3)" = PNG ] || fail "fire3dv wrote no PNG"
+
+
+# The converter is found beside the renderer, wherever that is.
+"$prefix/bin/fire3dv" "$source_dir/tests/assets/robots/arm_description/urdf/arm.urdf" --headless --size 64x36 --frames 1 \
+  --cache off --out "$work/described" 2>"$work/log.txt" || { cat "$work/log.txt" >&2; fail "fire3dv with a URDF ended with $?"; }
+[ -s "$work/described/frame_000000.png" ] || fail "fire3dv wrote no PNG of a URDF"
 
 for paper in LICENSE NOTICE README.md CHANGELOG.md SPEC.md; do
   [ -n "$(find "$prefix/share/doc" -name "$paper")" ] || fail "$paper is not installed"

@@ -86,6 +86,14 @@ TEST(WriteGlb, NodesStandWhereTheModelSaysUnderOneRootThatTurnsItUp) {
   EXPECT_LT(glm::distance(glm::vec3(tool.world_from_node[3]), glm::vec3(1, 7, -2)), 1e-5f);
 }
 
+TEST(WriteGlb, TheRootHasANameOfItsOwn) {
+  Model model = model_of(triangle());
+  model.name = "body";
+  const scene::Scene scene = loaded(model);
+  EXPECT_EQ(scene.nodes[0].name, "body (scene)");
+  EXPECT_EQ(scene.nodes[1].name, "body");
+}
+
 TEST(WriteGlb, MeshesAreSharedAndKeepTheirVertices) {
   Model model = model_of(triangle());
   Surface with_all = triangle(1);

@@ -47,6 +47,9 @@ class Files {
 
  private:
   Result<void> read_one(const fs::path& file) {
+    std::error_code error;
+    // libmujoco says what it thinks of an include that is not there, if it looks there at all.
+    if (includes_.size() > 1 && !fs::exists(file, error)) return {};
     const Result<std::string> text = read_text(file);
     if (!text) return text.error();
     if (const Result<std::string> root = xml_root(*text); !root)

@@ -219,9 +219,17 @@ class Writer {
     out_.lights.push_back(std::move(light));
   }
 
+  // Streams find nodes by name: a robot's name is not to stand for one of its links.
+  std::string root_name() const {
+    std::string name = valid_utf8(model_.name);
+    const auto is_taken = [&](const Node& node) { return node.name == name; };
+    while (std::any_of(model_.nodes.begin(), model_.nodes.end(), is_taken)) name += " (scene)";
+    return name;
+  }
+
   void add_nodes() {
     tinygltf::Node root;
-    root.name = valid_utf8(model_.name);
+    root.name = root_name();
     set_rotation(model_.gltf_from_model, root);
     out_.nodes.push_back(std::move(root));
     for (const Node& source : model_.nodes) {
