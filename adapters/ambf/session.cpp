@@ -141,7 +141,7 @@ void Session::set_vertices(size_t soft_body, const std::vector<float>& positions
   vertices.struct_size = sizeof vertices;
   vertices.positions = positions.data();
   vertices.vertex_count = positions.size() / 3;
-  const std::string name = soft_vertices_name(soft_keys_[soft_body]);
+  const std::string name = soft_vertices_path(soft_keys_[soft_body]);
   links_.edit([&](fire3dv_stream* stream) { return fire3dv_set_vertices(stream, name.c_str(), &vertices); });
 }
 

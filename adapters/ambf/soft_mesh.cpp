@@ -8,6 +8,8 @@
 namespace fire3dv::ambf {
 namespace {
 
+constexpr const char* kVerticesName = "vertices";
+
 float linear_from_srgb(float value) {
   const float v = std::clamp(value, 0.0f, 1.0f);
   return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
@@ -24,6 +26,17 @@ void append_u32(std::vector<std::byte>& bytes, size_t value) {
 }
 
 }  // namespace
+
+std::string soft_node_name(const std::string& key) {
+  return key + " (soft body)";
+}
+
+// protocol/SPEC.md, 7: as in JSON pointers.
+std::string soft_vertices_path(const std::string& key) {
+  std::string path;
+  for (const char c : soft_node_name(key)) path += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  return path + "/" + kVerticesName;
+}
 
 std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh) {
   const size_t vertices = mesh.positions.size() / 3;
@@ -49,7 +62,7 @@ std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh) {
   root["scene"] = 0;
   root["scenes"] = {{{"nodes", {0}}}};
   root["nodes"] = nlohmann::json::array(
-      {{{"name", soft_vertices_name(mesh.key)}, {"mesh", 0}, {"rotation", {-0.70710678, 0, 0, 0.70710678}}}});
+      {{{"name", kVerticesName}, {"mesh", 0}, {"rotation", {-0.70710678, 0, 0, 0.70710678}}}});
   root["meshes"] = nlohmann::json::array(
       {{{"primitives",
          nlohmann::json::array({{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"material", 0}}})}}});

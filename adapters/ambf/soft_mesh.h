@@ -17,13 +17,10 @@ struct SoftMesh {
   std::array<float, 4> color_srgb{0.8f, 0.8f, 0.8f, 1};  // as AMBF's materials have it
 };
 
-// The added node, and the node below it that has the vertices.
-inline std::string soft_node_name(const std::string& key) {
-  return key + " (soft body)";
-}
-inline std::string soft_vertices_name(const std::string& key) {
-  return key + " (vertices)";
-}
+// The added node, and the path to the node below it that has the vertices: what is in an added file goes by
+// its path.
+std::string soft_node_name(const std::string& key);
+std::string soft_vertices_path(const std::string& key);
 
 // Turned to glTF's Y up by its root. Empty where there is nothing to show, or a triangle names no vertex.
 std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh);

@@ -150,7 +150,7 @@ TEST_F(AmbfPlugin, AResetIsAJumpAndAPauseIsGoneOnWithByTheWindow) {
 }
 
 TEST_F(AmbfPlugin, SoftBodiesBringTheirMeshAndTheirVerticesFollow) {
-  auto* const cloth = ambf_.add<ambf::afSoftBody>(ambf_.world.soft_bodies, "cloth");
+  auto* const cloth = ambf_.add<ambf::afSoftBody>(ambf_.world.soft_bodies, "a/cloth");
   ambf_.body("a");
   btSoftBody soft;
   soft.m_nodes.items.resize(4);
@@ -162,14 +162,15 @@ TEST_F(AmbfPlugin, SoftBodiesBringTheirMeshAndTheirVerticesFollow) {
   step();
   n[3].m_x.values[2] = 7;
   step();
-  const auto key = std::make_pair(std::string("cloth (vertices)"), wire::Property::vertices);
+  const auto key = std::make_pair(std::string("a~1cloth (soft body)/vertices"), wire::Property::vertices);
   ASSERT_TRUE(renderer_.poll_until([&] {
     const auto found = renderer_.edits.find(key);
     return found != renderer_.edits.end() &&
            std::get<wire::Vertices>(found->second).positions[3] == std::array<float, 3>{0, 0, 7};
   }));
-  EXPECT_TRUE(std::holds_alternative<wire::NodeRemoved>(renderer_.edits[{"cloth", wire::Property::node}]));
-  const auto& added = std::get<wire::NodeAdded>(renderer_.edits[{"cloth (soft body)", wire::Property::node}]);
+  EXPECT_TRUE(std::holds_alternative<wire::NodeRemoved>(renderer_.edits[{"a/cloth", wire::Property::node}]));
+  const auto& added =
+      std::get<wire::NodeAdded>(renderer_.edits[{"a/cloth (soft body)", wire::Property::node}]);
   EXPECT_FALSE(added.asset_glb.empty());
 }
 

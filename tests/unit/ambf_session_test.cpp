@@ -122,7 +122,7 @@ TEST(AmbfSoftMesh, IsAGltfFileWithVerticesInTheOrderOfPhysics) {
   const auto scene = scene::load_gltf(folder.write("soft.glb", std::span<const std::byte>(glb)));
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   ASSERT_EQ(scene->nodes.size(), 1u);
-  EXPECT_EQ(scene->nodes[0].name, soft_vertices_name(mesh.key));
+  EXPECT_EQ(soft_vertices_path(mesh.key), "~1a~1\"BODY\" cloth (soft body)/" + scene->nodes[0].path);
   // AMBF's up is glTF's up.
   EXPECT_NEAR(scene->bounds_max.y, 3, 1e-5);
   EXPECT_NEAR(scene->bounds_min.z, -1, 1e-5);

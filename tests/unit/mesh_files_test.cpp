@@ -77,6 +77,17 @@ TEST(MeshFiles, ObjHasItsMaterialsAndOnlyTriangles) {
   EXPECT_EQ(loaded.model.materials[glass.material].roughness, 1);  // no highlight at all
 }
 
+TEST(MeshFiles, MissingMaterialsAreTold) {
+  const test::ScratchFolder folder;
+  const Loaded loaded = load(folder.write("a.obj", test::kObj));
+  ASSERT_TRUE(loaded.surfaces) << loaded.surfaces.error().message;
+  EXPECT_EQ(triangles(*loaded.surfaces), 5u);
+  ASSERT_EQ(loaded.model.warnings.size(), 1u);
+  EXPECT_NE(loaded.model.warnings[0].find("a.obj\" has no materials: \"some colours.mtl\""),
+            std::string::npos)
+      << loaded.model.warnings[0];
+}
+
 TEST(MeshFiles, StlIsFlat) {
   const test::ScratchFolder folder;
   const Loaded text = load(folder.write("a.stl", test::kAsciiStl));

@@ -109,6 +109,13 @@ Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path&
   Result<ImportedMesh> mesh = child.import(resolved);
   if (!mesh) return mesh.error();
   model.sources.insert(model.sources.end(), mesh->besides.begin(), mesh->besides.end());
+  // The first is what the file names; importers then try names of their own.
+  if (!mesh->besides.empty() && std::none_of(mesh->besides.begin(), mesh->besides.end(),
+                                             [](const auto& file) { return regular_file(file).ok(); })) {
+    model.warnings.push_back(scene::quote(shown.string()) +
+                             " has no materials: " + scene::quote(mesh->besides.front().filename().string()) +
+                             ", which it names, is not next to it");
+  }
   std::map<size_t, size_t> materials;  // those that are shown, of the file and of the model
   for (Surface& surface : mesh->surfaces) {
     const auto [known, is_new] = materials.try_emplace(surface.material, 0);
