@@ -83,8 +83,8 @@ def command_line(test):
     done = convert(test, arm, "-o", test.path("arm.glb"), "--sources", test.path("arm.sources"), "--list")
     check(done.stdout.split("\n")[:3] == ["base\t36 triangles", "  arm\t12 triangles", "    hand\t2208 triangles"], done.stdout)
     check("link \"hand\": " in done.stderr and "hand.obj" in done.stderr, done.stderr)
-    check(re.search(r"arm\.glb: 3 nodes, 2256 triangles, 0 cameras, 0 lights, \d+ bytes, 1 warnings\n$", done.stderr), done.stderr)
-    check([node["name"] for node in document_of(test.path("arm.glb"))["nodes"]] == ["two links", "base", "arm", "hand"],
+    check(re.search(r"arm\.glb: 4 nodes, 2256 triangles, 0 cameras, 1 lights, \d+ bytes, 1 warnings\n$", done.stderr), done.stderr)
+    check([node["name"] for node in document_of(test.path("arm.glb"))["nodes"]] == ["two links", "base", "arm", "hand", "light from above"],
           "nodes of the file")
     with open(test.path("arm.sources"), encoding="utf-8") as file:
         check(re.search(r"^source 0 .* \S*hand\.obj$", file.read(), re.MULTILINE), "a missing source is recorded as such")

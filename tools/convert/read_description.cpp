@@ -1,8 +1,25 @@
 #include "renderer/scene/files.h"
 #include "tools/convert/description_kind.h"
+#include "tools/convert/lights.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::convert {
+
+namespace {
+
+Result<Model> read_kind(DescriptionKind kind, const std::filesystem::path& file, const ReadOptions& options) {
+  switch (kind) {
+    case DescriptionKind::adf:
+      return read_adf(file, options);
+    case DescriptionKind::urdf:
+      return read_urdf(file, options);
+    case DescriptionKind::mjcf:
+      break;
+  }
+  return read_mjcf(file, options);
+}
+
+}  // namespace
 
 Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options) {
   const Result<std::string> text = read_text(file);
@@ -12,15 +29,9 @@ Result<Model> read_description(const std::filesystem::path& file, const ReadOpti
   if (*kind != DescriptionKind::adf && (!options.launch_indices.empty() || options.launch_all))
     return Error{scene::quote(file.string()) +
                  " is no AMBF launch file: models are chosen (-l, --all) there only"};
-  switch (*kind) {
-    case DescriptionKind::adf:
-      return read_adf(file, options);
-    case DescriptionKind::urdf:
-      return read_urdf(file, options);
-    case DescriptionKind::mjcf:
-      break;
-  }
-  return read_mjcf(file, options);
+  Result<Model> model = read_kind(*kind, file, options);
+  if (model) add_light_if_none(*model);
+  return model;
 }
 
 }  // namespace fire3dv::convert

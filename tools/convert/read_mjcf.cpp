@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "renderer/scene/files.h"
+#include "tools/convert/lights.h"
 #include "tools/convert/mjcf_files.h"
 #include "tools/convert/mjcf_looks.h"
 #include "tools/convert/readers.h"
@@ -75,14 +76,6 @@ glm::dquat quat(const mjtNum* q) {
 glm::dquat quat_of_matrix(const mjtNum* rows) {
   return glm::quat_cast(glm::transpose(
       glm::dmat3(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7], rows[8])));
-}
-
-// A rotation that turns -Z, where glTF's lights shine, into the direction.
-glm::dquat shining(const glm::dvec3& direction) {
-  const glm::dvec3 z = -glm::normalize(direction);
-  const glm::dvec3 side = std::abs(z.z) < 0.99 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
-  const glm::dvec3 x = glm::normalize(glm::cross(side, z));
-  return glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z));
 }
 
 class Reader {

@@ -34,7 +34,7 @@ Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& op
 // Through libmujoco's compiled model. Where this build has none, an error that says so.
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options);
 
-// By what the file is, not by what it is called.
+// By what the file is, not by what it is called. A description without lights gets one.
 Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options);
 
 }  // namespace fire3dv::convert
