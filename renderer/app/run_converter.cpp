@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstring>
 #include <optional>
+#include <thread>
 
 extern char** environ;
 
@@ -107,22 +108,40 @@ Result<pid_t> start(const std::string& program, const ConverterRun& wanted, int 
   return pid;
 }
 
-// Until it closes its standard error. Why it was ended, or nothing.
-std::optional<std::string> listen_to(int from, const ConverterRun& wanted, Said& said) {
-  const auto until = std::chrono::steady_clock::now() + kLongest;
+using Clock = std::chrono::steady_clock;
+
+// Why it is to be ended now, or nothing.
+std::optional<std::string> why_end(const ConverterRun& wanted, Clock::time_point until) {
+  if (wanted.should_stop && wanted.should_stop()) return kStopped;
+  if (Clock::now() > until) return "it takes longer than " + std::to_string(kLongest.count()) + " minutes";
+  return std::nullopt;
+}
+
+// Until it closes its standard error. Why it is to be ended, or nothing.
+std::optional<std::string> listen_to(int from, const ConverterRun& wanted, Clock::time_point until,
+                                     Said& said) {
   char bytes[4096];
   while (true) {
     pollfd ready{from, POLLIN, 0};
-    const int count = ::poll(&ready, 1, kPollMs);
-    if (count > 0) {
+    if (::poll(&ready, 1, kPollMs) > 0) {
       const ssize_t got = ::read(from, bytes, sizeof bytes);
-      if (got == 0) return std::nullopt;
-      if (got < 0 && errno != EINTR && errno != EAGAIN) return std::nullopt;
+      if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) return std::nullopt;
       if (got > 0) said.add(bytes, static_cast<size_t>(got));
     }
-    if (wanted.should_stop && wanted.should_stop()) return kStopped;
-    if (std::chrono::steady_clock::now() > until)
-      return "it takes longer than " + std::to_string(kLongest.count()) + " minutes";
+    if (std::optional<std::string> why = why_end(wanted, until)) return why;
+  }
+}
+
+// Its exit status, once it has ended by itself or by us; `ended`: why by us.
+int wait_for(pid_t child, const ConverterRun& wanted, Clock::time_point until,
+             std::optional<std::string>& ended) {
+  int status = 0;
+  while (true) {
+    if (!ended) ended = why_end(wanted, until);
+    if (ended) ::kill(child, SIGKILL);
+    const pid_t got = ::waitpid(child, &status, ended ? 0 : WNOHANG);
+    if (got == child || (got < 0 && errno != EINTR)) return status;
+    if (got == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 }
 
@@ -140,14 +159,11 @@ Result<std::vector<std::string>> run_converter(const ConverterRun& wanted) {
   if (!child) return child.error();
 
   Said said;
-  std::optional<std::string> ended = listen_to(reading.get(), wanted, said);
-  if (ended) ::kill(*child, SIGKILL);
-  int status = 0;
-  while (::waitpid(*child, &status, 0) < 0 && errno == EINTR) {
-  }
-  said.end_line();
+  const Clock::time_point until = Clock::now() + kLongest;
+  std::optional<std::string> ended = listen_to(reading.get(), wanted, until, said);
   // A terminal's interrupt goes to both, and may have ended the converter before anybody asked.
-  if (!ended && WIFSIGNALED(status) && wanted.should_stop && wanted.should_stop()) ended = kStopped;
+  const int status = wait_for(*child, wanted, until, ended);
+  said.end_line();
   if (ended) return Error{"the conversion was ended: " + *ended};
   if (WIFSIGNALED(status)) {
     return Error{"fire3dv-convert crashed (" + std::string(strsignal(WTERMSIG(status))) +

@@ -5,7 +5,10 @@
 // told on stderr at the end; where the folder is called "-" that is all.
 #include <GL/glew.h>
 #include <afFramework.h>
+#include <pthread.h>
+#include <time.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -31,21 +34,46 @@ class Pictures : public ambf::afSimulatorPlugin {
     return folder && !world->getCameraMap()->empty() ? ambf::SUCCESS : ambf::ERROR;
   }
 
+  void physicsUpdate(double) override {
+    if (!physics_known_.exchange(true)) pthread_getcpuclockid(pthread_self(), &physics_clock_);
+  }
+
   void graphicsUpdate() override {
     const double now_s = std::chrono::duration<double>(Clock::now() - begin_).count();
-    if (now_s > kSettleS && now_s < kMoveS) ++running_frames_;
-    if (now_s > kMoveS + kSettleS && now_s < kMoveS + kPausedS) ++paused_frames_;
+    if (now_s > kSettleS && now_s < kMoveS) running_.frame(drawing_cpu_ms());
+    if (now_s > kMoveS + kSettleS && now_s < kMoveS + kPausedS) paused_.frame(drawing_cpu_ms());
     if (now_s > kMoveS) m_worldPtr->pausePhysics(true);
     if (now_s < kMoveS + kPausedS || done_) return;
     done_ = true;
     if (folder_ != "-") take_all();
-    std::fprintf(stderr, "pictures: %.2f a second with physics, %.2f without\n",
-                 running_frames_ / (kMoveS - kSettleS), paused_frames_ / (kPausedS - kSettleS));
+    std::fprintf(stderr, "pictures: %.2f a second of %.1f ms with physics, %.2f of %.1f ms without\n",
+                 running_.frames / (kMoveS - kSettleS), running_.cpu_ms(),
+                 paused_.frames / (kPausedS - kSettleS), paused_.cpu_ms());
     std::fflush(stderr);
     std::quick_exit(0);
   }
 
  private:
+  // Frames from the first to the last that fell into a span, and what they took.
+  struct Span {
+    int frames = 0;
+    double first_ms = 0, last_ms = 0;
+    void frame(double now_ms) {
+      if (frames++ == 0) first_ms = now_ms;
+      last_ms = now_ms;
+    }
+    double cpu_ms() const { return frames > 1 ? (last_ms - first_ms) / (frames - 1) : 0; }
+  };
+
+  static double clock_ms(clockid_t clock) {
+    timespec time{};
+    clock_gettime(clock, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
+  }
+  double drawing_cpu_ms() const {
+    return clock_ms(CLOCK_PROCESS_CPUTIME_ID) - (physics_known_ ? clock_ms(physics_clock_) : 0);
+  }
+
   void take_all() {
     auto* const camera = static_cast<ambf::afCamera*>(m_worldPtr->getCameraMap()->begin()->second);
     m_worldPtr->getChaiWorld()->m_backgroundColor.set(1, 0, 1);  // what no body has
@@ -122,7 +150,9 @@ class Pictures : public ambf::afSimulatorPlugin {
 
   std::string folder_;
   Clock::time_point begin_;
-  int running_frames_ = 0, paused_frames_ = 0;
+  Span running_, paused_;
+  std::atomic<bool> physics_known_{false};
+  clockid_t physics_clock_{};
   bool done_ = false;
 };
 

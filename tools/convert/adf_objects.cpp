@@ -70,11 +70,6 @@ bool AdfObjects::add(AdfObject object) {
   return true;
 }
 
-size_t AdfObjects::count(AdfObject::Kind kind) const {
-  return static_cast<size_t>(std::count_if(objects_.begin(), objects_.end(),
-                                           [&](const AdfObject& object) { return object.kind == kind; }));
-}
-
 void AdfObjects::find_names() {
   // AMBF has a map for each kind, and puts the first free number from 1 behind a name that is there already.
   // Objects that it drops get what the others leave over.

@@ -38,7 +38,6 @@ class AdfObjects {
 
   // False: there are too many.
   bool add(AdfObject object);
-  size_t count(AdfObject::Kind kind) const;
   bool empty() const { return objects_.empty(); }
   // Nodes, cameras and lights of the model, parents before their children.
   void write(Model& model);

@@ -1,7 +1,5 @@
 #include "tools/convert/adf_yaml.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "renderer/scene/files.h"

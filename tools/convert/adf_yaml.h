@@ -54,7 +54,6 @@ class AdfValue {
   bool flag(bool otherwise) const;
   std::string text(const std::string& otherwise = {}) const;
   glm::dvec3 vector(const glm::dvec3& otherwise, std::string_view keys = "xyz") const;
-  AdfReport& report() const { return *report_; }
   void warn(const std::string& what) const;
 
  private:
