@@ -21,7 +21,8 @@ Result<void> Writer::attach(const AttachmentIndex& about, Source& data) {
 
   Bytes head;
   put(head, static_cast<uint8_t>(Kind::attachment));
-  const uint64_t content_bytes = 8 + 8 + 4 + about.name.size() + 4 + about.media_type.size() + 8 + data.size() + 4;
+  const uint64_t content_bytes =
+      8 + 8 + 4 + about.name.size() + 4 + about.media_type.size() + 8 + data.size() + 4;
   put(head, content_bytes);
   put(head, about.log_time_ns);
   put(head, about.create_time_ns);
@@ -72,10 +73,10 @@ Result<AttachmentIndex> read_attachment_head(Source& source, const RecordAt& rec
   return index;
 }
 
-Result<void> Reader::read_attachment(const AttachmentIndex& index,
-                                     const std::function<Result<void>(std::span<const std::byte>)>& on_piece) {
-  const Error damaged{wire::printable(source_->name(), 4096) + ": attachment \"" + wire::printable(index.name) +
-                      "\" is damaged; it cannot be taken out"};
+Result<void> Reader::read_attachment(
+    const AttachmentIndex& index, const std::function<Result<void>(std::span<const std::byte>)>& on_piece) {
+  const Error damaged{wire::printable(source_->name(), 4096) + ": attachment \"" +
+                      wire::printable(index.name) + "\" is damaged; it cannot be taken out"};
   const uint64_t file_bytes = source_->size();
   if (index.length < kRecordHead || index.length > file_bytes || index.offset > file_bytes - index.length)
     return damaged;

@@ -21,8 +21,8 @@ bool belongs_into_chunk(Kind kind) {
 
 Result<ChunkHead> read_chunk_head(Source& source, const RecordAt& record) {
   std::array<std::byte, kMostChunkHead> bytes;
-  const auto there = std::span(bytes).first(
-      static_cast<size_t>(std::min<uint64_t>(kMostChunkHead, record.content_bytes())));
+  const auto there =
+      std::span(bytes).first(static_cast<size_t>(std::min<uint64_t>(kMostChunkHead, record.content_bytes())));
   if (auto good = source.read(record.content_at(), there); !good) return good.error();
   ChunkHead head;
   if (!parse(there, head)) return Error{place_of(source, record) + " has no sound head; it is passed over"};
@@ -97,7 +97,8 @@ std::optional<ChunkReader::Entry> ChunkReader::next() {
     uint8_t kind = 0;
     uint64_t length = 0;
     std::span<const std::byte> content;
-    FIRE3DV_ASSERT(parser.get(kind) && parser.get(length) && parser.get(length, content));  // check_records looked
+    FIRE3DV_ASSERT(parser.get(kind) && parser.get(length) &&
+                   parser.get(length, content));  // check_records looked
     at_ += kRecordHead + static_cast<size_t>(length);
     if (static_cast<Kind>(kind) <= Kind::message) return Entry{static_cast<Kind>(kind), offset, content};
   }

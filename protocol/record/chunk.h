@@ -20,7 +20,8 @@ class ChunkReader {
  public:
   explicit ChunkReader(uint64_t most_bytes) : most_bytes_(most_bytes) {}
 
-  // Afterwards the chunk is whole and its records stand one behind the other up to its end, or an error says why not.
+  // Afterwards the chunk is whole and its records stand one behind the other up to its end, or an error says
+  // why not.
   Result<void> load(Source& source, const RecordAt& record);
   const ChunkHead& head() const { return head_; }
   void unload() { at_ = records_.size(); }

@@ -63,7 +63,8 @@ bool Compressor::compress(Compression compression, std::span<const std::byte> by
     if (!impl_->pack) impl_->pack = ZSTD_createCCtx();
     to.resize(at + ZSTD_compressBound(bytes.size()));
     if (impl_->pack)
-      packed = ZSTD_compressCCtx(impl_->pack, to.data() + at, to.size() - at, bytes.data(), bytes.size(), kZstdLevel);
+      packed = ZSTD_compressCCtx(impl_->pack, to.data() + at, to.size() - at, bytes.data(), bytes.size(),
+                                 kZstdLevel);
     good = impl_->pack && !ZSTD_isError(packed);
   } else if (compression == Compression::lz4) {
     LZ4F_preferences_t preferences{};
@@ -102,9 +103,11 @@ Result<void> Compressor::decompress(Compression compression, std::span<const std
     if (LZ4F_isError(hint)) return Error{std::string("lz4 cannot unpack it: ") + LZ4F_getErrorName(hint)};
     read += in;
     written += out;
-    if (in == 0 && out == 0 && hint != 0) return Error{"it unpacks to another length than it states, or is cut"};
+    if (in == 0 && out == 0 && hint != 0)
+      return Error{"it unpacks to another length than it states, or is cut"};
   }
-  if (written != to.size() || read != packed.size()) return Error{"it unpacks to another length than it states"};
+  if (written != to.size() || read != packed.size())
+    return Error{"it unpacks to another length than it states"};
   return {};
 }
 

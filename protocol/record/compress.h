@@ -1,5 +1,5 @@
-// What chunks are packed with. zstd is the default: lz4 is faster to write, and nothing at all suits files that are
-// packed otherwise.
+// What chunks are packed with. zstd is the default: lz4 is faster to write, and nothing at all suits files
+// that are packed otherwise.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,8 @@ class Compressor {
   // Appends the packed bytes to `to`. False: they would not be fewer, and `to` is as before.
   bool compress(Compression compression, std::span<const std::byte> bytes, wire::Bytes& to);
   // Fills `to` exactly, or says why not. Takes no memory that `packed` asks for.
-  Result<void> decompress(Compression compression, std::span<const std::byte> packed, std::span<std::byte> to);
+  Result<void> decompress(Compression compression, std::span<const std::byte> packed,
+                          std::span<std::byte> to);
 
  private:
   struct Impl;

@@ -29,12 +29,14 @@ class Fd {
 };
 
 Error failed(const std::string& name, const char* what, const char* remedy) {
-  return Error{wire::printable(name, 4096) + " cannot be " + what + ": " + std::strerror(errno) + "; " + remedy};
+  return Error{wire::printable(name, 4096) + " cannot be " + what + ": " + std::strerror(errno) + "; " +
+               remedy};
 }
 
 class FileSource final : public Source {
  public:
-  FileSource(Fd fd, uint64_t size, std::string path) : fd_(std::move(fd)), size_(size), path_(std::move(path)) {}
+  FileSource(Fd fd, uint64_t size, std::string path)
+      : fd_(std::move(fd)), size_(size), path_(std::move(path)) {}
   uint64_t size() const override { return size_; }
   const std::string& name() const override { return path_; }
   Result<void> read(uint64_t offset, std::span<std::byte> to) override {
@@ -42,7 +44,8 @@ class FileSource final : public Source {
       const ssize_t got = ::pread(fd_.get(), to.data(), to.size(), static_cast<off_t>(offset));
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) return failed(path_, "read", "look at the disk");
-      if (got == 0) return Error{wire::printable(path_, 4096) + " has become shorter while it was read; try again"};
+      if (got == 0)
+        return Error{wire::printable(path_, 4096) + " has become shorter while it was read; try again"};
       offset += static_cast<uint64_t>(got);
       to = to.subspan(static_cast<size_t>(got));
     }
@@ -86,9 +89,10 @@ Result<std::unique_ptr<Source>> open_source(const std::string& path) {
   // O_NONBLOCK: opening a pipe that nobody writes would wait for ever.
   Fd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (fd.get() < 0) return failed(path, "opened", "check the name");
-  struct stat status{};
+  struct stat status {};
   if (::fstat(fd.get(), &status) != 0) return failed(path, "read", "look at the disk");
-  if (!S_ISREG(status.st_mode)) return Error{wire::printable(path, 4096) + " is not a regular file; name a recording"};
+  if (!S_ISREG(status.st_mode))
+    return Error{wire::printable(path, 4096) + " is not a regular file; name a recording"};
   return std::unique_ptr<Source>(
       std::make_unique<FileSource>(std::move(fd), static_cast<uint64_t>(status.st_size), path));
 }

@@ -1,4 +1,5 @@
-// Where a recording's bytes lie: a file, or memory. The format above never seeks while it writes, and reads at offsets.
+// Where a recording's bytes lie: a file, or memory. The format above never seeks while it writes, and reads
+// at offsets.
 #pragma once
 
 #include <cstddef>

@@ -26,7 +26,8 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
     const auto known_role =
         std::ranges::find_if(kRoles, [&](Role each) { return role_name(each) == role->second; });
     if (known_role == kRoles.end()) continue;
-    auto stream = std::ranges::find_if(playback.streams_, [&](const Stream& each) { return each.name == name->second; });
+    auto stream = std::ranges::find_if(playback.streams_,
+                                       [&](const Stream& each) { return each.name == name->second; });
     if (stream == playback.streams_.end()) {
       if (playback.streams_.size() == kMostStreams) continue;
       playback.streams_.push_back({name->second, {}});
@@ -165,7 +166,8 @@ void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
       if (played.kind == Played::Kind::description)
         state.description.assign(message.data.begin(), message.data.end());
       if (played.kind == Played::Kind::edit) keep(state, played.edit_key, message.data);
-      if (played.kind == Played::Kind::goodbye) state.description.clear();  // there is no such stream any more
+      if (played.kind == Played::Kind::goodbye)
+        state.description.clear();  // there is no such stream any more
     }
   }
 }

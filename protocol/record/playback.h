@@ -1,5 +1,5 @@
-// The streams of a recording, as they came: from any moment on, with what has to be known before it. Knows the roles of
-// channels; does not look into poses.
+// The streams of a recording, as they came: from any moment on, with what has to be known before it. Knows
+// the roles of channels; does not look into poses.
 #pragma once
 
 #include <cstdint>
@@ -38,9 +38,10 @@ class Playback {
   uint64_t end_ns() const { return end_ns_; }
   Reader& reader() { return reader_; }
 
-  // next() gives first, with this time, the description and the edits of each stream that were in force then, in the
-  // order of their versions, and after that whatever came from then on. Looks only at chunks that have descriptions or
-  // edits in them, from the last one before that time that says them all. To the start: everything as it came.
+  // next() gives first, with this time, the description and the edits of each stream that were in force then,
+  // in the order of their versions, and after that whatever came from then on. Looks only at chunks that have
+  // descriptions or edits in them, from the last one before that time that says them all. To the start:
+  // everything as it came.
   void seek(uint64_t log_time_ns);
   // Everything as it came, from the first message on.
   void rewind();

@@ -59,8 +59,8 @@ Reader::Step Reader::next(Message& message) {
       parse(entry->content, message);  // its length was checked
       if (message.log_time_ns < from_ns_) continue;
       if (!index_.channels.contains(message.channel_id)) {
-        problem_ = wire::printable(name(), 4096) + ": a message is of channel " + std::to_string(message.channel_id) +
-                   ", which nothing describes; it is passed over";
+        problem_ = wire::printable(name(), 4096) + ": a message is of channel " +
+                   std::to_string(message.channel_id) + ", which nothing describes; it is passed over";
         return Step::damaged;
       }
       return Step::message;
@@ -79,8 +79,8 @@ Reader::Step Reader::next(Message& message) {
       parser.get(kind);
       parser.get(length);
       if (kind != static_cast<uint8_t>(Kind::chunk) || length != record.content_bytes())
-        good = Error{wire::printable(name(), 4096) + ": there is no chunk at byte " + std::to_string(record.offset) +
-                     ", where its summary says one is; it is passed over"};
+        good = Error{wire::printable(name(), 4096) + ": there is no chunk at byte " +
+                     std::to_string(record.offset) + ", where its summary says one is; it is passed over"};
     }
     if (good) good = chunk_.load(*source_, record);
     if (!good) {

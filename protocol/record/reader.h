@@ -1,6 +1,6 @@
-// Reads a recording: by its summary where that is sound, else by what is whole of it. Messages come in the order of the
-// file, which in recordings of ours is that of their log times. What is damaged is passed over and said, a chunk at a
-// time; nothing that a file says makes the reader take more memory than it was given.
+// Reads a recording: by its summary where that is sound, else by what is whole of it. Messages come in the
+// order of the file, which in recordings of ours is that of their log times. What is damaged is passed over
+// and said, a chunk at a time; nothing that a file says makes the reader take more memory than it was given.
 #pragma once
 
 #include <cstdint>

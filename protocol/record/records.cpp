@@ -5,7 +5,8 @@
 namespace fire3dv::record {
 namespace {
 
-// Maps and arrays are preceded by their length in bytes; each element has to end where the whole does, or before.
+// Maps and arrays are preceded by their length in bytes; each element has to end where the whole does, or
+// before.
 template <typename OnElement>
 bool elements(Parser& parser, OnElement on_element) {
   uint32_t length = 0;
@@ -62,8 +63,8 @@ bool parse(std::span<const std::byte> content, Schema& result) {
   Parser parser(content);
   uint32_t length = 0;
   std::span<const std::byte> data;
-  if (!parser.get(result.id) || !parser.get(result.name) || !parser.get(result.encoding) || !parser.get(length) ||
-      !parser.get(length, data))
+  if (!parser.get(result.id) || !parser.get(result.name) || !parser.get(result.encoding) ||
+      !parser.get(length) || !parser.get(length, data))
     return false;
   result.data.assign(data.begin(), data.end());
   return result.id != 0;
@@ -87,7 +88,8 @@ bool parse(std::span<const std::byte> content, Message& result) {
 bool parse(std::span<const std::byte> content, ChunkHead& result) {
   Parser parser(content);
   return parser.get(result.start_ns) && parser.get(result.end_ns) && parser.get(result.uncompressed_bytes) &&
-         parser.get(result.uncompressed_crc) && parser.get(result.compression) && parser.get(result.compressed_bytes);
+         parser.get(result.uncompressed_crc) && parser.get(result.compression) &&
+         parser.get(result.compressed_bytes);
 }
 
 bool parse(std::span<const std::byte> content, MessageIndex& result) {
@@ -102,17 +104,17 @@ bool parse(std::span<const std::byte> content, MessageIndex& result) {
 
 bool parse(std::span<const std::byte> content, ChunkIndex& result) {
   Parser parser(content);
-  const bool good =
-      parser.get(result.start_ns) && parser.get(result.end_ns) && parser.get(result.offset) &&
-      parser.get(result.length) && elements(parser,
-                                            [&](Parser& inner) {
-                                              std::pair<uint16_t, uint64_t> entry;
-                                              if (!inner.get(entry.first) || !inner.get(entry.second)) return false;
-                                              result.message_indexes.push_back(entry);
-                                              return true;
-                                            }) &&
-      parser.get(result.message_index_bytes) && parser.get(result.compression) &&
-      parser.get(result.compressed_bytes) && parser.get(result.uncompressed_bytes);
+  const bool good = parser.get(result.start_ns) && parser.get(result.end_ns) && parser.get(result.offset) &&
+                    parser.get(result.length) &&
+                    elements(parser,
+                             [&](Parser& inner) {
+                               std::pair<uint16_t, uint64_t> entry;
+                               if (!inner.get(entry.first) || !inner.get(entry.second)) return false;
+                               result.message_indexes.push_back(entry);
+                               return true;
+                             }) &&
+                    parser.get(result.message_index_bytes) && parser.get(result.compression) &&
+                    parser.get(result.compressed_bytes) && parser.get(result.uncompressed_bytes);
   std::sort(result.message_indexes.begin(), result.message_indexes.end());
   return good;
 }
@@ -149,7 +151,8 @@ bool parse(std::span<const std::byte> content, MetadataIndex& result) {
 
 bool parse(std::span<const std::byte> content, Footer& result) {
   Parser parser(content);
-  return parser.get(result.summary_start) && parser.get(result.summary_offset_start) && parser.get(result.summary_crc);
+  return parser.get(result.summary_start) && parser.get(result.summary_offset_start) &&
+         parser.get(result.summary_crc);
 }
 
 void append_header(Bytes& to, const std::string& profile, const std::string& library) {

@@ -1,6 +1,6 @@
-// The records of an MCAP file as plain values, their bytes, and back. The format is MCAP's own (mcap.dev/spec); which
-// of it a recording uses is in protocol/SPEC-record.md. A parser returns false for content that ends too early, and
-// ignores what stands behind the fields it knows, as the format asks.
+// The records of an MCAP file as plain values, their bytes, and back. The format is MCAP's own
+// (mcap.dev/spec); which of it a recording uses is in protocol/SPEC-record.md. A parser returns false for
+// content that ends too early, and ignores what stands behind the fields it knows, as the format asks.
 #pragma once
 
 #include <array>
@@ -67,7 +67,8 @@ struct ChunkHead {
   std::string compression;
   uint64_t compressed_bytes = 0;
 };
-constexpr uint64_t kMostChunkHead = 8 + 8 + 8 + 4 + 4 + 16 + 8;  // with the longest name of a compression we read
+constexpr uint64_t kMostChunkHead =
+    8 + 8 + 8 + 4 + 4 + 16 + 8;  // with the longest name of a compression we read
 
 struct MessageIndex {
   uint16_t channel_id = 0;
@@ -77,7 +78,7 @@ struct MessageIndex {
 
 struct ChunkIndex {
   uint64_t start_ns = 0, end_ns = 0;
-  uint64_t offset = 0, length = 0;  // in the file, with the record's head
+  uint64_t offset = 0, length = 0;                             // in the file, with the record's head
   std::vector<std::pair<uint16_t, uint64_t>> message_indexes;  // channel, offset in the file; by channel
   uint64_t message_index_bytes = 0;
   std::string compression;

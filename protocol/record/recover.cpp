@@ -65,7 +65,8 @@ Result<uint16_t> Recovery::channel_of(uint16_t id) {
     }
     schema_id = known->second;
   }
-  const auto added = writer_.add_channel(schema_id, channel.topic, channel.message_encoding, channel.metadata);
+  const auto added =
+      writer_.add_channel(schema_id, channel.topic, channel.message_encoding, channel.metadata);
   if (!added) return added.error();
   channels_[id] = *added;
   return *added;
@@ -118,7 +119,8 @@ Result<void> Recovery::copy_metadata() {
     if (!record) return record.error();
     Metadata metadata;
     if (!*record || (*record)->kind != Kind::metadata ||
-        !read_content(reader_.source(), **record, kMostDefinitionBytes, content) || !parse(content, metadata)) {
+        !read_content(reader_.source(), **record, kMostDefinitionBytes, content) ||
+        !parse(content, metadata)) {
       note("metadata at byte " + std::to_string(index.offset) + " is damaged");
       continue;
     }

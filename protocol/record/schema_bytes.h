@@ -1,5 +1,5 @@
-// protocol/schema/fire3dv.fbs as flatc compiles it (a reflection.Schema buffer), so that whoever opens a recording can
-// read its messages without this project.
+// protocol/schema/fire3dv.fbs as flatc compiles it (a reflection.Schema buffer), so that whoever opens a
+// recording can read its messages without this project.
 #pragma once
 
 #include <cstddef>

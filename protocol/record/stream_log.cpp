@@ -10,7 +10,8 @@ namespace {
 constexpr size_t kMostStreams = 1024;
 constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;  // for the snapshots of all streams together
 constexpr uint64_t kEditOverhead = 256;
-// A snapshot is repeated when so many times its own length was written since: it never takes more than a ninth.
+// A snapshot is repeated when so many times its own length was written since: it never takes more than a
+// ninth.
 constexpr uint64_t kSnapshotShare = 8;
 
 // The publisher's monotonic clock as Unix time; the log time where that cannot be known.
@@ -114,7 +115,8 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
 void StreamLog::count_frame(Stream& stream, const wire::PoseFrameView& frame) {
   StreamSeen& seen = stream.seen;
   const uint64_t sequence = frame.header.sequence;
-  const auto nodes = static_cast<uint32_t>(frame.node_indices.empty() ? frame.poses.size() : frame.node_count);
+  const auto nodes =
+      static_cast<uint32_t>(frame.node_indices.empty() ? frame.poses.size() : frame.node_count);
   if (sequence < seen.sequence) {
     ++seen.late;
     return;
@@ -239,7 +241,8 @@ Result<void> StreamLog::write_snapshots() {
     for (const auto& [key, edit] : stream->edits) edits.emplace_back(edit.first, &edit.second);
     std::sort(edits.begin(), edits.end());
     for (const auto& [version, edit] : edits)
-      if (auto good = write_plain(*stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit); !good)
+      if (auto good = write_plain(*stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
+          !good)
         return good;
     stream->described_at_bytes = message_bytes_;
   }
@@ -251,9 +254,9 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
   const auto which = static_cast<size_t>(role);
   uint16_t& channel = stream.channels[which];
   if (channel == 0) {
-    const auto added = writer_->add_channel(
-        schema_, topic_of(stream.seen.name, role), std::string(kEncoding),
-        {{kRoleKey, std::string(role_name(role))}, {kStreamKey, stream.seen.name}});
+    const auto added =
+        writer_->add_channel(schema_, topic_of(stream.seen.name, role), std::string(kEncoding),
+                             {{kRoleKey, std::string(role_name(role))}, {kStreamKey, stream.seen.name}});
     if (!added) return added.error();
     channel = *added;
   }

@@ -1,5 +1,5 @@
-// Streams as they come, into recordings: sorts their messages into channels, repeats what a stream's state is where
-// players may begin, counts what is missing, and begins a new file when one is long enough.
+// Streams as they come, into recordings: sorts their messages into channels, repeats what a stream's state is
+// where players may begin, counts what is missing, and begins a new file when one is long enough.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ namespace fire3dv::record {
 
 struct LogOptions {
   WriterOptions writer;
-  uint64_t chunk_ns = 1'000'000'000;  // a chunk ends when it is so old: what is lost when everything ends at once
+  uint64_t chunk_ns =
+      1'000'000'000;  // a chunk ends when it is so old: what is lost when everything ends at once
   uint64_t split_bytes = 0, split_ns = 0;  // 0: one file
 };
 
@@ -54,7 +55,7 @@ class StreamLog {
   Result<void> finish();
 
   std::vector<StreamSeen> streams() const;
-  uint64_t refused() const { return refused_; }          // not sound, or of nobody who described himself
+  uint64_t refused() const { return refused_; }            // not sound, or of nobody who described himself
   uint64_t unkept_edits() const { return unkept_edits_; }  // not in snapshots, since these would be too long
   uint64_t file_bytes() const { return closed_bytes_ + (writer_ ? writer_->file_bytes() : 0); }
   uint32_t files() const { return files_; }
@@ -67,7 +68,7 @@ class StreamLog {
     uint32_t covered = 0;  // nodes of the newest frame that came
     Bytes description;
     std::map<std::pair<std::string, wire::Property>, std::pair<uint64_t, Bytes>> edits;  // version, message
-    uint64_t version = 0;        // of the newest edit
+    uint64_t version = 0;                                                                // of the newest edit
     uint64_t snapshot_bytes = 0;  // of description and edits together
     // Of the file that is being written.
     std::array<uint16_t, kRoles.size()> channels{};
@@ -79,7 +80,8 @@ class StreamLog {
   Stream* stream_of(uint64_t peer);
   Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
-  Result<void> take_frame(Stream& stream, const wire::PoseFrameView& frame, std::span<const std::byte> message);
+  Result<void> take_frame(Stream& stream, const wire::PoseFrameView& frame,
+                          std::span<const std::byte> message);
   Result<void> take_edit(Stream& stream, const wire::SceneEdit* edit, uint64_t version,
                          std::span<const std::byte> message);
   void count_frame(Stream& stream, const wire::PoseFrameView& frame);

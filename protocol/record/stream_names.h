@@ -1,4 +1,5 @@
-// How streams lie in a recording: three channels each, told apart by their metadata (protocol/SPEC-record.md).
+// How streams lie in a recording: three channels each, told apart by their metadata
+// (protocol/SPEC-record.md).
 #pragma once
 
 #include <array>

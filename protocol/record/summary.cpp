@@ -25,19 +25,21 @@ uint64_t memory_of(const Texts& texts) {
 }
 
 template <typename Record>
-Result<void> parse_into(Source& source, const RecordAt& at, std::span<const std::byte> content, Record& record) {
+Result<void> parse_into(Source& source, const RecordAt& at, std::span<const std::byte> content,
+                        Record& record) {
   if (parse(content, record)) return {};
   return no_summary(source, "the record at byte " + std::to_string(at.offset) + " is damaged");
 }
 
-// The index says where chunks are: inside of the file, behind each other, and none twice. So no index sends a reader
-// round in circles.
+// The index says where chunks are: inside of the file, behind each other, and none twice. So no index sends a
+// reader round in circles.
 Result<void> check_chunks(const Source& source, std::vector<ChunkIndex>& chunks, uint64_t data_end) {
   std::sort(chunks.begin(), chunks.end(), [](const auto& a, const auto& b) { return a.offset < b.offset; });
   uint64_t free_from = kMagic.size();
   for (const ChunkIndex& chunk : chunks) {
     if (chunk.offset < free_from || chunk.offset > data_end || chunk.length < kRecordHead ||
-        chunk.length > data_end - chunk.offset || !compression_of(chunk.compression) || chunk.start_ns > chunk.end_ns)
+        chunk.length > data_end - chunk.offset || !compression_of(chunk.compression) ||
+        chunk.start_ns > chunk.end_ns)
       return no_summary(source, "its summary names a chunk where none can be");
     free_from = chunk.offset + chunk.length;
   }
@@ -92,9 +94,11 @@ Result<void> FileIndex::take_memory(uint64_t bytes, const ReadLimits& limits) {
 Result<void> FileIndex::define(Schema schema, const ReadLimits& limits) {
   const auto known = schemas.find(schema.id);
   if (known != schemas.end())
-    return known->second == schema ? Result<void>()
-                                   : Result<void>(Error{"schema " + std::to_string(schema.id) + " has two meanings"});
-  if (auto good = take_memory(schema.data.size() + schema.name.size() + kOverhead, limits); !good) return good;
+    return known->second == schema
+               ? Result<void>()
+               : Result<void>(Error{"schema " + std::to_string(schema.id) + " has two meanings"});
+  if (auto good = take_memory(schema.data.size() + schema.name.size() + kOverhead, limits); !good)
+    return good;
   const uint16_t id = schema.id;
   schemas.emplace(id, std::move(schema));
   return {};
@@ -166,7 +170,8 @@ Result<FileIndex> read_summary(Source& source, const ReadLimits& limits) {
     const auto record = walker.next();
     if (!record) return record.error();
     if (!*record) break;
-    if (auto good = read_content(buffered, **record, kMostDefinitionBytes, content); !good) return good.error();
+    if (auto good = read_content(buffered, **record, kMostDefinitionBytes, content); !good)
+      return good.error();
     if (auto good = take_summary_record(source, **record, content, limits, index); !good) return good.error();
   }
   if (walker.cut()) return no_summary(source, "its summary is damaged");
@@ -202,7 +207,10 @@ Result<std::optional<uint64_t>> find_chunk(Source& source, uint64_t from) {
 class Scan {
  public:
   Scan(Source& source, const ReadLimits& limits)
-      : source_(source), buffered_(source), limits_(limits), walker_(buffered_, kMagic.size(), source.size()) {}
+      : source_(source),
+        buffered_(source),
+        limits_(limits),
+        walker_(buffered_, kMagic.size(), source.size()) {}
 
   Result<FileIndex> run() {
     for (;;) {
@@ -215,7 +223,8 @@ class Scan {
         if (*sound) continue;
       }
       note("at byte " + std::to_string(*record ? (*record)->offset : walker_.at()) +
-           " is no whole record: it was cut or damaged, or is still being written; fire3dv-record recover makes a "
+           " is no whole record: it was cut or damaged, or is still being written; fire3dv-record recover "
+           "makes a "
            "whole file of it");
       const auto chunk = find_chunk(source_, search_from_);
       if (!chunk) return chunk.error();
@@ -240,7 +249,8 @@ class Scan {
       case Kind::channel:
       case Kind::metadata: {
         if (record.content_bytes() > kMostDefinitionBytes) return false;
-        if (auto good = read_content(buffered_, record, kMostDefinitionBytes, content_); !good) return good.error();
+        if (auto good = read_content(buffered_, record, kMostDefinitionBytes, content_); !good)
+          return good.error();
         if (record.kind == Kind::metadata) {
           Metadata metadata;
           if (!parse(content_, metadata)) return false;
@@ -258,8 +268,15 @@ class Scan {
         const auto head = read_chunk_head(buffered_, record);
         if (!head) return false;
         search_from_ = record.end();
-        index_.chunks.push_back({head->start_ns, head->end_ns, record.offset, record.length, {}, 0,
-                                 head->compression, head->compressed_bytes, head->uncompressed_bytes});
+        index_.chunks.push_back({head->start_ns,
+                                 head->end_ns,
+                                 record.offset,
+                                 record.length,
+                                 {},
+                                 0,
+                                 head->compression,
+                                 head->compressed_bytes,
+                                 head->uncompressed_bytes});
         return charge(sizeof(ChunkIndex) + kOverhead);
       }
       case Kind::message_index: {
@@ -299,6 +316,8 @@ class Scan {
 
 }  // namespace
 
-Result<FileIndex> scan(Source& source, const ReadLimits& limits) { return Scan(source, limits).run(); }
+Result<FileIndex> scan(Source& source, const ReadLimits& limits) {
+  return Scan(source, limits).run();
+}
 
 }  // namespace fire3dv::record

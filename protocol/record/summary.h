@@ -1,4 +1,5 @@
-// What is where in a file: from its summary, or, where that is missing or damaged, from looking at every record.
+// What is where in a file: from its summary, or, where that is missing or damaged, from looking at every
+// record.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,8 @@
 namespace fire3dv::record {
 
 struct ReadLimits {
-  // For everything that a reader holds of a file: a chunk packed, the same unpacked, the index, the state of streams.
+  // For everything that a reader holds of a file: a chunk packed, the same unpacked, the index, the state of
+  // streams.
   uint64_t memory_bytes = uint64_t{64} << 20;
   uint64_t most_chunk_bytes() const { return memory_bytes / 4; }
   uint64_t most_index_bytes() const { return memory_bytes / 4; }

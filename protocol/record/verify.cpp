@@ -44,7 +44,8 @@ Result<Report> Verifier::run(const std::function<void(const Message&)>& on_messa
   if (!seen_.damage.empty()) problem(seen_.damage);
   if (!reader_.index().has_summary && reader_.index().damage != seen_.damage) problem(reader_.index().damage);
   if (seen_.loose_messages != 0)
-    problem(std::to_string(seen_.loose_messages) + " messages lie outside of chunks, where they are not read");
+    problem(std::to_string(seen_.loose_messages) +
+            " messages lie outside of chunks, where they are not read");
   take_messages(on_message);
   for (const ChunkIndex& chunk : seen_.chunks)
     if (auto good = check_message_indexes(chunk); !good) return good.error();
@@ -71,8 +72,10 @@ void Verifier::take_messages(const std::function<void(const Message&)>& on_messa
     }
     const ChunkIndex& chunk = reader_.index().chunks[reader_.chunk()];
     if (message.log_time_ns < chunk.start_ns || message.log_time_ns > chunk.end_ns)
-      problem("a message of the chunk at byte " + std::to_string(chunk.offset) + " lies outside of the chunk's times");
-    counted_.start_ns = counted_.messages == 0 ? message.log_time_ns : std::min(counted_.start_ns, message.log_time_ns);
+      problem("a message of the chunk at byte " + std::to_string(chunk.offset) +
+              " lies outside of the chunk's times");
+    counted_.start_ns =
+        counted_.messages == 0 ? message.log_time_ns : std::min(counted_.start_ns, message.log_time_ns);
     counted_.end_ns = std::max(counted_.end_ns, message.log_time_ns);
     ++counted_.messages;
     ++counted_.messages_of_channel[message.channel_id];
@@ -97,8 +100,8 @@ Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
     const auto record = Walker(source_, offset, source_.size()).next();
     if (!record) return record.error();
     MessageIndex stated;
-    const bool read = *record && read_content(source_, **record, kMostDefinitionBytes, content) &&
-                      parse(content, stated);
+    const bool read =
+        *record && read_content(source_, **record, kMostDefinitionBytes, content) && parse(content, stated);
     std::sort(stated.entries.begin(), stated.entries.end());
     MessageIndex& counted = chunk_messages_[channel];
     std::sort(counted.entries.begin(), counted.entries.end());
@@ -145,10 +148,12 @@ void Verifier::check_summary() {
   if (stated.schemas != seen_.schemas || stated.channels != seen_.channels) {
     // Foreign files may define inside of chunks what scan() does not see; the reader has both then.
     for (const auto& [id, channel] : seen_.channels)
-      if (const auto known = stated.channels.find(id); known == stated.channels.end() || known->second != channel)
+      if (const auto known = stated.channels.find(id);
+          known == stated.channels.end() || known->second != channel)
         problem("channel " + std::to_string(id) + " is another one in the summary");
     for (const auto& [id, schema] : seen_.schemas)
-      if (const auto known = stated.schemas.find(id); known == stated.schemas.end() || known->second != schema)
+      if (const auto known = stated.schemas.find(id);
+          known == stated.schemas.end() || known->second != schema)
         problem("schema " + std::to_string(id) + " is another one in the summary");
   }
   std::vector<ChunkIndex> chunks = seen_.chunks;
@@ -159,7 +164,8 @@ void Verifier::check_summary() {
   else
     for (size_t i = 0; i < chunks.size(); ++i)
       if (stated.chunks[i] != chunks[i])
-        problem("what the summary says of the chunk at byte " + std::to_string(chunks[i].offset) + " is wrong");
+        problem("what the summary says of the chunk at byte " + std::to_string(chunks[i].offset) +
+                " is wrong");
   if (stated.attachments != seen_.attachments) problem("the summary lists other attachments than there are");
   if (stated.metadata != seen_.metadata) problem("the summary lists other metadata than there are");
   if (!stated.statistics) return;

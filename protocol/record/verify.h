@@ -1,5 +1,5 @@
-// Looks at every byte of a recording: all check sums, and whether what a file says twice is the same both times. Readers
-// check less, since they read less.
+// Looks at every byte of a recording: all check sums, and whether what a file says twice is the same both
+// times. Readers check less, since they read less.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,8 @@ struct Report {
   bool sound() const { return problem_count == 0; }
 };
 
-// Also hands on every message that is whole. An error only for a disk that cannot be read, or too little memory.
+// Also hands on every message that is whole. An error only for a disk that cannot be read, or too little
+// memory.
 Result<Report> verify(Reader& reader, const std::function<void(const Message&)>& on_message);
 
 }  // namespace fire3dv::record

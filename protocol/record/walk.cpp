@@ -44,8 +44,9 @@ Result<void> BufferedSource::read(uint64_t offset, std::span<std::byte> to) {
 
 Result<void> read_content(Source& source, const RecordAt& record, uint64_t most, Bytes& content) {
   if (record.content_bytes() > most)
-    return Error{wire::printable(source.name(), 4096) + ": a record at byte " + std::to_string(record.offset) +
-                 " has " + std::to_string(record.content_bytes()) + " bytes, and at most " + std::to_string(most) +
+    return Error{wire::printable(source.name(), 4096) + ": a record at byte " +
+                 std::to_string(record.offset) + " has " + std::to_string(record.content_bytes()) +
+                 " bytes, and at most " + std::to_string(most) +
                  " are read; raise --memory-mb if you trust the file"};
   content.resize(static_cast<size_t>(record.content_bytes()));
   return source.read(record.content_at(), content);

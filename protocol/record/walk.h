@@ -1,5 +1,5 @@
-// Passes over the records of a file one after the other, from the front. Knows their lengths, not their contents: that
-// is enough to find where a file was cut.
+// Passes over the records of a file one after the other, from the front. Knows their lengths, not their
+// contents: that is enough to find where a file was cut.
 #pragma once
 
 #include <cstdint>

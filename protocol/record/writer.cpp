@@ -35,7 +35,8 @@ Result<void> Writer::append_whole(std::span<const std::byte> record) {
 
 Result<uint16_t> Writer::add_schema(const std::string& name, const std::string& encoding,
                                     std::span<const std::byte> data) {
-  if (schemas_.size() == kMostDefinitions) return Error{sink_->name() + " holds as many schemas as a file can"};
+  if (schemas_.size() == kMostDefinitions)
+    return Error{sink_->name() + " holds as many schemas as a file can"};
   Schema schema{static_cast<uint16_t>(schemas_.size() + 1), name, encoding, Bytes(data.begin(), data.end())};
   record_.clear();
   append(record_, schema);
@@ -82,19 +83,28 @@ void Writer::count(const ChunkHead& head) {
 Result<void> Writer::end_chunk() {
   if (chunk_.empty()) return {};
   ChunkHead head{chunk_start_ns_, chunk_end_ns_, chunk_.size(), crc32(chunk_), {}, 0};
-  // The head has another length for each compression, so the packed bytes come first and are preceded by it afterwards.
+  // The head has another length for each compression, so the packed bytes come first and are preceded by it
+  // afterwards.
   Bytes packed;
   Compression used = options_.compression;
   if (!compressor_.compress(used, chunk_, packed)) used = Compression::none;
-  const std::span<const std::byte> content = used == Compression::none ? std::span<const std::byte>(chunk_) : packed;
+  const std::span<const std::byte> content =
+      used == Compression::none ? std::span<const std::byte>(chunk_) : packed;
   head.compression = compression_name(used);
   head.compressed_bytes = content.size();
   record_.clear();
   append(record_, head);
   put(record_, content);
 
-  ChunkIndex index{head.start_ns, head.end_ns, position_, record_.size(), {}, 0, head.compression,
-                   head.compressed_bytes, head.uncompressed_bytes};
+  ChunkIndex index{head.start_ns,
+                   head.end_ns,
+                   position_,
+                   record_.size(),
+                   {},
+                   0,
+                   head.compression,
+                   head.compressed_bytes,
+                   head.uncompressed_bytes};
   for (const auto& [channel, messages] : chunk_messages_) {
     if (messages.entries.empty()) continue;
     index.message_indexes.emplace_back(channel, position_ + record_.size());
@@ -137,7 +147,8 @@ Result<void> Writer::finish() {
   const auto group = [&](Kind kind, const auto& records) {
     const size_t start = summary.size();
     for (const auto& record : records) append(summary, record);
-    if (summary.size() != start) append_summary_offset(offsets, kind, position_ + start, summary.size() - start);
+    if (summary.size() != start)
+      append_summary_offset(offsets, kind, position_ + start, summary.size() - start);
   };
   group(Kind::schema, schemas_);
   group(Kind::channel, channels_);

@@ -1,5 +1,6 @@
-// Writes one MCAP file, chunk by chunk. What is in the file at any moment is whole up to its last chunk; finish() adds
-// the summary, by which readers find their way. Memory: one chunk, and an index entry for each chunk.
+// Writes one MCAP file, chunk by chunk. What is in the file at any moment is whole up to its last chunk;
+// finish() adds the summary, by which readers find their way. Memory: one chunk, and an index entry for each
+// chunk.
 #pragma once
 
 #include <cstdint>
@@ -26,19 +27,22 @@ class Writer {
   static Result<Writer> open(std::unique_ptr<Sink> sink, const WriterOptions& options = {});
 
   // Definitions stand outside of chunks: one that is damaged takes only its own messages with it.
-  Result<uint16_t> add_schema(const std::string& name, const std::string& encoding, std::span<const std::byte> data);
-  Result<uint16_t> add_channel(uint16_t schema_id, const std::string& topic, const std::string& message_encoding,
-                               const Texts& metadata);
+  Result<uint16_t> add_schema(const std::string& name, const std::string& encoding,
+                              std::span<const std::byte> data);
+  Result<uint16_t> add_channel(uint16_t schema_id, const std::string& topic,
+                               const std::string& message_encoding, const Texts& metadata);
 
-  // An error says that the chunk which ended with this message could not be written. Its messages are lost; the file is
-  // whole up to there.
+  // An error says that the chunk which ended with this message could not be written. Its messages are lost;
+  // the file is whole up to there.
   Result<void> write(const Message& message);
   Result<void> end_chunk();
 
-  Result<void> attach(const AttachmentIndex& about, Source& data);  // name, media type and times of `about` count
+  Result<void> attach(const AttachmentIndex& about,
+                      Source& data);  // name, media type and times of `about` count
   Result<void> add_metadata(const Metadata& metadata);
 
-  // Summary and footer. Worth a try after an error, too: there may be room for them where a chunk was too long.
+  // Summary and footer. Worth a try after an error, too: there may be room for them where a chunk was too
+  // long.
   Result<void> finish();
 
   bool chunk_is_empty() const { return chunk_.empty(); }
@@ -48,7 +52,8 @@ class Writer {
   uint64_t chunks() const { return chunk_indexes_.size(); }
 
  private:
-  Writer(std::unique_ptr<Sink> sink, const WriterOptions& options) : sink_(std::move(sink)), options_(options) {}
+  Writer(std::unique_ptr<Sink> sink, const WriterOptions& options)
+      : sink_(std::move(sink)), options_(options) {}
 
   // All of `record` or nothing of it is in the file afterwards.
   Result<void> append_whole(std::span<const std::byte> record);

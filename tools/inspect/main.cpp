@@ -1,5 +1,6 @@
-// fire3dv-inspect URI...: what publishes there, and FILE.mcap: what was recorded. Stands where a renderer would: over shared memory it looks on
-// beside others, elsewhere it is the listener that simulators connect to.
+// fire3dv-inspect URI...: what publishes there, and FILE.mcap: what was recorded. Stands where a renderer
+// would: over shared memory it looks on beside others, elsewhere it is the listener that simulators connect
+// to.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -38,7 +39,8 @@ int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint
 int main(int argc, char** argv) {
   using namespace fire3dv;
   CLI::App app{
-      "Says which streams are published at a URI, or are in a recording: rates, what was lost, how old frames are.",
+      "Says which streams are published at a URI, or are in a recording: rates, what was lost, how old "
+      "frames are.",
       "fire3dv-inspect"};
   std::vector<std::string> uris;
   transport::ListenerOptions options;
@@ -46,8 +48,9 @@ int main(int argc, char** argv) {
   double seconds = 2;
   bool as_json = false;
   uint64_t memory_mb = 64;
-  app.add_option("uri", uris,
-                 "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT, or recordings; several at once")
+  app.add_option(
+         "uri", uris,
+         "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT, or recordings; several at once")
       ->required();
   app.add_option("--seconds", seconds, "how long to look")
       ->check(CLI::Range(0.1, 86400.0))

@@ -27,8 +27,9 @@ struct Topic {
 
   double rate_hz() const {
     const uint64_t count = frames != 0 ? frames : messages;
-    return count < 2 || last_ns <= first_ns ? 0
-                                            : static_cast<double>(count - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
+    return count < 2 || last_ns <= first_ns
+               ? 0
+               : static_cast<double>(count - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
   }
 };
 
@@ -103,7 +104,8 @@ std::string date_of(uint64_t unix_ns) {
   const auto seconds = static_cast<std::time_t>(unix_ns / 1'000'000'000);
   std::tm parts{};
   char text[64] = "an unknown time";
-  if (::gmtime_r(&seconds, &parts) != nullptr) std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S UTC", &parts);
+  if (::gmtime_r(&seconds, &parts) != nullptr)
+    std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S UTC", &parts);
   return text;
 }
 
@@ -111,22 +113,25 @@ std::string Look::text(const record::Report& report) const {
   char line[512];
   const double seconds = static_cast<double>(end_ns() - std::min(start_ns(), end_ns())) * 1e-9;
   std::snprintf(line, sizeof line, "%s: %llu messages in %llu chunks, %.1f MB, %.3f s from %s\n",
-                wire::printable(reader_.name(), 256).c_str(), static_cast<unsigned long long>(report.messages),
-                static_cast<unsigned long long>(report.chunks), static_cast<double>(reader_.source().size()) / 1e6,
-                seconds, date_of(start_ns()).c_str());
+                wire::printable(reader_.name(), 256).c_str(),
+                static_cast<unsigned long long>(report.messages),
+                static_cast<unsigned long long>(report.chunks),
+                static_cast<double>(reader_.source().size()) / 1e6, seconds, date_of(start_ns()).c_str());
   std::string text = line;
   for (const auto& [id, topic] : topics_) {
     const record::Channel& channel = reader_.index().channels.at(id);
     std::snprintf(line, sizeof line, "  %s: %llu messages, %llu bytes, %.1f Hz",
-                  wire::printable(channel.topic, 128).c_str(), static_cast<unsigned long long>(topic.messages),
+                  wire::printable(channel.topic, 128).c_str(),
+                  static_cast<unsigned long long>(topic.messages),
                   static_cast<unsigned long long>(topic.bytes), topic.rate_hz());
     text += line;
     if (topic.frames != 0) {
-      std::snprintf(line, sizeof line,
-                    ", %llu frames of %llu runs, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
-                    static_cast<unsigned long long>(topic.frames), static_cast<unsigned long long>(topic.runs),
-                    static_cast<unsigned long long>(topic.missing), static_cast<double>(topic.longest_gap_ns) * 1e-6,
-                    static_cast<double>(topic.first_sim_ns) * 1e-9, static_cast<double>(topic.last_sim_ns) * 1e-9);
+      std::snprintf(
+          line, sizeof line,
+          ", %llu frames of %llu runs, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
+          static_cast<unsigned long long>(topic.frames), static_cast<unsigned long long>(topic.runs),
+          static_cast<unsigned long long>(topic.missing), static_cast<double>(topic.longest_gap_ns) * 1e-6,
+          static_cast<double>(topic.first_sim_ns) * 1e-9, static_cast<double>(topic.last_sim_ns) * 1e-9);
       text += line;
     }
     if (topic.refused != 0) text += ", " + std::to_string(topic.refused) + " not understood";
@@ -136,14 +141,16 @@ std::string Look::text(const record::Report& report) const {
     text += "  \"" + wire::printable(name) + "\": " + std::to_string(told.nodes) + " nodes, scene " +
             (told.scene_uri.empty() ? "not named" : wire::printable(told.scene_uri, 256)) + '\n';
   for (const record::AttachmentIndex& attachment : reader_.index().attachments)
-    text += "  attachment \"" + wire::printable(attachment.name) + "\": " + std::to_string(attachment.data_bytes) +
-            " bytes, " + wire::printable(attachment.media_type) + '\n';
+    text += "  attachment \"" + wire::printable(attachment.name) +
+            "\": " + std::to_string(attachment.data_bytes) + " bytes, " +
+            wire::printable(attachment.media_type) + '\n';
   for (const std::string& problem : report.problems) text += "  problem: " + problem + '\n';
   if (report.problem_count > report.problems.size())
     text += "  and " + std::to_string(report.problem_count - report.problems.size()) + " problems more\n";
   text += report.sound() ? (report.data_crc_given ? "all check sums are right\n"
                                                   : "check sums are right, as far as the file has any\n")
-                         : std::to_string(report.damaged_chunks) + " chunks damaged; fire3dv-record recover saves the rest\n";
+                         : std::to_string(report.damaged_chunks) +
+                               " chunks damaged; fire3dv-record recover saves the rest\n";
   return text;
 }
 

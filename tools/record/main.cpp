@@ -1,5 +1,6 @@
-// fire3dv-record --from URI --out FILE.mcap: every frame of every stream that is published there. Stands where a
-// renderer would: over shared memory it looks on beside others, elsewhere it is what simulators connect to.
+// fire3dv-record --from URI --out FILE.mcap: every frame of every stream that is published there. Stands
+// where a renderer would: over shared memory it looks on beside others, elsewhere it is what simulators
+// connect to.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -71,7 +72,8 @@ std::string numbered(const std::string& out, uint32_t file) {
 }
 
 // What is attached is read before the first frame comes, and again for each further file.
-Result<void> attach_files(const std::vector<std::string>& paths, record::Writer& writer, uint64_t log_time_ns) {
+Result<void> attach_files(const std::vector<std::string>& paths, record::Writer& writer,
+                          uint64_t log_time_ns) {
   for (const std::string& path : paths) {
     auto source = record::open_source(path);
     if (!source) return source.error();
@@ -94,7 +96,8 @@ void say_progress(const record::RecorderStatus& status, const char* end) {
     missing += stream.missing;
     live += stream.live;
   }
-  std::fprintf(stderr, "fire3dv-record: %zu streams (%llu live), %llu frames, %llu missing, %.1f MB in %u files%s",
+  std::fprintf(stderr,
+               "fire3dv-record: %zu streams (%llu live), %llu frames, %llu missing, %.1f MB in %u files%s",
                status.streams.size(), static_cast<unsigned long long>(live),
                static_cast<unsigned long long>(frames), static_cast<unsigned long long>(missing),
                static_cast<double>(status.file_bytes) / 1e6, status.files, end);
@@ -103,14 +106,16 @@ void say_progress(const record::RecorderStatus& status, const char* end) {
 
 void say_result(const record::RecorderStatus& status) {
   for (const record::StreamSeen& stream : status.streams)
-    std::printf("\"%s\": %u nodes, %llu frames, %llu missing, %llu incomplete, %llu late, %llu edits, %llu bytes\n",
-                stream.name.c_str(), stream.nodes, static_cast<unsigned long long>(stream.frames),
-                static_cast<unsigned long long>(stream.missing), static_cast<unsigned long long>(stream.incomplete),
-                static_cast<unsigned long long>(stream.late), static_cast<unsigned long long>(stream.edits),
-                static_cast<unsigned long long>(stream.bytes));
-  std::printf("%.1f MB in %u files; %llu messages not understood, %llu came faster than they could be written\n",
-              static_cast<double>(status.file_bytes) / 1e6, status.files,
-              static_cast<unsigned long long>(status.refused), static_cast<unsigned long long>(status.unwritten));
+    std::printf(
+        "\"%s\": %u nodes, %llu frames, %llu missing, %llu incomplete, %llu late, %llu edits, %llu bytes\n",
+        stream.name.c_str(), stream.nodes, static_cast<unsigned long long>(stream.frames),
+        static_cast<unsigned long long>(stream.missing), static_cast<unsigned long long>(stream.incomplete),
+        static_cast<unsigned long long>(stream.late), static_cast<unsigned long long>(stream.edits),
+        static_cast<unsigned long long>(stream.bytes));
+  std::printf(
+      "%.1f MB in %u files; %llu messages not understood, %llu came faster than they could be written\n",
+      static_cast<double>(status.file_bytes) / 1e6, status.files,
+      static_cast<unsigned long long>(status.refused), static_cast<unsigned long long>(status.unwritten));
   if (status.unkept_edits != 0)
     std::printf("%llu edits are not repeated where players may begin: together they are too long for that\n",
                 static_cast<unsigned long long>(status.unkept_edits));
@@ -146,8 +151,10 @@ int record_streams(const Options& options) {
         if (file == 0) return std::move(*first_sink);
         return record::create_sink(numbered(options.out, file));
       },
-      [&](record::Writer& writer, uint64_t now_ns) { return attach_files(options.attach, writer, now_ns); }, log));
-  for (const auto& link : links) std::fprintf(stderr, "fire3dv-record: listening on %s\n", link->uri().c_str());
+      [&](record::Writer& writer, uint64_t now_ns) { return attach_files(options.attach, writer, now_ns); },
+      log));
+  for (const auto& link : links)
+    std::fprintf(stderr, "fire3dv-record: listening on %s\n", link->uri().c_str());
 
   const auto share =
       std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(links.size());
@@ -176,11 +183,13 @@ int record_streams(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Records every frame of the streams that are published at a URI into an MCAP file.", "fire3dv-record"};
+  CLI::App app{"Records every frame of the streams that are published at a URI into an MCAP file.",
+               "fire3dv-record"};
   Options options;
   add_options(app, options);
   options.listener.delivery = transport::Delivery::all;
-  CLI::App* const recover = app.add_subcommand("recover", "make a whole file of what is whole in a cut or damaged one");
+  CLI::App* const recover =
+      app.add_subcommand("recover", "make a whole file of what is whole in a cut or damaged one");
   recover->add_option("file", options.recover.from, "the cut recording")->required();
   recover->add_option("-o,--out", options.recover.to, "the file to write")->required();
   recover->add_option("--memory-mb", options.recover.memory_mb, "memory for what the file says of itself")

@@ -11,7 +11,8 @@ namespace {
 
 using transport::LinkEvent;
 
-// What waits for the disk. Poses beyond it are left out and counted; what is not a pose may take twice as much.
+// What waits for the disk. Poses beyond it are left out and counted; what is not a pose may take twice as
+// much.
 constexpr uint64_t kMostQueuedBytes = uint64_t{256} << 20;
 constexpr auto kTickEvery = std::chrono::milliseconds(100);
 
@@ -25,7 +26,9 @@ Recorder::Recorder(StreamLog log)
       log_(std::move(log)),
       thread_([this] { run(); }) {}
 
-Recorder::~Recorder() { finish(); }
+Recorder::~Recorder() {
+  finish();
+}
 
 // Wall time that never jumps: read once, and then counted on.
 uint64_t Recorder::unix_ns(int64_t monotonic_ns) const {
@@ -69,16 +72,18 @@ void Recorder::poll(transport::ListenerLink& link, uint32_t link_number, bool an
   });
 }
 
-// A publisher that has only us to talk to hears that its stream is taken. Images are shown nowhere: no frame is
-// acknowledged.
-void Recorder::answer(transport::ListenerLink& link, transport::PeerId peer, std::span<const std::byte> message) {
+// A publisher that has only us to talk to hears that its stream is taken. Images are shown nowhere: no frame
+// is acknowledged.
+void Recorder::answer(transport::ListenerLink& link, transport::PeerId peer,
+                      std::span<const std::byte> message) {
   const auto decoded = decoder_.decode(message);
   if (!decoded) return;
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
     wire::Welcome welcome;
     welcome.renderer_name = "fire3dv-record";
     welcome.epoch = description->epoch;
-    if (description->protocol_major != wire::kProtocolMajor) welcome.status = wire::WelcomeStatus::version_mismatch;
+    if (description->protocol_major != wire::kProtocolMajor)
+      welcome.status = wire::WelcomeStatus::version_mismatch;
     link.send(peer, wire::encode(welcome));
   } else if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
     link.send(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns,

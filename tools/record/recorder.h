@@ -1,5 +1,5 @@
-// Takes what links bring and hands it to a thread that packs and writes: a ring in shared memory holds some frames only,
-// and a disk may stand still for longer than they last.
+// Takes what links bring and hands it to a thread that packs and writes: a ring in shared memory holds some
+// frames only, and a disk may stand still for longer than they last.
 #pragma once
 
 #include <atomic>
@@ -32,7 +32,8 @@ class Recorder {
   explicit Recorder(StreamLog log);
   ~Recorder();
 
-  // Takes what has come over the link. Never waits for the disk. answers: the publisher has nobody else to talk to.
+  // Takes what has come over the link. Never waits for the disk. answers: the publisher has nobody else to
+  // talk to.
   void poll(transport::ListenerLink& link, uint32_t link_number, bool answers);
   // Writes what is left, and finishes the file.
   void finish();

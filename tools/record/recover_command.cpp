@@ -24,11 +24,13 @@ int recover_file(const RecoverOptions& options) {
   if (!sink) return fail(sink.error());
   const auto result = recover(*reader, std::move(*sink));
   if (!result) return fail(result.error());
-  std::printf("%llu messages of %llu whole chunks and %llu attachments; %llu chunks and %llu attachments were damaged\n",
-              static_cast<unsigned long long>(result->messages), static_cast<unsigned long long>(result->chunks),
-              static_cast<unsigned long long>(result->attachments),
-              static_cast<unsigned long long>(result->damaged_chunks),
-              static_cast<unsigned long long>(result->damaged_attachments));
+  std::printf(
+      "%llu messages of %llu whole chunks and %llu attachments; %llu chunks and %llu attachments were "
+      "damaged\n",
+      static_cast<unsigned long long>(result->messages), static_cast<unsigned long long>(result->chunks),
+      static_cast<unsigned long long>(result->attachments),
+      static_cast<unsigned long long>(result->damaged_chunks),
+      static_cast<unsigned long long>(result->damaged_attachments));
   if (!result->first_damage.empty()) std::printf("first damage: %s\n", result->first_damage.c_str());
   return 0;
 }

@@ -1,4 +1,5 @@
-// fire3dv-replay FILE.mcap --to URI: what was recorded, published again with its own timing, as its adapters did.
+// fire3dv-replay FILE.mcap --to URI: what was recorded, published again with its own timing, as its adapters
+// did.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -78,14 +79,16 @@ Result<void> Replay::open_links() {
   std::string names;
   for (size_t i = 0; i < streams.size(); ++i) {
     names += (i ? ", \"" : "\"") + wire::printable(streams[i].name) + "\"";
-    if (options_.streams.empty() || std::ranges::find(options_.streams, streams[i].name) != options_.streams.end())
+    if (options_.streams.empty() ||
+        std::ranges::find(options_.streams, streams[i].name) != options_.streams.end())
       chosen.push_back(i);
   }
   if (chosen.empty() || (!options_.streams.empty() && chosen.size() != options_.streams.size()))
     return Error{"--stream names a stream that is not in the recording; it has " + names};
   if (options_.to.size() != 1 && options_.to.size() != chosen.size())
     return Error{"--to is given " + std::to_string(options_.to.size()) + " times for " +
-                 std::to_string(chosen.size()) + " streams (" + names + "); give it once, or once for each stream"};
+                 std::to_string(chosen.size()) + " streams (" + names +
+                 "); give it once, or once for each stream"};
   if (options_.to.size() == 1 && chosen.size() > 1 && options_.to[0].starts_with("shm:"))
     return Error{"one shared-memory name takes one stream; choose one of " + names +
                  " with --stream, or give --to once for each"};
@@ -174,14 +177,16 @@ void Replay::say_result() const {
   for (size_t i = 0; i < players_.size(); ++i) {
     if (!players_[i]) continue;
     const replay::PlayerCounts& counts = players_[i]->counts();
-    std::printf("\"%s\": %llu frames, %llu messages passed over, %llu frames incomplete\n",
-                wire::printable(playback_.streams()[i].name).c_str(), static_cast<unsigned long long>(counts.frames),
-                static_cast<unsigned long long>(counts.skipped),
-                static_cast<unsigned long long>(counts.incomplete));
-    if (const std::string problem = players_[i]->problem(); !problem.empty()) std::printf("%s\n", problem.c_str());
+    std::printf(
+        "\"%s\": %llu frames, %llu messages passed over, %llu frames incomplete\n",
+        wire::printable(playback_.streams()[i].name).c_str(), static_cast<unsigned long long>(counts.frames),
+        static_cast<unsigned long long>(counts.skipped), static_cast<unsigned long long>(counts.incomplete));
+    if (const std::string problem = players_[i]->problem(); !problem.empty())
+      std::printf("%s\n", problem.c_str());
   }
   if (damaged_ + playback_.refused() != 0)
-    std::printf("%llu chunks damaged, %llu messages not understood\n", static_cast<unsigned long long>(damaged_),
+    std::printf("%llu chunks damaged, %llu messages not understood\n",
+                static_cast<unsigned long long>(damaged_),
                 static_cast<unsigned long long>(playback_.refused()));
 }
 
@@ -206,8 +211,9 @@ int main(int argc, char** argv) {
   CLI::App app{"Publishes what was recorded, with its own timing.", "fire3dv-replay"};
   Options options;
   app.add_option("file", options.file, "the recording, an MCAP file")->required();
-  app.add_option("--to", options.to,
-                 "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; once, or once for each stream")
+  app.add_option(
+         "--to", options.to,
+         "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; once, or once for each stream")
       ->required();
   app.add_option("--stream", options.streams, "play these streams alone; several by their names");
   app.add_option("--speed", options.speed, "times as fast as recorded; 0: as fast as can be")

@@ -12,7 +12,9 @@ namespace {
 
 constexpr int kMostRepliesPerPoll = 256;
 
-uint64_t now_ns() { return static_cast<uint64_t>(transport::monotonic_ns()); }
+uint64_t now_ns() {
+  return static_cast<uint64_t>(transport::monotonic_ns());
+}
 
 wire::ClockInfo clocks_now(double sim_seconds_per_second) {
   wire::ClockInfo clock;
@@ -107,7 +109,8 @@ void StreamPlayer::play_frame(const wire::PoseFrameView& frame, std::span<const 
   covered_ += static_cast<uint32_t>(frame.poses.size());
   if (covered_ < node_count_) return;
   has_whole_ = true;
-  const bool as_it_is = verbatim_ && !jumped_ && epoch_ == recorded_epoch_ && frame.poses.size() == node_count_ &&
+  const bool as_it_is = verbatim_ && !jumped_ && epoch_ == recorded_epoch_ &&
+                        frame.poses.size() == node_count_ &&
                         message.size() <= link_->max_pose_message_bytes();
   if (as_it_is) {
     ++counts_.frames;
@@ -162,7 +165,8 @@ uint32_t StreamPlayer::poll() {
   for (int i = 0; i < kMostRepliesPerPoll && link_->poll(reply_); ++i) {
     const auto decoded = reply_decoder_.decode(reply_);
     const auto* ping = decoded ? std::get_if<wire::Ping>(&*decoded) : nullptr;
-    if (ping != nullptr) link_->send_control(wire::encode(wire::Pong{ping->id, ping->sender_time_ns, now_ns()}));
+    if (ping != nullptr)
+      link_->send_control(wire::encode(wire::Pong{ping->id, ping->sender_time_ns, now_ns()}));
   }
   return link_->stats().peers;
 }

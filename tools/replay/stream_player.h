@@ -1,5 +1,5 @@
-// One recorded stream onto one link. The link may be of another kind than the one that was recorded: frames are put
-// together and cut again as it needs them.
+// One recorded stream onto one link. The link may be of another kind than the one that was recorded: frames
+// are put together and cut again as it needs them.
 #pragma once
 
 #include <cstdint>
@@ -22,13 +22,13 @@ struct PlayerCounts {
 
 class StreamPlayer {
  public:
-  // verbatim: the bytes as they were recorded. Otherwise publish times and the description's clock are those of this
-  // machine now, as a renderer that compares them with its own clock needs them.
+  // verbatim: the bytes as they were recorded. Otherwise publish times and the description's clock are those
+  // of this machine now, as a renderer that compares them with its own clock needs them.
   StreamPlayer(std::unique_ptr<transport::PublisherLink> link, bool verbatim)
       : link_(std::move(link)), verbatim_(verbatim) {}
 
-  // What follows is not continued from what was played: the first frame says so. new_epoch: sequences and edits begin
-  // anew, as they must when the same frames come again.
+  // What follows is not continued from what was played: the first frame says so. new_epoch: sequences and
+  // edits begin anew, as they must when the same frames come again.
   void jump(bool new_epoch);
   // An error is the link's.
   Result<void> play(const record::Played& played);
@@ -40,7 +40,8 @@ class StreamPlayer {
   const PlayerCounts& counts() const { return counts_; }
 
  private:
-  Result<void> play_description(const wire::StreamDescription& description, std::span<const std::byte> message);
+  Result<void> play_description(const wire::StreamDescription& description,
+                                std::span<const std::byte> message);
   void play_frame(const wire::PoseFrameView& frame, std::span<const std::byte> message);
   void send_whole(wire::PoseFrameView frame);
   void send_partial(wire::PoseFrameView frame, std::span<const std::byte> message);
