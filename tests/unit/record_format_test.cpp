@@ -154,29 +154,31 @@ class FullSink final : public record::Sink {
 };
 
 TEST(RecordFormatOf, AFullDiskKeepsEveryWholeChunk) {
-  const Bytes whole = small_recording(Compression::none);
+  constexpr uint64_t kFrames = 200;
+  constexpr size_t kChunkBytes = 16'384;  // longer than the summary
+  const Bytes whole = small_recording(Compression::none, kFrames, kChunkBytes);
   auto whole_reader = Reader::open(source_of(whole));
   ASSERT_TRUE(whole_reader.ok());
   const std::vector<Heard> all = all_messages(*whole_reader);
   const std::vector<record::ChunkIndex> chunks = whole_reader->index().chunks;
   size_t with_summary = 0;
-  for (size_t room = 2 * record::message_schema().size(); room < whole.size(); room += 61) {
+  for (size_t room = 2 * record::message_schema().size(); room < whole.size(); room += 211) {
     Bytes file;
     record::LogOptions options;
-    options.writer = {Compression::none, 2048};
+    options.writer = {Compression::none, kChunkBytes};
     record::StreamLog log(
         [&](uint32_t) -> Result<std::unique_ptr<record::Sink>> {
           return std::unique_ptr<record::Sink>(std::make_unique<FullSink>(file, room));
         },
         {}, options);
     bool failed = !log.take(1, description(7), kBegun_ns).ok();
-    for (uint64_t i = 1; i <= 40 && !failed; ++i) {
+    for (uint64_t i = 1; i <= kFrames && !failed; ++i) {
       if (i % 8 == 1)
         failed =
             !log.take(1, edit(7, i, "link_" + std::to_string(i % 3), i % 2 == 0), kBegun_ns + i * kMs).ok();
       if (!failed) failed = !log.take(1, frame(7, i), kBegun_ns + i * kMs).ok();
     }
-    if (!failed) failed = !log.take(1, wire::encode(wire::Goodbye{7}), kBegun_ns + 41 * kMs).ok();
+    if (!failed) failed = !log.take(1, wire::encode(wire::Goodbye{7}), kBegun_ns + (kFrames + 1) * kMs).ok();
     (void)log.finish().ok();
     auto reader = Reader::open(source_of(file));
     ASSERT_TRUE(reader.ok());
