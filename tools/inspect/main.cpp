@@ -1,6 +1,8 @@
-// fire3dv-inspect URI...: what publishes there. Stands where a renderer would: over shared memory it looks on
-// beside others, elsewhere it is the listener that simulators connect to.
+// fire3dv-inspect URI...: what publishes there, and FILE.mcap: what was recorded. Stands where a renderer
+// would: over shared memory it looks on beside others, elsewhere it is the listener that simulators connect
+// to.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <iostream>
@@ -10,30 +12,53 @@
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "tools/inspect/observer.h"
+#include "tools/inspect/recording.h"
 
 namespace {
 
 volatile std::sig_atomic_t stop_requested = 0;
+
+// 1 when a recording cannot be read, or is damaged: what can be told of it is told all the same.
+int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint64_t memory_mb) {
+  int result = 0;
+  for (const std::string& file : files) {
+    const auto recording = fire3dv::inspect::inspect_recording(file, {memory_mb << 20});
+    if (!recording) {
+      std::cerr << "fire3dv-inspect: " << recording.error().message << '\n';
+      result = 1;
+      continue;
+    }
+    std::cout << (as_json ? recording->json : recording->text);
+    if (!recording->sound) result = 1;
+  }
+  return result;
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace fire3dv;
   CLI::App app{
-      "Says which streams are published at a URI: rates, what was lost, how old frames are when they come.",
+      "Says which streams are published at a URI, or are in a recording: rates, what was lost, how old "
+      "frames are.",
       "fire3dv-inspect"};
   std::vector<std::string> uris;
   transport::ListenerOptions options;
   options.delivery = transport::Delivery::all;
   double seconds = 2;
   bool as_json = false;
-  app.add_option("uri", uris,
-                 "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; several at once")
+  uint64_t memory_mb = 64;
+  app.add_option(
+         "uri", uris,
+         "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT, or recordings; several at once")
       ->required();
   app.add_option("--seconds", seconds, "how long to look")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
   app.add_flag("--json", as_json, "one JSON object a line and URI instead of text");
+  app.add_option("--memory-mb", memory_mb, "memory for what a recording says of itself")
+      ->check(CLI::Range(16u, 16'384u))
+      ->capture_default_str();
   app.add_flag("--insecure", options.insecure, "listen on addresses other than loopback, without protection");
   app.add_option("--key-file", options.key_file, "file of the key that udp:// publishers must have");
   app.add_option("--tls-cert", options.tls.certificate_file, "certificate for tls://, a PEM file");
@@ -47,6 +72,14 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
+
+  const auto is_link = [](const std::string& name) { return name.find("://") != std::string::npos; };
+  const auto links = std::count_if(uris.begin(), uris.end(), is_link);
+  if (links == 0) return inspect_recordings(uris, as_json, memory_mb);
+  if (static_cast<size_t>(links) != uris.size()) {
+    std::cerr << "fire3dv-inspect: name links or recordings, not both at once\n";
+    return 2;
+  }
 
   struct Look {
     std::unique_ptr<transport::ListenerLink> link;

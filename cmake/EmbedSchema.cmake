@@ -1,0 +1,16 @@
+# cmake -DOUTPUT=file.cpp -DFILE=schema.bfbs -P EmbedSchema.cmake
+# Writes the compiled schema as the function of protocol/record/schema_bytes.h.
+file(READ ${FILE} hex HEX)
+string(REGEX REPLACE "(..)" "0x\\1," bytes "${hex}")
+file(WRITE ${OUTPUT} "// Generated from the schema by the build.
+#include \"protocol/record/schema_bytes.h\"
+
+namespace fire3dv::record {
+
+std::span<const std::byte> message_schema() {
+  static constexpr unsigned char kBytes[] = {${bytes}};
+  return std::as_bytes(std::span(kBytes));
+}
+
+}  // namespace fire3dv::record
+")

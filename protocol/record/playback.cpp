@@ -1,0 +1,224 @@
+#include "protocol/record/playback.h"
+
+#include <algorithm>
+
+#include "protocol/wire/check.h"
+
+namespace fire3dv::record {
+namespace {
+
+constexpr size_t kMostStreams = 1024;
+constexpr size_t kMostKeys = 65'536;  // of one stream, as in a publisher's store
+
+}  // namespace
+
+Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits& limits) {
+  auto reader = Reader::open(std::move(source), limits);
+  if (!reader) return reader.error();
+  Playback playback(std::move(*reader));
+  const FileIndex& index = playback.reader_.index();
+  for (const auto& [id, channel] : index.channels) {
+    const auto role = channel.metadata.find(kRoleKey);
+    const auto name = channel.metadata.find(kStreamKey);
+    if (role == channel.metadata.end() || name == channel.metadata.end() ||
+        channel.message_encoding != kEncoding)
+      continue;
+    const auto known_role =
+        std::ranges::find_if(kRoles, [&](Role each) { return role_name(each) == role->second; });
+    if (known_role == kRoles.end()) continue;
+    auto stream = std::ranges::find_if(playback.streams_,
+                                       [&](const Stream& each) { return each.name == name->second; });
+    if (stream == playback.streams_.end()) {
+      if (playback.streams_.size() == kMostStreams) continue;
+      playback.streams_.push_back({name->second, {}});
+      stream = playback.streams_.end() - 1;
+    }
+    stream->channels[static_cast<size_t>(*known_role)] = id;
+    playback.places_[id] = {static_cast<size_t>(stream - playback.streams_.begin()), *known_role};
+  }
+  if (playback.streams_.empty())
+    return Error{wire::printable(playback.reader_.name(), 4096) +
+                 " holds no stream of this protocol; record one with fire3dv-record"};
+  playback.states_.resize(playback.streams_.size());
+  for (const ChunkIndex& chunk : index.chunks) {
+    if (playback.end_ns_ == 0 || chunk.start_ns < playback.start_ns_) playback.start_ns_ = chunk.start_ns;
+    playback.end_ns_ = std::max(playback.end_ns_, chunk.end_ns);
+  }
+  return playback;
+}
+
+const std::pair<size_t, Role>* Playback::place_of(uint16_t channel) const {
+  const auto found = places_.find(channel);
+  return found == places_.end() ? nullptr : &found->second;
+}
+
+// A snapshot says what is known already, unless the file begins with it, or what said it first is damaged.
+bool Playback::take(size_t stream, Role role, std::span<const std::byte> message, Played& played) {
+  State& state = states_[stream];
+  played.stream = stream;
+  played.message = message;
+  played.edit_key = 0;
+  if (role == Role::poses) {
+    played.kind = Played::Kind::pose;
+    return true;
+  }
+  const auto decoded = decoder_.decode(message);
+  if (!decoded) {
+    ++refused_;
+    return false;
+  }
+  if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
+    if (role == Role::snapshot && description->epoch == state.epoch) return false;
+    if (state.epoch != description->epoch) state.version = 0;
+    state.epoch = description->epoch;
+    for (const auto& [key, edit] : state.edits) state_bytes_ -= edit.second.size();
+    state.edits.clear();
+    played.kind = Played::Kind::description;
+    return true;
+  }
+  if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
+    if (edit->epoch != state.epoch || edit->version <= state.version) return false;
+    const bool has_key = state.keys.contains({edit->node, edit->property});
+    if (!has_key && state.keys.size() == kMostKeys) {
+      ++refused_;
+      return false;
+    }
+    state.version = edit->version;
+    played.kind = Played::Kind::edit;
+    const uint64_t fresh = state.keys.size() + 1;
+    played.edit_key = state.keys.try_emplace({edit->node, edit->property}, fresh).first->second;
+    return true;
+  }
+  if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
+    if (edit->epoch != state.epoch || edit->version <= state.version) return false;
+    state.version = edit->version;
+    played.kind = Played::Kind::edit;
+    // Whose value it replaces is not known here: it stands beside all others.
+    played.edit_key = UINT64_MAX - edit->version;
+    return true;
+  }
+  played.kind = Played::Kind::goodbye;
+  const auto* goodbye = std::get_if<wire::Goodbye>(&*decoded);
+  return goodbye != nullptr && goodbye->epoch == state.epoch;
+}
+
+void Playback::rewind() {
+  for (State& state : states_) state.epoch = state.version = 0;
+  state_bytes_ = 0;
+  queue_.clear();
+  next_queued_ = 0;
+  reader_.seek_chunk(0);
+}
+
+bool Playback::has_state_messages(const ChunkIndex& chunk) const {
+  if (chunk.message_indexes.empty()) return true;  // not told
+  return std::ranges::any_of(chunk.message_indexes, [&](const auto& index) {
+    const auto* place = place_of(index.first);
+    return place != nullptr && place->second != Role::poses;
+  });
+}
+
+// Marks the streams that the chunk describes before that time; false when it says nothing of any.
+bool Playback::describes(size_t chunk, uint64_t until_ns, std::vector<bool>& described) {
+  bool any = false;
+  reader_.seek_chunk(chunk);
+  Message message;
+  for (;;) {
+    const Reader::Step step = reader_.next(message);
+    if (step == Reader::Step::end || reader_.chunk() != chunk) break;
+    const auto* place = step == Reader::Step::message ? place_of(message.channel_id) : nullptr;
+    if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
+    const auto decoded = decoder_.decode(message.data);
+    if (!decoded || !std::holds_alternative<wire::StreamDescription>(*decoded)) continue;
+    described[place->first] = any = true;
+  }
+  return any;
+}
+
+void Playback::keep(State& state, uint64_t key, std::span<const std::byte> message) {
+  auto& [version, kept] = state.edits[key];
+  state_bytes_ -= kept.size();
+  kept.clear();
+  if (state_bytes_ + message.size() > reader_.limits().most_state_bytes()) {
+    ++refused_;
+    state.edits.erase(key);
+    return;
+  }
+  state_bytes_ += message.size();
+  version = state.version;
+  kept.assign(message.begin(), message.end());
+}
+
+void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
+  const auto& chunks = reader_.index().chunks;
+  Message message;
+  Played played;
+  for (size_t chunk = from_chunk; chunk < chunks.size() && chunks[chunk].start_ns < until_ns; ++chunk) {
+    if (!has_state_messages(chunks[chunk])) continue;
+    reader_.seek_chunk(chunk);
+    for (;;) {
+      const Reader::Step step = reader_.next(message);
+      if (step == Reader::Step::end || reader_.chunk() != chunk) break;
+      const auto* place = step == Reader::Step::message ? place_of(message.channel_id) : nullptr;
+      if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
+      if (!take(place->first, place->second, message.data, played)) continue;
+      State& state = states_[place->first];
+      if (played.kind == Played::Kind::description)
+        state.description.assign(message.data.begin(), message.data.end());
+      if (played.kind == Played::Kind::edit) keep(state, played.edit_key, message.data);
+      if (played.kind == Played::Kind::goodbye)
+        state.description.clear();  // there is no such stream any more
+    }
+  }
+}
+
+void Playback::seek(uint64_t log_time_ns) {
+  rewind();
+  const auto& chunks = reader_.index().chunks;
+  size_t first = 0;
+  while (first < chunks.size() && chunks[first].end_ns < log_time_ns) ++first;
+  std::vector<bool> described(streams_.size(), false);
+  size_t from = std::min(first, chunks.empty() ? 0 : chunks.size() - 1);
+  for (size_t chunk = from + 1; chunk-- > 0 && !chunks.empty();) {
+    if (chunks[chunk].start_ns >= log_time_ns || !has_state_messages(chunks[chunk])) continue;
+    if (!describes(chunk, log_time_ns, described)) continue;
+    from = chunk;
+    if (std::ranges::all_of(described, [](bool one) { return one; })) break;
+  }
+  gather_state(from, log_time_ns);
+  queue_time_ns_ = log_time_ns;
+  for (size_t stream = 0; stream < states_.size(); ++stream) {
+    State& state = states_[stream];
+    if (!state.description.empty()) {
+      queue_.push_back({Played::Kind::description, stream, 0, std::move(state.description)});
+      std::vector<std::pair<uint64_t, uint64_t>> order;  // version, key
+      for (const auto& [key, edit] : state.edits) order.emplace_back(edit.first, key);
+      std::sort(order.begin(), order.end());
+      for (const auto& [version, key] : order)
+        queue_.push_back({Played::Kind::edit, stream, key, std::move(state.edits[key].second)});
+    }
+    state.description.clear();
+    state.edits.clear();
+  }
+  reader_.seek(log_time_ns);
+}
+
+Playback::Step Playback::next(Played& played) {
+  if (next_queued_ < queue_.size()) {
+    const Queued& queued = queue_[next_queued_++];
+    played = {queued.kind, queued.stream, queue_time_ns_, queued.edit_key, queued.message};
+    return Step::played;
+  }
+  Message message;
+  for (;;) {
+    const Reader::Step step = reader_.next(message);
+    if (step == Reader::Step::end) return Step::end;
+    if (step == Reader::Step::damaged) return Step::damaged;
+    const auto* place = place_of(message.channel_id);
+    if (place == nullptr || !take(place->first, place->second, message.data, played)) continue;
+    played.log_time_ns = message.log_time_ns;
+    return Step::played;
+  }
+}
+
+}  // namespace fire3dv::record

@@ -1,0 +1,275 @@
+#include "protocol/record/stream_log.h"
+
+#include <algorithm>
+
+#include "protocol/record/schema_bytes.h"
+
+namespace fire3dv::record {
+namespace {
+
+constexpr size_t kMostStreams = 1024;
+constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;  // for the snapshots of all streams together
+constexpr uint64_t kEditOverhead = 256;
+// A snapshot is repeated when so many times its own length was written since: it never takes more than a
+// ninth.
+constexpr uint64_t kSnapshotShare = 8;
+
+// The publisher's monotonic clock as Unix time; the log time where that cannot be known.
+uint64_t unix_ns(const wire::ClockInfo& clock, uint64_t publish_time_ns, uint64_t log_time_ns) {
+  const auto since_open_ns = static_cast<int64_t>(publish_time_ns - clock.monotonic_at_open_ns);
+  int64_t result_ns = 0;
+  if (clock.realtime_at_open_ns <= 0 ||
+      __builtin_add_overflow(clock.realtime_at_open_ns, since_open_ns, &result_ns) || result_ns < 0)
+    return log_time_ns;
+  return static_cast<uint64_t>(result_ns);
+}
+
+}  // namespace
+
+StreamLog::StreamLog(MakeSink make_sink, OnFile on_file, const LogOptions& options)
+    : make_sink_(std::move(make_sink)), on_file_(std::move(on_file)), options_(options) {}
+
+StreamLog::Stream* StreamLog::stream_of(uint64_t peer) {
+  const auto found = stream_of_peer_.find(peer);
+  return found == stream_of_peer_.end() ? nullptr : streams_[found->second].get();
+}
+
+Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, uint64_t log_time_ns) {
+  now_ns_ = std::max(now_ns_, log_time_ns);  // files are in the order of time, whatever a clock does
+  const auto decoded = decoder_.decode(message);
+  if (!decoded) {
+    ++refused_;
+    return {};
+  }
+  if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded))
+    return take_description(peer, *description, message);
+  Stream* const stream = stream_of(peer);
+  const auto belongs = [&](uint64_t epoch) {
+    if (stream != nullptr && stream->seen.epoch == epoch) return true;
+    ++refused_;
+    return false;
+  };
+  if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded))
+    return belongs(frame->header.epoch) ? take_frame(*stream, *frame, message) : Result<void>();
+  if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded))
+    return belongs(edit->epoch) ? take_edit(*stream, edit, edit->version, message) : Result<void>();
+  if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded))
+    return belongs(edit->epoch) ? take_edit(*stream, nullptr, edit->version, message) : Result<void>();
+  if (const auto* goodbye = std::get_if<wire::Goodbye>(&*decoded)) {
+    if (!belongs(goodbye->epoch)) return {};
+    auto good = write(*stream, Role::control, now_ns_, 0, message);
+    stream->seen.live = false;
+    return good;
+  }
+  return {};  // pings and the like are about the link
+}
+
+Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescription& description,
+                                         std::span<const std::byte> message) {
+  if (description.protocol_major != wire::kProtocolMajor) {
+    ++refused_;
+    return {};
+  }
+  Stream* stream = stream_of(peer);
+  if (stream == nullptr) {
+    const std::string base = description.adapter_name.empty() ? "stream" : description.adapter_name;
+    std::string name = base;
+    for (size_t number = 2; stream == nullptr; ++number) {
+      const auto known = std::find_if(streams_.begin(), streams_.end(),
+                                      [&](const auto& each) { return each->seen.name == name; });
+      if (known == streams_.end()) {
+        if (streams_.size() == kMostStreams) {
+          ++refused_;
+          return {};
+        }
+        streams_.push_back(std::make_unique<Stream>());
+        stream = streams_.back().get();
+        stream->seen.name = name;
+        stream_of_peer_[peer] = streams_.size() - 1;
+      } else if (!(*known)->seen.live) {
+        stream = known->get();
+        stream_of_peer_[peer] = static_cast<size_t>(known - streams_.begin());
+      }
+      name = base + "_" + std::to_string(number);
+    }
+  }
+  stream->seen.live = true;
+  // A link says it again to be sure; a publisher that came back to us goes on.
+  if (stream->seen.epoch == description.epoch && std::ranges::equal(stream->description, message)) return {};
+  for (const auto& [key, edit] : stream->edits) edit_bytes_ -= edit.second.size() + kEditOverhead;
+  stream->edits.clear();
+  stream->version = 0;
+  stream->seen.epoch = description.epoch;
+  stream->seen.sequence = 0;
+  stream->seen.nodes = static_cast<uint32_t>(description.node_names.size());
+  stream->covered = stream->seen.nodes;
+  stream->clock = description.clock;
+  stream->description.assign(message.begin(), message.end());
+  stream->snapshot_bytes = message.size();
+  // First, so that no snapshot says it before the stream has.
+  stream->described_here = true;
+  stream->described_at_bytes = message_bytes_;
+  return write(*stream, Role::control, now_ns_, 0, message);
+}
+
+void StreamLog::count_frame(Stream& stream, const wire::PoseFrameView& frame) {
+  StreamSeen& seen = stream.seen;
+  const uint64_t sequence = frame.header.sequence;
+  const auto nodes =
+      static_cast<uint32_t>(frame.node_indices.empty() ? frame.poses.size() : frame.node_count);
+  if (sequence < seen.sequence) {
+    ++seen.late;
+    return;
+  }
+  if (sequence == seen.sequence && seen.frames != 0) {
+    stream.covered += nodes;
+    return;
+  }
+  if (stream.covered < seen.nodes) ++seen.incomplete;
+  if (seen.sequence != 0) seen.missing += sequence - seen.sequence - 1;
+  seen.sequence = sequence;
+  stream.covered = nodes;
+  ++seen.frames;
+}
+
+Result<void> StreamLog::take_frame(Stream& stream, const wire::PoseFrameView& frame,
+                                   std::span<const std::byte> message) {
+  count_frame(stream, frame);
+  return write(stream, Role::poses, unix_ns(stream.clock, frame.header.publish_time_ns, now_ns_),
+               static_cast<uint32_t>(frame.header.sequence), message);
+}
+
+Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, uint64_t version,
+                                  std::span<const std::byte> message) {
+  if (version <= stream.version) return {};  // repeated by the link
+  stream.version = version;
+  ++stream.seen.edits;
+  if (edit != nullptr) {
+    const auto key = std::make_pair(edit->node, edit->property);
+    if (const auto known = stream.edits.find(key); known != stream.edits.end()) {
+      const uint64_t bytes = known->second.second.size();
+      edit_bytes_ -= bytes + kEditOverhead;
+      stream.snapshot_bytes -= bytes;
+      stream.edits.erase(known);
+    }
+    if (edit_bytes_ + message.size() + kEditOverhead > kMostEditBytes) {
+      ++unkept_edits_;
+    } else {
+      stream.edits[key] = {version, Bytes(message.begin(), message.end())};
+      edit_bytes_ += message.size() + kEditOverhead;
+      stream.snapshot_bytes += message.size();
+    }
+  }
+  return write(stream, Role::control, now_ns_, static_cast<uint32_t>(version), message);
+}
+
+void StreamLog::end_peer(uint64_t peer) {
+  if (Stream* const stream = stream_of(peer)) stream->seen.live = false;
+  stream_of_peer_.erase(peer);
+}
+
+Result<void> StreamLog::tick(uint64_t now_ns) {
+  if (!writer_ || writer_->chunk_is_empty() || now_ns < chunk_begun_ns_ + options_.chunk_ns) return {};
+  return writer_->end_chunk();
+}
+
+Result<void> StreamLog::open_file() {
+  auto sink = make_sink_(files_);
+  if (!sink) return sink.error();
+  auto writer = Writer::open(std::move(*sink), options_.writer);
+  if (!writer) return writer.error();
+  ++files_;
+  writer_.emplace(std::move(*writer));
+  file_begun_ns_ = now_ns_;
+  for (auto& stream : streams_) {
+    stream->channels = {};
+    stream->described_here = false;
+  }
+  const auto schema =
+      writer_->add_schema(std::string(kMessageSchema), std::string(kEncoding), message_schema());
+  if (!schema) return schema.error();
+  schema_ = *schema;
+  return on_file_ ? on_file_(*writer_, now_ns_) : Result<void>();
+}
+
+Result<void> StreamLog::close_file() {
+  if (!writer_) return {};
+  const auto good = writer_->finish();
+  lost_messages_ += file_messages_ - writer_->messages();
+  file_messages_ = 0;
+  closed_bytes_ += writer_->file_bytes();
+  writer_.reset();
+  return good;
+}
+
+Result<void> StreamLog::finish() {
+  // A recording of nothing is a recording.
+  if (!writer_ && files_ == 0)
+    if (auto good = open_file(); !good) return good;
+  return close_file();
+}
+
+Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
+                              std::span<const std::byte> message) {
+  ++stream.seen.messages;
+  stream.seen.bytes += message.size();
+  const bool full = writer_ && ((options_.split_bytes != 0 &&
+                                 writer_->file_bytes() + writer_->chunk_bytes() >= options_.split_bytes) ||
+                                (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
+  if (full || !writer_) {
+    // What is being written may be the description itself.
+    const bool says_itself = stream.described_here && stream.described_at_bytes == message_bytes_;
+    if (auto good = close_file(); !good) return good;
+    if (auto good = open_file(); !good) return good;
+    stream.described_here = says_itself;
+  }
+  if (auto good = tick(now_ns_); !good) return good;
+  if (writer_->chunk_is_empty())
+    if (auto good = write_snapshots(); !good) return good;
+  return write_plain(stream, role, publish_time_ns, sequence, message);
+}
+
+Result<void> StreamLog::write_snapshots() {
+  for (auto& stream : streams_) {
+    if (!stream->seen.live || stream->description.empty()) continue;
+    const bool due = !stream->described_here ||
+                     message_bytes_ - stream->described_at_bytes >= kSnapshotShare * stream->snapshot_bytes;
+    if (!due) continue;
+    stream->described_here = true;
+    if (auto good = write_plain(*stream, Role::snapshot, now_ns_, 0, stream->description); !good) return good;
+    std::vector<std::pair<uint64_t, const Bytes*>> edits;
+    for (const auto& [key, edit] : stream->edits) edits.emplace_back(edit.first, &edit.second);
+    std::sort(edits.begin(), edits.end());
+    for (const auto& [version, edit] : edits)
+      if (auto good = write_plain(*stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
+          !good)
+        return good;
+    stream->described_at_bytes = message_bytes_;
+  }
+  return {};
+}
+
+Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
+                                    std::span<const std::byte> message) {
+  const auto which = static_cast<size_t>(role);
+  uint16_t& channel = stream.channels[which];
+  if (channel == 0) {
+    const auto added =
+        writer_->add_channel(schema_, topic_of(stream.seen.name, role), std::string(kEncoding),
+                             {{kRoleKey, std::string(role_name(role))}, {kStreamKey, stream.seen.name}});
+    if (!added) return added.error();
+    channel = *added;
+  }
+  if (writer_->chunk_is_empty()) chunk_begun_ns_ = now_ns_;
+  message_bytes_ += message.size();
+  ++file_messages_;
+  return writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
+}
+
+std::vector<StreamSeen> StreamLog::streams() const {
+  std::vector<StreamSeen> result;
+  for (const auto& stream : streams_) result.push_back(stream->seen);
+  return result;
+}
+
+}  // namespace fire3dv::record

@@ -1,0 +1,114 @@
+// Streams as they come, into recordings: sorts their messages into channels, repeats what a stream's state is
+// where players may begin, counts what is missing, and begins a new file when one is long enough.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/error.h"
+#include "protocol/record/stream_names.h"
+#include "protocol/record/writer.h"
+#include "protocol/wire/decode.h"
+
+namespace fire3dv::record {
+
+struct LogOptions {
+  WriterOptions writer;
+  uint64_t chunk_ns =
+      1'000'000'000;  // a chunk ends when it is so old: what is lost when everything ends at once
+  uint64_t split_bytes = 0, split_ns = 0;  // 0: one file
+};
+
+// What came of one stream.
+struct StreamSeen {
+  std::string name;  // the adapter's, and a number where two have the same
+  uint32_t nodes = 0;
+  bool live = false;
+  uint64_t epoch = 0, sequence = 0;
+  uint64_t frames = 0, messages = 0, bytes = 0, edits = 0;
+  uint64_t missing = 0;     // sequences that never came
+  uint64_t incomplete = 0;  // frames of which parts are missing
+  uint64_t late = 0;        // came after a newer one
+};
+
+class StreamLog {
+ public:
+  // Called for each file, from 0. The writer is new; on_file may attach things to it.
+  using MakeSink = std::function<Result<std::unique_ptr<Sink>>(uint32_t file)>;
+  using OnFile = std::function<Result<void>(Writer& writer, uint64_t log_time_ns)>;
+
+  StreamLog(MakeSink make_sink, OnFile on_file, const LogOptions& options);
+
+  // One message that peer sent. Messages that are not sound are counted and left out; an error is the disk's.
+  Result<void> take(uint64_t peer, std::span<const std::byte> message, uint64_t log_time_ns);
+  // The peer is gone. One of the same name that comes later goes on with its stream.
+  void end_peer(uint64_t peer);
+  // To be called from time to time, whether something comes or not.
+  Result<void> tick(uint64_t now_ns);
+  // The file is whole afterwards. After an error, too, if there is room.
+  Result<void> finish();
+
+  std::vector<StreamSeen> streams() const;
+  uint64_t refused() const { return refused_; }            // not sound, or of nobody who described himself
+  uint64_t unkept_edits() const { return unkept_edits_; }  // not in snapshots, since these would be too long
+  uint64_t file_bytes() const { return closed_bytes_ + (writer_ ? writer_->file_bytes() : 0); }
+  uint32_t files() const { return files_; }
+  uint64_t lost_messages() const { return lost_messages_; }  // in chunks that the disk did not take
+
+ private:
+  struct Stream {
+    StreamSeen seen;
+    wire::ClockInfo clock;
+    uint32_t covered = 0;  // nodes of the newest frame that came
+    Bytes description;
+    std::map<std::pair<std::string, wire::Property>, std::pair<uint64_t, Bytes>> edits;  // version, message
+    uint64_t version = 0;                                                                // of the newest edit
+    uint64_t snapshot_bytes = 0;  // of description and edits together
+    // Of the file that is being written.
+    std::array<uint16_t, kRoles.size()> channels{};
+    bool described_here = false;
+    uint64_t described_at_bytes = 0;
+    std::array<uint32_t, kRoles.size()> sequences{};
+  };
+
+  Stream* stream_of(uint64_t peer);
+  Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
+                                std::span<const std::byte> message);
+  Result<void> take_frame(Stream& stream, const wire::PoseFrameView& frame,
+                          std::span<const std::byte> message);
+  Result<void> take_edit(Stream& stream, const wire::SceneEdit* edit, uint64_t version,
+                         std::span<const std::byte> message);
+  void count_frame(Stream& stream, const wire::PoseFrameView& frame);
+
+  Result<void> write(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
+                     std::span<const std::byte> message);
+  Result<void> write_plain(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
+                           std::span<const std::byte> message);
+  Result<void> open_file();
+  Result<void> close_file();
+  Result<void> write_snapshots();
+
+  MakeSink make_sink_;
+  OnFile on_file_;
+  LogOptions options_;
+  wire::Decoder decoder_;
+  std::optional<Writer> writer_;
+  uint32_t files_ = 0;
+  uint64_t closed_bytes_ = 0;
+  uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
+  uint16_t schema_ = 0;
+  std::vector<std::unique_ptr<Stream>> streams_;
+  std::map<uint64_t, size_t> stream_of_peer_;
+  uint64_t message_bytes_ = 0;  // of all that was written
+  uint64_t edit_bytes_ = 0;     // that are kept for snapshots
+  uint64_t refused_ = 0, unkept_edits_ = 0, lost_messages_ = 0;
+  uint64_t file_messages_ = 0;  // of the file that is being written
+};
+
+}  // namespace fire3dv::record

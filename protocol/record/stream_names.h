@@ -1,0 +1,28 @@
+// How streams lie in a recording: three channels each, told apart by their metadata
+// (protocol/SPEC-record.md).
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+namespace fire3dv::record {
+
+enum class Role { control, poses, snapshot };
+constexpr std::array<Role, 3> kRoles{Role::control, Role::poses, Role::snapshot};
+
+inline std::string_view role_name(Role role) {
+  constexpr std::string_view kNames[] = {"control", "poses", "snapshot"};
+  return kNames[static_cast<size_t>(role)];
+}
+
+inline const std::string kRoleKey = "fire3dv.role";
+inline const std::string kStreamKey = "fire3dv.stream";
+constexpr std::string_view kMessageSchema = "fire3dv.wire.fbs.Message";
+constexpr std::string_view kEncoding = "flatbuffer";
+
+inline std::string topic_of(std::string_view stream, Role role) {
+  return "/" + std::string(stream) + "/" + std::string(role_name(role));
+}
+
+}  // namespace fire3dv::record

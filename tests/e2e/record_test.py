@@ -1,0 +1,196 @@
+"""Recordings from end to end: what a simulator published is in the file, is played again, and survives what happens."""
+import json
+import os
+import resource
+import signal
+import subprocess
+
+from harness import Program, check, main, wait_until
+from mcap_file import McapFile, body_of, pose_frame
+
+NODES = 20
+
+
+def run(test, name, *arguments, code=0, stdin=None, **options):
+    """A program that ends by itself; its standard output."""
+    done = subprocess.run([test.programs_at[name], *map(str, arguments)], capture_output=True, text=True, timeout=240,
+                          input=stdin, **options)
+    check(done.returncode == code, f"{name} {arguments} ended with {done.returncode}, not {code}:\n{done.stderr}")
+    test.said = done.stderr
+    return done.stdout
+
+
+def recorder(test, uri, path, *arguments, **options):
+    program = Program(test, "recorder", [test.programs_at["record"], "--from", uri, "--out", path, *arguments], **options)
+    program.uri = program.wait_err(r"listening on (\S+)").group(1)
+    return program
+
+
+def source(test, uri, frames, rate, name="arm", waits=True):
+    return Program(test, f"source {name}", [test.programs_at["source"], uri, name, str(frames), str(rate), str(NODES),
+                                            *(["wait"] if waits else [])])
+
+
+def check_frames(file, frames):
+    """Each frame says what the simulator published, and none is there twice. Frames may have been lost on the link."""
+    sequences = []
+    for _, message in file.of("poses"):
+        _, sequence, sim_time_ns, xs = pose_frame(message)
+        sequences.append(sequence)
+        check(sim_time_ns == sequence * 10**6 and len(xs) == NODES, f"frame {sequence} is another one")
+        check(all(abs(x - sequence - i / 1000) < 1e-3 for i, x in enumerate(xs)), f"poses of frame {sequence} are wrong")
+    check(sequences == sorted(set(sequences)) and sequences and sequences[-1] <= frames, f"sequences: {sequences}")
+    return sequences
+
+
+def round_trip(test, transport):
+    frames = 300
+    first, second = test.path("first.mcap"), test.path("second.mcap")
+    uri = test.fresh_uri(transport)
+    recording = recorder(test, uri, first, "--until-end")
+    publisher = source(test, uri, frames, 200)
+    publisher.expect_exit()
+    recording.expect_exit()
+    recorded = McapFile(first)
+    sequences = check_frames(recorded, frames)
+    said = json.loads(run(test, "inspect", "--json", first))
+    poses = next(t for t in said["topics"] if t["topic"] == "/arm/poses")
+    check(said["sound"] and said["messages"] == len(recorded.messages) and poses["frames"] == len(sequences)
+          and poses["missing"] == sequences[-1] - sequences[0] + 1 - len(sequences), f"inspect says {said}")
+    control = [message for _, message in recorded.of("control")]
+    check([body_of(m)[0] for m in (control[0], control[-1])] == [1, 7], "it does not begin and end as a stream")
+    check(sum(body_of(m)[0] == 8 for m in control) >= 10, "edits are missing")
+
+    uri = test.fresh_uri(transport)
+    again = recorder(test, uri, second, "--until-end")
+    run(test, "replay", first, "--to", again.uri, "--wait", "--verbatim", "--speed", 2)
+    again.expect_exit()
+    replayed = McapFile(second)
+    # A link may lose a frame on a busy machine, and an edit that a newer one replaced. What comes is what was.
+    for role in ("poses", "control"):
+        known = {message for _, message in recorded.of(role)}
+        came = [message for _, message in replayed.of(role)]
+        check(came and all(m in known for m in came), f"{role} came back changed")
+        check(len(came) > len(known) / 2, f"{role}: {len(came)} of {len(known)} came back")
+    check(replayed.of("control")[0][1] == control[0], "the description came back changed")
+
+
+def round_trip_shm(test):
+    round_trip(test, "shm")
+
+
+def round_trip_tcp(test):
+    round_trip(test, "tcp")
+
+
+def steps_and_parts(test):
+    """--step plays a frame for each line, and --start says first what is in force."""
+    path, stepped = test.path("steps.mcap"), test.path("stepped.mcap")
+    uri = test.fresh_uri("tcp")
+    recording = recorder(test, uri, path, "--until-end", "--attach", test.scene)
+    source(test, uri, 100, 100).expect_exit()
+    recording.expect_exit()
+    recorded = McapFile(path)
+    with open(test.scene, "rb") as scene:
+        check(recorded.attachments == [("squares.glb", "model/gltf-binary", scene.read())], "the scene is another one")
+    begin = recorded.messages[0][2]
+    start_s = 0.5
+    expected = [m for t, m in recorded.of("poses") if t >= begin + start_s * 1e9]
+    uri = test.fresh_uri("shm")
+    again = recorder(test, uri, stepped, "--until-end")
+    run(test, "replay", path, "--to", uri, "--wait", "--verbatim", "--step", "--start", start_s, stdin="\n" * 3)
+    again.expect_exit()
+    replayed = McapFile(stepped)
+    poses = [pose_frame(m)[1] for _, m in replayed.of("poses")]
+    check(poses == [pose_frame(m)[1] for m in expected[:3]], f"three steps gave {poses}")
+    kinds = [body_of(m)[0] for _, m in replayed.of("control")]
+    check(kinds[0] == 1 and 8 in kinds and kinds[-1] == 7, f"before them came {kinds}")
+
+
+def killed(test):
+    """kill -9: every chunk that was written is there, and a whole file can be made of them."""
+    path, whole = test.path("killed.mcap"), test.path("whole.mcap")
+    uri = test.fresh_uri("shm")
+    source(test, uri, 10**6, 200, waits=False)
+    recording = recorder(test, uri, path)
+    wait_until("three chunks", lambda: os.path.getsize(path) > 8 and len(McapFile(path, whole=False).chunks) >= 3)
+    recording.kill()
+    cut = McapFile(path, whole=False)
+    check(cut.end is None, "it was finished before it was killed")
+    check_frames(cut, 10**6)
+    run(test, "inspect", path, code=1)
+    print(run(test, "record", "recover", path, "-o", whole).strip())
+    mended = McapFile(whole)
+    check([m[2:] for m in mended.messages] == [m[2:] for m in cut.messages], "what was recovered is something else")
+    run(test, "inspect", whole)
+    with open(path, "r+b") as file:  # and it does not depend on where the file was cut
+        file.truncate(cut.chunks[-1][2] + 100)
+    os.unlink(whole)
+    run(test, "record", "recover", path, "-o", whole)
+    check(len(McapFile(whole).chunks) == len(cut.chunks) - 1, "the cut chunk is not the one that is missing")
+
+
+def full_disk(test):
+    """A file that may not grow is an error that is said, and what is in it is whole."""
+    path = test.path("full.mcap")
+    uri = test.fresh_uri("shm")
+    source(test, uri, 10**6, 500, waits=False)
+
+    limit = 120_000
+    child = Program(test, "recorder", ["prlimit", f"--fsize={limit}", test.programs_at["record"], "--from", uri, "--out",
+                                       path, "--compression", "none"])
+    child.expect_exit(1)
+    check(child.find_err("cannot be written: File too large"), f"it said:\n{child.stderr_text()}")
+    check(os.path.getsize(path) <= limit, "it grew all the same")
+    kept = McapFile(path, whole=False)
+    check(not kept.chunks or check_frames(kept, 10**6), "a frame is wrong")
+    run(test, "record", "recover", path, "-o", test.path("kept.mcap"))
+    McapFile(test.path("kept.mcap"))
+
+
+def splits(test):
+    """Each file of a series stands alone."""
+    uri = test.fresh_uri("tcp")
+    recording = recorder(test, uri, test.path("part.mcap"), "--until-end", "--split-mb", "0.05")
+    source(test, uri, 200, 200).expect_exit()
+    recording.expect_exit()
+    parts = sorted(name for name in os.listdir(test.folder) if name.startswith("part_"))
+    check(len(parts) >= 3, f"the files are {parts}")
+    sequences = []
+    for part in parts:
+        file = McapFile(test.path(part))
+        sequences += check_frames(file, 200)
+        first = file.messages[0]
+        check(body_of(first[4])[0] == 1, f"{part} does not begin with a description")
+    check(sequences == sorted(set(sequences)), "a frame is in two files")
+
+
+def usage(test):
+    path = test.path("there.mcap")
+    open(path, "w").close()
+    for arguments, code, sentence in (
+            (("--from", "shm://x"), 2, "--out"),
+            (("--out", path), 2, "--from"),
+            (("--from", "shm://x", "--out", path), 1, "is there already"),
+            (("--from", "shm://x", "--out", "/nowhere/x.mcap"), 1, "cannot be made"),
+            (("--from", "nothing://x", "--out", test.path("y.mcap")), 1, "nothing"),
+            (("recover", path, "-o", test.path("z.mcap")), 1, "is not an MCAP file")):
+        run(test, "record", *arguments, code=code)
+        check(sentence in test.said, f"record {arguments} said: {test.said}")
+    for arguments, code, sentence in (
+            ((path, "--to", "shm://x"), 1, "is not an MCAP file"),
+            ((test.path("none.mcap"), "--to", "shm://x"), 1, "cannot be opened"),
+            ((path, "--to", "shm://x", "--speed", "nan"), 2, "nan"),
+            ((path, "--to", "shm://x", "--start", "-1"), 2, "-1")):
+        run(test, "replay", *arguments, code=code)
+        check(sentence in test.said, f"replay {arguments} said: {test.said}")
+    run(test, "inspect", path, code=1)
+    run(test, "inspect", path, "shm://x", code=2)
+    check(os.path.getsize(path) == 0, "a file that was there was written to")
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, killed, full_disk, splits)},
+         ("record", "replay", "inspect", "source"))

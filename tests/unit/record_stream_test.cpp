@@ -1,0 +1,368 @@
+// Streams in recordings: what came is what is played, from the start and from anywhere.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/unit/record_files.h"
+#include "tools/replay/pacer.h"
+#include "tools/replay/stream_player.h"
+
+namespace fire3dv::record_test {
+namespace {
+
+using record::Playback;
+using record::Played;
+
+struct Told {
+  Played::Kind kind;
+  size_t stream;
+  uint64_t edit_key;
+  Bytes message;
+};
+
+std::vector<Told> played_from(Playback& playback) {
+  std::vector<Told> result;
+  Played played;
+  for (;;) {
+    const auto step = playback.next(played);
+    if (step == Playback::Step::end) return result;
+    if (step == Playback::Step::played)
+      result.push_back(
+          {played.kind, played.stream, played.edit_key, Bytes(played.message.begin(), played.message.end())});
+  }
+}
+
+record::LogOptions small_chunks(size_t bytes = 1500) {
+  record::LogOptions options;
+  options.writer.chunk_bytes = bytes;
+  return options;
+}
+
+// Two streams side by side; what was sent, in order.
+std::vector<Bytes> two_streams(MemoryLog& memory, uint64_t frames) {
+  std::vector<Bytes> sent;
+  const auto send = [&](Bytes message, uint64_t at_ms, uint64_t peer) {
+    ASSERT_TRUE(memory.take(message, at_ms, peer));
+    sent.push_back(std::move(message));
+  };
+  send(description(7), 0, 1);
+  send(description(8, "crane", 2), 0, 2);
+  for (uint64_t i = 1; i <= frames; ++i) {
+    if (i % 10 == 0) send(edit(7, i, "link_" + std::to_string(i / 10 % 3), i % 20 == 0), i, 1);
+    send(frame(7, i), i, 1);
+    if (i % 3 == 0) send(frame(8, i / 3, 2), i, 2);
+  }
+  send(wire::encode(wire::Goodbye{7}), frames + 1, 1);
+  return sent;
+}
+
+TEST(RecordStream, ARecordingIsTheStreamByteByByte) {
+  MemoryLog memory(small_chunks());
+  const std::vector<Bytes> sent = two_streams(memory, 300);
+  ASSERT_TRUE(memory.log.finish().ok());
+  auto playback = Playback::open(source_of(*memory.files[0]));
+  ASSERT_TRUE(playback.ok());
+  ASSERT_EQ(playback->streams().size(), 2u);
+  EXPECT_EQ(playback->streams()[0].name, "arm");
+  EXPECT_EQ(playback->streams()[1].name, "crane");
+  // Snapshots are in the file, and none of them is played.
+  EXPECT_NE(playback->streams()[0].channels[static_cast<size_t>(record::Role::snapshot)], 0);
+  playback->rewind();
+  std::vector<Bytes> got;
+  for (Told& told : played_from(*playback)) got.push_back(std::move(told.message));
+  EXPECT_EQ(got, sent);
+  playback->rewind();
+  EXPECT_EQ(played_from(*playback).size(), sent.size());
+}
+
+TEST(RecordStream, SeekingGivesWhatIsInForceFirst) {
+  MemoryLog memory(small_chunks());
+  two_streams(memory, 300);
+  ASSERT_TRUE(memory.log.finish().ok());
+  auto playback = Playback::open(source_of(*memory.files[0]));
+  ASSERT_TRUE(playback.ok());
+  for (uint64_t ms = 1; ms <= 300; ms += 13) {
+    playback->seek(kBegun_ns + ms * kMs);
+    const std::vector<Told> told = played_from(*playback);
+    // The newest edit of each node before that moment, by version.
+    std::vector<Bytes> expected{description(7)};
+    for (uint64_t version = ms < 30 ? 10 : (ms - 1) / 10 * 10 - 20; version < ms; version += 10)
+      expected.push_back(edit(7, version, "link_" + std::to_string(version / 10 % 3), version % 20 == 0));
+    expected.push_back(description(8, "crane", 2));
+    ASSERT_GT(told.size(), expected.size());
+    for (size_t i = 0; i < expected.size(); ++i) ASSERT_EQ(told[i].message, expected[i]) << ms << " " << i;
+    // And then the stream from there on.
+    const Bytes first =
+        ms % 10 == 0 ? edit(7, ms, "link_" + std::to_string(ms / 10 % 3), ms % 20 == 0) : frame(7, ms);
+    EXPECT_EQ(told[expected.size()].message, first) << ms;
+  }
+  playback->seek(kBegun_ns + 1000 * kMs);
+  // The arm has said goodbye; the crane is still there.
+  const std::vector<Told> end = played_from(*playback);
+  ASSERT_EQ(end.size(), 1u);
+  EXPECT_EQ(end[0].message, description(8, "crane", 2));
+}
+
+TEST(RecordStream, FilesThatWereBegunInTheMiddleStandAlone) {
+  record::LogOptions options = small_chunks();
+  options.split_bytes = 12'000;
+  MemoryLog memory(options);
+  const std::vector<Bytes> sent = two_streams(memory, 300);
+  ASSERT_TRUE(memory.log.finish().ok());
+  ASSERT_GT(memory.files.size(), 3u);
+  std::vector<Bytes> got;
+  for (size_t i = 0; i < memory.files.size(); ++i) {
+    auto playback = Playback::open(source_of(*memory.files[i]));
+    ASSERT_TRUE(playback.ok());
+    playback->rewind();
+    const std::vector<Told> told = played_from(*playback);
+    ASSERT_EQ(told[0].kind, Played::Kind::description);
+    // Each begins with what is in force; that was sent once.
+    for (const Told& each : told)
+      if (i == 0 || (each.kind != Played::Kind::description &&
+                     (each.kind != Played::Kind::edit || std::ranges::find(got, each.message) == got.end())))
+        got.push_back(each.message);
+  }
+  EXPECT_EQ(got, sent);
+}
+
+TEST(RecordStream, AnOldChunkEndsAndATickEndsIt) {
+  MemoryLog memory;  // a megabyte, and a second
+  ASSERT_TRUE(memory.take(description(7), 0));
+  ASSERT_TRUE(memory.take(frame(7, 1), 1));
+  const size_t before = memory.files[0]->size();
+  ASSERT_TRUE(memory.log.tick(kBegun_ns + 900 * kMs).ok());
+  EXPECT_EQ(memory.files[0]->size(), before);
+  ASSERT_TRUE(memory.log.tick(kBegun_ns + 1100 * kMs).ok());
+  EXPECT_GT(memory.files[0]->size(), before);
+  // All of it is there without any end of the file.
+  auto playback = Playback::open(source_of(*memory.files[0]));
+  ASSERT_TRUE(playback.ok());
+  EXPECT_EQ(played_from(*playback).size(), 2u);
+}
+
+TEST(RecordStream, CountsWhatIsMissing) {
+  MemoryLog memory;
+  memory.take(frame(7, 1), 0);  // of a stream that has not described itself
+  memory.take(description(7), 0);
+  memory.take(frame(9, 1), 0);  // of another epoch
+  memory.take(Bytes(100), 0);
+  for (const uint64_t sequence : {1u, 2u, 5u, 4u, 6u}) memory.take(frame(7, sequence), sequence);
+  const record::StreamSeen seen = memory.log.streams().at(0);
+  EXPECT_EQ(seen.frames, 4u);
+  EXPECT_EQ(seen.missing, 2u);
+  EXPECT_EQ(seen.late, 1u);
+  EXPECT_EQ(memory.log.refused(), 3u);
+  EXPECT_TRUE(seen.live);
+  // The link came back: the same stream goes on, and is not described again.
+  memory.log.end_peer(1);
+  EXPECT_FALSE(memory.log.streams().at(0).live);
+  memory.take(description(7), 10, 2);
+  memory.take(frame(7, 7), 11, 2);
+  ASSERT_EQ(memory.log.streams().size(), 1u);
+  EXPECT_EQ(memory.log.streams()[0].frames, 5u);
+  // Two of one name at once are two streams.
+  memory.take(description(70), 12, 3);
+  ASSERT_EQ(memory.log.streams().size(), 2u);
+  EXPECT_EQ(memory.log.streams()[1].name, "arm_2");
+}
+
+TEST(RecordStream, ADamagedDescriptionIsRepairedByTheNextSnapshot) {
+  MemoryLog memory(small_chunks());
+  two_streams(memory, 300);
+  ASSERT_TRUE(memory.log.finish().ok());
+  Bytes file = *memory.files[0];
+  {
+    auto reader = record::Reader::open(source_of(file));
+    ASSERT_TRUE(reader.ok());
+    file[reader->index().chunks[0].offset + 80] ^= std::byte{1};
+  }
+  auto playback = Playback::open(source_of(file));
+  ASSERT_TRUE(playback.ok());
+  playback->rewind();
+  const std::vector<Told> told = played_from(*playback);
+  const auto described = std::ranges::find(told, description(7), &Told::message);
+  ASSERT_NE(described, told.end());
+  EXPECT_LT(described - told.begin(), 100);
+}
+
+// --- playing onto a link
+
+class FakeLink final : public transport::PublisherLink {
+ public:
+  explicit FakeLink(size_t most_bytes, bool partial) : most_bytes_(most_bytes), partial_(partial) {}
+  size_t max_pose_message_bytes() const override { return most_bytes_; }
+  Result<void> set_description(std::span<const std::byte> message) override { return put(message); }
+  Result<void> put_state(uint64_t key, transport::SharedBytes message) override {
+    keys.push_back(key);
+    return put(*message);
+  }
+  bool publish(const wire::MessagePieces& message, bool) noexcept override {
+    Bytes whole(message.head.begin(), message.head.end());
+    whole.insert(whole.end(), message.body.begin(), message.body.end());
+    sent.push_back(std::move(whole));
+    return true;
+  }
+  bool takes_partial_frames() const override { return partial_; }
+  bool publish_partial(const wire::MessagePieces& partial,
+                       std::span<const wire::MessagePieces>) noexcept override {
+    return publish(partial, true);
+  }
+  void send_control(std::span<const std::byte> message) noexcept override { (void)put(message); }
+  bool poll(std::vector<std::byte>&) override { return false; }
+  transport::LinkStats stats() const override { return {}; }
+
+  std::vector<Bytes> sent;
+  std::vector<uint64_t> keys;
+
+ private:
+  Result<void> put(std::span<const std::byte> message) {
+    sent.emplace_back(message.begin(), message.end());
+    return {};
+  }
+  size_t most_bytes_;
+  bool partial_;
+};
+
+struct OnLink {
+  OnLink(size_t most_bytes, bool partial, bool verbatim) {
+    auto made = std::make_unique<FakeLink>(most_bytes, partial);
+    link = made.get();
+    player = std::make_unique<replay::StreamPlayer>(std::move(made), verbatim);
+  }
+  void play(const Bytes& message, Played::Kind kind = Played::Kind::pose, uint64_t key = 0) {
+    EXPECT_TRUE(player->play({kind, 0, 0, key, message}).ok());
+  }
+  wire::PoseFrameView frame_at(size_t i) {
+    auto decoded = decoder.decode(link->sent.at(i));
+    EXPECT_TRUE(decoded.ok());
+    return std::get<wire::PoseFrameView>(*decoded);
+  }
+  FakeLink* link;
+  std::unique_ptr<replay::StreamPlayer> player;
+  wire::Decoder decoder;
+};
+
+TEST(StreamPlayer, VerbatimIsWhatWasRecorded) {
+  OnLink on(1 << 20, true, true);
+  const std::vector<Bytes> messages{description(7), edit(7, 1, "link_0", false), frame(7, 1), frame(7, 2)};
+  on.play(messages[0], Played::Kind::description);
+  on.play(messages[1], Played::Kind::edit, 5);
+  on.play(messages[2]);
+  on.play(messages[3]);
+  EXPECT_EQ(on.link->sent, messages);
+  EXPECT_EQ(on.link->keys, std::vector<uint64_t>{5});
+  on.play(frame(7, 1));  // stale
+  EXPECT_EQ(on.player->counts().skipped, 1u);
+}
+
+TEST(StreamPlayer, ElseTimesAreThoseOfNowAndNothingElseChanges) {
+  OnLink on(1 << 20, true, false);
+  on.play(description(7), Played::Kind::description);
+  on.play(frame(7, 3));
+  const wire::PoseFrameView sent = on.frame_at(1);
+  EXPECT_EQ(sent.header.epoch, 7u);
+  EXPECT_EQ(sent.header.sequence, 3u);
+  EXPECT_EQ(sent.header.sim_time_ns, static_cast<int64_t>(3 * kMs));
+  EXPECT_EQ(sent.header.flags, 0u);
+  EXPECT_EQ(sent.poses[1].m[3], 31.f);
+  EXPECT_NE(sent.header.publish_time_ns, 1000 + 3 * kMs);
+  wire::Decoder decoder;
+  const auto told = decoder.decode(on.link->sent[0]);
+  ASSERT_TRUE(told.ok());
+  EXPECT_NE(std::get<wire::StreamDescription>(*told).clock.boot_id, "boot");
+}
+
+TEST(StreamPlayer, ALoopIsANewRunAndSaysThatItJumped) {
+  OnLink on(1 << 20, true, true);
+  for (int pass = 0; pass < 2; ++pass) {
+    if (pass != 0) on.player->jump(true);
+    on.play(description(7), Played::Kind::description);
+    on.play(edit(7, 1, "link_0", false), Played::Kind::edit, 1);
+    on.play(frame(7, 1));
+    on.play(frame(7, 2));
+  }
+  ASSERT_EQ(on.link->sent.size(), 8u);
+  const uint64_t epoch = on.frame_at(6).header.epoch;
+  EXPECT_NE(epoch, 7u);
+  EXPECT_EQ(on.frame_at(6).header.flags, wire::kFrameDiscontinuity);
+  EXPECT_EQ(on.frame_at(7).header.epoch, epoch);
+  EXPECT_EQ(on.frame_at(7).header.flags, 0u);
+  wire::Decoder decoder;
+  const auto edited = decoder.decode(on.link->sent[5]);
+  ASSERT_TRUE(edited.ok());
+  EXPECT_EQ(std::get<wire::SceneEdit>(*edited).epoch, epoch);
+}
+
+TEST(StreamPlayer, FramesAreCutAndPutTogetherAsTheLinkNeeds) {
+  constexpr uint32_t kNodes = 50;
+  const Bytes whole = frame(7, 1, kNodes);
+  OnLink datagrams(1148, true, true);
+  datagrams.play(description(7, "arm", kNodes), Played::Kind::description);
+  datagrams.play(whole);
+  ASSERT_EQ(datagrams.link->sent.size(), 4u);  // the description, and three parts of at most 21
+  // Those parts, recorded, onto a link that takes whole frames.
+  OnLink memory(1 << 20, false, true);
+  memory.play(description(7, "arm", kNodes), Played::Kind::description);
+  for (size_t i = 1; i < datagrams.link->sent.size(); ++i) {
+    EXPECT_LE(datagrams.link->sent[i].size(), 1148u);
+    memory.play(datagrams.link->sent[i]);
+  }
+  ASSERT_EQ(memory.link->sent.size(), 2u);
+  const wire::PoseFrameView together = memory.frame_at(1);
+  ASSERT_EQ(together.poses.size(), kNodes);
+  EXPECT_EQ(together.poses[49].m[3], 59.f);
+  // A frame of which a part is missing is not played.
+  const Bytes first_part = datagrams.link->sent[1];
+  OnLink lost(1 << 20, false, true);
+  lost.play(description(7, "arm", kNodes), Played::Kind::description);
+  lost.play(first_part);
+  lost.play(frame(7, 2, kNodes));
+  EXPECT_EQ(lost.player->counts().incomplete, 1u);
+  EXPECT_EQ(lost.player->counts().frames, 1u);
+}
+
+TEST(StreamPlayer, PartialFramesBuildOnWholeOnes) {
+  const std::vector<uint32_t> indices{1};
+  std::vector<wire::Affine3x4> poses(1);
+  poses[0].m[3] = 99;
+  wire::PoseFrameView view;
+  view.header = {7, 2, 0, 0, 0, 0};
+  view.node_count = 3;
+  view.poses = poses;
+  view.node_indices = indices;
+  const Bytes partial = wire::encode(view);
+  for (const bool takes_partial : {true, false}) {
+    OnLink on(1 << 20, takes_partial, true);
+    on.play(description(7), Played::Kind::description);
+    on.play(partial);  // nothing to build on
+    EXPECT_EQ(on.player->counts().skipped, 1u);
+    on.play(frame(7, 1));
+    on.play(partial);
+    ASSERT_EQ(on.link->sent.size(), 3u);
+    if (takes_partial) {
+      EXPECT_EQ(on.link->sent[2], partial);
+    } else {
+      const wire::PoseFrameView whole = on.frame_at(2);
+      ASSERT_EQ(whole.poses.size(), 3u);
+      EXPECT_EQ(whole.poses[0].m[3], 10.f);
+      EXPECT_EQ(whole.poses[1].m[3], 99.f);
+    }
+  }
+}
+
+TEST(Pacer, FollowsLogTimes) {
+  replay::Pacer pacer(2);
+  EXPECT_EQ(pacer.wait_ns(1000, 50), 0);
+  EXPECT_EQ(pacer.wait_ns(3000, 50), 1000);
+  EXPECT_EQ(pacer.wait_ns(3000, 1050), 0);
+  EXPECT_EQ(pacer.wait_ns(3000, 9999), 0);  // late is not waited for
+  EXPECT_EQ(pacer.wait_ns(500, 50), 0);
+  pacer.restart();
+  EXPECT_EQ(pacer.wait_ns(9000, 100), 0);
+  EXPECT_GT(pacer.wait_ns(UINT64_MAX, 100), int64_t{1} << 40);
+  EXPECT_EQ(replay::Pacer(0).wait_ns(9000, 100), 0);
+}
+
+}  // namespace
+}  // namespace fire3dv::record_test

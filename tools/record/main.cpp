@@ -1,0 +1,209 @@
+// fire3dv-record --from URI --out FILE.mcap: every frame of every stream that is published there. Stands
+// where a renderer would: over shared memory it looks on beside others, elsewhere it is what simulators
+// connect to.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/transport/clock.h"
+#include "protocol/transport/open.h"
+#include "tools/record/recorder.h"
+#include "tools/record/recover_command.h"
+
+namespace {
+
+using namespace fire3dv;
+
+constexpr int kUsageError = 2;
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+struct Options {
+  std::vector<std::string> from;
+  std::string out;
+  std::vector<std::string> attach;
+  std::string compression = "zstd";
+  double split_mb = 0, split_s = 0, seconds = 0;
+  bool until_end = false;
+  transport::ListenerOptions listener;
+  record::RecoverOptions recover;
+};
+
+int fail(const std::string& message) {
+  std::fprintf(stderr, "fire3dv-record: %s\n", message.c_str());
+  return 1;
+}
+
+void add_options(CLI::App& app, Options& options) {
+  const CLI::Range any(0.0, 1e9);
+  app.add_option("--from", options.from,
+                 "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; several into one file");
+  app.add_option("--out", options.out, "the file to write; with --split-*: FILE_0000.mcap and so on");
+  app.add_option("--attach", options.attach, "files that travel in the recording, such as the scene");
+  app.add_option("--compression", options.compression, "zstd, lz4 or none")
+      ->check(CLI::IsMember({"zstd", "lz4", "none"}))
+      ->capture_default_str();
+  app.add_option("--split-mb", options.split_mb, "begin a new file when one has so many MB")->check(any);
+  app.add_option("--split-s", options.split_s, "begin a new file after so many seconds")->check(any);
+  app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")->check(any);
+  app.add_flag("--until-end", options.until_end, "end when all streams that came have ended");
+  app.add_flag("--insecure", options.listener.insecure,
+               "listen on addresses other than loopback, without protection");
+  app.add_option("--key-file", options.listener.key_file, "file of the key that udp:// publishers must have");
+  app.add_option("--tls-cert", options.listener.tls.certificate_file, "certificate for tls://, a PEM file");
+  app.add_option("--tls-key", options.listener.tls.key_file, "file of that certificate's key");
+  app.add_option("--tls-client-ca", options.listener.tls.client_ca_file,
+                 "file of certificates that publishers' must be signed by");
+}
+
+std::string numbered(const std::string& out, uint32_t file) {
+  const std::filesystem::path path(out);
+  char number[16];
+  std::snprintf(number, sizeof number, "_%04u", file);
+  return (path.parent_path() / (path.stem().string() + number + path.extension().string())).string();
+}
+
+// What is attached is read before the first frame comes, and again for each further file.
+Result<void> attach_files(const std::vector<std::string>& paths, record::Writer& writer,
+                          uint64_t log_time_ns) {
+  for (const std::string& path : paths) {
+    auto source = record::open_source(path);
+    if (!source) return source.error();
+    record::AttachmentIndex about;
+    about.log_time_ns = log_time_ns;
+    about.name = std::filesystem::path(path).filename().string();
+    const std::string extension = std::filesystem::path(path).extension().string();
+    about.media_type = extension == ".glb"    ? "model/gltf-binary"
+                       : extension == ".gltf" ? "model/gltf+json"
+                                              : "application/octet-stream";
+    if (auto good = writer.attach(about, **source); !good) return good;
+  }
+  return {};
+}
+
+void say_progress(const record::RecorderStatus& status, const char* end) {
+  uint64_t frames = 0, missing = 0, live = 0;
+  for (const record::StreamSeen& stream : status.streams) {
+    frames += stream.frames;
+    missing += stream.missing;
+    live += stream.live;
+  }
+  std::fprintf(stderr,
+               "fire3dv-record: %zu streams (%llu live), %llu frames, %llu missing, %.1f MB in %u files%s",
+               status.streams.size(), static_cast<unsigned long long>(live),
+               static_cast<unsigned long long>(frames), static_cast<unsigned long long>(missing),
+               static_cast<double>(status.file_bytes) / 1e6, status.files, end);
+  std::fflush(stderr);
+}
+
+void say_result(const record::RecorderStatus& status) {
+  for (const record::StreamSeen& stream : status.streams)
+    std::printf(
+        "\"%s\": %u nodes, %llu frames, %llu missing, %llu incomplete, %llu late, %llu edits, %llu bytes\n",
+        stream.name.c_str(), stream.nodes, static_cast<unsigned long long>(stream.frames),
+        static_cast<unsigned long long>(stream.missing), static_cast<unsigned long long>(stream.incomplete),
+        static_cast<unsigned long long>(stream.late), static_cast<unsigned long long>(stream.edits),
+        static_cast<unsigned long long>(stream.bytes));
+  std::printf(
+      "%.1f MB in %u files; %llu messages not understood, %llu came faster than they could be written\n",
+      static_cast<double>(status.file_bytes) / 1e6, status.files,
+      static_cast<unsigned long long>(status.refused), static_cast<unsigned long long>(status.unwritten));
+  if (status.unkept_edits != 0)
+    std::printf("%llu edits are not repeated where players may begin: together they are too long for that\n",
+                static_cast<unsigned long long>(status.unkept_edits));
+}
+
+bool all_ended(const record::RecorderStatus& status) {
+  for (const record::StreamSeen& stream : status.streams)
+    if (stream.live) return false;
+  return !status.streams.empty();
+}
+
+int record_streams(const Options& options) {
+  std::vector<std::unique_ptr<transport::ListenerLink>> links;
+  for (const std::string& uri : options.from) {
+    auto link = transport::open_listener(uri, options.listener);
+    if (!link) return fail(link.error().message);
+    links.push_back(std::move(*link));
+  }
+  record::LogOptions log;
+  log.writer.compression = options.compression == "none" ? record::Compression::none
+                                                         : *record::compression_of(options.compression);
+  log.split_bytes = static_cast<uint64_t>(options.split_mb * 1e6);
+  log.split_ns = static_cast<uint64_t>(options.split_s * 1e9);
+  const bool splits = log.split_bytes != 0 || log.split_ns != 0;
+  // The first file is made now, so that a bad name is said before anything is lost.
+  auto first = record::create_sink(splits ? numbered(options.out, 0) : options.out);
+  if (!first) return fail(first.error().message);
+  auto first_sink = std::make_shared<std::unique_ptr<record::Sink>>(std::move(*first));
+  for (const std::string& path : options.attach)
+    if (auto source = record::open_source(path); !source) return fail(source.error().message);
+  record::Recorder recorder(record::StreamLog(
+      [&, first_sink](uint32_t file) -> Result<std::unique_ptr<record::Sink>> {
+        if (file == 0) return std::move(*first_sink);
+        return record::create_sink(numbered(options.out, file));
+      },
+      [&](record::Writer& writer, uint64_t now_ns) { return attach_files(options.attach, writer, now_ns); },
+      log));
+  for (const auto& link : links)
+    std::fprintf(stderr, "fire3dv-record: listening on %s\n", link->uri().c_str());
+
+  const auto share =
+      std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(links.size());
+  const bool shows = ::isatty(STDERR_FILENO) != 0;
+  const int64_t begun_ns = transport::monotonic_ns();
+  int64_t next_say_ns = begun_ns;
+  for (int64_t now_ns = begun_ns; !stop_requested; now_ns = transport::monotonic_ns()) {
+    if (options.seconds > 0 && static_cast<double>(now_ns - begun_ns) > options.seconds * 1e9) break;
+    for (uint32_t i = 0; i < links.size(); ++i) {
+      links[i]->wait(share);
+      recorder.poll(*links[i], i, !options.from[i].starts_with("shm:"));
+    }
+    if (now_ns < next_say_ns) continue;
+    next_say_ns = now_ns + transport::kSecondNs / 5;
+    const record::RecorderStatus status = recorder.status();
+    if (shows) say_progress(status, "\r");
+    if (status.failure || (options.until_end && all_ended(status))) break;
+  }
+  recorder.finish();
+  const record::RecorderStatus status = recorder.status();
+  if (shows) say_progress(status, "\n");
+  say_result(status);
+  return status.failure ? fail(*status.failure + " (what was written before is whole)") : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Records every frame of the streams that are published at a URI into an MCAP file.",
+               "fire3dv-record"};
+  Options options;
+  add_options(app, options);
+  options.listener.delivery = transport::Delivery::all;
+  CLI::App* const recover =
+      app.add_subcommand("recover", "make a whole file of what is whole in a cut or damaged one");
+  recover->add_option("file", options.recover.from, "the cut recording")->required();
+  recover->add_option("-o,--out", options.recover.to, "the file to write")->required();
+  recover->add_option("--memory-mb", options.recover.memory_mb, "memory for what the file says of itself")
+      ->check(CLI::Range(16u, 16'384u))
+      ->capture_default_str();
+  try {
+    app.parse(argc, argv);
+    if (!recover->parsed() && options.from.empty()) throw CLI::RequiredError("--from");
+    if (!recover->parsed() && options.out.empty()) throw CLI::RequiredError("--out");
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsageError;
+  }
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { stop_requested = 1; });
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write, as a full disk is
+  std::signal(SIGPIPE, SIG_IGN);
+  return recover->parsed() ? record::recover_file(options.recover) : record_streams(options);
+}

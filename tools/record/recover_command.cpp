@@ -1,0 +1,38 @@
+#include "tools/record/recover_command.h"
+
+#include <cstdint>
+#include <cstdio>
+
+#include "protocol/record/recover.h"
+
+namespace fire3dv::record {
+namespace {
+
+int fail(const Error& error) {
+  std::fprintf(stderr, "fire3dv-record: %s\n", error.message.c_str());
+  return 1;
+}
+
+}  // namespace
+
+int recover_file(const RecoverOptions& options) {
+  auto source = open_source(options.from);
+  if (!source) return fail(source.error());
+  auto reader = Reader::open(std::move(*source), {options.memory_mb << 20});
+  if (!reader) return fail(reader.error());
+  auto sink = create_sink(options.to);
+  if (!sink) return fail(sink.error());
+  const auto result = recover(*reader, std::move(*sink));
+  if (!result) return fail(result.error());
+  std::printf(
+      "%llu messages of %llu whole chunks and %llu attachments; %llu chunks and %llu attachments were "
+      "damaged\n",
+      static_cast<unsigned long long>(result->messages), static_cast<unsigned long long>(result->chunks),
+      static_cast<unsigned long long>(result->attachments),
+      static_cast<unsigned long long>(result->damaged_chunks),
+      static_cast<unsigned long long>(result->damaged_attachments));
+  if (!result->first_damage.empty()) std::printf("first damage: %s\n", result->first_damage.c_str());
+  return 0;
+}
+
+}  // namespace fire3dv::record

@@ -1,0 +1,16 @@
+// fire3dv-record recover CUT.mcap -o WHOLE.mcap
+#pragma once
+
+#include <string>
+
+namespace fire3dv::record {
+
+struct RecoverOptions {
+  std::string from, to;
+  uint64_t memory_mb = 64;
+};
+
+// The program's exit code.
+int recover_file(const RecoverOptions& options);
+
+}  // namespace fire3dv::record

@@ -1,0 +1,242 @@
+// fire3dv-replay FILE.mcap --to URI: what was recorded, published again with its own timing, as its adapters
+// did.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "protocol/record/playback.h"
+#include "protocol/transport/clock.h"
+#include "protocol/transport/open.h"
+#include "protocol/wire/check.h"
+#include "tools/replay/pacer.h"
+#include "tools/replay/stream_player.h"
+
+namespace {
+
+using namespace fire3dv;
+
+constexpr int kUsageError = 2;
+constexpr int64_t kPollEveryNs = 5 * transport::kMillisecondNs;
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+struct Options {
+  std::string file;
+  std::vector<std::string> to, streams;
+  double speed = 1, start_s = 0, end_s = 0;
+  bool loop = false, step = false, wait = false, verbatim = false;
+  uint64_t memory_mb = 64;
+  transport::PublisherOptions publisher;
+};
+
+int fail(const std::string& message) {
+  std::fprintf(stderr, "fire3dv-replay: %s\n", message.c_str());
+  return 1;
+}
+
+// CLI11's own check lets NaN pass.
+std::string check_number(const std::string& text) {
+  double value = 0;
+  return CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 1e9
+             ? ""
+             : text + " is not a number from 0 to 1e9";
+}
+
+class Replay {
+ public:
+  Replay(record::Playback playback, const Options& options)
+      : playback_(std::move(playback)), options_(options), pacer_(options.speed) {}
+
+  Result<void> open_links();
+  Result<void> run();
+  void say_result() const;
+
+ private:
+  Result<bool> run_once(bool again);
+  // Until then, listening to renderers. False: somebody asked to stop.
+  bool wait(int64_t ns);
+  void wait_for_renderers();
+
+  record::Playback playback_;
+  const Options& options_;
+  replay::Pacer pacer_;
+  std::vector<std::unique_ptr<replay::StreamPlayer>> players_;  // by stream; null: not asked for
+  uint64_t damaged_ = 0;
+};
+
+Result<void> Replay::open_links() {
+  const auto& streams = playback_.streams();
+  std::vector<size_t> chosen;
+  std::string names;
+  for (size_t i = 0; i < streams.size(); ++i) {
+    names += (i ? ", \"" : "\"") + wire::printable(streams[i].name) + "\"";
+    if (options_.streams.empty() ||
+        std::ranges::find(options_.streams, streams[i].name) != options_.streams.end())
+      chosen.push_back(i);
+  }
+  if (chosen.empty() || (!options_.streams.empty() && chosen.size() != options_.streams.size()))
+    return Error{"--stream names a stream that is not in the recording; it has " + names};
+  if (options_.to.size() != 1 && options_.to.size() != chosen.size())
+    return Error{"--to is given " + std::to_string(options_.to.size()) + " times for " +
+                 std::to_string(chosen.size()) + " streams (" + names +
+                 "); give it once, or once for each stream"};
+  if (options_.to.size() == 1 && chosen.size() > 1 && options_.to[0].starts_with("shm:"))
+    return Error{"one shared-memory name takes one stream; choose one of " + names +
+                 " with --stream, or give --to once for each"};
+  players_.resize(streams.size());
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    auto link = transport::open_publisher(options_.to[options_.to.size() == 1 ? 0 : i], options_.publisher);
+    if (!link) return link.error();
+    players_[chosen[i]] = std::make_unique<replay::StreamPlayer>(std::move(*link), options_.verbatim);
+  }
+  return {};
+}
+
+bool Replay::wait(int64_t ns) {
+  const int64_t until_ns = transport::monotonic_ns() + ns;
+  for (;;) {
+    for (const auto& player : players_)
+      if (player) player->poll();
+    const int64_t left_ns = until_ns - transport::monotonic_ns();
+    if (stop_requested) return false;
+    if (left_ns <= 0) return true;
+    std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left_ns, kPollEveryNs)));
+  }
+}
+
+void Replay::wait_for_renderers() {
+  for (bool all = false; !all && wait(kPollEveryNs);) {
+    all = true;
+    for (const auto& player : players_)
+      if (player) all = player->poll() != 0 && all;
+  }
+}
+
+// False: there is nothing in it to play again.
+Result<bool> Replay::run_once(bool again) {
+  const uint64_t begin_ns = playback_.start_ns() + static_cast<uint64_t>(options_.start_s * 1e9);
+  const uint64_t end_ns =
+      options_.end_s > 0 ? playback_.start_ns() + static_cast<uint64_t>(options_.end_s * 1e9) : UINT64_MAX;
+  options_.start_s > 0 ? playback_.seek(begin_ns) : playback_.rewind();
+  if (again || options_.start_s > 0)
+    for (const auto& player : players_)
+      if (player) player->jump(again);
+  pacer_.restart();
+  bool any = false;
+  record::Played played;
+  while (!stop_requested) {
+    const record::Playback::Step step = playback_.next(played);
+    if (step == record::Playback::Step::end) break;
+    if (step == record::Playback::Step::damaged) {
+      if (damaged_++ == 0) std::fprintf(stderr, "fire3dv-replay: %s\n", playback_.problem().c_str());
+      continue;
+    }
+    if (played.log_time_ns > end_ns) break;
+    replay::StreamPlayer* const player = players_[played.stream].get();
+    if (player == nullptr) continue;
+    const bool is_pose = played.kind == record::Played::Kind::pose;
+    if (options_.step) {
+      std::string line;
+      if (is_pose && !std::getline(std::cin, line)) break;
+      player->poll();
+    } else if (!wait(pacer_.wait_ns(played.log_time_ns, transport::monotonic_ns()))) {
+      break;
+    }
+    if (auto good = player->play(played); !good) return good.error();
+    any = any || is_pose;
+    // The link sends the description when somebody is there; what follows at once should find him there.
+    if (options_.wait && !again && played.kind == record::Played::Kind::description) {
+      wait_for_renderers();
+      pacer_.restart();
+    }
+  }
+  return any;
+}
+
+Result<void> Replay::run() {
+  for (bool again = false;; again = true) {
+    const auto any = run_once(again);
+    if (!any) return any.error();
+    if (!options_.loop || !*any || stop_requested || !wait(transport::kMillisecondNs)) break;
+  }
+  for (const auto& player : players_)
+    if (player) player->end();
+  return {};
+}
+
+void Replay::say_result() const {
+  for (size_t i = 0; i < players_.size(); ++i) {
+    if (!players_[i]) continue;
+    const replay::PlayerCounts& counts = players_[i]->counts();
+    std::printf(
+        "\"%s\": %llu frames, %llu messages passed over, %llu frames incomplete\n",
+        wire::printable(playback_.streams()[i].name).c_str(), static_cast<unsigned long long>(counts.frames),
+        static_cast<unsigned long long>(counts.skipped), static_cast<unsigned long long>(counts.incomplete));
+    if (const std::string problem = players_[i]->problem(); !problem.empty())
+      std::printf("%s\n", problem.c_str());
+  }
+  if (damaged_ + playback_.refused() != 0)
+    std::printf("%llu chunks damaged, %llu messages not understood\n",
+                static_cast<unsigned long long>(damaged_),
+                static_cast<unsigned long long>(playback_.refused()));
+}
+
+int replay_file(const Options& options) {
+  auto source = record::open_source(options.file);
+  if (!source) return fail(source.error().message);
+  auto playback = record::Playback::open(std::move(*source), {options.memory_mb << 20});
+  if (!playback) return fail(playback.error().message);
+  if (!playback->reader().index().damage.empty())
+    std::fprintf(stderr, "fire3dv-replay: %s: %s\n", wire::printable(options.file, 4096).c_str(),
+                 playback->reader().index().damage.c_str());
+  Replay replay(std::move(*playback), options);
+  if (auto good = replay.open_links(); !good) return fail(good.error().message);
+  if (auto good = replay.run(); !good) return fail(good.error().message);
+  replay.say_result();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Publishes what was recorded, with its own timing.", "fire3dv-replay"};
+  Options options;
+  app.add_option("file", options.file, "the recording, an MCAP file")->required();
+  app.add_option(
+         "--to", options.to,
+         "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; once, or once for each stream")
+      ->required();
+  app.add_option("--stream", options.streams, "play these streams alone; several by their names");
+  app.add_option("--speed", options.speed, "times as fast as recorded; 0: as fast as can be")
+      ->check(check_number)
+      ->capture_default_str();
+  app.add_flag("--loop", options.loop, "again and again, each time as a new run of the stream");
+  app.add_option("--start", options.start_s, "seconds into the recording")->check(check_number);
+  app.add_option("--end", options.end_s, "seconds into the recording; 0: its end")->check(check_number);
+  app.add_flag("--step", options.step, "one frame for each line on standard input");
+  app.add_flag("--wait", options.wait, "begin when a renderer is there");
+  app.add_flag("--verbatim", options.verbatim, "leave publish times and clocks as they were recorded");
+  app.add_option("--memory-mb", options.memory_mb, "memory for what the file says of itself")
+      ->check(CLI::Range(16u, 16'384u))
+      ->capture_default_str();
+  app.add_option("--key-file", options.publisher.key_file, "file of the key for udp://");
+  app.add_option("--tls-ca", options.publisher.tls.ca_file, "file of certificates to trust, for tls://");
+  app.add_option("--tls-cert", options.publisher.tls.certificate_file, "certificate for renderers that ask");
+  app.add_option("--tls-key", options.publisher.tls.key_file, "file of that certificate's key");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsageError;
+  }
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { stop_requested = 1; });
+  return replay_file(options);
+}

@@ -1,0 +1,174 @@
+#include "tools/replay/stream_player.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+
+#include "protocol/transport/clock.h"
+#include "protocol/transport/random.h"
+
+namespace fire3dv::replay {
+namespace {
+
+constexpr int kMostRepliesPerPoll = 256;
+
+uint64_t now_ns() {
+  return static_cast<uint64_t>(transport::monotonic_ns());
+}
+
+wire::ClockInfo clocks_now(double sim_seconds_per_second) {
+  wire::ClockInfo clock;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> clock.boot_id;
+  clock.monotonic_at_open_ns = now_ns();
+  clock.realtime_at_open_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                  std::chrono::system_clock::now().time_since_epoch())
+                                  .count();
+  clock.sim_seconds_per_second = sim_seconds_per_second;
+  return clock;
+}
+
+}  // namespace
+
+void StreamPlayer::jump(bool new_epoch) {
+  jumped_ = true;
+  has_whole_ = false;
+  sequence_ = covered_ = 0;
+  fresh_epoch_ = fresh_epoch_ || new_epoch;
+  recorded_epoch_ = 0;
+}
+
+Result<void> StreamPlayer::play(const record::Played& played) {
+  const auto decoded = decoder_.decode(played.message);
+  if (!decoded) {
+    ++counts_.skipped;
+    return {};
+  }
+  if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded))
+    return play_description(*description, played.message);
+  if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
+    play_frame(*frame, played.message);
+  } else if (played.kind == record::Played::Kind::edit) {
+    auto edit = std::make_shared<wire::Bytes>(played.message.begin(), played.message.end());
+    if (epoch_ != recorded_epoch_) wire::set_epoch(*edit, epoch_);
+    return link_->put_state(played.edit_key, std::move(edit));
+  } else if (played.kind == record::Played::Kind::goodbye) {
+    end();
+  }
+  return {};
+}
+
+void StreamPlayer::end() {
+  if (epoch_ != 0 && !ended_) link_->send_control(wire::encode(wire::Goodbye{epoch_}));
+  ended_ = true;
+}
+
+Result<void> StreamPlayer::play_description(const wire::StreamDescription& description,
+                                            std::span<const std::byte> message) {
+  if (description.protocol_major != wire::kProtocolMajor) return {};
+  recorded_epoch_ = description.epoch;
+  ended_ = false;
+  epoch_ = fresh_epoch_ ? transport::random_id() : description.epoch;
+  node_count_ = static_cast<uint32_t>(description.node_names.size());
+  has_whole_ = false;
+  sequence_ = covered_ = 0;
+  if (verbatim_ && epoch_ == recorded_epoch_) return link_->set_description(message);
+  wire::StreamDescription told = description;
+  told.epoch = epoch_;
+  if (!verbatim_) told.clock = clocks_now(description.clock.sim_seconds_per_second);
+  return link_->set_description(wire::encode(told));
+}
+
+void StreamPlayer::play_frame(const wire::PoseFrameView& frame, std::span<const std::byte> message) {
+  const bool is_partial = !frame.node_indices.empty();
+  const uint64_t sequence = frame.header.sequence;
+  if (recorded_epoch_ == 0 || frame.header.epoch != recorded_epoch_ || frame.node_count != node_count_ ||
+      sequence < sequence_ || (is_partial && !has_whole_)) {
+    ++counts_.skipped;
+    return;
+  }
+  if (sequence > sequence_) {
+    // What is begun and not whole is given up, as a renderer would.
+    if (covered_ != 0 && covered_ < node_count_) {
+      ++counts_.incomplete;
+      has_whole_ = false;
+    }
+    covered_ = 0;
+  } else if (covered_ >= node_count_ && covered_ != 0) {
+    ++counts_.skipped;  // said twice
+    return;
+  }
+  sequence_ = sequence;
+  poses_.resize(node_count_);
+  if (is_partial) {
+    for (size_t i = 0; i < frame.poses.size(); ++i) poses_[frame.node_indices[i]] = frame.poses[i];
+    covered_ = node_count_;
+    send_partial(frame, message);
+    return;
+  }
+  std::copy(frame.poses.begin(), frame.poses.end(), poses_.begin() + frame.first_node);
+  covered_ += static_cast<uint32_t>(frame.poses.size());
+  if (covered_ < node_count_) return;
+  has_whole_ = true;
+  const bool as_it_is = verbatim_ && !jumped_ && epoch_ == recorded_epoch_ &&
+                        frame.poses.size() == node_count_ &&
+                        message.size() <= link_->max_pose_message_bytes();
+  if (as_it_is) {
+    ++counts_.frames;
+    link_->publish({message, {}});
+    return;
+  }
+  send_whole(frame);
+}
+
+void StreamPlayer::send_whole(wire::PoseFrameView frame) {
+  cut(frame);
+  ++counts_.frames;
+  for (size_t i = 0; i < parts_.size(); ++i) link_->publish(parts_[i], i + 1 == parts_.size());
+}
+
+void StreamPlayer::send_partial(wire::PoseFrameView frame, std::span<const std::byte> message) {
+  if (!link_->takes_partial_frames() || jumped_) {
+    send_whole(frame);
+    return;
+  }
+  cut(frame);
+  ++counts_.frames;
+  wire::Bytes partial(message.begin(), message.end());
+  if (!verbatim_ || epoch_ != recorded_epoch_) {
+    frame.header.epoch = epoch_;
+    if (!verbatim_) frame.header.publish_time_ns = now_ns();
+    partial = wire::encode(frame);
+  }
+  link_->publish_partial({partial, {}}, parts_);
+}
+
+// All of poses_ under the frame's header, in as many messages as the link needs.
+void StreamPlayer::cut(wire::PoseFrameView whole) {
+  whole.header.epoch = epoch_;
+  if (!verbatim_) whole.header.publish_time_ns = now_ns();
+  if (jumped_) whole.header.flags |= wire::kFrameDiscontinuity;
+  jumped_ = false;
+  whole.node_indices = {};
+  const size_t per_part = std::max<size_t>(1, wire::poses_per_part(link_->max_pose_message_bytes()));
+  const size_t parts = std::max<size_t>(1, (poses_.size() + per_part - 1) / per_part);
+  encoders_.resize(std::max(parts, encoders_.size()));
+  parts_.clear();
+  for (size_t part = 0; part < parts; ++part) {
+    whole.first_node = static_cast<uint32_t>(part * per_part);
+    whole.poses = std::span<const wire::Affine3x4>(poses_).subspan(
+        part * per_part, std::min(per_part, poses_.size() - part * per_part));
+    parts_.push_back(encoders_[part].encode(whole));
+  }
+}
+
+uint32_t StreamPlayer::poll() {
+  for (int i = 0; i < kMostRepliesPerPoll && link_->poll(reply_); ++i) {
+    const auto decoded = reply_decoder_.decode(reply_);
+    const auto* ping = decoded ? std::get_if<wire::Ping>(&*decoded) : nullptr;
+    if (ping != nullptr)
+      link_->send_control(wire::encode(wire::Pong{ping->id, ping->sender_time_ns, now_ns()}));
+  }
+  return link_->stats().peers;
+}
+
+}  // namespace fire3dv::replay

@@ -1,0 +1,68 @@
+// One recorded stream onto one link. The link may be of another kind than the one that was recorded: frames
+// are put together and cut again as it needs them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/record/playback.h"
+#include "protocol/transport/link.h"
+#include "protocol/wire/decode.h"
+#include "protocol/wire/encode.h"
+
+namespace fire3dv::replay {
+
+struct PlayerCounts {
+  uint64_t frames = 0;      // published
+  uint64_t skipped = 0;     // stale, or built on one that is not in the recording
+  uint64_t incomplete = 0;  // parts are missing
+};
+
+class StreamPlayer {
+ public:
+  // verbatim: the bytes as they were recorded. Otherwise publish times and the description's clock are those
+  // of this machine now, as a renderer that compares them with its own clock needs them.
+  StreamPlayer(std::unique_ptr<transport::PublisherLink> link, bool verbatim)
+      : link_(std::move(link)), verbatim_(verbatim) {}
+
+  // What follows is not continued from what was played: the first frame says so. new_epoch: sequences and
+  // edits begin anew, as they must when the same frames come again.
+  void jump(bool new_epoch);
+  // An error is the link's.
+  Result<void> play(const record::Played& played);
+  // Says goodbye, unless the recording did.
+  void end();
+  // Takes what renderers say. Returns how many there are.
+  uint32_t poll();
+  std::string problem() const { return link_->problem(); }
+  const PlayerCounts& counts() const { return counts_; }
+
+ private:
+  Result<void> play_description(const wire::StreamDescription& description,
+                                std::span<const std::byte> message);
+  void play_frame(const wire::PoseFrameView& frame, std::span<const std::byte> message);
+  void send_whole(wire::PoseFrameView frame);
+  void send_partial(wire::PoseFrameView frame, std::span<const std::byte> message);
+  void cut(wire::PoseFrameView whole);
+
+  std::unique_ptr<transport::PublisherLink> link_;
+  bool verbatim_;
+  wire::Decoder decoder_, reply_decoder_;
+  std::vector<std::byte> reply_;
+  PlayerCounts counts_;
+
+  uint64_t recorded_epoch_ = 0, epoch_ = 0;
+  bool fresh_epoch_ = false, jumped_ = false, ended_ = false;
+  uint32_t node_count_ = 0;
+
+  uint64_t sequence_ = 0;  // that poses_ is of, or becomes
+  uint32_t covered_ = 0;   // nodes of it that have come
+  bool has_whole_ = false;
+  std::vector<wire::Affine3x4> poses_;
+  std::vector<wire::PoseFrameEncoder> encoders_;
+  std::vector<wire::MessagePieces> parts_;
+};
+
+}  // namespace fire3dv::replay
