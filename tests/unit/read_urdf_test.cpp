@@ -179,9 +179,11 @@ TEST_F(Urdf, WhatIsWrongIsToldWithFileAndLine) {
   EXPECT_NE(error_of("<robot name=\"a\">\n<link name=\"b\">\n</lnk>\n</robot>").find("arm.urdf\", line 3: "),
             std::string::npos);
   EXPECT_NE(error_of("<robot name=\"a\"></robot>").find("arm.urdf\": "), std::string::npos);
-  const std::string loop = error_of("<robot name=\"a\">" + link("x") + link("y") + joint("fixed", "x", "y") +
-                                    joint("fixed", "y", "x") + "</robot>");
-  EXPECT_NE(loop.find("root"), std::string::npos) << loop;
+  const std::string two = link("x") + link("y") + joint("fixed", "x", "y") + joint("fixed", "y", "x");
+  for (const std::string& more : {std::string(), link("root") + joint("fixed", "root", "x")}) {
+    const std::string loop = error_of("<robot name=\"a\">" + two + more + "</robot>");
+    EXPECT_NE(loop.find("link \"x\" hangs on itself"), std::string::npos) << loop;
+  }
   EXPECT_NE(
       error_of("<robot name=\"a\">" + link("x") + joint("fixed", "x", "nobody") + "</robot>").find("nobody"),
       std::string::npos);

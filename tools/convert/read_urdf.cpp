@@ -42,12 +42,43 @@ glm::dquat quat(const urdf::Rotation& r) {
   return {r.w, r.x, r.y, r.z};
 }
 
+// A link of a loop, if joints make one: urdfdom's links would hold each other for ever.
+std::optional<std::string> link_of_a_loop(const TiXmlElement& robot) {
+  std::map<std::string, std::vector<std::string>> children;
+  std::map<std::string, size_t> parents;  // that have not been passed yet
+  for (const TiXmlElement* joint = robot.FirstChildElement("joint"); joint;
+       joint = joint->NextSiblingElement("joint")) {
+    const TiXmlElement* parent = joint->FirstChildElement("parent");
+    const TiXmlElement* child = joint->FirstChildElement("child");
+    const char* from = parent ? parent->Attribute("link") : nullptr;
+    const char* to = child ? child->Attribute("link") : nullptr;
+    if (!from || !to) continue;
+    children[from].emplace_back(to);
+    parents.try_emplace(from, 0);
+    ++parents[to];
+  }
+  std::vector<std::string> free;
+  for (const auto& [name, count] : parents)
+    if (count == 0) free.push_back(name);
+  for (size_t i = 0; i < free.size(); ++i) {
+    for (const std::string& child : children[free[i]])
+      if (--parents[child] == 0) free.push_back(child);
+  }
+  for (const auto& [name, count] : parents)
+    if (count > 0) return name;
+  return std::nullopt;
+}
+
 Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::string& text) {
   const std::string name = scene::quote(file.string());
   TiXmlDocument document;  // urdfdom does not say where a fault is
   document.Parse(text.c_str());
   if (document.Error())
     return Error{name + ", line " + std::to_string(document.ErrorRow()) + ": " + document.ErrorDesc()};
+  if (const TiXmlElement* robot_element = document.RootElement()) {
+    if (const std::optional<std::string> link = link_of_a_loop(*robot_element))
+      return Error{name + ": link " + scene::quote(*link) + " hangs on itself by its joints, in a loop"};
+  }
   size_t links = 0;
   for (size_t at = text.find("<link"); at != std::string::npos; at = text.find("<link", at + 5)) ++links;
   if (links > kMostLinks)
