@@ -19,6 +19,7 @@ set_target_properties(fire3dv_ambf_plugin PROPERTIES
   VISIBILITY_INLINES_HIDDEN ON
   LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin
   LINK_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/exports.map)
+install(TARGETS fire3dv_ambf_plugin LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/fire3dv)
 
 # For tests/ambf/against_ambf.py and compare_pictures.py.
 if(FIRE3DV_TESTS)

@@ -4,9 +4,11 @@
 // brought up to date only where AMBF draws, and late.
 #include <afFramework.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +21,8 @@ namespace {
 using namespace fire3dv::ambf;
 
 constexpr int kMostParents = 64;  // more is a ring
+
+std::atomic<bool> running{false};  // signals are the process's, and so is one session
 
 static_assert(sizeof(chai3d::cTransform::m) == sizeof(Transform::m), "both are 4x4 doubles, columns first");
 
@@ -52,17 +56,8 @@ class Plugin : public ambf::afSimulatorPlugin {
  public:
   int init(int argc, char** argv, const ambf::afWorldPtr world) override {
     m_worldPtr = world;
-    return guarded([&] {
-             auto started =
-                 Session::start({argv, argv + argc}, ambf::afSystemPaths::getRootPath(), world->isHeadless());
-             if (!started.ok()) {
-               tell(started.error().message + "; AMBF goes on without");
-               return;
-             }
-             session_ = std::move(*started);
-           }) && session_
-               ? ambf::SUCCESS
-               : ambf::ERROR;
+    guarded([&] { start({argv, argv + argc}); });
+    return session_ ? ambf::SUCCESS : ambf::ERROR;
   }
 
   void physicsUpdate(double) override { publish(); }
@@ -77,21 +72,35 @@ class Plugin : public ambf::afSimulatorPlugin {
   }
 
   bool close() override {
+    if (!session_) return true;
     session_.reset();
+    running = false;
     return true;
   }
 
  private:
+  void start(const std::vector<std::string>& arguments) {
+    if (running.exchange(true)) {
+      tell("the plugin is loaded already, perhaps by the launch file; give the one several URIs");
+      return;
+    }
+    auto started = Session::start(arguments, ambf::afSystemPaths::getRootPath(), m_worldPtr->isHeadless());
+    if (started.ok()) {
+      session_ = std::move(*started);
+    } else {
+      running = false;
+      tell(started.error().message + "; AMBF goes on without");
+    }
+  }
+
   // AMBF knows no exceptions; one that is ours (memory) must not end it.
   template <typename Work>
-  bool guarded(Work&& work) {
+  void guarded(Work&& work) {
     try {
       work();
-      return true;
     } catch (const std::exception& error) {
       if (!said_) tell(std::string("a frame is left out: ") + error.what());
       said_ = true;
-      return false;
     }
   }
 
@@ -139,6 +148,7 @@ class Plugin : public ambf::afSimulatorPlugin {
   }
 
   void describe() {
+    described_ = false;  // until all of it is
     known_.clear();
     std::vector<Object> objects;
     for_each_map([&](Kind kind, const ambf::afBaseObjectMap& map) {
@@ -147,7 +157,6 @@ class Plugin : public ambf::afSimulatorPlugin {
         objects.push_back({kind, key, object->getQualifiedName()});
       }
     });
-    described_ = true;
     session_->describe(std::move(objects));
 
     soft_bodies_.clear();
@@ -158,6 +167,7 @@ class Plugin : public ambf::afSimulatorPlugin {
       meshes.push_back(mesh_of(key, *soft));
     }
     session_->set_soft_bodies(meshes);
+    described_ = true;
   }
 
   // What is to be seen of an object besides its place.

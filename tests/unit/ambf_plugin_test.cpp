@@ -185,6 +185,17 @@ TEST_F(AmbfPlugin, StartsWithoutARendererAndSaysWhatItCannotDo) {
   for (int i = 0; i < 10; ++i) nobody_listens.step();
 }
 
+TEST_F(AmbfPlugin, IsLoadedOnceInAProcess) {
+  ambf_.body("a");
+  ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
+  AmbfWorld again(ambf_uri());
+  EXPECT_EQ(again.init(), ambf::ERROR);
+  again.end();
+  step();
+  ambf_.end();
+  EXPECT_EQ(ambf_.init(), ambf::SUCCESS) << "the end makes room";
+}
+
 TEST_F(AmbfPlugin, NamesMayBeThoseOfTopics) {
   ambf_.body("/ambf/env/BODY one");
   ASSERT_EQ(ambf_.init({"--fire3dv-names", "name"}), ambf::SUCCESS);
