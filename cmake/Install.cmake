@@ -1,11 +1,12 @@
 # Programs and papers. The client library installs itself (adapters/generic/install.cmake, component "client").
 # Programs find the library beside them, wherever the prefix is moved to.
-foreach(program fire3dv fire3dv-bench fire3dv-contact-sheet fire3dv-convert fire3dv-impair fire3dv-inspect fire3dv-motion bullet_arm)
+foreach(program fire3dv fire3dv-bench fire3dv-contact-sheet fire3dv-convert fire3dv-impair fire3dv-inspect fire3dv-motion fire3dv-record fire3dv-replay
+        bullet_arm)
   if(TARGET ${program})
     file(RELATIVE_PATH lib_from_bin /prefix/${CMAKE_INSTALL_BINDIR} /prefix/${CMAKE_INSTALL_LIBDIR})
     set_target_properties(${program} PROPERTIES INSTALL_RPATH "$ORIGIN/${lib_from_bin}")
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
   endif()
 endforeach()
-install(FILES LICENSE NOTICE README.md CHANGELOG.md protocol/SPEC.md protocol/SPEC-transport.md
+install(FILES LICENSE NOTICE README.md CHANGELOG.md protocol/SPEC.md protocol/SPEC-transport.md protocol/SPEC-record.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)

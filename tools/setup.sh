@@ -12,7 +12,7 @@ packages=(
   glslang-tools spirv-tools flatbuffers-compiler
   # libraries; see CONTRIBUTING.md for what each is used for
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
-  libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev
+  libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libtinyxml-dev
   # the example simulator
   libbullet-dev
@@ -38,7 +38,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - glslangValidator, spirv-val, flatc with the FlatBuffers headers of the same version (2.0 or newer)
   - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
-    OpenSSL 3, libsodium,
+    OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3, iproute2, openssl, ffmpeg
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)

@@ -63,7 +63,7 @@ def round_trip(test, transport):
 
     uri = test.fresh_uri(transport)
     again = recorder(test, uri, second, "--until-end")
-    run(test, "replay", first, "--to", again.uri, "--wait", "--verbatim", "--speed", 2)
+    run(test, "replay", first, "--to", again.uri, "--wait", "--verbatim")
     again.expect_exit()
     replayed = McapFile(second)
     # A link may lose a frame on a busy machine, and an edit that a newer one replaced. What comes is what was.
@@ -71,7 +71,7 @@ def round_trip(test, transport):
         known = {message for _, message in recorded.of(role)}
         came = [message for _, message in replayed.of(role)]
         check(came and all(m in known for m in came), f"{role} came back changed")
-        check(len(came) > len(known) / 2, f"{role}: {len(came)} of {len(known)} came back")
+        check(len(came) >= 10, f"{role}: {len(came)} of {len(known)} came back")
     check(replayed.of("control")[0][1] == control[0], "the description came back changed")
 
 
@@ -135,15 +135,14 @@ def full_disk(test):
     path = test.path("full.mcap")
     uri = test.fresh_uri("shm")
     source(test, uri, 10**6, 500, waits=False)
-
-    limit = 120_000
+    limit = 1_400_000  # two chunks or three, of a second each
     child = Program(test, "recorder", ["prlimit", f"--fsize={limit}", test.programs_at["record"], "--from", uri, "--out",
                                        path, "--compression", "none"])
     child.expect_exit(1)
     check(child.find_err("cannot be written: File too large"), f"it said:\n{child.stderr_text()}")
     check(os.path.getsize(path) <= limit, "it grew all the same")
     kept = McapFile(path, whole=False)
-    check(not kept.chunks or check_frames(kept, 10**6), "a frame is wrong")
+    check(kept.chunks and check_frames(kept, 10**6), "nothing is left")
     run(test, "record", "recover", path, "-o", test.path("kept.mcap"))
     McapFile(test.path("kept.mcap"))
 
