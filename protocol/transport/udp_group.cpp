@@ -9,6 +9,7 @@ namespace fire3dv::transport::udp {
 namespace {
 
 constexpr size_t kMostRepeatedBytes = 4 << 20;
+constexpr size_t kMostRetired = 64;  // each costs a datagram in each round
 constexpr size_t kMostKeys = kMostGroupMessages / 2;
 // A piece costs more than its bytes.
 constexpr size_t cost_of(size_t piece_bytes) {
@@ -59,7 +60,9 @@ void Carousel::describe(ControlSender::Prepared description) {
   start_round();
 }
 
-void Carousel::Message::empty() {
+void Carousel::Message::retire() {
+  replaced = true;
+  key.reset();
   bytes = std::make_shared<const wire::Bytes>();
   header.count = 1;
   header.message_bytes = 0;
@@ -71,30 +74,51 @@ void Carousel::append(Message message) {
   news_ = true;
 }
 
-void Carousel::drop_oldest() {
-  messages_.erase(messages_.begin() + 1);
-  if (at_message_ == 1) at_piece_ = 0;
-  if (at_message_ > 1) --at_message_;
+void Carousel::retire(size_t at) {
+  messages_[at].retire();
+  if (at == at_message_) at_piece_ = 0;
 }
 
-// Keeps the messages few. What has a key never goes: it is numbered anew instead. False when another went.
-bool Carousel::trim() {
-  bool all_kept = true;
-  while (messages_.size() > 1) {
-    Message& oldest = messages_[1];
-    const bool too_many =
-        messages_.size() > 2 && (messages_.size() > kMostGroupMessages || bytes_ > kMostRepeatedBytes);
-    if (oldest.replaced ? messages_.size() == 2 || !oldest.bytes->empty() : !too_many) return all_kept;
-    if (oldest.key) {
-      Message again = oldest;
+void Carousel::drop_retired() {
+  while (messages_.size() > 1 && messages_[1].is_retired()) {
+    messages_.erase(messages_.begin() + 1);
+    if (at_message_ == 1) at_piece_ = 0;
+    if (at_message_ > 1) --at_message_;
+  }
+}
+
+// All that has a key gets a new number, in the same order: who joined in the middle must not see an older
+// state behind a newer one.
+void Carousel::number_anew() {
+  const size_t end = messages_.size();
+  for (size_t at = 1; at < end; ++at) {
+    if (messages_[at].key) {
+      Message again = messages_[at];
       again.header.message = number_of_key_[*again.key] = ++last_number_;
-      drop_oldest();
       append(std::move(again));
+    }
+    if (messages_[at].key || messages_[at].replaced) retire(at);
+  }
+  drop_retired();
+}
+
+// Keeps the messages few. False when one without a key had to go for that, the oldest first.
+bool Carousel::make_room() {
+  drop_retired();
+  if (messages_.size() > kMostGroupMessages) number_anew();
+  bool all_kept = true;
+  for (size_t at = 1; at + 1 < messages_.size();) {
+    if (messages_.size() <= kMostGroupMessages && bytes_ <= kMostRepeatedBytes) break;
+    const Message& message = messages_[at];
+    if (message.key || message.replaced) {
+      ++at;
       continue;
     }
-    bytes_ -= oldest.bytes->size();  // nothing of what was replaced
-    all_kept = all_kept && oldest.replaced;
-    drop_oldest();
+    bytes_ -= message.bytes->size();
+    all_kept = false;
+    retire(at);
+    drop_retired();
+    at = 1;
   }
   return all_kept;
 }
@@ -103,10 +127,10 @@ bool Carousel::add(ControlSender::Prepared message) {
   if (messages_.empty() || message.bytes->empty()) return true;  // nothing that it could follow, or say
   bytes_ += message.bytes->size();
   append(cut(std::move(message)));
-  return trim();
+  return make_room();
 }
 
-bool Carousel::put(uint64_t key, ControlSender::Prepared message) {
+bool Carousel::put(uint64_t key, ControlSender::Prepared message, bool* dropped) {
   if (messages_.empty()) return true;
   const auto known = number_of_key_.find(key);
   size_t others_bytes = keyed_bytes_;
@@ -118,7 +142,7 @@ bool Carousel::put(uint64_t key, ControlSender::Prepared message) {
     if (others_bytes + message.bytes->size() > kMaxControlBytes) return false;
     replaced.key.reset();
     replaced.replaced = true;
-    if (at != at_message_ || at_piece_ == 0) replaced.empty();
+    if (at != at_message_ || at_piece_ == 0) retire(at);
   } else if (number_of_key_.size() == kMostKeys || others_bytes + message.bytes->size() > kMaxControlBytes) {
     return false;
   }
@@ -127,7 +151,8 @@ bool Carousel::put(uint64_t key, ControlSender::Prepared message) {
   keyed.key = key;
   number_of_key_[key] = keyed.header.message;
   append(std::move(keyed));
-  trim();
+  const bool all_kept = make_room();
+  if (dropped) *dropped = !all_kept;
   return true;
 }
 
@@ -151,8 +176,8 @@ std::optional<ControlSender::Fragment> Carousel::next() {
           .subspan(size_t{at_piece_} * piece_bytes_, fragment_size(fragment.header, piece_bytes_));
   if (++at_piece_ == message.header.count) {
     if (message.replaced) {
-      retired_ = std::move(message.bytes);
-      message.empty();
+      handed_out_ = std::move(message.bytes);
+      message.retire();
     }
     at_piece_ = 0;
     ++at_message_;
@@ -163,6 +188,11 @@ std::optional<ControlSender::Fragment> Carousel::next() {
 void Carousel::start_round() {
   at_message_ = 0;
   at_piece_ = 0;
+  // Those that could go, if those among them that have a key stood behind them.
+  size_t retired = 0;
+  for (size_t at = 1; at < messages_.size() && (messages_[at].key || messages_[at].is_retired()); ++at)
+    retired += messages_[at].is_retired();
+  if (retired > kMostRetired + 2 * number_of_key_.size()) number_anew();
   news_ = true;
 }
 
@@ -184,7 +214,8 @@ uint32_t CarouselReceiver::offered(const GroupOffer& offer) {
   }
   // The description itself is repeated for ever; what follows it may be gone by now.
   if (!described() || next_ >= offer.first) return 0;
-  const uint32_t gone = offer.first - next_;
+  // Who has just joined is given all that counts.
+  const uint32_t gone = next_ == description_ + 1 ? 0 : offer.first - next_;
   next_ = offer.first;
   forget_before(next_);
   return gone;

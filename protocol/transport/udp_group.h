@@ -38,7 +38,8 @@ class Carousel {
   // A message that replaces the one of the same key, but for one that is on its way just now: however fast a
   // key changes, receivers see something of it. False when there are too many, or too large ones: nothing has
   // changed.
-  bool put(uint64_t key, ControlSender::Prepared message);
+  // dropped: messages without a key had to go for it.
+  bool put(uint64_t key, ControlSender::Prepared message, bool* dropped = nullptr);
 
   GroupOffer offer() const;
   // The offer has changed, or a round has begun, since the last call.
@@ -54,13 +55,16 @@ class Carousel {
     SharedBytes bytes;
     FragmentHeader header;
     std::optional<uint64_t> key;
-    bool replaced = false;  // while it is on its way; empty from then on
+    bool replaced = false;  // while it is on its way; retired from then on
     // Its number stays, with nothing in it, so that those before and behind it are still in a row.
-    void empty();
+    void retire();
+    bool is_retired() const { return replaced && bytes->empty(); }
   };
   void append(Message message);
-  void drop_oldest();
-  bool trim();
+  void retire(size_t at);
+  void drop_retired();
+  void number_anew();
+  bool make_room();
   Message cut(ControlSender::Prepared message);
 
   size_t datagram_bytes_, piece_bytes_;
@@ -71,7 +75,7 @@ class Carousel {
   uint32_t last_number_ = 0;
   size_t at_message_ = 0;
   uint32_t at_piece_ = 0;
-  SharedBytes retired_;  // of a piece that was handed out
+  SharedBytes handed_out_;  // of a piece whose message was retired with it
   bool news_ = false;
 };
 

@@ -91,10 +91,12 @@ Result<void> GroupPublisher::set_description(std::span<const std::byte> message)
 Result<void> GroupPublisher::put_state(uint64_t key, SharedBytes message) {
   ControlSender::Prepared prepared = ControlSender::prepare(*message);
   const std::lock_guard lock(mutex_);
-  if (!carousel_.put(key, std::move(prepared)))
+  bool dropped = false;
+  if (!carousel_.put(key, std::move(prepared), &dropped))
     return Error{
         uri_text(uri_) +
         ": a group repeats at most 4096 scene edits of 64 MiB together; publish to each renderer instead"};
+  if (dropped) counters_.reject(Cause::lapped);
   thread_.wake();
   return {};
 }
