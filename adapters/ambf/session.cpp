@@ -72,32 +72,50 @@ void Session::describe(std::vector<Object> objects) {
   nodes_ = NodeTable(objects_, options_.names);
   for (const std::string& warning : nodes_.warnings()) tell(warning);
   world_from_object_.assign(objects_.size(), Transform());
-  sent_.assign(objects_.size(), Sent());
   poses_.assign(nodes_.size() * 12, 0.0f);
   for (size_t node = 0; node < nodes_.size(); ++node) to_pose(Transform(), &poses_[node * 12]);
   links_.describe(nodes_.names(), options_.rate_hz);
+  hide_what_is_gone();
   for (size_t i = 0; i < cameras_.size(); ++i) {
     if (cameras_[i].intrinsics) set_intrinsics(first_camera_ + i, *cameras_[i].intrinsics);
   }
   jumped_ = true;
 }
 
-void Session::set_shown(size_t object, bool shown) {
-  // Files show what they have: that is not worth an edit.
-  if (sent_[object].shown.value_or(true) == shown) return;
-  sent_[object].shown = shown;
-  const auto node = nodes_.node_of(object);
-  if (!node) return;
+// What AMBF has no more is in the scene's file still. Where it is there again, it is as the file has it until
+// set_shown says other.
+void Session::hide_what_is_gone() {
+  for (auto& [name, sent] : sent_) sent.gone = true;
+  sent_of_.assign(objects_.size(), nullptr);
+  for (size_t object = 0; object < objects_.size(); ++object) {
+    const auto node = nodes_.node_of(object);
+    if (!node) continue;
+    Sent& sent = sent_[nodes_.names()[*node]];
+    sent.gone = false;
+    sent.pose_refused = false;
+    sent_of_[object] = &sent;
+  }
+  for (auto& [name, sent] : sent_) {
+    if (sent.gone == sent.shown) show(name, sent, !sent.gone);
+  }
+}
+
+void Session::show(const std::string& name, Sent& sent, bool shown) {
+  sent.shown = shown;
   links_.edit([&](fire3dv_stream* stream) {
-    return fire3dv_set_visible(stream, nodes_.names()[*node].c_str(), shown ? 1 : 0);
+    return fire3dv_set_visible(stream, name.c_str(), shown ? 1 : 0);
   });
 }
 
+void Session::set_shown(size_t object, bool shown) {
+  Sent* const sent = sent_of_[object];
+  if (sent && sent->shown != shown) show(nodes_.names()[*nodes_.node_of(object)], *sent, shown);
+}
+
 void Session::set_intrinsics(size_t object, const Intrinsics& intrinsics) {
-  if (sent_[object].intrinsics == intrinsics) return;
-  sent_[object].intrinsics = intrinsics;
-  const auto node = nodes_.node_of(object);
-  if (!node) return;
+  Sent* const sent = sent_of_[object];
+  if (!sent || sent->intrinsics == intrinsics) return;
+  sent->intrinsics = intrinsics;
   fire3dv_camera camera{};
   camera.struct_size = sizeof camera;
   camera.vertical_fov_rad = static_cast<float>(intrinsics.vertical_fov_rad);
@@ -105,7 +123,7 @@ void Session::set_intrinsics(size_t object, const Intrinsics& intrinsics) {
   camera.far_m = static_cast<float>(intrinsics.far_m);
   for (const char* const suffix : kViewSuffixes) {
     if (suffix != kViewSuffixes[0] && !intrinsics.two_eyes) break;
-    const std::string name = nodes_.names()[*node] + suffix;
+    const std::string name = nodes_.names()[*nodes_.node_of(object)] + suffix;
     links_.edit([&](fire3dv_stream* stream) { return fire3dv_set_camera(stream, name.c_str(), &camera); });
   }
 }
@@ -168,9 +186,9 @@ void Session::place_cameras() {
 void Session::gather_poses() {
   for (size_t object = 0; object < objects_.size(); ++object) {
     const auto node = nodes_.node_of(object);
-    if (!node || to_pose(world_from_object_[object], &poses_[*node * 12]) || sent_[object].pose_refused)
+    if (!node || to_pose(world_from_object_[object], &poses_[*node * 12]) || sent_of_[object]->pose_refused)
       continue;
-    sent_[object].pose_refused = true;
+    sent_of_[object]->pose_refused = true;
     tell("'" + nodes_.names()[*node] + "' has a pose that is not finite; it is shown where it was");
   }
 }

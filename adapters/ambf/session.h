@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -59,10 +60,13 @@ class Session {
 
  private:
   struct Sent {
-    std::optional<bool> shown;
+    bool shown = true;  // files show what they have
+    bool gone = false;
     std::optional<Intrinsics> intrinsics;
     bool pose_refused = false;
   };
+  void show(const std::string& name, Sent& sent, bool shown);
+  void hide_what_is_gone();
   void place_cameras();
   void gather_poses();
 
@@ -79,7 +83,9 @@ class Session {
   std::vector<Transform> world_from_object_;
   std::vector<std::optional<size_t>> camera_parents_;
   size_t first_camera_ = 0;  // of the files', among objects_
-  std::vector<Sent> sent_;
+  // Edits outlive descriptions in streams, so they are remembered by name.
+  std::map<std::string, Sent> sent_;
+  std::vector<Sent*> sent_of_;  // by object; none: it is left out
   std::vector<float> poses_;
   std::vector<std::string> soft_keys_;
   int64_t polled_at_ns_ = 0, told_at_ns_ = 0;

@@ -127,6 +127,34 @@ TEST_F(AmbfPlugin, ModelsThatComeAndGoAreDescribedAnew) {
   EXPECT_EQ(renderer_.names(), (std::vector<std::string>{"b", "c"}));
 }
 
+TEST_F(AmbfPlugin, WhatIsGoneIsHiddenAndIsAsItWasSentWhenItIsBack) {
+  auto* const door = ambf_.body("door");
+  ambf_.body("wall");
+  ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
+  step();
+  const auto visible = [&](const char* name) {
+    const auto found = renderer_.edits.find({name, wire::Property::visible});
+    return found == renderer_.edits.end() || std::get<wire::Visible>(found->second).visible;
+  };
+  door->m_visualMesh->shown = false;
+  step();
+  ASSERT_TRUE(renderer_.poll_until([&] { return !visible("door"); }));
+  auto others = ambf_.world.bodies;
+  ambf_.world.bodies.erase("door");
+  ambf_.world.bodies.erase("wall");
+  ambf_.body("new");
+  others["new"] = ambf_.world.bodies["new"];
+  step();
+  ASSERT_TRUE(renderer_.poll_until([&] { return !visible("wall"); })) << "it is not in AMBF's window";
+  EXPECT_TRUE(visible("new"));
+
+  door->m_visualMesh->shown = true;
+  ambf_.world.bodies = others;
+  step();
+  EXPECT_TRUE(renderer_.poll_until([&] { return visible("wall") && visible("door"); }))
+      << "what hides them outlives a description";
+}
+
 TEST_F(AmbfPlugin, AResetIsAJumpAndAPauseIsGoneOnWithByTheWindow) {
   auto* const body = ambf_.body("a");
   ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
