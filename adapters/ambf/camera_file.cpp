@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <span>
+#include <utility>
 
 namespace fire3dv::ambf {
 namespace {
@@ -68,40 +71,72 @@ CameraDefinition read_camera(const YAML::Node& block, const std::string& id, con
   return camera;
 }
 
-// AMBF puts a number behind a key that is there already.
-std::string unused_key(const std::string& key, const std::vector<CameraDefinition>& cameras) {
-  const auto taken = [&](const std::string& name) {
-    return std::any_of(cameras.begin(), cameras.end(),
-                       [&](const auto& camera) { return camera.key == name; });
-  };
-  std::string name = key;
-  for (size_t number = 1; taken(name); ++number) name = key + std::to_string(number);
-  return name;
-}
+// A file's lists in the order in which AMBF makes their objects.
+struct List {
+  const char* name;
+  Kind kind;
+};
+constexpr List kModelLists[] = {{"bodies", Kind::rigid_body},
+                                {"soft bodies", Kind::soft_body},
+                                {"ghost objects", Kind::ghost_object},
+                                {"cameras", Kind::camera},
+                                {"lights", Kind::light}};
+constexpr List kWorldLists[] = {{"lights", Kind::light}, {"cameras", Kind::camera}};
 
-void read_file(const fs::path& file, const std::string& prefix, CameraDefinitions& found) {
-  try {
-    const YAML::Node root = YAML::LoadFile(file.string());
-    const YAML::Node ids = root["cameras"];
-    if (!ids || !ids.IsSequence()) return;
-    const std::string name_space = root["namespace"] ? root["namespace"].as<std::string>() : "";
-    for (const YAML::Node& id_node : ids) {
-      const std::string id = id_node.as<std::string>();
-      try {
-        const YAML::Node block = root[id];
-        if (!block || !block.IsMap()) continue;
-        CameraDefinition camera = read_camera(block, id, name_space);
-        camera.key = unused_key(prefix + camera.key, found.cameras);
-        camera.name = prefix + camera.name;
-        found.cameras.push_back(std::move(camera));
-      } catch (const YAML::Exception& error) {
-        found.warnings.push_back(file.string() + ": camera " + id + ": " + error.what());
+class Reading {
+ public:
+  explicit Reading(const std::string& prefix) : prefix_(prefix) {}
+
+  void read_file(const fs::path& file, std::span<const List> lists) {
+    try {
+      const YAML::Node root = YAML::LoadFile(file.string());
+      const std::string name_space = root["namespace"] ? root["namespace"].as<std::string>() : "";
+      for (const List& list : lists) {
+        const YAML::Node ids = root[list.name];
+        if (!ids || !ids.IsSequence()) continue;
+        for (const YAML::Node& id_node : ids) read_object(file, root, id_node, name_space, list.kind);
       }
+    } catch (const YAML::Exception& error) {
+      found.warnings.push_back(file.string() + ": " + error.what() + "; its cameras are left out");
     }
-  } catch (const YAML::Exception& error) {
-    found.warnings.push_back(file.string() + ": " + error.what() + "; its cameras are left out");
   }
-}
+
+  CameraDefinitions found;
+
+ private:
+  void read_object(const fs::path& file, const YAML::Node& root, const YAML::Node& id_node,
+                   const std::string& name_space, Kind kind) {
+    if (!id_node.IsScalar()) return;
+    const std::string id = id_node.as<std::string>();
+    const YAML::Node block = root[id];
+    if (!block || !block.IsMap()) return;
+    if (kind != Kind::camera) {
+      const YAML::Node own = block["namespace"];
+      list(kind, merge_namespaces(name_space, own && own.IsScalar() ? own.as<std::string>() : "") + id);
+      return;
+    }
+    try {
+      CameraDefinition camera = read_camera(block, id, name_space);
+      camera.key = list(kind, camera.key);
+      camera.name = prefix_ + camera.name;
+      found.cameras.push_back(std::move(camera));
+    } catch (const YAML::Exception& error) {
+      found.warnings.push_back(file.string() + ": camera " + id + ": " + error.what());
+    }
+  }
+
+  // AMBF puts a number behind a key that is there already.
+  std::string list(Kind kind, const std::string& identifier) {
+    std::string key = prefix_ + identifier;
+    for (size_t number = 1; !keys_.emplace(kind, key).second; ++number)
+      key = prefix_ + identifier + std::to_string(number);
+    found.listed.push_back({kind, key});
+    return key;
+  }
+
+  const std::string prefix_;
+  std::set<std::pair<Kind, std::string>> keys_;
+};
 
 // The world's model of its surroundings may have cameras too.
 fs::path environment_of(const fs::path& world) {
@@ -140,14 +175,14 @@ std::optional<Transform> look_at(const double (&position)[3], const double (&tar
 }
 
 CameraDefinitions read_cameras(const Launch& launch) {
-  CameraDefinitions found;
+  Reading reading(launch.name_space);
   if (!launch.world.empty()) {
     const fs::path environment = environment_of(launch.world);
-    if (!environment.empty()) read_file(environment, launch.name_space, found);
-    read_file(launch.world, launch.name_space, found);
+    if (!environment.empty()) reading.read_file(environment, kModelLists);
+    reading.read_file(launch.world, kWorldLists);
   }
-  for (const fs::path& model : launch.models) read_file(model, launch.name_space, found);
-  return found;
+  for (const fs::path& model : launch.models) reading.read_file(model, kModelLists);
+  return std::move(reading.found);
 }
 
 }  // namespace fire3dv::ambf

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "adapters/ambf/launch.h"
+#include "adapters/ambf/node_table.h"
 #include "adapters/ambf/transform.h"
 
 namespace fire3dv::ambf {
@@ -27,8 +28,16 @@ struct CameraDefinition {
   std::optional<Intrinsics> intrinsics;  // none: an orthographic camera
 };
 
+// Something that a file lists, by its place in AMBF's maps.
+struct Listed {
+  Kind kind = Kind::rigid_body;
+  std::string key;
+};
+
 struct CameraDefinitions {
   std::vector<CameraDefinition> cameras;
+  std::vector<Listed>
+      listed;  // in the order in which AMBF adds them, cameras too: who is whose parent hangs on it
   std::vector<std::string> warnings;  // a sentence for each file or camera that could not be read
 };
 

@@ -1,16 +1,22 @@
 #include "adapters/ambf/node_table.h"
 
 #include <algorithm>
+#include <map>
 #include <unordered_set>
 
 #include "protocol/wire/check.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::ambf {
+
 NodeTable::NodeTable(const std::vector<Object>& objects, Options::Names names) {
   const uint32_t limit = wire::DecodeLimits().max_name_bytes;
   std::unordered_set<std::string> taken;
   for (const Object& object : objects) {
+    if (object.kind == Kind::soft_body) {
+      nodes_.emplace_back();
+      continue;
+    }
     const std::string& name = names == Options::Names::key ? object.key : object.name;
     const auto good = wire::check_text("name", name, limit);
     const char* const reason = name.empty() ? "it has no name"
@@ -28,16 +34,35 @@ NodeTable::NodeTable(const std::vector<Object>& objects, Options::Names names) {
   }
 }
 
-std::optional<size_t> find_parent(const std::vector<Object>& objects, const std::string& name) {
+std::optional<size_t> find_parent(const std::vector<Object>& objects, const std::vector<size_t>& added,
+                                  size_t child, const std::string& name) {
   if (name.empty()) return std::nullopt;
-  const auto first = [&](const auto& fits) -> std::optional<size_t> {
-    const auto found = std::find_if(objects.begin(), objects.end(), fits);
-    if (found == objects.end()) return std::nullopt;
-    return static_cast<size_t>(found - objects.begin());
+  const auto has_name = [&](size_t object) { return objects[object].key.find(name) != std::string::npos; };
+  const auto at_child = std::find(added.begin(), added.end(), child);
+  struct Answer {
+    std::optional<size_t> exact, part;
+    size_t parts = 0;
   };
-  const auto exact = first([&](const Object& object) { return object.key == name; });
-  if (exact) return exact;
-  return first([&](const Object& object) { return object.key.find(name) != std::string::npos; });
+  std::map<Kind, Answer> answers;
+  for (auto it = added.begin(); it != at_child; ++it) {
+    if (!has_name(*it)) continue;
+    Answer& answer = answers[objects[*it].kind];
+    if (objects[*it].key == name) answer.exact = *it;
+    answer.part = *it;
+    ++answer.parts;
+  }
+  std::optional<size_t> found;
+  size_t kinds = 0;
+  for (const auto& [kind, answer] : answers) {
+    if (!answer.exact && answer.parts != 1) continue;
+    found = answer.exact ? answer.exact : answer.part;
+    ++kinds;
+  }
+  if (kinds == 1) return found;
+  if (at_child == added.end()) return std::nullopt;
+  const auto later = std::find_if(at_child + 1, added.end(), has_name);
+  if (later == added.end()) return std::nullopt;
+  return *later;
 }
 
 }  // namespace fire3dv::ambf

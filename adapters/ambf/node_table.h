@@ -12,7 +12,8 @@
 
 namespace fire3dv::ambf {
 
-enum class Kind { rigid_body, ghost_object, light, camera };
+// Soft bodies are no nodes: they bring a mesh of their own. But cameras may stand on them.
+enum class Kind { rigid_body, ghost_object, light, camera, soft_body };
 
 // Behind a camera's name: the nodes that have its lens. Those of the eyes are there where it sees with two.
 constexpr const char* kViewSuffixes[] = {"#view", "#left", "#right"};
@@ -42,8 +43,11 @@ class NodeTable {
   std::vector<std::string> warnings_;
 };
 
-// The object that AMBF takes for a parent of this name: the one of that key, else one whose key has the name
-// in it.
-std::optional<size_t> find_parent(const std::vector<Object>& objects, const std::string& name);
+// The object that AMBF takes for the child's parent of this name. added: indices of all objects in the order
+// in which AMBF adds them. Of those before the child: for each kind the one of that key, else the only one
+// whose key has the name in it, and only one kind may answer. Where that is none, the first that is added
+// later and has the name in its key.
+std::optional<size_t> find_parent(const std::vector<Object>& objects, const std::vector<size_t>& added,
+                                  size_t child, const std::string& name);
 
 }  // namespace fire3dv::ambf

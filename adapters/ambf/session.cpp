@@ -1,5 +1,6 @@
 #include "adapters/ambf/session.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -34,12 +35,13 @@ Result<std::unique_ptr<Session>> Session::start(const std::vector<std::string>& 
   CameraDefinitions cameras;
   if (headless) cameras = read_cameras(*launch);
   for (const std::string& warning : cameras.warnings) tell(warning);
-  return std::make_unique<Session>(std::move(*options), std::move(cameras.cameras), std::move(links));
+  return std::make_unique<Session>(std::move(*options), std::move(cameras), std::move(links));
 }
 
-Session::Session(Options options, std::vector<CameraDefinition> cameras, Links links)
+Session::Session(Options options, CameraDefinitions cameras, Links links)
     : options_(std::move(options)),
-      cameras_(std::move(cameras)),
+      cameras_(std::move(cameras.cameras)),
+      listed_(std::move(cameras.listed)),
       links_(std::move(links)),
       rate_(options_.rate_hz),
       vertex_rate_(options_.vertex_rate_hz),
@@ -56,18 +58,33 @@ bool Session::begin_turn(int64_t now_ns) {
   return false;
 }
 
+// Files' objects as they are listed; what came otherwise, by a plugin or the window, came later.
+std::vector<size_t> Session::order_added() const {
+  std::map<std::pair<Kind, std::string>, size_t> places;
+  for (const Listed& listed : listed_) places.emplace(std::pair(listed.kind, listed.key), places.size());
+  std::vector<std::pair<size_t, size_t>> placed;
+  for (size_t object = 0; object < objects_.size(); ++object) {
+    const auto found = places.find({objects_[object].kind, objects_[object].key});
+    placed.emplace_back(found == places.end() ? places.size() : found->second, object);
+  }
+  std::sort(placed.begin(), placed.end());
+  std::vector<size_t> added;
+  for (const auto& [place, object] : placed) added.push_back(object);
+  return added;
+}
+
 void Session::describe(std::vector<Object> objects) {
   objects_ = std::move(objects);
   first_camera_ = objects_.size();
   for (const CameraDefinition& camera : cameras_) objects_.push_back({Kind::camera, camera.key, camera.name});
   camera_parents_.clear();
+  const std::vector<size_t> added = cameras_.empty() ? std::vector<size_t>() : order_added();
   for (size_t i = 0; i < cameras_.size(); ++i) {
-    auto parent = find_parent(objects_, cameras_[i].parent);
-    if (parent == first_camera_ + i) parent.reset();
+    const auto parent = find_parent(objects_, added, first_camera_ + i, cameras_[i].parent);
     camera_parents_.push_back(parent);
     if (!parent && !cameras_[i].parent.empty())
       tell("camera '" + cameras_[i].key + "' has the parent '" + cameras_[i].parent +
-           "', which AMBF does not have; it stands in the world");
+           "', which is no one object of AMBF; it stands in the world");
   }
   nodes_ = NodeTable(objects_, options_.names);
   for (const std::string& warning : nodes_.warnings()) tell(warning);
@@ -102,9 +119,8 @@ void Session::hide_what_is_gone() {
 
 void Session::show(const std::string& name, Sent& sent, bool shown) {
   sent.shown = shown;
-  links_.edit([&](fire3dv_stream* stream) {
-    return fire3dv_set_visible(stream, name.c_str(), shown ? 1 : 0);
-  });
+  links_.edit(
+      [&](fire3dv_stream* stream) { return fire3dv_set_visible(stream, name.c_str(), shown ? 1 : 0); });
 }
 
 void Session::set_shown(size_t object, bool shown) {

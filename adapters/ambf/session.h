@@ -29,7 +29,7 @@ class Session {
   // people; AMBF goes on without the plugin.
   static Result<std::unique_ptr<Session>> start(const std::vector<std::string>& arguments,
                                                 const std::filesystem::path& ambf_root, bool headless);
-  Session(Options options, std::vector<CameraDefinition> cameras, Links links);
+  Session(Options options, CameraDefinitions cameras, Links links);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -67,11 +67,13 @@ class Session {
   };
   void show(const std::string& name, Sent& sent, bool shown);
   void hide_what_is_gone();
+  std::vector<size_t> order_added() const;
   void place_cameras();
   void gather_poses();
 
   const Options options_;
   const std::vector<CameraDefinition> cameras_;  // of files
+  const std::vector<Listed> listed_;
   Links links_;
   RateLimit rate_, vertex_rate_;
 

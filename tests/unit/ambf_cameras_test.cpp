@@ -78,6 +78,33 @@ TEST_F(AmbfCameras, TheSurroundingsHaveCamerasTooAndANamespaceStandsBefore) {
   EXPECT_EQ(found.cameras[1].key, "/pred") << "as AMBF joins them";
 }
 
+TEST_F(AmbfCameras, ComeWithAllThatFilesListInTheOrderInWhichItIsAdded) {
+  scratch_.write("floor.yaml", std::string_view("bodies: [BODY a]\nBODY a: {name: a}\n"));
+  const auto found = read(R"(
+environment: floor.yaml
+cameras: [c]
+lights: [l]
+c: {location: {x: 1, y: 0, z: 0}}
+l: {location: {x: 1, y: 0, z: 0}}
+)",
+                          R"(
+namespace: /m/
+cameras: [c]
+soft bodies: [s]
+ghost objects: [g]
+bodies: [b, b, missing, [no name]]
+b: {namespace: n/, name: b}
+s: {name: s}
+g: {name: g}
+c: {location: {x: 1, y: 0, z: 0}}
+)");
+  std::vector<std::string> keys;
+  for (const Listed& listed : found.listed) keys.push_back(listed.key);
+  EXPECT_EQ(keys,
+            (std::vector<std::string>{"BODY a", "l", "c", "/m/n/b", "/m/n/b1", "/m/s", "/m/g", "/m/c"}));
+  EXPECT_TRUE(found.warnings.empty());
+}
+
 TEST_F(AmbfCameras, ABrokenOneCostsItselfAlone) {
   const auto found = read(R"(
 cameras: [none, bad, good]
@@ -94,11 +121,26 @@ good: {location: {x: 1, y: 0, z: 0}}
 
 TEST(AmbfNodes, AParentIsFoundByItsKeyOrAPartOfIt) {
   const std::vector<Object> objects{{Kind::rigid_body, "/a/BODY Head lamp", ""},
-                                    {Kind::rigid_body, "/a/BODY Head", ""}};
-  EXPECT_EQ(find_parent(objects, "/a/BODY Head"), 1u);
-  EXPECT_EQ(find_parent(objects, "BODY Head"), 0u) << "the first, as AMBF does";
-  EXPECT_EQ(find_parent(objects, "BODY Foot"), std::nullopt);
-  EXPECT_EQ(find_parent(objects, ""), std::nullopt);
+                                    {Kind::rigid_body, "/a/BODY Head", ""},
+                                    {Kind::soft_body, "/a/SOFT Hat", ""},
+                                    {Kind::ghost_object, "/a/GHOST Hat", ""},
+                                    {Kind::camera, "eye", ""}};
+  const std::vector<size_t> eye_last{0, 1, 2, 3, 4}, eye_first{4, 3, 1, 0, 2}, eye_between{0, 1, 4, 3, 2};
+  const auto parent = [&](const std::vector<size_t>& added, const std::string& name) {
+    return find_parent(objects, added, 4, name);
+  };
+  EXPECT_EQ(parent(eye_last, "/a/BODY Head"), 1u) << "the whole name, though another has it in its own";
+  EXPECT_EQ(parent(eye_last, "BODY Head"), std::nullopt) << "a part of two names";
+  EXPECT_EQ(parent(eye_last, "lamp"), 0u);
+  EXPECT_EQ(parent(eye_last, "SOFT"), 2u);
+  EXPECT_EQ(parent(eye_last, "Hat"), std::nullopt) << "two kinds answer";
+  EXPECT_EQ(parent(eye_first, "BODY Head"), 1u) << "the first that is added later";
+  EXPECT_EQ(parent(eye_first, "Hat"), 3u);
+  EXPECT_EQ(parent(eye_between, "Head"), std::nullopt);
+  EXPECT_EQ(parent(eye_between, "a/"), 3u) << "two before it are no answer, so what comes after is";
+  EXPECT_EQ(parent(eye_last, "eye"), std::nullopt) << "nobody is their own";
+  EXPECT_EQ(parent(eye_last, "BODY Foot"), std::nullopt);
+  EXPECT_EQ(parent(eye_last, ""), std::nullopt);
 }
 
 TEST(AmbfNodes, NamesThatRenderersRefuseAreLeftOut) {

@@ -35,7 +35,10 @@ class AmbfSession : public testing::Test {
     Links links;
     const auto opened = links.open(options);
     ASSERT_TRUE(opened.ok()) << opened.error().message;
-    session_ = std::make_unique<Session>(options, std::move(cameras), std::move(links));
+    CameraDefinitions definitions;
+    definitions.listed = std::move(listed_);
+    definitions.cameras = std::move(cameras);
+    session_ = std::make_unique<Session>(options, std::move(definitions), std::move(links));
     ASSERT_TRUE(session_->begin_turn(0));
     session_->describe(std::move(objects));
     session_->end_turn();
@@ -58,6 +61,7 @@ class AmbfSession : public testing::Test {
 
   std::string uri_;
   test::Renderer renderer_;
+  std::vector<Listed> listed_;
   std::unique_ptr<Session> session_;
 };
 
@@ -81,6 +85,17 @@ TEST_F(AmbfSession, CamerasOfFilesStandOnWhatTheyStandOn) {
   EXPECT_EQ(place_of(2), (Place{10, 1, 2}));
   EXPECT_EQ(place_of(3), (Place{0, 0, 5}));
   EXPECT_EQ(place_of(4), (Place{0, 7, 0}));
+}
+
+TEST_F(AmbfSession, AWorldsCameraStandsOnTheFirstThatFilesAddAfterIt) {
+  listed_ = {{Kind::camera, "eye"}, {Kind::soft_body, "z tool"}, {Kind::rigid_body, "a tool"}};
+  start({camera("eye", "tool", at(0, 0, 1))},
+        {{Kind::rigid_body, "a tool", ""}, {Kind::soft_body, "z tool", ""}});
+  session_->set_pose(0, at(1, 0, 0));
+  session_->set_pose(1, at(2, 0, 0));
+  show();
+  ASSERT_EQ(renderer_.descriptions.back().node_names, (std::vector<std::string>{"a tool", "eye"}));
+  EXPECT_EQ(place_of(1), (std::array<float, 3>{2, 0, 1})) << "soft bodies count, and are no nodes";
 }
 
 TEST_F(AmbfSession, ABodyWithoutANumberStaysAndTheOthersGoOn) {
