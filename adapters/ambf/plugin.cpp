@@ -160,7 +160,8 @@ class Plugin : public ambf::afSimulatorPlugin {
     for (const auto& [key, object] : *m_worldPtr->getSoftBodyMap()) {
       auto* const soft = static_cast<ambf::afSoftBody*>(object);
       soft_bodies_.push_back(soft);
-      meshes.push_back(mesh_of(key, *soft));
+      const bool by_key = session_->names() == Options::Names::key;
+      meshes.push_back(mesh_of(by_key ? key : object->getQualifiedName(), *soft));
     }
     session_->set_soft_bodies(meshes);
     described_ = true;
@@ -195,9 +196,9 @@ class Plugin : public ambf::afSimulatorPlugin {
     }
   }
 
-  static SoftMesh mesh_of(const std::string& key, const ambf::afSoftBody& soft) {
+  static SoftMesh mesh_of(const std::string& name, const ambf::afSoftBody& soft) {
     SoftMesh mesh;
-    mesh.key = key;
+    mesh.name = name;
     if (!soft.m_bulletSoftBody || soft.m_bulletSoftBody->m_nodes.size() == 0) return mesh;
     positions_of(soft, mesh.positions);
     const auto* const first = &soft.m_bulletSoftBody->m_nodes[0];
@@ -215,7 +216,7 @@ class Plugin : public ambf::afSimulatorPlugin {
 
   void publish_vertices() {
     for (size_t i = 0; i < soft_bodies_.size(); ++i) {
-      if (!soft_bodies_[i]->m_bulletSoftBody) continue;
+      if (!session_->has_soft_body(i) || !soft_bodies_[i]->m_bulletSoftBody) continue;
       positions_of(*soft_bodies_[i], vertices_);
       if (!vertices_.empty()) session_->set_vertices(i, vertices_);
     }

@@ -144,18 +144,23 @@ void Session::set_intrinsics(size_t object, const Intrinsics& intrinsics) {
   }
 }
 
+// What a file has of a soft body rests removed while it is gone, as other objects rest hidden.
 void Session::set_soft_bodies(const std::vector<SoftMesh>& meshes) {
-  for (const std::string& key : soft_keys_) {
-    links_.edit([&](fire3dv_stream* stream) {
-      return fire3dv_clear(stream, soft_node_name(key).c_str(), FIRE3DV_PROPERTY_NODE);
-    });
+  const auto clear = [this](const std::string& name, int property) {
+    links_.edit([&](fire3dv_stream* stream) { return fire3dv_clear(stream, name.c_str(), property); });
+  };
+  for (const std::string& name : soft_bodies_) {
+    if (name.empty()) continue;
+    clear(soft_vertices_path(name), FIRE3DV_PROPERTY_VERTICES);
+    clear(soft_node_name(name), FIRE3DV_PROPERTY_NODE);
   }
-  soft_keys_.clear();
-  for (const SoftMesh& mesh : meshes) {
-    soft_keys_.push_back(mesh.key);
-    const std::vector<std::byte> glb = soft_mesh_glb(mesh);
+  soft_bodies_.assign(meshes.size(), std::string());
+  for (size_t i = 0; i < meshes.size(); ++i) {
+    const std::string& name = meshes[i].name;
+    const std::vector<std::byte> glb = soft_mesh_glb(meshes[i]);
     if (glb.empty()) {
-      tell("soft body '" + mesh.key + "' has no triangles, or no place; it is left out");
+      tell("soft body '" + name + "' has no triangles, or no place; it is left out");
+      if (removed_.erase(name) > 0) clear(name, FIRE3DV_PROPERTY_NODE);
       continue;
     }
     fire3dv_node node{};
@@ -163,10 +168,12 @@ void Session::set_soft_bodies(const std::vector<SoftMesh>& meshes) {
     node.asset_glb = glb.data();
     node.asset_glb_bytes = glb.size();
     // Ours instead of the file's, whose vertices have another order.
-    links_.edit([&](fire3dv_stream* stream) { return fire3dv_remove_node(stream, mesh.key.c_str()); });
+    if (removed_.insert(name).second)
+      links_.edit([&](fire3dv_stream* stream) { return fire3dv_remove_node(stream, name.c_str()); });
     links_.edit([&](fire3dv_stream* stream) {
-      return fire3dv_add_node(stream, soft_node_name(mesh.key).c_str(), &node);
+      return fire3dv_add_node(stream, soft_node_name(name).c_str(), &node);
     });
+    soft_bodies_[i] = name;
   }
 }
 
@@ -175,7 +182,7 @@ void Session::set_vertices(size_t soft_body, const std::vector<float>& positions
   vertices.struct_size = sizeof vertices;
   vertices.positions = positions.data();
   vertices.vertex_count = positions.size() / 3;
-  const std::string name = soft_vertices_path(soft_keys_[soft_body]);
+  const std::string name = soft_vertices_path(soft_bodies_[soft_body]);
   links_.edit([&](fire3dv_stream* stream) { return fire3dv_set_vertices(stream, name.c_str(), &vertices); });
 }
 

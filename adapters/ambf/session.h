@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -48,8 +49,11 @@ class Session {
   void set_shown(size_t object, bool shown);
   void set_intrinsics(size_t object, const Intrinsics& intrinsics);
   // Soft bodies that there are now, and whether their vertices are wanted in this frame.
+  Options::Names names() const { return options_.names; }
   void set_soft_bodies(const std::vector<SoftMesh>& meshes);
   bool vertices_due(int64_t now_ns) { return vertex_rate_.due(now_ns); }
+  // One that was left out has no vertices.
+  bool has_soft_body(size_t soft_body) const { return !soft_bodies_[soft_body].empty(); }
   void set_vertices(size_t soft_body, const std::vector<float>& positions);
   void publish(double sim_time_s, int64_t now_ns);
 
@@ -89,7 +93,8 @@ class Session {
   std::map<std::string, Sent> sent_;
   std::vector<Sent*> sent_of_;  // by object; none: it is left out
   std::vector<float> poses_;
-  std::vector<std::string> soft_keys_;
+  std::vector<std::string> soft_bodies_;  // names; empty: it was left out
+  std::set<std::string> removed_;         // files' soft bodies
   int64_t polled_at_ns_ = 0, told_at_ns_ = 0;
   std::unique_ptr<EndSignals> signals_;  // last: its thread uses all of the above
 };

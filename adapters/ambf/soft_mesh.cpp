@@ -27,14 +27,14 @@ void append_u32(std::vector<std::byte>& bytes, size_t value) {
 
 }  // namespace
 
-std::string soft_node_name(const std::string& key) {
-  return key + " (soft body)";
+std::string soft_node_name(const std::string& name) {
+  return name + " (soft body)";
 }
 
 // protocol/SPEC.md, 7: as in JSON pointers.
-std::string soft_vertices_path(const std::string& key) {
+std::string soft_vertices_path(const std::string& name) {
   std::string path;
-  for (const char c : soft_node_name(key)) path += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  for (const char c : soft_node_name(name)) path += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   return path + "/" + kVerticesName;
 }
 

@@ -11,7 +11,7 @@
 namespace fire3dv::ambf {
 
 struct SoftMesh {
-  std::string key;               // in AMBF's map of soft bodies
+  std::string name;              // as nodes are named: by key or by name
   std::vector<float> positions;  // 3 for each vertex, in the stream's frame
   std::vector<uint32_t> triangles;
   std::array<float, 4> color_srgb{0.8f, 0.8f, 0.8f, 1};  // as AMBF's materials have it
@@ -19,8 +19,8 @@ struct SoftMesh {
 
 // The added node, and the path to the node below it that has the vertices: what is in an added file goes by
 // its path.
-std::string soft_node_name(const std::string& key);
-std::string soft_vertices_path(const std::string& key);
+std::string soft_node_name(const std::string& name);
+std::string soft_vertices_path(const std::string& name);
 
 // Turned to glTF's Y up by its root. Empty where there is nothing to show, or a triangle names no vertex.
 std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh);

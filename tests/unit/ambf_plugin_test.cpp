@@ -202,6 +202,40 @@ TEST_F(AmbfPlugin, SoftBodiesBringTheirMeshAndTheirVerticesFollow) {
   EXPECT_FALSE(added.asset_glb.empty());
 }
 
+TEST_F(AmbfPlugin, WhatIsSentOfASoftBodyGoesWithItAndOneWithoutAMeshSendsNothing) {
+  auto* const cloth = ambf_.add<ambf::afSoftBody>(ambf_.world.soft_bodies, "cloth");
+  auto* const points = ambf_.add<ambf::afSoftBody>(ambf_.world.soft_bodies, "points");
+  ambf_.body("a");
+  btSoftBody soft, no_surface;
+  soft.m_nodes.items.resize(3);
+  no_surface.m_nodes.items.resize(3);
+  auto* const n = soft.m_nodes.items.data();
+  n[1].m_x.values[0] = n[2].m_x.values[1] = 1;
+  soft.m_faces.items = {{{n, n + 1, n + 2}}};
+  cloth->m_bulletSoftBody = &soft;
+  points->m_bulletSoftBody = &no_surface;
+  ASSERT_EQ(ambf_.init({"--fire3dv-vertex-rate=0", "--fire3dv-names=name"}), ambf::SUCCESS);
+  step();
+  const std::string name = "cloth.name (soft body)", vertices = name + "/vertices";
+  const auto has = [&]<typename Value>(const std::string& node, wire::Property property) {
+    const auto found = renderer_.edits.find({node, property});
+    return found != renderer_.edits.end() && std::holds_alternative<Value>(found->second);
+  };
+  using wire::Property;
+  ASSERT_TRUE(
+      renderer_.poll_until([&] { return has.operator()<wire::Vertices>(vertices, Property::vertices); }));
+  EXPECT_TRUE(has.operator()<wire::NodeRemoved>("cloth.name", Property::node));
+  EXPECT_TRUE(has.operator()<wire::NodeAdded>(name, Property::node));
+  for (const auto& [key, value] : renderer_.edits)
+    EXPECT_EQ(key.first.find("points"), std::string::npos) << key.first;
+
+  ambf_.world.soft_bodies.erase("cloth");
+  step();
+  EXPECT_TRUE(renderer_.poll_until([&] { return has.operator()<wire::Cleared>(name, Property::node); }));
+  EXPECT_TRUE(has.operator()<wire::Cleared>(vertices, Property::vertices));
+  EXPECT_TRUE(has.operator()<wire::NodeRemoved>("cloth.name", Property::node)) << "AMBF does not show it";
+}
+
 TEST_F(AmbfPlugin, StartsWithoutARendererAndSaysWhatItCannotDo) {
   ambf_.body("a");
   EXPECT_EQ(ambf_.init({"--fire3dv-rate=often"}), ambf::ERROR);

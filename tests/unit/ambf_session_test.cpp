@@ -129,7 +129,7 @@ TEST_F(AmbfSession, HasOneTurnAtATimeAndNoneAfterItsEnd) {
 
 TEST(AmbfSoftMesh, IsAGltfFileWithVerticesInTheOrderOfPhysics) {
   SoftMesh mesh;
-  mesh.key = "/a/\"BODY\" cloth";
+  mesh.name = "/a/\"BODY\" cloth";
   mesh.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 3};
   mesh.triangles = {0, 1, 2, 0, 1, 3};
   const std::vector<std::byte> glb = soft_mesh_glb(mesh);
@@ -137,7 +137,7 @@ TEST(AmbfSoftMesh, IsAGltfFileWithVerticesInTheOrderOfPhysics) {
   const auto scene = scene::load_gltf(folder.write("soft.glb", std::span<const std::byte>(glb)));
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   ASSERT_EQ(scene->nodes.size(), 1u);
-  EXPECT_EQ(soft_vertices_path(mesh.key), "~1a~1\"BODY\" cloth (soft body)/" + scene->nodes[0].path);
+  EXPECT_EQ(soft_vertices_path(mesh.name), "~1a~1\"BODY\" cloth (soft body)/" + scene->nodes[0].path);
   // AMBF's up is glTF's up.
   EXPECT_NEAR(scene->bounds_max.y, 3, 1e-5);
   EXPECT_NEAR(scene->bounds_min.z, -1, 1e-5);
