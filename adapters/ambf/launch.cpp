@@ -106,6 +106,22 @@ std::vector<fs::path> loaded_models(const std::vector<std::string>& arguments, c
   return models;
 }
 
+Result<LaunchBlock> read_block(const YAML::Node& block) {
+  LaunchBlock options;
+  if (!block || block.IsNull()) return options;
+  if (!block.IsMap()) return Error{"it takes options and their values, as in fire3dv: {uri: shm://ambf}"};
+  for (const auto& option : block) {
+    if (!option.first.IsScalar()) return Error{"an option's name is no text"};
+    const std::string words = option.first.as<std::string>();
+    try {
+      options[words] = text_of(option.second);
+    } catch (const YAML::Exception&) {
+      return Error{words + " takes a text, a number, or a list of these"};
+    }
+  }
+  return options;
+}
+
 }  // namespace
 
 Result<Launch> read_launch(const std::vector<std::string>& arguments, const fs::path& ambf_root) {
@@ -115,13 +131,15 @@ Result<Launch> read_launch(const std::vector<std::string>& arguments, const fs::
   launch.name_space = value_of(arguments, "ns", 0).value_or("");
   try {
     const YAML::Node root = YAML::LoadFile(launch.file.string());
+    const auto options = read_block(root["fire3dv"]);
+    if (!options.ok()) {
+      launch.options_fault = launch.file.string() + ": fire3dv: " + options.error().message;
+      return launch;
+    }
+    launch.options = *options;
     const fs::path folder = launch.file.parent_path();
     if (const YAML::Node world = root["world config"]) launch.world = folder / world.as<std::string>();
     launch.models = loaded_models(arguments, root["multibody configs"], folder);
-    if (const YAML::Node options = root["fire3dv"]) {
-      for (const auto& option : options)
-        launch.options[option.first.as<std::string>()] = text_of(option.second);
-    }
   } catch (const YAML::Exception& error) {
     return Error{launch.file.string() + ": " + error.what()};
   }

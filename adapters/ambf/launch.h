@@ -18,6 +18,7 @@ struct Launch {
   std::vector<std::filesystem::path> models;  // those that were loaded, in AMBF's order
   std::string name_space;                     // --ns: stands before all names
   LaunchBlock options;                        // the block `fire3dv`
+  std::string options_fault;                  // a sentence: the block cannot be read; the rest was not tried
 };
 
 // arguments: AMBF's own, with the program's name first. ambf_root: where the default launch file lies.

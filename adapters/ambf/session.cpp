@@ -20,9 +20,10 @@ Result<std::unique_ptr<Session>> Session::start(const std::vector<std::string>& 
   auto launch = read_launch(arguments, ambf_root);
   // AMBF has read this file; where we cannot, its options and cameras are missing and all else works.
   if (!launch.ok()) {
-    tell(launch.error().message + "; cameras are left out");
+    tell(launch.error().message + "; its options and cameras are left out");
     launch = Launch{};
   }
+  if (!launch->options_fault.empty()) return Error{launch->options_fault};
   auto options = read_options(
       arguments, [](const char* name) { return std::getenv(name); }, launch->options);
   if (!options.ok()) return options.error();

@@ -110,6 +110,21 @@ TEST_F(AmbfLaunch, ABeginningOfAnOptionIsTheOptionWhereItIsTheOnlyOne) {
   EXPECT_FALSE(read_launch({"a", "--l", file_.string()}, "/nowhere").ok()) << "that may be three";
 }
 
+TEST_F(AmbfLaunch, AFaultInItsBlockIsNotPassedOver) {
+  const auto fault = [&](const char* block) {
+    const auto file = scratch_.write("faulty.yaml", "world config: w.yaml\nfire3dv: " + std::string(block) + "\n");
+    const auto launch = read_launch({"a", "--launch_file", file.string()}, "/nowhere");
+    return launch.ok() ? launch->options_fault : "the file: " + launch.error().message;
+  };
+  EXPECT_EQ(fault("{rate: 5}"), "");
+  EXPECT_EQ(fault(""), "");
+  EXPECT_NE(fault("{rate: {a: 1}}").find("faulty.yaml: fire3dv: rate takes"), std::string::npos);
+  EXPECT_NE(fault("{uri: [[shm://a]]}").find("uri takes"), std::string::npos);
+  EXPECT_NE(fault("shm://a").find("takes options"), std::string::npos);
+  EXPECT_NE(fault("[uri, shm://a]").find("takes options"), std::string::npos);
+  EXPECT_NE(fault("{[a]: 1}").find("name"), std::string::npos);
+}
+
 TEST_F(AmbfLaunch, AFileThatCannotBeReadIsNamed) {
   const auto missing = read_launch({"a", "--launch_file", "no/such.yaml"}, "/nowhere");
   ASSERT_FALSE(missing.ok());
