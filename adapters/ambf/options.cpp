@@ -16,10 +16,14 @@ struct Known {
   const char* takes;
 };
 
+// A period of more than a quarter of an hour is a slip, and one of a thousand years is no number of ns.
+constexpr double kLowestRateHz = 1e-3, kHighestRateHz = 1e6;
+
 bool read_rate(const std::string& text, double& rate_hz) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value) || value < 0 || value > 1e6) return false;
+  if (text.empty() || *end != '\0' || !std::isfinite(value) || value < 0 || value > kHighestRateHz) return false;
+  if (value > 0 && value < kLowestRateHz) return false;
   rate_hz = value;
   return true;
 }
@@ -53,9 +57,9 @@ const std::vector<Known>& known_options() {
       {"uri", [](Options& o, const std::string& text) { return read_uris(text, o.uris); },
        "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT, or several with commas between"},
       {"rate", [](Options& o, const std::string& text) { return read_rate(text, o.rate_hz); },
-       "frames a second, or 0 for every physics step"},
+       "frames a second, 0.001 to 1000000, or 0 for every physics step"},
       {"vertex rate", [](Options& o, const std::string& text) { return read_rate(text, o.vertex_rate_hz); },
-       "times a second that soft bodies are sent, or 0 for every frame"},
+       "times a second that soft bodies are sent, 0.001 to 1000000, or 0 for every frame"},
       {"names", [](Options& o, const std::string& text) { return read_names(text, o.names); },
        "key (as AMBF's maps and fire3dv-convert have it) or name (as ROS topics have it)"},
       {"key file", file_into(&Options::key_file), "a file with the key of udp://"},

@@ -55,6 +55,10 @@ TEST(AmbfOptions, WhatIsWrongIsNamedWithItsRemedy) {
             std::string::npos);
   EXPECT_NE(refusal({"a", "--fire3dv-rate=-1"}), "");
   EXPECT_NE(refusal({"a", "--fire3dv-rate=nan"}), "");
+  EXPECT_NE(refusal({"a", "--fire3dv-rate=inf"}), "");
+  EXPECT_NE(refusal({"a", "--fire3dv-rate=1e-12"}).find("0.001"), std::string::npos) << "no period in ns";
+  EXPECT_NE(refusal({"a", "--fire3dv-vertex-rate=0.0009"}).find("0.001"), std::string::npos);
+  EXPECT_EQ(refusal({"a", "--fire3dv-rate=0.001", "--fire3dv-vertex-rate=0"}), "");
   EXPECT_NE(refusal({"a", "--fire3dv-uri"}).find("needs a value"), std::string::npos);
   EXPECT_NE(refusal({"a", "--fire3dv-uri=shm://a,,shm://b"}), "");
   EXPECT_NE(refusal({"a", "--fire3dv-ratte=1"}).find("--fire3dv-rate,"), std::string::npos)
