@@ -10,6 +10,8 @@ namespace {
 // Z up to Y up, as protocol/SPEC.md gives it.
 constexpr double kWorldFromStream[12] = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
 
+constexpr size_t kMostSaid = 50;  // sentences may have numbers in them that change with each step
+
 const char* file(const std::string& name) {
   return name.empty() ? nullptr : name.c_str();
 }
@@ -82,9 +84,9 @@ void Links::close() {
 void Links::hear(Link& link, int code) {
   if (code == FIRE3DV_OK) return;
   const char* const sentence = fire3dv_last_error();
-  if (link.said == sentence) return;
-  link.said = sentence;
-  tell(link.uri + ": " + link.said);
+  if (link.said.size() >= kMostSaid || link.said.contains(sentence)) return;
+  link.said.insert(sentence);
+  tell(link.uri + ": " + sentence + (link.said.size() == kMostSaid ? "; further failures are not told" : ""));
 }
 
 }  // namespace fire3dv::ambf

@@ -1,10 +1,11 @@
-// The streams that the plugin feeds, all with the same. What fails is said once for each link and kind of
-// call, not once for each step; the others go on.
+// The streams that the plugin feeds, all with the same. What fails is said once for each link, not once for
+// each step; the others go on.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,8 @@ class Links {
   struct Link {
     std::string uri;
     std::unique_ptr<fire3dv_stream, Close> stream;
-    std::string said;    // the last failure
-    std::string answer;  // the renderer's last
+    std::set<std::string, std::less<>> said;  // failures
+    std::string answer;                       // the renderer's last
   };
   static void hear(Link& link, int code);
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "tests/unit/client_fixture.h"
@@ -125,6 +126,23 @@ TEST_F(AmbfSession, HasOneTurnAtATimeAndNoneAfterItsEnd) {
     renderer_.poll();
     return renderer_.ended;
   }));
+}
+
+TEST(AmbfLinks, SayEachFailureOnceAlsoWhereTwoAlternate) {
+  const std::string uri = test::unique_shm_uri();
+  Options options;
+  options.uris = {uri};
+  Links links;
+  ASSERT_TRUE(links.open(options).ok());
+  testing::internal::CaptureStderr();
+  const auto fail_with = [&](int property) {
+    links.edit([&](fire3dv_stream* stream) {
+      return property < 0 ? fire3dv_clear(stream, "a", property) : fire3dv_clear(stream, "", property);
+    });
+  };
+  for (int i = 0; i < 1000; ++i) fail_with(i % 2 == 0 ? -1 : 0);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 2) << said;
 }
 
 TEST(AmbfSoftMesh, IsAGltfFileWithVerticesInTheOrderOfPhysics) {
