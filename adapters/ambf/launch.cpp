@@ -100,7 +100,7 @@ std::vector<fs::path> loaded_models(const std::vector<std::string>& arguments, c
   for (const std::string& number : split(digits)) {
     size_t index = 0;
     const auto read = std::from_chars(number.data(), number.data() + number.size(), index);
-    if (read.ec == std::errc() && listed.IsSequence() && index < listed.size())
+    if (read.ec == std::errc() && listed && listed.IsSequence() && index < listed.size())
       models.push_back(folder / listed[index].as<std::string>());
   }
   return models;

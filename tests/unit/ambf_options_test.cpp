@@ -116,7 +116,8 @@ TEST_F(AmbfLaunch, ABeginningOfAnOptionIsTheOptionWhereItIsTheOnlyOne) {
 
 TEST_F(AmbfLaunch, AFaultInItsBlockIsNotPassedOver) {
   const auto fault = [&](const char* block) {
-    const auto file = scratch_.write("faulty.yaml", "world config: w.yaml\nfire3dv: " + std::string(block) + "\n");
+    const auto file =
+        scratch_.write("faulty.yaml", "world config: w.yaml\nfire3dv: " + std::string(block) + "\n");
     const auto launch = read_launch({"a", "--launch_file", file.string()}, "/nowhere");
     return launch.ok() ? launch->options_fault : "the file: " + launch.error().message;
   };
