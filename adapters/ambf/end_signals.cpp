@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <system_error>
 #include <utility>
 
 #include "adapters/ambf/tell.h"
@@ -47,8 +48,19 @@ EndSignals::EndSignals(std::function<void()> close) : close_(std::move(close)) {
   sigset_t all, kept;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &kept);
-  thread_ = std::thread([this] { wait_for_signal(); });
+  try {
+    thread_ = std::thread([this] { wait_for_signal(); });
+  } catch (const std::system_error&) {
+    // The process has as many threads as it may have.
+  }
   pthread_sigmask(SIG_SETMASK, &kept, nullptr);
+  if (!thread_.joinable()) {
+    wake_fd = -1;
+    ::close(fds[0]);
+    ::close(fds[1]);
+    tell("no thread can be started, so a stream will be left open when AMBF is ended by SIGTERM");
+    return;
+  }
 
   for (size_t i = 0; i < kSignals.size(); ++i) {
     struct sigaction action {};

@@ -57,6 +57,10 @@ class Plugin : public ambf::afSimulatorPlugin {
   int init(int argc, char** argv, const ambf::afWorldPtr world) override {
     m_worldPtr = world;
     guarded([&] { start({argv, argv + argc}); });
+    if (ours_ && !session_) {
+      running = false;
+      ours_ = false;
+    }
     return session_ ? ambf::SUCCESS : ambf::ERROR;
   }
 
@@ -74,6 +78,7 @@ class Plugin : public ambf::afSimulatorPlugin {
   bool close() override {
     if (!session_) return true;
     session_.reset();
+    ours_ = false;
     running = false;
     return true;
   }
@@ -84,11 +89,11 @@ class Plugin : public ambf::afSimulatorPlugin {
       tell("the plugin is loaded already, perhaps by the launch file; give the one several URIs");
       return;
     }
+    ours_ = true;
     auto started = Session::start(arguments, ambf::afSystemPaths::getRootPath(), m_worldPtr->isHeadless());
     if (started.ok()) {
       session_ = std::move(*started);
     } else {
-      running = false;
       tell(started.error().message + "; AMBF goes on without");
     }
   }
@@ -226,6 +231,7 @@ class Plugin : public ambf::afSimulatorPlugin {
   std::vector<Known> known_;
   std::vector<ambf::afSoftBody*> soft_bodies_;
   std::vector<float> vertices_;
+  bool ours_ = false;  // what `running` says
   bool described_ = false;
   bool said_ = false;
 };
