@@ -18,6 +18,7 @@ import tempfile
 import time
 
 HANG_S = 120
+started = []  # processes: whatever happens, none of them outlives this one
 
 
 def wait_until(what, predicate):
@@ -28,6 +29,13 @@ def wait_until(what, predicate):
         time.sleep(0.05)
 
 
+def end_what_is_left():
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+
+
 class Renderer:
     """The reading end of a link, whose messages go to a file."""
 
@@ -35,6 +43,7 @@ class Renderer:
         self.path = os.path.join(folder, f"stream{time.monotonic_ns()}")
         with open(self.path, "wb") as out:
             self.process = subprocess.Popen([os.path.join(args.build, "tests/stream_dump"), uri, str(HANG_S)], stdout=out)
+        started.append(self.process)
 
     def count(self):
         with open(self.path, "rb") as lines:
@@ -55,6 +64,7 @@ class Ambf:
         self.log = open(record + ".log", "w")
         self.process = subprocess.Popen(command, stdout=self.log, stderr=self.log,
                                         env={**os.environ, "FIRE3DV_AMBF_RECORD": record})
+        started.append(self.process)
 
     def end(self, number):
         self.process.send_signal(number)
@@ -173,11 +183,14 @@ def main():
     args = parser.parse_args()
     args.build = os.path.abspath(args.build)
     with tempfile.TemporaryDirectory() as folder:
-        one_run(args, folder, "renderer-first", "renderer first", signal.SIGTERM)
-        one_run(args, folder, "ambf-first", "AMBF first", signal.SIGINT)
-        one_run(args, folder, "killed", "renderer first", signal.SIGKILL)
-        if args.gui:
-            cameras(args, folder)
+        try:
+            one_run(args, folder, "renderer-first", "renderer first", signal.SIGTERM)
+            one_run(args, folder, "ambf-first", "AMBF first", signal.SIGINT)
+            one_run(args, folder, "killed", "renderer first", signal.SIGKILL)
+            if args.gui:
+                cameras(args, folder)
+        finally:
+            end_what_is_left()
     sys.exit(1 if check.failed else 0)
 
 
