@@ -238,12 +238,22 @@ TEST_F(AmbfPlugin, WhatIsSentOfASoftBodyGoesWithItAndOneWithoutAMeshSendsNothing
 
 TEST_F(AmbfPlugin, StartsWithoutARendererAndSaysWhatItCannotDo) {
   ambf_.body("a");
+  testing::internal::CaptureStderr();
   EXPECT_EQ(ambf_.init({"--fire3dv-rate=often"}), ambf::ERROR);
+  std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("--fire3dv-rate is 'often'; it takes"), std::string::npos) << said;
+  EXPECT_NE(said.find("AMBF goes on without"), std::string::npos) << said;
   ambf_.plugin()->physicsUpdate(0.001);  // AMBF does not call it then; nothing happens if it does
   ambf_.end();
   AmbfWorld nobody_listens("tcp://127.0.0.1:9");
   nobody_listens.body("a");
-  ASSERT_EQ(nobody_listens.init(), ambf::SUCCESS);
+  testing::internal::CaptureStderr();
+  const int begun = nobody_listens.init();
+  said = testing::internal::GetCapturedStderr();
+  ASSERT_EQ(begun, ambf::SUCCESS);
+  EXPECT_NE(said.find("/nowhere/launch.yaml"), std::string::npos)
+      << "the launch file cannot be read: " << said;
+  EXPECT_NE(said.find("its options and cameras are left out"), std::string::npos) << said;
   for (int i = 0; i < 10; ++i) nobody_listens.step();
 }
 
