@@ -22,7 +22,8 @@ constexpr double kLowestRateHz = 1e-3, kHighestRateHz = 1e6;
 bool read_rate(const std::string& text, double& rate_hz) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value) || value < 0 || value > kHighestRateHz) return false;
+  if (text.empty() || *end != '\0' || !std::isfinite(value) || value < 0 || value > kHighestRateHz)
+    return false;
   if (value > 0 && value < kLowestRateHz) return false;
   rate_hz = value;
   return true;
