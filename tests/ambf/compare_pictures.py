@@ -120,9 +120,9 @@ def main():
         if line["theirs"] or line["ours"]:
             print(f"{line['theirs']:8} {line['ours']:8} pixels  {line['iou']:.4f} in common  "
                   f"{line.get('apart_px', float('nan')):6.3f} px apart  {line['name']}")
-    # fire3dv-convert makes no meshes of ghost objects, which are places and not things.
+    # Ghost objects, which are places and not things, have their lines above and are not in the sum.
     seen = [line for line, one in zip(lines[1:], shown) if line["theirs"] >= FEW and one["kind"] == 0]
-    print(f"{len(seen)} bodies of at least {FEW} pixels: {min(line['iou'] for line in seen):.4f} in common at least, "
+    print(f"{len(seen)} rigid bodies of at least {FEW} pixels: {min(line['iou'] for line in seen):.4f} in common at least, "
           f"{max(line.get('apart_px', float('inf')) for line in seen):.3f} px apart at most")
 
 
