@@ -174,10 +174,11 @@ Result<void> StreamLog::tick(uint64_t now_ns) {
 }
 
 Result<void> StreamLog::open_file() {
+  if (open_failure_) return *open_failure_;
   auto sink = make_sink_(files_);
-  if (!sink) return sink.error();
+  if (!sink) return *(open_failure_ = sink.error());
   auto writer = Writer::open(std::move(*sink), options_.writer);
-  if (!writer) return writer.error();
+  if (!writer) return *(open_failure_ = writer.error());
   ++files_;
   writer_.emplace(std::move(*writer));
   file_begun_ns_ = now_ns_;

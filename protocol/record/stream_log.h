@@ -100,6 +100,7 @@ class StreamLog {
   wire::Decoder decoder_;
   std::optional<Writer> writer_;
   uint32_t files_ = 0;
+  std::optional<Error> open_failure_;  // no sink is asked for again: the first one may be used up
   uint64_t closed_bytes_ = 0;
   uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
   uint16_t schema_ = 0;

@@ -153,6 +153,18 @@ class FullSink final : public record::Sink {
   size_t room_;
 };
 
+TEST(RecordFormatOf, AFileThatTakesNoHeaderIsAskedForOnce) {
+  Bytes file;
+  // As the recorder does: the first file is made before anything comes, and can be handed over once.
+  auto sink = std::make_shared<std::unique_ptr<record::Sink>>(std::make_unique<FullSink>(file, 4));
+  record::StreamLog log(
+      [sink](uint32_t) -> Result<std::unique_ptr<record::Sink>> { return std::move(*sink); }, {}, {});
+  EXPECT_FALSE(log.take(1, description(7), kBegun_ns).ok());
+  EXPECT_FALSE(log.take(1, frame(7, 1), kBegun_ns).ok());
+  EXPECT_FALSE(log.finish().ok());
+  EXPECT_EQ(log.files(), 0u);
+}
+
 TEST(RecordFormatOf, AFullDiskKeepsEveryWholeChunk) {
   constexpr uint64_t kFrames = 200;
   constexpr size_t kChunkBytes = 16'384;  // longer than the summary
