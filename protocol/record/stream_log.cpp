@@ -215,9 +215,11 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
   ++stream.seen.messages;
   stream.seen.bytes += message.size();
   const bool full = writer_ && ((options_.split_bytes != 0 &&
-                                 writer_->file_bytes() + writer_->chunk_bytes() >= options_.split_bytes) ||
+                                 writer_->file_bytes() + writer_->chunk_bytes() >=
+                                     own_beginning_bytes_ + options_.split_bytes) ||
                                 (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
-  if (full || !writer_) {
+  const bool begins = full || !writer_;
+  if (begins) {
     // What is being written may be the description itself.
     const bool says_itself = stream.described_here && stream.described_at_bytes == message_bytes_;
     if (auto good = close_file(); !good) return good;
@@ -227,6 +229,7 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
   if (auto good = tick(now_ns_); !good) return good;
   if (writer_->chunk_is_empty())
     if (auto good = write_snapshots(); !good) return good;
+  if (begins) own_beginning_bytes_ = writer_->file_bytes() + writer_->chunk_bytes();
   return write_plain(stream, role, publish_time_ns, sequence, message);
 }
 

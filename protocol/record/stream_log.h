@@ -22,7 +22,8 @@ struct LogOptions {
   WriterOptions writer;
   uint64_t chunk_ns =
       1'000'000'000;  // a chunk ends when it is so old: what is lost when everything ends at once
-  uint64_t split_bytes = 0, split_ns = 0;  // 0: one file
+  // 0: one file. Bytes of messages: not what each file begins with, which may be longer than that.
+  uint64_t split_bytes = 0, split_ns = 0;
 };
 
 // What came of one stream.
@@ -102,6 +103,7 @@ class StreamLog {
   uint32_t files_ = 0;
   std::optional<Error> open_failure_;  // no sink is asked for again: the first one may be used up
   uint64_t closed_bytes_ = 0;
+  uint64_t own_beginning_bytes_ = 0;  // of the file: schema, attachments, first snapshots
   uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
   uint16_t schema_ = 0;
   std::vector<std::unique_ptr<Stream>> streams_;

@@ -126,6 +126,29 @@ TEST(RecordStream, FilesThatWereBegunInTheMiddleStandAlone) {
   EXPECT_EQ(got, sent);
 }
 
+TEST(RecordStream, WhatIsAttachedFillsNoFile) {
+  std::vector<std::unique_ptr<Bytes>> files;
+  record::LogOptions options = small_chunks();
+  options.split_bytes = 12'000;
+  record::StreamLog log(
+      [&](uint32_t) -> Result<std::unique_ptr<record::Sink>> {
+        files.push_back(std::make_unique<Bytes>());
+        return std::unique_ptr<record::Sink>(std::make_unique<record::MemorySink>(*files.back()));
+      },
+      [](record::Writer& writer, uint64_t) {
+        record::MemorySource scene(Bytes(50'000));
+        return writer.attach({}, scene);
+      },
+      options);
+  ASSERT_TRUE(log.take(1, description(7), kBegun_ns).ok());
+  constexpr uint64_t kFrames = 200;
+  for (uint64_t i = 1; i <= kFrames; ++i) ASSERT_TRUE(log.take(1, frame(7, i), kBegun_ns + i * kMs).ok());
+  ASSERT_TRUE(log.finish().ok());
+  EXPECT_GT(files.size(), 1u);
+  EXPECT_LE(files.size(), kFrames * frame(7, 1).size() / options.split_bytes + 1 + kFrames / 20);
+  for (const auto& file : files) EXPECT_GT(file->size(), 50'000u);
+}
+
 TEST(RecordStream, AnOldChunkEndsAndATickEndsIt) {
   MemoryLog memory;  // a megabyte, and a second
   ASSERT_TRUE(memory.take(description(7), 0));
