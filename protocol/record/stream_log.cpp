@@ -106,10 +106,7 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   stream->clock = description.clock;
   stream->description.assign(message.begin(), message.end());
   stream->snapshot_bytes = message.size();
-  // First, so that no snapshot says it before the stream has.
-  stream->described_here = true;
-  stream->described_at_bytes = message_bytes_;
-  return write(*stream, Role::control, now_ns_, 0, message);
+  return write(*stream, Role::control, now_ns_, 0, message, true);
 }
 
 void StreamLog::count_frame(Stream& stream, const wire::PoseFrameView& frame) {
@@ -211,7 +208,7 @@ Result<void> StreamLog::finish() {
 }
 
 Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
-                              std::span<const std::byte> message) {
+                              std::span<const std::byte> message, bool describes) {
   ++stream.seen.messages;
   stream.seen.bytes += message.size();
   const bool full = writer_ && ((options_.split_bytes != 0 &&
@@ -220,36 +217,45 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
                                 (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
   const bool begins = full || !writer_;
   if (begins) {
-    // What is being written may be the description itself.
-    const bool says_itself = stream.described_here && stream.described_at_bytes == message_bytes_;
     if (auto good = close_file(); !good) return good;
     if (auto good = open_file(); !good) return good;
-    stream.described_here = says_itself;
   }
   if (auto good = tick(now_ns_); !good) return good;
   if (writer_->chunk_is_empty())
-    if (auto good = write_snapshots(); !good) return good;
+    if (auto good = write_snapshots(describes ? &stream : nullptr); !good) return good;
+  if (describes) {
+    stream.described_here = true;
+    stream.described_at_bytes = message_bytes_;
+  } else if (!stream.described_here) {
+    // It was away when this file began, and came back as what it was.
+    if (auto good = write_snapshot(stream); !good) return good;
+  }
   if (begins) own_beginning_bytes_ = writer_->file_bytes() + writer_->chunk_bytes();
   return write_plain(stream, role, publish_time_ns, sequence, message);
 }
 
-Result<void> StreamLog::write_snapshots() {
+Result<void> StreamLog::write_snapshots(const Stream* described) {
   for (auto& stream : streams_) {
-    if (!stream->seen.live || stream->description.empty()) continue;
+    if (!stream->seen.live || stream->description.empty() || stream.get() == described) continue;
     const bool due = !stream->described_here ||
                      message_bytes_ - stream->described_at_bytes >= kSnapshotShare * stream->snapshot_bytes;
     if (!due) continue;
-    stream->described_here = true;
-    if (auto good = write_plain(*stream, Role::snapshot, now_ns_, 0, stream->description); !good) return good;
-    std::vector<std::pair<uint64_t, const Bytes*>> edits;
-    for (const auto& [key, edit] : stream->edits) edits.emplace_back(edit.first, &edit.second);
-    std::sort(edits.begin(), edits.end());
-    for (const auto& [version, edit] : edits)
-      if (auto good = write_plain(*stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
-          !good)
-        return good;
-    stream->described_at_bytes = message_bytes_;
+    if (auto good = write_snapshot(*stream); !good) return good;
   }
+  return {};
+}
+
+Result<void> StreamLog::write_snapshot(Stream& stream) {
+  stream.described_here = true;
+  if (auto good = write_plain(stream, Role::snapshot, now_ns_, 0, stream.description); !good) return good;
+  std::vector<std::pair<uint64_t, const Bytes*>> edits;
+  for (const auto& [key, edit] : stream.edits) edits.emplace_back(edit.first, &edit.second);
+  std::sort(edits.begin(), edits.end());
+  for (const auto& [version, edit] : edits)
+    if (auto good = write_plain(stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
+        !good)
+      return good;
+  stream.described_at_bytes = message_bytes_;
   return {};
 }
 

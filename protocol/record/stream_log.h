@@ -88,12 +88,13 @@ class StreamLog {
   void count_frame(Stream& stream, const wire::PoseFrameView& frame);
 
   Result<void> write(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
-                     std::span<const std::byte> message);
+                     std::span<const std::byte> message, bool describes = false);
   Result<void> write_plain(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
                            std::span<const std::byte> message);
   Result<void> open_file();
   Result<void> close_file();
-  Result<void> write_snapshots();
+  Result<void> write_snapshots(const Stream* described);  // all but this one's
+  Result<void> write_snapshot(Stream& stream);
 
   MakeSink make_sink_;
   OnFile on_file_;
