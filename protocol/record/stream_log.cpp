@@ -10,8 +10,8 @@ namespace {
 constexpr size_t kMostStreams = 1024;
 constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;  // for the snapshots of all streams together
 constexpr uint64_t kEditOverhead = 256;
-// A snapshot is repeated when so many times its own length was written since: it never takes more than a
-// ninth.
+// A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what is
+// no snapshot: together they never take more than a ninth.
 constexpr uint64_t kSnapshotShare = 8;
 
 // The publisher's monotonic clock as Unix time; the log time where that cannot be known.
@@ -225,7 +225,7 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
     if (auto good = write_snapshots(describes ? &stream : nullptr); !good) return good;
   if (describes) {
     stream.described_here = true;
-    stream.described_at_bytes = message_bytes_;
+    stream.described_at_bytes = news_bytes_;
   } else if (!stream.described_here) {
     // It was away when this file began, and came back as what it was.
     if (auto good = write_snapshot(stream); !good) return good;
@@ -235,10 +235,13 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
 }
 
 Result<void> StreamLog::write_snapshots(const Stream* described) {
+  uint64_t snapshot_bytes = 0;
+  for (const auto& stream : streams_)
+    if (stream->seen.live) snapshot_bytes += stream->snapshot_bytes;
   for (auto& stream : streams_) {
     if (!stream->seen.live || stream->description.empty() || stream.get() == described) continue;
     const bool due = !stream->described_here ||
-                     message_bytes_ - stream->described_at_bytes >= kSnapshotShare * stream->snapshot_bytes;
+                     news_bytes_ - stream->described_at_bytes >= kSnapshotShare * snapshot_bytes;
     if (!due) continue;
     if (auto good = write_snapshot(*stream); !good) return good;
   }
@@ -255,7 +258,7 @@ Result<void> StreamLog::write_snapshot(Stream& stream) {
     if (auto good = write_plain(stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
         !good)
       return good;
-  stream.described_at_bytes = message_bytes_;
+  stream.described_at_bytes = news_bytes_;
   return {};
 }
 
@@ -271,7 +274,7 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
     channel = *added;
   }
   if (writer_->chunk_is_empty()) chunk_begun_ns_ = now_ns_;
-  message_bytes_ += message.size();
+  if (role != Role::snapshot) news_bytes_ += message.size();
   ++file_messages_;
   return writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
 }

@@ -74,7 +74,7 @@ class StreamLog {
     // Of the file that is being written.
     std::array<uint16_t, kRoles.size()> channels{};
     bool described_here = false;
-    uint64_t described_at_bytes = 0;
+    uint64_t described_at_bytes = 0;  // of news_bytes_
     std::array<uint32_t, kRoles.size()> sequences{};
   };
 
@@ -109,7 +109,7 @@ class StreamLog {
   uint16_t schema_ = 0;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
-  uint64_t message_bytes_ = 0;  // of all that was written
+  uint64_t news_bytes_ = 0;  // of all that was written and is no snapshot
   uint64_t edit_bytes_ = 0;     // that are kept for snapshots
   uint64_t refused_ = 0, unkept_edits_ = 0, lost_messages_ = 0;
   uint64_t file_messages_ = 0;  // of the file that is being written

@@ -104,8 +104,10 @@ TEST_P(RecordFormat, EveryMessageComesBackAsItWas) {
   auto again = Reader::open(source_of(copy));
   ASSERT_TRUE(again.ok());
   const auto copied = all_messages(*again);
-  (void)reader->seek_chunk(0);
-  ASSERT_EQ(copied.size(), recovered->messages);
+  // Channels get their numbers in the order in which messages name them.
+  for (Heard& each : written) each.channel = each.channel == *second ? 1 : 2;
+  EXPECT_TRUE(copied == written);
+  EXPECT_EQ(recovered->messages, written.size());
 }
 
 TEST_P(RecordFormat, SeeksByTime) {

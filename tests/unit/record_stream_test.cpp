@@ -182,7 +182,9 @@ TEST(RecordStream, AStreamDescribesItselfBeforeASnapshotDoes) {
   ASSERT_TRUE(memory.take(description(1, "long", kLongest), 0, 1));
   for (uint64_t i = 1; i <= 400; ++i) {
     ASSERT_TRUE(memory.take(frame(1, i, kLongest), i, 1));
-    if (i % 10 == 0) ASSERT_TRUE(memory.take(description(i, "s" + std::to_string(i), 1), i, i));
+    if (i % 10 == 0) {
+      ASSERT_TRUE(memory.take(description(i, "s" + std::to_string(i), 1), i, i));
+    }
   }
   ASSERT_TRUE(memory.log.finish().ok());
   auto reader = record::Reader::open(source_of(*memory.files[0]));
@@ -191,12 +193,37 @@ TEST(RecordStream, AStreamDescribesItselfBeforeASnapshotDoes) {
   record::Message message;
   while (reader->next(message) == record::Reader::Step::message) {
     const record::Texts& about = reader->index().channels.at(message.channel_id).metadata;
-    if (about.at(std::string(record::kRoleKey)) == record::role_name(record::Role::control))
-      described.push_back(about.at(std::string(record::kStreamKey)));
-    else if (about.at(std::string(record::kRoleKey)) == record::role_name(record::Role::snapshot))
-      EXPECT_NE(std::ranges::find(described, about.at(std::string(record::kStreamKey))), described.end());
+    const std::string& role = about.at(std::string(record::kRoleKey));
+    const std::string& stream = about.at(std::string(record::kStreamKey));
+    if (role == record::role_name(record::Role::control)) described.push_back(stream);
+    if (role == record::role_name(record::Role::snapshot)) {
+      EXPECT_NE(std::ranges::find(described, stream), described.end());
+    }
   }
   EXPECT_EQ(described.size(), 41u);
+}
+
+TEST(RecordStream, SnapshotsOfManyStreamsTakeNoMoreThanANinth) {
+  MemoryLog memory(small_chunks());
+  constexpr uint64_t kStreams = 30;
+  for (uint64_t stream = 1; stream <= kStreams; ++stream)
+    ASSERT_TRUE(memory.take(description(stream, "s" + std::to_string(stream)), 0, stream));
+  for (uint64_t i = 1; i <= 600; ++i)
+    for (uint64_t stream = 1; stream <= kStreams; ++stream)
+      ASSERT_TRUE(memory.take(frame(stream, i), i, stream));
+  ASSERT_TRUE(memory.log.finish().ok());
+  auto reader = record::Reader::open(source_of(*memory.files[0]));
+  ASSERT_TRUE(reader.ok());
+  uint64_t snapshots = 0, all = 0;
+  record::Message message;
+  while (reader->next(message) == record::Reader::Step::message) {
+    all += message.data.size();
+    const record::Texts& about = reader->index().channels.at(message.channel_id).metadata;
+    if (about.at(std::string(record::kRoleKey)) == record::role_name(record::Role::snapshot))
+      snapshots += message.data.size();
+  }
+  EXPECT_GT(snapshots, 0u);
+  EXPECT_LE(snapshots * 9, all);
 }
 
 TEST(RecordStream, AnOldChunkEndsAndATickEndsIt) {
