@@ -171,6 +171,8 @@ def usage(test):
             (("--from", "shm://x"), 2, "--out"),
             (("--out", path), 2, "--from"),
             (("--from", "shm://x", "--out", path), 1, "is there already"),
+            (("--from", "shm://x", "--out", test.path("y.mcap"), "--split-mb", "nan"), 2, "nan"),
+            (("--from", "shm://x", "--out", test.path("y.mcap"), "--attach", "/nowhere.glb"), 1, "/nowhere.glb"),
             (("--from", "shm://x", "--out", "/nowhere/x.mcap"), 1, "cannot be made"),
             (("--from", "nothing://x", "--out", test.path("y.mcap")), 1, "nothing"),
             (("recover", path, "-o", test.path("z.mcap")), 1, "is not an MCAP file")):
@@ -185,6 +187,7 @@ def usage(test):
         check(sentence in test.said, f"replay {arguments} said: {test.said}")
     run(test, "inspect", path, code=1)
     run(test, "inspect", path, "shm://x", code=2)
+    check(not os.path.exists(test.path("y.mcap")), "a recording that never began left a file")
     check(os.path.getsize(path) == 0, "a file that was there was written to")
 
 

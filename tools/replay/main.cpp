@@ -17,6 +17,7 @@
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
+#include "tools/check_number.h"
 #include "tools/replay/pacer.h"
 #include "tools/replay/stream_player.h"
 
@@ -41,14 +42,6 @@ struct Options {
 int fail(const std::string& message) {
   std::fprintf(stderr, "fire3dv-replay: %s\n", message.c_str());
   return 1;
-}
-
-// CLI11's own check lets NaN pass.
-std::string check_number(const std::string& text) {
-  double value = 0;
-  return CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 1e9
-             ? ""
-             : text + " is not a number from 0 to 1e9";
 }
 
 class Replay {
