@@ -107,6 +107,29 @@ def steps_and_parts(test):
     check(kinds[0] == 1 and 8 in kinds and kinds[-1] == 7, f"before them came {kinds}")
 
 
+def step_ends(test):
+    """A signal ends --step while it waits for a line."""
+    path, stepped = test.path("steps.mcap"), test.path("stepped.mcap")
+    uri = test.fresh_uri("tcp")
+    recording = recorder(test, uri, path, "--until-end")
+    source(test, uri, 20, 100).expect_exit()
+    recording.expect_exit()
+    again = recorder(test, test.fresh_uri("tcp"), stepped, "--until-end")
+    replay = subprocess.Popen([test.programs_at["replay"], path, "--to", again.uri, "--wait", "--step"],
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    try:
+        replay.stdin.write(b"\n")
+        replay.stdin.flush()
+        wait_until("a frame", lambda: os.path.getsize(stepped) > 8 and McapFile(stepped, whole=False).of("poses"))
+        replay.send_signal(signal.SIGTERM)
+        check(replay.wait(timeout=120) == 0, f"it ended with {replay.returncode}")
+    finally:
+        replay.kill()
+        replay.communicate()
+    again.expect_exit()
+    check(len(McapFile(stepped).of("poses")) == 1, "one line gave another number of frames")
+
+
 def killed(test):
     """kill -9: every chunk that was written is there, and a whole file can be made of them."""
     path, whole = test.path("killed.mcap"), test.path("whole.mcap")
@@ -194,5 +217,5 @@ def usage(test):
 if __name__ == "__main__":
     signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, killed, full_disk, splits)},
+    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, step_ends, killed, full_disk, splits)},
          ("record", "replay", "inspect", "source"))

@@ -1,16 +1,19 @@
 // fire3dv-replay FILE.mcap --to URI: what was recorded, published again with its own timing, as its adapters
 // did.
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "protocol/record/playback.h"
@@ -58,12 +61,16 @@ class Replay {
   // Until then, listening to renderers. False: somebody asked to stop.
   bool wait(int64_t ns);
   void wait_for_renderers();
+  // The next line on standard input. False: it has ended, or somebody asked to stop.
+  bool wait_for_line();
 
   record::Playback playback_;
   const Options& options_;
   replay::Pacer pacer_;
   std::vector<std::unique_ptr<replay::StreamPlayer>> players_;  // by stream; null: not asked for
   uint64_t damaged_ = 0;
+  size_t lines_ = 0;  // that came and were not asked for yet
+  bool begun_line_ = false;
 };
 
 Result<void> Replay::open_links() {
@@ -114,6 +121,25 @@ void Replay::wait_for_renderers() {
   }
 }
 
+// In short turns: renderers are heard meanwhile, and a signal ends it.
+bool Replay::wait_for_line() {
+  while (wait(0)) {
+    if (lines_ != 0) {
+      --lines_;
+      return true;
+    }
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (::poll(&input, 1, static_cast<int>(kPollEveryNs / transport::kMillisecondNs)) <= 0) continue;
+    char text[4096];
+    const ssize_t bytes = ::read(STDIN_FILENO, text, sizeof text);
+    if (bytes < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+    if (bytes <= 0) return std::exchange(begun_line_, false);  // the last line may have no end
+    lines_ += static_cast<size_t>(std::count(text, text + bytes, '\n'));
+    begun_line_ = text[bytes - 1] != '\n';
+  }
+  return false;
+}
+
 // False: there is nothing in it to play again.
 Result<bool> Replay::run_once(bool again) {
   const uint64_t begin_ns = playback_.start_ns() + static_cast<uint64_t>(options_.start_s * 1e9);
@@ -138,8 +164,7 @@ Result<bool> Replay::run_once(bool again) {
     if (player == nullptr) continue;
     const bool is_pose = played.kind == record::Played::Kind::pose;
     if (options_.step) {
-      std::string line;
-      if (is_pose && !std::getline(std::cin, line)) break;
+      if (is_pose && !wait_for_line()) break;
       player->poll();
     } else if (!wait(pacer_.wait_ns(played.log_time_ns, transport::monotonic_ns()))) {
       break;
