@@ -130,6 +130,26 @@ def step_ends(test):
     check(len(McapFile(stepped).of("poses")) == 1, "one line gave another number of frames")
 
 
+def streams_in_order(test):
+    """Each --to is for the --stream at its place, whatever their order in the file."""
+    path = test.path("two.mcap")
+    uri = test.fresh_uri("tcp")
+    recording = recorder(test, uri, path)
+    sources = [source(test, recording.uri, 20, 100, name) for name in ("a", "b")]
+    for each in sources:
+        each.expect_exit()
+    recording.process.send_signal(signal.SIGINT)
+    recording.expect_exit()
+    names = ("b", "a")
+    again = [recorder(test, test.fresh_uri("tcp"), test.path(f"{name}.mcap"), "--until-end") for name in names]
+    to = [word for name, each in zip(names, again) for word in ("--stream", name, "--to", each.uri)]
+    run(test, "replay", path, "--wait", *to)
+    for name, each in zip(names, again):
+        each.expect_exit()
+        said = json.loads(run(test, "inspect", "--json", test.path(f"{name}.mcap")))
+        check(list(said["streams"]) == [name], f"{name} took {said['streams']}")
+
+
 def killed(test):
     """kill -9: every chunk that was written is there, and a whole file can be made of them."""
     path, whole = test.path("killed.mcap"), test.path("whole.mcap")
@@ -205,6 +225,7 @@ def usage(test):
             ((path, "--to", "shm://x"), 1, "is not an MCAP file"),
             ((test.path("none.mcap"), "--to", "shm://x"), 1, "cannot be opened"),
             ((path, "--to", "shm://x", "--speed", "nan"), 2, "nan"),
+            ((path, "--to", "shm://x", "--stream", "a", "--stream", "a"), 2, "named twice"),
             ((path, "--to", "shm://x", "--start", "-1"), 2, "-1")):
         run(test, "replay", *arguments, code=code)
         check(sentence in test.said, f"replay {arguments} said: {test.said}")
@@ -217,5 +238,5 @@ def usage(test):
 if __name__ == "__main__":
     signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, step_ends, killed, full_disk, splits)},
+    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, step_ends, streams_in_order, killed, full_disk, splits)},
          ("record", "replay", "inspect", "source"))

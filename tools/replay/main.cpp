@@ -79,12 +79,15 @@ Result<void> Replay::open_links() {
   std::string names;
   for (size_t i = 0; i < streams.size(); ++i) {
     names += (i ? ", \"" : "\"") + wire::printable(streams[i].name) + "\"";
-    if (options_.streams.empty() ||
-        std::ranges::find(options_.streams, streams[i].name) != options_.streams.end())
-      chosen.push_back(i);
+    if (options_.streams.empty()) chosen.push_back(i);
   }
-  if (chosen.empty() || (!options_.streams.empty() && chosen.size() != options_.streams.size()))
-    return Error{"--stream names a stream that is not in the recording; it has " + names};
+  // As they were asked for: each --to is for the --stream at its place.
+  for (const std::string& name : options_.streams) {
+    const auto found = std::ranges::find(streams, name, &record::Playback::Stream::name);
+    if (found == streams.end())
+      return Error{"--stream \"" + wire::printable(name) + "\" is not in the recording; it has " + names};
+    chosen.push_back(static_cast<size_t>(found - streams.begin()));
+  }
   if (options_.to.size() != 1 && options_.to.size() != chosen.size())
     return Error{"--to is given " + std::to_string(options_.to.size()) + " times for " +
                  std::to_string(chosen.size()) + " streams (" + names +
@@ -233,7 +236,8 @@ int main(int argc, char** argv) {
          "--to", options.to,
          "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; once, or once for each stream")
       ->required();
-  app.add_option("--stream", options.streams, "play these streams alone; several by their names");
+  app.add_option("--stream", options.streams,
+                 "play these streams alone; several by their names, in the order of --to");
   app.add_option("--speed", options.speed, "times as fast as recorded; 0: as fast as can be")
       ->check(check_number)
       ->capture_default_str();
@@ -252,6 +256,8 @@ int main(int argc, char** argv) {
   app.add_option("--tls-key", options.publisher.tls.key_file, "file of that certificate's key");
   try {
     app.parse(argc, argv);
+    if (std::set(options.streams.begin(), options.streams.end()).size() != options.streams.size())
+      throw CLI::ValidationError("--stream", "a stream is named twice; name each once");
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
