@@ -10,8 +10,8 @@ namespace {
 constexpr size_t kMostStreams = 1024;
 constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;  // for the snapshots of all streams together
 constexpr uint64_t kEditOverhead = 256;
-// A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what is
-// no snapshot: together they never take more than a ninth.
+// A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what
+// is no snapshot: together they never take more than a ninth.
 constexpr uint64_t kSnapshotShare = 8;
 
 // The publisher's monotonic clock as Unix time; the log time where that cannot be known.
@@ -211,10 +211,10 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
                               std::span<const std::byte> message, bool describes) {
   ++stream.seen.messages;
   stream.seen.bytes += message.size();
-  const bool full = writer_ && ((options_.split_bytes != 0 &&
-                                 writer_->file_bytes() + writer_->chunk_bytes() >=
-                                     own_beginning_bytes_ + options_.split_bytes) ||
-                                (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
+  const bool full =
+      writer_ && ((options_.split_bytes != 0 && writer_->file_bytes() + writer_->chunk_bytes() >=
+                                                    own_beginning_bytes_ + options_.split_bytes) ||
+                  (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
   const bool begins = full || !writer_;
   if (begins) {
     if (auto good = close_file(); !good) return good;

@@ -110,7 +110,7 @@ class StreamLog {
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
   uint64_t news_bytes_ = 0;  // of all that was written and is no snapshot
-  uint64_t edit_bytes_ = 0;     // that are kept for snapshots
+  uint64_t edit_bytes_ = 0;  // that are kept for snapshots
   uint64_t refused_ = 0, unkept_edits_ = 0, lost_messages_ = 0;
   uint64_t file_messages_ = 0;  // of the file that is being written
 };

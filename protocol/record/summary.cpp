@@ -98,8 +98,9 @@ Result<void> FileIndex::define(Schema schema, const ReadLimits& limits) {
     return known->second == schema
                ? Result<void>()
                : Result<void>(Error{"schema " + std::to_string(schema.id) + " has two meanings"});
-  if (auto good = take_memory(
-          schema.data.size() + schema.name.size() + schema.encoding.size() + kOverhead, limits); !good)
+  if (auto good =
+          take_memory(schema.data.size() + schema.name.size() + schema.encoding.size() + kOverhead, limits);
+      !good)
     return good;
   const uint16_t id = schema.id;
   schemas.emplace(id, std::move(schema));
@@ -116,7 +117,8 @@ Result<void> FileIndex::define(Channel channel, const ReadLimits& limits) {
     return Error{"channel " + std::to_string(channel.id) + " is of a schema that is not there"};
   if (auto good = take_memory(
           memory_of(channel.metadata) + channel.topic.size() + channel.message_encoding.size() + kOverhead,
-          limits); !good)
+          limits);
+      !good)
     return good;
   const uint16_t id = channel.id;
   channels.emplace(id, std::move(channel));

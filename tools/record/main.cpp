@@ -51,7 +51,9 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--compression", options.compression, "zstd, lz4 or none")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
-  app.add_option("--split-mb", options.split_mb, "begin a new file when one has so many MB beside what is attached")->check(check_number);
+  app.add_option("--split-mb", options.split_mb,
+                 "begin a new file when one has so many MB beside what is attached")
+      ->check(check_number);
   app.add_option("--split-s", options.split_s, "begin a new file after so many seconds")->check(check_number);
   app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")->check(check_number);
   app.add_flag("--until-end", options.until_end, "end when all streams that came have ended");
