@@ -18,9 +18,13 @@ bool elements(Parser& parser, OnElement on_element) {
   return true;
 }
 
+// Each takes some hundred bytes of memory, however short it is in the file.
+constexpr size_t kMostTexts = 65'536;
+
 bool texts(Parser& parser, Texts& result) {
   return elements(parser, [&](Parser& inner) {
     std::string key, value;
+    if (result.size() == kMostTexts) return false;
     if (!inner.get(key) || !inner.get(value)) return false;
     result[std::move(key)] = std::move(value);
     return true;

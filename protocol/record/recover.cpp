@@ -75,6 +75,7 @@ Result<uint16_t> Recovery::channel_of(uint16_t id) {
 Result<void> Recovery::copy_messages() {
   Message message;
   std::optional<size_t> chunk;
+  reader_.seek_chunk(0);  // wherever the reader stood before
   for (;;) {
     const Reader::Step step = reader_.next(message);
     if (step == Reader::Step::end) return {};

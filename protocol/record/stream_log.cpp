@@ -10,8 +10,8 @@ namespace {
 constexpr size_t kMostStreams = 1024;
 constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;  // for the snapshots of all streams together
 constexpr uint64_t kEditOverhead = 256;
-// A snapshot is repeated when so many times its own length was written since: it never takes more than a
-// ninth.
+// A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what
+// is no snapshot: together they never take more than a ninth.
 constexpr uint64_t kSnapshotShare = 8;
 
 // The publisher's monotonic clock as Unix time; the log time where that cannot be known.
@@ -106,10 +106,7 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   stream->clock = description.clock;
   stream->description.assign(message.begin(), message.end());
   stream->snapshot_bytes = message.size();
-  // First, so that no snapshot says it before the stream has.
-  stream->described_here = true;
-  stream->described_at_bytes = message_bytes_;
-  return write(*stream, Role::control, now_ns_, 0, message);
+  return write(*stream, Role::control, now_ns_, 0, message, true);
 }
 
 void StreamLog::count_frame(Stream& stream, const wire::PoseFrameView& frame) {
@@ -174,10 +171,11 @@ Result<void> StreamLog::tick(uint64_t now_ns) {
 }
 
 Result<void> StreamLog::open_file() {
+  if (open_failure_) return *open_failure_;
   auto sink = make_sink_(files_);
-  if (!sink) return sink.error();
+  if (!sink) return *(open_failure_ = sink.error());
   auto writer = Writer::open(std::move(*sink), options_.writer);
-  if (!writer) return writer.error();
+  if (!writer) return *(open_failure_ = writer.error());
   ++files_;
   writer_.emplace(std::move(*writer));
   file_begun_ns_ = now_ns_;
@@ -210,42 +208,57 @@ Result<void> StreamLog::finish() {
 }
 
 Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
-                              std::span<const std::byte> message) {
+                              std::span<const std::byte> message, bool describes) {
   ++stream.seen.messages;
   stream.seen.bytes += message.size();
-  const bool full = writer_ && ((options_.split_bytes != 0 &&
-                                 writer_->file_bytes() + writer_->chunk_bytes() >= options_.split_bytes) ||
-                                (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
-  if (full || !writer_) {
-    // What is being written may be the description itself.
-    const bool says_itself = stream.described_here && stream.described_at_bytes == message_bytes_;
+  const bool full =
+      writer_ && ((options_.split_bytes != 0 && writer_->file_bytes() + writer_->chunk_bytes() >=
+                                                    own_beginning_bytes_ + options_.split_bytes) ||
+                  (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
+  const bool begins = full || !writer_;
+  if (begins) {
     if (auto good = close_file(); !good) return good;
     if (auto good = open_file(); !good) return good;
-    stream.described_here = says_itself;
   }
   if (auto good = tick(now_ns_); !good) return good;
   if (writer_->chunk_is_empty())
-    if (auto good = write_snapshots(); !good) return good;
+    if (auto good = write_snapshots(describes ? &stream : nullptr); !good) return good;
+  if (describes) {
+    stream.described_here = true;
+    stream.described_at_bytes = news_bytes_;
+  } else if (!stream.described_here) {
+    // It was away when this file began, and came back as what it was.
+    if (auto good = write_snapshot(stream); !good) return good;
+  }
+  if (begins) own_beginning_bytes_ = writer_->file_bytes() + writer_->chunk_bytes();
   return write_plain(stream, role, publish_time_ns, sequence, message);
 }
 
-Result<void> StreamLog::write_snapshots() {
+Result<void> StreamLog::write_snapshots(const Stream* described) {
+  uint64_t snapshot_bytes = 0;
+  for (const auto& stream : streams_)
+    if (stream->seen.live) snapshot_bytes += stream->snapshot_bytes;
   for (auto& stream : streams_) {
-    if (!stream->seen.live || stream->description.empty()) continue;
+    if (!stream->seen.live || stream->description.empty() || stream.get() == described) continue;
     const bool due = !stream->described_here ||
-                     message_bytes_ - stream->described_at_bytes >= kSnapshotShare * stream->snapshot_bytes;
+                     news_bytes_ - stream->described_at_bytes >= kSnapshotShare * snapshot_bytes;
     if (!due) continue;
-    stream->described_here = true;
-    if (auto good = write_plain(*stream, Role::snapshot, now_ns_, 0, stream->description); !good) return good;
-    std::vector<std::pair<uint64_t, const Bytes*>> edits;
-    for (const auto& [key, edit] : stream->edits) edits.emplace_back(edit.first, &edit.second);
-    std::sort(edits.begin(), edits.end());
-    for (const auto& [version, edit] : edits)
-      if (auto good = write_plain(*stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
-          !good)
-        return good;
-    stream->described_at_bytes = message_bytes_;
+    if (auto good = write_snapshot(*stream); !good) return good;
   }
+  return {};
+}
+
+Result<void> StreamLog::write_snapshot(Stream& stream) {
+  stream.described_here = true;
+  if (auto good = write_plain(stream, Role::snapshot, now_ns_, 0, stream.description); !good) return good;
+  std::vector<std::pair<uint64_t, const Bytes*>> edits;
+  for (const auto& [key, edit] : stream.edits) edits.emplace_back(edit.first, &edit.second);
+  std::sort(edits.begin(), edits.end());
+  for (const auto& [version, edit] : edits)
+    if (auto good = write_plain(stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
+        !good)
+      return good;
+  stream.described_at_bytes = news_bytes_;
   return {};
 }
 
@@ -261,7 +274,7 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
     channel = *added;
   }
   if (writer_->chunk_is_empty()) chunk_begun_ns_ = now_ns_;
-  message_bytes_ += message.size();
+  if (role != Role::snapshot) news_bytes_ += message.size();
   ++file_messages_;
   return writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
 }

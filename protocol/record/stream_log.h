@@ -22,7 +22,8 @@ struct LogOptions {
   WriterOptions writer;
   uint64_t chunk_ns =
       1'000'000'000;  // a chunk ends when it is so old: what is lost when everything ends at once
-  uint64_t split_bytes = 0, split_ns = 0;  // 0: one file
+  // 0: one file. Bytes of messages: not what each file begins with, which may be longer than that.
+  uint64_t split_bytes = 0, split_ns = 0;
 };
 
 // What came of one stream.
@@ -73,7 +74,7 @@ class StreamLog {
     // Of the file that is being written.
     std::array<uint16_t, kRoles.size()> channels{};
     bool described_here = false;
-    uint64_t described_at_bytes = 0;
+    uint64_t described_at_bytes = 0;  // of news_bytes_
     std::array<uint32_t, kRoles.size()> sequences{};
   };
 
@@ -87,12 +88,13 @@ class StreamLog {
   void count_frame(Stream& stream, const wire::PoseFrameView& frame);
 
   Result<void> write(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
-                     std::span<const std::byte> message);
+                     std::span<const std::byte> message, bool describes = false);
   Result<void> write_plain(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
                            std::span<const std::byte> message);
   Result<void> open_file();
   Result<void> close_file();
-  Result<void> write_snapshots();
+  Result<void> write_snapshots(const Stream* described);  // all but this one's
+  Result<void> write_snapshot(Stream& stream);
 
   MakeSink make_sink_;
   OnFile on_file_;
@@ -100,13 +102,15 @@ class StreamLog {
   wire::Decoder decoder_;
   std::optional<Writer> writer_;
   uint32_t files_ = 0;
+  std::optional<Error> open_failure_;  // no sink is asked for again: the first one may be used up
   uint64_t closed_bytes_ = 0;
+  uint64_t own_beginning_bytes_ = 0;  // of the file: schema, attachments, first snapshots
   uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
   uint16_t schema_ = 0;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
-  uint64_t message_bytes_ = 0;  // of all that was written
-  uint64_t edit_bytes_ = 0;     // that are kept for snapshots
+  uint64_t news_bytes_ = 0;  // of all that was written and is no snapshot
+  uint64_t edit_bytes_ = 0;  // that are kept for snapshots
   uint64_t refused_ = 0, unkept_edits_ = 0, lost_messages_ = 0;
   uint64_t file_messages_ = 0;  // of the file that is being written
 };

@@ -12,6 +12,7 @@
 namespace fire3dv::record {
 namespace {
 
+constexpr uint64_t kDataEndBytes = 4;
 constexpr uint64_t kOverhead = 128;  // of a map's or vector's entry, beside what it holds
 
 Error no_summary(const Source& source, const std::string& why) {
@@ -97,7 +98,9 @@ Result<void> FileIndex::define(Schema schema, const ReadLimits& limits) {
     return known->second == schema
                ? Result<void>()
                : Result<void>(Error{"schema " + std::to_string(schema.id) + " has two meanings"});
-  if (auto good = take_memory(schema.data.size() + schema.name.size() + kOverhead, limits); !good)
+  if (auto good =
+          take_memory(schema.data.size() + schema.name.size() + schema.encoding.size() + kOverhead, limits);
+      !good)
     return good;
   const uint16_t id = schema.id;
   schemas.emplace(id, std::move(schema));
@@ -112,7 +115,10 @@ Result<void> FileIndex::define(Channel channel, const ReadLimits& limits) {
                : Result<void>(Error{"channel " + std::to_string(channel.id) + " has two meanings"});
   if (channel.schema_id != 0 && !schemas.contains(channel.schema_id))
     return Error{"channel " + std::to_string(channel.id) + " is of a schema that is not there"};
-  if (auto good = take_memory(memory_of(channel.metadata) + channel.topic.size() + kOverhead, limits); !good)
+  if (auto good = take_memory(
+          memory_of(channel.metadata) + channel.topic.size() + channel.message_encoding.size() + kOverhead,
+          limits);
+      !good)
     return good;
   const uint16_t id = channel.id;
   channels.emplace(id, std::move(channel));
@@ -216,7 +222,9 @@ class Scan {
     for (;;) {
       const auto record = walker_.next();
       if (!record) return record.error();
-      if (*record && (*record)->kind == Kind::data_end) return std::move(index_);
+      // By its length, too: a record whose kind is damaged must not hide all that follows it.
+      if (*record && (*record)->kind == Kind::data_end && (*record)->content_bytes() == kDataEndBytes)
+        return std::move(index_);
       if (*record && known((*record)->kind)) {
         auto sound = take(**record);
         if (!sound) return sound.error();
@@ -293,9 +301,12 @@ class Scan {
       case Kind::attachment: {
         auto attachment = read_attachment_head(buffered_, record);
         if (!attachment) return false;
+        const uint64_t named_bytes = attachment->name.size() + attachment->media_type.size();
         index_.attachments.push_back(std::move(*attachment));
-        return charge(sizeof(AttachmentIndex) + kOverhead);
+        return charge(sizeof(AttachmentIndex) + kOverhead + named_bytes);
       }
+      case Kind::data_end:
+        return false;
       default:
         return true;
     }

@@ -107,6 +107,49 @@ def steps_and_parts(test):
     check(kinds[0] == 1 and 8 in kinds and kinds[-1] == 7, f"before them came {kinds}")
 
 
+def step_ends(test):
+    """A signal ends --step while it waits for a line."""
+    path, stepped = test.path("steps.mcap"), test.path("stepped.mcap")
+    uri = test.fresh_uri("tcp")
+    recording = recorder(test, uri, path, "--until-end")
+    source(test, uri, 20, 100).expect_exit()
+    recording.expect_exit()
+    again = recorder(test, test.fresh_uri("tcp"), stepped, "--until-end")
+    replay = subprocess.Popen([test.programs_at["replay"], path, "--to", again.uri, "--wait", "--step"],
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    try:
+        replay.stdin.write(b"\n")
+        replay.stdin.flush()
+        wait_until("a frame", lambda: os.path.getsize(stepped) > 8 and McapFile(stepped, whole=False).of("poses"))
+        replay.send_signal(signal.SIGTERM)
+        check(replay.wait(timeout=120) == 0, f"it ended with {replay.returncode}")
+    finally:
+        replay.kill()
+        replay.communicate()
+    again.expect_exit()
+    check(len(McapFile(stepped).of("poses")) == 1, "one line gave another number of frames")
+
+
+def streams_in_order(test):
+    """Each --to is for the --stream at its place, whatever their order in the file."""
+    path = test.path("two.mcap")
+    uri = test.fresh_uri("tcp")
+    recording = recorder(test, uri, path)
+    sources = [source(test, recording.uri, 20, 100, name) for name in ("a", "b")]
+    for each in sources:
+        each.expect_exit()
+    recording.process.send_signal(signal.SIGINT)
+    recording.expect_exit()
+    names = ("b", "a")
+    again = [recorder(test, test.fresh_uri("tcp"), test.path(f"{name}.mcap"), "--until-end") for name in names]
+    to = [word for name, each in zip(names, again) for word in ("--stream", name, "--to", each.uri)]
+    run(test, "replay", path, "--wait", *to)
+    for name, each in zip(names, again):
+        each.expect_exit()
+        said = json.loads(run(test, "inspect", "--json", test.path(f"{name}.mcap")))
+        check(list(said["streams"]) == [name], f"{name} took {said['streams']}")
+
+
 def killed(test):
     """kill -9: every chunk that was written is there, and a whole file can be made of them."""
     path, whole = test.path("killed.mcap"), test.path("whole.mcap")
@@ -171,6 +214,8 @@ def usage(test):
             (("--from", "shm://x"), 2, "--out"),
             (("--out", path), 2, "--from"),
             (("--from", "shm://x", "--out", path), 1, "is there already"),
+            (("--from", "shm://x", "--out", test.path("y.mcap"), "--split-mb", "nan"), 2, "nan"),
+            (("--from", "shm://x", "--out", test.path("y.mcap"), "--attach", "/nowhere.glb"), 1, "/nowhere.glb"),
             (("--from", "shm://x", "--out", "/nowhere/x.mcap"), 1, "cannot be made"),
             (("--from", "nothing://x", "--out", test.path("y.mcap")), 1, "nothing"),
             (("recover", path, "-o", test.path("z.mcap")), 1, "is not an MCAP file")):
@@ -180,16 +225,18 @@ def usage(test):
             ((path, "--to", "shm://x"), 1, "is not an MCAP file"),
             ((test.path("none.mcap"), "--to", "shm://x"), 1, "cannot be opened"),
             ((path, "--to", "shm://x", "--speed", "nan"), 2, "nan"),
+            ((path, "--to", "shm://x", "--stream", "a", "--stream", "a"), 2, "named twice"),
             ((path, "--to", "shm://x", "--start", "-1"), 2, "-1")):
         run(test, "replay", *arguments, code=code)
         check(sentence in test.said, f"replay {arguments} said: {test.said}")
     run(test, "inspect", path, code=1)
     run(test, "inspect", path, "shm://x", code=2)
+    check(not os.path.exists(test.path("y.mcap")), "a recording that never began left a file")
     check(os.path.getsize(path) == 0, "a file that was there was written to")
 
 
 if __name__ == "__main__":
     signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, killed, full_disk, splits)},
+    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, step_ends, streams_in_order, killed, full_disk, splits)},
          ("record", "replay", "inspect", "source"))

@@ -247,6 +247,44 @@ TEST(RecordHostile, AnIndexThatIsTooLongIsSaid) {
   EXPECT_NE(complaint.find("--memory-mb"), std::string::npos) << complaint;
 }
 
+TEST(RecordHostile, LongNamesAreCharged) {
+  const std::string name(size_t{1} << 20, 'n');
+  Bytes channels = begun_file(), schemas = begun_file(), attachments = begun_file();
+  for (uint16_t id = 2; id < 40; ++id) {
+    record::append(channels, record::Channel{id, 1, "/a", name, {}});
+    record::append(schemas, record::Schema{id, "", name, {}});
+  }
+  const std::string short_name(60'000, 'n');
+  for (int i = 0; i < 200; ++i) {
+    Bytes content;
+    record::put(content, uint64_t{0});
+    record::put(content, uint64_t{0});
+    record::put(content, std::string_view(short_name));
+    record::put(content, std::string_view(short_name));
+    record::put(content, uint64_t{0});
+    record::put(content, uint32_t{0});
+    record::put(attachments, static_cast<uint8_t>(Kind::attachment));
+    record::put(attachments, uint64_t{content.size()});
+    record::put(attachments, std::span<const std::byte>(content));
+  }
+  for (const Bytes* file : {&channels, &schemas, &attachments}) {
+    auto reader = Reader::open(source_of(*file));
+    const std::string complaint = reader.ok() ? reader->index().damage : reader.error().message;
+    EXPECT_NE(complaint.find("--memory-mb"), std::string::npos) << complaint;
+  }
+}
+
+TEST(RecordHostile, OnlyAnEndOfDataEndsAScan) {
+  Bytes file = begun_file();
+  record::put(file, static_cast<uint8_t>(Kind::data_end));
+  record::put(file, uint64_t{60});
+  file.resize(file.size() + 60);
+  Bytes message;
+  record::append(message, record::Message{1, 1, 5, 5, {}});
+  put_chunk(file, {5, 5, message.size(), 0, "", message.size()}, message);
+  EXPECT_EQ(read_hostile(file).first, 1u);
+}
+
 TEST(RecordHostile, WhatIsNoRecordingIsNamed) {
   for (const std::string_view text : {"", "glTF", "not an MCAP file at all, but longer than its magic"}) {
     const auto bytes = std::as_bytes(std::span(text));

@@ -126,6 +126,106 @@ TEST(RecordStream, FilesThatWereBegunInTheMiddleStandAlone) {
   EXPECT_EQ(got, sent);
 }
 
+TEST(RecordStream, WhatIsAttachedFillsNoFile) {
+  std::vector<std::unique_ptr<Bytes>> files;
+  record::LogOptions options = small_chunks();
+  options.split_bytes = 12'000;
+  record::StreamLog log(
+      [&](uint32_t) -> Result<std::unique_ptr<record::Sink>> {
+        files.push_back(std::make_unique<Bytes>());
+        return std::unique_ptr<record::Sink>(std::make_unique<record::MemorySink>(*files.back()));
+      },
+      [](record::Writer& writer, uint64_t) {
+        record::MemorySource scene(Bytes(50'000));
+        return writer.attach({}, scene);
+      },
+      options);
+  ASSERT_TRUE(log.take(1, description(7), kBegun_ns).ok());
+  constexpr uint64_t kFrames = 200;
+  for (uint64_t i = 1; i <= kFrames; ++i) ASSERT_TRUE(log.take(1, frame(7, i), kBegun_ns + i * kMs).ok());
+  ASSERT_TRUE(log.finish().ok());
+  EXPECT_GT(files.size(), 1u);
+  EXPECT_LE(files.size(), kFrames * frame(7, 1).size() / options.split_bytes + 1 + kFrames / 20);
+  for (const auto& file : files) EXPECT_GT(file->size(), 50'000u);
+}
+
+// Each file of a series describes a stream before it says anything else of it, and says it first where it was
+// said first.
+TEST(RecordStream, NoFrameIsInAFileWithoutItsDescription) {
+  record::LogOptions options;  // one chunk for each file: what comes back comes back in the middle of one
+  options.split_bytes = 4'000;
+  MemoryLog memory(options);
+  ASSERT_TRUE(memory.take(description(7), 0, 1));
+  ASSERT_TRUE(memory.take(edit(7, 1, "link_0", false), 0, 1));
+  ASSERT_TRUE(memory.take(frame(7, 1), 0, 1));
+  memory.log.end_peer(1);
+  ASSERT_TRUE(memory.take(description(8, "crane"), 1, 2));
+  uint64_t sequence = 0;
+  while (memory.log.files() < 2) ASSERT_TRUE(memory.take(frame(8, ++sequence), 2, 2));
+  ASSERT_TRUE(memory.take(frame(8, ++sequence), 2, 2));
+  ASSERT_TRUE(memory.take(description(7), 3, 1));
+  ASSERT_TRUE(memory.take(frame(7, 2), 3, 1));
+  ASSERT_TRUE(memory.log.finish().ok());
+  ASSERT_EQ(memory.files.size(), 2u);
+  auto playback = Playback::open(source_of(*memory.files[1]));
+  ASSERT_TRUE(playback.ok());
+  playback->rewind();
+  std::vector<Bytes> of_arm;
+  for (Told& told : played_from(*playback))
+    if (playback->streams()[told.stream].name == "arm") of_arm.push_back(std::move(told.message));
+  EXPECT_EQ(of_arm, (std::vector<Bytes>{description(7), edit(7, 1, "link_0", false), frame(7, 2)}));
+}
+
+TEST(RecordStream, AStreamDescribesItselfBeforeASnapshotDoes) {
+  MemoryLog memory(small_chunks(1));  // each message begins a chunk
+  constexpr uint64_t kLongest = 400;
+  ASSERT_TRUE(memory.take(description(1, "long", kLongest), 0, 1));
+  for (uint64_t i = 1; i <= 400; ++i) {
+    ASSERT_TRUE(memory.take(frame(1, i, kLongest), i, 1));
+    if (i % 10 == 0) {
+      ASSERT_TRUE(memory.take(description(i, "s" + std::to_string(i), 1), i, i));
+    }
+  }
+  ASSERT_TRUE(memory.log.finish().ok());
+  auto reader = record::Reader::open(source_of(*memory.files[0]));
+  ASSERT_TRUE(reader.ok());
+  std::vector<std::string> described;
+  record::Message message;
+  while (reader->next(message) == record::Reader::Step::message) {
+    const record::Texts& about = reader->index().channels.at(message.channel_id).metadata;
+    const std::string& role = about.at(std::string(record::kRoleKey));
+    const std::string& stream = about.at(std::string(record::kStreamKey));
+    if (role == record::role_name(record::Role::control)) described.push_back(stream);
+    if (role == record::role_name(record::Role::snapshot)) {
+      EXPECT_NE(std::ranges::find(described, stream), described.end());
+    }
+  }
+  EXPECT_EQ(described.size(), 41u);
+}
+
+TEST(RecordStream, SnapshotsOfManyStreamsTakeNoMoreThanANinth) {
+  MemoryLog memory(small_chunks());
+  constexpr uint64_t kStreams = 30;
+  for (uint64_t stream = 1; stream <= kStreams; ++stream)
+    ASSERT_TRUE(memory.take(description(stream, "s" + std::to_string(stream)), 0, stream));
+  for (uint64_t i = 1; i <= 600; ++i)
+    for (uint64_t stream = 1; stream <= kStreams; ++stream)
+      ASSERT_TRUE(memory.take(frame(stream, i), i, stream));
+  ASSERT_TRUE(memory.log.finish().ok());
+  auto reader = record::Reader::open(source_of(*memory.files[0]));
+  ASSERT_TRUE(reader.ok());
+  uint64_t snapshots = 0, all = 0;
+  record::Message message;
+  while (reader->next(message) == record::Reader::Step::message) {
+    all += message.data.size();
+    const record::Texts& about = reader->index().channels.at(message.channel_id).metadata;
+    if (about.at(std::string(record::kRoleKey)) == record::role_name(record::Role::snapshot))
+      snapshots += message.data.size();
+  }
+  EXPECT_GT(snapshots, 0u);
+  EXPECT_LE(snapshots * 9, all);
+}
+
 TEST(RecordStream, AnOldChunkEndsAndATickEndsIt) {
   MemoryLog memory;  // a megabyte, and a second
   ASSERT_TRUE(memory.take(description(7), 0));

@@ -15,6 +15,7 @@
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
+#include "tools/check_number.h"
 #include "tools/record/recorder.h"
 #include "tools/record/recover_command.h"
 
@@ -43,7 +44,6 @@ int fail(const std::string& message) {
 }
 
 void add_options(CLI::App& app, Options& options) {
-  const CLI::Range any(0.0, 1e9);
   app.add_option("--from", options.from,
                  "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; several into one file");
   app.add_option("--out", options.out, "the file to write; with --split-*: FILE_0000.mcap and so on");
@@ -51,9 +51,11 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--compression", options.compression, "zstd, lz4 or none")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
-  app.add_option("--split-mb", options.split_mb, "begin a new file when one has so many MB")->check(any);
-  app.add_option("--split-s", options.split_s, "begin a new file after so many seconds")->check(any);
-  app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")->check(any);
+  app.add_option("--split-mb", options.split_mb,
+                 "begin a new file when one has so many MB beside what is attached")
+      ->check(check_number);
+  app.add_option("--split-s", options.split_s, "begin a new file after so many seconds")->check(check_number);
+  app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")->check(check_number);
   app.add_flag("--until-end", options.until_end, "end when all streams that came have ended");
   app.add_flag("--insecure", options.listener.insecure,
                "listen on addresses other than loopback, without protection");
@@ -140,12 +142,13 @@ int record_streams(const Options& options) {
   log.split_bytes = static_cast<uint64_t>(options.split_mb * 1e6);
   log.split_ns = static_cast<uint64_t>(options.split_s * 1e9);
   const bool splits = log.split_bytes != 0 || log.split_ns != 0;
+  // Before the file is made: a mistyped name leaves none behind.
+  for (const std::string& path : options.attach)
+    if (auto source = record::open_source(path); !source) return fail(source.error().message);
   // The first file is made now, so that a bad name is said before anything is lost.
   auto first = record::create_sink(splits ? numbered(options.out, 0) : options.out);
   if (!first) return fail(first.error().message);
   auto first_sink = std::make_shared<std::unique_ptr<record::Sink>>(std::move(*first));
-  for (const std::string& path : options.attach)
-    if (auto source = record::open_source(path); !source) return fail(source.error().message);
   record::Recorder recorder(record::StreamLog(
       [&, first_sink](uint32_t file) -> Result<std::unique_ptr<record::Sink>> {
         if (file == 0) return std::move(*first_sink);

@@ -40,7 +40,9 @@ void Recorder::push(Incoming incoming, bool may_drop) {
   const uint64_t bytes = incoming.message.size() + sizeof(Incoming);
   const std::lock_guard lock(mutex_);
   if (status_.failure) return;
-  if (queued_bytes_ + bytes > (may_drop ? kMostQueuedBytes : 2 * kMostQueuedBytes)) {
+  // That a peer is gone is never left out: its stream would seem to live for ever.
+  if (!incoming.message.empty() &&
+      queued_bytes_ + bytes > (may_drop ? kMostQueuedBytes : 2 * kMostQueuedBytes)) {
     ++dropped_;
     return;
   }

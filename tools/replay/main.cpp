@@ -1,22 +1,26 @@
 // fire3dv-replay FILE.mcap --to URI: what was recorded, published again with its own timing, as its adapters
 // did.
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "protocol/record/playback.h"
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
+#include "tools/check_number.h"
 #include "tools/replay/pacer.h"
 #include "tools/replay/stream_player.h"
 
@@ -43,14 +47,6 @@ int fail(const std::string& message) {
   return 1;
 }
 
-// CLI11's own check lets NaN pass.
-std::string check_number(const std::string& text) {
-  double value = 0;
-  return CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 1e9
-             ? ""
-             : text + " is not a number from 0 to 1e9";
-}
-
 class Replay {
  public:
   Replay(record::Playback playback, const Options& options)
@@ -65,12 +61,16 @@ class Replay {
   // Until then, listening to renderers. False: somebody asked to stop.
   bool wait(int64_t ns);
   void wait_for_renderers();
+  // The next line on standard input. False: it has ended, or somebody asked to stop.
+  bool wait_for_line();
 
   record::Playback playback_;
   const Options& options_;
   replay::Pacer pacer_;
   std::vector<std::unique_ptr<replay::StreamPlayer>> players_;  // by stream; null: not asked for
   uint64_t damaged_ = 0;
+  size_t lines_ = 0;  // that came and were not asked for yet
+  bool begun_line_ = false;
 };
 
 Result<void> Replay::open_links() {
@@ -79,12 +79,15 @@ Result<void> Replay::open_links() {
   std::string names;
   for (size_t i = 0; i < streams.size(); ++i) {
     names += (i ? ", \"" : "\"") + wire::printable(streams[i].name) + "\"";
-    if (options_.streams.empty() ||
-        std::ranges::find(options_.streams, streams[i].name) != options_.streams.end())
-      chosen.push_back(i);
+    if (options_.streams.empty()) chosen.push_back(i);
   }
-  if (chosen.empty() || (!options_.streams.empty() && chosen.size() != options_.streams.size()))
-    return Error{"--stream names a stream that is not in the recording; it has " + names};
+  // As they were asked for: each --to is for the --stream at its place.
+  for (const std::string& name : options_.streams) {
+    const auto found = std::ranges::find(streams, name, &record::Playback::Stream::name);
+    if (found == streams.end())
+      return Error{"--stream \"" + wire::printable(name) + "\" is not in the recording; it has " + names};
+    chosen.push_back(static_cast<size_t>(found - streams.begin()));
+  }
   if (options_.to.size() != 1 && options_.to.size() != chosen.size())
     return Error{"--to is given " + std::to_string(options_.to.size()) + " times for " +
                  std::to_string(chosen.size()) + " streams (" + names +
@@ -121,6 +124,25 @@ void Replay::wait_for_renderers() {
   }
 }
 
+// In short turns: renderers are heard meanwhile, and a signal ends it.
+bool Replay::wait_for_line() {
+  while (wait(0)) {
+    if (lines_ != 0) {
+      --lines_;
+      return true;
+    }
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (::poll(&input, 1, static_cast<int>(kPollEveryNs / transport::kMillisecondNs)) <= 0) continue;
+    char text[4096];
+    const ssize_t bytes = ::read(STDIN_FILENO, text, sizeof text);
+    if (bytes < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+    if (bytes <= 0) return std::exchange(begun_line_, false);  // the last line may have no end
+    lines_ += static_cast<size_t>(std::count(text, text + bytes, '\n'));
+    begun_line_ = text[bytes - 1] != '\n';
+  }
+  return false;
+}
+
 // False: there is nothing in it to play again.
 Result<bool> Replay::run_once(bool again) {
   const uint64_t begin_ns = playback_.start_ns() + static_cast<uint64_t>(options_.start_s * 1e9);
@@ -145,8 +167,7 @@ Result<bool> Replay::run_once(bool again) {
     if (player == nullptr) continue;
     const bool is_pose = played.kind == record::Played::Kind::pose;
     if (options_.step) {
-      std::string line;
-      if (is_pose && !std::getline(std::cin, line)) break;
+      if (is_pose && !wait_for_line()) break;
       player->poll();
     } else if (!wait(pacer_.wait_ns(played.log_time_ns, transport::monotonic_ns()))) {
       break;
@@ -215,7 +236,8 @@ int main(int argc, char** argv) {
          "--to", options.to,
          "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; once, or once for each stream")
       ->required();
-  app.add_option("--stream", options.streams, "play these streams alone; several by their names");
+  app.add_option("--stream", options.streams,
+                 "play these streams alone; several by their names, in the order of --to");
   app.add_option("--speed", options.speed, "times as fast as recorded; 0: as fast as can be")
       ->check(check_number)
       ->capture_default_str();
@@ -234,6 +256,8 @@ int main(int argc, char** argv) {
   app.add_option("--tls-key", options.publisher.tls.key_file, "file of that certificate's key");
   try {
     app.parse(argc, argv);
+    if (std::set(options.streams.begin(), options.streams.end()).size() != options.streams.size())
+      throw CLI::ValidationError("--stream", "a stream is named twice; name each once");
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
