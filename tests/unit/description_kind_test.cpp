@@ -52,5 +52,34 @@ TEST(DescriptionKind, XmlThatWouldHarmItsReadersIsRefusedWithItsLine) {
   EXPECT_TRUE(xml_root(wide + "</robot>").ok());
 }
 
+// Each of them would end at another place for one of the readers, and what is between would be elements.
+TEST(DescriptionKind, XmlThatReadersReadDifferentlyIsRefused) {
+  const std::string robot = "<robot name='q'><link name='l'/></robot>";
+  std::string deep;
+  for (int i = 0; i < 200; ++i) deep += "<a>";
+  EXPECT_NE(refused("<!x \"><robot name='r'>" + deep + "</robot><!y \">" + robot).find("'<!'"),
+            std::string::npos);
+  EXPECT_NE(refused("<?x >" + deep + "<!-- ?>" + robot + "<!-- -->").find("'<?'"), std::string::npos);
+  EXPECT_NE(refused("<?x ><mujoco/><!-- ?><mujoco><asset><mesh name=\"m\" file=\"/a/fifo.stl\"/></asset>"
+                    "</mujoco><!-- -->")
+                .find("'<?'"),
+            std::string::npos);
+  for (const std::string& text : std::vector<std::string>{
+           "<?xml version=\"1.0?>" + robot, "<?xml ' version=\"1.0' ?>" + robot,
+           robot + "<?xml version='1.0'?>", "<?xml version='1.0'><a>?>" + robot,
+           "<!DOCTYPE r \"><a>\">" + robot, "<1 \"><a>\">" + robot, "</x \"><a>\">" + robot,
+           robot + "</a></a>", "< a>" + robot, "<?xml version='1.0'?><robot name=\"\xf0\"><a>\"></robot>",
+           robot + "<!ELEMENT a>"})
+    EXPECT_FALSE(xml_root(text).ok()) << text;
+  for (const std::string before :
+       {"<?xml version=\"1.0\" ?>", "\n<?xml version='1.0' encoding='utf-8' standalone=\"yes\"?>\n",
+        "<?xml?><!DOCTYPE robot>", "<!-- > \" --><!DOCTYPE robot>",
+        "<?xml version='1.0' encoding='latin1'?>"}) {
+    const auto root = xml_root(before + "<robot name=\"r\xc3\xa4\"><![CDATA[<a \"]]></robot >\n");
+    ASSERT_TRUE(root.ok()) << before << root.error().message;
+    EXPECT_EQ(*root, "robot");
+  }
+}
+
 }  // namespace
 }  // namespace fire3dv::convert

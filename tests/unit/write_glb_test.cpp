@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -195,6 +196,28 @@ TEST(WriteGlb, ImagesOfOtherKindsBecomePngAndBrokenOnesAreLeftOut) {
   EXPECT_NE(warnings[0].find("\"cut.png\" is left out: the PNG file is cut short"), std::string::npos)
       << warnings[0];
   EXPECT_NE(warnings[1].find("\"text.png\""), std::string::npos) << warnings[1];
+}
+
+TEST(WriteGlb, AnImageThatTheRendererCouldNotDecodeIsLeftOut) {
+  std::vector<std::byte> garbage = test::png(64, 64, 0x405060ff);
+  const std::string_view data = "IDAT";
+  const auto* name = reinterpret_cast<const std::byte*>(data.data());
+  const auto at = std::search(garbage.begin(), garbage.end(), name, name + data.size());
+  ASSERT_GT(garbage.end() - at, 20);
+  std::fill(at + 4, at + 14, std::byte{0xff});
+  uint64_t pixels_left = kMostPixelsInAll;
+  const auto broken = glb_image({"garbage.png", garbage}, pixels_left);
+  ASSERT_FALSE(broken.ok());
+  EXPECT_NE(broken.error().message.find("cannot be decoded"), std::string::npos) << broken.error().message;
+  EXPECT_EQ(pixels_left, kMostPixelsInAll);
+
+  const Image sound{"sound.png", test::png(3, 2, 0xff)};
+  pixels_left = 7;
+  EXPECT_TRUE(glb_image(sound, pixels_left).ok());
+  EXPECT_EQ(pixels_left, 1u);
+  const auto too_many = glb_image(sound, pixels_left);
+  ASSERT_FALSE(too_many.ok());
+  EXPECT_NE(too_many.error().message.find("too many pixels"), std::string::npos) << too_many.error().message;
 }
 
 TEST(WriteGlb, WhatGltfForbidsIsRepairedAndSaid) {

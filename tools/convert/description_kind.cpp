@@ -1,6 +1,7 @@
 #include "tools/convert/description_kind.h"
 
 #include <algorithm>
+#include <regex>
 
 #include "renderer/scene/files.h"
 
@@ -37,6 +38,33 @@ size_t end_of_tag(std::string_view text, size_t at) {
   return std::string_view::npos;
 }
 
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
+         static_cast<unsigned char>(c) >= 0x80;
+}
+
+// Readers take a lead byte's word for how many bytes follow, even where one of those is a quote or '<'.
+bool hides_markup(std::string_view text) {
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const size_t more = lead >= 0xf0 ? 3 : lead >= 0xe0 ? 2 : lead >= 0xc0 ? 1 : 0;
+    for (size_t k = 1; k <= more; ++k)
+      if (i + k >= text.size() || static_cast<unsigned char>(text[i + k]) < 0x80) return true;
+  }
+  return false;
+}
+
+// What all readers take for a declaration, up to the same '>'; npos: it is none.
+size_t end_of_declaration(std::string_view text, size_t at) {
+  static const std::regex form(
+      R"(<\?xml(\s+(version|encoding|standalone)\s*=\s*("[\w.-]*"|'[\w.-]*'))*\s*\?>)");
+  constexpr size_t kLongest = 200;
+  const size_t end = end_of(text, at, ">");
+  const bool is_short = end != std::string_view::npos && end - at <= kLongest;
+  return is_short && std::regex_match(std::string(text.substr(at, end - at)), form) ? end
+                                                                                    : std::string_view::npos;
+}
+
 bool has_key(std::string_view text, std::string_view key) {
   for (size_t at = text.find(key); at != std::string_view::npos; at = text.find(key, at + 1)) {
     const bool first_of_line = at == 0 || text[at - 1] == '\n';
@@ -57,43 +85,56 @@ Result<std::string> read_text(const std::filesystem::path& file) {
   return text;
 }
 
+// Readers differ in where things end that descriptions do without. What one of them takes for a comment's
+// inside would be elements to another: so only what all of them read alike is let through.
 Result<std::string> xml_root(std::string_view text) {
   std::string root;
   int depth = 0;
-  size_t at = text.find_first_not_of(kSpace);
-  if (at == std::string_view::npos || text[at] != '<') return root;
-  for (at = text.find('<', at); at != std::string_view::npos; at = text.find('<', at)) {
+  const size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos || text[first] != '<') return root;
+  for (size_t at = first; at != std::string_view::npos; at = text.find('<', at)) {
     const std::string_view rest = text.substr(at);
     const size_t begin = at;
+    const auto refuse = [&](const std::string& why) {
+      return Error{"line " + std::to_string(line_of(text, begin)) + ": " + why};
+    };
     if (rest.starts_with("<!--")) {
       at = end_of(text, at + 4, "-->");
     } else if (rest.starts_with("<?")) {
-      at = end_of(text, at, "?>");
+      at = at == first ? end_of_declaration(text, at) : std::string_view::npos;
+      if (at == std::string_view::npos)
+        return refuse(
+            "only <?xml version=\"1.0\"?> is read of what begins with '<?', and that only as the first");
+      std::string declaration(text.substr(begin, at - begin));
+      for (char& c : declaration) c = static_cast<char>(c | 0x20);  // letters become small
+      const bool is_utf8 =
+          declaration.find("encoding") == std::string::npos || declaration.find("utf") != std::string::npos;
+      if (is_utf8 && hides_markup(text)) return refuse("the file is not in UTF-8: save it as that");
     } else if (rest.starts_with("<![CDATA[")) {
       at = end_of(text, at, "]]>");
     } else if (rest.starts_with("<!")) {
-      at = end_of_tag(text, at);
+      at = end_of(text, at, ">");
       const std::string_view declaration = text.substr(begin, at == std::string_view::npos ? at : at - begin);
-      if (declaration.find("<!ENTITY") != std::string_view::npos ||
-          declaration.find('[') != std::string_view::npos)
-        return Error{"line " + std::to_string(line_of(text, begin)) +
-                     ": it defines entities, which descriptions do without: write out what they stand for"};
+      if (declaration.find('[') != std::string_view::npos || declaration.starts_with("<!ENTITY"))
+        return refuse("it defines entities, which descriptions do without: write out what they stand for");
+      if (!declaration.starts_with("<!DOCTYPE") || declaration.find_first_of("\"'") != std::string_view::npos)
+        return refuse("take out what begins here with '<!': descriptions do without");
     } else if (rest.starts_with("</")) {
-      --depth;
-      at = end_of_tag(text, at);
+      at = end_of(text, at, ">");
+      const std::string_view tag = text.substr(begin, at == std::string_view::npos ? at : at - begin);
+      if (--depth < 0 || tag.find_first_of("\"'") != std::string_view::npos)
+        return refuse("the end of an element that has not begun");
     } else {
       at = end_of_tag(text, at);
       const bool whole = at != std::string_view::npos;
       const std::string_view tag = text.substr(begin + 1, whole ? at - begin - 2 : 0);
+      if (rest.size() < 2 || !is_letter(rest[1]))
+        return refuse("'<' stands before no name; as text it is &lt;");
       if (root.empty()) root = tag.substr(0, tag.find_first_of(" \t\r\n/"));
-      if (!tag.ends_with('/') && ++depth > kMostDepth) {
-        return Error{"line " + std::to_string(line_of(text, begin)) + ": more than " +
-                     std::to_string(kMostDepth) + " elements inside each other"};
-      }
+      if (!tag.ends_with('/') && ++depth > kMostDepth)
+        return refuse("more than " + std::to_string(kMostDepth) + " elements inside each other");
     }
-    if (at == std::string_view::npos) {
-      return Error{"line " + std::to_string(line_of(text, begin)) + ": what begins here with '<' has no end"};
-    }
+    if (at == std::string_view::npos) return refuse("what begins here with '<' has no end");
   }
   return root;
 }

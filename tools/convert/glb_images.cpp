@@ -72,7 +72,7 @@ Result<std::vector<std::byte>> png_of(std::span<const uint8_t> pixels, uint32_t 
   return bytes;
 }
 
-Result<GlbImage> glb_image(const Image& image) {
+Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left) {
   const std::span<const std::byte> bytes = image.bytes;
   if (bytes.size() > INT_MAX) return Error{"it is larger than 2 GiB"};
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
@@ -86,23 +86,22 @@ Result<GlbImage> glb_image(const Image& image) {
     return Error{"it is " + std::to_string(width) + " x " + std::to_string(height) +
                  " pixels large; make it smaller"};
   }
-  if (is_png(bytes)) {
-    if (!png_is_whole(bytes)) return Error{"the PNG file is cut short"};
-    return GlbImage{"image/png", {}, bytes};
-  }
-  if (begins_with(bytes, "\xff\xd8\xff")) {
-    if (!jpeg_is_whole(bytes)) return Error{"the JPEG file is cut short"};
-    return GlbImage{"image/jpeg", {}, bytes};
-  }
-  const int wanted = channels == 2 || channels == 4 ? 4 : 3;
+  if (pixels > pixels_left) return Error{"all images together have too many pixels; make them smaller"};
+  const bool png = is_png(bytes), jpeg = begins_with(bytes, "\xff\xd8\xff");
+  if (png && !png_is_whole(bytes)) return Error{"the PNG file is cut short"};
+  if (jpeg && !jpeg_is_whole(bytes)) return Error{"the JPEG file is cut short"};
+  // Decoded even where it is kept as it is, and as the renderer does: what fails there costs the whole scene.
+  const int wanted = png || jpeg || channels == 2 || channels == 4 ? 4 : 3;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> decoded(
       stbi_load_from_memory(data, size, &width, &height, &channels, wanted), &stbi_image_free);
   if (!decoded) return Error{std::string("it cannot be decoded: ") + stbi_failure_reason()};
+  pixels_left -= pixels;
+  if (png || jpeg) return GlbImage{png ? "image/png" : "image/jpeg", {}, bytes};
   const auto w = static_cast<uint32_t>(width), h = static_cast<uint32_t>(height);
   const auto count = static_cast<uint32_t>(wanted);
-  Result<std::vector<std::byte>> png = png_of({decoded.get(), size_t{w} * h * count}, w, h, count);
-  if (!png) return png.error();
-  GlbImage made{"image/png", std::move(*png), {}};
+  Result<std::vector<std::byte>> encoded = png_of({decoded.get(), size_t{w} * h * count}, w, h, count);
+  if (!encoded) return encoded.error();
+  GlbImage made{"image/png", std::move(*encoded), {}};
   made.bytes = made.made;
   return made;
 }

@@ -52,8 +52,9 @@ class Files {
     if (includes_.size() > 1 && !fs::exists(file, error)) return {};
     const Result<std::string> text = read_text(file);
     if (!text) return text.error();
-    if (const Result<std::string> root = xml_root(*text); !root)
-      return Error{scene::quote(file.string()) + ": " + root.error().message};
+    const Result<std::string> root_name = xml_root(*text);
+    if (!root_name) return Error{scene::quote(file.string()) + ": " + root_name.error().message};
+    if (root_name->empty()) return Error{scene::quote(file.string()) + " holds no XML element"};
     TiXmlDocument document;
     document.Parse(text->c_str());
     if (document.Error()) {

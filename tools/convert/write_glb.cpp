@@ -174,7 +174,7 @@ class Writer {
     const auto [place, is_new] = texture_of_.try_emplace(index, -1);
     if (!is_new) return place->second;
     const Image& source = model_.images.at(index);
-    const Result<GlbImage> encoded = glb_image(source);
+    const Result<GlbImage> encoded = glb_image(source, pixels_left_);
     if (!encoded) {
       warn("the image \"" + valid_utf8(source.name) + "\" is left out: " + encoded.error().message);
       return -1;
@@ -270,6 +270,7 @@ class Writer {
   tinygltf::Model out_;
   std::vector<int> mesh_of_;
   std::map<size_t, int> material_of_, texture_of_;
+  uint64_t pixels_left_ = kMostPixelsInAll;
 };
 
 }  // namespace
