@@ -103,18 +103,20 @@ void Session::describe(std::vector<Object> objects) {
 // What AMBF has no more is in the scene's file still. Where it is there again, it is as the file has it until
 // set_shown says other.
 void Session::hide_what_is_gone() {
-  for (auto& [name, sent] : sent_) sent.gone = true;
+  std::set<const Sent*> here;
   sent_of_.assign(objects_.size(), nullptr);
   for (size_t object = 0; object < objects_.size(); ++object) {
     const auto node = nodes_.node_of(object);
     if (!node) continue;
     Sent& sent = sent_[nodes_.names()[*node]];
-    sent.gone = false;
+    here.insert(&sent);
     sent.pose_refused = false;
     sent_of_[object] = &sent;
   }
   for (auto& [name, sent] : sent_) {
-    if (sent.gone == sent.shown) show(name, sent, !sent.gone);
+    const bool gone = !here.contains(&sent);
+    if (gone ? sent.shown : sent.gone && !sent.shown) show(name, sent, !gone);
+    sent.gone = gone;
   }
 }
 
