@@ -1,5 +1,7 @@
 if(TARGET fire3dv_ambf)
   set(ambf_tests ${PROJECT_SOURCE_DIR}/tests/ambf)
+  fire3dv_test(ambf_recording_test SOURCES ambf_recording_test.cpp LINK fire3dv_record fire3dv_adf LABELS unit)
+  target_compile_definitions(ambf_recording_test PRIVATE FIRE3DV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   fire3dv_test(ambf_test SOURCES ambf_options_test.cpp ambf_cameras_test.cpp ambf_session_test.cpp
                LINK fire3dv_ambf fire3dv_scene fire3dv_test_support LABELS unit)
 
