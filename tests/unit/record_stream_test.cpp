@@ -226,6 +226,31 @@ TEST(RecordStream, SnapshotsOfManyStreamsTakeNoMoreThanANinth) {
   EXPECT_LE(snapshots * 9, all);
 }
 
+TEST(RecordStream, StreamsThatEndedGiveWay) {
+  record::LogOptions options;
+  options.most_kept_bytes = 4 * description(1).size();
+  MemoryLog memory(options);
+  for (uint64_t stream = 1; stream <= 10; ++stream) {  // one after another: there is room for each
+    ASSERT_TRUE(memory.take(description(stream, "s" + std::to_string(stream)), stream, stream));
+    ASSERT_TRUE(memory.take(edit(stream, 1, "link_0", false), stream, stream));
+    ASSERT_TRUE(memory.take(frame(stream, 1), stream, stream));
+    if (stream < 10) memory.log.end_peer(stream);
+  }
+  EXPECT_EQ(memory.log.refused(), 0u);
+  EXPECT_EQ(memory.log.unkept_edits(), 0u);
+  // One that was forgotten comes back, and goes on.
+  ASSERT_TRUE(memory.take(description(1, "s1"), 11, 1));
+  ASSERT_TRUE(memory.take(frame(1, 2), 12, 1));
+  EXPECT_EQ(memory.log.streams().at(0).frames, 2u);
+  // Those that live give way to none.
+  for (uint64_t stream = 20; stream < 25; ++stream)
+    ASSERT_TRUE(memory.take(description(stream, "s" + std::to_string(stream)), 13, stream));
+  const uint64_t refused = memory.log.refused();
+  EXPECT_GT(refused, 0u);
+  ASSERT_TRUE(memory.take(frame(1, 3), 14, 1));
+  EXPECT_EQ(memory.log.refused(), refused);
+}
+
 TEST(RecordStream, SeekingKeepsNoMoreThanItMay) {
   MemoryLog memory;
   constexpr uint64_t kEdits = 8000;
