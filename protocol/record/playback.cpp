@@ -9,6 +9,7 @@ namespace {
 
 constexpr size_t kMostStreams = 1024;
 constexpr size_t kMostKeys = 65'536;  // of one stream, as in a publisher's store
+constexpr uint64_t kEntryOverhead = 128;
 
 }  // namespace
 
@@ -69,9 +70,9 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
     if (role == Role::snapshot && description->epoch == state.epoch) return false;
-    if (state.epoch != description->epoch) state.version = 0;
+    if (state.epoch != description->epoch) state.version = state.unknown_edits = 0;
     state.epoch = description->epoch;
-    for (const auto& [key, edit] : state.edits) state_bytes_ -= edit.second.size();
+    for (const auto& [key, edit] : state.edits) state_bytes_ -= edit.second.size() + kEntryOverhead;
     state.edits.clear();
     played.kind = Played::Kind::description;
     return true;
@@ -79,10 +80,14 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
   if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
     if (edit->epoch != state.epoch || edit->version <= state.version) return false;
     const bool has_key = state.keys.contains({edit->node, edit->property});
-    if (!has_key && state.keys.size() == kMostKeys) {
+    // Half of the memory for names at most: what they name needs some, too.
+    const uint64_t key_bytes = has_key ? 0 : edit->node.size() + kEntryOverhead;
+    if (!has_key && (state.keys.size() == kMostKeys ||
+                     key_bytes_ + key_bytes > reader_.limits().most_state_bytes() / 2)) {
       ++refused_;
       return false;
     }
+    key_bytes_ += key_bytes;
     state.version = edit->version;
     played.kind = Played::Kind::edit;
     const uint64_t fresh = state.keys.size() + 1;
@@ -91,6 +96,11 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
   }
   if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
     if (edit->epoch != state.epoch || edit->version <= state.version) return false;
+    if (state.unknown_edits == kMostKeys) {
+      ++refused_;
+      return false;
+    }
+    ++state.unknown_edits;
     state.version = edit->version;
     played.kind = Played::Kind::edit;
     // Whose value it replaces is not known here: it stands beside all others.
@@ -103,7 +113,7 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
 }
 
 void Playback::rewind() {
-  for (State& state : states_) state.epoch = state.version = 0;
+  for (State& state : states_) state.epoch = state.version = state.unknown_edits = 0;
   state_bytes_ = 0;
   queue_.clear();
   next_queued_ = 0;
@@ -136,17 +146,33 @@ bool Playback::describes(size_t chunk, uint64_t until_ns, std::vector<bool>& des
 }
 
 void Playback::keep(State& state, uint64_t key, std::span<const std::byte> message) {
-  auto& [version, kept] = state.edits[key];
-  state_bytes_ -= kept.size();
-  kept.clear();
-  if (state_bytes_ + message.size() > reader_.limits().most_state_bytes()) {
+  if (const auto known = state.edits.find(key); known != state.edits.end()) {
+    state_bytes_ -= known->second.second.size() + kEntryOverhead;
+    state.edits.erase(known);
+  }
+  const uint64_t bytes = message.size() + kEntryOverhead;
+  if (key_bytes_ + state_bytes_ + bytes > reader_.limits().most_state_bytes()) {
     ++refused_;
-    state.edits.erase(key);
+    return;
+  }
+  state_bytes_ += bytes;
+  state.edits[key] = {state.version, Bytes(message.begin(), message.end())};
+}
+
+// Without its description a stream is not there: it begins with the next one that is read.
+void Playback::keep_description(State& state, std::span<const std::byte> message) {
+  forget_description(state);
+  if (key_bytes_ + state_bytes_ + message.size() > reader_.limits().most_state_bytes()) {
+    ++refused_;
     return;
   }
   state_bytes_ += message.size();
-  version = state.version;
-  kept.assign(message.begin(), message.end());
+  state.description.assign(message.begin(), message.end());
+}
+
+void Playback::forget_description(State& state) {
+  state_bytes_ -= state.description.size();
+  state.description = Bytes();
 }
 
 void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
@@ -163,11 +189,10 @@ void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
       if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
       if (!take(place->first, place->second, message.data, played)) continue;
       State& state = states_[place->first];
-      if (played.kind == Played::Kind::description)
-        state.description.assign(message.data.begin(), message.data.end());
+      if (played.kind == Played::Kind::description) keep_description(state, message.data);
       if (played.kind == Played::Kind::edit) keep(state, played.edit_key, message.data);
       if (played.kind == Played::Kind::goodbye)
-        state.description.clear();  // there is no such stream any more
+        forget_description(state);  // there is no such stream any more
     }
   }
 }

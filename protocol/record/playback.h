@@ -57,6 +57,7 @@ class Playback {
   // What is in force at the point that was reached.
   struct State {
     uint64_t epoch = 0, version = 0;
+    size_t unknown_edits = 0;           // of this epoch
     std::map<EditName, uint64_t> keys;  // outlives epochs
     // Only while seeking.
     Bytes description;
@@ -76,6 +77,8 @@ class Playback {
   // Whether it says something new, and what. Poses always do.
   bool take(size_t stream, Role role, std::span<const std::byte> message, Played& played);
   bool has_state_messages(const ChunkIndex& chunk) const;
+  void keep_description(State& state, std::span<const std::byte> message);
+  void forget_description(State& state);
   bool describes(size_t chunk, uint64_t until_ns, std::vector<bool>& described);
   void keep(State& state, uint64_t key, std::span<const std::byte> message);
   void gather_state(size_t from_chunk, uint64_t until_ns);
@@ -90,7 +93,8 @@ class Playback {
   size_t next_queued_ = 0;
   uint64_t queue_time_ns_ = 0;
   uint64_t refused_ = 0;
-  uint64_t state_bytes_ = 0;
+  uint64_t state_bytes_ = 0;  // that seeking keeps
+  uint64_t key_bytes_ = 0;    // of all names of edits
 };
 
 }  // namespace fire3dv::record

@@ -1,6 +1,7 @@
 #include "protocol/record/stream_log.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/record/schema_bytes.h"
 
@@ -8,7 +9,6 @@ namespace fire3dv::record {
 namespace {
 
 constexpr size_t kMostStreams = 1024;
-constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;  // for the snapshots of all streams together
 constexpr uint64_t kEditOverhead = 256;
 // A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what
 // is no snapshot: together they never take more than a ninth.
@@ -34,6 +34,29 @@ StreamLog::Stream* StreamLog::stream_of(uint64_t peer) {
   return found == stream_of_peer_.end() ? nullptr : streams_[found->second].get();
 }
 
+void StreamLog::end(Stream& stream) {
+  if (std::exchange(stream.seen.live, false)) stream.ended_as = ++endings_;
+}
+
+// What it said of itself, not what came of it: when it comes back, it is described anew.
+void StreamLog::forget(Stream& stream) {
+  for (const auto& [key, edit] : stream.edits) edit_bytes_ -= edit.second.size() + kEditOverhead;
+  stream.edits.clear();
+  description_bytes_ -= stream.description.size();
+  stream.description = Bytes();
+  stream.snapshot_bytes = stream.version = stream.seen.epoch = 0;
+}
+
+bool StreamLog::forget_oldest_ended() {
+  Stream* oldest = nullptr;
+  for (const auto& stream : streams_)
+    if (!stream->seen.live && !stream->description.empty() &&
+        (oldest == nullptr || stream->ended_as < oldest->ended_as))
+      oldest = stream.get();
+  if (oldest != nullptr) forget(*oldest);
+  return oldest != nullptr;
+}
+
 Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, uint64_t log_time_ns) {
   now_ns_ = std::max(now_ns_, log_time_ns);  // files are in the order of time, whatever a clock does
   const auto decoded = decoder_.decode(message);
@@ -45,7 +68,7 @@ Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, 
     return take_description(peer, *description, message);
   Stream* const stream = stream_of(peer);
   const auto belongs = [&](uint64_t epoch) {
-    if (stream != nullptr && stream->seen.epoch == epoch) return true;
+    if (stream != nullptr && stream->seen.epoch == epoch && !stream->description.empty()) return true;
     ++refused_;
     return false;
   };
@@ -58,7 +81,7 @@ Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, 
   if (const auto* goodbye = std::get_if<wire::Goodbye>(&*decoded)) {
     if (!belongs(goodbye->epoch)) return {};
     auto good = write(*stream, Role::control, now_ns_, 0, message);
-    stream->seen.live = false;
+    end(*stream);
     return good;
   }
   return {};  // pings and the like are about the link
@@ -96,9 +119,13 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   stream->seen.live = true;
   // A link says it again to be sure; a publisher that came back to us goes on.
   if (stream->seen.epoch == description.epoch && std::ranges::equal(stream->description, message)) return {};
-  for (const auto& [key, edit] : stream->edits) edit_bytes_ -= edit.second.size() + kEditOverhead;
-  stream->edits.clear();
-  stream->version = 0;
+  forget(*stream);
+  while (description_bytes_ + message.size() > options_.most_kept_bytes)
+    if (!forget_oldest_ended()) {
+      ++refused_;
+      return {};
+    }
+  description_bytes_ += message.size();
   stream->seen.epoch = description.epoch;
   stream->seen.sequence = 0;
   stream->seen.nodes = static_cast<uint32_t>(description.node_names.size());
@@ -141,7 +168,7 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
   if (version <= stream.version) return {};  // repeated by the link
   stream.version = version;
   ++stream.seen.edits;
-  if (edit != nullptr) {
+  if (edit != nullptr && stream.seen.live) {
     const auto key = std::make_pair(edit->node, edit->property);
     if (const auto known = stream.edits.find(key); known != stream.edits.end()) {
       const uint64_t bytes = known->second.second.size();
@@ -149,7 +176,12 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
       stream.snapshot_bytes -= bytes;
       stream.edits.erase(known);
     }
-    if (edit_bytes_ + message.size() + kEditOverhead > kMostEditBytes) {
+    const auto is_full = [&] {
+      return edit_bytes_ + message.size() + kEditOverhead > options_.most_kept_bytes;
+    };
+    while (is_full() && forget_oldest_ended()) {
+    }
+    if (is_full()) {
       ++unkept_edits_;
     } else {
       stream.edits[key] = {version, Bytes(message.begin(), message.end())};
@@ -161,7 +193,7 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
 }
 
 void StreamLog::end_peer(uint64_t peer) {
-  if (Stream* const stream = stream_of(peer)) stream->seen.live = false;
+  if (Stream* const stream = stream_of(peer)) end(*stream);
   stream_of_peer_.erase(peer);
 }
 

@@ -22,6 +22,9 @@ struct LogOptions {
   WriterOptions writer;
   uint64_t chunk_ns =
       1'000'000'000;  // a chunk ends when it is so old: what is lost when everything ends at once
+  // What is kept for snapshots: so much of descriptions, and as much of edits. Streams that ended give way,
+  // the oldest first.
+  uint64_t most_kept_bytes = uint64_t{256} << 20;
   // 0: one file. Bytes of messages: not what each file begins with, which may be longer than that.
   uint64_t split_bytes = 0, split_ns = 0;
 };
@@ -70,6 +73,7 @@ class StreamLog {
     Bytes description;
     std::map<std::pair<std::string, wire::Property>, std::pair<uint64_t, Bytes>> edits;  // version, message
     uint64_t version = 0;                                                                // of the newest edit
+    uint64_t ended_as = 0;        // which ending of all streams' this was
     uint64_t snapshot_bytes = 0;  // of description and edits together
     // Of the file that is being written.
     std::array<uint16_t, kRoles.size()> channels{};
@@ -79,6 +83,9 @@ class StreamLog {
   };
 
   Stream* stream_of(uint64_t peer);
+  void end(Stream& stream);
+  void forget(Stream& stream);
+  bool forget_oldest_ended();  // false: none is left
   Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
   Result<void> take_frame(Stream& stream, const wire::PoseFrameView& frame,
@@ -109,8 +116,9 @@ class StreamLog {
   uint16_t schema_ = 0;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
-  uint64_t news_bytes_ = 0;  // of all that was written and is no snapshot
-  uint64_t edit_bytes_ = 0;  // that are kept for snapshots
+  uint64_t news_bytes_ = 0;                          // of all that was written and is no snapshot
+  uint64_t edit_bytes_ = 0, description_bytes_ = 0;  // that are kept for snapshots
+  uint64_t endings_ = 0;
   uint64_t refused_ = 0, unkept_edits_ = 0, lost_messages_ = 0;
   uint64_t file_messages_ = 0;  // of the file that is being written
 };

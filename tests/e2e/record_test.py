@@ -53,6 +53,8 @@ def round_trip(test, transport):
     recording.expect_exit()
     recorded = McapFile(first)
     sequences = check_frames(recorded, frames)
+    if transport == "tcp":  # a ring in shared memory may overrun on a busy machine; a connection rarely drops a frame
+        check(len(sequences) >= 0.8 * frames, f"{len(sequences)} of {frames} frames are in the file")
     said = json.loads(run(test, "inspect", "--json", first))
     poses = next(t for t in said["topics"] if t["topic"] == "/arm/poses")
     check(said["sound"] and said["messages"] == len(recorded.messages) and poses["frames"] == len(sequences)

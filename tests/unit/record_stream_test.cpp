@@ -226,6 +226,51 @@ TEST(RecordStream, SnapshotsOfManyStreamsTakeNoMoreThanANinth) {
   EXPECT_LE(snapshots * 9, all);
 }
 
+TEST(RecordStream, StreamsThatEndedGiveWay) {
+  record::LogOptions options;
+  options.most_kept_bytes = 4 * description(1).size();
+  MemoryLog memory(options);
+  for (uint64_t stream = 1; stream <= 10; ++stream) {  // one after another: there is room for each
+    ASSERT_TRUE(memory.take(description(stream, "s" + std::to_string(stream)), stream, stream));
+    ASSERT_TRUE(memory.take(edit(stream, 1, "link_0", false), stream, stream));
+    ASSERT_TRUE(memory.take(frame(stream, 1), stream, stream));
+    if (stream < 10) memory.log.end_peer(stream);
+  }
+  EXPECT_EQ(memory.log.refused(), 0u);
+  EXPECT_EQ(memory.log.unkept_edits(), 0u);
+  // One that was forgotten comes back, and goes on.
+  ASSERT_TRUE(memory.take(description(1, "s1"), 11, 1));
+  ASSERT_TRUE(memory.take(frame(1, 2), 12, 1));
+  EXPECT_EQ(memory.log.streams().at(0).frames, 2u);
+  // Those that live give way to none.
+  for (uint64_t stream = 20; stream < 25; ++stream)
+    ASSERT_TRUE(memory.take(description(stream, "s" + std::to_string(stream)), 13, stream));
+  const uint64_t refused = memory.log.refused();
+  EXPECT_GT(refused, 0u);
+  ASSERT_TRUE(memory.take(frame(1, 3), 14, 1));
+  EXPECT_EQ(memory.log.refused(), refused);
+}
+
+TEST(RecordStream, SeekingKeepsNoMoreThanItMay) {
+  MemoryLog memory;
+  constexpr uint64_t kEdits = 8000;
+  ASSERT_TRUE(memory.take(description(7), 0));
+  for (uint64_t i = 1; i <= kEdits; ++i)
+    ASSERT_TRUE(memory.take(edit(7, i, std::to_string(i) + std::string(200, 'n'), true), i));
+  ASSERT_TRUE(memory.take(frame(7, 1), kEdits + 2));
+  ASSERT_TRUE(memory.log.finish().ok());
+  constexpr uint64_t kMemoryBytes = 8 << 20;  // two of them for state, and one of these for names
+  auto playback = Playback::open(source_of(*memory.files[0]), {kMemoryBytes});
+  ASSERT_TRUE(playback.ok()) << playback.error().message;
+  playback->seek(kBegun_ns + (kEdits + 1) * kMs);
+  uint64_t kept_bytes = 0;
+  for (const Told& told : played_from(*playback))
+    if (told.kind == Played::Kind::edit) kept_bytes += told.message.size();
+  EXPECT_GT(kept_bytes, 0u);
+  EXPECT_LE(kept_bytes, kMemoryBytes / 8);  // with the names in memory, too
+  EXPECT_GT(playback->refused(), 0u);
+}
+
 TEST(RecordStream, AnOldChunkEndsAndATickEndsIt) {
   MemoryLog memory;  // a megabyte, and a second
   ASSERT_TRUE(memory.take(description(7), 0));
@@ -371,6 +416,20 @@ TEST(StreamPlayer, ElseTimesAreThoseOfNowAndNothingElseChanges) {
   const auto told = decoder.decode(on.link->sent[0]);
   ASSERT_TRUE(told.ok());
   EXPECT_NE(std::get<wire::StreamDescription>(*told).clock.boot_id, "boot");
+}
+
+TEST(StreamPlayer, ALinkIsGivenSoManyEditsAndNoMore) {
+  OnLink on(1 << 20, true, true);
+  on.play(description(7), Played::Kind::description);
+  const Bytes one = edit(7, 1, "link_0", false);
+  for (uint64_t key = 0; key < 65'546; ++key) on.play(one, Played::Kind::edit, key);
+  EXPECT_EQ(on.link->keys.size(), 65'536u);
+  EXPECT_EQ(on.player->counts().unkept_edits, 10u);
+  on.play(one, Played::Kind::edit, 5);  // one that is there is replaced
+  EXPECT_EQ(on.link->keys.size(), 65'537u);
+  on.play(description(8), Played::Kind::description);
+  on.play(edit(8, 1, "link_0", false), Played::Kind::edit, 70'000);
+  EXPECT_EQ(on.link->keys.size(), 65'538u);
 }
 
 TEST(StreamPlayer, ALoopIsANewRunAndSaysThatItJumped) {

@@ -76,7 +76,7 @@ class Look {
       ++topic.runs;
     else
       topic.missing += frame.header.sequence - topic.sequence - 1;
-    if (topic.frame_at_ns != 0)
+    if (topic.frame_at_ns != 0 && message.log_time_ns > topic.frame_at_ns)
       topic.longest_gap_ns = std::max(topic.longest_gap_ns, message.log_time_ns - topic.frame_at_ns);
     topic.frame_at_ns = message.log_time_ns;
     topic.epoch = frame.header.epoch;

@@ -31,6 +31,9 @@ int recover_file(const RecoverOptions& options) {
       static_cast<unsigned long long>(result->attachments),
       static_cast<unsigned long long>(result->damaged_chunks),
       static_cast<unsigned long long>(result->damaged_attachments));
+  if (const uint64_t loose = reader->index().loose_messages; loose != 0)
+    std::printf("%llu messages outside of chunks were passed over: they are not read\n",
+                static_cast<unsigned long long>(loose));
   if (!result->first_damage.empty()) std::printf("first damage: %s\n", result->first_damage.c_str());
   return 0;
 }

@@ -202,6 +202,9 @@ void Replay::say_result() const {
         "\"%s\": %llu frames, %llu messages passed over, %llu frames incomplete\n",
         wire::printable(playback_.streams()[i].name).c_str(), static_cast<unsigned long long>(counts.frames),
         static_cast<unsigned long long>(counts.skipped), static_cast<unsigned long long>(counts.incomplete));
+    if (counts.unkept_edits != 0)
+      std::printf("%llu edits left out: there are too many to keep\n",
+                  static_cast<unsigned long long>(counts.unkept_edits));
     if (const std::string problem = players_[i]->problem(); !problem.empty())
       std::printf("%s\n", problem.c_str());
   }

@@ -11,6 +11,9 @@ namespace fire3dv::replay {
 namespace {
 
 constexpr int kMostRepliesPerPoll = 256;
+// As an adapter's.
+constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;
+constexpr size_t kMostEditKeys = 65'536;
 
 uint64_t now_ns() {
   return static_cast<uint64_t>(transport::monotonic_ns());
@@ -48,13 +51,27 @@ Result<void> StreamPlayer::play(const record::Played& played) {
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
     play_frame(*frame, played.message);
   } else if (played.kind == record::Played::Kind::edit) {
-    auto edit = std::make_shared<wire::Bytes>(played.message.begin(), played.message.end());
-    if (epoch_ != recorded_epoch_) wire::set_epoch(*edit, epoch_);
-    return link_->put_state(played.edit_key, std::move(edit));
+    return play_edit(played);
   } else if (played.kind == record::Played::Kind::goodbye) {
     end();
   }
   return {};
+}
+
+Result<void> StreamPlayer::play_edit(const record::Played& played) {
+  const auto known = edit_bytes_of_key_.find(played.edit_key);
+  const bool is_new = known == edit_bytes_of_key_.end();
+  const uint64_t rest = edit_bytes_ - (is_new ? 0 : known->second);
+  if ((is_new && edit_bytes_of_key_.size() == kMostEditKeys) ||
+      rest + played.message.size() > kMostEditBytes) {
+    ++counts_.unkept_edits;
+    return {};
+  }
+  edit_bytes_ = rest + played.message.size();
+  edit_bytes_of_key_[played.edit_key] = played.message.size();
+  auto edit = std::make_shared<wire::Bytes>(played.message.begin(), played.message.end());
+  if (epoch_ != recorded_epoch_) wire::set_epoch(*edit, epoch_);
+  return link_->put_state(played.edit_key, std::move(edit));
 }
 
 void StreamPlayer::end() {
@@ -67,6 +84,8 @@ Result<void> StreamPlayer::play_description(const wire::StreamDescription& descr
   if (description.protocol_major != wire::kProtocolMajor) return {};
   recorded_epoch_ = description.epoch;
   ended_ = false;
+  edit_bytes_of_key_.clear();  // the link drops them with the old description
+  edit_bytes_ = 0;
   epoch_ = fresh_epoch_ ? transport::random_id() : description.epoch;
   node_count_ = static_cast<uint32_t>(description.node_names.size());
   has_whole_ = false;

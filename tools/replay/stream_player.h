@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,9 +16,10 @@
 namespace fire3dv::replay {
 
 struct PlayerCounts {
-  uint64_t frames = 0;      // published
-  uint64_t skipped = 0;     // stale, or built on one that is not in the recording
-  uint64_t incomplete = 0;  // parts are missing
+  uint64_t frames = 0;        // published
+  uint64_t skipped = 0;       // stale, or built on one that is not in the recording
+  uint64_t incomplete = 0;    // parts are missing
+  uint64_t unkept_edits = 0;  // there are more than a link is given to keep
 };
 
 class StreamPlayer {
@@ -42,6 +44,7 @@ class StreamPlayer {
  private:
   Result<void> play_description(const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
+  Result<void> play_edit(const record::Played& played);
   void play_frame(const wire::PoseFrameView& frame, std::span<const std::byte> message);
   void send_whole(wire::PoseFrameView frame);
   void send_partial(wire::PoseFrameView frame, std::span<const std::byte> message);
@@ -56,6 +59,10 @@ class StreamPlayer {
   uint64_t recorded_epoch_ = 0, epoch_ = 0;
   bool fresh_epoch_ = false, jumped_ = false, ended_ = false;
   uint32_t node_count_ = 0;
+
+  // What the link keeps for those who join later: it has no bound of its own.
+  std::map<uint64_t, uint64_t> edit_bytes_of_key_;
+  uint64_t edit_bytes_ = 0;
 
   uint64_t sequence_ = 0;  // that poses_ is of, or becomes
   uint32_t covered_ = 0;   // nodes of it that have come
