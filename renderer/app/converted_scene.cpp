@@ -47,6 +47,12 @@ struct KeptPlaces {
   fs::path scene, record;
 };
 
+// What another version or another build of the converter made may differ; each records itself first.
+bool is_by(const fs::path& converter, const scene::ConversionRecord& record) {
+  std::error_code error;
+  return !record.sources.empty() && record.sources.front().file == fs::canonical(converter, error) && !error;
+}
+
 // Nothing where nothing can be kept.
 std::optional<KeptPlaces> places_for(const fs::path& description, std::vector<std::string> words,
                                      const scene::SceneCacheSettings& cache) {
@@ -82,32 +88,53 @@ Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const C
   const fs::path file = fs::canonical(description, error);
   if (error) return Error{"cannot open " + scene::quote(description.string()) + ": " + error.message()};
   std::vector<std::string> words = arguments_of(options);
+  const Result<std::string> converter = converter_file();
+  if (!converter) return converter.error();
   const std::optional<KeptPlaces> places = places_for(file, words, cache);
   ConvertedScene converted;
   if (places) {
     converted.file_ = places->scene;
     Result<scene::ConversionRecord> record = scene::read_conversion_record(places->record);
-    if (record && scene::holds(*record, places->scene)) {
+    if (record && is_by(*converter, *record) && scene::holds(*record, places->scene)) {
       converted.warnings_ = std::move(record->warnings);
       converted.was_kept_ = true;
       return converted;
     }
   } else {
-    converted.memory_ = ::memfd_create("fire3dv scene", MFD_CLOEXEC);
-    if (converted.memory_ < 0) return Error{std::string("no memory for a scene: ") + std::strerror(errno)};
-    converted.file_ = "/proc/self/fd/" + std::to_string(converted.memory_);
+    if (Result<void> done = converted.convert_into_memory(std::move(words), file, should_stop); !done)
+      return done.error();
+    return converted;
   }
-  words.push_back(file.string());
-  words.insert(words.end(), {"-o", places ? places->scene.string() : "-"});
-  if (places) words.insert(words.end(), {"--sources", places->record.string()});
-  Result<std::vector<std::string>> done = run_converter({std::move(words), converted.memory_, should_stop});
-  if (!done) return done.error();
+  std::vector<std::string> keeping = words;
+  keeping.insert(keeping.end(),
+                 {file.string(), "-o", places->scene.string(), "--sources", places->record.string()});
+  Result<std::vector<std::string>> done = run_converter({std::move(keeping), -1, should_stop});
+  if (!done) {
+    // A full disk is no reason to show nothing. So the converter says it, and of nothing else.
+    if (!done.error().message.starts_with("cannot write ")) return done.error();
+    if (Result<void> again = converted.convert_into_memory(std::move(words), file, should_stop); !again)
+      return again.error();
+    converted.warnings_.push_back("it is not kept for the next start: " + done.error().message);
+    return converted;
+  }
   converted.warnings_ = std::move(*done);
-  if (cache.place == Place::folder && places) {
+  if (cache.place == Place::folder) {
     scene::remove_oldest(cache.folder, kScene, cache.most_bytes);
     scene::remove_oldest(cache.folder, kRecord, kMostRecordBytes);
   }
   return converted;
+}
+
+Result<void> ConvertedScene::convert_into_memory(std::vector<std::string> words, const fs::path& description,
+                                                 const std::function<bool()>& should_stop) {
+  memory_ = ::memfd_create("fire3dv scene", MFD_CLOEXEC);
+  if (memory_ < 0) return Error{std::string("no memory for a scene: ") + std::strerror(errno)};
+  file_ = "/proc/self/fd/" + std::to_string(memory_);
+  words.insert(words.end(), {description.string(), "-o", "-"});
+  Result<std::vector<std::string>> done = run_converter({std::move(words), memory_, should_stop});
+  if (!done) return done.error();
+  warnings_ = std::move(*done);
+  return {};
 }
 
 ConvertedScene::ConvertedScene(ConvertedScene&& other) noexcept

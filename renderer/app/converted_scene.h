@@ -39,6 +39,8 @@ class ConvertedScene {
 
  private:
   ConvertedScene() = default;
+  Result<void> convert_into_memory(std::vector<std::string> words, const std::filesystem::path& description,
+                                   const std::function<bool()>& should_stop);
 
   std::filesystem::path file_;
   std::vector<std::string> warnings_;

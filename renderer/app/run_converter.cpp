@@ -28,6 +28,8 @@ class Descriptor {
  public:
   explicit Descriptor(int fd = -1) : fd_(fd) {}
   Descriptor(const Descriptor&) = delete;
+  // Another that is none of the three standard ones, which the child's own take the places of.
+  static Descriptor beyond_standard(int fd) { return Descriptor(::fcntl(fd, F_DUPFD_CLOEXEC, 3)); }
   ~Descriptor() { reset(); }
   void reset() {
     if (fd_ >= 0) ::close(fd_);
@@ -69,21 +71,11 @@ class Said {
   std::vector<std::string> warnings_;
 };
 
-Result<std::string> program_file() {
-  std::error_code error;
-  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return Error{"fire3dv does not find its own file, and so not fire3dv-convert beside it"};
-  const std::filesystem::path beside = own.parent_path() / "fire3dv-convert";
-  if (::access(beside.c_str(), X_OK) != 0) {
-    return Error{"descriptions are converted by fire3dv-convert, which is not beside fire3dv: " +
-                 beside.string() + " (" + std::strerror(errno) + "); install it there"};
-  }
-  return beside.string();
-}
-
-Result<pid_t> start(const std::string& program, const ConverterRun& wanted, int standard_error) {
+// Neither descriptor is one of the three standard ones.
+Result<pid_t> start(const std::string& program, const std::vector<std::string>& arguments,
+                    int standard_output, int standard_error) {
   std::vector<std::string> words{program};
-  words.insert(words.end(), wanted.arguments.begin(), wanted.arguments.end());
+  words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -93,8 +85,7 @@ Result<pid_t> start(const std::string& program, const ConverterRun& wanted, int 
   posix_spawn_file_actions_init(&files);
   posix_spawnattr_init(&attributes);
   posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(
-      &files, wanted.standard_output >= 0 ? wanted.standard_output : standard_error, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&files, standard_output, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&files, standard_error, STDERR_FILENO);
   sigset_t none;
   sigemptyset(&none);
@@ -147,15 +138,35 @@ int wait_for(pid_t child, const ConverterRun& wanted, Clock::time_point until,
 
 }  // namespace
 
+Result<std::string> converter_file() {
+  std::error_code error;
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) return Error{"fire3dv does not find its own file, and so not fire3dv-convert beside it"};
+  const std::filesystem::path beside = own.parent_path() / "fire3dv-convert";
+  if (::access(beside.c_str(), X_OK) != 0) {
+    return Error{"descriptions are converted by fire3dv-convert, which is not beside fire3dv: " +
+                 beside.string() + " (" + std::strerror(errno) + "); install it there"};
+  }
+  return beside.string();
+}
+
 Result<std::vector<std::string>> run_converter(const ConverterRun& wanted) {
-  const Result<std::string> program = program_file();
+  const Result<std::string> program = converter_file();
   if (!program) return program.error();
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return Error{std::string("cannot make a pipe: ") + std::strerror(errno)};
   const Descriptor reading(ends[0]);
-  Descriptor writing(ends[1]);
-  const Result<pid_t> child = start(*program, wanted, writing.get());
+  Descriptor low_writing(ends[1]);
+  // Where fire3dv was started with a standard stream closed, what it opens has that one's number.
+  Descriptor writing = Descriptor::beyond_standard(low_writing.get());
+  low_writing.reset();
+  Descriptor output =
+      Descriptor::beyond_standard(wanted.standard_output >= 0 ? wanted.standard_output : writing.get());
+  if (writing.get() < 0 || output.get() < 0)
+    return Error{std::string("cannot start fire3dv-convert: ") + std::strerror(errno)};
+  const Result<pid_t> child = start(*program, wanted.arguments, output.get(), writing.get());
   writing.reset();
+  output.reset();  // may be the pipe's, too
   if (!child) return child.error();
 
   Said said;

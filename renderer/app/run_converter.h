@@ -18,8 +18,11 @@ struct ConverterRun {
   std::function<bool()> should_stop;
 };
 
-// Waits until it has ended. Its warnings, or an error that holds its own sentence. The program is the one
-// beside this program's own file; no search path is followed and no shell started.
+// The program: the one beside this program's own file. The error names the place where it is not.
+Result<std::string> converter_file();
+
+// Waits until it has ended. Its warnings, or an error that holds its own sentence. No search path is followed
+// and no shell started.
 Result<std::vector<std::string>> run_converter(const ConverterRun& wanted);
 
 }  // namespace fire3dv::app

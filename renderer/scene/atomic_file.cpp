@@ -33,7 +33,7 @@ bool write_all(int fd, std::span<const std::byte> bytes) {
 }  // namespace
 
 Result<void> write_atomically(const std::filesystem::path& path,
-                              const std::vector<std::span<const std::byte>>& pieces) {
+                              const std::vector<std::span<const std::byte>>& pieces, mode_t mode) {
   const auto failed = [&](int fault) {
     return Error{"cannot write " + quote(path.string()) + ": " + std::strerror(fault)};
   };
@@ -44,6 +44,7 @@ Result<void> write_atomically(const std::filesystem::path& path,
   for (const std::span<const std::byte>& piece : pieces) {
     if (fault == 0 && !write_all(fd, piece)) fault = errno;
   }
+  ::fchmod(fd, mode);  // some file systems know no modes: then there is nothing to keep
   if (::close(fd) != 0 && fault == 0) fault = errno;  // some file systems tell of a full disk only here
   if (fault == 0 && ::rename(part.c_str(), path.c_str()) != 0) fault = errno;
   if (fault == 0) return {};

@@ -1,6 +1,8 @@
 // Files that can be made again: written whole or not at all, whoever else writes the same at the time.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -11,9 +13,9 @@
 
 namespace fire3dv::scene {
 
-// Beside its place, under a name of its own, then renamed. Only this user can read it.
+// Beside its place, under a name of its own, then renamed. Only this user can read it, unless told otherwise.
 Result<void> write_atomically(const std::filesystem::path& path,
-                              const std::vector<std::span<const std::byte>>& pieces);
+                              const std::vector<std::span<const std::byte>>& pieces, mode_t mode = 0600);
 
 // Removes the least recently used files whose names end so, until the rest holds at most so many bytes, and
 // what writers that were killed have left behind. Faults are no one's concern: what cannot be removed stays.

@@ -100,6 +100,26 @@ def command_line(test):
             (1, "cannot write", [arm, "-o", test.path("no/such/folder/x.glb")])):
         check(said in convert(test, *arguments, code=code).stderr, f"{arguments}: {said}")
     check(not os.path.exists(test.path("x")), "nothing is written on a failure")
+    os.symlink("linked.glb", test.path("link.glb"))
+    write(test, "linked.glb", "old")
+    os.chmod(test.path("linked.glb"), 0o640)
+    convert(test, arm, "-o", test.path("link.glb"))
+    check(os.path.islink(test.path("link.glb")), "a link stays one")
+    with open(test.path("linked.glb"), "rb") as file:
+        check(file.read() == twice, "and what it leads to is written")
+    check(os.stat(test.path("linked.glb")).st_mode & 0o777 == 0o640, "with the mode that it had")
+    umask = os.umask(0)
+    os.umask(umask)
+    convert(test, arm, "-o", test.path("new.glb"))
+    check(os.stat(test.path("new.glb")).st_mode & 0o777 == 0o666 & ~umask, "a new file has the umask's mode")
+    os.mkfifo(test.path("pipe"))
+    reading = subprocess.Popen(["cat", test.path("pipe")], stdout=subprocess.PIPE)
+    convert(test, arm, "-o", test.path("pipe"))
+    check(reading.communicate(timeout=600)[0] == twice, "a pipe is written to")
+    check("not a regular file" in convert(test, arm, "-o", test.path("pipe"), "--sources", test.path("x"), code=1).stderr, "kept")
+    evil = write(test, "evil.urdf", ARM.format(0, "").replace('name="hand"', 'name="\033]0;hand\177"').replace('link="hand"', 'link="\033]0;hand\177"'))
+    done = convert(test, evil, "--list")
+    check("]0;hand" in done.stdout and not re.search("[\\x00-\\x08\\x0b-\\x1f\\x7f]", done.stdout + done.stderr), repr(done.stdout))
 
 
 def kept(test):
@@ -130,6 +150,18 @@ def kept(test):
         with open(path, "wb") as file:
             file.write(b"glTF")  # damaged behind our back
     check(draw(test, arm, cache=cache)[0] != whole, "a damaged one is made anew")
+    for path in glob.glob(os.path.join(cache, "scenes", "*.conversion")):
+        with open(path, encoding="utf-8") as file:
+            lines = file.read().split("\n")
+        check(lines[2].endswith("fire3dv-convert"), lines)
+        program = test.path("other")
+        shutil.copy(test.programs_at["convert"], program)
+        status = os.stat(program)
+        lines[2] = f"source 1 {status.st_size} {status.st_ino} {status.st_mtime_ns} {status.st_ctime_ns} {program}"
+        write(test, path, "\n".join(lines))
+    inode = converted()
+    draw(test, arm, cache=cache)
+    check(converted() != inode, "what another converter made is made anew")
 
 
 def without_cache(test):
@@ -144,6 +176,24 @@ def without_cache(test):
     _, all_models = draw(test, launch, "--models", "all")
     nodes = [int(re.search(r": (\d+) nodes, ", "\n".join(lines)).group(1)) for lines in (first, all_models)]
     check(nodes[0] < nodes[1], f"nodes of one and of all models: {nodes}")
+
+
+def unkept(test):
+    """What can be converted is shown, whatever befalls the place where it would be kept."""
+    arm = write(test, "arm.urdf", ARM.format(0, ""))
+    cache = test.path("cache")
+    plain, _ = draw(test, arm, cache=cache)
+    path, = glob.glob(os.path.join(cache, "scenes", "*.converted.glb"))
+    os.remove(path)
+    os.mkdir(path)  # nothing can be renamed to there
+    rows, said = draw(test, arm, cache=cache)
+    check(rows == plain, "the same picture")
+    check(any("it is not kept for the next start: cannot write" in line for line in said), said)
+    for closed in ("<&-", ">&-", "<&- >&-"):
+        run = subprocess.run(["sh", "-c", f'exec "$@" {closed}', "sh", test.programs_at["fire3dv"], arm, "--headless", "--frames",
+                              "1", "--size", "64x64", "--cache", "off", "--out", test.path("closed")],
+                             env=vulkan_environment(), capture_output=True, text=True, timeout=600)
+        check(run.returncode == 0, f"{closed}: {run.stderr}")
 
 
 def refused(test):
@@ -262,5 +312,5 @@ def moved_panda(test):
 
 
 if __name__ == "__main__":
-    main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "refused": refused,
+    main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "unkept": unkept, "refused": refused,
           "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])

@@ -1,6 +1,7 @@
 // URDF: links as nodes under each other, joints at rest, what they show, and where their files are.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -64,6 +65,18 @@ std::string joint(const std::string& type, const std::string& parent, const std:
                   const std::string& inside = "") {
   return "<joint name=\"" + parent + child + "\" type=\"" + type + "\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/>" + inside + "</joint>\n";
+}
+
+TEST_F(Urdf, WherePackagesAreMissingIsRecorded) {
+  ReadOptions options;
+  options.package_folders = {folder_.path() / "ws"};
+  const Model model = read(link("base", visual("<mesh filename=\"package://gone/a.obj\"/>") +
+                                            visual("<mesh filename=\"package://gone/b.obj\"/>")),
+                           options);
+  for (const std::string place : {"ws/gone", "arm_description/urdf/gone", "arm_description/gone", "gone"}) {
+    const auto path = std::filesystem::canonical(folder_.path()) / place;
+    EXPECT_EQ(std::count(model.sources.begin(), model.sources.end(), path), 1) << path;
+  }
 }
 
 TEST_F(Urdf, LinksStandUnderEachOtherWhereTheirJointsRest) {

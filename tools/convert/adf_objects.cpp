@@ -81,11 +81,10 @@ void AdfObjects::find_names() {
     for (size_t i = 0; i < objects_.size(); ++i) {
       const AdfObject& object = objects_[i];
       if (object.dropped_by_ambf != dropped) continue;
-      std::string name = clean_text(object.identifier);
-      size_t& number = next_number[{object.kind, object.identifier}];
-      for (; !taken.emplace(object.kind, name).second;
-           name = clean_text(object.identifier) + std::to_string(number))
-        ++number;
+      const std::string clean = clean_text(object.identifier);
+      std::string name = clean;
+      size_t& number = next_number[{object.kind, clean}];  // what is cut short may be alike only then
+      for (; !taken.emplace(object.kind, name).second; name = clean + std::to_string(number)) ++number;
       if (!all.insert(name).second) {
         const std::string first = name;
         do name += suffix_of(object.kind);

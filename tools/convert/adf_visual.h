@@ -47,7 +47,6 @@ class AdfVisuals {
   MeshFiles files_;
   std::map<std::string, std::optional<size_t>> meshes_;  // by all that makes their look
   std::map<std::string, size_t> materials_;
-  std::map<std::string, std::string> missing_;  // file to why it cannot be shown
   std::optional<size_t> plain_;
   size_t triangles_ = 0, shapes_ = 0;
 };

@@ -19,7 +19,8 @@ Result<std::string> read_text(const std::filesystem::path& file);
 Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_view text);
 
 // The name of the outermost element, once no element stands deeper than a hundred others, no entities are
-// defined, and nothing is there that readers of XML read differently. Empty: no XML. The error names the line.
+// defined, and nothing is there that readers of XML read differently. Empty: no XML. The error names the
+// line.
 Result<std::string> xml_root(std::string_view text);
 
 }  // namespace fire3dv::convert

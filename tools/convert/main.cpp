@@ -11,9 +11,9 @@
 #include <ctime>
 #include <iostream>
 
-#include "renderer/scene/atomic_file.h"
 #include "renderer/scene/conversion_record.h"
 #include "renderer/scene/files.h"
+#include "tools/convert/output.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/write_glb.h"
 
@@ -30,10 +30,16 @@ struct Options {
   ReadOptions read;
 };
 
-void say(std::string text) {
+// A line each, by which whoever reads them tells them apart, and nothing that a terminal would obey: names
+// are a stranger's.
+std::string printable(std::string text) {
   for (char& c : text)
-    if (c == '\n' || c == '\r') c = ' ';  // a line each: whoever reads them tells them apart by that
-  std::fprintf(stderr, "fire3dv-convert: %s\n", text.c_str());
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  return text;
+}
+
+void say(std::string text) {
+  std::fprintf(stderr, "fire3dv-convert: %s\n", printable(std::move(text)).c_str());
 }
 
 int64_t now_ns() {
@@ -71,26 +77,20 @@ void print_list(const Model& model) {
     if (node.mesh) what += "\t" + std::to_string(triangles_of(model.meshes[*node.mesh])) + " triangles";
     if (node.camera) what += "\tcamera";
     if (node.light) what += "\tlight";
-    std::printf("%s%s%s\n", std::string(2 * depths.back(), ' ').c_str(), node.name.c_str(), what.c_str());
+    std::printf("%s%s%s\n", std::string(2 * depths.back(), ' ').c_str(), printable(node.name).c_str(),
+                what.c_str());
   }
-}
-
-Result<void> write_to_stdout(int fd, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0)
-      return Error{std::string("cannot write to the standard output: ") + std::strerror(errno)};
-    bytes = bytes.subspan(static_cast<size_t>(written));
-  }
-  return {};
 }
 
 Result<void> write_outputs(const Options& options, int standard_output, const Model& model,
                            const std::vector<std::byte>& glb, int64_t begun_ns) {
-  if (options.out == "-") return write_to_stdout(standard_output, glb);
-  if (Result<void> done = scene::write_atomically(options.out, {glb}); !done) return done;
-  if (options.sources.empty()) return {};
+  if (options.out == "-") {
+    const Result<void> done = write_descriptor(standard_output, glb);
+    if (!done) return Error{"cannot write to the standard output: " + done.error().message};
+    return {};
+  }
+  if (options.sources.empty()) return write_output(options.out, glb);
+  if (Result<void> done = write_kept(options.out, glb); !done) return done;
   std::vector<fs::path> sources{"/proc/self/exe"};  // another converter may read the same files otherwise
   std::error_code error;
   sources[0] = fs::read_symlink(sources[0], error);
@@ -98,7 +98,7 @@ Result<void> write_outputs(const Options& options, int standard_output, const Mo
   scene::ConversionRecord record = scene::record_of(options.out, sources, begun_ns);
   record.warnings = model.warnings;
   const std::string text = scene::text_of(record);
-  return scene::write_atomically(options.sources, {std::as_bytes(std::span(text))});
+  return write_kept(options.sources, std::as_bytes(std::span(text)));
 }
 
 int run(const Options& options) {

@@ -1,4 +1,4 @@
-// Meshes from the files that descriptions name: OBJ with MTL, STL, 3DS, DAE and whatever else assimp reads.
+// Meshes from the files that descriptions name: OBJ with MTL, STL, 3DS and DAE.
 // Vertices stay in the file's frame: no axis is swapped. A file is read once for all that ask for it.
 #pragma once
 

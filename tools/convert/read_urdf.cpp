@@ -186,7 +186,7 @@ class Reader {
   void add_mesh(const urdf::Mesh& shape, const urdf::Link& link, const glm::dmat4& place,
                 std::optional<size_t> own, Mesh& mesh) {
     const std::string where = "link \"" + link.name + "\": ";
-    const Result<fs::path> path = files_.resolve(shape.filename);
+    const Result<fs::path> path = files_.resolve(shape.filename, model_.sources);
     if (!path) return warn(where + path.error().message);
     model_.sources.push_back(*path);
     const Result<std::vector<Surface>> surfaces = meshes_.surfaces(*path);
@@ -224,7 +224,7 @@ class Reader {
       warn(where + why);
       return std::nullopt;
     };
-    const Result<fs::path> path = files_.resolve(uri);
+    const Result<fs::path> path = files_.resolve(uri, model_.sources);
     if (!path) return left_out(path.error().message);
     model_.sources.push_back(*path);
     const Result<fs::path> file = regular_file(*path);
@@ -277,6 +277,9 @@ Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& op
   model.name = (*robot)->getName().empty() ? file.stem().string() : (*robot)->getName();
   Reader(file, options, model).read(**robot);
   take_apart(**robot);
+  std::sort(model.sources.begin(),
+            model.sources.end());  // a missing package is looked for by each that names it
+  model.sources.erase(std::unique(model.sources.begin(), model.sources.end()), model.sources.end());
   return model;
 }
 

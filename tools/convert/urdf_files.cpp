@@ -26,7 +26,7 @@ UrdfFiles::UrdfFiles(const fs::path& urdf, const std::vector<fs::path>& package_
   for (const fs::path& folder : package_folders) package_folders_.push_back(fs::absolute(folder));
 }
 
-Result<fs::path> UrdfFiles::resolve(const std::string& uri) const {
+Result<fs::path> UrdfFiles::resolve(const std::string& uri, std::vector<fs::path>& missing) const {
   const std::string name = scene::quote(uri);
   if (uri.empty()) return Error{"it names no file"};
   if (uri.find('\0') != std::string::npos) return Error{name + " holds a zero byte"};
@@ -37,7 +37,7 @@ Result<fs::path> UrdfFiles::resolve(const std::string& uri) const {
     const std::string package = below.substr(0, slash);
     if (package.empty() || package == "." || package == ".." || slash == std::string::npos)
       return Error{name + " names no file of a package"};
-    return in_package(package, below.substr(slash + 1));
+    return in_package(package, below.substr(slash + 1), missing);
   }
   if (uri.starts_with("file://")) {
     const std::string path = uri.substr(7);
@@ -49,14 +49,17 @@ Result<fs::path> UrdfFiles::resolve(const std::string& uri) const {
   return folder_ / uri;
 }
 
-Result<fs::path> UrdfFiles::in_package(const std::string& name, const std::string& rest) const {
+Result<fs::path> UrdfFiles::in_package(const std::string& name, const std::string& rest,
+                                       std::vector<fs::path>& missing) const {
   for (const fs::path& folder : package_folders_) {
     if (is_folder(folder / name)) return folder / name / rest;
     if (folder.filename() == name || folder.parent_path().filename() == name) return folder / rest;
+    missing.push_back(folder / name);
   }
   for (fs::path above = folder_;; above = above.parent_path()) {
     if (above.filename() == name) return above / rest;  // the URDF lies in its package
     if (is_folder(above / name)) return above / name / rest;
+    missing.push_back(above / name);
     if (above == above.parent_path()) break;
   }
   return Error{"the package " + scene::quote(name) +
