@@ -1,7 +1,7 @@
 // What every description of robots and scenes becomes before it is written as glTF: nodes, meshes, materials.
 // Frames and units are the description's own, usually Z up and metres; `gltf_from_model` says how the whole
-// stands in glTF's frame (right-handed, Y up, metres). Filled by a reader (read_adf.h, read_urdf.h,
-// read_mjcf.h), written by write_glb.h. Plain data: no thread-safety of its own.
+// stands in glTF's frame (right-handed, Y up, metres). Filled by a reader (readers.h), written by
+// write_glb.h. Plain data: no thread-safety of its own.
 #pragma once
 
 #include <array>

@@ -1,7 +1,7 @@
 // One function for each kind of description. Each warns of what it can do without (Model::warnings) and
-// fails, naming file, line where it is known and remedy, where nothing can be shown. Files that a description
-// names are read only below the folders that the user has named or that hold the named file; AMBF's scenes
-// have a rule of their own.
+// fails, naming file, line where it is known and remedy, where nothing can be shown. A description
+// may name meshes anywhere (URDF: textures, too); images that a mesh names are read only below the folders of
+// the mesh, of the description and those that the user has named. Regular files alone are opened.
 #pragma once
 
 #include <filesystem>
