@@ -1,0 +1,12 @@
+# MuJoCo as the target fire3dv_mujoco, where it is installed. By hand, because its CMake package names folders of what it
+# was built with.
+include_guard(GLOBAL)
+find_path(FIRE3DV_MUJOCO_INCLUDE mujoco/mujoco.h)
+find_library(FIRE3DV_MUJOCO_LIBRARY mujoco)
+if(FIRE3DV_MUJOCO_INCLUDE AND FIRE3DV_MUJOCO_LIBRARY)
+  add_library(fire3dv_mujoco INTERFACE)
+  target_link_libraries(fire3dv_mujoco INTERFACE ${FIRE3DV_MUJOCO_LIBRARY})
+  target_include_directories(fire3dv_mujoco SYSTEM INTERFACE ${FIRE3DV_MUJOCO_INCLUDE})
+else()
+  message(STATUS "MuJoCo is not installed (libmujoco-dev): fire3dv-convert reads no MJCF, two_simulators_mujoco is left out")
+endif()
