@@ -1,14 +1,13 @@
 // fire3dv-impair FROM TO: a bad network between two programs. Publishers are told FROM, the renderer listens
 // on TO.
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
-#include <functional>
 #include <iostream>
 #include <thread>
 
 #include "protocol/transport/clock.h"
+#include "tools/check_number.h"
 #include "tools/impair/relay.h"
 #include "tools/impair/schedule.h"
 
@@ -26,18 +25,8 @@ struct Words {
   std::vector<std::string> down;
 };
 
-// CLI11's own check lets NaN pass.
-std::function<std::string(const std::string&)> number_up_to(double most) {
-  return [most](const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool good = error == std::errc() && end == text.data() + text.size() && value >= 0 && value <= most;
-    return good ? "" : text + " is not a number from 0 to " + std::to_string(static_cast<int>(most));
-  };
-}
-
 void add_options(CLI::App& app, Words& words, fire3dv::impair::Impairment& impairment) {
-  const auto percent = number_up_to(100), milliseconds = number_up_to(60'000);
+  const auto percent = fire3dv::number_between(0, 100), milliseconds = fire3dv::number_between(0, 60'000);
   app.add_option("--loss", words.loss_percent, "percent of datagrams that vanish")->check(percent);
   app.add_option("--duplicate", words.duplicate_percent, "percent of datagrams that come twice")
       ->check(percent);

@@ -11,8 +11,10 @@
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
+#include "tools/check_number.h"
 #include "tools/inspect/observer.h"
 #include "tools/inspect/recording.h"
+#include "tools/listener_options.h"
 
 namespace {
 
@@ -53,18 +55,13 @@ int main(int argc, char** argv) {
          "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT, or recordings; several at once")
       ->required();
   app.add_option("--seconds", seconds, "how long to look")
-      ->check(CLI::Range(0.1, 86400.0))
+      ->check(number_between(0.1, 86400))
       ->capture_default_str();
   app.add_flag("--json", as_json, "one JSON object a line and URI instead of text");
   app.add_option("--memory-mb", memory_mb, "memory for what a recording says of itself")
       ->check(CLI::Range(16u, 16'384u))
       ->capture_default_str();
-  app.add_flag("--insecure", options.insecure, "listen on addresses other than loopback, without protection");
-  app.add_option("--key-file", options.key_file, "file of the key that udp:// publishers must have");
-  app.add_option("--tls-cert", options.tls.certificate_file, "certificate for tls://, a PEM file");
-  app.add_option("--tls-key", options.tls.key_file, "file of that certificate's key");
-  app.add_option("--tls-client-ca", options.tls.client_ca_file,
-                 "file of certificates that publishers' must be signed by");
+  add_listener_options(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -2,11 +2,9 @@
 // renderer would and says how far from the truth it would be seen, `score` says it again of what was
 // recorded.
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
-#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -16,6 +14,8 @@
 #include "fire3dv/client.hpp"
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
+#include "tools/check_number.h"
+#include "tools/listener_options.h"
 #include "tools/motion/known_motion.h"
 #include "tools/motion/score.h"
 #include "tools/motion/watcher.h"
@@ -42,19 +42,6 @@ struct WatchOptions {
   std::string record;
   transport::ListenerOptions listener;
 };
-
-// CLI11's own check lets NaN pass.
-std::function<std::string(const std::string&)> number_between(double least, double most) {
-  return [least, most](const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool good =
-        error == std::errc() && end == text.data() + text.size() && value >= least && value <= most;
-    return good ? ""
-                : text + " is not a number from " + CLI::detail::to_string(least) + " to " +
-                      CLI::detail::to_string(most);
-  };
-}
 
 int send(const SendOptions& options) {
   Stream stream(options.uri, options.name, options.security);
@@ -196,11 +183,7 @@ void add_watch(CLI::App& app, WatchOptions& options) {
       ->capture_default_str();
   app.add_option("--record", options.record, "file for the times at which frames came");
   app.add_flag("--json", options.as_json, "one JSON object instead of text");
-  app.add_flag("--insecure", options.listener.insecure,
-               "listen on addresses other than loopback, without protection");
-  app.add_option("--key-file", options.listener.key_file, "file of the key that udp:// publishers must have");
-  app.add_option("--tls-cert", options.listener.tls.certificate_file, "certificate for tls://, a PEM file");
-  app.add_option("--tls-key", options.listener.tls.key_file, "file of that certificate's key");
+  add_listener_options(app, options.listener);
 }
 
 }  // namespace

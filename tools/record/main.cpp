@@ -16,6 +16,7 @@
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "tools/check_number.h"
+#include "tools/listener_options.h"
 #include "tools/record/recorder.h"
 #include "tools/record/recover_command.h"
 
@@ -57,13 +58,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--split-s", options.split_s, "begin a new file after so many seconds")->check(check_number);
   app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")->check(check_number);
   app.add_flag("--until-end", options.until_end, "end when all streams that came have ended");
-  app.add_flag("--insecure", options.listener.insecure,
-               "listen on addresses other than loopback, without protection");
-  app.add_option("--key-file", options.listener.key_file, "file of the key that udp:// publishers must have");
-  app.add_option("--tls-cert", options.listener.tls.certificate_file, "certificate for tls://, a PEM file");
-  app.add_option("--tls-key", options.listener.tls.key_file, "file of that certificate's key");
-  app.add_option("--tls-client-ca", options.listener.tls.client_ca_file,
-                 "file of certificates that publishers' must be signed by");
+  add_listener_options(app, options.listener);
 }
 
 std::string numbered(const std::string& out, uint32_t file) {
