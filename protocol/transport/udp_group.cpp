@@ -39,8 +39,10 @@ bool read_group_offer(std::span<const std::byte> payload, GroupOffer& offer) {
 
 // --- the sender
 
-Carousel::Carousel(size_t datagram_bytes)
-    : datagram_bytes_(datagram_bytes), piece_bytes_(fragment_bytes_of(datagram_bytes)) {}
+Carousel::Carousel(size_t datagram_bytes, uint32_t numbers_before_anew)
+    : datagram_bytes_(datagram_bytes),
+      piece_bytes_(fragment_bytes_of(datagram_bytes)),
+      numbers_before_anew_(numbers_before_anew) {}
 
 Carousel::Message Carousel::cut(ControlSender::Prepared message) {
   Message cut;
@@ -52,7 +54,22 @@ Carousel::Message Carousel::cut(ControlSender::Prepared message) {
   return cut;
 }
 
+// A key that changes a thousand times a second uses them up in weeks. What is on offer is numbered from 1 and
+// told from its beginning; whose numbers have nothing in them any more are not in it.
+void Carousel::begin_anew_if_used_up() {
+  if (last_number_ < numbers_before_anew_) return;
+  std::erase_if(messages_, [](const Message& message) { return message.replaced; });
+  last_number_ = 0;
+  for (Message& message : messages_) {
+    message.header.message = ++last_number_;
+    if (message.key) number_of_key_[*message.key] = last_number_;
+  }
+  begun_anew_ = true;
+  start_round();
+}
+
 void Carousel::describe(ControlSender::Prepared description) {
+  begin_anew_if_used_up();
   messages_.clear();
   number_of_key_.clear();
   bytes_ = keyed_bytes_ = 0;
@@ -125,6 +142,7 @@ bool Carousel::make_room() {
 
 bool Carousel::add(ControlSender::Prepared message) {
   if (messages_.empty() || message.bytes->empty()) return true;  // nothing that it could follow, or say
+  begin_anew_if_used_up();
   bytes_ += message.bytes->size();
   append(cut(std::move(message)));
   return make_room();
@@ -132,6 +150,7 @@ bool Carousel::add(ControlSender::Prepared message) {
 
 bool Carousel::put(uint64_t key, ControlSender::Prepared message, bool* dropped) {
   if (messages_.empty()) return true;
+  begin_anew_if_used_up();
   const auto known = number_of_key_.find(key);
   size_t others_bytes = keyed_bytes_;
   if (known != number_of_key_.end()) {

@@ -29,7 +29,8 @@ bool read_group_offer(std::span<const std::byte> payload, GroupOffer& offer);
 
 class Carousel {
  public:
-  explicit Carousel(size_t datagram_bytes);
+  // numbers_before_anew: how many numbers are used before they begin anew, since they have 32 bits.
+  explicit Carousel(size_t datagram_bytes, uint32_t numbers_before_anew = uint32_t{1} << 31);
 
   // Replaces all that was said before.
   void describe(ControlSender::Prepared description);
@@ -44,6 +45,9 @@ class Carousel {
   GroupOffer offer() const;
   // The offer has changed, or a round has begun, since the last call.
   bool take_news() { return std::exchange(news_, false); }
+  // Numbers have begun anew since the last call: who has heard the ones before must take this for another
+  // session.
+  bool take_begun_anew() { return std::exchange(begun_anew_, false); }
 
   // The next piece; nothing once all have been sent in this round.
   std::optional<ControlSender::Fragment> next();
@@ -64,10 +68,12 @@ class Carousel {
   void retire(size_t at);
   void drop_retired();
   void number_anew();
+  void begin_anew_if_used_up();
   bool make_room();
   Message cut(ControlSender::Prepared message);
 
   size_t datagram_bytes_, piece_bytes_;
+  uint32_t numbers_before_anew_;
   std::deque<Message> messages_;  // the first is the description
   size_t bytes_ = 0;              // of those without a key, but the description
   size_t keyed_bytes_ = 0;
@@ -76,7 +82,7 @@ class Carousel {
   size_t at_message_ = 0;
   uint32_t at_piece_ = 0;
   SharedBytes handed_out_;  // of a piece whose message was retired with it
-  bool news_ = false;
+  bool news_ = false, begun_anew_ = false;
 };
 
 class CarouselReceiver {

@@ -24,12 +24,12 @@ constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 // newest frame. Every send is non-blocking, so that the lock is never held across a wait.
 class GroupPublisher final : public NetworkPublisher {
  public:
-  GroupPublisher(const Uri& uri, const Address& group)
+  GroupPublisher(const Uri& uri, const Address& group, Carousel carousel)
       : NetworkPublisher(uri),
         group_(group),
         datagram_bytes_(uri.mtu != 0 ? uri.mtu : kDatagramBytes),
         session_(random_id(), monotonic_ns(), nullptr, datagram_bytes_),
-        carousel_(datagram_bytes_),
+        carousel_(std::move(carousel)),
         poses_(datagram_bytes_) {}
   ~GroupPublisher() override { thread_.stop(); }
 
@@ -178,6 +178,11 @@ void GroupPublisher::serve() {
 
 // Sends what is due; how long there is nothing more to do.
 int64_t GroupPublisher::turn(int64_t now_ns) {
+  if (carousel_.take_begun_anew()) {
+    send(Type::bye, {}, {});
+    session_ = Session(random_id(), now_ns, nullptr, datagram_bytes_);
+    poses_.start_session();
+  }
   if (now_ns >= next_round_ns_ && carousel_.round_is_over()) {
     carousel_.start_round();
     next_round_ns_ = now_ns + kRoundNs;
@@ -219,11 +224,13 @@ void GroupPublisher::send(Type type, std::span<const std::byte> head, std::span<
 }  // namespace
 
 Result<std::unique_ptr<PublisherLink>> make_group_publisher(const Uri& uri, const Address& group,
-                                                            const PublisherOptions& options) {
+                                                            const PublisherOptions& options,
+                                                            uint32_t numbers_before_anew) {
   if (!options.key_file.empty())
     return Error{uri_text(uri) +
                  ": datagrams to a group cannot be sealed; leave the key away, or publish to one renderer"};
-  auto publisher = std::make_unique<GroupPublisher>(uri, group);
+  auto publisher = std::make_unique<GroupPublisher>(
+      uri, group, Carousel(uri.mtu != 0 ? uri.mtu : kDatagramBytes, numbers_before_anew));
   if (auto started = publisher->start(); !started) return started.error();
   return std::unique_ptr<PublisherLink>(std::move(publisher));
 }

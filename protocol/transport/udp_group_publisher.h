@@ -10,8 +10,9 @@
 
 namespace fire3dv::transport::udp {
 
-// To everybody who has joined the group; nothing comes back.
+// To everybody who has joined the group; nothing comes back. numbers_before_anew: see Carousel.
 Result<std::unique_ptr<PublisherLink>> make_group_publisher(const Uri& uri, const Address& group,
-                                                            const PublisherOptions& options);
+                                                            const PublisherOptions& options,
+                                                            uint32_t numbers_before_anew = uint32_t{1} << 31);
 
 }  // namespace fire3dv::transport::udp

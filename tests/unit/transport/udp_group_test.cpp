@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <random>
 
+#include "protocol/transport/udp_group_publisher.h"
+#include "protocol/transport/udp_group_socket.h"
 #include "tests/unit/transport/own_network.h"
 #include "tests/unit/transport/raw_socket.h"
 #include "tests/unit/transport/secure_fixture.h"
@@ -195,6 +197,38 @@ TEST(Carousel, AKeyThatChangesFasterThanItIsSentIsSeenToChange) {
   EXPECT_EQ(got.back(), large + "199");
 }
 
+TEST(Carousel, NumbersBeginAnewBeforeTheyRunOut) {
+  constexpr uint32_t kMostNumbers = 500;
+  std::mt19937 random(17);
+  Carousel carousel(kDatagramBytes, kMostNumbers);
+  CarouselReceiver receiver(udp::fragment_bytes_of(kDatagramBytes));
+  carousel.describe(prepared("d"));
+  EXPECT_TRUE(carousel.put(1, prepared("still")));
+  EXPECT_TRUE(carousel.add(prepared("said once")));
+  const std::string large(5000, 'x');
+  int sessions = 1;
+  std::vector<std::string> got;
+  for (int i = 0; i < 3000; ++i) {
+    EXPECT_TRUE(carousel.put(2, prepared(large + std::to_string(i))));
+    if (carousel.take_begun_anew()) {
+      ++sessions;
+      EXPECT_EQ(carousel.offer().description, 1u);
+      receiver = CarouselReceiver(udp::fragment_bytes_of(kDatagramBytes));
+      got.clear();
+    }
+    EXPECT_LE(carousel.offer().last, kMostNumbers + 1);
+    if (i % 100 == 0)
+      for (auto& message : round_to(carousel, receiver, 0.2, random)) got.push_back(message);
+    carousel.next();  // anew in the middle of a message, too
+  }
+  EXPECT_GE(sessions, 6);
+  for (int round = 0; round < 2; ++round)
+    for (auto& message : round_to(carousel, receiver, 0, random)) got.push_back(message);
+  EXPECT_EQ(got.front(), "d");
+  EXPECT_EQ(got.back(), large + "2999");
+  for (const char* once : {"d", "still", "said once"}) EXPECT_EQ(std::count(got.begin(), got.end(), once), 1);
+}
+
 TEST(Carousel, WhoContradictsItselfIsCorruptAndMemoryIsBounded) {
   using Outcome = CarouselReceiver::Outcome;
   constexpr size_t kPiece = udp::fragment_bytes_of(kDatagramBytes);
@@ -313,6 +347,27 @@ TEST_P(Group, WhoeverJoinsGetsTheNewestOfEachKey) {
   for (Listener* listener : {&early, &late})
     ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::control, "2 again"); }));
   EXPECT_EQ(late.count(Kind::control), 5u);
+}
+
+TEST_P(Group, APublisherWhoseNumbersAreUsedUpGoesOnAsAnotherPeer) {
+  constexpr uint32_t kMostNumbers = 40;
+  Listener listener(uri, insecure());
+  const auto parsed = parse_uri(uri);
+  ASSERT_TRUE(parsed.ok());
+  auto made = udp::make_group_publisher(*parsed, *udp::group_of(*parsed), {}, kMostNumbers);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  PublisherLink& publisher = **made;
+  ASSERT_TRUE(publisher.set_description(bytes_of("d")));
+  ASSERT_TRUE(publish_until_seen(publisher, listener, "before"));
+  const auto newest = bytes_of("newest"), older = bytes_of("older");
+  for (uint32_t i = 0; i < 2 * kMostNumbers; ++i)
+    ASSERT_TRUE(publisher.put_state(1, std::make_shared<const wire::Bytes>(older.begin(), older.end())).ok());
+  ASSERT_TRUE(publisher.put_state(1, std::make_shared<const wire::Bytes>(newest.begin(), newest.end())).ok());
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw_part(Kind::disconnected, "closed the link"); }));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.last(Kind::control) == "newest"; }));
+  EXPECT_TRUE(publish_until_seen(publisher, listener, "after"));
+  EXPECT_GE(listener.count(Kind::connected), 2u);
+  EXPECT_EQ(listener.link->stats().peers, 1u);
 }
 
 TEST_P(Group, PublishersComeAndGoAndFramesOfManyPartsArriveWhole) {
