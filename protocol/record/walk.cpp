@@ -46,8 +46,7 @@ Result<void> read_content(Source& source, const RecordAt& record, uint64_t most,
   if (record.content_bytes() > most)
     return Error{wire::printable(source.name(), 4096) + ": a record at byte " +
                  std::to_string(record.offset) + " has " + std::to_string(record.content_bytes()) +
-                 " bytes, and at most " + std::to_string(most) +
-                 " are read; raise --memory-mb if you trust the file"};
+                 " bytes; of this kind at most " + std::to_string(most) + " are read"};
   content.resize(static_cast<size_t>(record.content_bytes()));
   return source.read(record.content_at(), content);
 }
