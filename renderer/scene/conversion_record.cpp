@@ -69,14 +69,14 @@ FileStamp stamp_of(const std::filesystem::path& file) {
 }
 
 ConversionRecord record_of(const std::filesystem::path& result,
-                           const std::vector<std::filesystem::path>& sources, int64_t begun_ns) {
+                           const std::vector<ConversionRecord::Source>& sources, int64_t begun_ns) {
   ConversionRecord record;
   record.result = stamp_of(result);
-  for (const std::filesystem::path& source : sources) {
-    FileStamp stamp = stamp_of(source);
-    if (std::max(stamp.modified_ns, stamp.changed_ns) + kTick_ns >= begun_ns)
-      stamp.inode = 0;  // no file has it
-    record.sources.push_back({std::filesystem::absolute(source), stamp});
+  for (ConversionRecord::Source source : sources) {
+    if (std::max(source.stamp.modified_ns, source.stamp.changed_ns) + kTick_ns >= begun_ns)
+      source.stamp.inode = 0;  // no file has it
+    source.file = std::filesystem::absolute(source.file);
+    record.sources.push_back(std::move(source));
   }
   return record;
 }

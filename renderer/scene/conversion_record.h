@@ -24,17 +24,18 @@ FileStamp stamp_of(const std::filesystem::path& file);
 struct ConversionRecord {
   FileStamp result;
   struct Source {
-    std::filesystem::path file;  // absolute
+    std::filesystem::path file;  // absolute, in a record
     FileStamp stamp;
   };
   std::vector<Source> sources;
   std::vector<std::string> warnings;  // without line breaks
 };
 
-// begun_ns: the clock of today (CLOCK_REALTIME) before the first source was read. A source that was written
-// since, so that nobody knows what of it was read, is recorded as one that has changed.
+// sources: as they were before they were read. begun_ns: the clock of today (CLOCK_REALTIME) before the first
+// of them was. A source that was written since, so that a second write within a tick of the file system's
+// clock would not be seen, is recorded as one that has changed.
 ConversionRecord record_of(const std::filesystem::path& result,
-                           const std::vector<std::filesystem::path>& sources, int64_t begun_ns);
+                           const std::vector<ConversionRecord::Source>& sources, int64_t begun_ns);
 
 std::string text_of(const ConversionRecord& record);
 Result<ConversionRecord> read_conversion_record(const std::filesystem::path& file);

@@ -198,5 +198,51 @@ TEST(AdfRefuse, BombsAreBounded) {
   expect_said(parts + "]}\n", "there are more than 100000");
 }
 
+TEST(AdfRefuse, ALaunchFileIsReadNoFurtherThanItIsShown) {
+  const test::ScratchFolder folder;
+  std::string many = "bodies: [";
+  for (int i = 0; i < 20'001; ++i) many += "b,";
+  folder.write("many.yaml", std::string_view(many + "]\nb: {}\n"));
+  folder.write("long.yaml", std::string_view("name: " + std::string(1000, 'x') + "\n"));
+  ReadOptions all;
+  all.launch_all = true;
+  const Result<Model> full =
+      read_adf(folder.write("launch.yaml", "multibody configs: [many.yaml, gone.yaml]\n"), all);
+  ASSERT_TRUE(full) << full.error().message;
+  EXPECT_NE(all_of(*full).find("there are more than 20000"), std::string::npos) << all_of(*full);
+  EXPECT_EQ(all_of(*full).find("gone.yaml"), std::string::npos) << all_of(*full);
+  // One that shows nothing, again and again.
+  all.most_adf_bytes = 2500;
+  folder.write("one.yaml", "bodies: [b]\nb: {}\n");
+  const Result<Model> again = read_adf(
+      folder.write("launch.yaml",
+                   "multibody configs: [one.yaml, long.yaml, long.yaml,\n  long.yaml,\n one.yaml]\n"),
+      all);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->nodes.size(), 1u);
+  EXPECT_NE(all_of(*again).find("launch.yaml:3: \"multibody configs\" cannot be read: the files before it "
+                                "have more than 2 KiB together"),
+            std::string::npos)
+      << all_of(*again);
+}
+
+TEST(AdfRefuse, ShapesThatAreAlikeAreOneMeshAndTrianglesAreBounded) {
+  const test::ScratchFolder folder;
+  std::string text = "bodies: [a, b";
+  for (int i = 0; i < 9; ++i) text += ", c" + std::to_string(i);
+  text += "]\na: {shape: BOX, geometry: {x: 1, y: 1, z: 1}}\nb: {shape: BOX, geometry: {x: 1, y: 1, z: 1}}\n";
+  for (int i = 0; i < 9; ++i)
+    text += "c" + std::to_string(i) + ": {shape: BOX, geometry: {x: 2, y: 1, z: " + std::to_string(i + 1) +
+            "}}\n";
+  ReadOptions options;
+  options.most_triangles = 100;
+  const Result<Model> model = read_adf(folder.write("model.yaml", std::string_view(text)), options);
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->nodes[0].mesh, model->nodes[1].mesh);
+  EXPECT_EQ(model->meshes.size(), 9u) << "12 triangles each";
+  EXPECT_NE(all_of(*model).find("the scene has more than 100 triangles"), std::string::npos)
+      << all_of(*model);
+}
+
 }  // namespace
 }  // namespace fire3dv::convert

@@ -254,14 +254,11 @@ TEST(AdfScene, WhatIsMissingIsSaidOnce) {
   EXPECT_EQ(count("\"colour components\""), 1);
   EXPECT_TRUE(node("/ambf/env/parts/BODY lost part").mesh == std::nullopt);
   // All that was read or looked for.
-  const std::vector<std::filesystem::path>& sources = scene().sources;
   for (const char* file :
        {"launch.yaml", "world/world.yaml", "world/floor.yaml", "models/high_res/hex nut.OBJ",
         "models/high_res/hex nut.mtl", "models/high_res/checker board.png",
         "models/high_res/../more/pyramid.STL", "models/high_res/no such part.STL"}) {
-    EXPECT_TRUE(std::any_of(sources.begin(), sources.end(), [&](const std::filesystem::path& p) {
-      return p == kScene.parent_path() / file;
-    })) << file;
+    EXPECT_TRUE(scene().sources.contains(kScene.parent_path() / file)) << file;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/gltf_builder.h"
+#include "tools/convert/sources.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -13,7 +14,7 @@ constexpr int64_t kLater = INT64_MAX;  // whatever was written was written befor
 class ConversionRecords : public testing::Test {
  protected:
   bool still_holds() const {
-    const auto file = folder_.write("record", text_of(record_of(result_, sources_, kLater)));
+    const auto file = folder_.write("record", text_of(record_of(result_, sources(), kLater)));
     const auto record = read_conversion_record(file);
     EXPECT_TRUE(record.ok());
     change_();
@@ -23,7 +24,9 @@ class ConversionRecords : public testing::Test {
   std::filesystem::path result_ = folder_.write("scene.glb", std::string_view("glTF"));
   std::filesystem::path source_ = folder_.write("a name\nof two lines\\ \xff", std::string_view("first"));
   std::filesystem::path missing_ = folder_.path() / "missing.stl";
-  std::vector<std::filesystem::path> sources_{source_, missing_};
+  std::vector<ConversionRecord::Source> sources() const {
+    return {{source_, stamp_of(source_)}, {missing_, stamp_of(missing_)}};
+  }
   std::function<void()> change_ = [] {};
 };
 
@@ -65,12 +68,27 @@ TEST_F(ConversionRecords, EndWhenTheResultIsAnotherOne) {
 
 TEST_F(ConversionRecords, DoNotVouchForWhatWasWrittenMeanwhile) {
   const int64_t begun_ns = stamp_of(source_).modified_ns;
-  EXPECT_FALSE(holds(record_of(result_, {source_}, begun_ns), result_));
-  EXPECT_TRUE(holds(record_of(result_, {source_}, kLater), result_));
+  EXPECT_FALSE(holds(record_of(result_, sources(), begun_ns), result_));
+  EXPECT_TRUE(holds(record_of(result_, sources(), kLater), result_));
+}
+
+// A folder that takes another one's place brings files that nobody has touched for long.
+TEST_F(ConversionRecords, EndWhenAFolderWasReplacedWhileItWasRead) {
+  for (const char* folder : {"meshes", "other"}) {
+    std::filesystem::create_directory(folder_.path() / folder);
+    folder_.write(std::filesystem::path(folder) / "part.stl", std::string_view(folder));
+  }
+  convert::Sources sources;
+  sources.add(folder_.path() / "meshes/part.stl");
+  std::filesystem::rename(folder_.path() / "meshes", folder_.path() / "before");
+  std::filesystem::rename(folder_.path() / "other", folder_.path() / "meshes");
+  sources.add(folder_.path() / "meshes/part.stl");  // asked for again: what was read is what was there first
+  EXPECT_EQ(sources.all().size(), 1u);
+  EXPECT_FALSE(holds(record_of(result_, sources.all(), kLater), result_));
 }
 
 TEST_F(ConversionRecords, KeepWarningsAndNames) {
-  ConversionRecord record = record_of(result_, sources_, kLater);
+  ConversionRecord record = record_of(result_, sources(), kLater);
   record.warnings = {"one \\n of them", "and\nanother"};
   const auto back = read_conversion_record(folder_.write("record", text_of(record)));
   ASSERT_TRUE(back.ok()) << back.error().message;
@@ -81,7 +99,7 @@ TEST_F(ConversionRecords, KeepWarningsAndNames) {
 }
 
 TEST_F(ConversionRecords, AreRefusedWhenDamaged) {
-  const std::string whole = text_of(record_of(result_, sources_, kLater));
+  const std::string whole = text_of(record_of(result_, sources(), kLater));
   for (size_t length = 0; length + 1 < whole.size(); ++length) {
     const auto record =
         read_conversion_record(folder_.write("record", std::string_view(whole).substr(0, length)));

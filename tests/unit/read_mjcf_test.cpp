@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/model_looks.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::convert {
@@ -12,8 +13,8 @@ namespace {
 
 class Mjcf : public testing::Test {
  protected:
-  Result<Model> try_read(const std::string& text) {
-    return read_mjcf(folder_.write("model.xml", std::string_view(text)), {});
+  Result<Model> try_read(const std::string& text, const ReadOptions& options = {}) {
+    return read_mjcf(folder_.write("model.xml", std::string_view(text)), options);
   }
   test::ScratchFolder folder_;
 };
@@ -23,24 +24,6 @@ class Mjcf : public testing::Test {
 Model checked(Result<Model> model) {
   EXPECT_TRUE(model.ok()) << model.error().message;
   return model ? std::move(*model) : Model();
-}
-
-const Node& node(const Model& model, const std::string& name) {
-  for (const Node& each : model.nodes)
-    if (each.name == name) return each;
-  ADD_FAILURE() << "no node " << name;
-  return model.nodes.front();
-}
-
-std::pair<glm::vec3, glm::vec3> bounds(const Mesh& mesh) {
-  glm::vec3 low(1e9f), high(-1e9f);
-  for (const Surface& surface : mesh.surfaces) {
-    for (const glm::vec3& position : surface.positions) {
-      low = glm::min(low, position);
-      high = glm::max(high, position);
-    }
-  }
-  return {low, high};
 }
 
 constexpr const char* kArm = R"(<mujoco model="arm">
@@ -138,9 +121,7 @@ TEST_F(Mjcf, MaterialsMeshesAndTexturesComeFromTheCompiledModel) {
   ASSERT_EQ(model.warnings.size(), 1u);
   EXPECT_NE(model.warnings[0].find("\"sky\" is a cube"), std::string::npos);
   for (const char* file : {"model.xml", "parts.xml", "assets/t.obj", "assets/skin.png"})
-    EXPECT_NE(std::find(model.sources.begin(), model.sources.end(), folder_.path() / file),
-              model.sources.end())
-        << file;
+    EXPECT_TRUE(model.sources.contains(folder_.path() / file)) << file;
 }
 
 TEST_F(Mjcf, AHeightFieldIsItsTopAndItsWalls) {
@@ -151,6 +132,20 @@ TEST_F(Mjcf, AHeightFieldIsItsTopAndItsWalls) {
   EXPECT_EQ(low, glm::vec3(-3, -2, -0.5f));
   EXPECT_EQ(glm::vec2(high), glm::vec2(3, 2));
   EXPECT_EQ(model.meshes[0].surfaces[0].indices.size() / 3, 4u + 2 * 6u);
+}
+
+TEST_F(Mjcf, TrianglesAreBoundedAndThatIsSaid) {
+  std::string bodies;
+  for (int i = 0; i < 30; ++i)
+    bodies += "<body><geom type='box' size='1 1 " + std::to_string(1 + i / 2) + "'/></body>";
+  ReadOptions options;
+  options.most_triangles = 100;
+  const Model model = checked(try_read("<mujoco><worldbody>" + bodies + "</worldbody></mujoco>", options));
+  EXPECT_EQ(model.meshes.size(), 9u) << "12 triangles each, for two bodies each";
+  ASSERT_EQ(model.warnings.size(), 1u);
+  EXPECT_NE(model.warnings[0].find("those after it lack geoms: the scene has more than 100 triangles"),
+            std::string::npos)
+      << model.warnings[0];
 }
 
 TEST_F(Mjcf, WhatIsWrongIsToldWithTheFilesName) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/model_looks.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::convert {
@@ -37,24 +38,6 @@ class Urdf : public testing::Test {
   test::ScratchFolder folder_;
 };
 
-const Node& node(const Model& model, const std::string& name) {
-  for (const Node& each : model.nodes)
-    if (each.name == name) return each;
-  ADD_FAILURE() << "no node " << name;
-  return model.nodes.front();
-}
-
-std::pair<glm::vec3, glm::vec3> bounds(const Mesh& mesh) {
-  glm::vec3 low(1e9f), high(-1e9f);
-  for (const Surface& surface : mesh.surfaces) {
-    for (const glm::vec3& position : surface.positions) {
-      low = glm::min(low, position);
-      high = glm::max(high, position);
-    }
-  }
-  return {low, high};
-}
-
 std::string visual(const std::string& geometry, const std::string& more = "") {
   return "<visual><origin xyz=\"0 0 1\"/><geometry>" + geometry + "</geometry>" + more + "</visual>";
 }
@@ -75,7 +58,7 @@ TEST_F(Urdf, WherePackagesAreMissingIsRecorded) {
                            options);
   for (const std::string place : {"ws/gone", "arm_description/urdf/gone", "arm_description/gone", "gone"}) {
     const auto path = std::filesystem::canonical(folder_.path()) / place;
-    EXPECT_EQ(std::count(model.sources.begin(), model.sources.end(), path), 1) << path;
+    EXPECT_TRUE(model.sources.contains(path)) << path;
   }
 }
 
@@ -149,9 +132,13 @@ TEST_F(Urdf, MeshesComeFromPackagesFromBesideTheFileAndFromFileUris) {
                joint("fixed", "own", "above") + joint("fixed", "own", "uri"),
            options);
   EXPECT_TRUE(model.warnings.empty()) << model.warnings.front();
-  ASSERT_EQ(model.meshes.size(), 5u);
-  for (const Mesh& each : model.meshes)
-    EXPECT_EQ(bounds(each), std::make_pair(glm::vec3(0, -2, 1), glm::vec3(1, 0, 2))) << each.name;
+  ASSERT_EQ(model.nodes.size(), 5u);
+  for (const Node& each : model.nodes) {
+    ASSERT_TRUE(each.mesh) << each.name;
+    EXPECT_EQ(bounds(model.meshes[*each.mesh]), std::make_pair(glm::vec3(0, -2, 1), glm::vec3(1, 0, 2)))
+        << each.name;
+  }
+  EXPECT_EQ(model.meshes.size(), 3u) << "one for each file";
 }
 
 TEST_F(Urdf, WhatIsMissingIsNamedAndItsLinkIsKept) {
@@ -170,9 +157,8 @@ TEST_F(Urdf, WhatIsMissingIsNamedAndItsLinkIsKept) {
       std::string::npos)
       << model.warnings[1];
   EXPECT_NE(model.warnings[2].find("https://example.org"), std::string::npos) << model.warnings[2];
-  EXPECT_NE(std::find(model.sources.begin(), model.sources.end(),
-                      std::filesystem::canonical(folder_.path()) / "arm_description/urdf/gone.stl"),
-            model.sources.end());
+  EXPECT_TRUE(
+      model.sources.contains(std::filesystem::canonical(folder_.path()) / "arm_description/urdf/gone.stl"));
 }
 
 TEST_F(Urdf, TexturesAreRead) {
@@ -186,6 +172,73 @@ TEST_F(Urdf, TexturesAreRead) {
   const Material& material = model.materials[model.meshes[0].surfaces[0].material];
   EXPECT_EQ(material.base_color_image, 0u);
   EXPECT_EQ(material.base_color, glm::vec4(1));
+}
+
+// Whoever wrote the URDF names any file of the machine; what is in an image gets into the scene.
+TEST_F(Urdf, TexturesOfOthersAreNotRead) {
+  for (const char* name :
+       {"private/me.png", "arm_description/textures/skin.png", "other/textures/skin.png"}) {
+    std::filesystem::create_directories((folder_.path() / name).parent_path());
+    folder_.write(name, test::png(2, 2, 0x00ff00ff));
+  }
+  const auto read_texture = [&](const std::string& uri, const ReadOptions& options = {}) {
+    const Model model =
+        read(link("a", visual("<box size=\"1 1 1\"/>",
+                              "<material name=\"m\"><texture filename=\"" + uri + "\"/></material>")),
+             options);
+    EXPECT_EQ(model.warnings.size(), model.images.empty() ? 1u : 0u) << uri;
+    if (model.images.empty()) {
+      EXPECT_NE(model.warnings.at(0).find("lies outside"), std::string::npos) << model.warnings.at(0);
+    }
+    return !model.images.empty();
+  };
+  EXPECT_FALSE(read_texture("file://" + (folder_.path() / "private/me.png").string()));
+  EXPECT_FALSE(read_texture("../../private/me.png"));
+  // Any folder above can be called a package.
+  EXPECT_FALSE(read_texture("package://private/me.png"));
+  EXPECT_FALSE(read_texture("package://" + folder_.path().filename().string() + "/private/me.png"));
+  // Where the user says so, and in packages.
+  ReadOptions options;
+  options.package_folders = {folder_.path() / "private"};
+  EXPECT_TRUE(read_texture("../../private/me.png", options));
+  EXPECT_FALSE(read_texture("../textures/skin.png"));
+  EXPECT_FALSE(read_texture("package://other/textures/skin.png"));
+  write("arm_description/package.xml", "<package/>");
+  write("other/package.xml", "<package/>");
+  EXPECT_TRUE(read_texture("../textures/skin.png"));
+  EXPECT_TRUE(read_texture("package://other/textures/skin.png"));
+  EXPECT_FALSE(read_texture("../../other/textures/skin.png")) << "its package was not named";
+  std::filesystem::create_symlink(folder_.path() / "private/me.png",
+                                  folder_.path() / "arm_description/urdf/link.png");
+  EXPECT_FALSE(read_texture("link.png"));
+}
+
+TEST_F(Urdf, LinksThatLookAlikeShareAMesh) {
+  const std::string grey = "<material name=\"grey\"><color rgba=\"0.5 0.5 0.5 1\"/></material>";
+  const Model model = read(
+      link("a", visual("<sphere radius=\"1\"/>", grey)) + link("b", visual("<sphere radius=\"1\"/>", grey)) +
+      link("c", visual("<sphere radius=\"2\"/>", grey)) + link("d", visual("<sphere radius=\"1\"/>")) +
+      joint("fixed", "a", "b") + joint("fixed", "a", "c") + joint("fixed", "a", "d"));
+  EXPECT_EQ(model.meshes.size(), 3u);
+  EXPECT_EQ(node(model, "a").mesh, node(model, "b").mesh);
+  EXPECT_NE(node(model, "a").mesh, node(model, "c").mesh);
+  EXPECT_NE(node(model, "a").mesh, node(model, "d").mesh) << "another material";
+}
+
+TEST_F(Urdf, TrianglesAreBoundedAndThatIsSaid) {
+  std::string inside = link("l0", visual("<box size=\"1 1 1\"/>"));
+  for (int i = 1; i < 30; ++i)
+    inside += link("l" + std::to_string(i), visual("<box size=\"1 1 " + std::to_string(i) + ".5\"/>")) +
+              joint("fixed", "l0", "l" + std::to_string(i));
+  ReadOptions options;
+  options.most_triangles = 100;
+  const Model model = read(inside, options);
+  EXPECT_EQ(model.nodes.size(), 30u);
+  EXPECT_EQ(model.meshes.size(), 9u) << "12 triangles each";
+  ASSERT_EQ(model.warnings.size(), 1u);
+  EXPECT_NE(model.warnings[0].find("those after it lack visuals: the scene has more than 100 triangles"),
+            std::string::npos)
+      << model.warnings[0];
 }
 
 TEST_F(Urdf, WhatIsWrongIsToldWithFileAndLine) {

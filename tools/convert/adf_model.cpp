@@ -42,7 +42,7 @@ AdfObject object_of(Kind kind, const AdfFile& file, const AdfFile::Block& block,
   return object;
 }
 
-void read_bodies(const AdfFile& file, const char* list, Kind kind, AdfReading& reading) {
+bool read_bodies(const AdfFile& file, const char* list, Kind kind, AdfReading& reading) {
   const AdfPlaces places{file.folder(), file["high resolution path"].text()};
   for (const AdfFile::Block& block : file.blocks(list)) {
     AdfObject object = object_of(kind, file, block, reading);
@@ -52,11 +52,12 @@ void read_bodies(const AdfFile& file, const char* list, Kind kind, AdfReading& r
     const AdfLook look = reading.visuals.look_of(block.value, block.id, places);
     object.mesh = look.mesh;
     object.dropped_by_ambf = look.mesh_is_missing;
-    if (!reading.objects.add(std::move(object))) return;
+    if (!reading.objects.add(std::move(object))) return false;
   }
+  return true;
 }
 
-void read_cameras(const AdfFile& file, AdfReading& reading) {
+bool read_cameras(const AdfFile& file, AdfReading& reading) {
   for (const AdfFile::Block& block : file.blocks("cameras")) {
     AdfObject object = object_of(Kind::camera, file, block, reading);
     const AdfValue& b = block.value;
@@ -82,11 +83,12 @@ void read_cameras(const AdfFile& file, AdfReading& reading) {
     if (b["orthographic view width"].is_defined())
       b["orthographic view width"].warn("asks for an orthographic camera; it is drawn in perspective");
     if (b["stereo"].is_map()) object.eye_separation_m = b["stereo"]["eye separation"].number(0.2);
-    if (!reading.objects.add(std::move(object))) return;
+    if (!reading.objects.add(std::move(object))) return false;
   }
+  return true;
 }
 
-void read_lights(const AdfFile& file, AdfReading& reading) {
+bool read_lights(const AdfFile& file, AdfReading& reading) {
   for (const AdfFile::Block& block : file.blocks("lights")) {
     AdfObject object = object_of(Kind::light, file, block, reading);
     const AdfValue& b = block.value;
@@ -105,8 +107,9 @@ void read_lights(const AdfFile& file, AdfReading& reading) {
     const AdfValue attenuation = b["attenuation"];
     object.attenuation = {attenuation["constant"].number(1), attenuation["linear"].number(0),
                           attenuation["quadratic"].number(0)};
-    if (!reading.objects.add(std::move(object))) return;
+    if (!reading.objects.add(std::move(object))) return false;
   }
+  return true;
 }
 
 void warn_of_what_is_not_drawn(const AdfFile& file, std::initializer_list<const char*> lists) {
@@ -118,22 +121,20 @@ void warn_of_what_is_not_drawn(const AdfFile& file, std::initializer_list<const 
 
 }  // namespace
 
-void read_adf_model(const AdfFile& file, AdfReading& reading) {
+bool read_adf_model(const AdfFile& file, AdfReading& reading) {
   file.note_unknown_fields();
   reading.visuals.allow_images_below(file.folder());
-  read_bodies(file, "bodies", Kind::body, reading);
-  read_bodies(file, "soft bodies", Kind::soft_body, reading);
-  read_bodies(file, "ghost objects", Kind::ghost, reading);
-  read_cameras(file, reading);
-  read_lights(file, reading);
   warn_of_what_is_not_drawn(file, {"vehicles", "volumes"});
+  return read_bodies(file, "bodies", Kind::body, reading) &&
+         read_bodies(file, "soft bodies", Kind::soft_body, reading) &&
+         read_bodies(file, "ghost objects", Kind::ghost, reading) && read_cameras(file, reading) &&
+         read_lights(file, reading);
 }
 
-void read_adf_world(const AdfFile& file, AdfReading& reading) {
+bool read_adf_world(const AdfFile& file, AdfReading& reading) {
   file.note_unknown_fields();
-  read_lights(file, reading);
-  read_cameras(file, reading);
   warn_of_what_is_not_drawn(file, {"skybox"});
+  return read_lights(file, reading) && read_cameras(file, reading);
 }
 
 }  // namespace fire3dv::convert

@@ -16,9 +16,10 @@ struct AdfReading {
   std::string name_prefix;  // AMBF's --ns
 };
 
+// Both say whether there may be more objects still: false where one had to be left out.
 // Bodies, soft bodies, ghost objects, cameras and lights.
-void read_adf_model(const AdfFile& file, AdfReading& reading);
+bool read_adf_model(const AdfFile& file, AdfReading& reading);
 // The lights and cameras of a world file. Its environment is a model, and comes before them.
-void read_adf_world(const AdfFile& file, AdfReading& reading);
+bool read_adf_world(const AdfFile& file, AdfReading& reading);
 
 }  // namespace fire3dv::convert

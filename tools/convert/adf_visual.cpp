@@ -13,8 +13,7 @@
 namespace fire3dv::convert {
 namespace {
 
-// A few lines can ask for the same large mesh in thousands of sizes.
-constexpr size_t kMostTriangles = 60'000'000, kMostShapes = 100'000, kMostParts = 1000;
+constexpr size_t kMostParts = 1000;
 
 // Blinn-Phong's exponent to the roughness whose highlight is as wide.
 float roughness_of(double shininess, const glm::dvec3& specular) {
@@ -77,9 +76,8 @@ AdfLook AdfVisuals::look_of(const AdfValue& block, const std::string& name, cons
   const Color color = color_of(block);
   // AMBF looks at it only where it sets the colour.
   if (color.used && !block["visible"].flag(true)) return look;
-  if (triangles_ > kMostTriangles) {
-    block.warn("has no mesh, nor have those after it: the scene has more than " +
-               std::to_string(kMostTriangles) + " triangles");
+  if (store_.is_full()) {  // a few lines can ask for the same large mesh in thousands of sizes
+    block.warn("has no mesh, nor have those after it: " + store_.why_full());
     return look;
   }
   const double scale = block["scale"].number(1);
@@ -107,14 +105,10 @@ AdfLook AdfVisuals::look_of(const AdfValue& block, const std::string& name, cons
     surfaces = std::move(*read);
   }
   std::erase_if(surfaces, [](const Surface& s) { return s.indices.empty(); });
-  for (Surface& surface : surfaces) {
-    triangles_ += surface.indices.size() / 3;
-    if (color.used) surface.material = colored(surface.material, color, name);
-  }
-  if (surfaces.empty()) return look;
-  model_.meshes.push_back({clean_text(name), std::move(surfaces)});
-  look.mesh = model_.meshes.size() - 1;
-  if (!key.empty()) meshes_[key] = look.mesh;
+  if (color.used)
+    for (Surface& surface : surfaces) surface.material = colored(surface.material, color, name);
+  look.mesh = store_.keep({clean_text(name), std::move(surfaces)});
+  if (!key.empty() && look.mesh) meshes_[key] = look.mesh;
   return look;
 }
 
@@ -126,7 +120,7 @@ std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& bl
   // AMBF puts the block's path behind the file's; some files mean the block's alone.
   std::vector<std::filesystem::path> candidates{places.file_folder / places.visual_path / named};
   if (!own.empty()) candidates.push_back(places.file_folder / named);
-  model_.sources.push_back(candidates[0]);
+  model_.sources.add(candidates[0]);
   std::error_code error;
   const bool first = candidates.size() == 1 || std::filesystem::exists(candidates[0], error);
   const std::filesystem::path file = tidy_path(first ? candidates[0] : candidates[1]);
@@ -153,8 +147,8 @@ std::vector<Surface> AdfVisuals::shape_surfaces(const AdfValue& block, double sc
 }
 
 Surface AdfVisuals::shape_surface(const AdfValue& shape, const AdfValue& geometry, double scale) {
-  if (++shapes_ > kMostShapes) {
-    shape.warn("and further shapes are left out: there are more than " + std::to_string(kMostShapes));
+  if (!store_.take_shape({})) {
+    shape.warn("and further shapes are left out: " + store_.why_full());
     return {};
   }
   std::string kind = shape.text();

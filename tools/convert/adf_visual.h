@@ -10,6 +10,7 @@
 
 #include "tools/convert/adf_yaml.h"
 #include "tools/convert/mesh_files.h"
+#include "tools/convert/mesh_store.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -27,7 +28,8 @@ struct AdfLook {
 
 class AdfVisuals {
  public:
-  AdfVisuals(Model& model, AdfReport& report) : model_(model), report_(report), files_(model) {}
+  AdfVisuals(Model& model, AdfReport& report, size_t most_triangles)
+      : model_(model), report_(report), files_(model), store_(model, most_triangles) {}
 
   AdfLook look_of(const AdfValue& block, const std::string& name, const AdfPlaces& places);
   void allow_images_below(const std::filesystem::path& folder) { files_.allow_images_below(folder); }
@@ -45,10 +47,10 @@ class AdfVisuals {
   Model& model_;
   AdfReport& report_;
   MeshFiles files_;
-  std::map<std::string, std::optional<size_t>> meshes_;  // by all that makes their look
+  MeshStore store_;
+  std::map<std::string, std::optional<size_t>> meshes_;  // of files, by all that makes their look
   std::map<std::string, size_t> materials_;
   std::optional<size_t> plain_;
-  size_t triangles_ = 0, shapes_ = 0;
 };
 
 }  // namespace fire3dv::convert

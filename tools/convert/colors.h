@@ -16,4 +16,9 @@ inline glm::vec3 linear_from_srgb(const glm::vec3& displayed) {
   return linear;
 }
 
+// a: opacity, which is the same in both.
+inline glm::vec4 linear_from_srgb(const glm::vec4& displayed) {
+  return {linear_from_srgb(glm::vec3(displayed)), std::clamp(displayed.a, 0.0f, 1.0f)};
+}
+
 }  // namespace fire3dv::convert

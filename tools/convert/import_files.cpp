@@ -42,7 +42,7 @@ class MemoryStream : public Assimp::IOStream {
 
 }  // namespace
 
-ImportFiles::ImportFiles(const std::filesystem::path& file, std::vector<std::filesystem::path>& besides)
+ImportFiles::ImportFiles(const std::filesystem::path& file, Sources& besides)
     : file_(file), besides_(besides) {
   folders_.add(file.parent_path());
 }
@@ -56,7 +56,7 @@ bool ImportFiles::Exists(const char* name) const {
 Assimp::IOStream* ImportFiles::Open(const char* name, const char* mode) {
   if (std::strpbrk(mode, "wa+")) return nullptr;
   if (file_ != name) {
-    besides_.emplace_back(name);
+    besides_.add(name);
     const Result<std::filesystem::path> found = regular_file(name);
     if (!found || !folders_.hold(*found)) return nullptr;
   }

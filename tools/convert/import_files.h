@@ -4,16 +4,16 @@
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
 #include <filesystem>
-#include <vector>
 
 #include "tools/convert/local_files.h"
+#include "tools/convert/sources.h"
 
 namespace fire3dv::convert {
 
 class ImportFiles : public Assimp::IOSystem {
  public:
   // besides: gets what is asked for beside the file itself, found or not.
-  ImportFiles(const std::filesystem::path& file, std::vector<std::filesystem::path>& besides);
+  ImportFiles(const std::filesystem::path& file, Sources& besides);
 
   bool Exists(const char* file) const override;
   char getOsSeparator() const override { return '/'; }
@@ -22,7 +22,7 @@ class ImportFiles : public Assimp::IOSystem {
 
  private:
   std::filesystem::path file_;
-  std::vector<std::filesystem::path>& besides_;
+  Sources& besides_;
   AllowedFolders folders_;
 };
 

@@ -46,6 +46,10 @@ void AllowedFolders::add(const std::filesystem::path& folder) {
   if (std::find(folders_.begin(), folders_.end(), resolved) == folders_.end()) folders_.push_back(resolved);
 }
 
+void AllowedFolders::add(const AllowedFolders& others) {
+  for (const std::filesystem::path& folder : others.folders_) add(folder);
+}
+
 bool AllowedFolders::hold(const std::filesystem::path& resolved) const {
   return std::any_of(folders_.begin(), folders_.end(),
                      [&](const std::filesystem::path& folder) { return is_below(folder, resolved); });

@@ -22,6 +22,7 @@ class AllowedFolders {
  public:
   // A folder that does not exist allows nothing. The file system's root neither: it would allow everything.
   void add(const std::filesystem::path& folder);
+  void add(const AllowedFolders& others);
   // `resolved` as regular_file gives it.
   bool hold(const std::filesystem::path& resolved) const;
 

@@ -4,15 +4,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <iostream>
 
 #include "renderer/scene/conversion_record.h"
-#include "renderer/scene/files.h"
 #include "tools/convert/output.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/write_glb.h"
@@ -83,7 +80,7 @@ void print_list(const Model& model) {
 }
 
 Result<void> write_outputs(const Options& options, int standard_output, const Model& model,
-                           const std::vector<std::byte>& glb, int64_t begun_ns) {
+                           const std::vector<std::byte>& glb, const Sources::Source& self, int64_t begun_ns) {
   if (options.out == "-") {
     const Result<void> done = write_descriptor(standard_output, glb);
     if (!done) return Error{"cannot write to the standard output: " + done.error().message};
@@ -91,10 +88,8 @@ Result<void> write_outputs(const Options& options, int standard_output, const Mo
   }
   if (options.sources.empty()) return write_output(options.out, glb);
   if (Result<void> done = write_kept(options.out, glb); !done) return done;
-  std::vector<fs::path> sources{"/proc/self/exe"};  // another converter may read the same files otherwise
-  std::error_code error;
-  sources[0] = fs::read_symlink(sources[0], error);
-  sources.insert(sources.end(), model.sources.begin(), model.sources.end());
+  std::vector<Sources::Source> sources{self};  // another converter may read the same files otherwise
+  sources.insert(sources.end(), model.sources.all().begin(), model.sources.all().end());
   scene::ConversionRecord record = scene::record_of(options.out, sources, begun_ns);
   record.warnings = model.warnings;
   const std::string text = scene::text_of(record);
@@ -107,6 +102,9 @@ int run(const Options& options) {
   if (options.out == "-") dup2(STDERR_FILENO, STDOUT_FILENO);
 
   const int64_t begun_ns = now_ns();
+  std::error_code error;
+  Sources::Source self{fs::read_symlink("/proc/self/exe", error), {}};
+  self.stamp = scene::stamp_of(self.file);
   Result<Model> model = read_description(options.file, options.read);
   if (!model) {
     say(model.error().message);
@@ -121,7 +119,7 @@ int run(const Options& options) {
       return kFailed;
     }
     bytes = glb->size();
-    if (Result<void> done = write_outputs(options, standard_output, *model, *glb, begun_ns); !done) {
+    if (Result<void> done = write_outputs(options, standard_output, *model, *glb, self, begun_ns); !done) {
       say(done.error().message);
       return kFailed;
     }

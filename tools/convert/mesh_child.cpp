@@ -73,8 +73,13 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put_array(surface.indices);
       out.put(surface.material);
     }
-    out.put(result->besides.size());
-    for (const std::filesystem::path& path : result->besides) out.put_string(path.native());
+    out.put(result->besides.all().size());
+    for (const Sources::Source& source : result->besides.all()) {
+      out.put_string(source.file.native());
+      out.put<uint8_t>(source.stamp.exists);
+      for (const uint64_t value : {source.stamp.size, source.stamp.inode}) out.put(value);
+      for (const int64_t value : {source.stamp.modified_ns, source.stamp.changed_ns}) out.put(value);
+    }
   }
   out.put(kComplete);
   return out.take();
@@ -106,8 +111,14 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
     if (!in.get(count)) return false;
     for (size_t i = 0; i < count; ++i) {
       std::string path;
-      if (!in.get_string(path)) return false;
-      mesh.besides.emplace_back(path);
+      scene::FileStamp stamp;
+      uint8_t exists = 0;
+      if (!in.get_string(path) || !in.get(exists) || !in.get(stamp.size) || !in.get(stamp.inode) ||
+          !in.get(stamp.modified_ns) || !in.get(stamp.changed_ns)) {
+        return false;
+      }
+      stamp.exists = exists != 0;
+      mesh.besides.add({path, stamp});
     }
   }
   uint32_t last = 0;

@@ -7,7 +7,6 @@
 
 #include "renderer/scene/files.h"
 #include "tools/convert/colors.h"
-#include "tools/convert/local_files.h"
 #include "tools/convert/mesh_child.h"
 #include "tools/convert/text.h"
 
@@ -67,7 +66,7 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
   may_be_read.add(mesh_file.parent_path());
   bool outside = false;
   for (const std::filesystem::path& place : places_of(mesh_file.parent_path(), name)) {
-    model.sources.push_back(place);
+    model.sources.add(place);
     const Result<std::filesystem::path> found = regular_file(place);
     if (!found) continue;
     if (!may_be_read.hold(*found)) {
@@ -108,12 +107,14 @@ Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path&
                                                     const std::filesystem::path& shown) {
   Result<ImportedMesh> mesh = child.import(resolved);
   if (!mesh) return mesh.error();
-  model.sources.insert(model.sources.end(), mesh->besides.begin(), mesh->besides.end());
+  const std::vector<Sources::Source>& besides = mesh->besides.all();
+  for (const Sources::Source& source : besides) model.sources.add(source);
   // The first is what the file names; importers then try names of their own.
-  if (!mesh->besides.empty() && std::none_of(mesh->besides.begin(), mesh->besides.end(),
-                                             [](const auto& file) { return regular_file(file).ok(); })) {
+  if (!besides.empty() && std::none_of(besides.begin(), besides.end(), [](const Sources::Source& source) {
+        return regular_file(source.file).ok();
+      })) {
     model.warnings.push_back(scene::quote(shown.string()) +
-                             " has no materials: " + scene::quote(mesh->besides.front().filename().string()) +
+                             " has no materials: " + scene::quote(besides.front().file.filename().string()) +
                              ", which it names, is not next to it");
   }
   std::map<size_t, size_t> materials;  // those that are shown, of the file and of the model
@@ -132,11 +133,15 @@ void MeshFiles::allow_images_below(const std::filesystem::path& folder) {
   state_->allowed.add(folder);
 }
 
+void MeshFiles::allow_images_below(const AllowedFolders& folders) {
+  state_->allowed.add(folders);
+}
+
 Result<std::vector<Surface>> MeshFiles::surfaces(const std::filesystem::path& file, const glm::dvec3& scale) {
   if (!std::isfinite(scale.x) || !std::isfinite(scale.y) || !std::isfinite(scale.z))
     return Error{"the scale of " + scene::quote(file.string()) + " is not finite"};
+  state_->model.sources.add(file);
   Result<std::filesystem::path> resolved = regular_file(file);
-  state_->model.sources.push_back(file);
   if (!resolved) return resolved.error();
   auto known = state_->surfaces.find(*resolved);
   if (known == state_->surfaces.end())

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "protocol/error.h"
+#include "tools/convert/local_files.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -19,6 +20,7 @@ class MeshFiles {
 
   // Images are read next to the mesh file that names them and below it, and below such folders.
   void allow_images_below(const std::filesystem::path& folder);
+  void allow_images_below(const AllowedFolders& folders);
 
   // The surfaces of all that the file shows, polygons cut into triangles, lines and points left out, its own
   // nodes' transforms applied, `scale` applied to positions. Each surface's material is one of the file's

@@ -23,8 +23,8 @@ struct ImportedMaterial {
 
 struct ImportedMesh {
   std::vector<ImportedMaterial> materials;
-  std::vector<Surface> surfaces;               // material: into materials
-  std::vector<std::filesystem::path> besides;  // further files that were read or looked for
+  std::vector<Surface> surfaces;  // material: into materials
+  Sources besides;                // further files that were read or looked for
 };
 
 // Formats by the file's name: obj, stl, 3ds, dae. Only these: each more is more that can be attacked.

@@ -19,33 +19,36 @@ class Files {
   explicit Files(const fs::path& model) : folder_(model.parent_path()) {}
 
   Result<void> read(const fs::path& file) {
-    includes_.push_back(file);
+    include(file);
     for (size_t i = 0; i < includes_.size(); ++i) {
       if (Result<void> done = read_one(includes_[i]); !done) return done;
     }
     return {};
   }
 
-  Result<std::vector<fs::path>> found() {
-    std::vector<fs::path> all = includes_;
-    std::set<fs::path> known(all.begin(), all.end());
+  Result<Sources> found() {
     for (const std::string& name : names_) {
       for (const std::string& below : folders_) {
         const fs::path path = folder_ / below / name;
-        if (!known.insert(path).second) continue;
-        all.push_back(path);
+        if (sources_.contains(path)) continue;
+        sources_.add(path);
         std::error_code error;
         const fs::file_status status = fs::status(path, error);
         if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))
           return Error{scene::quote(path.string()) + " is not a regular file"};
-        if (all.size() > kMostFiles)
+        if (sources_.all().size() > kMostFiles)
           return Error{"it names more than " + std::to_string(kMostFiles) + " files"};
       }
     }
-    return all;
+    return std::move(sources_);
   }
 
  private:
+  void include(const fs::path& file) {
+    includes_.push_back(file);
+    sources_.add(file);
+  }
+
   Result<void> read_one(const fs::path& file) {
     std::error_code error;
     // libmujoco says what it thinks of an include that is not there, if it looks there at all.
@@ -74,10 +77,10 @@ class Files {
       if (!name.starts_with("file") || value.empty()) continue;
       if (kind == "include") {
         const fs::path path = folder_ / value;
-        if (!included_.insert(path).second) continue;  // libmujoco refuses it with a reason
+        if (sources_.contains(path)) continue;  // libmujoco refuses it with a reason
         if (includes_.size() == kMostIncludes)
           return Error{"it includes more than " + std::to_string(kMostIncludes) + " files"};
-        includes_.push_back(path);
+        include(path);
       } else {
         names_.insert(value);
         names_.insert(fs::path(value).filename().string());  // what strippath leaves
@@ -92,16 +95,16 @@ class Files {
 
   fs::path folder_;
   std::vector<fs::path> includes_;
-  std::set<fs::path> included_;
+  Sources sources_;
   std::set<std::string> names_, folders_{""};
 };
 
 }  // namespace
 
-Result<std::vector<std::filesystem::path>> mjcf_files(const std::filesystem::path& model) {
+Result<Sources> mjcf_files(const std::filesystem::path& model) {
   Files files(model);
   if (Result<void> done = files.read(model); !done) return done.error();
-  Result<std::vector<fs::path>> found = files.found();
+  Result<Sources> found = files.found();
   if (!found) return Error{scene::quote(model.string()) + ": " + found.error().message};
   return found;
 }

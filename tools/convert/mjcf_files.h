@@ -3,14 +3,13 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <vector>
 
 #include "protocol/error.h"
+#include "tools/convert/sources.h"
 
 namespace fire3dv::convert {
 
 // All places where libmujoco may look for files that the model names, the model's own first, then includes.
-Result<std::vector<std::filesystem::path>> mjcf_files(const std::filesystem::path& model);
+Result<Sources> mjcf_files(const std::filesystem::path& model);
 
 }  // namespace fire3dv::convert

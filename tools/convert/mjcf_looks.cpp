@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/convert/colors.h"
 #include "tools/convert/glb_images.h"
 #include "tools/convert/shapes.h"
 
@@ -94,17 +95,6 @@ std::array<float, 4> MjcfLooks::rgba(int geom) const {
   return {from[0], from[1], from[2], from[3]};
 }
 
-void MjcfLooks::add_to_key(int geom, std::vector<double>& key) const {
-  const auto add = [&](const auto* values, int count) { key.insert(key.end(), values, values + count); };
-  key.push_back(m_.geom_type[geom]);
-  key.push_back(m_.geom_dataid[geom]);
-  key.push_back(m_.geom_matid[geom]);
-  add(m_.geom_rgba + 4 * geom, 4);
-  add(m_.geom_size + 3 * geom, 3);
-  add(m_.geom_pos + 3 * geom, 3);
-  add(m_.geom_quat + 4 * geom, 4);
-}
-
 // How often a texture is repeated on a plane: relative to its size, or to the unit of length.
 glm::dvec2 MjcfLooks::plane_repeats(int geom, const glm::dvec2& half) const {
   const int material = m_.geom_matid[geom];
@@ -153,7 +143,7 @@ size_t MjcfLooks::material(int geom) {
   if (index >= 0) {
     made.name = m_.names + m_.name_matadr[index];
     made.base_color_image = image(index);
-    made.emission = glm::vec3(linear_from_srgb(glm::vec4(glm::vec3(display) * m_.mat_emission[index], 1)));
+    made.emission = linear_from_srgb(glm::vec3(display) * m_.mat_emission[index]);
     made.metallic = std::clamp(m_.mat_reflectance[index], 0.0f, 1.0f);
     shininess = m_.mat_shininess[index];
     specular = m_.mat_specular[index];

@@ -7,7 +7,6 @@
 #include <array>
 #include <map>
 #include <optional>
-#include <vector>
 
 #include "tools/convert/model.h"
 
@@ -19,8 +18,6 @@ class MjcfLooks {
 
   // As MuJoCo's viewer starts: the groups 0 to 2. Collision shapes are in 3 and higher, by custom.
   bool is_shown(int geom) const;
-  // Geoms that look alike in their bodies add the same.
-  void add_to_key(int geom, std::vector<double>& key) const;
   // In the geom's frame.
   Surface shape(int geom) const;
   size_t material(int geom);

@@ -7,12 +7,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "tools/convert/sources.h"
 
 namespace fire3dv::convert {
 
@@ -41,6 +42,7 @@ struct Surface {
   std::vector<glm::vec2> uvs;  // none, or one for each position; v grows downwards in the image, as in glTF
   std::vector<uint32_t> indices;  // three for each triangle
   size_t material = 0;            // into Model::materials
+  bool operator==(const Surface&) const = default;
 };
 
 struct Mesh {
@@ -90,7 +92,7 @@ struct Model {
   // field.
   std::vector<std::string> warnings;
   // All files that were read or looked for: when none of them has changed, neither has the model.
-  std::vector<std::filesystem::path> sources;
+  Sources sources;
 };
 
 }  // namespace fire3dv::convert

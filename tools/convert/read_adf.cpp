@@ -17,7 +17,7 @@ class AdfReader {
   AdfReader(const ReadOptions& options, Model& model)
       : model_(model),
         report_(model),
-        visuals_(model, report_),
+        visuals_(model, report_, options.most_triangles),
         objects_(report_),
         reading_{report_, visuals_, objects_, options.name_space},
         options_(options) {}
@@ -51,7 +51,14 @@ class AdfReader {
 
  private:
   Result<AdfFile> open(const std::filesystem::path& path) {
-    model_.sources.push_back(path);
+    // A launch file may name the same one a hundred thousand times.
+    if (bytes_read_ > options_.most_adf_bytes)
+      return Error{"the files before it have more than " + std::to_string(options_.most_adf_bytes >> 10) +
+                   " KiB together"};
+    model_.sources.add(path);
+    std::error_code error;
+    const uintmax_t bytes = std::filesystem::file_size(path, error);
+    if (!error) bytes_read_ += bytes;  // whether it can be read or not: it takes as long
     return AdfFile::read(path, report_);
   }
 
@@ -78,15 +85,18 @@ class AdfReader {
     return std::nullopt;
   }
 
-  void read_world(const AdfFile& file) {
+  bool read_world(const AdfFile& file) {
+    bool more = true;
     open_.push_back(file.path());
     if (const AdfValue environment = file["environment"]; environment.is_defined()) {
-      if (std::optional<AdfFile> model = open_named_by(file, environment)) read_adf_model(*model, reading_);
+      if (std::optional<AdfFile> model = open_named_by(file, environment))
+        more = read_adf_model(*model, reading_);
     } else if (file["enclosure"].is_defined()) {
       file["enclosure"].warn("is not converted: its walls are left out");
     }
-    read_adf_world(file, reading_);
+    more = more && read_adf_world(file, reading_);
     open_.pop_back();
+    return more;
   }
 
   Result<void> read_launch(const AdfFile& file) {
@@ -105,14 +115,15 @@ class AdfReader {
     } else if (indices.empty() && !configs.empty()) {
       indices = {std::min<size_t>(1, configs.size() - 1)};  // AMBF's own choice is 1
     }
+    bool more = true;
     if (const AdfValue world = file["world config"]; world.is_defined()) {
-      if (std::optional<AdfFile> read = open_named_by(file, world)) read_world(*read);
+      if (std::optional<AdfFile> read = open_named_by(file, world)) more = read_world(*read);
     } else {
       report_.warn(file.path().string() + ": has no \"world config\", without which AMBF does not start");
     }
-    for (const size_t index : indices) {
-      if (std::optional<AdfFile> model = open_named_by(file, configs[index]))
-        read_adf_model(*model, reading_);
+    for (size_t i = 0; more && i < indices.size(); ++i) {
+      if (std::optional<AdfFile> model = open_named_by(file, configs[indices[i]]))
+        more = read_adf_model(*model, reading_);
     }
     return {};
   }
@@ -123,6 +134,7 @@ class AdfReader {
   AdfObjects objects_;
   AdfReading reading_;
   const ReadOptions& options_;
+  uint64_t bytes_read_ = 0;
   std::vector<std::filesystem::path> open_;  // the files that are being read, each named by the one before
 };
 
@@ -133,8 +145,6 @@ Result<Model> read_adf(const std::filesystem::path& file, const ReadOptions& opt
   model.name = clean_text(file.stem().string());
   Result<void> read = AdfReader(options, model).read(file);
   if (!read) return read.error();
-  std::sort(model.sources.begin(), model.sources.end());
-  model.sources.erase(std::unique(model.sources.begin(), model.sources.end()), model.sources.end());
   return model;
 }
 

@@ -4,15 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <csetjmp>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <numbers>
 #include <set>
-#include <tuple>
+#include <utility>
 
 #include "renderer/scene/files.h"
+#include "tools/convert/colors.h"
 #include "tools/convert/lights.h"
+#include "tools/convert/mesh_store.h"
 #include "tools/convert/mjcf_files.h"
 #include "tools/convert/mjcf_looks.h"
 #include "tools/convert/readers.h"
@@ -80,7 +81,8 @@ glm::dquat quat_of_matrix(const mjtNum* rows) {
 
 class Reader {
  public:
-  Reader(const mjModel& m, const mjData& d, Model& model) : m_(m), d_(d), model_(model), looks_(m, model) {}
+  Reader(const mjModel& m, const mjData& d, size_t most_triangles, Model& model)
+      : m_(m), d_(d), model_(model), looks_(m, model), meshes_(model, most_triangles) {}
 
   void read() {
     add_free_camera();
@@ -150,28 +152,23 @@ class Reader {
     model_.nodes.push_back(std::move(node));
   }
 
-  // Bodies that look alike share a mesh.
   std::optional<size_t> mesh_of(int body, const std::string& name) {
-    std::vector<double> key;
-    std::vector<int> shown;
+    Mesh mesh;
+    mesh.name = name;
     for (int i = 0; i < m_.body_geomnum[body]; ++i) {
       const int geom = m_.body_geomadr[body] + i;
       if (!looks_.is_shown(geom)) continue;
-      shown.push_back(geom);
-      looks_.add_to_key(geom, key);
-    }
-    if (shown.empty()) return std::nullopt;
-    const auto [known, is_new] = mesh_of_key_.try_emplace(key, model_.meshes.size());
-    if (!is_new) return known->second;
-    Mesh mesh;
-    mesh.name = name;
-    for (const int geom : shown) {
+      if (!meshes_.take_shape(mesh)) {
+        if (!std::exchange(said_full_, true))
+          model_.warnings.push_back("body \"" + name +
+                                    "\" and those after it lack geoms: " + meshes_.why_full());
+        break;
+      }
       add_surface(mesh, looks_.shape(geom),
                   matrix_of(vec3(m_.geom_pos + 3 * geom), quat(m_.geom_quat + 4 * geom)),
                   looks_.material(geom));
     }
-    model_.meshes.push_back(std::move(mesh));
-    return known->second;
+    return meshes_.keep(std::move(mesh));
   }
 
   // In the frame of its body, where it moves with it.
@@ -205,7 +202,7 @@ class Reader {
     light.name = name_at(m_.name_lightadr[index]);
     if (light.name.empty()) light.name = "light_" + std::to_string(index);
     const float* diffuse = m_.light_diffuse + 3 * index;
-    const glm::vec3 color(linear_from_srgb({diffuse[0], diffuse[1], diffuse[2], 1}));
+    const glm::vec3 color = linear_from_srgb(glm::vec3(diffuse[0], diffuse[1], diffuse[2]));
     const float brightest = std::max({color.r, color.g, color.b});
     if (!(brightest > 0)) return;
     light.color = color / brightest;
@@ -234,14 +231,15 @@ class Reader {
   Model& model_;
   MjcfLooks looks_;
   std::set<std::string> names_;
-  std::map<std::vector<double>, size_t> mesh_of_key_;
+  MeshStore meshes_;
+  bool said_full_ = false;
 };
 
 }  // namespace
 
-Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions&) {
+Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
-  Result<std::vector<std::filesystem::path>> files = mjcf_files(file);
+  Result<Sources> files = mjcf_files(file);
   if (!files) return files.error();
   model.sources = std::move(*files);
   model.name = file.stem().string();
@@ -257,7 +255,7 @@ Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions&) {
   if (*text) model.warnings.push_back("MuJoCo: " + one_line(text));
   const std::unique_ptr<mjData, decltype(&mj_deleteData)> posed(pose(compiled.get()), &mj_deleteData);
   if (!posed) return Error{scene::quote(file.string()) + ": it cannot be posed: " + one_line(fault_text)};
-  Reader(*compiled, *posed, model).read();
+  Reader(*compiled, *posed, options.most_triangles, model).read();
   return model;
 }
 

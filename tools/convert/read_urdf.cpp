@@ -8,11 +8,15 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "renderer/scene/files.h"
+#include "tools/convert/colors.h"
 #include "tools/convert/description_kind.h"
 #include "tools/convert/local_files.h"
 #include "tools/convert/mesh_files.h"
+#include "tools/convert/mesh_store.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/shapes.h"
 #include "tools/convert/urdf_files.h"
@@ -104,10 +108,11 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::str
 class Reader {
  public:
   Reader(const fs::path& file, const ReadOptions& options, Model& model)
-      : file_(file), files_(file, options.package_folders), meshes_(model), model_(model) {
-    meshes_.allow_images_below(file.parent_path());
-    for (const fs::path& folder : options.package_folders) meshes_.allow_images_below(folder);
-  }
+      : file_(file),
+        files_(file, options.package_folders, model.sources),
+        mesh_files_(model),
+        meshes_(model, options.most_triangles),
+        model_(model) {}
 
   void read(const urdf::ModelInterface& robot) {
     std::vector<std::pair<const urdf::Link*, std::optional<size_t>>> links{
@@ -155,11 +160,15 @@ class Reader {
     Mesh mesh;
     mesh.name = link.name;
     for (const urdf::VisualSharedPtr& visual : link.visual_array) {
-      if (visual && visual->geometry) add_visual(*visual, link, mesh);
+      if (!visual || !visual->geometry) continue;
+      if (!meshes_.take_shape(mesh)) {
+        if (!std::exchange(said_full_, true))
+          warn("link " + scene::quote(link.name) + " and those after it lack visuals: " + meshes_.why_full());
+        break;
+      }
+      add_visual(*visual, link, mesh);
     }
-    if (mesh.surfaces.empty()) return std::nullopt;
-    model_.meshes.push_back(std::move(mesh));
-    return model_.meshes.size() - 1;
+    return meshes_.keep(std::move(mesh));
   }
 
   void add_visual(const urdf::Visual& visual, const urdf::Link& link, Mesh& mesh) {
@@ -188,8 +197,8 @@ class Reader {
     const std::string where = "link \"" + link.name + "\": ";
     const Result<fs::path> path = files_.resolve(shape.filename, model_.sources);
     if (!path) return warn(where + path.error().message);
-    model_.sources.push_back(*path);
-    const Result<std::vector<Surface>> surfaces = meshes_.surfaces(*path);
+    mesh_files_.allow_images_below(files_.image_folders());
+    const Result<std::vector<Surface>> surfaces = mesh_files_.surfaces(*path);
     if (!surfaces) return warn(where + surfaces.error().message);
     const glm::dvec3 scale = vec3(shape.scale);
     if (scale.x == 0 || scale.y == 0 || scale.z == 0) return warn(where + "a scale of 0 shows nothing");
@@ -202,12 +211,13 @@ class Reader {
   // Of the URDF, where it names one: it stands for all materials of a mesh file, as in RViz.
   std::optional<size_t> material_of(const urdf::Visual& visual) {
     if (!visual.material) return std::nullopt;
-    const auto [known, is_new] = materials_.try_emplace(visual.material.get(), model_.materials.size());
-    if (!is_new) return known->second;
     const urdf::Color& color = visual.material->color;
+    const std::string& texture = visual.material->texture_filename;
+    const auto [known, is_new] = materials_.try_emplace(
+        {visual.material->name, texture, color.r, color.g, color.b, color.a}, model_.materials.size());
+    if (!is_new) return known->second;
     Material made;
     made.name = visual.material->name;
-    const std::string& texture = visual.material->texture_filename;
     if (!texture.empty()) made.base_color_image = image(texture);
     // A texture without a colour beside it would be multiplied by black, urdfdom's default.
     const bool no_color = !texture.empty() && color.r == 0 && color.g == 0 && color.b == 0;
@@ -226,9 +236,12 @@ class Reader {
     };
     const Result<fs::path> path = files_.resolve(uri, model_.sources);
     if (!path) return left_out(path.error().message);
-    model_.sources.push_back(*path);
     const Result<fs::path> file = regular_file(*path);
     if (!file) return left_out(file.error().message);
+    if (!files_.image_folders().hold(*file))
+      return left_out(
+          "it lies outside the folders of the URDF, of its packages (by their package.xml) and of "
+          "--package-path; copy it next to the URDF, or name its folder with --package-path");
     if (const auto known = images_.find(*file); known != images_.end()) return known->second;
     constexpr uint64_t kMostBytes = uint64_t{1} << 30;
     const Result<scene::Bytes> bytes = scene::read_file(*file, kMostBytes);
@@ -250,11 +263,14 @@ class Reader {
 
   const fs::path file_;
   UrdfFiles files_;
-  MeshFiles meshes_;
+  MeshFiles mesh_files_;
+  MeshStore meshes_;
   Model& model_;
-  std::map<const urdf::Material*, size_t> materials_;
+  // By name, texture and colour: what each link says anew is still one material.
+  std::map<std::tuple<std::string, std::string, float, float, float, float>, size_t> materials_;
   std::map<fs::path, size_t> images_;
   std::optional<size_t> plain_;
+  bool said_full_ = false;
 };
 
 // Links hold each other: a long chain of them would be taken apart one call deeper for each.
@@ -268,18 +284,15 @@ void take_apart(urdf::ModelInterface& robot) {
 }  // namespace
 
 Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& options) {
+  Model model;
+  model.sources.add(file);
   const Result<std::string> text = read_text(file);
   if (!text) return text.error();
   Result<urdf::ModelInterfaceSharedPtr> robot = parse(file, *text);
   if (!robot) return robot.error();
-  Model model;
-  model.sources.push_back(file);
   model.name = (*robot)->getName().empty() ? file.stem().string() : (*robot)->getName();
   Reader(file, options, model).read(**robot);
   take_apart(**robot);
-  std::sort(model.sources.begin(),
-            model.sources.end());  // a missing package is looked for by each that names it
-  model.sources.erase(std::unique(model.sources.begin(), model.sources.end()), model.sources.end());
   return model;
 }
 

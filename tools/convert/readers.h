@@ -1,9 +1,11 @@
 // One function for each kind of description. Each warns of what it can do without (Model::warnings) and
 // fails, naming file, line where it is known and remedy, where nothing can be shown. A description
-// may name meshes anywhere (URDF: textures, too); images that a mesh names are read only below the folders of
-// the mesh, of the description and those that the user has named. Regular files alone are opened.
+// may name meshes anywhere; images are read only below the folders of the mesh that names them, of the
+// description (URDF: and of its packages) and those that the user has named. What MJCF names libmujoco opens,
+// wherever it lies. Regular files alone are opened.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,8 +20,11 @@ struct ReadOptions {
   std::vector<size_t> launch_indices;
   bool launch_all = false;
   std::string name_space;  // AMBF's --ns
-  // Where package:// URIs of URDF lead: folders that hold packages.
+  // Where package:// URIs of URDF lead: folders that hold packages, or are packages.
   std::vector<std::filesystem::path> package_folders;
+  // Of all meshes together, and of AMBF's files together: what is over is left out, and that is said.
+  size_t most_triangles = 20'000'000;
+  uint64_t most_adf_bytes = uint64_t{64} << 20;
 };
 
 // An AMBF launch file, world file or model file (ADF). Nodes stand in AMBF's order and are called as AMBF's

@@ -92,32 +92,4 @@ std::string repair(Surface& surface) {
   return said;
 }
 
-std::string valid_utf8(const std::string& name) {
-  std::string valid;
-  for (size_t i = 0; i < name.size();) {
-    const auto first = static_cast<uint8_t>(name[i]);
-    const size_t length = first < 0x80       ? 1
-                          : first >> 5 == 6  ? 2
-                          : first >> 4 == 14 ? 3
-                          : first >> 3 == 30 ? 4
-                                             : 0;
-    uint32_t code = length == 1 ? first : first & (0x7fu >> length);
-    bool good = length > 0 && name.size() - i >= length;
-    for (size_t k = 1; good && k < length; ++k) {
-      const auto next = static_cast<uint8_t>(name[i + k]);
-      good = next >> 6 == 2;
-      code = code << 6 | (next & 0x3f);
-    }
-    constexpr uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // longer forms than needed are not valid
-    good = good && code >= kSmallest[length] && code <= 0x10ffff && !(code >= 0xd800 && code < 0xe000) &&
-           code >= 0x20 && code != 0x7f;
-    if (good)
-      valid += name.substr(i, length);
-    else
-      valid += '?';
-    i += good ? length : 1;
-  }
-  return valid;
-}
-
 }  // namespace fire3dv::convert

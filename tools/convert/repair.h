@@ -11,7 +11,4 @@ namespace fire3dv::convert {
 // are not of length 1 the direction of the triangles around. What was wrong, or nothing.
 std::string repair(Surface& surface);
 
-// `name` as valid UTF-8 without control characters; what is neither is replaced by '?'.
-std::string valid_utf8(const std::string& name);
-
 }  // namespace fire3dv::convert

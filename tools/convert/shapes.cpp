@@ -185,11 +185,4 @@ glm::dmat4 matrix_of(const glm::dvec3& translation, const glm::dquat& rotation) 
   return matrix;
 }
 
-glm::vec4 linear_from_srgb(const glm::vec4& color) {
-  glm::vec4 linear = glm::clamp(color, 0.0f, 1.0f);
-  for (int c = 0; c < 3; ++c)
-    linear[c] = linear[c] <= 0.04045f ? linear[c] / 12.92f : std::pow((linear[c] + 0.055f) / 1.055f, 2.4f);
-  return linear;
-}
-
 }  // namespace fire3dv::convert

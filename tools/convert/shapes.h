@@ -19,7 +19,5 @@ Surface rectangle(double half_x, double half_y, const glm::dvec2& uv_repeats);  
 void add_surface(Mesh& mesh, const Surface& surface, const glm::dmat4& mesh_from_surface, size_t material);
 
 glm::dmat4 matrix_of(const glm::dvec3& translation, const glm::dquat& rotation);
-// Colours of descriptions are a display's; glTF's are light.
-glm::vec4 linear_from_srgb(const glm::vec4& color);
 
 }  // namespace fire3dv::convert

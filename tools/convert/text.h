@@ -6,7 +6,8 @@
 
 namespace fire3dv::convert {
 
-// What is no UTF-8 or a control character becomes '?'; what is longer is cut between characters.
-std::string clean_text(std::string_view text, size_t most_bytes = 512);
+// What is no UTF-8, a control character, or turns the direction of what follows becomes '?'; what is longer
+// is cut between characters.
+std::string clean_text(std::string_view text, size_t most_bytes = 1024);  // as streams' names
 
 }  // namespace fire3dv::convert

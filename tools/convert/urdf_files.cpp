@@ -19,14 +19,35 @@ bool begins_with_scheme(const std::string& uri) {
 
 }  // namespace
 
-UrdfFiles::UrdfFiles(const fs::path& urdf, const std::vector<fs::path>& package_folders) {
+UrdfFiles::UrdfFiles(const fs::path& urdf, const std::vector<fs::path>& package_folders, Sources& sources) {
   std::error_code error;
   const fs::path file = fs::canonical(urdf, error);
   folder_ = error ? fs::absolute(urdf).parent_path() : file.parent_path();
-  for (const fs::path& folder : package_folders) package_folders_.push_back(fs::absolute(folder));
+  image_folders_.add(folder_);
+  image_folders_.add(urdf.parent_path());  // where a link to it stands
+  for (const fs::path& folder : package_folders) {
+    package_folders_.push_back(fs::absolute(folder));
+    image_folders_.add(folder);
+  }
+  for (fs::path above = folder_; above != above.parent_path(); above = above.parent_path())
+    if (allow_if_package(above, sources)) break;
 }
 
-Result<fs::path> UrdfFiles::resolve(const std::string& uri, std::vector<fs::path>& missing) const {
+Result<fs::path> UrdfFiles::resolve(const std::string& uri, Sources& sources) {
+  Result<fs::path> path = find(uri, sources);
+  if (path) sources.add(*path);
+  return path;
+}
+
+bool UrdfFiles::allow_if_package(const fs::path& folder, Sources& sources) {
+  const fs::path mark = folder / "package.xml";
+  sources.add(mark);
+  if (!regular_file(mark)) return false;
+  image_folders_.add(folder);
+  return true;
+}
+
+Result<fs::path> UrdfFiles::find(const std::string& uri, Sources& sources) {
   const std::string name = scene::quote(uri);
   if (uri.empty()) return Error{"it names no file"};
   if (uri.find('\0') != std::string::npos) return Error{name + " holds a zero byte"};
@@ -37,7 +58,10 @@ Result<fs::path> UrdfFiles::resolve(const std::string& uri, std::vector<fs::path
     const std::string package = below.substr(0, slash);
     if (package.empty() || package == "." || package == ".." || slash == std::string::npos)
       return Error{name + " names no file of a package"};
-    return in_package(package, below.substr(slash + 1), missing);
+    const Result<fs::path> folder = package_folder(package, sources);
+    if (!folder) return folder.error();
+    allow_if_package(*folder, sources);
+    return *folder / below.substr(slash + 1);
   }
   if (uri.starts_with("file://")) {
     const std::string path = uri.substr(7);
@@ -49,17 +73,19 @@ Result<fs::path> UrdfFiles::resolve(const std::string& uri, std::vector<fs::path
   return folder_ / uri;
 }
 
-Result<fs::path> UrdfFiles::in_package(const std::string& name, const std::string& rest,
-                                       std::vector<fs::path>& missing) const {
+Result<fs::path> UrdfFiles::package_folder(const std::string& name, Sources& sources) {
+  const auto is_there = [&](const fs::path& folder) {
+    if (is_folder(folder)) return true;
+    sources.add(folder);  // it may come
+    return false;
+  };
   for (const fs::path& folder : package_folders_) {
-    if (is_folder(folder / name)) return folder / name / rest;
-    if (folder.filename() == name || folder.parent_path().filename() == name) return folder / rest;
-    missing.push_back(folder / name);
+    if (is_there(folder / name)) return folder / name;
+    if (folder.filename() == name || folder.parent_path().filename() == name) return folder;
   }
   for (fs::path above = folder_;; above = above.parent_path()) {
-    if (above.filename() == name) return above / rest;  // the URDF lies in its package
-    if (is_folder(above / name)) return above / name / rest;
-    missing.push_back(above / name);
+    if (above.filename() == name) return above;  // the URDF lies in its package
+    if (is_there(above / name)) return above / name;
     if (above == above.parent_path()) break;
   }
   return Error{"the package " + scene::quote(name) +

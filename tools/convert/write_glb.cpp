@@ -12,6 +12,7 @@
 
 #include "tools/convert/glb_images.h"
 #include "tools/convert/repair.h"
+#include "tools/convert/text.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -19,6 +20,11 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "glTF's buffers are little-endian");
 
 constexpr size_t kMostBytes = size_t{3} << 30;  // a binary glTF file counts its bytes in 32 bits
+
+// Streams find nodes by them: so not cut.
+std::string fit_name(const std::string& name) {
+  return clean_text(name, name.size());
+}
 
 std::vector<double> list(const glm::vec3& v) {
   return {v.x, v.y, v.z};
@@ -113,7 +119,7 @@ class Writer {
     for (size_t i = 0; i < model_.meshes.size(); ++i) {
       if (!used[i]) continue;
       tinygltf::Mesh mesh;
-      mesh.name = valid_utf8(model_.meshes[i].name);
+      mesh.name = fit_name(model_.meshes[i].name);
       for (const Surface& surface : model_.meshes[i].surfaces) add_surface(surface, mesh);
       if (mesh.primitives.empty()) continue;
       mesh_of_[i] = static_cast<int>(out_.meshes.size());
@@ -146,7 +152,7 @@ class Writer {
     const Material& source = model_.materials.at(index);
     out_.materials.emplace_back();
     tinygltf::Material made;
-    made.name = valid_utf8(source.name);
+    made.name = fit_name(source.name);
     const glm::vec4 color = glm::clamp(source.base_color, 0.0f, 1.0f);
     made.pbrMetallicRoughness.baseColorFactor = {color.r, color.g, color.b, color.a};
     made.pbrMetallicRoughness.metallicFactor = std::clamp(source.metallic, 0.0f, 1.0f);
@@ -176,11 +182,11 @@ class Writer {
     const Image& source = model_.images.at(index);
     const Result<GlbImage> encoded = glb_image(source, pixels_left_);
     if (!encoded) {
-      warn("the image \"" + valid_utf8(source.name) + "\" is left out: " + encoded.error().message);
+      warn("the image \"" + fit_name(source.name) + "\" is left out: " + encoded.error().message);
       return -1;
     }
     tinygltf::Image image;
-    image.name = valid_utf8(source.name);
+    image.name = fit_name(source.name);
     image.mimeType = encoded->mime_type;
     image.bufferView = add_view(encoded->bytes, 0);
     tinygltf::Texture made;
@@ -193,7 +199,7 @@ class Writer {
 
   void add_camera(const Camera& source) {
     tinygltf::Camera camera;
-    camera.name = valid_utf8(source.name);
+    camera.name = fit_name(source.name);
     camera.type = "perspective";
     camera.perspective.yfov = std::clamp(source.vertical_fov_rad, 1e-3f, 3.14f);
     camera.perspective.znear = std::max(source.near_m, 1e-5f);
@@ -204,7 +210,7 @@ class Writer {
 
   void add_light(const Light& source) {
     tinygltf::Light light;
-    light.name = valid_utf8(source.name);
+    light.name = fit_name(source.name);
     light.type = source.type == Light::Type::directional ? "directional"
                  : source.type == Light::Type::point     ? "point"
                                                          : "spot";
@@ -221,7 +227,7 @@ class Writer {
 
   // Streams find nodes by name: a robot's name is not to stand for one of its links.
   std::string root_name() const {
-    std::string name = valid_utf8(model_.name);
+    std::string name = fit_name(model_.name);
     const auto is_taken = [&](const Node& node) { return node.name == name; };
     while (std::any_of(model_.nodes.begin(), model_.nodes.end(), is_taken)) name += " (scene)";
     return name;
@@ -234,7 +240,7 @@ class Writer {
     out_.nodes.push_back(std::move(root));
     for (const Node& source : model_.nodes) {
       tinygltf::Node node;
-      node.name = valid_utf8(source.name);
+      node.name = fit_name(source.name);
       if (source.translation != glm::dvec3(0))
         node.translation = {source.translation.x, source.translation.y, source.translation.z};
       set_rotation(source.rotation, node);
@@ -284,7 +290,7 @@ Result<std::vector<std::byte>> write_glb(const Model& model, std::vector<std::st
     const double sum = glm::dot(node.translation, node.translation) + glm::dot(node.scale, node.scale) +
                        glm::dot(node.rotation, node.rotation);
     if (!std::isfinite(sum))
-      return Error{"the pose of \"" + valid_utf8(node.name) + "\" is not made of finite numbers"};
+      return Error{"the pose of \"" + fit_name(node.name) + "\" is not made of finite numbers"};
   }
   return Writer(model, warnings).write();
 }
