@@ -2,7 +2,8 @@
 # Holds the tests themselves to account: plants each fault of tests/mutations.txt in a copy of the tree and expects the tests
 # named there to fail. Takes a while; CI does not run it.
 #
-#   tools/check_mutations.sh [REGEX]   only the lines that match
+#   tools/check_mutations.sh [REGEX]     only the lines that match
+#   tools/check_mutations.sh --applies   only whether each line still changes the file that it names; CI runs this
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 only=${1:-.}
@@ -10,6 +11,22 @@ copy=$PWD/build/mutations/tree
 build=$PWD/build/mutations/build
 
 die() { echo "check_mutations.sh: $*" >&2; exit 1; }
+
+rows() { # regular expression; family~tests~file~expression~what
+  grep -v '^#' tests/mutations.txt | grep -E -- "$1" | sed 's/ *| */~/; s/ *| */~/; s/ *| */~/; s/ | \([^|]*\)$/~\1/'
+}
+
+if [ "$only" = --applies ]; then
+  count=0
+  while IFS='~' read -r _ _ file expression what; do
+    [ -f "$file" ] || die "$file is not there: $what"
+    ! sed "$expression" "$file" | cmp -s - "$file" || die "$file: the expression changes nothing: $expression"
+    count=$((count + 1))
+  done < <(rows .)
+  echo "$count faults can be planted"
+  [ $count -gt 0 ]
+  exit
+fi
 
 mkdir -p "$copy"
 exec 9>"$PWD/build/mutations/lock"
@@ -49,6 +66,6 @@ while IFS='~' read -r family tests file expression what; do
     echo "  caught by $tests"
     caught=$((caught + 1))
   fi
-done < <(grep -v '^#' tests/mutations.txt | grep -E -- "$only" | sed 's/ *| */~/; s/ *| */~/; s/ *| */~/; s/ | \([^|]*\)$/~\1/')
+done < <(rows "$only")
 echo "$caught faults caught, $missed missed"
 [ $missed = 0 ] && [ $caught -gt 0 ]
