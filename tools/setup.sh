@@ -19,6 +19,7 @@ packages=(
   # tests
   libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth xdotool strace python3
   iproute2 openssl  # networks of a test's own, two hosts on one machine, and their certificate
+  python3-numpy python3-pip python3-setuptools python3-wheel  # the Python package: arrays, and that pip installs it
   # the demo's video
   ffmpeg
 )
@@ -40,7 +41,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6
-  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3, iproute2, openssl, ffmpeg
+  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip and setuptools, iproute2, openssl, ffmpeg
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT
   exit 1

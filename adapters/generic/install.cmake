@@ -5,7 +5,8 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fire3dv)
 
 install(TARGETS fire3dv_client EXPORT fire3dv
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT client NAMELINK_COMPONENT client)
-install(FILES python/fire3dv.py DESTINATION ${CMAKE_INSTALL_DATADIR}/fire3dv/python COMPONENT client)
+install(DIRECTORY python/fire3dv DESTINATION ${CMAKE_INSTALL_DATADIR}/fire3dv/python COMPONENT client
+  FILES_MATCHING PATTERN "*.py" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
 install(DIRECTORY include/fire3dv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT client)
 install(EXPORT fire3dv NAMESPACE fire3dv:: FILE fire3dv-targets.cmake DESTINATION ${package_dir} COMPONENT client)
 

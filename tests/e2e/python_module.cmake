@@ -1,14 +1,22 @@
-# The Python module against the library of this build. An interpreter that was not built with a sanitizer cannot load a
+# The Python package against the library of this build. An interpreter that was not built with a sanitizer cannot load a
 # library that was.
+include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 find_program(FIRE3DV_PYTHON python3)
 if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
   fire3dv_program(stream_dump SOURCES stream_dump.cpp ${PROJECT_SOURCE_DIR}/tests/conformance/json_message.cpp
     ${PROJECT_SOURCE_DIR}/tests/conformance/json_edit.cpp LINK fire3dv_wire fire3dv_transport)
   set_target_properties(stream_dump PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-  foreach(scheme shm tcp)
-    add_test(NAME python_module_${scheme}
-      COMMAND ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_module_test.py $<TARGET_FILE:stream_dump> ${scheme})
-    set_tests_properties(python_module_${scheme} PROPERTIES LABELS "e2e;cpu" TIMEOUT 300
+  function(python_module_case name python)  # ... arguments
+    add_test(NAME python_module_${name} COMMAND ${python} ${ARGN})
+    set_tests_properties(python_module_${name} PROPERTIES LABELS "e2e;cpu" TIMEOUT 300
       ENVIRONMENT "PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python;PYTHONDONTWRITEBYTECODE=1;FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
+  endfunction()
+  foreach(scheme shm tcp)  # whether or not there is NumPy
+    python_module_case(${scheme} ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_module_test.py $<TARGET_FILE:stream_dump> ${scheme})
   endforeach()
+  python_module_case(arrays ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_arrays_test.py $<TARGET_FILE:stream_dump>)
+  python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_conformance_test.py
+    $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)
+  python_module_case(installed ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_install_test.py
+    ${PROJECT_SOURCE_DIR} $<TARGET_FILE:fire3dv_client> ${PROJECT_VERSION})
 endif()

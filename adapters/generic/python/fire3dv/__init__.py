@@ -1,0 +1,31 @@
+"""FIRE-3DV client for Python 3.9 and later: publishes the poses of a simulation, and edits of its scene, to renderers.
+
+    import fire3dv
+    with fire3dv.Stream("shm://demo", adapter_name="my simulator") as stream:
+        stream.describe(["base", "arm"])
+        while True:
+            step()
+            stream.publish(sim_time_ns, poses)      # (2, 3, 4) float32, stream_from_body
+
+A layer of ctypes over the C library, whose headers fire3dv/client.h and fire3dv/scene.h say what each call means:
+units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
+a copy; other arrays and nested sequences are converted. Everything that can fail raises fire3dv.Error; a missing
+renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
+environment first.
+"""
+from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
+                     StateError)
+from .status import LightKind, Property, Status, Welcome
+from .stream import FRAME_DISCONTINUITY, Stream, version
+
+VISIBLE, BASE_COLOR, LIGHT, CAMERA, NODE, VERTICES = Property
+DIRECTIONAL, POINT, SPOT = LightKind
+ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET = ErrorCode
+
+__all__ = [
+    "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
+    "StateError",
+    "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
+    "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
+    "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",
+]

@@ -1,0 +1,134 @@
+"""The C library: found, loaded and declared once, when it is first needed. Structures are those of fire3dv/client.h and
+fire3dv/scene.h, field by field."""
+import ctypes
+import os
+import threading
+from ctypes import (POINTER, Structure, c_char, c_char_p, c_double, c_float, c_int, c_int32, c_int64, c_size_t,
+                    c_uint32, c_uint64, c_void_p)
+from typing import Any, Dict, List, Optional, Tuple
+
+from . import _places
+from .errors import ArgumentError, ErrorCode, LibraryNotFound, error_of
+
+
+class Options(Structure):
+    _fields_ = [("struct_size", c_size_t), ("adapter_name", c_char_p), ("key_file", c_char_p),
+                ("tls_ca_file", c_char_p), ("tls_certificate_file", c_char_p), ("tls_key_file", c_char_p),
+                ("scene_budget_bytes", c_size_t)]
+
+
+class Description(Structure):
+    _fields_ = [("struct_size", c_size_t), ("node_names", POINTER(c_char_p)), ("node_count", c_size_t),
+                ("world_from_stream", POINTER(c_double)), ("body_from_node", c_void_p),
+                ("body_from_node_count", c_size_t), ("nominal_rate_hz", c_double), ("scene_uri", c_char_p)]
+
+
+class RawStatus(Structure):
+    _fields_ = [("struct_size", c_size_t), ("renderers", c_uint32), ("epoch", c_uint64), ("sequence", c_uint64),
+                ("acked_sequence", c_uint64), ("frames_published", c_uint64), ("frames_dropped", c_uint64),
+                ("welcome", c_int32), ("unmatched_names", c_uint32), ("welcome_message", c_char * 512),
+                ("conflicting_names", c_uint32), ("contested_names", c_uint32)]
+
+
+class Light(Structure):
+    _fields_ = [("struct_size", c_size_t), ("kind", c_int32), ("color_rgb", c_float * 3), ("intensity", c_float),
+                ("range_m", c_float), ("inner_cone_rad", c_float), ("outer_cone_rad", c_float),
+                ("casts_shadow", c_int32)]
+
+
+class Camera(Structure):
+    _fields_ = [("struct_size", c_size_t), ("vertical_fov_rad", c_float), ("near_m", c_float), ("far_m", c_float),
+                ("exposure", c_float)]
+
+
+class Node(Structure):
+    _fields_ = [("struct_size", c_size_t), ("parent", c_char_p), ("parent_from_node", c_void_p),
+                ("asset_uri", c_char_p), ("asset_glb", c_void_p), ("asset_glb_bytes", c_size_t)]
+
+
+class Vertices(Structure):
+    _fields_ = [("struct_size", c_size_t), ("positions", c_void_p), ("normals", c_void_p), ("vertex_count", c_size_t)]
+
+
+_SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
+    "fire3dv_version": (c_char_p, []),
+    "fire3dv_last_error": (c_char_p, []),
+    "fire3dv_open": (c_void_p, [c_char_p, POINTER(Options)]),
+    "fire3dv_close": (None, [POINTER(c_void_p)]),
+    "fire3dv_describe": (c_int, [c_void_p, POINTER(Description)]),
+    "fire3dv_publish": (c_int, [c_void_p, c_int64, c_void_p, c_size_t, c_uint32]),
+    "fire3dv_publish_some": (c_int, [c_void_p, c_int64, c_void_p, c_void_p, c_size_t, c_uint32]),
+    "fire3dv_poll": (c_int, [c_void_p, POINTER(RawStatus)]),
+    "fire3dv_wait_ack": (c_int, [c_void_p, c_uint64, c_uint32]),
+    "fire3dv_set_visible": (c_int, [c_void_p, c_char_p, c_int]),
+    "fire3dv_set_base_color": (c_int, [c_void_p, c_char_p, c_void_p]),
+    "fire3dv_set_light": (c_int, [c_void_p, c_char_p, POINTER(Light)]),
+    "fire3dv_set_camera": (c_int, [c_void_p, c_char_p, POINTER(Camera)]),
+    "fire3dv_add_node": (c_int, [c_void_p, c_char_p, POINTER(Node)]),
+    "fire3dv_remove_node": (c_int, [c_void_p, c_char_p]),
+    "fire3dv_set_vertices": (c_int, [c_void_p, c_char_p, POINTER(Vertices)]),
+    "fire3dv_clear": (c_int, [c_void_p, c_char_p, c_int]),
+}
+
+_lock = threading.Lock()
+_loaded: Optional[ctypes.CDLL] = None
+
+
+def declare(loaded: ctypes.CDLL, signatures: Dict[str, Tuple[Any, List[Any]]]) -> None:
+    """Tells ctypes what functions of the library take and return."""
+    for name, (result, arguments) in signatures.items():
+        try:
+            function = getattr(loaded, name)
+        except AttributeError:
+            raise LibraryNotFound(
+                ErrorCode.SYSTEM, f"{loaded._name} has no {name}: it is not the FIRE-3DV client, or of an older version "
+                "than this package; set FIRE3DV_CLIENT_LIBRARY to its file") from None
+        function.restype, function.argtypes = result, arguments
+
+
+def _open() -> ctypes.CDLL:
+    named = os.environ.get("FIRE3DV_CLIENT_LIBRARY")
+    places = [named] if named else [*_places.all_places(os.path.dirname(os.path.abspath(__file__))),
+                                    _places.FILE_NAME]
+    faults = []
+    for place in places:
+        try:
+            return ctypes.CDLL(place)
+        except OSError as fault:
+            faults.append(str(fault))
+    remedy = "correct FIRE3DV_CLIENT_LIBRARY" if named else "set FIRE3DV_CLIENT_LIBRARY to its file, or install it"
+    raise LibraryNotFound(ErrorCode.SYSTEM,
+                          f"the FIRE-3DV client library cannot be loaded ({'; '.join(faults)}): {remedy}")
+
+
+def library() -> ctypes.CDLL:
+    """The library, loaded when it is first asked for."""
+    global _loaded
+    if _loaded is None:
+        with _lock:
+            if _loaded is None:
+                loaded = _open()
+                declare(loaded, _SIGNATURES)
+                _loaded = loaded
+    return _loaded
+
+
+def check(code: int) -> None:
+    """Raises what a function of the library has refused."""
+    if code != 0:
+        raise error_of(code, library().fire3dv_last_error().decode("utf-8", "replace"))
+
+
+def encoded(text: Optional[str], name: str) -> Optional[bytes]:
+    """Text as the library takes it; None stays None."""
+    if text is None:
+        return None
+    if not isinstance(text, str):
+        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} is of type {type(text).__name__}; a str is needed")
+    try:
+        result = text.encode("utf-8")
+    except UnicodeEncodeError as fault:
+        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} is no text of Unicode: {fault.reason}") from None
+    if b"\0" in result:
+        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} holds a NUL")
+    return result

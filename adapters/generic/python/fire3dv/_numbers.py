@@ -1,0 +1,88 @@
+"""Numbers of the caller as the library reads them: contiguous, of one type. NumPy is not needed for it, but where the
+caller has it, its arrays are taken as they lie."""
+import ctypes
+import sys
+from typing import Any, List, Optional, Tuple
+
+from .errors import ArgumentError, ErrorCode
+
+
+def _refuse(sentence: str) -> ArgumentError:
+    return ArgumentError(ErrorCode.ARGUMENT, sentence)
+
+
+def _flatten(numbers: Any, into: List[float]) -> None:
+    for entry in numbers:
+        if hasattr(entry, "__iter__") and not isinstance(entry, (str, bytes)):
+            _flatten(entry, into)
+        else:
+            into.append(entry)
+
+
+class Numbers:
+    """Rows of numbers. `address` is valid as long as this object lives; None where there are none."""
+
+    __slots__ = ("rows", "address", "_memory")
+
+    def __init__(self, numbers: Any, row: Tuple[int, ...], name: str, kind: Any = ctypes.c_float,
+                 dtype: str = "float32") -> None:
+        """row: the shape of one row, such as (3, 4); flat rows of as many numbers are taken too."""
+        per_row = 1
+        for extent in row:
+            per_row *= extent
+        numpy = sys.modules.get("numpy")
+        if numpy is not None and hasattr(numbers, "__array__"):
+            count = self._take_array(numpy, numbers, row, per_row, name, dtype)
+        else:
+            count = self._take_any(numbers, row, per_row, name, kind)
+        if count % per_row:
+            raise _refuse(f"{name} has {count} numbers; {per_row} for each are needed")
+        self.rows = count // per_row
+
+    def _take_array(self, numpy: Any, numbers: Any, row: Tuple[int, ...], per_row: int, name: str, dtype: str) -> int:
+        given = numpy.asarray(numbers)
+        _check_shape(given.shape, row, per_row, name)
+        kinds = "ui" if dtype == "uint32" else "fui"
+        if given.size and given.dtype.kind not in kinds:
+            raise _refuse(f"{name} is an array of {given.dtype}; {dtype} is needed")
+        if dtype == "uint32" and given.size and (given.min() < 0 or given.max() > 0xffffffff):
+            raise _refuse(f"{name} must lie between 0 and 4294967295")
+        with numpy.errstate(over="ignore"):  # what does not fit becomes infinity, and is refused as such
+            self._memory = numpy.ascontiguousarray(given, dtype=dtype)
+        self.address: Optional[int] = self._memory.ctypes.data if given.size else None
+        return int(given.size)
+
+    def _take_any(self, numbers: Any, row: Tuple[int, ...], per_row: int, name: str, kind: Any) -> int:
+        try:
+            view = memoryview(numbers)
+        except TypeError:
+            view = None
+        as_is = view is not None and view.format == kind._type_ and view.c_contiguous and not view.readonly
+        if view is not None and as_is and view.nbytes:
+            _check_shape(view.shape or (), row, per_row, name)
+            count = view.nbytes // ctypes.sizeof(kind)
+            self._memory = (kind * count).from_buffer(view.cast("B"))
+        else:
+            flat: List[float] = []
+            try:
+                if view is not None:
+                    _check_shape(view.shape or (), row, per_row, name)
+                _flatten(numbers if view is None else view.tolist(), flat)
+                if kind is ctypes.c_uint32:
+                    if any(entry != int(entry) or not 0 <= entry <= 0xffffffff for entry in flat):
+                        raise ValueError("whole ones between 0 and 4294967295 are needed")
+                    flat = [int(entry) for entry in flat]
+                self._memory = (kind * len(flat))(*flat)
+            except (TypeError, ValueError, OverflowError, NotImplementedError) as fault:
+                raise _refuse(f"{name} must hold numbers: {fault}") from None
+            count = len(flat)
+        self.address = ctypes.addressof(self._memory) if count else None
+        return count
+
+
+def _check_shape(shape: Tuple[int, ...], row: Tuple[int, ...], per_row: int, name: str) -> None:
+    """Refuses what has the right count by chance alone: three 4x4 matrices are no four of 3x4."""
+    if len(shape) <= 1 or shape[-len(row):] == row or shape[-1] == per_row:
+        return
+    wanted = ", ".join(str(extent) for extent in row)
+    raise _refuse(f"{name} has the shape {tuple(shape)}; (n, {wanted}) or (n, {per_row}) is needed")

@@ -1,0 +1,16 @@
+# FIRE3DV_NUMPY_PYTHON: an interpreter that has NumPy, for tests of arrays. Several may be installed, and the first on the
+# PATH need not be the one that packages belong to. Where none has it, the tests run and fail.
+if(NOT FIRE3DV_NUMPY_PYTHON)
+  find_program(FIRE3DV_PYTHON python3)
+  foreach(candidate "${FIRE3DV_PYTHON}" /usr/bin/python3)
+    execute_process(COMMAND "${candidate}" -c "import numpy" RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET)
+    if(NOT failed)
+      set(FIRE3DV_NUMPY_PYTHON "${candidate}" CACHE FILEPATH "Python with NumPy, for tests")
+      break()
+    endif()
+  endforeach()
+  if(NOT FIRE3DV_NUMPY_PYTHON)
+    message(STATUS "No Python with NumPy (python3-numpy): tests of the Python package will fail")
+    set(FIRE3DV_NUMPY_PYTHON "${FIRE3DV_PYTHON}")
+  endif()
+endif()

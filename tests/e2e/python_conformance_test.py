@@ -1,0 +1,246 @@
+"""The Python package against the golden messages: what they say is said through it and comes over the link as their
+JSON has it, and what must be refused is refused, by the name of the same field.
+
+python_conformance_test.py STREAM_DUMP FOLDER_OF_GOLDEN_MESSAGES
+
+Golden messages that no client can be made to send are named below with the reason, so that one that is new must be
+placed here.
+"""
+import glob
+import json
+import math
+import os
+import sys
+
+import numpy as np
+
+import fire3dv
+from stream_lines import StreamLines
+
+NAN, INF = math.nan, math.inf
+
+
+def pose(x):
+    return [0, 0, 1, x, 0, 1, 0, -0.5, -1, 0, 0, 2.25]
+
+
+def golden():
+    """name -> meaning"""
+    result = {}
+    for path in glob.glob(os.path.join(sys.argv[2], "*.json")):
+        with open(path, encoding="utf-8") as file:
+            result[os.path.basename(path)[:-5]] = json.load(file)
+    assert len(result) >= 50, f"golden messages are missing from {sys.argv[2]}"
+    return result
+
+
+# --- what can be said ------------------------------------------------------------------------------------------------
+
+NOT_SAID = {
+    "pose_frame-part": "the library cuts frames by itself",
+    "pose_frame-all_header_fields": "numbers of the header are the library's",
+    "stream_description-later_minor": "the library says its own version",
+    "stream_description-minor_1": "is one without an adapter's nodes, as stream_description-no_nodes",
+}
+OWN = {"epoch", "clock", "protocol_minor", "sequence", "publish_time_ns", "scene_version", "version"}  # the library's
+
+
+def same(name, came, meant):
+    for key, value in meant.items():
+        if key not in OWN:
+            assert came[key] == value, f"{name}: {key} came as {came[key]}, not {value}"
+
+
+def say_description(stream, lines, name, meant):
+    stream.describe(meant["node_names"], np.array(meant["world_from_stream"]),
+                    np.array(meant["body_from_node"], np.float32).reshape(-1, 3, 4), meant["nominal_rate_hz"],
+                    meant["scene_uri"])
+    epoch = stream.poll().epoch
+    same(name, lines.wait_for(name, lambda m: m["type"] == "StreamDescription" and m["epoch"] == epoch), meant)
+
+
+def say_frame(stream, lines, name, meant):
+    stream.describe([f"node {i}" for i in range(meant["node_count"])])
+    poses = np.array(meant["poses"], np.float32).reshape(-1, 3, 4)
+    if "node_indices" in meant:  # after one that names all
+        everywhere = np.tile(np.eye(3, 4, dtype=np.float32), (meant["node_count"], 1, 1))
+        lines.frame(stream.poll().epoch, stream.publish_some(0, np.arange(meant["node_count"]), everywhere))
+        sequence = stream.publish_some(meant["sim_time_ns"], np.array(meant["node_indices"]), poses, meant["flags"])
+    else:
+        sequence = stream.publish(meant["sim_time_ns"], poses, meant["flags"])
+    same(name, lines.frame(stream.poll().epoch, sequence), meant)
+
+
+def say_edit(stream, lines, name, meant):
+    node, value = meant["node"], meant["value"]
+    before = len(lines.messages)
+    kind = value["type"]
+    if kind == "Cleared":
+        stream.clear(node, fire3dv.Property[meant["property"].upper()])
+    elif kind == "Visible":
+        stream.set_visible(node, value["visible"])
+    elif kind == "BaseColor":
+        stream.set_base_color(node, np.array(value["rgba"], np.float32))
+    elif kind == "Light":
+        stream.set_light(node, **{key: value[key] for key in value if key != "type"})
+    elif kind == "Camera":
+        stream.set_camera(node, **{key: value[key] for key in value if key != "type"})
+    elif kind == "NodeAdded":
+        stream.add_node(node, value["parent"], np.array(value["parent_from_node"]), value["asset_uri"] or None,
+                        bytes(value["asset_glb"]) or None)
+    elif kind == "NodeRemoved":
+        stream.remove_node(node)
+    else:
+        assert kind == "Vertices", f"{name}: nothing here sets {kind}"
+        normals = np.array(value["normals"]) if value["normals"] else None
+        stream.set_vertices(node, np.array(value["positions"]), normals)
+    stream.poll()
+    same(name, lines.wait_for(name, lambda m: m["type"] == "SceneEdit" and m["value"] == value and
+                              m in lines.messages[before:]), meant)
+
+
+# --- what is refused -------------------------------------------------------------------------------------------------
+
+FULL = {"node_names": ["base", "arm", "robot/link 1", "Körper", "🤖"], "world_from_stream": np.eye(3, 4),
+        "body_from_node": [pose(i) for i in range(5)], "nominal_rate_hz": 240, "scene_uri": "file:scene.glb"}
+
+
+def described(**changed):
+    return lambda stream: stream.describe(**{**FULL, **changed})
+
+
+def named(index, name):
+    return described(node_names=[name if i == index else other for i, other in enumerate(FULL["node_names"])])
+
+
+def framed(*poses):
+    return lambda stream: stream.publish(0, [list(p) for p in poses])
+
+
+def some(*indices):
+    return lambda stream: stream.publish_some(0, list(indices), [pose(0)] * 2)
+
+
+def changed(numbers, index, value):
+    return [value if i == index else number for i, number in enumerate(numbers)]
+
+
+def lit(**changes):
+    values = {"kind": fire3dv.SPOT, "color_rgb": (1, 0.5, 0.25), "intensity": 800, "range_m": 12.5,
+              "inner_cone_rad": 0.25, "outer_cone_rad": 0.5}
+    return lambda stream: stream.set_light("lamp", **{**values, **changes})
+
+
+def seen(**changes):
+    values = {"vertical_fov_rad": 0.75, "near_m": 0.1, "far_m": 100}
+    return lambda stream: stream.set_camera("eye", **{**values, **changes})
+
+
+NO_CLIENT_SAYS_IT = "numbers of the header are the library's"
+NO_TEXT = "is no str of Python, which raises before the library is asked"
+# name without "refused-": a call that must be refused and what the sentence must hold, or why no call says it
+REFUSED = {
+    "description_adapter_name_newline": (lambda _: fire3dv.Stream("shm://x", adapter_name="a\nb"), "adapter_name"),
+    "description_body_from_node_count": (described(body_from_node=[pose(i) for i in range(4)]), "body_from_node"),
+    "description_body_from_node_infinite": (
+        described(body_from_node=[pose(0), pose(1), changed(pose(2), 6, INF), pose(3), pose(4)]),
+        "body_from_node[2] row 1"),
+    "description_boot_id_tab": NO_CLIENT_SAYS_IT,
+    "description_epoch_zero": NO_CLIENT_SAYS_IT,
+    "description_name_c1_control": (named(2, "a\x9b31m"), "node_names[2]"),
+    "description_name_control_character": (named(2, "\x1b[2Jgone"), "node_names[2]"),
+    "description_name_cut_utf8": NO_TEXT,
+    "description_name_empty": (named(1, ""), "node_names[1]"),
+    "description_name_nul": (named(2, "a\0b"), "node_names[2]"),
+    "description_name_overlong_utf8": NO_TEXT,
+    "description_name_surrogate": (named(0, "\ud800"), "node_names[0]"),
+    "description_name_too_long": (named(3, "x" * 1025), "node_names[3]"),
+    "description_name_turns_direction": (named(2, "\u202egnp.exe"), "node_names[2]"),
+    "description_name_twice": (named(4, "base"), "node_names[4]"),
+    "description_rate_nan": (described(nominal_rate_hz=NAN), "nominal_rate_hz"),
+    "description_rate_negative": (described(nominal_rate_hz=-1), "nominal_rate_hz"),
+    "description_sim_rate_infinite": NO_CLIENT_SAYS_IT,
+    "description_uri_too_long": (described(scene_uri="x" * 4097), "scene_uri"),
+    "description_world_huge": (described(world_from_stream=changed(pose(0), 0, 1e300)), "world_from_stream[0]"),
+    "description_world_nan": (described(world_from_stream=changed(pose(0), 11, NAN)), "world_from_stream[11]"),
+    "pose_frame_epoch_zero": NO_CLIENT_SAYS_IT,
+    "pose_frame_first_node_too_large": "the library cuts frames by itself",
+    "pose_frame_first_node_wraps": "the library cuts frames by itself",
+    "pose_frame_huge": (framed(changed(pose(0), 5, 1.1e12), pose(0)), "[0] row 1 column 1"),
+    "pose_frame_infinite": (framed(changed(pose(0), 5, -INF), pose(0)), "[0] row 1 column 1 is -infinity"),
+    "pose_frame_more_poses_than_nodes": (framed(pose(0), pose(1), pose(2)), "pose_count is 3"),
+    "pose_frame_nan": (framed(pose(0), changed(pose(0), 5, NAN)), "[1] row 1 column 1 is NaN"),
+    "pose_frame_partial": "no table of a later version comes from a client",
+    "pose_frame_partial_count": (lambda stream: stream.publish_some(0, [1], [pose(0)] * 2), "1 node_indices"),
+    "pose_frame_partial_falling": (some(1, 0), "node_indices[1]"),
+    "pose_frame_partial_outside": (some(1, 2), "node_indices[1]"),
+    "pose_frame_partial_twice": (some(1, 1), "node_indices[1]"),
+    "pose_frame_sequence_zero": NO_CLIENT_SAYS_IT,
+    "pose_frame_too_many_nodes": "takes more names than a test should hold",
+    "scene_edit_asset_twice": (lambda s: s.add_node("a", asset_uri="a.glb", asset_glb=b"\1"), "asset_uri"),
+    "scene_edit_camera_exposure_negative": (seen(exposure=-1), "exposure"),
+    "scene_edit_camera_far_before_near": (seen(far_m=0.1), "far_m"),
+    "scene_edit_camera_fov_nan": (seen(vertical_fov_rad=NAN), "vertical_fov_rad"),
+    "scene_edit_camera_fov_zero": (seen(vertical_fov_rad=0), "vertical_fov_rad"),
+    "scene_edit_camera_near_zero": (seen(near_m=0), "near_m"),
+    "scene_edit_color_above_one": (lambda s: s.set_base_color("a", [0, 0, 0, 1.5]), "rgba[3]"),
+    "scene_edit_color_nan": (lambda s: s.set_base_color("a", [0, NAN, 0, 1]), "rgba[1]"),
+    "scene_edit_epoch_zero": NO_CLIENT_SAYS_IT,
+    "scene_edit_light_color_infinite": (lit(color_rgb=(1, 1, INF)), "color_rgb[2]"),
+    "scene_edit_light_cones": (lit(inner_cone_rad=0.5), "inner_cone_rad"),
+    "scene_edit_light_kind": (lit(kind=3), "kind"),
+    "scene_edit_light_negative": (lit(intensity=-1), "intensity"),
+    "scene_edit_light_wide": (lit(outer_cone_rad=2), "outer_cone_rad"),
+    "scene_edit_node_control_character": (lambda s: s.remove_node("\x1b[2J"), "node"),
+    "scene_edit_node_empty": (lambda s: s.remove_node(""), "node"),
+    "scene_edit_node_too_long": (lambda s: s.remove_node("x" * 1025), "node"),
+    "scene_edit_normals_count": (lambda s: s.set_vertices("a", [[0, 0, 0]], [[0, 0, 1]] * 2), "normals"),
+    "scene_edit_parent_from_node_nan": (lambda s: s.add_node("a", parent_from_node=changed(pose(0), 0, NAN)),
+                                        "parent_from_node"),
+    "scene_edit_parent_newline": (lambda s: s.add_node("a", parent="a\nb"), "parent"),
+    "scene_edit_value_of_other_property": "a call sets the value of its property",
+    "scene_edit_version_zero": NO_CLIENT_SAYS_IT,
+    "scene_edit_vertices_nan": (lambda s: s.set_vertices("a", [[0, 0, 0], [0, NAN, 0]]), "positions[1][1]"),
+    "scene_edit_vertices_none": (lambda s: s.set_vertices("a", []), "positions"),
+}
+
+
+def main():
+    lines = StreamLines(sys.argv[1], "tcp://127.0.0.1:0")  # what is sent in part comes in part
+    say = {"StreamDescription": say_description, "PoseFrame": say_frame, "SceneEdit": say_edit}
+    said = refused = 0
+    with fire3dv.Stream(lines.uri, adapter_name="conformance") as stream:
+        stream.describe([])
+        while not stream.poll().renderers:
+            pass
+        for name, meaning in sorted(golden().items()):
+            meant = meaning.get("message", {})
+            if meant.get("type") in say and not name.startswith("later-") and name not in NOT_SAID:
+                say[meant["type"]](stream, lines, name, meant)
+                said += 1
+        stream.describe(["base", "arm"])
+        stream.publish_some(0, [0, 1], [pose(0), pose(1)])
+        before = stream.poll()
+        for name in sorted(golden()):
+            if not name.startswith("refused-") or name.startswith(("refused-welcome", "refused-status")):
+                continue
+            case = REFUSED.get(name[len("refused-"):])
+            assert case, f"{name} is new: say it here"
+            if isinstance(case, str):
+                continue
+            call, text = case
+            try:
+                call(stream)
+            except fire3dv.ArgumentError as error:
+                assert text in str(error) and "\n" not in str(error), f"{name}: {error}"
+            else:
+                raise AssertionError(f"{name} was not refused")
+            refused += 1
+        after = stream.poll()
+        assert (after.epoch, after.sequence) == (before.epoch, before.sequence), "what was refused changed the stream"
+    lines.end()
+    assert said >= 17 and refused >= 45, (said, refused)
+    print(f"{said} said, {refused} refused")
+
+
+main()
