@@ -163,6 +163,8 @@ int main(int argc, char** argv) {
   app.add_option("--package-path", options.package_folders,
                  "folder that holds packages, for package:// in URDF; may be given several times")
       ->allow_extra_args(false);
+  app.add_flag("--geoms", options.read.geoms_apart,
+               "MJCF: a node for each geom, so that edits and labels tell them apart");
   app.add_flag("--list", options.list, "say the nodes' names on the standard output");
   app.add_option("--sources", options.sources,
                  "write which files the scene was made from, and when they changed")

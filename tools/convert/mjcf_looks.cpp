@@ -5,12 +5,12 @@
 
 #include "tools/convert/colors.h"
 #include "tools/convert/glb_images.h"
+#include "tools/convert/mjcf_names.h"
 #include "tools/convert/shapes.h"
 
 namespace fire3dv::convert {
 namespace {
 
-constexpr int kShownGroups = 3;
 constexpr double kInfinitePlaneExtents =
     10;  // half a side of a plane without an end, in extents of the scene
 
@@ -83,16 +83,11 @@ Surface height_field(const mjModel& m, int field) {
 }  // namespace
 
 bool MjcfLooks::is_shown(int geom) const {
-  return m_.geom_group[geom] < kShownGroups && rgba(geom)[3] > 0;
+  return is_shown_group(m_.geom_group[geom]) && rgba(geom)[3] > 0;
 }
 
 std::array<float, 4> MjcfLooks::rgba(int geom) const {
-  const float* own = m_.geom_rgba + 4 * geom;
-  const int material = m_.geom_matid[geom];
-  // MuJoCo's rule: a geom's own colour counts where it is not the default one.
-  const bool is_default = own[0] == 0.5f && own[1] == 0.5f && own[2] == 0.5f && own[3] == 1.0f;
-  const float* from = material >= 0 && is_default ? m_.mat_rgba + 4 * material : own;
-  return {from[0], from[1], from[2], from[3]};
+  return mjcf_color(m_, m_.geom_matid[geom], m_.geom_rgba + 4 * geom);
 }
 
 // How often a texture is repeated on a plane: relative to its size, or to the unit of length.
@@ -130,9 +125,12 @@ Surface MjcfLooks::shape(int geom) const {
   }
 }
 
-size_t MjcfLooks::material(int geom) {
-  const int index = m_.geom_matid[geom];
-  const std::array<float, 4> color = rgba(geom);
+size_t MjcfLooks::tendon_material(int tendon) {
+  const int index = m_.tendon_matid[tendon];
+  return material_of(index, mjcf_color(m_, index, m_.tendon_rgba + 4 * tendon));
+}
+
+size_t MjcfLooks::material_of(int index, const std::array<float, 4>& color) {
   const auto [known, is_new] = materials_.try_emplace({index, color}, model_.materials.size());
   if (!is_new) return known->second;
   Material made;

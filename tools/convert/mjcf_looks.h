@@ -20,10 +20,13 @@ class MjcfLooks {
   bool is_shown(int geom) const;
   // In the geom's frame.
   Surface shape(int geom) const;
-  size_t material(int geom);
+  size_t material(int geom) { return material_of(m_.geom_matid[geom], rgba(geom)); }
+  size_t tendon_material(int tendon);
+  // As displayed, not linear.
+  std::array<float, 4> rgba(int geom) const;
 
  private:
-  std::array<float, 4> rgba(int geom) const;
+  size_t material_of(int index, const std::array<float, 4>& color);
   std::optional<size_t> image(int material_index);
   glm::dvec2 plane_repeats(int geom, const glm::dvec2& half) const;
 

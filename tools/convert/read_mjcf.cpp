@@ -3,11 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csetjmp>
-#include <memory>
-#include <mutex>
 #include <numbers>
-#include <set>
 #include <utility>
 
 #include "renderer/scene/files.h"
@@ -15,58 +11,16 @@
 #include "tools/convert/lights.h"
 #include "tools/convert/mesh_store.h"
 #include "tools/convert/mjcf_files.h"
+#include "tools/convert/mjcf_load.h"
 #include "tools/convert/mjcf_looks.h"
+#include "tools/convert/mjcf_model.h"
+#include "tools/convert/mjcf_names.h"
+#include "tools/convert/mjcf_tendons.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/shapes.h"
 
 namespace fire3dv::convert {
 namespace {
-
-// libmujoco ends the process on a fault unless a handler does not return. Both stand for the whole process.
-std::mutex faults_mutex;
-std::jmp_buf after_fault;
-char fault_text[1024];
-std::vector<std::string>* warnings_said;
-
-void on_fault(const char* text) {
-  std::snprintf(fault_text, sizeof fault_text, "%s", text);
-  std::longjmp(after_fault, 1);
-}
-
-void on_warning(const char* text) {
-  constexpr size_t kMost = 100;
-  if (warnings_said->size() < kMost) warnings_said->push_back(std::string("MuJoCo: ") + text);
-}
-
-std::string one_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  for (char& c : text)
-    if (c == '\n') c = ' ';
-  return text;
-}
-
-// Nothing with a destructor may stand between this and a fault.
-mjModel* compile(const char* file, char* error, int error_size) {
-  if (setjmp(after_fault) != 0) {
-    std::snprintf(error, static_cast<size_t>(error_size), "%s", fault_text);
-    return nullptr;
-  }
-  return mj_loadXML(file, nullptr, error, error_size);
-}
-
-mjData* pose(const mjModel* model) {
-  if (setjmp(after_fault) != 0) return nullptr;
-  mjData* data = mj_makeData(model);
-  if (!data) return nullptr;
-  if (model->nkey > 0)
-    mj_resetDataKeyframe(model, data, 0);
-  else
-    mj_resetData(model, data);
-  mj_kinematics(model, data);
-  mj_comPos(model, data);
-  mj_camlight(model, data);
-  return data;
-}
 
 glm::dvec3 vec3(const mjtNum* v) {
   return {v[0], v[1], v[2]};
@@ -81,37 +35,30 @@ glm::dquat quat_of_matrix(const mjtNum* rows) {
 
 class Reader {
  public:
-  Reader(const mjModel& m, const mjData& d, size_t most_triangles, Model& model)
-      : m_(m), d_(d), model_(model), looks_(m, model), meshes_(model, most_triangles) {}
+  Reader(const mjModel& m, const mjData& d, const ReadOptions& options, Model& model)
+      : m_(m),
+        d_(d),
+        options_(options),
+        model_(model),
+        looks_(m, model),
+        names_(m),
+        meshes_(model, options.most_triangles) {}
 
   void read() {
     add_free_camera();
     const size_t first_body = model_.nodes.size();
-    for (int body = 0; body < m_.nbody; ++body) names_.insert(body_name(body));
     for (int body = 0; body < m_.nbody; ++body) add_body(body, first_body);
     for (int camera = 0; camera < m_.ncam; ++camera) add_camera(camera, first_body);
     for (int light = 0; light < m_.nlight; ++light) add_light(light, first_body);
+    if (options_.geoms_apart)
+      for (int geom = 0; geom < m_.ngeom; ++geom) add_geom(geom, first_body);
+    for (int tendon = 0; tendon < m_.ntendon; ++tendon) add_tendon(tendon);
     if (m_.nskin > 0) model_.warnings.push_back("skins are not shown: " + std::to_string(m_.nskin));
     if (model_.meshes.empty()) model_.warnings.push_back("no geoms of the groups 0 to 2: nothing is seen");
   }
 
  private:
   const char* name_at(int address) const { return m_.names + address; }
-
-  std::string body_name(int body) const {
-    const std::string name = name_at(m_.name_bodyadr[body]);
-    return name.empty() ? "body_" + std::to_string(body) : name;  // MuJoCo calls body 0 "world"
-  }
-
-  // Streams find nodes by name: what is no body does not take a body's.
-  std::string free_name(std::string name, const std::string& kind) {
-    if (name.empty()) name = kind;
-    if (names_.insert(name).second) return name;
-    for (int i = 0;; ++i) {
-      const std::string other = name + " " + kind + (i ? " " + std::to_string(i) : "");
-      if (names_.insert(other).second) return other;
-    }
-  }
 
   // What MuJoCo's own viewer shows first.
   void add_free_camera() {
@@ -126,7 +73,7 @@ class Reader {
     camera.vertical_fov_rad = glm::radians(m_.vis.global.fovy);
     camera.near_m = static_cast<float>(m_.vis.map.znear * m_.stat.extent);
     Node node;
-    node.name = free_name(camera.name, "camera");
+    node.name = names_.free_camera;
     node.translation = vec3(m_.stat.center) - distance * forward;
     node.rotation = glm::quat_cast(glm::dmat3(right, glm::cross(right, forward), -forward));
     node.camera = model_.cameras.size();
@@ -136,7 +83,7 @@ class Reader {
 
   void add_body(int body, size_t first_body) {
     Node node;
-    node.name = body_name(body);
+    node.name = names_.bodies[static_cast<size_t>(body)];
     const glm::dquat world_turn = quat(d_.xquat + 4 * body);
     if (body == 0) {
       node.translation = vec3(d_.xpos);
@@ -148,25 +95,33 @@ class Reader {
       node.translation = to_parent * (vec3(d_.xpos + 3 * body) - vec3(d_.xpos + 3 * parent));
       node.rotation = to_parent * world_turn;
     }
-    node.mesh = mesh_of(body, node.name);
+    if (!options_.geoms_apart) node.mesh = mesh_of(m_.body_geomadr[body], m_.body_geomnum[body], node.name);
     model_.nodes.push_back(std::move(node));
   }
 
-  std::optional<size_t> mesh_of(int body, const std::string& name) {
+  // A child of its body, which it follows.
+  void add_geom(int geom, size_t first_body) {
+    if (!looks_.is_shown(geom)) return;
+    Node node;
+    node.parent = first_body + static_cast<size_t>(m_.geom_bodyid[geom]);
+    node.name = names_.geoms[static_cast<size_t>(geom)];
+    node.translation = vec3(m_.geom_pos + 3 * geom);
+    node.rotation = quat(m_.geom_quat + 4 * geom);
+    node.mesh = mesh_of(geom, 1, node.name);
+    model_.nodes.push_back(std::move(node));
+  }
+
+  // In the frame of the body, or of the geom that stands apart.
+  std::optional<size_t> mesh_of(int first_geom, int geoms, const std::string& name) {
     Mesh mesh;
     mesh.name = name;
-    for (int i = 0; i < m_.body_geomnum[body]; ++i) {
-      const int geom = m_.body_geomadr[body] + i;
+    for (int geom = first_geom; geom < first_geom + geoms; ++geom) {
       if (!looks_.is_shown(geom)) continue;
-      if (!meshes_.take_shape(mesh)) {
-        if (!std::exchange(said_full_, true))
-          model_.warnings.push_back("body \"" + name +
-                                    "\" and those after it lack geoms: " + meshes_.why_full());
-        break;
-      }
-      add_surface(mesh, looks_.shape(geom),
-                  matrix_of(vec3(m_.geom_pos + 3 * geom), quat(m_.geom_quat + 4 * geom)),
-                  looks_.material(geom));
+      if (!has_room(mesh)) break;
+      const glm::dmat4 mesh_from_geom =
+          options_.geoms_apart ? glm::dmat4(1)
+                               : matrix_of(vec3(m_.geom_pos + 3 * geom), quat(m_.geom_quat + 4 * geom));
+      add_surface(mesh, looks_.shape(geom), mesh_from_geom, looks_.material(geom));
     }
     return meshes_.keep(std::move(mesh));
   }
@@ -189,7 +144,7 @@ class Reader {
     camera.near_m = static_cast<float>(m_.vis.map.znear * m_.stat.extent);
     Node node = node_in_body(m_.cam_bodyid[index], vec3(d_.cam_xpos + 3 * index),
                              quat_of_matrix(d_.cam_xmat + 9 * index), first_body);
-    node.name = free_name(camera.name, "camera");
+    node.name = names_.cameras[static_cast<size_t>(index)];
     node.camera = model_.cameras.size();
     model_.cameras.push_back(camera);
     model_.nodes.push_back(std::move(node));
@@ -197,14 +152,13 @@ class Reader {
 
   void add_light(int index, size_t first_body) {
     const glm::dvec3 direction = vec3(d_.light_xdir + 3 * index), place = vec3(d_.light_xpos + 3 * index);
-    if (!m_.light_active[index] || !(glm::length(direction) > 0)) return;
+    if (!is_scene_light(m_, index)) return;
     Light light;
     light.name = name_at(m_.name_lightadr[index]);
     if (light.name.empty()) light.name = "light_" + std::to_string(index);
     const float* diffuse = m_.light_diffuse + 3 * index;
     const glm::vec3 color = linear_from_srgb(glm::vec3(diffuse[0], diffuse[1], diffuse[2]));
     const float brightest = std::max({color.r, color.g, color.b});
-    if (!(brightest > 0)) return;
     light.color = color / brightest;
     // MuJoCo's light has no unit: a white surface that faces it looks white. So it does at this intensity,
     // pi lux at the surface, for those that shine from somewhere where the middle of the scene is.
@@ -220,22 +174,64 @@ class Reader {
       light.inner_cone_rad = 0.8f * light.outer_cone_rad;  // its exponent softens the edge likewise
     }
     Node node = node_in_body(m_.light_bodyid[index], place, shining(direction), first_body);
-    node.name = free_name(light.name, "light");
+    node.name = names_.lights[static_cast<size_t>(index)];
     node.light = model_.lights.size();
     model_.lights.push_back(light);
     model_.nodes.push_back(std::move(node));
   }
 
+  // Cylinders and balls of size 1, which the pose gives their size.
+  void add_tendon(int tendon) {
+    std::vector<TendonPiece> scratch;
+    std::vector<TendonFrame> frames;
+    tendon_frames(m_, d_, tendon, scratch, frames);
+    if (frames.empty()) return;
+    const auto& pieces = names_.tendon_pieces[static_cast<size_t>(tendon)];
+    const auto& ends = names_.tendon_ends[static_cast<size_t>(tendon)];
+    const size_t material = looks_.tendon_material(tendon);
+    const auto piece_mesh = add_mesh(pieces.front(), cylinder(1, 1), material);
+    const auto end_mesh = add_mesh(ends.front(), ellipsoid(glm::dvec3(1)), material);
+    for (size_t i = 0; i < frames.size(); ++i) {
+      const bool is_piece = i < pieces.size();
+      Node node;
+      node.name = is_piece ? pieces[i] : ends[i - pieces.size()];
+      node.translation = frames[i].place;
+      node.rotation = glm::quat_cast(frames[i].turn);
+      node.scale = frames[i].scale;
+      node.mesh = is_piece ? piece_mesh : end_mesh;
+      model_.nodes.push_back(std::move(node));
+    }
+  }
+
+  std::optional<size_t> add_mesh(const std::string& name, const Surface& surface, size_t material) {
+    Mesh mesh;
+    mesh.name = name;
+    if (has_room(mesh)) add_surface(mesh, surface, glm::dmat4(1), material);
+    return meshes_.keep(std::move(mesh));
+  }
+
+  bool has_room(const Mesh& mesh) {
+    if (meshes_.take_shape(mesh)) return true;
+    if (!std::exchange(said_full_, true))
+      model_.warnings.push_back("\"" + mesh.name + "\" and those after it lack geoms: " + meshes_.why_full());
+    return false;
+  }
+
   const mjModel& m_;
   const mjData& d_;
+  const ReadOptions& options_;
   Model& model_;
   MjcfLooks looks_;
-  std::set<std::string> names_;
+  const MjcfNames names_;
   MeshStore meshes_;
   bool said_full_ = false;
 };
 
 }  // namespace
+
+void add_mjcf(const mjModel& compiled, const mjData& posed, const ReadOptions& options, Model& model) {
+  Reader(compiled, posed, options, model).read();
+}
 
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
@@ -243,19 +239,11 @@ Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& op
   if (!files) return files.error();
   model.sources = std::move(*files);
   model.name = file.stem().string();
-
-  const std::lock_guard lock(faults_mutex);
-  warnings_said = &model.warnings;
-  mju_user_error = on_fault;
-  mju_user_warning = on_warning;
-  char text[1024] = "";
-  const std::unique_ptr<mjModel, decltype(&mj_deleteModel)> compiled(compile(file.c_str(), text, sizeof text),
-                                                                     &mj_deleteModel);
-  if (!compiled) return Error{scene::quote(file.string()) + ": " + one_line(text)};
-  if (*text) model.warnings.push_back("MuJoCo: " + one_line(text));
-  const std::unique_ptr<mjData, decltype(&mj_deleteData)> posed(pose(compiled.get()), &mj_deleteData);
-  if (!posed) return Error{scene::quote(file.string()) + ": it cannot be posed: " + one_line(fault_text)};
-  Reader(*compiled, *posed, options.most_triangles, model).read();
+  const Result<MjcfModel> compiled = compile_mjcf(file, &model.warnings);
+  if (!compiled) return compiled.error();
+  const Result<MjcfData> posed = pose_mjcf(**compiled, &model.warnings);
+  if (!posed) return Error{scene::quote(file.string()) + ": " + posed.error().message};
+  add_mjcf(**compiled, **posed, options, model);
   return model;
 }
 

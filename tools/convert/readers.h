@@ -25,6 +25,9 @@ struct ReadOptions {
   // Of all meshes together, and of AMBF's files together: what is over is left out, and that is said.
   size_t most_triangles = 20'000'000;
   uint64_t most_adf_bytes = uint64_t{64} << 20;
+  // MJCF: each geom is a node of its own below its body, so that it can be hidden, coloured and told apart in
+  // images by its name. Without, a body is one mesh, which is drawn faster.
+  bool geoms_apart = false;
 };
 
 // An AMBF launch file, world file or model file (ADF). Nodes stand in AMBF's order and are called as AMBF's

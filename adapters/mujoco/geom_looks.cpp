@@ -1,0 +1,48 @@
+#include "adapters/mujoco/geom_looks.h"
+
+#include "tools/convert/mjcf_names.h"
+#include "tools/convert/colors.h"
+
+namespace fire3dv::mujoco {
+namespace {
+
+std::array<float, 4> color_of(const mjModel& m, size_t geom) {
+  return convert::mjcf_color(m, m.geom_matid[geom], m.geom_rgba + 4 * geom);
+}
+
+bool is_shown(const mjModel& m, size_t geom, const std::array<float, 4>& rgba) {
+  return convert::is_shown_group(m.geom_group[geom]) && rgba[3] > 0;
+}
+
+}  // namespace
+
+GeomLooks::GeomLooks(const mjModel& m) : looks_(static_cast<size_t>(m.ngeom)) {
+  for (size_t i = 0; i < looks_.size(); ++i) {
+    Look& look = looks_[i];
+    look.rgba = color_of(m, i);
+    look.is_shown = look.is_in_scene = is_shown(m, i, look.rgba);
+  }
+}
+
+const std::vector<GeomEdit>& GeomLooks::changes(const mjModel& m) {
+  changes_.clear();
+  for (size_t i = 0; i < looks_.size(); ++i) {
+    Look& look = looks_[i];
+    if (!look.is_in_scene) continue;
+    const std::array<float, 4> rgba = color_of(m, i);
+    const bool shown = is_shown(m, i, rgba);
+    if (rgba == look.rgba && shown == look.is_shown) continue;
+    GeomEdit edit{i, {}, {}};
+    if (shown != look.is_shown) edit.visible = shown;
+    if (rgba != look.rgba && shown) {
+      const glm::vec4 linear = convert::linear_from_srgb(glm::vec4(rgba[0], rgba[1], rgba[2], rgba[3]));
+      edit.rgba = {linear.r, linear.g, linear.b, linear.a};
+      look.rgba = rgba;
+    }
+    look.is_shown = shown;
+    changes_.push_back(edit);
+  }
+  return changes_;
+}
+
+}  // namespace fire3dv::mujoco

@@ -1,0 +1,184 @@
+#include "adapters/mujoco/run.h"
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+#include <utility>
+
+#include "adapters/mujoco/command_lines.h"
+#include "tools/convert/output.h"
+
+namespace fire3dv::mujoco {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::atomic<bool> stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free,
+              "the signal handler below may only use what takes no lock");
+
+void install_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
+}
+
+// Names in it are a stranger's: nothing that a terminal would obey.
+void say(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  std::fprintf(stderr, "fire3dv-mujoco: %s\n", text.c_str());
+}
+
+// Simulated time beside the clock on the wall. Who is late is not hurried for long: a machine that was
+// suspended does not make up for it.
+class Pace {
+ public:
+  explicit Pace(double speed) : speed_(speed) {}
+  void restart() { running_ = false; }
+  void wait(double sim_time_s) {
+    if (speed_ <= 0) return;
+    const Clock::time_point now = Clock::now();
+    if (!running_) {
+      running_ = true;
+      start_ = now;
+      start_s_ = sim_time_s;
+    }
+    const auto due = start_ + std::chrono::duration_cast<Clock::duration>(
+                                  std::chrono::duration<double>((sim_time_s - start_s_) / speed_));
+    if (now - due > std::chrono::milliseconds(250)) return restart();
+    std::this_thread::sleep_until(std::min(due, now + std::chrono::milliseconds(250)));
+  }
+
+ private:
+  double speed_, start_s_ = 0;
+  Clock::time_point start_;
+  bool running_ = false;
+};
+
+class Runner {
+ public:
+  Runner(Simulation simulation, Publisher publisher, const Options& options)
+      : simulation_(std::move(simulation)),
+        publisher_(std::move(publisher)),
+        options_(options),
+        pace_(options.speed),
+        paused_(options.paused) {}
+
+  Result<void> run() {
+    if (Result<void> sent = publish(); !sent) return sent;
+    const double step_s = simulation_.model().opt.timestep;
+    while (!stop && (options_.duration_s <= 0 || stepped_s_ < options_.duration_s - step_s / 2)) {
+      if (Result<void> done = obey(); !done) return done;
+      if (paused_ && !single_step_) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        if (Result<void> heard = listen(); !heard) return heard;
+        continue;
+      }
+      if (Result<void> done = simulation_.step(); !done) return done;
+      stepped_s_ += step_s;
+      if (std::exchange(single_step_, false)) publisher_.jump();
+      if (!publisher_.due(simulation_.data())) continue;
+      if (Result<void> sent = publish(); !sent) return sent;
+    }
+    return {};
+  }
+
+  void say_result() {
+    const auto links = publisher_.poll();
+    if (!links) return;
+    for (const Publisher::Link& link : *links) {
+      say(link.uri + ": " + std::to_string(link.status.frames_published) + " frames published, " +
+          std::to_string(link.status.frames_dropped) + " overtaken, " +
+          std::to_string(link.status.acked_sequence) + " is the last that was shown");
+    }
+  }
+
+ private:
+  Result<void> publish() {
+    if (Result<void> placed = simulation_.place(); !placed) return placed;
+    if (!options_.lockstep) pace_.wait(simulation_.data().time);
+    const Result<bool> sent = publisher_.publish(simulation_.model(), simulation_.data());
+    if (!sent) return sent.error();
+    if (options_.lockstep) {
+      if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop); !shown) return shown;
+    }
+    return listen();
+  }
+
+  // What renderers and MuJoCo have to say, each once.
+  Result<void> listen() {
+    const auto links = publisher_.poll();
+    if (!links) return links.error();
+    told_.resize(links->size());
+    for (size_t i = 0; i < links->size(); ++i) {
+      const Publisher::Link& link = (*links)[i];
+      if (link.status.welcome_message[0] == '\0' || told_[i] == link.status.welcome_message) continue;
+      told_[i] = link.status.welcome_message;
+      say(link.uri + ": " + told_[i]);
+    }
+    for (const std::string& warning : simulation_.take_warnings()) say("warning: " + warning);
+    return {};
+  }
+
+  Result<void> obey() {
+    const auto line = commands_.next();
+    if (!line) return {};
+    if (*line == "pause") {
+      paused_ = true;
+    } else if (*line == "go") {
+      paused_ = false;
+      pace_.restart();
+    } else if (*line == "step") {
+      paused_ = single_step_ = true;
+      pace_.restart();
+    } else if (*line == "reset") {
+      if (Result<void> done = simulation_.reset(); !done) return done;
+      publisher_.jump();
+      pace_.restart();
+      return publish();
+    } else if (*line == "quit") {
+      stop = true;
+    } else if (!line->empty()) {
+      say("\"" + *line + "\" is not one of pause, go, step, reset, quit");
+    }
+    return {};
+  }
+
+  Simulation simulation_;
+  Publisher publisher_;
+  const Options& options_;
+  Pace pace_;
+  CommandLines commands_;
+  std::vector<std::string> told_;
+  double stepped_s_ = 0;
+  bool paused_, single_step_ = false;
+};
+
+}  // namespace
+
+Result<void> run(const Options& options) {
+  install_stop_signals();
+  Result<Simulation> simulation = Simulation::load(options.model, options.keyframe, options.drive);
+  if (!simulation) return simulation.error();
+  if (!options.scene.empty()) {
+    std::vector<std::string> warnings;
+    const auto glb = scene_of(simulation->model(), simulation->data(),
+                              std::filesystem::path(options.model).stem().string(), warnings);
+    if (!glb) return Error{options.model + ": " + glb.error().message};
+    if (Result<void> written = convert::write_output(options.scene, *glb); !written) return written;
+    for (const std::string& warning : warnings) say("warning: " + warning);
+  }
+  if (options.publish.uris.empty()) return {};
+  Result<Publisher> publisher = Publisher::open(simulation->model(), options.publish);
+  if (!publisher) return publisher.error();
+  Runner runner(std::move(*simulation), std::move(*publisher), options);
+  Result<void> done = runner.run();
+  runner.say_result();
+  return done;
+}
+
+}  // namespace fire3dv::mujoco

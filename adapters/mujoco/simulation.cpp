@@ -1,0 +1,104 @@
+#include "adapters/mujoco/simulation.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "renderer/scene/files.h"
+#include "tools/convert/mjcf_files.h"
+
+namespace fire3dv::mujoco {
+namespace {
+
+constexpr double kSwing_hz = 0.25;
+constexpr double kSwing = 0.25;          // of an actuator's range, to either side
+constexpr double kFreeSwing = 0.5;       // of what has no range
+constexpr double kPhaseApart_rad = 0.7;  // so that not all turn at once
+
+Result<int> keyframe_of(const mjModel& m, const std::string& text) {
+  if (text.empty()) return m.nkey > 0 ? 0 : -1;
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc() && end == text.data() + text.size() && number >= 0 && number < m.nkey)
+    return number;
+  if (const int found = mj_name2id(&m, mjOBJ_KEY, text.c_str()); found >= 0) return found;
+  return Error{"the model has no keyframe " + scene::quote(text) + "; it has " + std::to_string(m.nkey) +
+               ", the first is 0"};
+}
+
+}  // namespace
+
+Simulation::Simulation(convert::MjcfModel model, convert::MjcfData data, int keyframe, Drive drive)
+    : model_(std::move(model)), data_(std::move(data)), keyframe_(keyframe), drive_(drive) {}
+
+Result<Simulation> Simulation::load(const std::filesystem::path& file, const std::string& keyframe,
+                                    Drive drive) {
+  if (const auto files = convert::mjcf_files(file); !files) return files.error();
+  std::vector<std::string> warnings;
+  Result<convert::MjcfModel> model = convert::compile_mjcf(file, &warnings);
+  if (!model) return model.error();
+  const Result<int> start = keyframe_of(**model, keyframe);
+  if (!start) return start.error();
+  Result<convert::MjcfData> data = convert::pose_mjcf(**model, &warnings);
+  if (!data) return Error{scene::quote(file.string()) + ": " + data.error().message};
+  Simulation simulation(std::move(*model), std::move(*data), *start, drive);
+  if (Result<void> done = simulation.reset(); !done) return done.error();
+  simulation.warnings_.insert(simulation.warnings_.begin(), warnings.begin(), warnings.end());
+  return simulation;
+}
+
+Result<void> Simulation::reset() {
+  const Result<void> done = convert::call_mujoco(
+      [this] {
+        if (keyframe_ >= 0)
+          mj_resetDataKeyframe(model_.get(), data_.get(), keyframe_);
+        else
+          mj_resetData(model_.get(), data_.get());
+      },
+      &warnings_);
+  return done ? place() : done;
+}
+
+Result<void> Simulation::step() {
+  const Result<void> done = convert::call_mujoco(
+      [this] {
+        drive();
+        mj_step(model_.get(), data_.get());
+      },
+      &warnings_);
+  if (!done) return Error{"MuJoCo cannot step the model: " + done.error().message};
+  return {};
+}
+
+Result<void> Simulation::place() {
+  const Result<void> done = convert::call_mujoco(
+      [this] {
+        mj_kinematics(model_.get(), data_.get());
+        mj_comPos(model_.get(), data_.get());
+        mj_camlight(model_.get(), data_.get());
+        mj_tendon(model_.get(), data_.get());
+      },
+      &warnings_);
+  if (!done) return Error{"MuJoCo cannot pose the model: " + done.error().message};
+  return {};
+}
+
+void Simulation::drive() {
+  const mjModel& m = *model_;
+  for (int i = 0; i < m.nu; ++i) {
+    const mjtNum* range = m.actuator_ctrlrange + 2 * i;
+    const bool limited = m.actuator_ctrllimited[i];
+    double middle = keyframe_ >= 0 ? m.key_ctrl[keyframe_ * m.nu + i] : 0;
+    if (limited && (middle < range[0] || middle > range[1])) middle = (range[0] + range[1]) / 2;
+    double control = drive_ == Drive::zero ? 0 : middle;
+    if (drive_ == Drive::sine) {
+      const double swing = limited ? kSwing * (range[1] - range[0]) : kFreeSwing;
+      control += swing * std::sin(2 * std::numbers::pi * kSwing_hz * data_->time + kPhaseApart_rad * i);
+    }
+    data_->ctrl[i] = limited ? std::clamp(control, range[0], range[1]) : control;
+  }
+}
+
+}  // namespace fire3dv::mujoco
