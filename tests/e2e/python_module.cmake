@@ -3,9 +3,6 @@
 include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 find_program(FIRE3DV_PYTHON python3)
 if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
-  fire3dv_program(stream_dump SOURCES stream_dump.cpp ${PROJECT_SOURCE_DIR}/tests/conformance/json_message.cpp
-    ${PROJECT_SOURCE_DIR}/tests/conformance/json_edit.cpp LINK fire3dv_wire fire3dv_transport)
-  set_target_properties(stream_dump PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   function(python_module_case name python)  # ... arguments
     add_test(NAME python_module_${name} COMMAND ${python} ${ARGN})
     set_tests_properties(python_module_${name} PROPERTIES LABELS "e2e;cpu" TIMEOUT 300

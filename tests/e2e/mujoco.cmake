@@ -1,0 +1,10 @@
+# fire3dv-mujoco: as its README has it, driven by lines, and refused.
+if(TARGET fire3dv AND TARGET fire3dv-mujoco AND TARGET stream_dump)
+  foreach(cases commands drawn refused)
+    add_test(NAME mujoco_${cases}
+      COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/mujoco_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-mujoco>
+              $<TARGET_FILE:stream_dump> ${cases})
+    set_tests_properties(mujoco_${cases} PROPERTIES LABELS e2e TIMEOUT 900
+      ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
+  endforeach()
+endif()
