@@ -1,5 +1,5 @@
-# cmake -DOUTPUT=file.cpp -DFILE=schema.bfbs -P EmbedSchema.cmake
-# Writes the compiled schema as the function of protocol/record/schema_bytes.h.
+# cmake -DOUTPUT=file.cpp -DFILE=schema.bfbs -DFUNCTION=name -P EmbedSchema.cmake
+# Writes a compiled schema as one of the functions of protocol/record/schema_bytes.h.
 file(READ ${FILE} hex HEX)
 string(REGEX REPLACE "(..)" "0x\\1," bytes "${hex}")
 file(WRITE ${OUTPUT} "// Generated from the schema by the build.
@@ -7,7 +7,7 @@ file(WRITE ${OUTPUT} "// Generated from the schema by the build.
 
 namespace fire3dv::record {
 
-std::span<const std::byte> message_schema() {
+std::span<const std::byte> ${FUNCTION}() {
   static constexpr unsigned char kBytes[] = {${bytes}};
   return std::as_bytes(std::span(kBytes));
 }

@@ -37,6 +37,7 @@ class Playback {
   uint64_t start_ns() const { return start_ns_; }
   uint64_t end_ns() const { return end_ns_; }
   Reader& reader() { return reader_; }
+  const Reader& reader() const { return reader_; }
 
   // next() gives first, with this time, the description and the edits of each stream that were in force then,
   // in the order of their versions, and after that whatever came from then on. Looks only at chunks that have

@@ -1,5 +1,5 @@
-// protocol/schema/fire3dv.fbs as flatc compiles it (a reflection.Schema buffer), so that whoever opens a
-// recording can read its messages without this project.
+// Schemas as flatc compiles them (reflection.Schema buffers), so that whoever opens a recording can read its
+// messages without this project.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,8 @@
 
 namespace fire3dv::record {
 
-std::span<const std::byte> message_schema();
+std::span<const std::byte> message_schema();       // protocol/schema/fire3dv.fbs
+std::span<const std::byte> transforms_schema();    // protocol/schema/foxglove/frame_transforms.fbs
+std::span<const std::byte> scene_update_schema();  // protocol/schema/foxglove/scene_update.fbs
 
 }  // namespace fire3dv::record

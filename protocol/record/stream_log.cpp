@@ -10,6 +10,7 @@ namespace {
 
 constexpr size_t kMostStreams = 1024;
 constexpr uint64_t kEditOverhead = 256;
+constexpr size_t kMostUnknownEdits = 65'536;  // of one stream, as players take
 // A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what
 // is no snapshot: together they never take more than a ninth.
 constexpr uint64_t kSnapshotShare = 8;
@@ -36,12 +37,15 @@ StreamLog::Stream* StreamLog::stream_of(uint64_t peer) {
 
 void StreamLog::end(Stream& stream) {
   if (std::exchange(stream.seen.live, false)) stream.ended_as = ++endings_;
+  stream.seen.incomplete = stream.tally.incomplete(true);
 }
 
 // What it said of itself, not what came of it: when it comes back, it is described anew.
 void StreamLog::forget(Stream& stream) {
   for (const auto& [key, edit] : stream.edits) edit_bytes_ -= edit.second.size() + kEditOverhead;
+  for (const auto& [version, edit] : stream.unknown_edits) edit_bytes_ -= edit.size() + kEditOverhead;
   stream.edits.clear();
+  stream.unknown_edits.clear();
   description_bytes_ -= stream.description.size();
   stream.description = Bytes();
   stream.snapshot_bytes = stream.version = stream.seen.epoch = 0;
@@ -55,6 +59,22 @@ bool StreamLog::forget_oldest_ended() {
       oldest = stream.get();
   if (oldest != nullptr) forget(*oldest);
   return oldest != nullptr;
+}
+
+// From now on the stream is this peer's alone: whoever had it before neither ends it nor says anything of it.
+void StreamLog::leave(uint64_t peer, size_t stream) {
+  std::erase_if(stream_of_peer_, [&](const auto& entry) { return entry.second == stream; });
+  stream_of_peer_[peer] = stream;
+}
+
+// An epoch is one run of one stream: whoever has it on another connection has lost that one without a word.
+StreamLog::Stream* StreamLog::take_over(uint64_t peer, uint64_t epoch) {
+  for (size_t i = 0; i < streams_.size(); ++i) {
+    if (!streams_[i]->seen.live || streams_[i]->seen.epoch != epoch) continue;
+    leave(peer, i);
+    return streams_[i].get();
+  }
+  return nullptr;
 }
 
 Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, uint64_t log_time_ns) {
@@ -94,6 +114,7 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
     return {};
   }
   Stream* stream = stream_of(peer);
+  if (stream == nullptr) stream = take_over(peer, description.epoch);
   if (stream == nullptr) {
     const std::string base = description.adapter_name.empty() ? "stream" : description.adapter_name;
     std::string name = base;
@@ -108,10 +129,10 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
         streams_.push_back(std::make_unique<Stream>());
         stream = streams_.back().get();
         stream->seen.name = name;
-        stream_of_peer_[peer] = streams_.size() - 1;
+        leave(peer, streams_.size() - 1);
       } else if (!(*known)->seen.live) {
         stream = known->get();
-        stream_of_peer_[peer] = static_cast<size_t>(known - streams_.begin());
+        leave(peer, static_cast<size_t>(known - streams_.begin()));
       }
       name = base + "_" + std::to_string(number);
     }
@@ -129,38 +150,79 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   stream->seen.epoch = description.epoch;
   stream->seen.sequence = 0;
   stream->seen.nodes = static_cast<uint32_t>(description.node_names.size());
-  stream->covered = stream->seen.nodes;
+  stream->tally.begin();
   stream->clock = description.clock;
+  if (options_.foxglove) stream->transforms.describe(description);
   stream->description.assign(message.begin(), message.end());
   stream->snapshot_bytes = message.size();
   return write(*stream, Role::control, now_ns_, 0, message, true);
 }
 
-void StreamLog::count_frame(Stream& stream, const wire::PoseFrameView& frame) {
-  StreamSeen& seen = stream.seen;
-  const uint64_t sequence = frame.header.sequence;
-  const auto nodes =
-      static_cast<uint32_t>(frame.node_indices.empty() ? frame.poses.size() : frame.node_count);
-  if (sequence < seen.sequence) {
-    ++seen.late;
-    return;
-  }
-  if (sequence == seen.sequence && seen.frames != 0) {
-    stream.covered += nodes;
-    return;
-  }
-  if (stream.covered < seen.nodes) ++seen.incomplete;
-  if (seen.sequence != 0) seen.missing += sequence - seen.sequence - 1;
-  seen.sequence = sequence;
-  stream.covered = nodes;
-  ++seen.frames;
-}
-
 Result<void> StreamLog::take_frame(Stream& stream, const wire::PoseFrameView& frame,
                                    std::span<const std::byte> message) {
-  count_frame(stream, frame);
-  return write(stream, Role::poses, unix_ns(stream.clock, frame.header.publish_time_ns, now_ns_),
-               static_cast<uint32_t>(frame.header.sequence), message);
+  stream.tally.take(frame);
+  StreamSeen& seen = stream.seen;
+  seen.sequence = stream.tally.newest();
+  seen.frames = stream.tally.counts().frames;
+  seen.parts = stream.tally.counts().parts;
+  seen.missing = stream.tally.counts().missing;
+  seen.late = stream.tally.counts().late;
+  seen.incomplete = stream.tally.incomplete(false);
+  const uint64_t published_ns = unix_ns(stream.clock, frame.header.publish_time_ns, now_ns_);
+  auto good = write(stream, Role::poses, published_ns, static_cast<uint32_t>(frame.header.sequence), message);
+  if (!good || !options_.foxglove) return good;
+  return write_transforms(stream, frame, published_ns);
+}
+
+Result<void> StreamLog::write_transforms(Stream& stream, const wire::PoseFrameView& frame,
+                                         uint64_t publish_time_ns) {
+  const std::span<const std::byte> message = stream.transforms.encode(frame, now_ns_);
+  if (message.empty()) return {};
+  if (transforms_schema_ == 0) {
+    const auto added =
+        writer_->add_schema(std::string(kTransformsSchema), std::string(kEncoding), transforms_schema());
+    if (!added) return added.error();
+    transforms_schema_ = *added;
+  }
+  if (stream.transforms_channel == 0) {
+    const auto added = writer_->add_channel(transforms_schema_, "/" + stream.seen.name + "/transforms",
+                                            std::string(kEncoding), {});
+    if (!added) return added.error();
+    stream.transforms_channel = *added;
+  }
+  if (writer_->chunk_is_empty()) {
+    chunk_begun_ns_ = now_ns_;
+    chunk_has_snapshots_ = false;
+  }
+  ++file_messages_;
+  return writer_->write({stream.transforms_channel, static_cast<uint32_t>(frame.header.sequence), now_ns_,
+                         publish_time_ns, message});
+}
+
+Result<void> StreamLog::write_models() {
+  const auto schema =
+      writer_->add_schema(std::string(kSceneUpdateSchema), std::string(kEncoding), scene_update_schema());
+  if (!schema) return schema.error();
+  const auto channel = writer_->add_channel(*schema, "/scene", std::string(kEncoding), {});
+  if (!channel) return channel.error();
+  const Bytes message = scene_update(options_.models, now_ns_);
+  chunk_begun_ns_ = now_ns_;
+  ++file_messages_;
+  if (auto good = writer_->write({*channel, 0, now_ns_, now_ns_, message}); !good) return good;
+  return writer_->end_chunk();  // what is as long as a scene stands alone
+}
+
+// False: there is none, and the edit will be in no snapshot.
+bool StreamLog::make_room_for_edit(uint64_t bytes) {
+  const auto is_full = [&] { return edit_bytes_ + bytes + kEditOverhead > options_.most_kept_bytes; };
+  while (is_full() && forget_oldest_ended()) {
+  }
+  if (is_full()) {
+    ++unkept_edits_;
+    return false;
+  }
+  edit_bytes_ += bytes + kEditOverhead;
+  return true;
 }
 
 Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, uint64_t version,
@@ -176,16 +238,15 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
       stream.snapshot_bytes -= bytes;
       stream.edits.erase(known);
     }
-    const auto is_full = [&] {
-      return edit_bytes_ + message.size() + kEditOverhead > options_.most_kept_bytes;
-    };
-    while (is_full() && forget_oldest_ended()) {
-    }
-    if (is_full()) {
-      ++unkept_edits_;
-    } else {
+    if (make_room_for_edit(message.size())) {
       stream.edits[key] = {version, Bytes(message.begin(), message.end())};
-      edit_bytes_ += message.size() + kEditOverhead;
+      stream.snapshot_bytes += message.size();
+    }
+  } else if (stream.seen.live) {
+    if (stream.unknown_edits.size() == kMostUnknownEdits) {
+      ++unkept_edits_;
+    } else if (make_room_for_edit(message.size())) {
+      stream.unknown_edits[version].assign(message.begin(), message.end());
       stream.snapshot_bytes += message.size();
     }
   }
@@ -213,13 +274,17 @@ Result<void> StreamLog::open_file() {
   file_begun_ns_ = now_ns_;
   for (auto& stream : streams_) {
     stream->channels = {};
+    stream->transforms_channel = 0;
     stream->described_here = false;
   }
   const auto schema =
       writer_->add_schema(std::string(kMessageSchema), std::string(kEncoding), message_schema());
   if (!schema) return schema.error();
   schema_ = *schema;
-  return on_file_ ? on_file_(*writer_, now_ns_) : Result<void>();
+  transforms_schema_ = 0;
+  if (on_file_)
+    if (auto good = on_file_(*writer_, now_ns_); !good) return good;
+  return options_.foxglove && !options_.models.empty() ? write_models() : Result<void>();
 }
 
 Result<void> StreamLog::close_file() {
@@ -253,8 +318,9 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
     if (auto good = open_file(); !good) return good;
   }
   if (auto good = tick(now_ns_); !good) return good;
-  if (writer_->chunk_is_empty())
+  if (writer_->chunk_is_empty() || !chunk_has_snapshots_)
     if (auto good = write_snapshots(describes ? &stream : nullptr); !good) return good;
+  chunk_has_snapshots_ = true;
   if (describes) {
     stream.described_here = true;
     stream.described_at_bytes = news_bytes_;
@@ -285,6 +351,7 @@ Result<void> StreamLog::write_snapshot(Stream& stream) {
   if (auto good = write_plain(stream, Role::snapshot, now_ns_, 0, stream.description); !good) return good;
   std::vector<std::pair<uint64_t, const Bytes*>> edits;
   for (const auto& [key, edit] : stream.edits) edits.emplace_back(edit.first, &edit.second);
+  for (const auto& [version, edit] : stream.unknown_edits) edits.emplace_back(version, &edit);
   std::sort(edits.begin(), edits.end());
   for (const auto& [version, edit] : edits)
     if (auto good = write_plain(stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);

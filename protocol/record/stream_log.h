@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "protocol/error.h"
+#include "protocol/record/foxglove.h"
+#include "protocol/record/frame_tally.h"
 #include "protocol/record/stream_names.h"
 #include "protocol/record/writer.h"
 #include "protocol/wire/decode.h"
@@ -27,6 +29,9 @@ struct LogOptions {
   uint64_t most_kept_bytes = uint64_t{256} << 20;
   // 0: one file. Bytes of messages: not what each file begins with, which may be longer than that.
   uint64_t split_bytes = 0, split_ns = 0;
+  // Beside our messages Foxglove's: where each node is, and these models.
+  bool foxglove = false;
+  std::vector<FoxgloveModel> models;
 };
 
 // What came of one stream.
@@ -36,9 +41,10 @@ struct StreamSeen {
   bool live = false;
   uint64_t epoch = 0, sequence = 0;
   uint64_t frames = 0, messages = 0, bytes = 0, edits = 0;
+  uint64_t parts = 0;       // messages that were a part of a frame, as datagrams are
   uint64_t missing = 0;     // sequences that never came
   uint64_t incomplete = 0;  // frames of which parts are missing
-  uint64_t late = 0;        // came after a newer one
+  uint64_t late = 0;        // messages that came after a newer frame
 };
 
 class StreamLog {
@@ -69,22 +75,27 @@ class StreamLog {
   struct Stream {
     StreamSeen seen;
     wire::ClockInfo clock;
-    uint32_t covered = 0;  // nodes of the newest frame that came
+    FrameTally tally;
     Bytes description;
     std::map<std::pair<std::string, wire::Property>, std::pair<uint64_t, Bytes>> edits;  // version, message
-    uint64_t version = 0;                                                                // of the newest edit
-    uint64_t ended_as = 0;        // which ending of all streams' this was
-    uint64_t snapshot_bytes = 0;  // of description and edits together
+    std::map<uint64_t, Bytes> unknown_edits;  // by version: nobody here knows which of them replaces which
+    uint64_t version = 0;                     // of the newest edit
+    uint64_t ended_as = 0;                    // which ending of all streams' this was
+    uint64_t snapshot_bytes = 0;              // of description and edits together
     // Of the file that is being written.
     std::array<uint16_t, kRoles.size()> channels{};
     bool described_here = false;
     uint64_t described_at_bytes = 0;  // of news_bytes_
-    std::array<uint32_t, kRoles.size()> sequences{};
+    FoxgloveTransforms transforms;
+    uint16_t transforms_channel = 0;
   };
 
   Stream* stream_of(uint64_t peer);
   void end(Stream& stream);
   void forget(Stream& stream);
+  Stream* take_over(uint64_t peer, uint64_t epoch);
+  void leave(uint64_t peer, size_t stream);
+  bool make_room_for_edit(uint64_t bytes);
   bool forget_oldest_ended();  // false: none is left
   Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
@@ -92,12 +103,12 @@ class StreamLog {
                           std::span<const std::byte> message);
   Result<void> take_edit(Stream& stream, const wire::SceneEdit* edit, uint64_t version,
                          std::span<const std::byte> message);
-  void count_frame(Stream& stream, const wire::PoseFrameView& frame);
-
   Result<void> write(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
                      std::span<const std::byte> message, bool describes = false);
   Result<void> write_plain(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
                            std::span<const std::byte> message);
+  Result<void> write_transforms(Stream& stream, const wire::PoseFrameView& frame, uint64_t publish_time_ns);
+  Result<void> write_models();
   Result<void> open_file();
   Result<void> close_file();
   Result<void> write_snapshots(const Stream* described);  // all but this one's
@@ -112,8 +123,9 @@ class StreamLog {
   std::optional<Error> open_failure_;  // no sink is asked for again: the first one may be used up
   uint64_t closed_bytes_ = 0;
   uint64_t own_beginning_bytes_ = 0;  // of the file: schema, attachments, first snapshots
+  bool chunk_has_snapshots_ = false;  // that were due: a chunk that Foxglove's begin has them behind
   uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
-  uint16_t schema_ = 0;
+  uint16_t schema_ = 0, transforms_schema_ = 0;  // of the file that is being written
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
   uint64_t news_bytes_ = 0;                          // of all that was written and is no snapshot

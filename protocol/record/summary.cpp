@@ -13,7 +13,11 @@ namespace fire3dv::record {
 namespace {
 
 constexpr uint64_t kDataEndBytes = 4;
-constexpr uint64_t kOverhead = 128;  // of a map's or vector's entry, beside what it holds
+// Records that are passed over a second time because damage sent the scan back among them. A file that asks
+// for more was made to: from then on chunks and their indexes alone are followed behind damage.
+constexpr uint64_t kMostPassedAgain = 1 << 18;
+constexpr uint64_t kGoingBackCosts = 64;  // as many records: the file is read there anew
+constexpr uint64_t kOverhead = 128;       // of a map's or vector's entry, beside what it holds
 
 Error no_summary(const Source& source, const std::string& why) {
   return Error{wire::printable(source.name(), 4096) + ": " + why};
@@ -189,13 +193,14 @@ Result<FileIndex> read_summary(Source& source, const ReadLimits& limits) {
 namespace {
 
 // The next place at or behind `from` where a chunk seems to begin: after damage, what follows is found again.
-Result<std::optional<uint64_t>> find_chunk(Source& source, uint64_t from) {
-  BufferedSource buffered(source);
+Result<std::optional<uint64_t>> find_chunk(Source& source, BufferedSource& buffered, uint64_t from) {
   // Kind, length, times, sizes, check sum and the name of the compression.
   constexpr uint64_t kLook = kRecordHead + 8 + 8 + 8 + 4;
   Bytes piece;
+  uint64_t piece_bytes = 4 << 10;  // the next one is often near
   for (uint64_t at = from; at + kLook < source.size(); at += piece.size() - kLook) {
-    piece.resize(static_cast<size_t>(std::min<uint64_t>(source.size() - at, 1 << 20)));
+    piece.resize(static_cast<size_t>(std::min(source.size() - at, piece_bytes)));
+    piece_bytes = std::min<uint64_t>(2 * piece_bytes, 1 << 20);
     if (auto good = source.read(at, piece); !good) return good.error();
     for (size_t i = 0; i + kLook < piece.size(); ++i) {
       if (piece[i] != static_cast<std::byte>(Kind::chunk)) continue;
@@ -225,7 +230,8 @@ class Scan {
       // By its length, too: a record whose kind is damaged must not hide all that follows it.
       if (*record && (*record)->kind == Kind::data_end && (*record)->content_bytes() == kDataEndBytes)
         return std::move(index_);
-      if (*record && known((*record)->kind)) {
+      const bool follows = *record && known((*record)->kind) && follow(**record);
+      if (follows) {
         auto sound = take(**record);
         if (!sound) return sound.error();
         if (*sound) continue;
@@ -234,9 +240,10 @@ class Scan {
            " is no whole record: it was cut or damaged, or is still being written; fire3dv-record recover "
            "makes a "
            "whole file of it");
-      const auto chunk = find_chunk(source_, search_from_);
+      const auto chunk = find_chunk(source_, buffered_, search_from_);
       if (!chunk) return chunk.error();
       if (!*chunk) return std::move(index_);
+      if (**chunk < passed_) passed_again_ += kGoingBackCosts;
       walker_ = Walker(buffered_, **chunk, source_.size());
       search_from_ = **chunk + 1;
     }
@@ -245,6 +252,14 @@ class Scan {
  private:
   static bool known(Kind kind) {
     return kind != Kind::footer && (kind <= Kind::data_end || static_cast<uint8_t>(kind) >= 0x80);
+  }
+  bool follow(const RecordAt& record) {
+    if (record.offset >= passed_)
+      passed_ = record.end();
+    else
+      ++passed_again_;
+    return passed_again_ <= kMostPassedAgain || record.kind == Kind::chunk ||
+           record.kind == Kind::message_index;
   }
   void note(std::string text) {
     if (index_.damage.empty()) index_.damage = std::move(text);
@@ -323,6 +338,8 @@ class Scan {
   Walker walker_;
   Bytes content_;
   uint64_t search_from_ = kMagic.size();
+  uint64_t passed_ = 0;        // up to here records were passed over
+  uint64_t passed_again_ = 0;  // before that
 };
 
 }  // namespace

@@ -91,8 +91,7 @@ Result<void> FrameLoop::run() {
   while (!done()) {
     // What adapters have sent.
     if (!options_.lockstep || !undrawn_) undrawn_ = take_in();
-    for (const std::string& note : intake_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
-    for (const std::string& note : scene_.take_notes()) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
+    say_notes();
 
     if (metrics_) metrics_->tell(intake_, poses_, scene_.faults());
 
@@ -127,6 +126,15 @@ Result<void> FrameLoop::run() {
   return stats_.finish();
 }
 
+void FrameLoop::say_notes() {
+  const auto say = [](const std::vector<std::string>& notes) {
+    for (const std::string& note : notes) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
+  };
+  say(intake_.take_notes());
+  say(scene_.take_notes());
+  if (recording_) say(recording_->take_notes());
+}
+
 bool FrameLoop::take_in() {
   const bool came = intake_.poll();
   const uint64_t replaced = scene_.replaced();
@@ -138,7 +146,9 @@ bool FrameLoop::take_in() {
 bool FrameLoop::done() const {
   if (stop_requested || (window_ && window_->should_close())) return true;
   if (options_.frames && images_ >= options_.frames) return true;
-  return options_.exit_when_done && intake_.had_streams() && intake_.active_streams() == 0;
+  if (!options_.exit_when_done || intake_.active_streams() != 0) return false;
+  // A recording may have streams that come when others have gone, or none at all.
+  return timeline_ ? timeline_->timeline().at_end && !undrawn_ : intake_.had_streams();
 }
 
 void FrameLoop::steer() {

@@ -4,12 +4,14 @@
 #include <chrono>
 #include <vector>
 
+#include "protocol/replay/timeline.h"
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/camera_rig.h"
 #include "renderer/app/frame_stats.h"
 #include "renderer/app/live_scene.h"
 #include "renderer/app/options.h"
 #include "renderer/app/progress.h"
+#include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
 #include "renderer/app/stream_intake.h"
 #include "renderer/gpu/frame_ring.h"
@@ -38,6 +40,9 @@ class FrameLoop {
 
   // Borrowed; null: nobody wants to know. Before run().
   void report_to(RendererMetrics* metrics) { metrics_ = metrics; }
+  // Borrowed; null: nothing is replayed, or recorded. Before run().
+  void follow(replay::TimelineControl* timeline) { timeline_ = timeline; }
+  void record_with(Recording* recording) { recording_ = recording; }
   Result<void> run();
   uint64_t images() const { return images_; }
 
@@ -48,6 +53,7 @@ class FrameLoop {
     std::vector<state::FrameTag> shown;
   };
   bool done() const;
+  void say_notes();
   bool take_in();  // what adapters have sent; true when there is a pose frame to show
   void steer();    // the window's input
   void animate();
@@ -68,6 +74,8 @@ class FrameLoop {
   sinks::Window* window_;
   FrameStats& stats_;
   RendererMetrics* metrics_ = nullptr;
+  replay::TimelineControl* timeline_ = nullptr;
+  Recording* recording_ = nullptr;
   const Options& options_;
 
   gpu::FrameRing frames_;

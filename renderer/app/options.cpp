@@ -140,6 +140,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_flag("--lockstep", options.lockstep,
                "draw every pose frame exactly once and tell the adapter when it is done");
 
+  add_recording_options(app, options.recording);
+
   app.add_flag("--headless", options.headless, "open no window");
   std::string size = "1280x720";
   app.add_option("--size", size, "image size, WxH")->capture_default_str();
@@ -274,15 +276,22 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     options.scene = std::exchange(options.animate, "all");
   }
   if (animate->count() > 0 && options.animate.empty()) options.animate = "all";
-  if (options.scene.empty() && !options.list_devices) return usage_error("name a scene: fire3dv SCENE.glb");
+  const bool replays = !options.recording.replay.empty();
+  if (options.scene.empty() && !replays && !options.list_devices)
+    return usage_error("name a scene: fire3dv SCENE.glb");
   for (const CLI::Option* option : {models, name_space, package_path}) {
     if (option->count() > 0 && !is_description(options.scene))
       return usage_error(option->get_name() + " needs a scene that is a description: .yaml, .urdf or .xml");
   }
   if (options.cache.empty()) return usage_error("--cache: name a folder, or auto, beside or off");
-  if (options.lockstep && options.listen.empty()) return usage_error("--lockstep needs a --listen URI");
-  if (options.exit_when_done && options.listen.empty())
-    return usage_error("--exit-when-done needs a --listen URI");
+  if (options.recording.step) options.lockstep = true;
+  const bool receives = !options.listen.empty() || replays;
+  if (options.lockstep && !receives) return usage_error("--lockstep needs a --listen URI or a --replay file");
+  if (options.exit_when_done && !receives)
+    return usage_error("--exit-when-done needs a --listen URI or a --replay file");
+  if (!options.recording.record.empty() && !receives)
+    return usage_error("--record needs a --listen URI or a --replay file");
+  if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);
   options.raster = passes::raster_path_named(raster);
   options.cull = passes::cull_named(cull);
   options.levels_of_detail = passes::levels_of_detail_named(levels_of_detail);
@@ -296,7 +305,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     options.play.delay_ns = static_cast<int64_t>(delay_ms * 1e6);
   }
   if (options.lockstep && play == "interpolate")
-    return usage_error("--play interpolate and --lockstep exclude each other");
+    return usage_error("--play interpolate and --lockstep (or --step) exclude each other");
   options.async_compute = async_compute_named(async_compute);
   options.shadows = passes::shadows_named(shadows);
   options.shadows.hybrid = shadow_rays == "hybrid";

@@ -10,6 +10,7 @@
 
 #include "renderer/app/converted_scene.h"
 #include "renderer/app/play_options.h"
+#include "renderer/app/recording_options.h"
 #include "renderer/passes/environment.h"
 #include "renderer/passes/scene_renderer.h"
 
@@ -17,7 +18,7 @@ namespace fire3dv::app {
 
 struct Options {
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
-  std::filesystem::path scene;
+  std::filesystem::path scene;                          // empty: the one that travels in a recording
   ConvertOptions convert;                               // where the scene is a description
   std::vector<std::string> listen;                      // URIs
   bool insecure = false;                                // listen on addresses other than loopback
@@ -25,6 +26,7 @@ struct Options {
   std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
   std::string metrics;                                  // HOST:PORT; empty: none are shown
   PlayOptions play;
+  RecordingOptions recording;
   bool lockstep = false;  // one image for each pose frame, acknowledged
 
   bool headless = false;

@@ -1,14 +1,18 @@
 #include "renderer/app/run.h"
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
 
+#include "protocol/replay/replay_link.h"
 #include "protocol/transport/open.h"
 #include "renderer/app/cache_places.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/pipeline_file.h"
+#include "renderer/app/recorded_scene.h"
+#include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
 #include "renderer/app/scene_load.h"
 #include "renderer/gpu/device.h"
@@ -119,7 +123,8 @@ Result<std::optional<Playing>> open_animations(const Options& options, const sce
 Result<void> open_listeners(const Options& options, StreamIntake& intake) {
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
-    listener_options.delivery = options.lockstep ? transport::Delivery::all : transport::Delivery::newest;
+    const bool wants_all = options.lockstep || !options.recording.record.empty();
+    listener_options.delivery = wants_all ? transport::Delivery::all : transport::Delivery::newest;
     listener_options.insecure = options.insecure;
     listener_options.key_file = options.key_file;
     listener_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
@@ -130,6 +135,28 @@ Result<void> open_listeners(const Options& options, StreamIntake& intake) {
     intake.add(std::move(*listener));
   }
   return {};
+}
+
+// Null without the option.
+Result<std::unique_ptr<replay::ReplayLink>> open_replay(const Options& options) {
+  const RecordingOptions& recording = options.recording;
+  if (recording.replay.empty()) return std::unique_ptr<replay::ReplayLink>();
+  replay::ReplayOptions replay_options;
+  replay_options.streams = recording.streams;
+  replay_options.speed = recording.speed;
+  replay_options.start_s = recording.start_s;
+  replay_options.end_s = recording.end_s;
+  replay_options.loop = recording.loop;
+  replay_options.each_frame = recording.step;
+  replay_options.end_streams = options.exit_when_done;
+  return replay::ReplayLink::open(recording.replay, replay_options);
+}
+
+// Null without the option.
+Result<std::unique_ptr<Recording>> open_recording(const Options& options,
+                                                  const std::filesystem::path& scene) {
+  if (options.recording.record.empty()) return std::unique_ptr<Recording>();
+  return Recording::open(options.recording, scene);
 }
 
 // Null without the option.
@@ -152,6 +179,7 @@ Result<std::unique_ptr<sinks::FrameSink>> open_sink(const Options& options) {
 }  // namespace
 
 int run(const Options& options) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write, as a full disk is
   // A window, when there is one, says which Vulkan extensions it needs.
   std::unique_ptr<sinks::Window> window;
   if (!options.headless && !options.list_devices) {
@@ -163,10 +191,23 @@ int run(const Options& options) {
   gpu::InstanceOptions instance_options;
   instance_options.validation = options.validation;
   if (window) instance_options.window_extensions = window->instance_extensions();
+  // What there is to show, before anything that takes long.
+  Result<std::unique_ptr<replay::ReplayLink>> replayed = open_replay(options);
+  if (!replayed) return fail(replayed.error());
+  std::filesystem::path scene_path = options.scene;
+  std::unique_ptr<RecordedScene> recorded_scene;
+  if (scene_path.empty() && *replayed) {
+    Result<std::unique_ptr<RecordedScene>> extracted =
+        RecordedScene::extract((*replayed)->playback().reader());
+    if (!extracted) return fail(extracted.error());
+    recorded_scene = std::move(*extracted);
+    scene_path = recorded_scene->path();
+    say("scene \"" + recorded_scene->name() + "\" of " + options.recording.replay);
+  }
   const CachePlaces places = cache_places(options.cache, [](const char* name) { return std::getenv(name); });
   std::optional<SceneLoad> load;
   if (!options.list_devices) {
-    load.emplace(options.scene, options.convert, places.scenes, passes::levels_for(options.levels_of_detail),
+    load.emplace(scene_path, options.convert, places.scenes, passes::levels_for(options.levels_of_detail),
                  stop_was_requested);
   }
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
@@ -201,7 +242,7 @@ int run(const Options& options) {
     note_start(load->was_kept() ? "scene from the cache" : "scene");
     for (const std::string& note : load->notes()) say(note);
     const scene::Scene* const scene = &(*loaded)->scene;
-    describe(options.scene, *scene);
+    describe(scene_path, *scene);
 
     Result<CameraRig> camera = CameraRig::create(*scene, options.camera);
     if (!camera) return fail(camera.error());
@@ -210,6 +251,17 @@ int run(const Options& options) {
     state::PoseState poses(*scene);
     StreamIntake intake(poses, options.lockstep, options.play);
     if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
+    Result<std::unique_ptr<Recording>> recording = open_recording(options, scene_path);
+    if (!recording) return fail(recording.error());
+    if (*recording) {
+      intake.watch(
+          [&](size_t listener, const transport::LinkEvent& event) { (*recording)->take(listener, event); });
+    }
+    replay::ReplayLink* const timeline = replayed->get();
+    if (timeline) {
+      say("replaying " + timeline->uri());
+      intake.add(std::move(*replayed));
+    }
     Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options);
     if (!metrics) return fail(metrics.error());
     Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
@@ -238,8 +290,11 @@ int run(const Options& options) {
     FrameLoop loop(**device, *renderer, poses, intake, live, *animations ? &*(*animations)->player : nullptr,
                    *camera, **sink, window.get(), *stats, options);
     loop.report_to(metrics->get());
+    loop.follow(timeline);
+    loop.record_with(recording->get());
     Result<void> finished = loop.run();
     if (!finished) exit_code = fail(finished.error());
+    if (*recording) say((*recording)->finish());
     if (Result<void> kept = pipelines.keep(); !kept) say_of_cache(kept.error());
     if (const std::optional<Error> fault = load->finish_keeping()) say_of_cache(*fault);
     say(std::to_string(loop.images()) + " images" +

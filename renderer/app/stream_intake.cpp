@@ -82,6 +82,7 @@ bool StreamIntake::poll() {
     for (size_t i = 0; i < listeners_.size(); ++i) {
       listeners_[i]->poll([&](const transport::LinkEvent& event) {
         const Peer peer{i, event.peer};
+        if (watcher_) watcher_(i, event);
         if (!lockstep_) {
           changed |= handle(peer, event.kind, event.message, event.text, event.received_ns);
           return;

@@ -4,10 +4,12 @@
 #include <array>
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/transport/link.h"
@@ -34,6 +36,9 @@ class StreamIntake {
   StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play = {});
 
   void add(std::unique_ptr<transport::ListenerLink> listener);
+  // Sees all that comes, when it comes. Listeners have numbers, in the order in which they were added.
+  using Watcher = std::function<void(size_t listener, const transport::LinkEvent& event)>;
+  void watch(Watcher watcher) { watcher_ = std::move(watcher); }
 
   // Takes what has arrived. Returns true when there is a new pose frame to show. Never waits.
   bool poll();
@@ -106,6 +111,7 @@ class StreamIntake {
   bool lockstep_;
   PlayOptions play_;
   std::vector<std::unique_ptr<transport::ListenerLink>> listeners_;
+  Watcher watcher_;
   wire::Decoder decoder_;
   std::deque<Held> held_;  // lockstep: what has arrived after the frame that is shown
   std::map<Peer, PeerStream> stream_of_peer_;

@@ -163,7 +163,7 @@ class McapFile:
     def of(self, role, stream=None):
         """The messages of this role, in order, as (log time, bytes)."""
         wanted = {number for number, (_, _, meta) in self.channels.items()
-                  if meta["fire3dv.role"] == role and stream in (None, meta["fire3dv.stream"])}
+                  if meta.get("fire3dv.role") == role and stream in (None, meta["fire3dv.stream"])}
         return [(log_time, data) for channel, _, log_time, _, data in self.messages if channel in wanted]
 
 

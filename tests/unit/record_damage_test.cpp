@@ -296,5 +296,56 @@ TEST(RecordHostile, WhatIsNoRecordingIsNamed) {
   EXPECT_FALSE(record::open_source("/nowhere/at/all").ok());
 }
 
+// Counts what is read of it.
+class CountingSource final : public record::Source {
+ public:
+  CountingSource(Bytes bytes, uint64_t& read_bytes) : memory_(std::move(bytes)), read_bytes_(read_bytes) {}
+  uint64_t size() const override { return memory_.size(); }
+  Result<void> read(uint64_t offset, std::span<std::byte> to) override {
+    read_bytes_ += to.size();
+    return memory_.read(offset, to);
+  }
+  const std::string& name() const override { return memory_.name(); }
+
+ private:
+  record::MemorySource memory_;
+  uint64_t& read_bytes_;
+};
+
+// Chunks, each hidden in a record that leads to the same long row of records and damage behind it.
+TEST(RecordDamage, ChunksThatAreHiddenInOneAnotherAreNoLongWay) {
+  Bytes one;
+  {
+    const Bytes file = small_recording(Compression::none, 1);
+    auto reader = Reader::open(source_of(file));
+    ASSERT_TRUE(reader.ok());
+    const record::ChunkIndex& chunk = reader->index().chunks.at(0);
+    one.assign(file.begin() + static_cast<std::ptrdiff_t>(chunk.offset),
+               file.begin() + static_cast<std::ptrdiff_t>(chunk.offset + chunk.length));
+  }
+  constexpr size_t kLevels = 3000, kRecords = 100'000;
+  Bytes file;
+  for (const uint8_t byte : record::kMagic) file.push_back(std::byte{byte});
+  const size_t level_bytes = one.size() + record::kRecordHead;
+  const size_t row_at = file.size() + kLevels * level_bytes;
+  for (size_t level = 0; level < kLevels; ++level) {
+    file.insert(file.end(), one.begin(), one.end());
+    record::put(file, uint8_t{0x80});  // somebody's own, up to the row
+    record::put(file, static_cast<uint64_t>(row_at - file.size() - 8));
+  }
+  ASSERT_EQ(file.size(), row_at);
+  for (size_t i = 0; i < kRecords; ++i) {
+    record::put(file, uint8_t{0x81});
+    record::put(file, uint64_t{0});
+  }
+  record::put(file, uint64_t{0});  // no record
+  const size_t file_bytes = file.size();
+  uint64_t read_bytes = 0;
+  auto reader = Reader::open(std::make_unique<CountingSource>(std::move(file), read_bytes));
+  ASSERT_TRUE(reader.ok()) << reader.error().message;
+  EXPECT_EQ(reader->index().chunks.size(), kLevels);
+  EXPECT_LT(read_bytes, 40 * file_bytes) << "each level walks the row again";
+}
+
 }  // namespace
 }  // namespace fire3dv::record_test

@@ -213,5 +213,38 @@ TEST(RecordFormatOf, AFullDiskKeepsEveryWholeChunk) {
   EXPECT_GT(with_summary, 0u);
 }
 
+// A file that MCAP's own writer made of small_recording (npm's @mcap/core 2.2.2, by tests/e2e/mcap_oracle.mjs
+// write): in another order, with another layout of the summary, and chunks that hold their schemas and
+// channels.
+TEST(RecordFormat, WhatMcapsOwnWriterWroteIsRead) {
+  const std::string path = std::string(FIRE3DV_RECORDINGS) + "/by_mcap_core.mcap";
+  auto source = record::open_source(path);
+  ASSERT_TRUE(source.ok()) << source.error().message;
+  auto theirs = record::Playback::open(std::move(*source));
+  ASSERT_TRUE(theirs.ok()) << theirs.error().message;
+  EXPECT_TRUE(theirs->reader().index().has_summary);
+  EXPECT_TRUE(theirs->reader().index().damage.empty()) << theirs->reader().index().damage;
+  const auto report = record::verify(theirs->reader(), [](const record::Message&) {});
+  ASSERT_TRUE(report.ok());
+  EXPECT_TRUE(report->sound()) << report->problems.front();
+  auto ours = record::Playback::open(source_of(small_recording(record::Compression::none)));
+  ASSERT_TRUE(ours.ok());
+  for (const uint64_t from_ms : {0u, 17u, 39u}) {
+    for (record::Playback* playback : {&*theirs, &*ours})
+      from_ms == 0 ? playback->rewind() : playback->seek(kBegun_ns + from_ms * kMs);
+    record::Played a, b;
+    size_t messages = 0;
+    for (;; ++messages) {
+      const auto step = theirs->next(a);
+      ASSERT_EQ(step, ours->next(b)) << messages;
+      if (step == record::Playback::Step::end) break;
+      ASSERT_TRUE(a.kind == b.kind && a.log_time_ns == b.log_time_ns &&
+                  std::ranges::equal(a.message, b.message))
+          << "message " << messages << " from " << from_ms << " ms on";
+    }
+    EXPECT_GT(messages, 40 - from_ms);
+  }
+}
+
 }  // namespace
 }  // namespace fire3dv::record_test

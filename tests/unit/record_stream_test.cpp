@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
+#include "protocol/replay/pacer.h"
+#include "protocol/replay/stream_player.h"
 #include "tests/unit/record_files.h"
-#include "tools/replay/pacer.h"
-#include "tools/replay/stream_player.h"
 
 namespace fire3dv::record_test {
 namespace {
@@ -310,6 +310,66 @@ TEST(RecordStream, CountsWhatIsMissing) {
   memory.take(description(70), 12, 3);
   ASSERT_EQ(memory.log.streams().size(), 2u);
   EXPECT_EQ(memory.log.streams()[1].name, "arm_2");
+}
+
+// As a later minor version would send it: a property that nobody here knows.
+Bytes unknown_edit(uint64_t epoch, uint64_t version) {
+  const Bytes known = edit(epoch, version, "link_0", true);
+  wire::Decoder decoder;
+  for (size_t i = 0; i < known.size(); ++i) {
+    Bytes changed = known;
+    changed[i] = std::byte{200};
+    const auto decoded = decoder.decode(changed);
+    if (!decoded) continue;
+    const auto* later = std::get_if<wire::UnknownEdit>(&*decoded);
+    if (later != nullptr && later->epoch == epoch && later->version == version) return changed;
+  }
+  ADD_FAILURE() << "no byte makes it unknown";
+  return known;
+}
+
+TEST(RecordStream, EditsThatNobodyKnowsAreInSnapshotsToo) {
+  record::LogOptions options = small_chunks();
+  options.split_bytes = 8'000;
+  MemoryLog memory(options);
+  ASSERT_TRUE(memory.take(description(7), 0));
+  const std::vector<Bytes> edits{edit(7, 1, "link_0", false), unknown_edit(7, 2), edit(7, 3, "link_1", false),
+                                 unknown_edit(7, 4)};
+  for (const Bytes& each : edits) ASSERT_TRUE(memory.take(each, 1));
+  for (uint64_t s = 1; s <= 100; ++s) ASSERT_TRUE(memory.take(frame(7, s), s));
+  ASSERT_TRUE(memory.log.finish().ok());
+  ASSERT_GT(memory.files.size(), 1u);
+  auto playback = Playback::open(source_of(*memory.files[1]));
+  ASSERT_TRUE(playback.ok());
+  for (const uint64_t ms : {0u, 99u}) {
+    ms == 0 ? playback->rewind() : playback->seek(kBegun_ns + ms * kMs);
+    std::vector<Bytes> got;
+    for (Told& told : played_from(*playback))
+      if (told.kind == Played::Kind::edit) got.push_back(std::move(told.message));
+    EXPECT_EQ(got, edits) << ms;
+  }
+}
+
+// A stream that somebody else goes on with is not ended by the one who had it before.
+TEST(RecordStream, WhoTakesAStreamOverHasItAlone) {
+  MemoryLog memory;
+  ASSERT_TRUE(memory.take(description(7), 0, 1));
+  ASSERT_TRUE(memory.take(wire::encode(wire::Goodbye{7}), 1, 1));  // and stays connected
+  ASSERT_TRUE(memory.take(description(8), 2, 2));
+  memory.log.end_peer(1);
+  ASSERT_EQ(memory.log.streams().size(), 1u);
+  EXPECT_TRUE(memory.log.streams()[0].live);
+  ASSERT_TRUE(memory.take(frame(8, 1), 3, 2));
+  EXPECT_EQ(memory.log.refused(), 0u);
+  // The same run over another connection, before anybody notices that the first one is gone.
+  ASSERT_TRUE(memory.take(description(8), 4, 3));
+  ASSERT_TRUE(memory.take(frame(8, 2), 5, 3));
+  memory.log.end_peer(2);
+  ASSERT_EQ(memory.log.streams().size(), 1u);
+  EXPECT_TRUE(memory.log.streams()[0].live);
+  EXPECT_EQ(memory.log.streams()[0].frames, 2u);
+  memory.log.end_peer(3);
+  EXPECT_FALSE(memory.log.streams()[0].live);
 }
 
 TEST(RecordStream, ADamagedDescriptionIsRepairedByTheNextSnapshot) {

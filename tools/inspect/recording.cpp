@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "protocol/record/frame_tally.h"
 #include "protocol/record/stream_names.h"
 #include "protocol/record/verify.h"
 #include "protocol/wire/check.h"
@@ -20,12 +21,15 @@ struct Topic {
   uint64_t messages = 0, bytes = 0;
   uint64_t first_ns = 0, last_ns = 0;
   // Of poses alone.
-  uint64_t frames = 0, missing = 0, runs = 0, refused = 0;
+  record::FrameTally tally;
+  uint64_t runs = 0, refused = 0;
   uint64_t longest_gap_ns = 0;
-  uint64_t epoch = 0, sequence = 0, frame_at_ns = 0;
+  uint64_t epoch = 0, frame_at_ns = 0;
   int64_t first_sim_ns = 0, last_sim_ns = 0;
 
+  const record::FrameCounts& seen() const { return tally.counts(); }
   double rate_hz() const {
+    const uint64_t frames = seen().frames;
     const uint64_t count = frames != 0 ? frames : messages;
     return count < 2 || last_ns <= first_ns
                ? 0
@@ -69,18 +73,16 @@ class Look {
 
  private:
   static void take_frame(Topic& topic, const wire::PoseFrameView& frame, const record::Message& message) {
-    const bool new_run = frame.header.epoch != topic.epoch;
-    if (!new_run && frame.header.sequence <= topic.sequence) return;  // a further part, or late
-    if (topic.frames++ == 0) topic.first_sim_ns = frame.header.sim_time_ns;
-    if (new_run)
+    if (frame.header.epoch != topic.epoch) {
+      topic.tally.begin();
       ++topic.runs;
-    else
-      topic.missing += frame.header.sequence - topic.sequence - 1;
+      topic.epoch = frame.header.epoch;
+    }
+    if (!topic.tally.take(frame)) return;  // a further part, or late
+    if (topic.seen().frames == 1) topic.first_sim_ns = frame.header.sim_time_ns;
     if (topic.frame_at_ns != 0 && message.log_time_ns > topic.frame_at_ns)
       topic.longest_gap_ns = std::max(topic.longest_gap_ns, message.log_time_ns - topic.frame_at_ns);
     topic.frame_at_ns = message.log_time_ns;
-    topic.epoch = frame.header.epoch;
-    topic.sequence = frame.header.sequence;
     topic.last_sim_ns = frame.header.sim_time_ns;
   }
   uint64_t start_ns() const {
@@ -125,15 +127,20 @@ std::string Look::text(const record::Report& report) const {
                   static_cast<unsigned long long>(topic.messages),
                   static_cast<unsigned long long>(topic.bytes), topic.rate_hz());
     text += line;
-    if (topic.frames != 0) {
+    if (topic.seen().frames != 0) {
       std::snprintf(
           line, sizeof line,
           ", %llu frames of %llu runs, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
-          static_cast<unsigned long long>(topic.frames), static_cast<unsigned long long>(topic.runs),
-          static_cast<unsigned long long>(topic.missing), static_cast<double>(topic.longest_gap_ns) * 1e-6,
-          static_cast<double>(topic.first_sim_ns) * 1e-9, static_cast<double>(topic.last_sim_ns) * 1e-9);
+          static_cast<unsigned long long>(topic.seen().frames), static_cast<unsigned long long>(topic.runs),
+          static_cast<unsigned long long>(topic.seen().missing),
+          static_cast<double>(topic.longest_gap_ns) * 1e-6, static_cast<double>(topic.first_sim_ns) * 1e-9,
+          static_cast<double>(topic.last_sim_ns) * 1e-9);
       text += line;
     }
+    if (topic.seen().parts != 0)
+      text += ", in " + std::to_string(topic.seen().parts) + " parts, " +
+              std::to_string(topic.tally.incomplete(true)) + " frames incomplete";
+    if (topic.seen().late != 0) text += ", " + std::to_string(topic.seen().late) + " messages late";
     if (topic.refused != 0) text += ", " + std::to_string(topic.refused) + " not understood";
     text += '\n';
   }
@@ -163,9 +170,12 @@ json Look::as_json(const record::Report& report) const {
                       {"first_ns", topic.first_ns},
                       {"last_ns", topic.last_ns},
                       {"rate_hz", topic.rate_hz()},
-                      {"frames", topic.frames},
+                      {"frames", topic.seen().frames},
+                      {"parts", topic.seen().parts},
+                      {"incomplete", topic.tally.incomplete(true)},
+                      {"late", topic.seen().late},
                       {"runs", topic.runs},
-                      {"missing", topic.missing},
+                      {"missing", topic.seen().missing},
                       {"longest_gap_ns", topic.longest_gap_ns},
                       {"first_sim_time_ns", topic.first_sim_ns},
                       {"last_sim_time_ns", topic.last_sim_ns},

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/record/attach.h"
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "tools/check_number.h"
@@ -34,7 +35,7 @@ struct Options {
   std::vector<std::string> attach;
   std::string compression = "zstd";
   double split_mb = 0, split_s = 0, seconds = 0;
-  bool until_end = false;
+  bool until_end = false, foxglove = false;
   transport::ListenerOptions listener;
   record::RecoverOptions recover;
 };
@@ -49,6 +50,9 @@ void add_options(CLI::App& app, Options& options) {
                  "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; several into one file");
   app.add_option("--out", options.out, "the file to write; with --split-*: FILE_0000.mcap and so on");
   app.add_option("--attach", options.attach, "files that travel in the recording, such as the scene");
+  app.add_flag(
+      "--foxglove", options.foxglove,
+      "write what Foxglove's viewers show beside our messages: where each node is, and attached .glb files");
   app.add_option("--compression", options.compression, "zstd, lz4 or none")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
@@ -66,24 +70,6 @@ std::string numbered(const std::string& out, uint32_t file) {
   char number[16];
   std::snprintf(number, sizeof number, "_%04u", file);
   return (path.parent_path() / (path.stem().string() + number + path.extension().string())).string();
-}
-
-// What is attached is read before the first frame comes, and again for each further file.
-Result<void> attach_files(const std::vector<std::string>& paths, record::Writer& writer,
-                          uint64_t log_time_ns) {
-  for (const std::string& path : paths) {
-    auto source = record::open_source(path);
-    if (!source) return source.error();
-    record::AttachmentIndex about;
-    about.log_time_ns = log_time_ns;
-    about.name = std::filesystem::path(path).filename().string();
-    const std::string extension = std::filesystem::path(path).extension().string();
-    about.media_type = extension == ".glb"    ? "model/gltf-binary"
-                       : extension == ".gltf" ? "model/gltf+json"
-                                              : "application/octet-stream";
-    if (auto good = writer.attach(about, **source); !good) return good;
-  }
-  return {};
 }
 
 void say_progress(const record::RecorderStatus& status, const char* end) {
@@ -104,11 +90,12 @@ void say_progress(const record::RecorderStatus& status, const char* end) {
 void say_result(const record::RecorderStatus& status) {
   for (const record::StreamSeen& stream : status.streams)
     std::printf(
-        "\"%s\": %u nodes, %llu frames, %llu missing, %llu incomplete, %llu late, %llu edits, %llu bytes\n",
+        "\"%s\": %u nodes, %llu frames, %llu parts, %llu missing, %llu incomplete, %llu late, %llu edits, "
+        "%llu bytes\n",
         stream.name.c_str(), stream.nodes, static_cast<unsigned long long>(stream.frames),
-        static_cast<unsigned long long>(stream.missing), static_cast<unsigned long long>(stream.incomplete),
-        static_cast<unsigned long long>(stream.late), static_cast<unsigned long long>(stream.edits),
-        static_cast<unsigned long long>(stream.bytes));
+        static_cast<unsigned long long>(stream.parts), static_cast<unsigned long long>(stream.missing),
+        static_cast<unsigned long long>(stream.incomplete), static_cast<unsigned long long>(stream.late),
+        static_cast<unsigned long long>(stream.edits), static_cast<unsigned long long>(stream.bytes));
   std::printf(
       "%.1f MB in %u files; %llu messages not understood, %llu came faster than they could be written\n",
       static_cast<double>(status.file_bytes) / 1e6, status.files,
@@ -140,6 +127,14 @@ int record_streams(const Options& options) {
   // Before the file is made: a mistyped name leaves none behind.
   for (const std::string& path : options.attach)
     if (auto source = record::open_source(path); !source) return fail(source.error().message);
+  log.foxglove = options.foxglove;
+  if (options.foxglove) {
+    std::vector<std::string> left_out;
+    auto models = record::load_models(options.attach, left_out);
+    if (!models) return fail(models.error().message);
+    log.models = std::move(*models);
+    for (const std::string& text : left_out) std::fprintf(stderr, "fire3dv-record: %s\n", text.c_str());
+  }
   // The first file is made now, so that a bad name is said before anything is lost.
   auto first = record::create_sink(splits ? numbered(options.out, 0) : options.out);
   if (!first) return fail(first.error().message);
@@ -149,7 +144,10 @@ int record_streams(const Options& options) {
         if (file == 0) return std::move(*first_sink);
         return record::create_sink(numbered(options.out, file));
       },
-      [&](record::Writer& writer, uint64_t now_ns) { return attach_files(options.attach, writer, now_ns); },
+      // What is attached is read before the first frame comes, and again for each further file.
+      [&](record::Writer& writer, uint64_t now_ns) {
+        return record::attach_files(options.attach, writer, now_ns);
+      },
       log));
   for (const auto& link : links)
     std::fprintf(stderr, "fire3dv-record: listening on %s\n", link->uri().c_str());

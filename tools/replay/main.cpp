@@ -21,8 +21,8 @@
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
 #include "tools/check_number.h"
-#include "tools/replay/pacer.h"
-#include "tools/replay/stream_player.h"
+#include "protocol/replay/pacer.h"
+#include "protocol/replay/stream_player.h"
 
 namespace {
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,19 @@ class StreamPlayer {
   // What follows is not continued from what was played: the first frame says so. new_epoch: sequences and
   // edits begin anew, as they must when the same frames come again.
   void jump(bool new_epoch);
+  // What follows is published as of then, on this machine's monotonic clock; 0, the default: when it is
+  // played.
+  void publish_as_of(uint64_t monotonic_ns) { as_of_ns_ = monotonic_ns; }
+  // Frames are put together and not published: send_gathered() publishes the newest whole one, alone. So that
+  // what is shown at some moment need not be published from the frame on that it builds on.
+  void gather() { gathering_ = true; }
+  // False: there is no whole frame.
+  bool send_gathered();
+  bool has_gathered() const { return gathered_.has_value(); }
+  // Something is described and has not ended.
+  bool is_live() const { return epoch_ != 0 && !ended_; }
+  // Of the newest frame that was published.
+  std::optional<int64_t> sim_time_ns() const { return sim_time_ns_; }
   // An error is the link's.
   Result<void> play(const record::Played& played);
   // Says goodbye, unless the recording did.
@@ -49,6 +63,7 @@ class StreamPlayer {
   void send_whole(wire::PoseFrameView frame);
   void send_partial(wire::PoseFrameView frame, std::span<const std::byte> message);
   void cut(wire::PoseFrameView whole);
+  uint64_t publish_time_ns() const;
 
   std::unique_ptr<transport::PublisherLink> link_;
   bool verbatim_;
@@ -58,7 +73,11 @@ class StreamPlayer {
 
   uint64_t recorded_epoch_ = 0, epoch_ = 0;
   bool fresh_epoch_ = false, jumped_ = false, ended_ = false;
+  bool gathering_ = false;
   uint32_t node_count_ = 0;
+  uint64_t as_of_ns_ = 0;
+  std::optional<wire::PoseFrameHeader> gathered_;
+  std::optional<int64_t> sim_time_ns_;
 
   // What the link keeps for those who join later: it has no bound of its own.
   std::map<uint64_t, uint64_t> edit_bytes_of_key_;

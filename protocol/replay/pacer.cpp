@@ -1,4 +1,4 @@
-#include "tools/replay/pacer.h"
+#include "protocol/replay/pacer.h"
 
 #include <algorithm>
 

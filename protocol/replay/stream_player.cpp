@@ -1,4 +1,4 @@
-#include "tools/replay/stream_player.h"
+#include "protocol/replay/stream_player.h"
 
 #include <algorithm>
 #include <chrono>
@@ -38,6 +38,25 @@ void StreamPlayer::jump(bool new_epoch) {
   sequence_ = covered_ = 0;
   fresh_epoch_ = fresh_epoch_ || new_epoch;
   recorded_epoch_ = 0;
+  gathered_.reset();
+}
+
+uint64_t StreamPlayer::publish_time_ns() const {
+  return as_of_ns_ != 0 ? as_of_ns_ : now_ns();
+}
+
+bool StreamPlayer::send_gathered() {
+  gathering_ = false;
+  // The newest frame may be begun and not whole: its parts have replaced poses of the one before.
+  const bool is_whole = gathered_ && has_whole_ && covered_ >= node_count_;
+  if (is_whole) {
+    wire::PoseFrameView whole;
+    whole.header = *gathered_;
+    whole.node_count = node_count_;
+    send_whole(whole);
+  }
+  gathered_.reset();
+  return is_whole;
 }
 
 Result<void> StreamPlayer::play(const record::Played& played) {
@@ -75,8 +94,9 @@ Result<void> StreamPlayer::play_edit(const record::Played& played) {
 }
 
 void StreamPlayer::end() {
-  if (epoch_ != 0 && !ended_) link_->send_control(wire::encode(wire::Goodbye{epoch_}));
+  if (is_live()) link_->send_control(wire::encode(wire::Goodbye{epoch_}));
   ended_ = true;
+  gathered_.reset();
 }
 
 Result<void> StreamPlayer::play_description(const wire::StreamDescription& description,
@@ -90,6 +110,7 @@ Result<void> StreamPlayer::play_description(const wire::StreamDescription& descr
   node_count_ = static_cast<uint32_t>(description.node_names.size());
   has_whole_ = false;
   sequence_ = covered_ = 0;
+  gathered_.reset();
   if (verbatim_ && epoch_ == recorded_epoch_) return link_->set_description(message);
   wire::StreamDescription told = description;
   told.epoch = epoch_;
@@ -121,18 +142,26 @@ void StreamPlayer::play_frame(const wire::PoseFrameView& frame, std::span<const 
   if (is_partial) {
     for (size_t i = 0; i < frame.poses.size(); ++i) poses_[frame.node_indices[i]] = frame.poses[i];
     covered_ = node_count_;
-    send_partial(frame, message);
+    if (gathering_)
+      gathered_ = frame.header;
+    else
+      send_partial(frame, message);
     return;
   }
   std::copy(frame.poses.begin(), frame.poses.end(), poses_.begin() + frame.first_node);
   covered_ += static_cast<uint32_t>(frame.poses.size());
   if (covered_ < node_count_) return;
   has_whole_ = true;
+  if (gathering_) {
+    gathered_ = frame.header;
+    return;
+  }
   const bool as_it_is = verbatim_ && !jumped_ && epoch_ == recorded_epoch_ &&
                         frame.poses.size() == node_count_ &&
                         message.size() <= link_->max_pose_message_bytes();
   if (as_it_is) {
     ++counts_.frames;
+    sim_time_ns_ = frame.header.sim_time_ns;
     link_->publish({message, {}});
     return;
   }
@@ -155,7 +184,7 @@ void StreamPlayer::send_partial(wire::PoseFrameView frame, std::span<const std::
   wire::Bytes partial(message.begin(), message.end());
   if (!verbatim_ || epoch_ != recorded_epoch_) {
     frame.header.epoch = epoch_;
-    if (!verbatim_) frame.header.publish_time_ns = now_ns();
+    if (!verbatim_) frame.header.publish_time_ns = publish_time_ns();
     partial = wire::encode(frame);
   }
   link_->publish_partial({partial, {}}, parts_);
@@ -163,8 +192,9 @@ void StreamPlayer::send_partial(wire::PoseFrameView frame, std::span<const std::
 
 // All of poses_ under the frame's header, in as many messages as the link needs.
 void StreamPlayer::cut(wire::PoseFrameView whole) {
+  sim_time_ns_ = whole.header.sim_time_ns;
   whole.header.epoch = epoch_;
-  if (!verbatim_) whole.header.publish_time_ns = now_ns();
+  if (!verbatim_) whole.header.publish_time_ns = publish_time_ns();
   if (jumped_) whole.header.flags |= wire::kFrameDiscontinuity;
   jumped_ = false;
   whole.node_indices = {};

@@ -1,0 +1,126 @@
+#include "protocol/record/log_thread.h"
+
+#include <chrono>
+#include <utility>
+
+namespace fire3dv::record {
+namespace {
+
+constexpr auto kTickEvery = std::chrono::milliseconds(100);
+
+int64_t monotonic_now_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+}  // namespace
+
+LogThread::LogThread(StreamLog log, uint64_t most_queued_bytes)
+    : monotonic_at_start_ns_(monotonic_now_ns()),
+      unix_at_start_ns_(std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1)),
+      most_queued_bytes_(most_queued_bytes),
+      log_(std::move(log)),
+      thread_([this] { run(); }) {}
+
+LogThread::~LogThread() {
+  finish();
+}
+
+// Wall time that never jumps: read once, and then counted on.
+uint64_t LogThread::unix_ns(int64_t monotonic_ns) const {
+  const int64_t now_ns = unix_at_start_ns_ + (monotonic_ns - monotonic_at_start_ns_);
+  return now_ns > 0 ? static_cast<uint64_t>(now_ns) : 0;
+}
+
+void LogThread::push(Incoming incoming, bool may_drop) {
+  const uint64_t bytes = incoming.message.size() + sizeof(Incoming);
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (status_.failure) {
+      ++dropped_;
+      return;
+    }
+    // That a peer is gone is never left out: its stream would seem to live for ever.
+    const uint64_t most_bytes = may_drop ? most_queued_bytes_ : 2 * most_queued_bytes_;
+    if (!incoming.message.empty() && queued_bytes_ + bytes > most_bytes) {
+      ++dropped_;
+      return;
+    }
+    queued_bytes_ += bytes;
+    first = queue_.empty();
+    queue_.push_back(std::move(incoming));
+  }
+  if (first) wake_.notify_one();
+}
+
+void LogThread::take(uint64_t peer, std::span<const std::byte> message, int64_t monotonic_ns, bool is_pose) {
+  if (!message.empty()) push({peer, unix_ns(monotonic_ns), Bytes(message.begin(), message.end())}, is_pose);
+}
+
+void LogThread::end_peer(uint64_t peer, int64_t monotonic_ns) {
+  push({peer, unix_ns(monotonic_ns), {}}, false);
+}
+
+void LogThread::run() {
+  std::deque<Incoming> batch;
+  for (bool over = false; !over;) {
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, kTickEvery, [&] { return over_ || !queue_.empty(); });
+      batch.swap(queue_);
+      queued_bytes_ = 0;
+      over = over_ && batch.empty();
+    }
+    Result<void> good;
+    size_t taken = 0;
+    for (; good && taken < batch.size(); ++taken) {
+      const Incoming& incoming = batch[taken];
+      if (incoming.message.empty())
+        log_.end_peer(incoming.peer);
+      else
+        good = log_.take(incoming.peer, incoming.message, incoming.log_time_ns);
+    }
+    if (good) good = log_.tick(unix_ns(monotonic_now_ns()));
+    const uint64_t lost = good ? 0 : batch.size() - taken;
+    batch.clear();
+    if (!good || over) {
+      const auto finished = log_.finish();
+      if (good) good = finished;
+      over = true;
+    }
+    LogStatus status{log_.streams(),
+                     log_.file_bytes(),
+                     log_.files(),
+                     log_.refused(),
+                     log_.unkept_edits(),
+                     log_.lost_messages(),
+                     {}};
+    if (!good) status.failure = good.error().message;
+    const std::lock_guard lock(mutex_);
+    dropped_ += lost;
+    if (status.failure) {  // what came meanwhile is not written either
+      dropped_ += queue_.size();
+      queue_.clear();
+    }
+    status_ = std::move(status);
+  }
+}
+
+void LogThread::finish() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+LogStatus LogThread::status() const {
+  const std::lock_guard lock(mutex_);
+  LogStatus status = status_;
+  status.unwritten += dropped_;
+  return status;
+}
+
+}  // namespace fire3dv::record

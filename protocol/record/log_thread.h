@@ -1,0 +1,69 @@
+// A recording on a thread of its own: whoever hands messages over never waits for packing or for a disk.
+// Beyond a bound what comes is left out and counted.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "protocol/record/stream_log.h"
+
+namespace fire3dv::record {
+
+struct LogStatus {
+  std::vector<StreamSeen> streams;
+  uint64_t file_bytes = 0;
+  uint32_t files = 0;
+  uint64_t refused = 0;
+  uint64_t unkept_edits = 0;
+  uint64_t unwritten = 0;  // messages that came while the disk was too slow, or that it did not take
+  std::optional<std::string> failure;
+};
+
+class LogThread {
+ public:
+  // most_queued_bytes: what waits for the disk. Poses beyond it are left out; what is not a pose may take
+  // twice as much.
+  explicit LogThread(StreamLog log, uint64_t most_queued_bytes = uint64_t{256} << 20);
+  ~LogThread();
+
+  // monotonic_ns: when it came.
+  void take(uint64_t peer, std::span<const std::byte> message, int64_t monotonic_ns, bool is_pose);
+  void end_peer(uint64_t peer, int64_t monotonic_ns);
+  // Writes what is left, and finishes the file.
+  void finish();
+  // As of the last turn of the thread, ten a second at least; unwritten as of now.
+  LogStatus status() const;
+
+ private:
+  struct Incoming {
+    uint64_t peer = 0;
+    uint64_t log_time_ns = 0;
+    Bytes message;  // empty: the peer is gone
+  };
+
+  void push(Incoming incoming, bool may_drop);
+  uint64_t unix_ns(int64_t monotonic_ns) const;
+  void run();
+
+  const int64_t monotonic_at_start_ns_, unix_at_start_ns_;
+  const uint64_t most_queued_bytes_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Incoming> queue_;
+  uint64_t queued_bytes_ = 0;
+  bool over_ = false;
+  uint64_t dropped_ = 0;
+  LogStatus status_;
+
+  StreamLog log_;  // of the thread alone, from its start on
+  std::thread thread_;
+};
+
+}  // namespace fire3dv::record

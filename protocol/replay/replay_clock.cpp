@@ -1,0 +1,41 @@
+#include "protocol/replay/replay_clock.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fire3dv::replay {
+namespace {
+
+constexpr double kLongestNs = 1e17;  // three years: nobody waits longer, and no sum overflows
+
+}  // namespace
+
+uint64_t ReplayClock::position_ns(int64_t now_ns) const {
+  if (!playing_ || speed_ == 0 || now_ns <= at_ns_) return log_time_ns_;
+  const double after_ns = static_cast<double>(now_ns - at_ns_) * speed_;
+  const auto whole_ns = static_cast<uint64_t>(std::min(after_ns, kLongestNs));
+  return log_time_ns_ > UINT64_MAX - whole_ns ? UINT64_MAX : log_time_ns_ + whole_ns;
+}
+
+int64_t ReplayClock::due_ns(uint64_t log_time_ns) const {
+  if (speed_ == 0 || log_time_ns <= log_time_ns_) return at_ns_;
+  const double after_ns = static_cast<double>(log_time_ns - log_time_ns_) / speed_;
+  return at_ns_ + static_cast<int64_t>(std::min(after_ns, kLongestNs));
+}
+
+void ReplayClock::set_position(uint64_t log_time_ns, int64_t now_ns) {
+  log_time_ns_ = log_time_ns;
+  at_ns_ = now_ns;
+}
+
+void ReplayClock::set_playing(bool playing, int64_t now_ns) {
+  set_position(position_ns(now_ns), now_ns);
+  playing_ = playing;
+}
+
+void ReplayClock::set_speed(double speed, int64_t now_ns) {
+  set_position(position_ns(now_ns), now_ns);
+  speed_ = std::isfinite(speed) && speed >= 0 ? speed : 1;
+}
+
+}  // namespace fire3dv::replay

@@ -1,0 +1,319 @@
+#include "protocol/replay/replay_link.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "protocol/record/sim_time.h"
+#include "protocol/transport/clock.h"
+#include "protocol/wire/check.h"
+
+namespace fire3dv::replay {
+namespace {
+
+using transport::LinkEvent;
+
+// A poll reads no longer, so that pictures go on being drawn where a recording is due faster than it is read.
+constexpr int64_t kMostReadingNs = 8 * transport::kMillisecondNs;
+constexpr int kMessagesBetweenLooks = 32;
+// Whole frames come at least every 250 ms (SPEC 4). Streams that are slower than that are looked for farther
+// back.
+constexpr uint64_t kLookBackNs = 300'000'000;
+constexpr uint64_t kFarLookBackNs = 5'000'000'000;
+
+uint64_t plus_seconds(uint64_t from_ns, double seconds, uint64_t most_ns) {
+  const double after_ns = seconds * 1e9;
+  return after_ns >= static_cast<double>(most_ns - from_ns) ? most_ns
+                                                            : from_ns + static_cast<uint64_t>(after_ns);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ReplayLink>> ReplayLink::open(const std::string& path, const ReplayOptions& options) {
+  auto source = record::open_source(path);
+  if (!source) return source.error();
+  return open(std::move(*source), options);
+}
+
+Result<std::unique_ptr<ReplayLink>> ReplayLink::open(std::unique_ptr<record::Source> source,
+                                                     const ReplayOptions& options) {
+  auto playback = record::Playback::open(std::move(source), options.limits);
+  if (!playback) return playback.error();
+  std::unique_ptr<ReplayLink> link(new ReplayLink(std::move(*playback), options));
+  if (auto good = link->choose_streams(options.streams); !good) return good.error();
+  if (link->start_ns_ > link->end_ns_)
+    return Error{"--start " + std::to_string(options.start_s) + " is behind --end " +
+                 std::to_string(options.end_s) + "; name an earlier one"};
+  if (const std::string& damage = link->playback_.reader().index().damage; !damage.empty())
+    link->notes_.push_back(wire::printable(link->playback_.reader().name(), 4096) + ": " + damage);
+  const int64_t now_ns = transport::monotonic_ns();
+  link->clock_.set_speed(options.speed, now_ns);
+  if (options.start_s > 0) {
+    for (const auto& player : link->players_)
+      if (player) player->jump(false);
+    link->show_state_at(link->start_ns_, kLookBackNs);
+  } else {
+    link->playback_.rewind();
+    link->clock_.set_position(link->start_ns_, now_ns);
+  }
+  return link;
+}
+
+ReplayLink::ReplayLink(record::Playback playback, const ReplayOptions& options)
+    : playback_(std::move(playback)),
+      start_ns_(playback_.start_ns()),
+      end_ns_(playback_.end_ns()),
+      each_frame_(options.each_frame),
+      end_streams_(options.end_streams),
+      looping_(options.loop) {
+  if (options.end_s > 0) end_ns_ = plus_seconds(start_ns_, options.end_s, end_ns_);
+  if (options.start_s > 0) start_ns_ = plus_seconds(start_ns_, options.start_s, playback_.end_ns());
+}
+
+Result<void> ReplayLink::choose_streams(const std::vector<std::string>& names) {
+  const auto& streams = playback_.streams();
+  players_.resize(streams.size());
+  std::string known;
+  for (size_t i = 0; i < streams.size(); ++i) {
+    known += (i ? ", \"" : "\"") + wire::printable(streams[i].name) + "\"";
+    if (names.empty() || std::ranges::find(names, streams[i].name) != names.end())
+      players_[i] = std::make_unique<StreamPlayer>(std::make_unique<QueueLink>(queue_, i + 1), false);
+  }
+  for (const std::string& name : names)
+    if (std::ranges::find(streams, name, &record::Playback::Stream::name) == streams.end())
+      return Error{"there is no stream \"" + wire::printable(name) + "\" in the recording; it has " + known};
+  first_chosen_ = static_cast<size_t>(
+      std::ranges::find_if(players_, [](const auto& player) { return player != nullptr; }) -
+      players_.begin());
+  return {};
+}
+
+bool ReplayLink::fetch() {
+  if (pending_) return true;
+  record::Played played;
+  for (;;) {
+    const record::Playback::Step step = playback_.next(played);
+    if (step == record::Playback::Step::end) return false;
+    if (step == record::Playback::Step::damaged) {
+      if (damaged_++ == 0) notes_.push_back(playback_.problem());
+      continue;
+    }
+    if (played.log_time_ns > end_ns_) return false;
+    if (players_[played.stream] == nullptr) continue;
+    pending_ = played;
+    return true;
+  }
+}
+
+void ReplayLink::take_leave() {
+  for (const size_t stream : leaving_) players_[stream]->end();
+  leaving_.clear();
+}
+
+void ReplayLink::play_pending() {
+  const record::Played played = *pending_;
+  if (played.kind == record::Played::Kind::goodbye) {
+    leaving_.push_back(played.stream);
+    pending_.reset();
+    if (fetch() && pending_->kind != record::Played::Kind::goodbye) take_leave();
+    return;
+  }
+  take_leave();
+  StreamPlayer& player = *players_[played.stream];
+  player.publish_as_of(static_cast<uint64_t>(clock_.unpaced() || each_frame_ || step_
+                                                 ? transport::monotonic_ns()
+                                                 : clock_.due_ns(played.log_time_ns)));
+  const uint64_t before = player.counts().frames;
+  (void)player.play(played);  // a queue takes all
+  if (player.counts().frames != before) newest_ = played.stream;
+  pending_.reset();
+}
+
+bool ReplayLink::all_have_frames() const {
+  return std::ranges::all_of(
+      players_, [](const auto& player) { return !player || !player->is_live() || player->has_gathered(); });
+}
+
+void ReplayLink::show_state_at(uint64_t log_time_ns, uint64_t look_back_ns) {
+  const uint64_t first_ns = playback_.start_ns();
+  const uint64_t from_ns = log_time_ns - first_ns > look_back_ns ? log_time_ns - look_back_ns : first_ns;
+  const size_t queued = queue_.size();
+  pending_.reset();
+  leaving_.clear();
+  at_end_ = false;
+  from_ns == first_ns ? playback_.rewind() : playback_.seek(from_ns);
+  for (const auto& player : players_)
+    if (player) player->gather();
+  while (fetch() && pending_->log_time_ns <= log_time_ns) play_pending();
+  if (!all_have_frames() && from_ns != first_ns && look_back_ns < kFarLookBackNs) {
+    for (const auto& player : players_)
+      if (player) player->jump(false);
+    queue_.resize(queued);
+    show_state_at(log_time_ns, kFarLookBackNs);
+    return;
+  }
+  const int64_t now_ns = transport::monotonic_ns();
+  clock_.set_position(log_time_ns, now_ns);
+  for (size_t i = 0; i < players_.size(); ++i) {
+    if (!players_[i]) continue;
+    players_[i]->publish_as_of(static_cast<uint64_t>(now_ns));
+    if (players_[i]->send_gathered()) newest_ = i;
+  }
+  frames_at_round_ = frames() - 1;  // there is something to see
+}
+
+void ReplayLink::seek(uint64_t log_time_ns) {
+  queue_.clear();
+  for (const auto& player : players_) {
+    if (!player) continue;
+    player->end();
+    player->jump(true);
+  }
+  show_state_at(std::clamp(log_time_ns, start_ns_, end_ns_), kLookBackNs);
+}
+
+Result<void> ReplayLink::seek_sim_time(int64_t sim_time_ns) {
+  pending_.reset();  // the search moves the playback
+  const auto found = record::log_time_of(playback_, first_chosen_, sim_time_ns);
+  if (found) {
+    seek(*found);
+    return {};
+  }
+  seek(clock_.position_ns(transport::monotonic_ns()));
+  return Error{"no frame of \"" + wire::printable(playback_.streams()[first_chosen_].name) +
+               "\" is of simulated time " + std::to_string(sim_time_ns) + " ns or later"};
+}
+
+void ReplayLink::play() {
+  if (at_end_) seek(start_ns_);
+  begun_ = true;
+  clock_.set_playing(true, transport::monotonic_ns());
+}
+
+void ReplayLink::pause() {
+  begun_ = true;
+  clock_.set_playing(false, transport::monotonic_ns());
+}
+
+void ReplayLink::step() {
+  pause();
+  step_ = !at_end_;
+}
+
+void ReplayLink::set_speed(double speed) {
+  clock_.set_speed(speed, transport::monotonic_ns());
+}
+
+uint64_t ReplayLink::frames() const {
+  uint64_t sum = 0;
+  for (const auto& player : players_)
+    if (player) sum += player->counts().frames;
+  return sum;
+}
+
+void ReplayLink::reach_end() {
+  if (looping_ && clock_.playing() && frames() != frames_at_round_) {
+    for (const auto& player : players_)
+      if (player) player->jump(true);
+    leaving_.clear();
+    at_end_ = false;
+    frames_at_round_ = frames();
+    if (start_ns_ > playback_.start_ns()) {
+      show_state_at(start_ns_, kLookBackNs);
+    } else {
+      playback_.rewind();
+      clock_.set_position(start_ns_, transport::monotonic_ns());
+    }
+    return;
+  }
+  at_end_ = true;
+  step_ = false;
+  clock_.set_position(end_ns_, transport::monotonic_ns());
+  clock_.set_playing(false, transport::monotonic_ns());
+  if (!end_streams_) return;
+  leaving_.clear();
+  for (const auto& player : players_)
+    if (player) player->end();
+}
+
+void ReplayLink::run() {
+  const int64_t begun_ns = transport::monotonic_ns();
+  if (!std::exchange(begun_, true)) clock_.set_playing(true, begun_ns);
+  for (int read = 1; !at_end_ && (clock_.playing() || step_); ++read) {
+    if (!fetch()) {
+      const bool loops = looping_ && clock_.playing();
+      // The last frame has its time, too.
+      if (loops && !each_frame_ && !clock_.unpaced() &&
+          clock_.position_ns(transport::monotonic_ns()) < end_ns_)
+        return;
+      reach_end();
+      if (each_frame_ || read == 1) return;
+      continue;
+    }
+    const bool paced = !each_frame_ && !step_ && !clock_.unpaced();
+    if (paced && pending_->log_time_ns > clock_.position_ns(transport::monotonic_ns())) return;
+    if (!paced) clock_.set_position(pending_->log_time_ns, transport::monotonic_ns());
+    const uint64_t before = frames();
+    play_pending();
+    if (frames() != before && (each_frame_ || step_)) {
+      step_ = false;
+      return;
+    }
+    if (read % kMessagesBetweenLooks == 0 && transport::monotonic_ns() - begun_ns > kMostReadingNs) return;
+  }
+}
+
+void ReplayLink::poll(const std::function<void(const LinkEvent&)>& on_event) {
+  run();
+  peers_ = static_cast<uint32_t>(
+      std::ranges::count_if(players_, [](const auto& player) { return player && player->is_live(); }));
+  for (const std::string& note : std::exchange(notes_, {})) on_event({LinkEvent::Kind::note, 0, {}, note, 0});
+  for (; !queue_.empty(); queue_.pop_front()) {
+    const QueuedEvent& event = queue_.front();
+    ++messages_;
+    bytes_ += event.message.size();
+    on_event({event.kind, event.peer, event.message, {}, 0});
+  }
+}
+
+void ReplayLink::wait(std::chrono::nanoseconds timeout) {
+  if (!queue_.empty() || step_) return;
+  int64_t wait_ns = timeout.count();
+  if (!begun_) return;
+  if (!at_end_ && clock_.playing()) {
+    if (each_frame_ || clock_.unpaced()) return;
+    wait_ns = std::min(wait_ns,
+                       clock_.due_ns(pending_ ? pending_->log_time_ns : end_ns_) - transport::monotonic_ns());
+  }
+  if (wait_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(wait_ns));
+}
+
+transport::LinkStats ReplayLink::stats() const {
+  transport::LinkStats stats;
+  stats.messages_received = messages_;
+  stats.bytes_received = bytes_;
+  stats.peers = peers_;
+  return stats;
+}
+
+std::string ReplayLink::uri() const {
+  return "file://" + playback_.reader().name();
+}
+
+TimelineState ReplayLink::timeline() const {
+  TimelineState state;
+  state.start_ns = start_ns_;
+  state.end_ns = end_ns_;
+  state.position_ns = std::min(clock_.position_ns(transport::monotonic_ns()), end_ns_);
+  if (newest_) state.sim_time_ns = players_[*newest_]->sim_time_ns();
+  state.speed = clock_.speed();
+  state.playing = clock_.playing() || !begun_;
+  state.looping = looping_;
+  state.at_end = at_end_;
+  state.frames = frames();
+  state.damaged_chunks = damaged_;
+  state.refused_messages = playback_.refused();
+  return state;
+}
+
+}  // namespace fire3dv::replay

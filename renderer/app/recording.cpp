@@ -1,0 +1,74 @@
+#include "renderer/app/recording.h"
+
+#include <cstdio>
+#include <utility>
+
+#include "protocol/record/attach.h"
+#include "protocol/transport/clock.h"
+#include "protocol/wire/check.h"
+
+namespace fire3dv::app {
+
+Result<std::unique_ptr<Recording>> Recording::open(const RecordingOptions& options,
+                                                   const std::filesystem::path& scene) {
+  std::vector<std::string> attached;
+  if (options.attach_scene) attached.push_back(scene.string());
+  if (options.attach_scene && record::media_type_of(scene.string()) != record::kGlbType)
+    return Error{"--record-scene: " + wire::printable(scene.string(), 4096) +
+                 " is no .glb file, which is one file with all that belongs to it; record without it"};
+  record::LogOptions log;
+  log.foxglove = options.foxglove;
+  std::vector<std::string> left_out;
+  if (options.foxglove) {
+    auto models = record::load_models(attached, left_out);
+    if (!models) return models.error();
+    log.models = std::move(*models);
+  }
+  auto sink = record::create_sink(options.record);
+  if (!sink) return Error{"--record: " + sink.error().message};
+  auto only_sink = std::make_shared<std::unique_ptr<record::Sink>>(std::move(*sink));
+  std::unique_ptr<Recording> recording(new Recording(
+      wire::printable(options.record, 4096),
+      record::StreamLog(
+          [only_sink](uint32_t) -> Result<std::unique_ptr<record::Sink>> { return std::move(*only_sink); },
+          [attached](record::Writer& writer, uint64_t now_ns) {
+            return record::attach_files(attached, writer, now_ns);
+          },
+          log)));
+  recording->notes_ = std::move(left_out);
+  return recording;
+}
+
+void Recording::take(size_t listener, const transport::LinkEvent& event) {
+  using Kind = transport::LinkEvent::Kind;
+  const uint64_t peer = uint64_t{listener} << 48 | event.peer;
+  const int64_t at_ns = event.received_ns != 0 ? event.received_ns : transport::monotonic_ns();
+  if (event.kind == Kind::pose || event.kind == Kind::control)
+    log_.take(peer, event.message, at_ns, event.kind == Kind::pose);
+  if (event.kind == Kind::disconnected) log_.end_peer(peer, at_ns);
+}
+
+std::vector<std::string> Recording::take_notes() {
+  const record::LogStatus status = log_.status();
+  if (status.failure && !std::exchange(failure_told_, true))
+    notes_.push_back("nothing more is recorded: " + *status.failure + " (what was written before is whole)");
+  if (!status.failure && status.unwritten != 0 && !std::exchange(loss_told_, true))
+    notes_.push_back("more comes than can be written to " + path_ + ": some of it is left out");
+  return std::exchange(notes_, {});
+}
+
+std::string Recording::finish() {
+  log_.finish();
+  const record::LogStatus status = log_.status();
+  uint64_t frames = 0;
+  for (const record::StreamSeen& stream : status.streams) frames += stream.frames;
+  char size[32];
+  std::snprintf(size, sizeof size, "%.1f MB", static_cast<double>(status.file_bytes) / 1e6);
+  std::string text = std::to_string(frames) + " frames of " + std::to_string(status.streams.size()) +
+                     " streams recorded in " + path_ + ", " + size;
+  if (status.unwritten != 0) text += "; " + std::to_string(status.unwritten) + " messages left out";
+  if (status.failure && !failure_told_) text += "; " + *status.failure;
+  return text;
+}
+
+}  // namespace fire3dv::app
