@@ -40,4 +40,16 @@ size_t bytes_per_element(ImageFormat format) {
   return kBytes[index];
 }
 
+uint64_t pixel_bytes_of(uint32_t width, uint32_t height, uint32_t outputs, uint32_t most_boxes) {
+  uint64_t bytes = 0;
+  for (uint32_t bit = 0; bit < kImageOutputCount; ++bit) {
+    if ((outputs >> bit & 1) == 0) continue;
+    const ImageFormat format = kOutputs[bit].format;
+    const bool is_boxes = format == ImageFormat::box2d || format == ImageFormat::box3d;
+    const uint64_t elements = is_boxes ? most_boxes : uint64_t{width} * height;
+    bytes += (elements * bytes_per_element(format) + 63) / 64 * 64;
+  }
+  return bytes;
+}
+
 }  // namespace fire3dv::wire

@@ -93,10 +93,11 @@ enum class ImageWhen : uint8_t {
   exactly = 4,    // the frame `sequence` and no other: lockstep
 };
 
-// Adapter to renderer. A request of the same id takes the place of the earlier one.
+// Adapter to renderer. A state whose key is its place: a request takes the place of the one that was there.
 struct ImageRequest {
   uint64_t epoch = 0;  // of the stream that asks
-  uint64_t id = 0;     // the asker's choice, not 0
+  uint64_t id = 0;     // the asker's choice, not 0, another one for each request
+  uint32_t place = 0;  // below kMostImageRequests
   // The node that carries the camera, found as the nodes that poses move; empty: the stream's own frame.
   std::string node;
   Affine3x4 parent_from_camera;  // parent: that node, or the stream's frame (as stream_from_body)
@@ -144,6 +145,7 @@ enum class ImageRefusal : uint8_t {
   overtaken = 6,    // the sequence that was asked for is not shown any more
   bad_request = 7,  // values that are not allowed
 };
+constexpr uint8_t kImageRefusalCount = 7;  // they count from 1
 
 // Renderer to adapter: no image (any more) for this request.
 struct ImageRefused {
@@ -154,7 +156,11 @@ struct ImageRefused {
   bool operator==(const ImageRefused&) const = default;
 };
 
-constexpr uint32_t kMostImageSide = 8192;      // pixels
-constexpr uint32_t kMostImageRequests = 4096;  // of one stream
+constexpr uint32_t kMostImageSide = 8192;                  // pixels
+constexpr uint32_t kMostImageRequests = 4096;              // of one stream
+// Of one image: with its head it is no longer than any message.
+constexpr uint64_t kMostPixelBytes = (uint64_t{256} << 20) - 4096;
+// What the planes of a request's outputs take together; of boxes, for so many of them.
+uint64_t pixel_bytes_of(uint32_t width, uint32_t height, uint32_t outputs, uint32_t most_boxes);
 
 }  // namespace fire3dv::wire
