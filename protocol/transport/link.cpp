@@ -10,4 +10,8 @@ const char* cause_name(Cause cause) {
   return kNames[static_cast<size_t>(cause)];
 }
 
+Result<void> PublisherLink::make_room_for_images(size_t, size_t) {
+  return Error{"images do not come back over this link; use shm:// or tcp://"};
+}
+
 }  // namespace fire3dv::transport

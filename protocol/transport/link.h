@@ -47,10 +47,13 @@ struct LinkStats {
   uint64_t messages_received = 0;
   uint64_t bytes_sent = 0;
   uint64_t bytes_received = 0;
-  uint64_t poses_dropped = 0;   // pose messages replaced by a newer one before they left or were polled
-  uint64_t frames_dropped = 0;  // publisher: frames of which at least one message was dropped; udp listener:
-                                // those that had not come whole when a newer one had
-  uint64_t rejected = 0;        // malformed or unwelcome traffic, all causes together
+  uint64_t poses_dropped = 0;    // pose messages replaced by a newer one before they left or were polled
+  uint64_t frames_dropped = 0;   // publisher: frames of which at least one message was dropped; udp listener:
+                                 // those that had not come whole when a newer one had
+  uint64_t images_sent = 0;      // listener
+  uint64_t images_received = 0;  // publisher: handed to the caller
+  uint64_t images_dropped = 0;   // replaced by a newer one of their request, or without room
+  uint64_t rejected = 0;         // malformed or unwelcome traffic, all causes together
   std::array<uint64_t, kCauseCount> rejected_by_cause{};
   uint32_t peers = 0;  // readers or connections now
 };
@@ -95,6 +98,18 @@ class PublisherLink {
   // Next message of the back channel (Welcome, Ack, Pong), or false. Never waits. Reuses the vector's memory.
   virtual bool poll(std::vector<std::byte>& message) = 0;
 
+  // Makes room for images that come back, blocks (wire/image_block.h) of so many bytes: of `requests`
+  // requests at once, and as many again that the caller holds. An error says why that cannot be, and what
+  // would help.
+  virtual Result<void> make_room_for_images(size_t block_bytes, size_t requests);
+  // The next image, or nothing; of each request the newest. Never waits. The block stays as it is for as long
+  // as `memory` is kept, on any thread, after the link's end too.
+  struct Image {
+    std::shared_ptr<const void> memory;
+    std::span<const std::byte> block;
+  };
+  virtual std::optional<Image> poll_image() { return {}; }
+
   // Why no renderer is reached, in one sentence for people, as far as the link knows; else empty.
   virtual std::string problem() const { return {}; }
 
@@ -133,6 +148,16 @@ class ListenerLink {
 
   // One control message to one peer. Best effort; never waits; a peer that is gone is not an error.
   virtual void send(PeerId peer, std::span<const std::byte> message) = 0;
+
+  virtual bool carries_images() const { return false; }
+  // An image to one peer: its encoded ImageFrame, and pixels that `fill` writes where they are sent from.
+  // Never waits for the peer: an older image of the request that has not left yet gives way. False: this one
+  // is not sent (counted), and `fill` was perhaps not called.
+  using FillPixels = std::function<void(std::span<std::byte> pixels)>;
+  virtual bool send_image(PeerId, uint64_t /*request*/, std::span<const std::byte> /*head*/,
+                          size_t /*pixel_bytes*/, const FillPixels&) {
+    return false;
+  }
 
   virtual LinkStats stats() const = 0;
 

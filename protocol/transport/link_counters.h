@@ -24,6 +24,7 @@ class Counter {
 
 struct LinkCounters {
   Counter messages_sent, messages_received, bytes_sent, bytes_received, poses_dropped, frames_dropped, peers;
+  Counter images_sent, images_received, images_dropped;
   std::array<Counter, kCauseCount> rejected;
 
   void reject(Cause cause, uint64_t amount = 1) { rejected[static_cast<size_t>(cause)].add(amount); }
@@ -36,6 +37,9 @@ struct LinkCounters {
     stats.bytes_received = bytes_received.get();
     stats.poses_dropped = poses_dropped.get();
     stats.frames_dropped = frames_dropped.get();
+    stats.images_sent = images_sent.get();
+    stats.images_received = images_received.get();
+    stats.images_dropped = images_dropped.get();
     for (size_t i = 0; i < kCauseCount; ++i) {
       stats.rejected_by_cause[i] = rejected[i].get();
       stats.rejected += stats.rejected_by_cause[i];

@@ -9,9 +9,11 @@ namespace fire3dv::transport {
 class MemoryBudget {
  public:
   explicit MemoryBudget(size_t limit) : limit_(limit) {}
+  void raise(size_t limit) { limit_.store(limit, std::memory_order_relaxed); }
 
   bool take(size_t bytes) {
-    if (used_.fetch_add(bytes, std::memory_order_relaxed) + bytes <= limit_) return true;
+    if (used_.fetch_add(bytes, std::memory_order_relaxed) + bytes <= limit_.load(std::memory_order_relaxed))
+      return true;
     give(bytes);
     return false;
   }
@@ -19,7 +21,7 @@ class MemoryBudget {
   size_t used() const { return used_.load(std::memory_order_relaxed); }
 
  private:
-  const size_t limit_;
+  std::atomic<size_t> limit_;
   std::atomic<size_t> used_{0};
 };
 

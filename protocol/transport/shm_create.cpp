@@ -48,6 +48,7 @@ SegmentHeader lay_out(const SegmentSizes& sizes, uint64_t publisher_id) {
   header.rings[kPoseRing] = place_ring(end, sizes.pose_bytes, std::bit_ceil(sizes.pose_slots));
   header.states = {end, round_up(sizes.state_bytes, 64)};
   end += 2 * header.states.half_bytes;
+  if (sizes.image_slots != 0) header.images = place_ring(end, sizes.image_bytes, sizes.image_slots);
   header.segment_bytes = round_up(end, 4096);
   return header;
 }

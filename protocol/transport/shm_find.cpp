@@ -38,6 +38,15 @@ bool states_are_sound(const StatesGeometry& states, uint64_t segment_bytes) {
           states.offset >= kHeaderBytes && inside(states.offset, 2 * states.half_bytes, segment_bytes));
 }
 
+bool images_are_sound(const RingGeometry& images, uint64_t segment_bytes) {
+  return images.count == 0 ||
+         (images.count <= kMostImageSlots && images.capacity <= kMaxMessageBytes && images.stride % 64 == 0 &&
+          images.stride <= kMaxMessageBytes * 2 && images.stride >= kSlotHeaderBytes &&
+          images.stride - kSlotHeaderBytes >= images.capacity && images.offset % 64 == 0 &&
+          images.offset >= kHeaderBytes &&
+          inside(images.offset, images.count * images.stride, segment_bytes));
+}
+
 Result<void> check_file(const std::string& name, const struct stat& info) {
   if (!S_ISREG(info.st_mode)) return refuse(name, "is not a regular file; remove it or choose another name");
   if (info.st_uid != ::geteuid() && info.st_uid != 0)
@@ -64,7 +73,7 @@ Result<void> check_header(const std::string& name, const SegmentHeader& header, 
                header.readers_offset >= kHeaderBytes &&
                inside(header.readers_offset, kReaderCount * sizeof(ReaderSlot), file_bytes);
   for (const RingGeometry& ring : header.rings) sound = sound && ring_is_sound(ring, file_bytes);
-  sound = sound && states_are_sound(header.states, file_bytes);
+  sound = sound && states_are_sound(header.states, file_bytes) && images_are_sound(header.images, file_bytes);
   if (!sound) return refuse(name, "has a damaged header; restart the simulator");
   return {};
 }

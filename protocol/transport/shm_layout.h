@@ -18,6 +18,7 @@ constexpr uint32_t kLayoutVersion = 1;
 constexpr uint32_t kHeaderBytes = 4096;
 constexpr uint32_t kReaderCount = 16;
 constexpr size_t kSlotHeaderBytes = 64;
+constexpr uint64_t kMostImageSlots = 8192;
 
 // A broadcast ring: count slots of stride bytes each, a power of two.
 struct RingGeometry {
@@ -59,10 +60,11 @@ struct SegmentHeader {
   uint32_t reader_count;
   uint64_t readers_offset;
   uint64_t reader_stride;
-  uint64_t reserved;
+  uint64_t carried_poses;  // 1: the first pose was the last one of the segment before
   RingGeometry rings[kRingCount];
   StatesGeometry states;
-  std::byte unused[80];
+  RingGeometry images;  // slots, not a ring; count 0: there are none
+  std::byte unused[48];
   // From here on words change while others look.
   Word published[kRingCount];  // number of the newest message of each ring; the first message is 1
   Word state;                  // SegmentState
@@ -72,6 +74,7 @@ static_assert(offsetof(SegmentHeader, rings) == 64);
 static_assert(offsetof(SegmentHeader, published) == 256);
 static_assert(offsetof(SegmentHeader, state) == 448);
 static_assert(offsetof(SegmentHeader, states) == 160);
+static_assert(offsetof(SegmentHeader, images) == 176);
 static_assert(offsetof(SegmentHeader, states_words) == 512);
 static_assert(sizeof(SegmentHeader) == 832);
 
@@ -82,10 +85,17 @@ struct SlotHeader {
   uint64_t tag;  // pose ring: number of the description that was in force
 };
 
+// Head of an image slot, followed by the block at kSlotHeaderBytes.
+struct ImageSlotHeader {
+  uint64_t owner;
+  uint64_t bytes;
+};
+
 // Messages of one reader to the publisher: a ring of 64-bit words with one producer and one consumer.
 constexpr uint64_t kReplyWords = 8192;
 constexpr uint64_t kReplyMark =
     0x46334456;  // upper half of a message's first word; the lower half is its length
+constexpr uint64_t kImageMark = 0x46334457;  // the lower half is an image's slot; a second word is its ticket
 struct ReaderSlot {
   uint64_t
       active;  // 1 from a reader's arrival until it leaves; a dead one's stays, so the lock has the last word

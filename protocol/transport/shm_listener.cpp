@@ -30,6 +30,11 @@ class ShmListener final : public ListenerLink {
   void poll(const std::function<void(const LinkEvent&)>& on_event) override;
   void wait(std::chrono::nanoseconds timeout) override;
   void send(PeerId peer, std::span<const std::byte> message) override;
+  bool carries_images() const override { return true; }
+  bool send_image(PeerId peer, uint64_t request, std::span<const std::byte> head, size_t pixel_bytes,
+                  const FillPixels& fill) override {
+    return peer != 0 && peer == peer_ && reader_ && reader_->send_image(request, head, pixel_bytes, fill);
+  }
   LinkStats stats() const override { return counters_.snapshot(); }
   std::string uri() const override { return "shm://" + name_; }
 

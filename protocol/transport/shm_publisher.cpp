@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/link_counters.h"
 #include "protocol/transport/random.h"
+#include "protocol/transport/shm_images.h"
 #include "protocol/transport/shm_reply.h"
 #include "protocol/transport/shm_ring.h"
 #include "protocol/transport/shm_segment.h"
@@ -21,6 +23,11 @@ constexpr int64_t kCountReadersEveryNs = 20 * kMillisecondNs;
 constexpr int64_t kKeepReplacedForNs = 2 * kSecondNs;
 constexpr int64_t kRetryGrowthAfterNs = kSecondNs;
 constexpr uint32_t kMaxRingSlots = 1024;
+constexpr size_t kMostUnreadReplies = 1024;
+constexpr int kMostReadAtOnce = 1024;
+constexpr uint64_t kFewestImageSlots = 8;
+constexpr uint64_t kMostImageMemory = uint64_t{4} << 30;
+constexpr int64_t kFreeImagesEveryNs = kSecondNs;
 
 // One segment and what the publisher knows of it.
 struct Published {
@@ -28,6 +35,8 @@ struct Published {
   RingWriter poses, descriptions, controls;
   StatesWriter states;
   std::array<ReplyConsumer, kReaderCount> replies;
+  ImageTaker images;
+  int64_t forget_at_ns = 0;  // once it was replaced
 
   explicit Published(Segment made) : segment(std::move(made)) {
     SegmentHeader& header = segment.header();
@@ -40,6 +49,7 @@ struct Published {
     controls = ring(kControlRing);
     states = StatesWriter(base, segment.geometry.states, header.states_words);
     for (uint32_t i = 0; i < kReaderCount; ++i) replies[i] = ReplyConsumer(segment.reader(i));
+    images = ImageTaker(base, segment.geometry.images);
   }
   Published(const Published&) = delete;
   Published& operator=(const Published&) = delete;
@@ -47,7 +57,7 @@ struct Published {
 
 class ShmPublisher final : public PublisherLink {
  public:
-  ShmPublisher(std::string name, uint64_t publisher_id, SegmentSizes sizes, std::unique_ptr<Published> first)
+  ShmPublisher(std::string name, uint64_t publisher_id, SegmentSizes sizes, std::shared_ptr<Published> first)
       : name_(std::move(name)), publisher_id_(publisher_id), sizes_(sizes), now_(std::move(first)) {}
 
   ~ShmPublisher() override {
@@ -68,6 +78,8 @@ class ShmPublisher final : public PublisherLink {
   }
   void send_control(std::span<const std::byte> message) noexcept override;
   bool poll(std::vector<std::byte>& message) override;
+  Result<void> make_room_for_images(size_t block_bytes, size_t requests) override;
+  std::optional<Image> poll_image() override;
   LinkStats stats() const override { return counters_.snapshot(); }
 
  private:
@@ -75,7 +87,10 @@ class ShmPublisher final : public PublisherLink {
   bool is_inherited() const { return forked_from_ != fork_generation(); }
   Result<void> grow(const SegmentSizes& sizes, const wire::Bytes& description);
   bool grow_for_pose(size_t bytes) noexcept;
-  bool poll_segment(Published& from, std::vector<std::byte>& message);
+  bool read_replies();
+  bool read_replies_of(const std::shared_ptr<Published>& from);
+  void note_image(const std::shared_ptr<Published>& from, uint32_t reader, const ImageNotice& notice);
+  bool carry_newest_pose(Published& next);
   void count_readers(int64_t now_ns);
   void write_description() {
     now_->descriptions.write({description_, {}}, 0);
@@ -86,13 +101,23 @@ class ShmPublisher final : public PublisherLink {
   unsigned forked_from_ = fork_generation();
   uint64_t publisher_id_;
   SegmentSizes sizes_;
-  std::unique_ptr<Published> now_;
-  std::unique_ptr<Published> before_;  // replies that were on their way when it was replaced still count
+  std::shared_ptr<Published> now_;
+  std::deque<std::shared_ptr<Published>>
+      before_;  // replies that were on their way when it was replaced still count
+  // What readers have sent, and nobody has asked for yet.
+  std::deque<std::vector<std::byte>> replies_;
+  struct NotedImage {
+    std::shared_ptr<Published> from;
+    uint32_t reader = 0;
+    ImageNotice notice;
+  };
+  std::deque<NotedImage> noted_images_;
+  std::vector<std::byte> reply_;
   wire::Bytes description_;
   uint64_t description_number_ = 0;  // in the segment now in use
+  uint64_t tag_of_newest_pose_ = 0;
   KeyedStates states_;
-  uint32_t next_reader_ = 0;
-  int64_t forget_before_at_ns_ = 0;
+  int64_t next_free_images_ns_ = 0;
   int64_t next_count_ns_ = 0;
   int64_t no_growth_until_ns_ = 0;
   LinkCounters counters_;
@@ -101,15 +126,19 @@ class ShmPublisher final : public PublisherLink {
 Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& description) {
   auto made = create_segment(name_, sizes, publisher_id_);
   if (!made) return made.error();
-  auto next = std::make_unique<Published>(std::move(*made));
+  auto next = std::make_shared<Published>(std::move(*made));
+  const bool is_for_images =
+      sizes.image_slots != sizes_.image_slots || sizes.image_bytes != sizes_.image_bytes;
+  const bool has_pose = is_for_images && carry_newest_pose(*next);
   if (!description.empty()) next->descriptions.write({description, {}}, 0);
   if (states_.count() != 0) next->states.begin_again(states_, description.empty() ? 0 : 1);
   if (auto named = take_name(next->segment, name_, true); !named) return named;
   now_->segment.set_state(
       SegmentState::retired);  // after the rename: a reader that sees it finds the new one
-  before_ = std::move(now_);
-  forget_before_at_ns_ = monotonic_ns() + kKeepReplacedForNs;
+  now_->forget_at_ns = monotonic_ns() + kKeepReplacedForNs;
+  before_.push_back(std::move(now_));
   now_ = std::move(next);
+  if (has_pose) tag_of_newest_pose_ = 1;
   description_number_ = description.empty() ? 0 : 1;
   sizes_ = sizes;
   return {};
@@ -177,6 +206,7 @@ bool ShmPublisher::publish(const wire::MessagePieces& message, bool) noexcept {
     return false;
   }
   now_->poses.write(message, description_number_);
+  tag_of_newest_pose_ = description_number_;
   counters_.messages_sent.add_alone(1);
   counters_.bytes_sent.add_alone(message.size());
   return true;
@@ -192,42 +222,134 @@ void ShmPublisher::send_control(std::span<const std::byte> message) noexcept {
   counters_.bytes_sent.add_alone(message.size());
 }
 
-bool ShmPublisher::poll_segment(Published& from, std::vector<std::byte>& message) {
-  for (uint32_t i = 0; i < kReaderCount; ++i) {
-    const uint32_t reader = (next_reader_ + i) % kReaderCount;
-    switch (from.replies[reader].pop(message)) {
+// One reply of each reader: a busy one does not silence the others. False: there was none.
+bool ShmPublisher::read_replies_of(const std::shared_ptr<Published>& from) {
+  bool came = false;
+  for (uint32_t reader = 0; reader < kReaderCount; ++reader) {
+    ImageNotice notice;
+    const ReplyConsumer::Outcome outcome = from->replies[reader].pop(reply_, notice);
+    came |= outcome != ReplyConsumer::Outcome::empty;
+    switch (outcome) {
       case ReplyConsumer::Outcome::empty:
         break;
       case ReplyConsumer::Outcome::corrupt:
         counters_.reject(Cause::malformed);
         break;
+      case ReplyConsumer::Outcome::image:
+        note_image(from, reader, notice);
+        break;
       case ReplyConsumer::Outcome::message:
-        next_reader_ = reader + 1;  // turns: one busy reader does not silence the others
         counters_.messages_received.add();
-        counters_.bytes_received.add(message.size());
-        return true;
+        counters_.bytes_received.add(reply_.size());
+        replies_.push_back(std::exchange(reply_, {}));
+        break;
     }
   }
-  return false;
+  return came;
+}
+
+// Called while nothing of what is asked for waits here, messages or images; the other kind is kept meanwhile,
+// within bounds.
+bool ShmPublisher::read_replies() {
+  bool came = false;
+  for (const auto& segment : before_) came |= read_replies_of(segment);
+  came |= read_replies_of(now_);
+  while (replies_.size() > kMostUnreadReplies) {
+    replies_.pop_front();
+    counters_.reject(Cause::unread);
+  }
+  return came;
+}
+
+void ShmPublisher::note_image(const std::shared_ptr<Published>& from, uint32_t reader,
+                              const ImageNotice& notice) {
+  if (!from->images.is_sound(notice)) return counters_.reject(Cause::malformed);
+  if (noted_images_.size() >= 2 * kMostImageSlots)
+    std::erase_if(noted_images_, [](const NotedImage& noted) {
+      return !noted.from->images.is_there(noted.notice, noted.reader);
+    });
+  if (noted_images_.size() >= 2 * kMostImageSlots) return counters_.reject(Cause::unread);
+  noted_images_.push_back({from, reader, notice});
+}
+
+Result<void> ShmPublisher::make_room_for_images(size_t block_bytes, size_t requests) {
+  if (is_inherited())
+    return Error{"shm://" + name_ + ": the link was opened before fork(); open one in the child"};
+  // Of each request one image comes while the caller looks at another.
+  const uint64_t slots = std::max<uint64_t>(2 * requests, kFewestImageSlots);
+  SegmentSizes sizes = sizes_;
+  sizes.image_bytes = std::max<uint64_t>(sizes.image_bytes, block_bytes);
+  if (sizes.image_slots < slots) sizes.image_slots = std::bit_ceil(slots);
+  if (sizes.image_bytes == sizes_.image_bytes && sizes.image_slots == sizes_.image_slots) return {};
+  if (sizes.image_slots > kMostImageSlots || sizes.image_bytes * sizes.image_slots > kMostImageMemory)
+    return Error{"shm://" + name_ + ": images of " + std::to_string(requests) + " requests, of up to " +
+                 std::to_string(sizes.image_bytes) + " bytes, take more than " +
+                 std::to_string(kMostImageMemory >> 20) + " MiB; ask for fewer, or for smaller ones"};
+  return grow(sizes, description_);
+}
+
+std::optional<PublisherLink::Image> ShmPublisher::poll_image() {
+  if (is_inherited()) return {};
+  const int64_t now_ns = monotonic_ns();
+  count_readers(now_ns);
+  for (int i = 0; i < kMostReadAtOnce && noted_images_.empty() && read_replies(); ++i) {
+  }
+  while (!noted_images_.empty()) {
+    const NotedImage noted = std::move(noted_images_.front());
+    noted_images_.pop_front();
+    const auto block = noted.from->images.take(noted.notice, noted.reader);
+    if (!block) continue;  // a newer one of its request took the slot, and its reader has counted that
+    counters_.images_received.add();
+    counters_.bytes_received.add(block->size());
+    const auto let_go = [from = noted.from, slot = noted.notice.slot,
+                         generation = fork_generation()](const void*) {
+      if (generation == fork_generation()) from->images.let_go(slot);
+    };
+    return Image{std::shared_ptr<const void>(block->data(), let_go), *block};
+  }
+  return {};
+}
+
+// A reader that comes when the simulator pauses finds no other.
+bool ShmPublisher::carry_newest_pose(Published& next) {
+  const RingReader poses(now_->segment.mapping.base(), now_->segment.geometry.rings[kPoseRing],
+                         now_->segment.header().published[kPoseRing].value);
+  std::vector<std::byte> pose;
+  uint64_t tag = 0;
+  if (poses.published() == 0 || tag_of_newest_pose_ != description_number_ ||
+      poses.read(poses.published(), pose, tag) != RingReader::Outcome::ok)
+    return false;
+  next.segment.header().carried_poses = 1;
+  next.poses.write({pose, {}}, description_.empty() ? 0 : 1);  // the segment begins with one description
+  return true;
 }
 
 void ShmPublisher::count_readers(int64_t now_ns) {
   if (now_ns < next_count_ns_) return;
   next_count_ns_ = now_ns + kCountReadersEveryNs;
-  if (before_ && now_ns > forget_before_at_ns_) before_.reset();
+  while (!before_.empty() && now_ns > before_.front()->forget_at_ns) before_.pop_front();
   uint64_t alive = 0;
   for (uint32_t i = 0; i < kReaderCount; ++i) {
     if (atomic_word(now_->segment.reader(i).active).load(std::memory_order_relaxed) == 0) continue;
     if (byte_held_by_other(now_->segment.fd.get(), reader_lock_byte(i))) ++alive;
   }
   counters_.peers.set(alive);
+  if (sizes_.image_slots == 0 || now_ns < next_free_images_ns_) return;
+  next_free_images_ns_ = now_ns + kFreeImagesEveryNs;
+  now_->images.free_unfinished([this](uint32_t reader) {
+    return byte_held_by_other(now_->segment.fd.get(), reader_lock_byte(reader));
+  });
 }
 
 bool ShmPublisher::poll(std::vector<std::byte>& message) {
   if (is_inherited()) return false;
   count_readers(monotonic_ns());
-  if (before_ && poll_segment(*before_, message)) return true;
-  return poll_segment(*now_, message);
+  for (int i = 0; i < kMostReadAtOnce && replies_.empty() && read_replies(); ++i) {
+  }
+  if (replies_.empty()) return false;
+  message.swap(replies_.front());
+  replies_.pop_front();
+  return true;
 }
 
 }  // namespace
@@ -247,7 +369,7 @@ Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name,
   const uint64_t publisher_id = random_id();
   auto made = create_segment(name, sizes, publisher_id);
   if (!made) return made.error();
-  auto first = std::make_unique<Published>(std::move(*made));
+  auto first = std::make_shared<Published>(std::move(*made));
   if (auto named = take_name(first->segment, name, false); !named) return named.error();
   return std::unique_ptr<PublisherLink>(
       std::make_unique<ShmPublisher>(name, publisher_id, sizes, std::move(first)));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/wire/image_block.h"
+
 namespace fire3dv::transport::shm {
 
 using Kind = LinkEvent::Kind;
@@ -23,11 +25,14 @@ Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& count
   if (delivery_ == Delivery::newest) last_pose_ = poses == 0 ? 0 : poses - 1;
   if (delivery_ == Delivery::all && !goes_on) last_pose_ = poses - std::min(poses, poses_.count() - 1);
   if (!goes_on) last_control_ = controls_.published();
+  if (goes_on && segment_.geometry.carried_poses == 1 && poses != 0)
+    last_pose_ = std::max<uint64_t>(last_pose_, 1);
   for (uint32_t i = 0; i < kReaderCount && !place_; ++i) {
     if (!try_lock_byte(segment_.lock_fd.get(), reader_lock_byte(i))) continue;
     place_ = i;
     ReaderSlot& slot = segment_.reader(i);
     replies_ = ReplyProducer(slot);
+    images_ = ImageWriter(segment_.mapping.base(), segment_.geometry.images, i);
     atomic_word(slot.pid).store(static_cast<uint64_t>(::getpid()), std::memory_order_relaxed);
     atomic_word(slot.active).store(1, std::memory_order_release);
   }
@@ -37,6 +42,29 @@ Reader::~Reader() {
   if (!place_ || forked_from_ != fork_generation()) return;  // a child leaves its parent's place alone
   atomic_word(segment_.reader(*place_).active).store(0, std::memory_order_release);
   unlock_byte(segment_.lock_fd.get(), reader_lock_byte(*place_));
+}
+
+bool Reader::send_image(uint64_t request, std::span<const std::byte> head, size_t pixel_bytes,
+                        const Fill& fill) {
+  if (forked_from_ != fork_generation()) return false;
+  const size_t pixels = wire::pixels_at(head.size());
+  const auto place = images_.begin(request, pixels + pixel_bytes);
+  if (!place) {
+    counters_.images_dropped.add();
+    return false;
+  }
+  if (place->overtakes) counters_.images_dropped.add();
+  wire::write_image_block_head(place->block, request, head);
+  fill(place->block.subspan(pixels));
+  images_.complete(*place);
+  if (!replies_.push(ImageNotice{place->slot, place->ticket})) {
+    images_.give_up(*place);
+    counters_.images_dropped.add();
+    return false;
+  }
+  counters_.images_sent.add();
+  counters_.bytes_sent.add(place->block.size());
+  return true;
 }
 
 bool Reader::has_news() const {

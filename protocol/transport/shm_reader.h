@@ -7,6 +7,7 @@
 
 #include "protocol/transport/link.h"
 #include "protocol/transport/link_counters.h"
+#include "protocol/transport/shm_images.h"
 #include "protocol/transport/shm_reply.h"
 #include "protocol/transport/shm_ring.h"
 #include "protocol/transport/shm_segment.h"
@@ -36,6 +37,10 @@ class Reader {
   bool reply(std::span<const std::byte> message) {
     return forked_from_ == fork_generation() && replies_.push(message);
   }
+
+  // As ListenerLink::send_image, for the one publisher that there is.
+  using Fill = std::function<void(std::span<std::byte> pixels)>;
+  bool send_image(uint64_t request, std::span<const std::byte> head, size_t pixel_bytes, const Fill& fill);
 
   bool has_news() const;
 
@@ -69,6 +74,7 @@ class Reader {
   unsigned forked_from_ = fork_generation();
   std::optional<uint32_t> place_;  // in the table of readers
   ReplyProducer replies_;
+  ImageWriter images_;
   std::vector<std::byte> buffer_;
 };
 

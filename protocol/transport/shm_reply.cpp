@@ -22,9 +22,8 @@ ReplyProducer::ReplyProducer(ReaderSlot& slot) : slot_(&slot), head_(atomic_word
 
 bool ReplyProducer::push(std::span<const std::byte> message) {
   if (slot_ == nullptr || message.size() > kReplyWords * 8) return false;
-  const uint64_t used = head_ - atomic_word(slot_->tail).load(std::memory_order_acquire);
   const uint64_t needed = words_for(message.size());
-  if (used > kReplyWords || needed > kReplyWords - used) return false;
+  if (!has_room(needed)) return false;
   word_at(*slot_, head_).store(kReplyMark << 32 | message.size(), relaxed);
   for (uint64_t i = 1; i < needed; ++i) {
     const size_t at = (i - 1) * 8;
@@ -37,11 +36,32 @@ bool ReplyProducer::push(std::span<const std::byte> message) {
   return true;
 }
 
-ReplyConsumer::Outcome ReplyConsumer::pop(std::vector<std::byte>& message) {
+bool ReplyProducer::has_room(uint64_t words) const {
+  const uint64_t used = head_ - atomic_word(slot_->tail).load(std::memory_order_acquire);
+  return used <= kReplyWords && words <= kReplyWords - used;
+}
+
+bool ReplyProducer::push(const ImageNotice& notice) {
+  constexpr uint64_t kWords = 2;
+  if (slot_ == nullptr || !has_room(kWords)) return false;
+  word_at(*slot_, head_).store(kImageMark << 32 | notice.slot, relaxed);
+  word_at(*slot_, head_ + 1).store(notice.ticket, relaxed);
+  head_ += kWords;
+  atomic_word(slot_->head).store(head_, std::memory_order_release);
+  return true;
+}
+
+ReplyConsumer::Outcome ReplyConsumer::pop(std::vector<std::byte>& message, ImageNotice& notice) {
   const uint64_t head = atomic_word(slot_->head).load(std::memory_order_acquire);
   const uint64_t available = head - tail_;
   if (available == 0) return Outcome::empty;
   const uint64_t first = available <= kReplyWords ? word_at(*slot_, tail_).load(relaxed) : 0;
+  if (first >> 32 == kImageMark && available >= 2) {
+    notice = {static_cast<uint32_t>(first), word_at(*slot_, tail_ + 1).load(relaxed)};
+    tail_ += 2;
+    atomic_word(slot_->tail).store(tail_, std::memory_order_release);
+    return Outcome::image;
+  }
   const uint64_t bytes = first & UINT32_MAX;
   const uint64_t needed = words_for(bytes);
   const bool sound = first >> 32 == kReplyMark && needed <= available;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "protocol/transport/shm_images.h"
 #include "protocol/transport/shm_layout.h"
 
 namespace fire3dv::transport::shm {
@@ -17,21 +18,25 @@ class ReplyProducer {
 
   // False when there is no room.
   bool push(std::span<const std::byte> message);
+  bool push(const ImageNotice& notice);
 
  private:
+  bool has_room(uint64_t words) const;
+
   ReaderSlot* slot_ = nullptr;
   uint64_t head_ = 0;
 };
 
 class ReplyConsumer {
  public:
-  enum class Outcome { empty, message, corrupt };
+  enum class Outcome { empty, message, image, corrupt };
 
   ReplyConsumer() = default;
   explicit ReplyConsumer(ReaderSlot& slot) : slot_(&slot) {}
 
   // `corrupt`: what the reader left makes no sense; all of it is skipped.
-  Outcome pop(std::vector<std::byte>& message);
+  // `image`: of an image only `notice` is set.
+  Outcome pop(std::vector<std::byte>& message, ImageNotice& notice);
 
  private:
   ReaderSlot* slot_ = nullptr;

@@ -54,6 +54,8 @@ struct SegmentSizes {
   uint64_t pose_slots;
   uint64_t description_bytes;
   uint64_t state_bytes;  // of each half
+  uint64_t image_bytes = 0;
+  uint64_t image_slots = 0;
 };
 
 // A segment without a name, with the publisher's lock held and memory set aside for all of it.

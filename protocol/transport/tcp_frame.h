@@ -34,6 +34,7 @@ enum class FrameKind : uint8_t {
   control = 2,
   state = 3,         // a control message of which a later one of its key may take the place
   partial_pose = 4,  // builds on the poses before it
+  image = 5,         // listener to publisher
 };
 
 using FrameHeader = std::array<std::byte, kFrameHeaderBytes>;

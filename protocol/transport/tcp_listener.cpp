@@ -7,6 +7,7 @@
 #include "protocol/transport/address.h"
 #include "protocol/transport/network_listener.h"
 #include "protocol/transport/tcp_peer.h"  // says how Asio is used
+#include "protocol/wire/image_block.h"
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/post.hpp>
@@ -31,6 +32,9 @@ class TcpListener final : public NetworkListener, public PeerHost {
 
   void poll(const std::function<void(const LinkEvent&)>& on_event) override;
   void send(PeerId peer, std::span<const std::byte> message) override;
+  bool carries_images() const override { return true; }
+  bool send_image(PeerId peer, uint64_t request, std::span<const std::byte> head, size_t pixel_bytes,
+                  const FillPixels& fill) override;
 
  private:
   void run();
@@ -40,12 +44,14 @@ class TcpListener final : public NetworkListener, public PeerHost {
 
   PrefaceStatus greet(Peer& peer) override;
   void received_bytes(size_t bytes) override { counters_.bytes_received.add(bytes); }
+  void dropped_images(size_t count) override { counters_.images_dropped.add(count); }
   std::optional<Cause> received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) override;
   bool hold_back(const Peer& peer) override;
   void ended(Peer& peer, const std::string& reason, std::optional<Cause> cause) override;
 
   const TlsContext context_;  // null: tcp://
   MemoryBudget budget_;
+  MemoryBudget image_budget_{size_t{1} << 30};
   asio::io_context io_{1};
   tcp::acceptor acceptor_{io_};
   asio::steady_timer accept_again_{io_};
@@ -154,6 +160,8 @@ std::optional<Cause> TcpListener::received(Peer& peer, FrameKind kind, std::vect
     case FrameKind::partial_pose:
       inbox_.partial_pose(peer.id, std::move(message), 0);
       return {};
+    case FrameKind::image:
+      break;  // only listeners send them
   }
   counters_.reject(
       Cause::version);  // a kind of a later version: its length is known, so it can be passed over
@@ -201,6 +209,30 @@ void TcpListener::send(PeerId peer, std::span<const std::byte> message) {
     const std::shared_ptr<Peer> keep = found->second;  // sending may end it
     keep->send(copy);
   });
+}
+
+bool TcpListener::send_image(PeerId peer, uint64_t request, std::span<const std::byte> head,
+                             size_t pixel_bytes, const FillPixels& fill) {
+  const size_t pixels = wire::pixels_at(head.size());
+  const size_t bytes = pixels + pixel_bytes;
+  // What lies in the hands of the other thread, and has not reached its peer's queue, is bounded too.
+  if (bytes > kMaxMessageBytes || !image_budget_.take(bytes)) {
+    counters_.images_dropped.add();
+    return false;
+  }
+  std::vector<std::byte> block(bytes);
+  wire::write_image_block_head(block, request, head);
+  fill(std::span(block).subspan(pixels));
+  counters_.images_sent.add();
+  counters_.bytes_sent.add(kFrameHeaderBytes + bytes);
+  asio::post(io_, [this, peer, request, bytes, block = std::move(block)]() mutable {
+    image_budget_.give(bytes);
+    const auto found = peers_.find(peer);
+    if (found == peers_.end()) return;
+    const std::shared_ptr<Peer> keep = found->second;  // sending may end it
+    keep->send_image(request, std::move(block));
+  });
+  return true;
 }
 
 }  // namespace

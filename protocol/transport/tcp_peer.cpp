@@ -169,7 +169,9 @@ void Peer::queue(std::vector<std::byte>&& bytes) {
 
 void Peer::send(std::span<const std::byte> message) {
   if (over_) return;
-  if (outgoing_bytes_ + message.size() > kMostUnsentBytes || outgoing_.size() >= kMostUnsentMessages)
+  // An image that is on its way may be long, and does not count.
+  if (outgoing_bytes_ - image_bytes_ + message.size() > kMostUnsentBytes ||
+      outgoing_.size() >= kMostUnsentMessages)
     return end("it does not read what is sent to it", Cause::unread);
   const auto header = write_frame_header(FrameKind::control, static_cast<uint32_t>(message.size()));
   std::vector<std::byte> wire(header.size() + message.size());
@@ -182,8 +184,40 @@ void Peer::send(std::span<const std::byte> message) {
   write();
 }
 
+void Peer::send_image(uint64_t request, std::vector<std::byte>&& block) {
+  if (over_ || !greeted_ || !end_after_write_.empty()) return;
+  if (const size_t dropped = images_.push(request, std::move(block)); dropped != 0)
+    host_.dropped_images(dropped);
+  write();
+}
+
+// The oldest image goes out when nothing else has to. Its header goes ahead as bytes of its own, so that the
+// pixels are not copied for 8 bytes.
+bool Peer::queue_image() {
+  if (images_.empty()) return false;
+  std::vector<std::byte> block = images_.pop();
+  const auto header = write_frame_header(FrameKind::image, static_cast<uint32_t>(block.size()));
+  if (!tls_) {
+    image_bytes_ = header.size() + block.size();
+    image_pieces_ = 2;
+    queue({header.begin(), header.end()});
+    queue(std::move(block));
+    return true;
+  }
+  std::vector<std::byte> sealed;
+  if (!tls_->seal(header, sealed) || !tls_->seal(block, sealed)) {
+    end("TLS failed", Cause::bad_key);
+    return false;
+  }
+  image_bytes_ = sealed.size();
+  image_pieces_ = 1;
+  queue(std::move(sealed));
+  return true;
+}
+
 void Peer::write() {
   if (writing_ || over_) return;
+  if (outgoing_.empty() && end_after_write_.empty() && !queue_image() && over_) return;
   if (outgoing_.empty()) {
     if (!end_after_write_.empty()) end(std::string(end_after_write_), end_cause_);
     return;
@@ -196,6 +230,7 @@ void Peer::write() {
                       if (error) return self->end("the connection broke (" + error.message() + ")");
                       self->outgoing_bytes_ -= self->outgoing_.front().size();
                       self->outgoing_.pop_front();
+                      if (self->image_pieces_ != 0 && --self->image_pieces_ == 0) self->image_bytes_ = 0;
                       self->write();
                     });
 }

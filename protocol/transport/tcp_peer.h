@@ -14,6 +14,7 @@
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 
+#include "protocol/transport/image_queue.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/tcp_frame.h"
 #include "protocol/transport/tls_session.h"
@@ -29,6 +30,8 @@ class PeerHost {
   // A sound preface came: may this be a peer? On yes it has a PeerId from now on.
   virtual PrefaceStatus greet(Peer& peer) = 0;
   virtual void received_bytes(size_t bytes) = 0;
+  // So many images were given up for newer ones, or for lack of room.
+  virtual void dropped_images(size_t count) = 0;
   // A cause: the connection has to end.
   virtual std::optional<Cause> received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) = 0;
   // True: reading stops until resume() is called.
@@ -40,11 +43,14 @@ class PeerHost {
 
 class Peer : public std::enable_shared_from_this<Peer> {
  public:
+  static constexpr size_t kMostImageBytes = size_t{256} << 20;  // that wait
+
   // tls null: tcp://
   Peer(asio::ip::tcp::socket socket, PeerHost& host, MemoryBudget& budget, std::unique_ptr<TlsSession> tls);
 
   void start();
   void send(std::span<const std::byte> message);
+  void send_image(uint64_t request, std::vector<std::byte>&& block);
   void resume();
   void end(const std::string& reason, std::optional<Cause> cause = {});
 
@@ -60,6 +66,7 @@ class Peer : public std::enable_shared_from_this<Peer> {
   void take_plain(std::span<const std::byte> plain);
   void answer_preface();
   void queue(std::vector<std::byte>&& bytes);
+  bool queue_image();
   void write();
 
   asio::ip::tcp::socket socket_;
@@ -72,6 +79,9 @@ class Peer : public std::enable_shared_from_this<Peer> {
   std::vector<std::byte> buffer_, plain_;
   std::deque<std::vector<std::byte>> outgoing_;  // as it goes on the wire
   size_t outgoing_bytes_ = 0;
+  ImageQueue<std::vector<std::byte>> images_{kMostImageBytes};
+  size_t image_bytes_ = 0;  // of outgoing_: the image at its front
+  int image_pieces_ = 0;
   size_t bytes_since_watch_ = 0;
   std::string end_after_write_;  // the reason, once what is queued has gone
   std::optional<Cause> end_cause_;

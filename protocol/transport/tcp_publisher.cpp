@@ -3,11 +3,13 @@
 #include <cerrno>
 
 #include "protocol/transport/clock.h"
+#include "protocol/transport/image_queue.h"
 #include "protocol/transport/network_publisher.h"
 #include "protocol/transport/tcp_frame.h"
 #include "protocol/transport/tcp_outbox.h"
 #include "protocol/transport/tcp_socket.h"
 #include "protocol/transport/tls_session.h"
+#include "protocol/wire/image_block.h"
 
 namespace fire3dv::transport::tcp {
 namespace {
@@ -17,6 +19,7 @@ constexpr int64_t kGreetingTimeoutNs = 5 * kSecondNs;
 constexpr size_t kMostUnsentControlBytes = 16 << 20;
 // A renderer answers in kilobytes; what claims to be one must not fill a simulator's memory.
 constexpr size_t kMostReplyBytes = 64 << 20;
+constexpr size_t kMostUnreadImageBytes = size_t{256} << 20;
 
 // One connection, from the first byte on.
 struct Connection {
@@ -41,6 +44,8 @@ class TcpPublisher final : public NetworkPublisher {
   bool publish_partial(const wire::MessagePieces& partial,
                        std::span<const wire::MessagePieces> whole) noexcept override;
   void send_control(std::span<const std::byte> message) noexcept override;
+  Result<void> make_room_for_images(size_t block_bytes, size_t requests) override;
+  std::optional<Image> poll_image() override;
   LinkStats stats() const override;
 
  private:
@@ -52,6 +57,7 @@ class TcpPublisher final : public NetworkPublisher {
   void serve(Connection& connection);
   bool receive(Connection& connection, FrameParser& parser);
   bool take(std::span<const std::byte> plain, FrameParser& parser);
+  void keep_image(std::vector<std::byte>&& message);
 
   // With the lock held. A description may be as large as it likes; what piles up behind it may not.
   size_t most_unsent_bytes() const {
@@ -71,6 +77,9 @@ class TcpPublisher final : public NetworkPublisher {
   bool broken_ = false;  // the connection is to be given up
   Outbox outbox_;
   SharedBytes description_;  // null: none yet
+  bool wants_images_ = false;
+  MemoryBudget reply_budget_{kMostReplyBytes};  // of a message that is not whole
+  ImageQueue<std::vector<std::byte>> images_{kMostUnreadImageBytes};
 };
 
 // --- the simulator's thread
@@ -267,8 +276,7 @@ void TcpPublisher::serve(Connection& connection) {
     broken_ = false;
     fd_ = fd;  // from here on the simulator's thread may send
   }
-  MemoryBudget reply_budget(kMostReplyBytes);
-  FrameParser parser(&reply_budget);
+  FrameParser parser(&reply_budget_);
   bool alive = take(connection.plain, parser);  // what came with the greeting
   while (alive && !thread_.stopping()) {
     short events = POLLIN;
@@ -288,7 +296,7 @@ void TcpPublisher::serve(Connection& connection) {
 }
 
 bool TcpPublisher::receive(Connection& connection, FrameParser& parser) {
-  std::byte buffer[16384];
+  std::byte buffer[65536];
   const ssize_t got = ::recv(connection.fd.get(), buffer, sizeof buffer, 0);
   if (got < 0) return errno == EAGAIN || errno == EINTR;
   if (got == 0) return false;
@@ -316,7 +324,9 @@ bool TcpPublisher::receive(Connection& connection, FrameParser& parser) {
 // for that.
 bool TcpPublisher::take(std::span<const std::byte> plain, FrameParser& parser) {
   const auto fault = parser.feed(plain, [this](FrameKind kind, auto&& message) {
+    if (kind == FrameKind::image) return keep_image(std::move(message));
     if (kind != FrameKind::control) return counters_.reject(Cause::version);
+    if (message.size() > kMostReplyBytes) return counters_.reject(Cause::oversize);
     const std::lock_guard lock(mutex_);
     keep_reply(std::move(message));
   });
@@ -334,6 +344,38 @@ bool TcpPublisher::take(std::span<const std::byte> plain, FrameParser& parser) {
       return false;
   }
   return false;
+}
+
+void TcpPublisher::keep_image(std::vector<std::byte>&& message) {
+  const auto block = wire::read_image_block(message);
+  if (!block) return counters_.reject(Cause::malformed);
+  const uint64_t request = block->request;
+  const std::lock_guard lock(mutex_);
+  if (!wants_images_) return counters_.reject(Cause::unread);
+  if (const size_t dropped = images_.push(request, std::move(message)); dropped != 0)
+    counters_.images_dropped.add(dropped);
+}
+
+Result<void> TcpPublisher::make_room_for_images(size_t block_bytes, size_t) {
+  if (block_bytes > kMaxMessageBytes)
+    return Error{uri_text(uri_) +
+                 ": an image of more than 256 MiB; ask for a smaller one, or for fewer outputs"};
+  const std::lock_guard lock(mutex_);
+  wants_images_ = true;
+  reply_budget_.raise(kMaxMessageBytes);
+  return {};
+}
+
+std::optional<PublisherLink::Image> TcpPublisher::poll_image() {
+  auto block = std::make_shared<std::vector<std::byte>>();
+  {
+    const std::lock_guard lock(mutex_);
+    if (images_.empty()) return {};
+    *block = images_.pop();
+  }
+  counters_.images_received.add();
+  const std::span<const std::byte> bytes(*block);
+  return Image{std::move(block), bytes};
 }
 
 }  // namespace

@@ -9,7 +9,8 @@
 
 namespace fire3dv::transport::tcp {
 
-// What the kernel keeps unsent is older than what could be sent in its place: over a slow link it would be seconds.
+// What the kernel keeps unsent is older than what could be sent in its place: over a slow link it would be
+// seconds.
 constexpr int kMostUnsentInKernelBytes = 16 << 10;
 
 // A peer that vanishes without a word (cable, power) is noticed by the kernel within about 10 seconds.

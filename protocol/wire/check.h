@@ -19,6 +19,9 @@ Result<void> check(const Status& status, const DecodeLimits& limits);
 Result<void> check(const PoseFrameView& frame, const DecodeLimits& limits);
 Result<void> check(const Welcome& welcome, const DecodeLimits& limits);
 Result<void> check(const SceneEdit& edit, const DecodeLimits& limits);
+Result<void> check(const ImageRequest& request, const DecodeLimits& limits);
+Result<void> check(const ImageFrame& frame, const DecodeLimits& limits);
+Result<void> check(const ImageRefused& refused, const DecodeLimits& limits);
 
 // Valid UTF-8 (shortest form, no surrogates) of at most max_bytes, without characters that would move a
 // terminal's cursor or break a line: names end up in logs and on consoles.

@@ -8,6 +8,7 @@
 #include "fire3dv_generated.h"
 #include "protocol/wire/check.h"
 #include "protocol/wire/decode_edit.h"
+#include "protocol/wire/decode_image.h"
 
 namespace fire3dv::wire {
 namespace {
@@ -160,6 +161,8 @@ struct Decoder::Impl {
 
   Result<Message> decode(std::span<const std::byte> bytes);
 
+  std::optional<ImageRequestName> refused_request;
+
  private:
   struct FreeAligned {
     void operator()(std::byte* memory) const { ::operator delete[](memory, std::align_val_t(kAlignment)); }
@@ -246,6 +249,16 @@ Result<Message> Decoder::Impl::read_message() {
       return Message(Goodbye{message->body_as_Goodbye()->epoch()});
     case fbs::Body::SceneEdit:
       return read_scene_edit(*message->body_as_SceneEdit(), limits);
+    case fbs::Body::ImageRequest: {
+      const fbs::ImageRequest& request = *message->body_as_ImageRequest();
+      Result<Message> read = read_image_request(request, limits);
+      if (!read) refused_request = ImageRequestName{request.epoch(), request.id()};
+      return read;
+    }
+    case fbs::Body::ImageFrame:
+      return read_image_frame(*message->body_as_ImageFrame(), limits);
+    case fbs::Body::ImageRefused:
+      return read_image_refused(*message->body_as_ImageRefused(), limits);
     case fbs::Body::NONE:
       break;
   }
@@ -253,6 +266,7 @@ Result<Message> Decoder::Impl::read_message() {
 }
 
 Result<Message> Decoder::Impl::decode(std::span<const std::byte> bytes) {
+  refused_request.reset();
   const size_t limit = std::min(limits.max_message_bytes, kLargestMessage);
   if (bytes.size() > limit) {
     return Error{"Message has " + std::to_string(bytes.size()) + " bytes; at most " + std::to_string(limit) +
@@ -282,6 +296,10 @@ Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 
 Result<Message> Decoder::decode(std::span<const std::byte> bytes) {
   return impl_->decode(bytes);
+}
+
+const std::optional<ImageRequestName>& Decoder::refused_request() const {
+  return impl_->refused_request;
 }
 
 }  // namespace fire3dv::wire

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "protocol/error.h"
@@ -18,6 +19,11 @@ struct DecodeLimits {
   uint32_t max_name_bytes = 1024;  // of a node's, adapter's or renderer's name
   uint32_t max_text_bytes = 4096;  // of a URI or a message for people
   float max_abs_value = 1e12f;     // of a pose element: larger is refused as nonsense, like NaN and infinity
+};
+
+// Of an image request: what an answer has to name.
+struct ImageRequestName {
+  uint64_t epoch = 0, id = 0;
 };
 
 // Owns a private aligned copy of the bytes being decoded, so that neither alignment nor a writer that changes
@@ -37,6 +43,9 @@ class Decoder {
   // (versions, epoch, and the adapter's name or the status): the caller compares protocol_major and answers
   // version_mismatch.
   Result<Message> decode(std::span<const std::byte> bytes);
+
+  // Of the message before, when it was an image request that holds what is not allowed.
+  const std::optional<ImageRequestName>& refused_request() const;
 
  private:
   struct Impl;

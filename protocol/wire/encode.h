@@ -20,6 +20,9 @@ Bytes encode(const Ping& ping);
 Bytes encode(const Pong& pong);
 Bytes encode(const Goodbye& goodbye);
 Bytes encode(const SceneEdit& edit);
+Bytes encode(const ImageRequest& request);
+Bytes encode(const ImageFrame& frame);
+Bytes encode(const ImageRefused& refused);
 // Changes the epoch of an encoded SceneEdit: a stream that begins anew keeps its edits, which may be large.
 void set_epoch(Bytes& scene_edit, uint64_t epoch);
 // For tests, recordings and partial frames; else a publisher uses PoseFrameEncoder.

@@ -12,12 +12,13 @@
 #include <vector>
 
 #include "protocol/wire/affine.h"
+#include "protocol/wire/image.h"
 #include "protocol/wire/scene_edit.h"
 
 namespace fire3dv::wire {
 
 constexpr uint16_t kProtocolMajor = 1;  // peers with another major refuse each other, with a reply
-constexpr uint16_t kProtocolMinor = 1;  // peers with another minor understand each other
+constexpr uint16_t kProtocolMinor = 2;  // peers with another minor understand each other
 
 // How the publisher's clocks relate, so that a reader can order its frames against other clocks.
 struct ClockInfo {
@@ -140,6 +141,6 @@ struct UnknownEdit {
 };
 
 using Message = std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, Status,
-                             UnknownMessage, SceneEdit, UnknownEdit>;
+                             UnknownMessage, SceneEdit, UnknownEdit, ImageRequest, ImageFrame, ImageRefused>;
 
 }  // namespace fire3dv::wire

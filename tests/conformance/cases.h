@@ -27,4 +27,8 @@ std::vector<Case> edit_cases();
 std::vector<Case> later_edit_cases();
 std::vector<Case> refused_edit_cases();
 
+// The same of images, since 1.2.
+std::vector<Case> image_cases();
+std::vector<Case> refused_image_cases();
+
 }  // namespace fire3dv::conformance

@@ -5,6 +5,7 @@
 
 #include "protocol/error.h"
 #include "tests/conformance/json_edit.h"
+#include "tests/conformance/json_image.h"
 
 namespace fire3dv::conformance {
 namespace {
@@ -110,6 +111,18 @@ Json to_json_of(const wire::UnknownEdit& m) {
   return {{"type", "UnknownEdit"}, {"epoch", m.epoch}, {"version", m.version}};
 }
 
+Json to_json_of(const wire::ImageRequest& m) {
+  return image_to_json(m);
+}
+
+Json to_json_of(const wire::ImageFrame& m) {
+  return image_to_json(m);
+}
+
+Json to_json_of(const wire::ImageRefused& m) {
+  return image_to_json(m);
+}
+
 }  // namespace
 
 Json to_json(const wire::Message& message) {
@@ -187,6 +200,7 @@ wire::Bytes encode_json(const Json& json) {
     json.at("message").get_to(m.message);
     return wire::encode(m);
   }
+  if (wire::Bytes image = encode_image_json(json); !image.empty()) return image;
   FIRE3DV_ASSERT(type == "Goodbye");
   return wire::encode(wire::Goodbye{json.at("epoch")});
 }

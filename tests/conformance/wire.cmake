@@ -8,9 +8,10 @@ add_custom_command(
   DEPENDS ${later_schema}
   VERBATIM)
 fire3dv_program(conformance_generate
-  SOURCES generate.cpp cases.cpp edit_cases.cpp json_edit.cpp json_message.cpp ${later_dir}/later_generated.h LINK fire3dv_wire)
+  SOURCES generate.cpp cases.cpp edit_cases.cpp image_cases.cpp json_edit.cpp json_image.cpp json_message.cpp
+  ${later_dir}/later_generated.h LINK fire3dv_wire)
 target_include_directories(conformance_generate SYSTEM PRIVATE ${later_dir})
 set_target_properties(conformance_generate PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
 
-fire3dv_test(conformance_test SOURCES conformance_test.cpp json_edit.cpp json_message.cpp LINK fire3dv_wire LABELS conformance cpu)
+fire3dv_test(conformance_test SOURCES conformance_test.cpp json_edit.cpp json_image.cpp json_message.cpp LINK fire3dv_wire LABELS conformance cpu)
 target_compile_definitions(conformance_test PRIVATE FIRE3DV_CONFORMANCE_DATA="${CMAKE_CURRENT_SOURCE_DIR}/data")

@@ -18,12 +18,14 @@ namespace {
 using namespace transport;
 using namespace transport::shm;
 
+constexpr uint64_t kImageBytes = 2048, kImageSlots = 4;
+
 struct Victim {
   std::string name = "fuzz-" + std::to_string(::getpid());
   Segment segment;
 
   Victim() {
-    auto made = create_segment(name, {4000, 4, 2000, 4096}, 99);
+    auto made = create_segment(name, {4000, 4, 2000, 4096, kImageBytes, kImageSlots}, 99);
     FIRE3DV_ASSERT(made.ok());
     segment = std::move(*made);
     SegmentHeader& header = segment.header();
@@ -55,7 +57,7 @@ void append(Input& input, uint32_t offset, uint64_t value) {
 
 // An input is words: where each goes (u32) and what it becomes (u64).
 std::vector<Input> seeds() {
-  std::vector<Input> inputs(7);
+  std::vector<Input> inputs(9);
   append(inputs[0], 256, 6);          // poses published
   append(inputs[1], 64, 4096);        // the pose ring's place
   append(inputs[1], 64 + 16, 100);    // and capacity
@@ -69,6 +71,10 @@ std::vector<Input> seeds() {
   append(inputs[5], 768, 4096);  // bytes of the states that are there
   append(inputs[6], 160, 4096);  // the states' place
   append(inputs[6], 168, 64);
+  append(inputs[7], 176, 4096);  // the images' place
+  append(inputs[7], 184, 128);
+  append(inputs[8], 192, 4096);  // their length and number
+  append(inputs[8], 200, 8);
   return inputs;
 }
 
@@ -102,12 +108,27 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       FIRE3DV_ASSERT(message.size() <= victim.segment.geometry.segment_bytes);
       FIRE3DV_ASSERT(++messages <= 4096);
     });
+    for (uint64_t request = 1; request <= 3; ++request)
+      (void)reader.send_image(request, std::vector<std::byte>(200), 500,
+                              [](std::span<std::byte> pixels) { std::ranges::fill(pixels, std::byte{7}); });
     (void)reader.end_by_state();
     (void)reader.has_news();
   }
   ReplyConsumer replies(victim.segment.reader(0));
   std::vector<std::byte> message;
-  for (int i = 0; i < 64; ++i) (void)replies.pop(message);
+  const RingGeometry& geometry = victim.segment.geometry.images;
+  ImageTaker images(base, geometry);
+  for (int i = 0; i < 64; ++i) {
+    ImageNotice notice;
+    if (replies.pop(message, notice) != ReplyConsumer::Outcome::image || !images.is_sound(notice)) continue;
+    const auto block = images.take(notice, 0);
+    if (!block) continue;
+    FIRE3DV_ASSERT(block->data() >= base && block->size() <= geometry.capacity);
+    images.let_go(notice.slot);
+  }
+  images.free_unfinished([](uint32_t) { return false; });
+  for (uint64_t slot = 0; slot < geometry.count; ++slot)
+    std::memset(base + geometry.offset + slot * geometry.stride, 0, kSlotHeaderBytes);
   for (const auto& [at, word] : before) std::memcpy(base + at, &word, 8);
   std::memset(&victim.segment.reader(1), 0, 192);  // what the readers above left there
   return 0;

@@ -56,8 +56,24 @@ std::vector<Input> seeds() {
   wire::NodeAdded node;
   node.parent = "base";
   node.asset_glb.resize(20);
+  wire::ImageRequest request;
+  request.epoch = 7;
+  request.id = 1;
+  request.node = "camera";
+  request.intrinsics = {64, 48, 50, 50, 31.5f, 23.5f, 0.1f, 0, {}};
+  wire::ImageFrame image;
+  image.request = image.number = 1;
+  image.epoch = 7;
+  image.intrinsics = request.intrinsics;
+  image.pixel_bytes = 65536;
+  image.planes = {{0, wire::ImageFormat::rgba8, 64, 48, 256, 0, 12288},
+                  {3, wire::ImageFormat::r32u, 64, 48, 256, 12288, 12288},
+                  {7, wire::ImageFormat::box2d, 2, 1, 64, 24576, 64}};
   using P = wire::Property;
-  return {input_of(wire::encode(description)),
+  return {input_of(wire::encode(request)),
+          input_of(wire::encode(image)),
+          input_of(wire::encode(wire::ImageRefused{7, 1, wire::ImageRefusal::too_many, "too many"})),
+          input_of(wire::encode(description)),
           input_of(wire::encode(partial)),
           input_of(edit(P::visible, wire::Visible{false})),
           input_of(edit(P::base_color, wire::BaseColor{})),
@@ -93,6 +109,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     for (const wire::Affine3x4& pose : frame->poses)
       for (const float element : pose.m) FIRE3DV_ASSERT(std::isfinite(element));
   }
+  if (const auto* image = std::get_if<wire::ImageFrame>(&*message))
+    for (const wire::ImagePlane& plane : image->planes) {
+      FIRE3DV_ASSERT(plane.offset + plane.bytes <= image->pixel_bytes);
+      FIRE3DV_ASSERT(uint64_t{plane.row_stride} * plane.height == plane.bytes);
+    }
   if (const auto* one = std::get_if<wire::SceneEdit>(&*message))
     FIRE3DV_ASSERT(wire::fits(one->property, one->value));
   const wire::Bytes again = std::visit([](const auto& m) { return fuzz::encode_again(m); }, *message);

@@ -1,5 +1,7 @@
 fire3dv_test(client_test SOURCES client_test.cpp
   LINK fire3dv::client fire3dv_wire fire3dv_transport LABELS unit cpu)
+fire3dv_test(client_image_test SOURCES client_image_test.cpp
+  LINK fire3dv::client fire3dv_wire fire3dv_transport LABELS unit cpu)
 fire3dv_test(client_hpp_test SOURCES client_hpp_test.cpp
   LINK fire3dv::client fire3dv_wire fire3dv_transport LABELS unit cpu)
 fire3dv_test(client_hot_path_test SOURCES client_hot_path_test.cpp allocation_count.cpp

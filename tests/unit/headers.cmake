@@ -23,6 +23,7 @@ public_header_test(header_client_h_as_c11 fire3dv/client.h c)
 public_header_test(header_client_h_as_cpp11 fire3dv/client.h cpp)
 set_target_properties(header_client_h_as_cpp11 PROPERTIES CXX_STANDARD 11)
 public_header_test(header_scene_h_as_c11 fire3dv/scene.h c)
+public_header_test(header_image_h_as_c11 fire3dv/image.h c)
 public_header_test(header_client_hpp_as_cpp17 fire3dv/client.hpp cpp)
 set_target_properties(header_client_hpp_as_cpp17 PROPERTIES CXX_STANDARD 17)
 
@@ -37,6 +38,6 @@ target_link_libraries(protocol_headers PRIVATE fire3dv_flags)
 
 # The compiling is the test; CTest repeats it so that a list of results shows it.
 add_test(NAME headers_stand_alone
-  COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target header_client_h_as_c11 header_client_h_as_cpp11 header_scene_h_as_c11
+  COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target header_client_h_as_c11 header_client_h_as_cpp11 header_scene_h_as_c11 header_image_h_as_c11
           header_client_hpp_as_cpp17 protocol_headers)
 set_tests_properties(headers_stand_alone PROPERTIES LABELS "unit;cpu" TIMEOUT 600 RUN_SERIAL ON)

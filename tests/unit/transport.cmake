@@ -31,3 +31,5 @@ fire3dv_test(transport_udp_group_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transpor
              LINK fire3dv_transport fire3dv_certificates LABELS unit)
 fire3dv_test(transport_impair_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/impair_test.cpp
              LINK fire3dv_impair LABELS unit)
+fire3dv_test(transport_images_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/images_test.cpp
+             LINK fire3dv_transport LABELS unit)

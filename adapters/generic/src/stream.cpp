@@ -51,7 +51,8 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   welcome_message.clear();
   status_message.clear();
   keeps_poses = false;
-  return send_edits_again();
+  if (auto sent = send_edits_again(); !sent) return sent;
+  return images.begin_again(*link, epoch);
 }
 
 // A new epoch starts without edits; those that are kept belong to it from now on.
@@ -108,6 +109,7 @@ void fire3dv_stream::read_replies() {
     if (const auto* ack = std::get_if<wire::Ack>(&*message)) on(*ack);
     if (const auto* ping = std::get_if<wire::Ping>(&*message)) on(*ping);
     if (const auto* status = std::get_if<wire::Status>(&*message)) on(*status);
+    if (const auto* refused = std::get_if<wire::ImageRefused>(&*message)) images.on(*refused);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "fire3dv/client.h"
 #include "protocol/error.h"
+#include "images.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/edit_store.h"
@@ -50,6 +51,8 @@ struct fire3dv_stream {
 
   fire3dv::wire::EditStore edits;
   uint64_t scene_version = 0;  // of the newest edit that the link has taken
+
+  fire3dv::client::Images images;
 
   // For partial frames, from the first of them on.
   bool keeps_poses = false;

@@ -1,0 +1,177 @@
+// The C functions of images: arguments become a request, the stream does the work.
+#include "fire3dv/image.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "last_error.h"
+#include "protocol/wire/check.h"
+#include "stream.h"
+
+using fire3dv::client::fail;
+using fire3dv::client::guarded;
+namespace wire = fire3dv::wire;
+
+namespace {
+
+constexpr float kDefaultNearM = 0.01f;
+constexpr long kFirstPauseNs = 20'000;  // short beside a small image, and longer soon
+constexpr long kLongestPauseNs = 200'000;
+
+static_assert(FIRE3DV_IMAGE_BOXES3D == static_cast<int>(wire::kBoxes3d));
+static_assert(FIRE3DV_IMAGE_EXACTLY == static_cast<int>(wire::ImageWhen::exactly));
+static_assert(FIRE3DV_LENS_FISHEYE == static_cast<int>(wire::LensModel::fisheye));
+
+// What the caller holds is the public part of it.
+struct HeldImage : fire3dv_image {
+  std::vector<fire3dv_image_plane> planes;
+  fire3dv::transport::PublisherLink::Image keep;
+};
+
+int fail_null_stream() {
+  return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
+}
+
+wire::ImageRequest read_request(const fire3dv_image_request& given, uint64_t newest_sequence) {
+  wire::ImageRequest request;
+  request.epoch = request.id = 1;  // any but 0, to be checked; the stream chooses
+  if (given.node) {
+    // One byte more than is allowed is enough to be refused, however long the text really is.
+    const size_t most = fire3dv::client::outgoing_limits().max_name_bytes;
+    request.node.assign(given.node, strnlen(given.node, most + 1));
+  }
+  if (given.parent_from_camera)
+    std::copy_n(given.parent_from_camera, 12, request.parent_from_camera.m.begin());
+  wire::Intrinsics& camera = request.intrinsics;
+  const bool is_own = given.fx == 0 && given.fy == 0;
+  const float near_m = given.near_m == 0 && !is_own ? kDefaultNearM : given.near_m;
+  camera = {given.width, given.height, given.fx, given.fy, given.cx, given.cy, near_m, given.far_m, {}};
+  camera.lens.model = static_cast<wire::LensModel>(given.lens);
+  std::copy_n(given.lens_coefficients, 5, camera.lens.coefficients.begin());
+  request.outputs = given.outputs == 0 ? uint32_t{wire::kColorSrgb8} : given.outputs;
+  request.when = given.when == 0 ? wire::ImageWhen::once : static_cast<wire::ImageWhen>(given.when);
+  request.every = given.every == 0 ? 1 : given.every;
+  request.rate_hz = given.rate_hz;
+  request.sequence = given.sequence == 0 ? newest_sequence : given.sequence;
+  return request;
+}
+
+int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, uint64_t* id) {
+  if (!stream) return fail_null_stream();
+  if (!given || !id) return fail(FIRE3DV_ERROR_ARGUMENT, "request or id is NULL");
+  if (!fire3dv::client::struct_is_known(given, given->struct_size, sizeof *given))
+    return fail(FIRE3DV_ERROR_ARGUMENT, "image_request.struct_size is " + std::to_string(given->struct_size) +
+                                            "; set it to sizeof(fire3dv_image_request) (" +
+                                            std::to_string(sizeof *given) +
+                                            " in this version of the library), and leave unknown fields 0");
+  if (stream->epoch == 0)
+    return fail(FIRE3DV_ERROR_STATE,
+                "the stream has no description yet: call fire3dv_describe before fire3dv_request_image");
+  if (given->when < 0 || given->when > FIRE3DV_IMAGE_EXACTLY)
+    return fail(FIRE3DV_ERROR_ARGUMENT, "when is " + std::to_string(given->when) +
+                                            "; use FIRE3DV_IMAGE_ONCE, _EVERY_NTH, _RATE or _EXACTLY");
+  if (given->lens < 0 || given->lens > FIRE3DV_LENS_FISHEYE)
+    return fail(FIRE3DV_ERROR_ARGUMENT, "lens is " + std::to_string(given->lens) + "; use FIRE3DV_LENS_*");
+  if ((given->outputs & ~wire::kAllImageOutputs) != 0)
+    return fail(FIRE3DV_ERROR_ARGUMENT,
+                "outputs is " + std::to_string(given->outputs) + "; only FIRE3DV_IMAGE_* bits may be set");
+  if (given->when == FIRE3DV_IMAGE_EXACTLY && given->sequence == 0)
+    return fail(FIRE3DV_ERROR_ARGUMENT, "sequence is 0; FIRE3DV_IMAGE_EXACTLY needs the frame's");
+  wire::ImageRequest request = read_request(*given, stream->sequence);
+  if (auto good = wire::check(request, fire3dv::client::outgoing_limits()); !good)
+    return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+  request.epoch = stream->epoch;
+  const auto sent = stream->images.ask(*stream->link, std::move(request));
+  if (!sent) return fail(FIRE3DV_ERROR_SYSTEM, sent.error().message);
+  *id = *sent;
+  return FIRE3DV_OK;
+}
+
+int cancel_image(fire3dv_stream* stream, uint64_t id) {
+  if (!stream) return fail_null_stream();
+  const auto sent = stream->images.cancel(*stream->link, stream->epoch, id);
+  return sent ? FIRE3DV_OK : fail(FIRE3DV_ERROR_SYSTEM, sent.error().message);
+}
+
+fire3dv_image* make_image(fire3dv::client::Images::Arrived&& arrived) {
+  auto held = std::make_unique<HeldImage>();
+  const wire::ImageFrame& frame = arrived.frame;
+  const wire::Intrinsics& camera = frame.intrinsics;
+  for (const wire::ImagePlane& plane : frame.planes)
+    held->planes.push_back({1u << plane.output_bit, plane.width, plane.height, plane.row_stride,
+                            arrived.pixels.data() + plane.offset});
+  held->keep = std::move(arrived.keep);
+  fire3dv_image& image = *held;
+  image.request = frame.request;
+  image.epoch = frame.epoch;
+  image.sequence = frame.sequence;
+  image.sim_time_ns = frame.sim_time_ns;
+  image.number = frame.number;
+  image.lost = arrived.lost;
+  std::copy_n(frame.world_from_camera.m.begin(), 12, image.world_from_camera);
+  image.width = camera.width;
+  image.height = camera.height;
+  image.fx = camera.fx;
+  image.fy = camera.fy;
+  image.cx = camera.cx;
+  image.cy = camera.cy;
+  image.near_m = camera.near_m;
+  image.far_m = camera.far_m;
+  image.lens = static_cast<int32_t>(camera.lens.model);
+  std::copy_n(camera.lens.coefficients.begin(), 5, image.lens_coefficients);
+  image.plane_count = held->planes.size();
+  image.planes = held->planes.data();
+  return held.release();
+}
+
+int wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms, fire3dv_image** result) {
+  if (!stream) return fail_null_stream();
+  if (!result) return fail(FIRE3DV_ERROR_ARGUMENT, "image is NULL");
+  *result = nullptr;
+  fire3dv::client::Images& images = stream->images;
+  const uint64_t end_ns = fire3dv::client::monotonic_now_ns() + uint64_t{timeout_ms} * 1'000'000;
+  long pause_ns = kFirstPauseNs;
+  for (;;) {
+    images.collect(*stream->link, stream->epoch, id);
+    if (auto arrived = images.take(id)) {
+      *result = make_image(std::move(*arrived));
+      return FIRE3DV_OK;
+    }
+    stream->read_replies();
+    if (auto why = images.take_refusal(id)) return fail(FIRE3DV_ERROR_REFUSED, *why);
+    if (id != 0 && !images.is_open(id))
+      return fail(FIRE3DV_ERROR_ARGUMENT, "no image of request " + std::to_string(id) + " is to come");
+    if (id == 0 && !images.has_open()) return fail(FIRE3DV_ERROR_STATE, "no image has been asked for");
+    if (fire3dv::client::monotonic_now_ns() >= end_ns) break;
+    const timespec pause{0, pause_ns};
+    ::nanosleep(&pause, nullptr);
+    pause_ns = std::min(pause_ns * 2, kLongestPauseNs);
+  }
+  return fail(FIRE3DV_ERROR_TIMEOUT, "no image came within " + std::to_string(timeout_ms) + " ms; " +
+                                         std::to_string(stream->link->stats().peers) +
+                                         " renderers are reached");
+}
+
+}  // namespace
+
+int fire3dv_request_image(fire3dv_stream* stream, const fire3dv_image_request* request, uint64_t* id) {
+  return guarded([&] { return request_image(stream, request, id); });
+}
+
+int fire3dv_cancel_image(fire3dv_stream* stream, uint64_t id) {
+  return guarded([&] { return cancel_image(stream, id); });
+}
+
+int fire3dv_wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms, fire3dv_image** image) {
+  return guarded([&] { return wait_image(stream, id, timeout_ms, image); });
+}
+
+void fire3dv_release_image(fire3dv_image** image) {
+  if (!image || !*image) return;
+  delete static_cast<HeldImage*>(*image);
+  *image = nullptr;
+}

@@ -1,0 +1,159 @@
+#include "images.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "protocol/wire/encode.h"
+#include "protocol/wire/image_block.h"
+
+namespace fire3dv::client {
+namespace {
+
+// Apart from those of scene edits, which count from 1.
+constexpr uint64_t key_of(uint32_t place) {
+  return uint64_t{1} << 63 | place;
+}
+constexpr size_t kMostRefusals = wire::kMostImageRequests;
+constexpr uint32_t kMostBoxes = 4096;  // of one image, for which room is made
+
+bool goes_on(wire::ImageWhen when) {
+  return when == wire::ImageWhen::every_nth || when == wire::ImageWhen::rate;
+}
+
+}  // namespace
+
+Result<void> Images::send(transport::PublisherLink& link, const wire::ImageRequest& request) {
+  return link.put_state(key_of(request.place), std::make_shared<const wire::Bytes>(wire::encode(request)));
+}
+
+Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest request) {
+  if (open_.size() == wire::kMostImageRequests)
+    return Error{"as many images as may be are asked for already (" + std::to_string(open_.size()) +
+                 "); cancel some, or wait for them"};
+  const uint64_t pixel_bytes =
+      wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, request.outputs, kMostBoxes);
+  if (pixel_bytes > wire::kMostPixelBytes)
+    return Error{"an image of " + std::to_string(request.intrinsics.width) + " x " +
+                 std::to_string(request.intrinsics.height) + " with these outputs has " +
+                 std::to_string(pixel_bytes) + " bytes; at most " + std::to_string(wire::kMostPixelBytes) +
+                 " come back: ask for a smaller one, or for fewer outputs"};
+  const size_t block_bytes = std::max(block_bytes_, wire::most_block_bytes(pixel_bytes));
+  if (auto room = link.make_room_for_images(block_bytes, open_.size() + 1); !room) return room.error();
+  block_bytes_ = block_bytes;
+
+  request.id = last_id_ + 1;
+  request.place = free_places_.empty() ? next_place_ : free_places_.back();
+  if (auto sent = send(link, request); !sent) return sent.error();
+  ++last_id_;
+  if (free_places_.empty())
+    ++next_place_;
+  else
+    free_places_.pop_back();
+  open_[last_id_] = {std::move(request), 0, 0};
+  return last_id_;
+}
+
+void Images::close(std::map<uint64_t, Open>::iterator open) {
+  free_places_.push_back(open->second.request.place);
+  open_.erase(open);
+}
+
+Result<void> Images::cancel(transport::PublisherLink& link, uint64_t epoch, uint64_t id) {
+  std::erase_if(arrived_, [&](const Arrived& image) { return image.frame.request == id; });
+  refused_.erase(id);
+  const auto open = open_.find(id);
+  if (open == open_.end()) return {};
+  wire::ImageRequest back;
+  back.epoch = epoch;
+  back.id = id;
+  back.place = open->second.request.place;
+  back.when = wire::ImageWhen::never;
+  close(open);
+  return send(link, back);
+}
+
+Result<void> Images::begin_again(transport::PublisherLink& link, uint64_t epoch) {
+  for (auto at = open_.begin(); at != open_.end();) {
+    const auto open = at++;
+    wire::ImageRequest& request = open->second.request;
+    if (!goes_on(request.when)) {
+      refuse(open->first, "the stream was described anew before the image came; ask again");
+      close(open);
+      continue;
+    }
+    request.epoch = epoch;
+    request.sequence = 0;
+    open->second.last_number = 0;  // a renderer counts each epoch's images from 1
+    if (auto sent = send(link, request); !sent) return sent;
+  }
+  return {};
+}
+
+void Images::refuse(uint64_t id, std::string why) {
+  if (refused_.size() == kMostRefusals) refused_.erase(refused_.begin());
+  refused_[id] = std::move(why);
+}
+
+void Images::on(const wire::ImageRefused& refused) {
+  const auto open = open_.find(refused.request);
+  if (open == open_.end() || open->second.request.epoch != refused.epoch) return;
+  refuse(refused.request, refused.message.empty() ? "the renderer gives no reason" : refused.message);
+  close(open);
+}
+
+// What a renderer does wrong is dropped, as the specification asks.
+void Images::collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id) {
+  while (!has_arrived(id)) {
+    std::optional<transport::PublisherLink::Image> image = link.poll_image();
+    if (!image) return;
+    const auto block = wire::read_image_block(image->block);
+    if (!block) continue;
+    const auto message = decoder_.decode(block->head);
+    if (!message) continue;
+    const auto* frame = std::get_if<wire::ImageFrame>(&*message);
+    if (frame == nullptr || frame->epoch != epoch || frame->request != block->request ||
+        frame->pixel_bytes > block->pixels.size())
+      continue;
+    arrived(*frame, block->pixels, std::move(*image));
+  }
+}
+
+void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> pixels,
+                     transport::PublisherLink::Image&& keep) {
+  const auto open = open_.find(frame.request);
+  if (open == open_.end()) return;  // cancelled, or another renderer was faster
+  Open& request = open->second;
+  if (frame.number <= request.last_number) return;
+  request.lost += frame.number - request.last_number - 1;
+  request.last_number = frame.number;
+  request.lost +=
+      std::erase_if(arrived_, [&](const Arrived& image) { return image.frame.request == frame.request; });
+  arrived_.push_back({frame, pixels, std::move(keep), request.lost});
+  if (!goes_on(request.request.when)) close(open);
+}
+
+bool Images::has_arrived(uint64_t id) const {
+  return std::any_of(arrived_.begin(), arrived_.end(),
+                     [&](const Arrived& image) { return id == 0 || image.frame.request == id; });
+}
+
+std::optional<Images::Arrived> Images::take(uint64_t id) {
+  const auto found = std::find_if(arrived_.begin(), arrived_.end(),
+                                  [&](const Arrived& image) { return id == 0 || image.frame.request == id; });
+  if (found == arrived_.end()) return {};
+  Arrived image = std::move(*found);
+  arrived_.erase(found);
+  if (const auto open = open_.find(image.frame.request); open != open_.end()) open->second.lost = 0;
+  return image;
+}
+
+std::optional<std::string> Images::take_refusal(uint64_t id) {
+  const auto found = id == 0 ? refused_.begin() : refused_.find(id);
+  if (found == refused_.end()) return {};
+  std::string why = "request " + std::to_string(found->first) + ": " + found->second;
+  refused_.erase(found);
+  return why;
+}
+
+}  // namespace fire3dv::client

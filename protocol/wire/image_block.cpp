@@ -1,0 +1,36 @@
+#include "protocol/wire/image_block.h"
+
+#include <bit>
+#include <cstring>
+#include <string>
+
+namespace fire3dv::wire {
+
+static_assert(std::endian::native == std::endian::little, "blocks are little-endian");
+
+void write_image_block_head(std::span<std::byte> block, uint64_t request, std::span<const std::byte> head) {
+  const size_t end = pixels_at(head.size());
+  FIRE3DV_ASSERT(head.size() <= kMostImageHeadBytes && block.size() >= end);
+  const auto head_bytes = static_cast<uint32_t>(head.size());
+  std::memset(block.data(), 0, end);
+  std::memcpy(block.data(), &request, sizeof request);
+  std::memcpy(block.data() + 8, &head_bytes, sizeof head_bytes);
+  std::memcpy(block.data() + kImageBlockHeaderBytes, head.data(), head.size());
+}
+
+Result<ImageBlock> read_image_block(std::span<const std::byte> block) {
+  if (block.size() < kImageBlockHeaderBytes)
+    return Error{"an image has " + std::to_string(block.size()) + " bytes; the smallest has more"};
+  ImageBlock result;
+  uint32_t head_bytes = 0;
+  std::memcpy(&result.request, block.data(), sizeof result.request);
+  std::memcpy(&head_bytes, block.data() + 8, sizeof head_bytes);
+  if (head_bytes > kMostImageHeadBytes || pixels_at(head_bytes) > block.size())
+    return Error{"an image's head has " + std::to_string(head_bytes) + " bytes, which do not lie in its " +
+                 std::to_string(block.size())};
+  result.head = block.subspan(kImageBlockHeaderBytes, head_bytes);
+  result.pixels = block.subspan(pixels_at(head_bytes));
+  return result;
+}
+
+}  // namespace fire3dv::wire

@@ -1,0 +1,260 @@
+// Images on their way back: what comes is what was sent, nothing is written while it is read, the newest of
+// each request counts, and whoever is slow or dead costs nobody else anything.
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "protocol/transport/image_queue.h"
+#include "protocol/wire/image_block.h"
+#include "tests/unit/transport/link_fixture.h"
+
+namespace fire3dv::transport::test {
+namespace {
+
+constexpr size_t kPixelBytes = 20'000;
+
+class Images : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    const bool shm = GetParam() == "shm";
+    listener_.emplace(shm ? unique_shm_uri("images") : "tcp://127.0.0.1:0");
+    publisher_ = must_open_publisher(listener_->link->uri());
+    ASSERT_TRUE(publisher_->set_description(bytes_of("description")).ok());
+  }
+  void make_room(size_t requests) {
+    const auto room = publisher_->make_room_for_images(wire::most_block_bytes(kPixelBytes), requests);
+    ASSERT_TRUE(room.ok()) << room.error().message;
+    ASSERT_TRUE(publish_until_seen(*publisher_, *listener_, "pose"));  // in the segment that has the room
+  }
+  PeerId peer() {
+    for (const Event& event : listener_->events)
+      if (event.kind == Kind::connected) peer_ = event.peer;
+    return peer_;
+  }
+
+  // An image whose every byte follows from its number.
+  static std::byte byte_of(uint64_t number, size_t at) {
+    return static_cast<std::byte>(number * 31 + at * 7);
+  }
+  bool send(uint64_t request, uint64_t number) {
+    const std::string head = std::to_string(number);
+    return listener_->link->send_image(peer(), request, bytes_of(head), kPixelBytes,
+                                       [&](std::span<std::byte> pixels) {
+                                         ASSERT_EQ(pixels.size(), kPixelBytes);
+                                         for (size_t i = 0; i < pixels.size(); ++i)
+                                           pixels[i] = byte_of(number, i);
+                                       });
+  }
+  // The number that an image says, once all of its bytes have said so.
+  static uint64_t number_of(const PublisherLink::Image& image, uint64_t& request) {
+    const auto block = wire::read_image_block(image.block);
+    EXPECT_TRUE(block.ok()) << block.error().message;
+    if (!block) return 0;
+    const uint64_t number = std::stoull(text_of(block->head));
+    EXPECT_EQ(block->pixels.size(), kPixelBytes);
+    bool same = true;
+    for (size_t i = 0; i < block->pixels.size(); ++i) same = same && block->pixels[i] == byte_of(number, i);
+    EXPECT_TRUE(same) << "image " << number << " was written over";
+    request = block->request;
+    return number;
+  }
+  std::optional<PublisherLink::Image> next() {
+    const auto until = std::chrono::steady_clock::now() + kHangLimit;
+    while (std::chrono::steady_clock::now() < until) {
+      if (auto image = publisher_->poll_image()) return image;
+      ::usleep(100);
+    }
+    return {};
+  }
+
+  std::optional<Listener> listener_;
+  std::unique_ptr<PublisherLink> publisher_;
+  PeerId peer_ = 0;
+};
+
+INSTANTIATE_TEST_SUITE_P(Links, Images, ::testing::Values("shm", "tcp"));
+
+TEST_P(Images, ComeAsTheyWereSentWithRepliesBetween) {
+  make_room(4);
+  for (uint64_t number = 1; number <= 200; ++number) {
+    ASSERT_TRUE(send(number, number));
+    listener_->link->send(peer(), bytes_of("reply"));
+    const auto image = next();
+    ASSERT_TRUE(image) << number;
+    uint64_t request = 0;
+    EXPECT_EQ(number_of(*image, request), number);
+    EXPECT_EQ(request, number);
+  }
+  EXPECT_TRUE(poll_until_reply(*publisher_, "reply"));
+  EXPECT_EQ(listener_->link->stats().images_dropped, 0u);
+  EXPECT_EQ(publisher_->stats().images_received, 200u);
+}
+
+TEST_P(Images, WithRandomDepthInFlightAndImagesHeldNothingIsMixedUp) {
+  constexpr uint64_t kImages = 1000, kRequests = 16;
+  make_room(kRequests);
+  std::mt19937_64 random(7);
+  std::vector<std::pair<uint64_t, PublisherLink::Image>> held;  // by number
+  std::map<uint64_t, uint64_t> newest;                          // of each request
+  const auto take = [&](PublisherLink::Image&& image) {
+    uint64_t request = 0;
+    const uint64_t number = number_of(image, request);
+    EXPECT_EQ(request, number % kRequests + 1);
+    EXPECT_GT(number, newest[request]) << "an older image after a newer one";
+    newest[request] = number;
+    held.emplace_back(number, std::move(image));
+  };
+  for (uint64_t number = 1; number <= kImages; ++number) {
+    send(number % kRequests + 1, number);
+    for (uint64_t more = random() % 3; more > 0; --more)
+      if (auto image = publisher_->poll_image()) take(std::move(*image));
+    while (held.size() > random() % kRequests) {
+      const size_t which = random() % held.size();
+      uint64_t request = 0;
+      ASSERT_EQ(number_of(held[which].second, request), held[which].first) << "changed while it was held";
+      held.erase(held.begin() + static_cast<std::ptrdiff_t>(which));
+    }
+  }
+  held.clear();
+  const auto has_all = [&] {
+    return std::all_of(newest.begin(), newest.end(),
+                       [](const auto& entry) { return entry.second > kImages - kRequests; });
+  };
+  while (newest.size() < kRequests || !has_all()) {
+    auto image = next();
+    ASSERT_TRUE(image) << "the newest image of a request was lost";
+    take(std::move(*image));
+    held.clear();
+  }
+}
+
+TEST_P(Images, OfARequestThatNobodyReadsTheNewestStays) {
+  make_room(1);
+  for (uint64_t number = 1; number <= 3000; ++number) EXPECT_TRUE(send(9, number));
+  uint64_t got = 0;
+  while (got < 3000) {
+    const auto image = next();
+    ASSERT_TRUE(image);
+    uint64_t request = 0;
+    got = number_of(*image, request);
+  }
+  const uint64_t dropped = listener_->link->stats().images_dropped + publisher_->stats().images_dropped;
+  EXPECT_GT(dropped, 0u);
+  EXPECT_LT(dropped, 3000u);
+}
+
+TEST_P(Images, AreRefusedUntilRoomIsMade) {
+  ASSERT_TRUE(publish_until_seen(*publisher_, *listener_, "pose"));
+  send(1, 1);
+  listener_->link->send(peer(), bytes_of("reply"));
+  ASSERT_TRUE(poll_until_reply(*publisher_, "reply"));
+  EXPECT_FALSE(publisher_->poll_image());
+}
+
+TEST_P(Images, StayWhenTheLinkIsGone) {
+  make_room(1);
+  ASSERT_TRUE(send(1, 5));
+  const auto image = next();
+  ASSERT_TRUE(image);
+  publisher_.reset();
+  uint64_t request = 0;
+  EXPECT_EQ(number_of(*image, request), 5u);
+}
+
+TEST_P(Images, ToWhoIsGoneAreLost) {
+  make_room(1);
+  publisher_.reset();
+  ASSERT_TRUE(listener_->poll_until([&] { return listener_->count(Kind::disconnected) > 0; }));
+  for (uint64_t number = 1; number <= 100; ++number) send(1, number);
+}
+
+TEST(ShmImages, HeldSlotsAreNotTakenAndLostImagesAreCounted) {
+  Listener listener(unique_shm_uri("held"));
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
+  ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+  const PeerId peer = listener.events[0].peer;
+  std::vector<PublisherLink::Image> held;
+  uint64_t request = 0;
+  const auto fill = [](std::span<std::byte> pixels) { std::ranges::fill(pixels, std::byte{1}); };
+  while (listener.link->send_image(peer, ++request, bytes_of("h"), 64, fill)) {
+    auto image = publisher->poll_image();
+    ASSERT_TRUE(image);
+    held.push_back(std::move(*image));
+    ASSERT_LE(held.size(), 64u);
+  }
+  EXPECT_GE(held.size(), 2u);
+  EXPECT_EQ(listener.link->stats().images_dropped, 1u);
+  held.pop_back();
+  EXPECT_TRUE(listener.link->send_image(peer, ++request, bytes_of("h"), 64, fill));
+  EXPECT_FALSE(listener.link->send_image(peer, ++request, bytes_of("h"), 1 << 20, fill))
+      << "longer than a slot";
+}
+
+TEST(ShmImages, ALaterRendererFindsThePoseThatWasPublishedBeforeTheRequest) {
+  const std::string uri = unique_shm_uri("paused");
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
+  publisher->publish(message_of("paused"));
+  ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
+  Listener later(uri);
+  EXPECT_TRUE(later.poll_until([&] { return later.saw(Kind::pose, "paused"); }));
+}
+
+TEST(ShmImages, WhoReadOnDoesNotSeeThatPoseTwice) {
+  const std::string uri = unique_shm_uri("carried");
+  Listener listener(uri, {.delivery = Delivery::all});
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
+  publisher->publish(message_of("one"));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "one"); }));
+  ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
+  publisher->publish(message_of("two"));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "two"); }));
+  EXPECT_EQ(listener.count(Kind::pose), 2u);
+}
+
+// A renderer that is killed while it writes leaves a slot that nobody will complete.
+TEST(ShmImages, WhatADeadRendererWasWritingIsFreed) {
+  const std::string uri = unique_shm_uri("dead");
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
+  ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
+  publisher->publish(message_of("pose"));
+  for (int killed = 0; killed < 40; ++killed) {  // more than there are slots
+    const pid_t child = ::fork();
+    if (child == 0) {
+      Listener listener(uri);
+      listener.poll_until([&] { return listener.count(Kind::pose) > 0; });
+      listener.link->send_image(listener.events[0].peer, 1, bytes_of("h"), 64,
+                                [](std::span<std::byte>) { ::_exit(0); });
+      ::_exit(1);
+    }
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ASSERT_EQ(WEXITSTATUS(status), 0) << "no slot was free after " << killed << " dead renderers";
+    ASSERT_FALSE(publisher->poll_image());
+  }
+}
+
+TEST(ImageQueue, KeepsTheNewestOfEachWithinItsBound) {
+  using Block = std::vector<std::byte>;
+  ImageQueue<Block> queue(100);
+  EXPECT_EQ(queue.push(1, Block(40)), 0u);
+  EXPECT_EQ(queue.push(2, Block(40)), 0u);
+  EXPECT_EQ(queue.push(1, Block(50)), 1u) << "the older image of its request";
+  EXPECT_EQ(queue.bytes(), 90u);
+  EXPECT_EQ(queue.push(3, Block(30)), 1u) << "the oldest";
+  EXPECT_EQ(queue.pop().size(), 50u);
+  EXPECT_EQ(queue.pop().size(), 30u);
+  EXPECT_TRUE(queue.empty());
+  EXPECT_EQ(queue.push(4, Block(101)), 1u) << "itself";
+  EXPECT_TRUE(queue.empty());
+  EXPECT_EQ(queue.bytes(), 0u);
+}
+
+}  // namespace
+}  // namespace fire3dv::transport::test
