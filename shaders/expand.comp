@@ -31,7 +31,7 @@ void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTria
     const ivec2 tile = first + ivec2(i % tiles.x, i / tiles.x);
     const ivec2 origin = tile << kTileShift;
     if (!reaches_box(prepared, origin, origin + (1 << kTileShift) - 1)) continue;
-    if (place != FIRE3DV_NO_INDEX && emit_tile(set, place, tile)) continue;
+    if (place != FIRE3DV_NO_INDEX && emit_tile(set, place, tile, view)) continue;
     // No room left: slow, but the same image.
     const TileTriangle triangle = tile_triangle(prepared);
     for (int p = 0; p < 1 << (2 * kTileShift); ++p) {

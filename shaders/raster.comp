@@ -175,7 +175,7 @@ void main() {
 #endif
   const ivec2 extent = high_corner - low_corner, box = high - low + 1;
   if (max(extent.x, extent.y) > kMostExtent || box.x * box.y > kMostPixels) {
-    emit_large(set, HugeTriangle(id, push.view), a, b, c, mirrored, double_sided, low, high);
+    emit_large(set, HugeTriangle(id, push.view), a, b, c, mirrored, double_sided, low, high, view);
     return;
   }
   const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;

@@ -1,5 +1,5 @@
 // shade.comp for a device that is a CPU (see lanes.glsl): the same surfaces by the same text, in an order that suits it.
-// What rays tell is in the mask. Variants: FIRE3DV_SAMPLES 1 or 4.
+// Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_UNRESOLVED and FIRE3DV_FIND_SHADOWS as there.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/pixel_ids.glsl"
@@ -8,11 +8,21 @@
 #include "common/shadow_maps.glsl"
 #include "common/shadow_ray.glsl"
 #include "common/shadow_mask.glsl"
+#ifdef FIRE3DV_FIND_SHADOWS
+#include "common/ray_list.glsl"
+#include "common/shadow_verdict.glsl"
+#endif
 #include "common/tone_map.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };
+#ifndef FIRE3DV_UNRESOLVED
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
+#elif FIRE3DV_SAMPLES == 4
+layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2DMS hdr;
+#else
+layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
+#endif
 
 struct HeldShadow {
   LightShadow shadow;
@@ -22,43 +32,83 @@ struct HeldShadow {
 GlobalsRef globals;
 HeldShadow held_shadows[kHeldLights];  // of the first lights
 uint shaded_pixel;
-int shaded_sample;  // the first of those that are being shaded
+uint shaded_samples;  // of it, as bits
+#ifdef FIRE3DV_FIND_SHADOWS
+uint shaded_part;
+bool shaded_body;
+uint known_shadows;  // of the pixel, bits as in the mask
+uint wanted_rays;    // as in RayEntry
+#endif
 
 void hold_shadows() {
   if (globals.value.light_count == 0 || globals.value.shadows == FIRE3DV_SHADOWS_OFF) return;
   for (uint i = 0; i < kHeldLights; ++i) {
     held_shadows[i].shadow = LightShadowRef(globals.value.light_shadows).at[min(i, globals.value.light_count - 1)];
-    if (globals.value.shadows == FIRE3DV_SHADOWS_MAP && held_shadows[i].shadow.view_count != 0) {
+#ifdef FIRE3DV_FIND_SHADOWS
+    const bool asks_maps = true;
+#else
+    const bool asks_maps = globals.value.shadows == FIRE3DV_SHADOWS_MAP;
+#endif
+    if (asks_maps && held_shadows[i].shadow.view_count != 0) {
       held_shadows[i].view = view_for_all(globals.value.light_views, held_shadows[i].shadow.first_view);
     }
   }
 }
 
+RasterView view_towards(uint light_index, LightShadow shadow, LightSample light) {
+  RasterView view;
+  if (light_index < kHeldLights && shadow.view_count == 1) {
+    view = held_shadows[light_index].view;
+  } else {
+    view = view_of(globals, shadow, light);
+  }
+  return view;
+}
+
+#ifdef FIRE3DV_FIND_SHADOWS
+uint verdict_of(uint light_index, LightShadow shadow, LightSample light, SurfacePoint point) {
+  if (shaded_body && is_turned_away(point, light)) return kShadowed;
+  LightPlace place;
+  if (light_index < kHeldLights) {
+    place = held_lights[light_index];
+  } else {
+    place = LightPlaceRef(globals.value.light_places).at[light_index];
+  }
+  const ShadowRay ray = shadow_ray(globals, point, place, light);
+  return map_verdict(globals, view_towards(light_index, shadow, ray.light), shaded_part, ray.origin, point.plane_normal_world, ray.light);
+}
+#endif
+
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
-  const bool held = light_index < kHeldLights;
   LightShadow shadow;
-  if (held) {
+  if (light_index < kHeldLights) {
     shadow = held_shadows[light_index].shadow;
   } else {
     shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
   }
   if (shadow.rays == 0) return 1;
-  if (globals.value.shadows != FIRE3DV_SHADOWS_MAP) return mask_visibility(globals, shadow, shaded_pixel, shaded_sample);
+#ifdef FIRE3DV_FIND_SHADOWS
+  const uint verdict = verdict_of(light_index, shadow, light, point);
+  if (verdict == kLit) return 1;
+  known_shadows &= ~(shaded_samples << shadow.mask_shift);
+  if (verdict == kUnknown) wanted_rays |= 1u << (shadow.mask_shift + findLSB(shaded_samples));
+  return 0;
+#else
+  if (globals.value.shadows != FIRE3DV_SHADOWS_MAP) return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
   const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
-  RasterView view;
-  if (held && shadow.view_count == 1) {
-    view = held_shadows[light_index].view;
-  } else {
-    view = view_of(globals, shadow, light);
-  }
-  return map_visibility(globals, view, lifted, point.plane_normal_world, light);
+  return map_visibility(globals, view_towards(light_index, shadow, light), lifted, point.plane_normal_world, light);
+#endif
 }
 
 // together: no lane is missing.
 vec3 shaded(uint id, vec2 place, const bool together) {
   const VisibleTriangle triangle = visible_triangle(globals, id, together);
   const SurfacePoint point = surface_point(globals, triangle, place);
+#ifdef FIRE3DV_FIND_SHADOWS
+  shaded_part = part_of_id(globals, id);
+  shaded_body = is_body(globals, shaded_part);
+#endif
   const MaterialRecord material = material_of(globals, triangle);
   return shade(globals, material, surface_base_color(material, point), point).rgb;
 }
@@ -72,17 +122,46 @@ vec3 background_of(uvec2 pixel) {
 // Every pixel has a lane, or those have one that were listed. Blocks of 4 x 2 pixels for each vector: fewer of them lie on
 // the border between two bodies than of rows of 8. What is beyond the image or the list repeats the last, so that no lane
 // is missing.
-uvec2 pixel_of_lane() {
+uvec2 place_of_lane() {
   const uint i = gl_LocalInvocationID.x;
+  return uvec2((i & 3) | ((i >> 1) & 4), ((i >> 2) & 1) | ((i >> 3) & 6));
+}
+
+uvec2 pixel_of_lane() {
   if (push.listed != 0) {
     const uint last = RayListRef(push.list).value.width - 1;
-    const uint index = min((gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + i, last);
+    const uint index = min((gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + gl_LocalInvocationID.x, last);
     const uint pixel = RayEntryRef(push.entries).at[index].pixel;
     return uvec2(pixel % globals.value.width, pixel / globals.value.width);
   }
-  const uvec2 place = uvec2((i & 3) | ((i >> 1) & 4), ((i >> 2) & 1) | ((i >> 3) & 6));
-  return min(gl_WorkGroupID.xy * 8 + place, uvec2(globals.value.width, globals.value.height) - 1);
+  return min(gl_WorkGroupID.xy * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height) - 1);
 }
+
+vec3 sum;  // of the pixel's samples, as they are displayed
+
+void put(uvec2 pixel, vec3 color, uint samples) {
+#ifndef FIRE3DV_UNRESOLVED
+  sum += display_linear(color, push.exposure, push.tone_map) * bitCount(samples);
+#elif FIRE3DV_SAMPLES == 4
+  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
+    if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
+  }
+#else
+  imageStore(hdr, ivec2(pixel), vec4(color, 1));
+#endif
+}
+
+#ifdef FIRE3DV_FIND_SHADOWS
+void forget_shadows() {
+  known_shadows = FIRE3DV_NO_INDEX;  // all lit
+  wanted_rays = 0;
+}
+
+// Not one that another lane has, too, since the image ends here.
+bool is_own_pixel() {
+  return all(lessThan(gl_WorkGroupID.xy * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height)));
+}
+#endif
 
 void main() {
   globals = globals_at(push.globals);
@@ -91,26 +170,40 @@ void main() {
   const PixelIds ids = pixel_ids(push.visibility, shaded_pixel);
   hold_lights(globals);
   hold_shadows();
+#ifdef FIRE3DV_FIND_SHADOWS
+  forget_shadows();
+#endif
+  sum = vec3(0);
 
   // The first surface of all lanes' pixels: where there is none a neighbour's stands in.
   const uint id = id_of_sample(ids, 0), same = samples_with(ids, id), other_id = largest_of_lanes(id);
   vec3 color = vec3(0);
-  shaded_sample = 0;
+  shaded_samples = same;
   if (other_id != 0) color = shaded(id != 0 ? id : other_id, place_of_samples(pixel, same), true);
+#ifdef FIRE3DV_FIND_SHADOWS
+  if (id == 0) forget_shadows();
+#endif
   if (id == 0) color = background_of(pixel);
-  vec3 sum = display_linear(color, push.exposure, push.tone_map) * bitCount(same);
+  put(pixel, color, same);
 
 #if FIRE3DV_SAMPLES == 4
   // The others of pixels on edges.
   uint open = kAllSamples & ~same;
   while (open != 0) {
-    shaded_sample = findLSB(open);
-    const uint further_id = id_of_sample(ids, shaded_sample), further = samples_with(ids, further_id);
-    open &= ~further;
+    const uint further_id = id_of_sample(ids, findLSB(open));
+    shaded_samples = samples_with(ids, further_id);
+    open &= ~shaded_samples;
     const vec3 further_color = further_id == 0 ? background_of(pixel)
-                                               : shaded(further_id, place_of_samples(pixel, further), false);
-    sum += display_linear(further_color, push.exposure, push.tone_map) * bitCount(further);
+                                               : shaded(further_id, place_of_samples(pixel, shaded_samples), false);
+    put(pixel, further_color, shaded_samples);
   }
 #endif
+#ifndef FIRE3DV_UNRESOLVED
   imageStore(display, ivec2(pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
+#endif
+#ifdef FIRE3DV_FIND_SHADOWS
+  const bool own = is_own_pixel();
+  if (own && wanted_rays != 0) UintsRef(globals.value.shadow_mask).at[shaded_pixel] = known_shadows;
+  append(push.list, push.entries, RayEntry(shaded_pixel, 0, own ? wanted_rays : 0));
+#endif
 }

@@ -1,4 +1,4 @@
-// One tile of one large triangle for each workgroup. Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS; FIRE3DV_CPU.
+// One tile of one large triangle for each workgroup. Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/tile_raster.glsl"
@@ -13,14 +13,8 @@ void main() {
   if (place >= min(LargeWorkRef(set.large).value.tiles.count, set.tile_capacity)) return;
   const TileEntry entry = TileEntryRef(set.tiles).at[place];
   const PreparedTriangle prepared = PreparedTriangleRef(set.prepared).at[entry.prepared];
-#ifdef FIRE3DV_CPU
-  const RasterView view = view_for_all(set.views, prepared.view);
-  TileTriangle triangle = tile_triangle(prepared);
-  triangle.masked = is_masked(globals, triangle.id);
-#else
   const RasterView view = RasterViewRef(set.views).at[prepared.view];
   const TileTriangle triangle = tile_triangle(prepared);
-#endif
   const ivec2 origin = ivec2(entry.tile & 0xffffu, entry.tile >> 16) << kTileShift;
   for (uint i = gl_LocalInvocationIndex; i < 1u << (2 * kTileShift); i += 128) {
     draw_tile_pixel(globals, set, view, triangle,

@@ -47,10 +47,8 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
   return PipelineLayout(device, layout);
 }
 
-namespace {
-
-// Variants for a device that is a CPU reckon with vectors of eight lanes; see shaders/common/lanes.glsl.
-bool has_eight_lanes(const Device& device) {
+// They reckon with vectors of eight lanes.
+bool takes_cpu_variants(const Device& device) {
   if (device.report().type != DeviceType::software) return false;
   VkPhysicalDeviceVulkan11Properties subgroups{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroups, {}};
@@ -59,11 +57,13 @@ bool has_eight_lanes(const Device& device) {
   return subgroups.subgroupSize == 8 && (subgroups.subgroupSupportedOperations & kNeeded) == kNeeded;
 }
 
+namespace {
+
 std::string variant_for(const Device& device, std::string_view shader) {
   constexpr std::string_view kEnd = ".comp";
   if (shader.ends_with(kEnd)) {
     std::string variant = std::string(shader.substr(0, shader.size() - kEnd.size())) + "_cpu.comp";
-    if (!shaders::embedded(variant).empty() && has_eight_lanes(device)) return variant;
+    if (!shaders::embedded(variant).empty() && takes_cpu_variants(device)) return variant;
   }
   return std::string(shader);
 }

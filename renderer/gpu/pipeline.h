@@ -16,6 +16,10 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
 
 ShaderModule create_shader_module(Device& device, std::string_view name);
 
+// Whether shaders are taken in their variants for a device that is a CPU, where there are such; see
+// shaders/common/lanes.glsl.
+bool takes_cpu_variants(const Device& device);
+
 // name: the shader's file name, as in "post.comp".
 // It may still be on its way: see pipeline_making.h. One that few scenes need is made when it is first used;
 // one that takes long and is needed for certain is made before those that wait already.

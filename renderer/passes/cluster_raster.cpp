@@ -16,6 +16,7 @@ namespace access = gpu::access;
 
 constexpr uint32_t kPreparedCapacity = 1u << 18;
 constexpr uint32_t kTileCapacity = 1u << 20;
+constexpr uint32_t kTileSide = 1u << FIRE3DV_TILE_SHIFT;
 constexpr uint32_t kHugeAtFirst = 1u << 22;  // 32 MiB, of scenes that large
 constexpr gpu::Access kArgumentsAndCompute{
     VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
@@ -52,6 +53,10 @@ uint32_t farthest_count(VkExtent2D extent) {
   return count;
 }
 
+VkExtent2D tiles_of(VkExtent2D extent) {
+  return {(extent.width + kTileSide - 1) / kTileSide, (extent.height + kTileSide - 1) / kTileSide};
+}
+
 // What a frame tells the host, of each round; the lists' lengths of the first view.
 struct Counts {
   gpu_types::LargeWork large[2];
@@ -72,7 +77,10 @@ void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* c
 }  // namespace
 
 ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind)
-    : device_(device), layout_(layout), kind_(kind) {
+    : device_(device),
+      layout_(layout),
+      kind_(kind),
+      tile_by_tile_(gpu::takes_cpu_variants(device)) {
   const std::string suffix = kind == RasterKind::lights             ? "_light.comp"
                              : kind == RasterKind::lights_middles   ? "_middles.comp"
                              : kind == RasterKind::camera_4_samples ? "_4.comp"
@@ -116,6 +124,15 @@ void ClusterRaster::read_counts() {
   if (rounds == 2) clusters_not_hidden_ = drawn_.clusters;
 }
 
+// A number for each tile of the image, or of all maps one behind the other.
+VkDeviceSize ClusterRaster::tile_list_bytes() const {
+  const VkExtent2D tiles = tiles_of(job_.extent);
+  const VkDeviceSize texels = job_.target->size_bytes / sizeof(uint32_t);
+  const VkDeviceSize count =
+      is_of_lights(kind_) ? texels / (kTileSide * kTileSide) : VkDeviceSize{tiles.width} * tiles.height;
+  return count * sizeof(uint32_t);
+}
+
 void ClusterRaster::make_room(const Job& job) {
   const VkDeviceSize instances = job.instance_count(), entries = job.view_count * instances;
   // Room for every triangle of a scene that is not vast, so that the first image lacks none.
@@ -127,6 +144,10 @@ void ClusterRaster::make_room(const Job& job) {
   grow(device_, huge_, VkDeviceSize{huge_capacity_} * sizeof(gpu_types::HugeTriangle));
   grow(device_, prepared_, VkDeviceSize{kPreparedCapacity} * sizeof(gpu_types::PreparedTriangle));
   grow(device_, tile_entries_, VkDeviceSize{kTileCapacity} * sizeof(gpu_types::TileEntry));
+  if (tile_by_tile_) {
+    grow(device_, tile_lists_, 2 * tile_list_bytes());
+    grow(device_, tile_next_, VkDeviceSize{kTileCapacity} * sizeof(uint32_t));
+  }
   if (round_count_ == 2) {
     nothing_seen_ |= grow(device_, was_seen_, instances * sizeof(uint32_t));
     grow(device_, farthest_, farthest_count(job.extent) * sizeof(float));
@@ -144,6 +165,7 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   set.huge = huge_.address;
   set.prepared = prepared_.address;
   set.tiles = tile_entries_.address;
+  set.tile_next = tile_next_.address;
   set.target = job.target->address;
   set.was_seen = was_seen_.address;
   set.farthest = farthest_.address;
@@ -156,6 +178,7 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   for (uint32_t round = 0; round < round_count_; ++round) {
     set.work = work_.address + round * job.view_count * sizeof(gpu_types::ViewWork);
     set.large = large_.address + round * sizeof(gpu_types::LargeWork);
+    if (tile_by_tile_) set.tile_lists = tile_lists_.address + round * tile_list_bytes();
     set.round = round_count_ == 1 ? FIRE3DV_ROUND_ONLY
                 : round == 0      ? FIRE3DV_ROUND_EARLY
                                   : FIRE3DV_ROUND_LATE;
@@ -172,12 +195,16 @@ void ClusterRaster::add_uses(std::vector<Use>& uses) {
   uses.emplace_back(huge_, access::compute_write);
   uses.emplace_back(prepared_, access::compute_write);
   uses.emplace_back(tile_entries_, access::compute_write);
+  if (!tile_by_tile_) return;
+  uses.emplace_back(tile_lists_, access::compute_write);
+  uses.emplace_back(tile_next_, access::compute_write);
 }
 
 void ClusterRaster::clear(VkCommandBuffer commands) {
   vkCmdFillBuffer(commands, work_.get(), 0, VK_WHOLE_SIZE, 0);
   vkCmdFillBuffer(commands, large_.get(), 0, VK_WHOLE_SIZE, 0);
   vkCmdFillBuffer(commands, job_.target->get(), 0, VK_WHOLE_SIZE, 0);
+  if (tile_by_tile_) vkCmdFillBuffer(commands, tile_lists_.get(), 0, VK_WHOLE_SIZE, 0);
   if (round_count_ == 2 && nothing_seen_) {
     vkCmdFillBuffer(commands, was_seen_.get(), 0, VK_WHOLE_SIZE, 0);
     nothing_seen_ = false;
@@ -216,6 +243,14 @@ void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& p
   vkCmdDispatchIndirect(commands, large_.get(), round * sizeof(gpu_types::LargeWork) + arguments);
 }
 
+void ClusterRaster::draw_tiles(VkCommandBuffer commands, uint32_t round) const {
+  if (!tile_by_tile_)
+    return large_stage(commands, tiles_, round, offsetof(gpu_types::LargeWork, tiles));
+  bind(commands, tiles_, round, 0);
+  const VkExtent2D tiles = tiles_of(job_.extent);
+  vkCmdDispatch(commands, tiles.width, tiles.height, job_.view_count);
+}
+
 void ClusterRaster::find_farthest(VkCommandBuffer commands) const {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, farthest_depth_.get());
   const gpu_types::FarthestDepthPush push{job_.target->address, farthest_.address, job_.extent.width,
@@ -238,8 +273,12 @@ void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaste
     uses.emplace_back(*set.job_.target, access::compute_write);
   };
   // The target is not declared from stage to stage: the largest value wins in any order, and atomics need no
-  // barrier.
+  // barrier. Where tiles are drawn one by one, what was drawn before has to be there.
   auto later_uses = [](ClusterRaster& set, std::vector<Use>& uses) { set.add_uses(uses); };
+  auto tile_uses = [](ClusterRaster& set, std::vector<Use>& uses) {
+    set.add_uses(uses);
+    if (set.tile_by_tile_) uses.emplace_back(*set.job_.target, access::compute_write);
+  };
 
   stage(recorder, names.cull, sets, list_uses,
         [&](ClusterRaster& set, VkCommandBuffer commands) { set.cull(commands, round); });
@@ -248,9 +287,8 @@ void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaste
   stage(recorder, names.expand, sets, later_uses, [&](ClusterRaster& set, VkCommandBuffer commands) {
     set.large_stage(commands, set.expand_, round, offsetof(gpu_types::LargeWork, expand));
   });
-  stage(recorder, names.tiles, sets, later_uses, [&](ClusterRaster& set, VkCommandBuffer commands) {
-    set.large_stage(commands, set.tiles_, round, offsetof(gpu_types::LargeWork, tiles));
-  });
+  stage(recorder, names.tiles, sets, tile_uses,
+        [&](ClusterRaster& set, VkCommandBuffer commands) { set.draw_tiles(commands, round); });
 }
 
 void ClusterRaster::keep_counts(gpu::Recorder& recorder) {
@@ -274,6 +312,7 @@ void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* con
         uses.emplace_back(set.work_, access::transfer_write);
         uses.emplace_back(set.large_, access::transfer_write);
         uses.emplace_back(*set.job_.target, access::transfer_write);
+        if (set.tile_by_tile_) uses.emplace_back(set.tile_lists_, access::transfer_write);
         if (set.round_count_ == 2 && set.nothing_seen_)
           uses.emplace_back(set.was_seen_, access::transfer_write);
       },

@@ -42,7 +42,7 @@ class ClusterRaster {
     VkDeviceAddress views = 0;
     VkDeviceAddress globals = 0;
     uint32_t view_count = 1;
-    VkExtent2D extent{};  // of the camera's image
+    VkExtent2D extent{};  // of the camera's image, or of the lights' largest map
     Cull cull = Cull::automatic;
     bool levels_of_detail = false;  // false: the file's own clusters alone
 
@@ -64,6 +64,7 @@ class ClusterRaster {
   static void record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets);
 
  private:
+  VkDeviceSize tile_list_bytes() const;
   void make_room(const Job& job);
   void add_uses(std::vector<gpu::Use>& uses);
   void clear(VkCommandBuffer commands);
@@ -72,6 +73,7 @@ class ClusterRaster {
   void raster(VkCommandBuffer commands, uint32_t round) const;
   void large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
                    VkDeviceSize arguments) const;
+  void draw_tiles(VkCommandBuffer commands, uint32_t round) const;
   void find_farthest(VkCommandBuffer commands) const;
   static void record_round(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets, uint32_t round);
   bool leaves_out_hidden(const Job& job) const;
@@ -81,12 +83,14 @@ class ClusterRaster {
   gpu::Device& device_;
   VkPipelineLayout layout_;
   const RasterKind kind_;
+  const bool tile_by_tile_;  // on a CPU: a workgroup for each tile of the image, not of each triangle
   gpu::Pipeline cull_, raster_, raster_mask_, expand_, tiles_, farthest_depth_;
   Job job_;
   uint32_t round_count_ = 1;
   std::array<VkDeviceAddress, 2> round_sets_{};  // RasterSet
   gpu::Buffer work_, large_;                     // of each round
   gpu::Buffer lists_, huge_, prepared_, tile_entries_;
+  gpu::Buffer tile_lists_, tile_next_;  // where drawn tile by tile
   gpu::Buffer was_seen_, farthest_;
   bool nothing_seen_ = true;                                     // was_seen_ is new
   std::array<gpu::Buffer, gpu::kFramesInFlight> counts_;         // what the same slot's last frame counted

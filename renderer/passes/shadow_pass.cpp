@@ -202,6 +202,8 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   job.views = views_.address;
   job.globals = globals;
   job.view_count = view_count_;
+  for (const gpu_types::LightViewWanted& view : plan_.views)
+    job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
   job.cull = cull;
   job.levels_of_detail = levels_of_detail;
   map_raster_->begin(belt, job);

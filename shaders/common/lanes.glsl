@@ -28,6 +28,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Lig
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialWords { uint at[56]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterWords { uint at[16]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ViewWords { uint at[52]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PreparedWords { uint at[11]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceWords { uint at[2]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexWords { uint at[16]; };
 
 #define FIRE3DV_OWN_WORD(record, first, count) (record).at[min((first) + gl_SubgroupInvocationID, (count) - 1)]
 #define FIRE3DV_WORD(own_words, i) subgroupBroadcast(own_words, i)
@@ -39,6 +42,14 @@ uint largest_of_lanes(uint x) {
              c = max(subgroupBroadcast(x, 4), subgroupBroadcast(x, 5)), d = max(subgroupBroadcast(x, 6), subgroupBroadcast(x, 7));
   return max(max(a, b), max(c, d));
 }
+
+float least_of_lanes(float x) {
+  const float a = min(subgroupBroadcast(x, 0), subgroupBroadcast(x, 1)), b = min(subgroupBroadcast(x, 2), subgroupBroadcast(x, 3)),
+              c = min(subgroupBroadcast(x, 4), subgroupBroadcast(x, 5)), d = min(subgroupBroadcast(x, 6), subgroupBroadcast(x, 7));
+  return min(min(a, b), min(c, d));
+}
+
+bool all_lanes_have(uint x) { return subgroupBallot(x != subgroupBroadcast(x, 0)).x == 0; }
 
 // What these read must be the same for all lanes, and none may be missing.
 AffineRows affine_for_all(uint64_t affines, uint index) {
@@ -55,6 +66,32 @@ PartRecord part_for_all(uint64_t parts, uint index) {
   PartWords record = PartWords(parts)[index];
   const uint words = FIRE3DV_OWN_WORD(record, 0, 4);
   return PartRecord(FIRE3DV_WORD(words, 0), FIRE3DV_WORD(words, 1), FIRE3DV_WORD(words, 2), FIRE3DV_WORD(words, 3));
+}
+
+ClusterInstance instance_for_all(uint64_t instances, uint index) {
+  InstanceWords record = InstanceWords(instances)[index];
+  const uint words = FIRE3DV_OWN_WORD(record, 0, 2);
+  return ClusterInstance(FIRE3DV_WORD(words, 0), FIRE3DV_WORD(words, 1));
+}
+
+// Three vertices' positions are nine words: the lanes read the first eight.
+void positions_for_all(uint64_t positions, uint vertex[3], out vec3 node[3]) {
+  const uint lane = gl_SubgroupInvocationID, corner = lane < 3 ? vertex[0] : lane < 6 ? vertex[1] : vertex[2];
+  const uint words = UintRef(positions).at[corner * 3 + lane % 3], last = UintRef(positions).at[vertex[2] * 3 + 2];
+  node[0] = vec3(FIRE3DV_NUMBER(words, 0), FIRE3DV_NUMBER(words, 1), FIRE3DV_NUMBER(words, 2));
+  node[1] = vec3(FIRE3DV_NUMBER(words, 3), FIRE3DV_NUMBER(words, 4), FIRE3DV_NUMBER(words, 5));
+  node[2] = vec3(FIRE3DV_NUMBER(words, 6), FIRE3DV_NUMBER(words, 7), uintBitsToFloat(last));
+}
+
+// Its texture coordinates and normal alone.
+VertexRecord vertex_for_all(uint64_t vertices, uint index) {
+  VertexWords record = VertexWords(vertices)[index];
+  const uint words = FIRE3DV_OWN_WORD(record, 8, 16);
+  VertexRecord vertex;
+  vertex.uv0 = vec2(FIRE3DV_NUMBER(words, 0), FIRE3DV_NUMBER(words, 1));
+  vertex.uv1 = vec2(FIRE3DV_NUMBER(words, 2), FIRE3DV_NUMBER(words, 3));
+  vertex.normal = vec3(FIRE3DV_NUMBER(words, 4), FIRE3DV_NUMBER(words, 5), FIRE3DV_NUMBER(words, 6));
+  return vertex;
 }
 
 // Its vertices and triangles alone.
@@ -89,6 +126,21 @@ RasterView view_for_all(uint64_t views, uint index) {
   view.texel_m = FIRE3DV_NUMBER(d, 0);
   view.level_scale = FIRE3DV_NUMBER(d, 1);
   return view;
+}
+
+PreparedTriangle prepared_for_all(uint64_t prepared, uint index) {
+  PreparedWords record = PreparedWords(prepared)[index];
+  const uint low = FIRE3DV_OWN_WORD(record, 0, 11), high = FIRE3DV_OWN_WORD(record, 8, 11);
+  PreparedTriangle triangle;
+  triangle.a = ivec2(FIRE3DV_WORD(low, 0), FIRE3DV_WORD(low, 1));
+  triangle.b = ivec2(FIRE3DV_WORD(low, 2), FIRE3DV_WORD(low, 3));
+  triangle.c = ivec2(FIRE3DV_WORD(low, 4), FIRE3DV_WORD(low, 5));
+  triangle.za = FIRE3DV_NUMBER(low, 6);
+  triangle.zb = FIRE3DV_NUMBER(low, 7);
+  triangle.zc = FIRE3DV_NUMBER(high, 0);
+  triangle.id = FIRE3DV_WORD(high, 1);
+  triangle.view = FIRE3DV_WORD(high, 2);
+  return triangle;
 }
 
 LightPlace light_for_all(uint64_t lights, uint index) {

@@ -58,11 +58,14 @@ bool reaches_box(PreparedTriangle t, ivec2 low_pixel, ivec2 high_pixel) {
 }
 
 // True when there was room.
-bool emit_tile(RasterSet set, uint prepared, ivec2 tile) {
+bool emit_tile(RasterSet set, uint prepared, ivec2 tile, RasterView view) {
   LargeWorkRef large = LargeWorkRef(set.large);
   const uint place = atomicAdd(large.value.tiles.count, 1);
   if (place >= set.tile_capacity) return false;
   TileEntryRef(set.tiles).at[place] = TileEntry(prepared, uint(tile.x) | (uint(tile.y) << 16));
+  if (set.tile_lists != 0) {
+    UintsRef(set.tile_next).at[place] = atomicExchange(UintsRef(set.tile_lists).at[list_of_tile(view, tile)], place + 1);
+  }
   atomicMax(large.value.tiles.groups_x, min(place + 1, 65535u));
   atomicMax(large.value.tiles.groups_y, place / 65535 + 1);
   large.value.tiles.groups_z = 1;
@@ -70,7 +73,7 @@ bool emit_tile(RasterSet set, uint prepared, ivec2 tile) {
 }
 
 void emit_large(RasterSet set, HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored, bool double_sided,
-                ivec2 low, ivec2 high) {
+                ivec2 low, ivec2 high, RasterView view) {
   const ivec2 first = low >> kTileShift, tiles = (high >> kTileShift) - first + 1;
   PreparedTriangle prepared;
   if (!prepare(triangle, a, b, c, mirrored, double_sided, prepared)) return;
@@ -91,7 +94,7 @@ void emit_large(RasterSet set, HugeTriangle triangle, Corner a, Corner b, Corner
     for (int x = 0; x < tiles.x; ++x) {
       const ivec2 tile = first + ivec2(x, y);
       if (!reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1)) continue;
-      if (!emit_tile(set, place, tile)) {
+      if (!emit_tile(set, place, tile, view)) {
         emit_huge(set, triangle);  // drawn again as a whole: the result is the same
         return;
       }

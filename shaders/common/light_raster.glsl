@@ -56,6 +56,27 @@ float nearest_possible(RasterView view, float depth) {
   return view.eye_world.w == 0 ? depth + away_m / view.depth_m : depth * (1 + 1.05 * away_m);
 }
 
+// How far towards the light a triangle may reach in a texel, of which it has depth z at the middle.
+struct OuterDepth {
+  float nearest, rise, rounding;
+  bool is_broad;
+};
+
+OuterDepth outer_depth_of(Corner a, Corner b, Corner c, float inverse_area, int reach, bool is_broad) {
+  const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
+  const vec2 slope = abs(vec2(-bc.y, bc.x) * a.z + vec2(-ca.y, ca.x) * b.z + vec2(-ab.y, ab.x) * c.z) * inverse_area;
+  OuterDepth depth;
+  depth.nearest = max(a.z, max(b.z, c.z));
+  depth.rise = (slope.x + slope.y) * (reach * 1.001);
+  depth.rounding = 4e-6 * depth.nearest;
+  depth.is_broad = is_broad;
+  return depth;
+}
+
+float outer_depth(OuterDepth depth, float z) {
+  return depth.is_broad ? min(depth.nearest, z + depth.rise + depth.rounding) : depth.nearest;
+}
+
 // `reach`: see above. `touches`: the triangle reaches into the texel. `middle`: it covers its middle, at depth `z`. `outer`: no less than
 // the nearest depth that it has in the texel. A triangle without area touches what its line touches.
 #define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                              \
@@ -69,12 +90,7 @@ float nearest_possible(RasterView view, float depth) {
   const float za = float(wa) * a.z, zb = float(wb) * b.z, zc = float(wc) * c.z;                                     \
   const float z = (za + zb + zc) * inverse_area;                                                                    \
   const bool middle = has_area && wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);                      \
-  const float nearest = max(a.z, max(b.z, c.z));                                                                    \
-  float outer = nearest;                                                                                            \
-  if (is_broad) {                                                                                                   \
-    const vec2 slope = abs(vec2(-bc.y, bc.x) * a.z + vec2(-ca.y, ca.x) * b.z + vec2(-ab.y, ab.x) * c.z) * inverse_area; \
-    outer = min(nearest, z + (slope.x + slope.y) * (reach * 1.001) + 4e-6 * nearest);                              \
-  }
+  const float outer = outer_depth(outer_depth_of(a, b, c, inverse_area, reach, is_broad), z);
 
 // Broad enough for its plane to say something about depths a little outside of it.
 bool is_broad_triangle(float area, ivec2 ab, ivec2 bc, ivec2 ca) {

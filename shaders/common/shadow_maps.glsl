@@ -72,9 +72,9 @@ float slope_m(MapPlace place, vec3 plane_normal, vec3 to_light) {
   return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + (place.view.level_scale > 0 ? 0.35 : 0.1) * texel_m;
 }
 
-uint map_verdict(GlobalsRef globals, LightShadow shadow, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
+uint map_verdict(GlobalsRef globals, RasterView view, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
   const bool sheet = sheet_may_be_between(globals, part, point_world, light.to_light, light.distance_m);
-  const MapPlace place = map_place(view_of(globals, shadow, light), point_world);
+  const MapPlace place = map_place(view, point_world);
   // A map reaches around all that casts; a spot's reaches around its cone.
   if (!place.inside) return sheet ? kUnknown : kLit;
   if (max(place.reach.x, place.reach.y) > 0.5) return kUnknown;

@@ -26,12 +26,16 @@ struct ShadowRay {
 
 // Off the surface on the side that the light is on, so that thin sheets lit from behind are not taken for their own
 // shadow. Maps are asked about the same ray that is traced where they cannot tell.
-ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, uint light_index, LightSample light) {
+ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightPlace place, LightSample light) {
   const vec3 side = lit_side(point, light);
   ShadowRay ray;
   ray.origin = offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m, point.lift_m);
-  ray.light = sample_light(globals, light_index, ray.origin);
+  ray.light = sample_light(place, ray.origin);
   return ray;
+}
+
+ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, uint light_index, LightSample light) {
+  return shadow_ray(globals, point, LightPlaceRef(globals.value.light_places).at[light_index], light);
 }
 
 #endif

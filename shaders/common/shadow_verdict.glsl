@@ -19,7 +19,7 @@ uint shadow_verdict(GlobalsRef globals, LightShadow shadow, uint light_index, Li
   if (body && is_turned_away(point, light)) return kShadowed;
   if (shadow.rays != 1) return kUnknown;  // a map knows of one ray
   const ShadowRay ray = shadow_ray(globals, point, light_index, light);
-  return map_verdict(globals, shadow, part, ray.origin, point.plane_normal_world, ray.light);
+  return map_verdict(globals, view_of(globals, shadow, ray.light), part, ray.origin, point.plane_normal_world, ray.light);
 }
 
 #endif

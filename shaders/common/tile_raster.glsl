@@ -12,9 +12,6 @@ struct TileTriangle {
   ivec3 bias;
   int64_t area;
   uint id;
-#ifdef FIRE3DV_CPU
-  bool masked;  // asked for once, not for each pixel
-#endif
 };
 
 TileTriangle tile_triangle(PreparedTriangle p) {
@@ -58,12 +55,7 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
   FIRE3DV_COVER_PIXEL(int64_t, i64vec2)
   if (covered == 0) return;
 #endif
-#ifdef FIRE3DV_CPU
-  const bool masked = t.masked;
-#else
-  const bool masked = is_masked(globals, t.id);
-#endif
-  if (masked) {
+  if (is_masked(globals, t.id)) {
     const VisibleTriangle triangle = visible_triangle(globals, t.id);
 #ifdef FIRE3DV_LIGHTS
     if (!is_solid_at(globals, seen_by_light(triangle, view), vec2(texel) + 0.5, vec2(size))) return;

@@ -10,6 +10,7 @@ struct VisibleTriangle {
   uint material;
 #ifdef FIRE3DV_CPU
   MaterialRecord material_record;
+  bool for_all;  // no lane is missing, and all show this triangle
 #endif
   uint vertex[3];
   vec3 world[3];
@@ -34,6 +35,14 @@ void read_part(GlobalsRef globals, uint part, inout VisibleTriangle t) {
 #endif
 }
 
+void place_corners(GlobalsRef globals, inout VisibleTriangle t, vec3 a, vec3 b, vec3 c) {
+  const vec3 node[3] = vec3[3](a, b, c);
+  for (int i = 0; i < 3; ++i) {
+    t.world[i] = world_position(t.world_from_node, node[i]);
+    t.clip[i] = clip_position(globals.value.clip_from_world, t.world[i]);
+  }
+}
+
 #ifdef FIRE3DV_CPU
 // The same where no lane is missing: mostly neighbours show the same body.
 void read_part_together(GlobalsRef globals, uint part, inout VisibleTriangle t) {
@@ -46,31 +55,59 @@ void read_part_together(GlobalsRef globals, uint part, inout VisibleTriangle t) 
   if (part != first) read_part(globals, part, t);
 }
 
+// Large triangles: all lanes show one, which is read once for them.
+VisibleTriangle triangle_for_all(GlobalsRef globals, uint id) {
+  const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, (id >> 7) - 1);
+  const ClusterRecord cluster = cluster_for_all(globals.value.clusters, instance.cluster);
+  const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + (id & 127)];
+  VisibleTriangle t;
+  t.for_all = true;
+  t.surface_error = cluster.surface_error;
+  read_part_together(globals, instance.part, t);
+  for (int i = 0; i < 3; ++i) t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
+  vec3 node[3];
+  positions_for_all(globals.value.positions, t.vertex, node);
+  place_corners(globals, t, node[0], node[1], node[2]);
+  return t;
+}
+
 MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return t.material_record; }
 #else
 MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return MaterialRef(globals.value.materials).at[t.material]; }
 #endif
 
 // together: no lane is missing.
-VisibleTriangle visible_triangle(GlobalsRef globals, uint id, const bool together) {
+VisibleTriangle own_triangle(GlobalsRef globals, uint id, const bool together) {
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1];
   const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
   const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + (id & 127)];
   VisibleTriangle t;
   t.surface_error = cluster.surface_error;
 #ifdef FIRE3DV_CPU
+  t.for_all = false;
   if (together) {
     read_part_together(globals, instance.part, t);
   } else
 #endif
     read_part(globals, instance.part, t);
+  for (int i = 0; i < 3; ++i) t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
   PositionRef positions = PositionRef(globals.value.positions);
-  for (int i = 0; i < 3; ++i) {
-    t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
-    t.world[i] = world_position(t.world_from_node, positions.at[t.vertex[i]]);
-    t.clip[i] = clip_position(globals.value.clip_from_world, t.world[i]);
+  place_corners(globals, t, positions.at[t.vertex[0]], positions.at[t.vertex[1]], positions.at[t.vertex[2]]);
+  return t;
+}
+
+VisibleTriangle visible_triangle(GlobalsRef globals, uint id, const bool together) {
+#ifdef FIRE3DV_CPU
+  VisibleTriangle t;
+  if (together && all_lanes_have(id)) {
+    t = triangle_for_all(globals, id);
+  } else {
+    t = own_triangle(globals, id, together);
   }
   return t;
+#else
+  return own_triangle(globals, id, together);
+#endif
 }
 
 VisibleTriangle visible_triangle(GlobalsRef globals, uint id) { return visible_triangle(globals, id, false); }
@@ -134,13 +171,18 @@ vec4 color_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
   return vertices.at[t.vertex[0]].color * b.x + vertices.at[t.vertex[1]].color * b.y + vertices.at[t.vertex[2]].color * b.z;
 }
 
+vec3 normal_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
+  VertexRef vertices = VertexRef(globals.value.vertices);
+  return vertices.at[t.vertex[0]].normal * b.x + vertices.at[t.vertex[1]].normal * b.y + vertices.at[t.vertex[2]].normal * b.z;
+}
+
 SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec2 size = vec2(globals.value.width, globals.value.height);
   const vec3 b = nearby(barycentrics_at(t, pixel, size));
   VertexRef vertices = VertexRef(globals.value.vertices);
   const uint flags = material_of(globals, t).flags;
   vec3 b_dx = vec3(0), b_dy = vec3(0);
-#ifdef FIRE3DV_CPU  // where a branch costs less; the size of a pixel is for those who trace
+#if defined(FIRE3DV_CPU) && !defined(FIRE3DV_FIND_SHADOWS)  // where a branch costs less; the size of a pixel is for those who trace
   if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0)
 #endif
     barycentric_changes(t, pixel, size, b_dx, b_dy);
@@ -154,16 +196,34 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   // Twice, for what lies between the samples that an error was measured at.
   point.lift_m = t.surface_error > 0 ? 2 * t.surface_error * largest_stretch(t.world_from_node) : 0;
   point.uv = point.uv_dx = point.uv_dy = vec4(0);
-  if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
-    const TriangleUv uv = triangle_uv(globals, t, flags);
+  vec3 normal;
+#ifdef FIRE3DV_CPU
+  if (t.for_all) {
+    // Of a vertex both sets and the normal are one read.
+    TriangleUv uv;
+    vec3 normals[3];
+    for (int i = 0; i < 3; ++i) {
+      const VertexRecord vertex = vertex_for_all(globals.value.vertices, t.vertex[i]);
+      uv.at[i] = vec4(vertex.uv0, vertex.uv1);
+      normals[i] = vertex.normal;
+    }
     point.uv = uv_at(uv, b);
     point.uv_dx = uv_at(uv, b_dx);
     point.uv_dy = uv_at(uv, b_dy);
+    normal = normals[0] * b.x + normals[1] * b.y + normals[2] * b.z;
+  } else
+#endif
+  {
+    if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
+      const TriangleUv uv = triangle_uv(globals, t, flags);
+      point.uv = uv_at(uv, b);
+      point.uv_dx = uv_at(uv, b_dx);
+      point.uv_dy = uv_at(uv, b_dy);
+    }
+    normal = normal_at(globals, t, b);
   }
   point.color = color_at(globals, t, b);
-  point.normal_world = normalize(normal_direction(
-      t.world_from_node, t.node_facts, vertices.at[t.vertex[0]].normal * b.x + vertices.at[t.vertex[1]].normal * b.y +
-                             vertices.at[t.vertex[2]].normal * b.z));
+  point.normal_world = normalize(normal_direction(t.world_from_node, t.node_facts, normal));
   point.tangent_world = vec4(0);
   if ((flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
     const vec4 tangent = vertices.at[t.vertex[0]].tangent * b.x + vertices.at[t.vertex[1]].tangent * b.y +

@@ -56,6 +56,8 @@ struct PreparedTriangle {
   uint view;
 };
 
+#define FIRE3DV_TILE_SHIFT 5u  // tiles of 32 x 32 pixels
+
 struct TileEntry {
   uint prepared;  // FIRE3DV_NO_INDEX = none
   uint tile;      // x | y << 16
@@ -80,6 +82,10 @@ struct RasterSet {
   FIRE3DV_ADDRESS huge;      // HugeTriangle[]
   FIRE3DV_ADDRESS prepared;  // PreparedTriangle[]
   FIRE3DV_ADDRESS tiles;     // TileEntry[]
+  // Where triangles are drawn tile by tile (tiles_cpu.comp), else 0: uint[tile], an entry's place + 1, and
+  // uint[entry], that of the next entry of its tile; 0 = none.
+  FIRE3DV_ADDRESS tile_lists;
+  FIRE3DV_ADDRESS tile_next;
   FIRE3DV_ADDRESS target;    // uint64_t[pixel][sample] of the camera; uint[] of the lights
   FIRE3DV_ADDRESS was_seen;  // uint[cluster instance]: 1 = in view and not hidden, by the frame before
   FIRE3DV_ADDRESS farthest;  // float[]: of blocks of pixels, see common/farthest_depth.glsl
