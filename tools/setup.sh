@@ -14,6 +14,7 @@ packages=(
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libtinyxml-dev
+  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
   # the example simulator
   libbullet-dev
   # tests
@@ -40,7 +41,8 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     OpenSSL 3, libsodium, zstd, lz4,
-    CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6
+    CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6,
+    FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip and setuptools, iproute2, openssl, ffmpeg
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT

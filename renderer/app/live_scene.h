@@ -29,6 +29,8 @@ class LiveScene {
   // Between two frames: does what streams have asked for since the last call. Returns true when there is a
   // new pose frame to show, which had waited for that.
   bool follow();
+  // After follow(): nothing of what was asked for is still being made.
+  bool settled() const { return build_.idle(); }
 
   const scene::Scene& scene() const { return shown().scene; }
   const scene::SceneEdits& edits() const { return edits_; }

@@ -79,7 +79,7 @@ gpu::AsyncCompute async_compute_named(const std::string& name) {
 
 }  // namespace
 
-std::variant<Options, int> parse_options(int argc, char** argv) {
+std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene) {
   Options options;
   CLI::App app{
       "FIRE-3DV: shows what simulators do. Draws a glTF scene and moves its nodes as adapters publish "
@@ -277,7 +277,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   }
   if (animate->count() > 0 && options.animate.empty()) options.animate = "all";
   const bool replays = !options.recording.replay.empty();
-  if (options.scene.empty() && !replays && !options.list_devices)
+  if (options.scene.empty() && needs_scene && !replays && !options.list_devices)
     return usage_error("name a scene: fire3dv SCENE.glb");
   for (const CLI::Option* option : {models, name_space, package_path}) {
     if (option->count() > 0 && !is_description(options.scene))

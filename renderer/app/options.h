@@ -62,6 +62,7 @@ struct Options {
 };
 
 // Options, or the exit code with which the program ends now (help, or a usage error that has been printed).
-std::variant<Options, int> parse_options(int argc, char** argv);
+// needs_scene: one has to be named.
+std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene = true);
 
 }  // namespace fire3dv::app

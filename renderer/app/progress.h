@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace fire3dv::app {
@@ -13,6 +14,8 @@ class Progress {
   explicit Progress(std::string what);
   ~Progress();
   void update(uint64_t done, uint64_t total);  // total 0 = unknown
+  // The same with the time that is left, if the rest goes as fast as what was done since the first call.
+  void update_with_end(uint64_t done, uint64_t total);
   // A job of several stages: a bar and a percentage of the stage.
   void update(const char* stage, uint64_t done, uint64_t total);
 
@@ -24,6 +27,7 @@ class Progress {
   bool terminal_;
   bool line_open_ = false;
   std::chrono::steady_clock::time_point begun_, last_;
+  std::optional<uint64_t> done_at_first_;
 };
 
 }  // namespace fire3dv::app

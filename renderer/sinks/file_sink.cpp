@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <system_error>
 
+#include "renderer/sinks/frame_line.h"
 #include "renderer/sinks/png.h"
 #include "renderer/sinks/text.h"
 #include "renderer/sinks/whole_file.h"
@@ -19,22 +20,6 @@ Result<void> make_folder(const std::filesystem::path& folder) {
     fault = std::make_error_code(std::errc::not_a_directory);
   if (fault) return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value())};
   return {};
-}
-
-std::string log_line(const std::string& file, const FrameImage& image) {
-  std::string line = "{\"file\":" + json_string(file) + ",\"frame\":" + std::to_string(image.frame_index) +
-                     ",\"camera\":" + json_string(image.camera) +
-                     ",\"width\":" + std::to_string(image.width) +
-                     ",\"height\":" + std::to_string(image.height) + ",\"streams\":[";
-  for (const state::FrameTag& tag : image.shown) {
-    if (&tag != image.shown.data()) line += ',';
-    line += "{\"stream\":" + json_string(tag.stream) + ",\"epoch\":\"" + hex64(tag.epoch) +
-            "\",\"sequence\":" + std::to_string(tag.sequence) +
-            ",\"sim_time_ns\":" + std::to_string(tag.sim_time_ns) +
-            ",\"publish_time_ns\":" + std::to_string(tag.publish_time_ns) + ",\"state\":\"" +
-            state::condition_name(tag.condition) + "\"}";
-  }
-  return line + "]}\n";
 }
 
 }  // namespace
@@ -125,7 +110,7 @@ Result<void> FileSink::write(const FrameImage& image) {
   const std::filesystem::path relative = *folder / name;
   if (auto written = write_png(options_.folder / relative, image); !written) return written.error();
   errno = 0;
-  log_ << log_line(relative.string(), image) << std::flush;  // a run that is killed keeps its list
+  log_ << frame_line(relative.string(), image) << std::flush;  // a run that is killed keeps its list
   if (!log_)
     return Error{"cannot write " + (options_.folder / "frames.jsonl").string() + ": " + system_reason(errno)};
   return {};

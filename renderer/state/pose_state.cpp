@@ -304,6 +304,14 @@ bool PoseState::advance(int64_t now_ns) {
   return changed;
 }
 
+void PoseState::show_moment(StreamId id, const wire::PoseFrameHeader& header,
+                            std::span<const wire::Affine3x4> poses) {
+  if (id >= streams_.size() || !streams_[id].active || header.sequence == 0 ||
+      poses.size() != streams_[id].scene_node_of_pose.size())
+    return;
+  show(id, header, poses);
+}
+
 void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
                      std::span<const wire::Affine3x4> poses) {
   Stream& stream = streams_[id];

@@ -124,6 +124,10 @@ class PoseState {
   // Shows what is to be seen now. Returns true when that is something else than before.
   bool advance(int64_t now_ns);
 
+  // A moment between any two frames, found elsewhere: shown as it is, whatever was shown before. For
+  // recordings, where time does not pass as on a link.
+  void show_moment(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
+
   const std::vector<Stream>& streams() const { return streams_; }
   const NodeNames& names() const { return names_; }
   // Of the stream that moves this node: smaller is older. Nothing: none does.

@@ -1,0 +1,90 @@
+#include "renderer/app/start.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "renderer/scene/radiance_file.h"
+
+namespace fire3dv::app {
+
+void say(const std::string& text) {
+  std::fprintf(stderr, "fire3dv: %s\n", text.c_str());
+}
+
+int fail(const Error& error) {
+  say(error.message);
+  return 1;
+}
+
+void say_of_cache(const Error& error) {
+  say("cache: " + error.message +
+      "; the next start will be as slow as this one (--cache names another folder)");
+}
+
+Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options,
+                                                 gpu::DeviceReport* report) {
+  const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
+  Result<gpu::DeviceChoice> choice =
+      gpu::choose_device(reports, options.device, gpu::graphics_vendors_present());
+  if (!choice) return choice.error();
+  for (const std::string& note : choice->notes) say("device: " + note);
+  say("device " + gpu::describe(reports[choice->index]));
+  if (report) *report = reports[choice->index];
+  return gpu::Device::create(instance, choice->index, !options.headless, options.async_compute);
+}
+
+void describe(const std::filesystem::path& path, const scene::Scene& scene) {
+  constexpr size_t kWarningsShown = 20;
+  for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
+    say("warning: " + scene.warnings[i]);
+  if (scene.warnings.size() > kWarningsShown) {
+    say("warning: and " + std::to_string(scene.warnings.size() - kWarningsShown) + " more");
+  }
+  size_t triangles = 0;
+  for (const scene::Primitive& primitive : scene.primitives) triangles += primitive.index_count / 3;
+  say(path.string() + ": " + std::to_string(scene.nodes.size()) + " nodes, " + std::to_string(triangles) +
+      " triangles, " + std::to_string(scene.lights.size()) + " lights, " +
+      std::to_string(scene.cameras.size()) + " cameras, " + std::to_string(scene.textures.size()) +
+      " textures");
+}
+
+Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
+                       std::optional<passes::SceneRenderer>& renderer) {
+  if (scene.textures.size() <= settings.most_textures) return {};
+  if (scene.textures.size() > gpu::BindlessTextures::most(device)) {
+    return Error{scene.source.string() + " has " + std::to_string(scene.textures.size()) + " textures, but " +
+                 device.report().name + " takes " + std::to_string(gpu::BindlessTextures::most(device)) +
+                 " at most: split the file, or choose another device with --device"};
+  }
+  settings.most_textures = static_cast<uint32_t>(scene.textures.size());
+  renderer.reset();
+  renderer.emplace(device, settings);
+  return {};
+}
+
+Result<std::shared_ptr<const scene::EnvironmentImage>> load_surroundings(const std::filesystem::path& path) {
+  if (path.empty()) return std::shared_ptr<const scene::EnvironmentImage>();
+  Result<scene::EnvironmentImage> image = scene::load_environment(path);
+  if (!image) return Error{"--environment: " + image.error().message};
+  return std::shared_ptr<const scene::EnvironmentImage>(
+      std::make_shared<scene::EnvironmentImage>(std::move(*image)));
+}
+
+Result<std::optional<Playing>> open_animations(const Options& options, const scene::Scene& scene) {
+  if (options.animate.empty()) return std::optional<Playing>();
+  Result<std::vector<uint32_t>> chosen = state::choose_animations(scene, options.animate);
+  if (!chosen) return chosen.error();
+  std::string playing = "playing animation";
+  constexpr size_t kNamesShown = 10;
+  for (size_t i = 0; i < std::min(chosen->size(), kNamesShown); ++i) {
+    playing += (i ? ", " : " ") + state::animation_title(scene, (*chosen)[i]);
+  }
+  if (chosen->size() > kNamesShown)
+    playing += " and " + std::to_string(chosen->size() - kNamesShown) + " more";
+  say(playing + ", of " + std::to_string(scene.animations.size()));
+  Playing playing_now{*chosen, {}};
+  playing_now.player.emplace(scene, *chosen);
+  return std::optional<Playing>(std::move(playing_now));
+}
+
+}  // namespace fire3dv::app

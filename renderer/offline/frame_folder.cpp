@@ -1,0 +1,211 @@
+#include "renderer/offline/frame_folder.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "renderer/sinks/frame_line.h"
+#include "renderer/sinks/png.h"
+#include "renderer/sinks/whole_file.h"
+
+namespace fire3dv::offline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr unsigned kMostWorkers = 16;
+constexpr uint64_t kMostLineBytes = 1 << 20;
+constexpr uint64_t kMostFrameBytes = uint64_t{2} << 30;
+
+// A file is renamed when it is complete, so only a machine that lost power leaves half of one.
+bool is_whole_png(const fs::path& path) {
+  constexpr std::array<unsigned char, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  constexpr std::array<unsigned char, 8> kEnd{'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
+  std::array<unsigned char, 8> begin{}, end{};
+  std::error_code fault;
+  if (!fs::is_regular_file(fs::symlink_status(path, fault)) || fault) return false;
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(begin.data()), begin.size());
+  file.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
+  file.read(reinterpret_cast<char*>(end.data()), end.size());
+  return file && begin == kBegin && end == kEnd;
+}
+
+Error in_the_way(const fs::path& folder, const std::string& why) {
+  return Error{folder.string() + " holds frames of another run (" + why +
+               "): name another folder, or remove this one"};
+}
+
+Result<void> make_folder(const fs::path& folder) {
+  std::error_code fault;
+  fs::create_directories(folder, fault);
+  if (!fault && !fs::is_directory(folder, fault) && !fault)
+    fault = std::make_error_code(std::errc::not_a_directory);
+  if (fault)
+    return Error{"cannot make the folder " + folder.string() + ": " + sinks::system_reason(fault.value())};
+  return {};
+}
+
+}  // namespace
+
+Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, const Manifest& manifest) {
+  std::map<uint64_t, std::string> frames;
+  std::ifstream list(folder / kFrameListName);
+  const Part part = manifest.part();
+  for (std::string line; std::getline(list, line);) {
+    if (list.eof()) break;  // the run was ended within this line
+    if (line.size() > kMostLineBytes)
+      return Error{(folder / kFrameListName).string() + " is not what fire3dv render writes: remove " +
+                   folder.string()};
+    const auto json = nlohmann::json::parse(line, nullptr, false);
+    const auto number = json.is_object() ? json.find("frame") : json.end();
+    if (!json.is_object() || number == json.end() || !number->is_number_unsigned()) continue;
+    const auto frame = number->get<uint64_t>();
+    // The file's name follows from the number: nothing that stands in a list leads elsewhere.
+    if (frame < part.first || frame - part.first >= part.frames || frames.contains(frame)) continue;
+    if (is_whole_png(folder / frame_file_name(frame))) frames[frame] = std::move(line);
+  }
+  return frames;
+}
+
+Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, const Manifest& manifest) {
+  if (auto made = make_folder(folder); !made) return made.error();
+  auto before = read_manifest(folder);
+  if (!before) return before.error();
+  std::unique_ptr<FrameFolder> result(new FrameFolder(folder, manifest));
+  if (*before) {
+    if (const auto other = difference(**before, manifest, true)) return in_the_way(folder, *other);
+    result->machine_before_ = (*before)->machine;
+    auto kept = listed_frames(folder, manifest);
+    if (!kept) return kept.error();
+    result->kept_ = std::move(*kept);
+  } else {
+    std::error_code fault;
+    if (fs::exists(folder / kFrameListName, fault) ||
+        fs::exists(folder / frame_file_name(manifest.part().first), fault))
+      return in_the_way(folder, std::string("it has no ") + kManifestName);
+  }
+  return result;
+}
+
+Result<void> FrameFolder::begin(const Machine& machine) {
+  manifest_.machine = machine;
+  if (auto written = write_manifest(folder_, manifest_); !written) return written;
+  if (auto written = write_list(); !written) return written;
+  errno = 0;
+  list_.open(folder_ / kFrameListName, std::ios::app);
+  if (!list_)
+    return Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + sinks::system_reason(errno)};
+  const unsigned workers = std::clamp(std::thread::hardware_concurrency(), 1u, kMostWorkers);
+  for (unsigned i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
+  return {};
+}
+
+FrameFolder::~FrameFolder() {
+  end_threads();
+}
+
+Result<void> FrameFolder::take(sinks::FrameImage&& image) {
+  FIRE3DV_ASSERT(is_consistent(image) && !workers_.empty());
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return jobs_.size() < workers_.size() + 4 || error_; });
+  if (error_) return tell_error_once();
+  jobs_.push_back(std::make_unique<Job>());
+  jobs_.back()->image = std::move(image);
+  changed_.notify_all();
+  return {};
+}
+
+Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from, const std::string& line) {
+  auto bytes = sinks::read_whole_file(from, kMostFrameBytes);
+  if (!bytes) return bytes.error();
+  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), *bytes); !written)
+    return written;
+  const std::lock_guard lock(mutex_);
+  auto job = std::make_unique<Job>();
+  job->image.frame_index = frame;
+  job->line = line + "\n";
+  job->taken = job->written = true;
+  jobs_.push_back(std::move(job));
+  list_written();
+  return tell_error_once();
+}
+
+void FrameFolder::work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    const auto untaken = [&] {
+      return std::find_if(jobs_.begin(), jobs_.end(), [](const auto& job) { return !job->taken; });
+    };
+    changed_.wait(lock, [&] { return untaken() != jobs_.end() || closing_ || error_; });
+    const auto found = untaken();
+    if (found == jobs_.end() || error_) return;
+    Job& job = **found;  // stays where it is until it is written
+    job.taken = true;
+    lock.unlock();
+    const std::string name = frame_file_name(job.image.frame_index);
+    Result<void> written = sinks::write_png(folder_ / name, job.image);
+    job.line = sinks::frame_line(name, job.image);
+    job.image.rgba8 = {};
+    lock.lock();
+    if (!written && !error_) error_ = written.error();
+    job.written = written.ok();
+    list_written();
+    changed_.notify_all();
+  }
+}
+
+void FrameFolder::list_written() {
+  while (!error_ && !jobs_.empty() && jobs_.front()->written) {
+    Job& job = *jobs_.front();
+    errno = 0;
+    list_ << job.line << std::flush;  // a run that is killed keeps its list
+    if (!list_)
+      error_ =
+          Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + sinks::system_reason(errno)};
+    job.line.pop_back();
+    lines_[job.image.frame_index] = std::move(job.line);
+    jobs_.pop_front();
+  }
+}
+
+void FrameFolder::end_threads() {
+  {
+    const std::lock_guard lock(mutex_);
+    closing_ = true;
+    changed_.notify_all();
+  }
+  for (std::thread& worker : workers_) worker.join();
+  workers_.clear();
+}
+
+Result<void> FrameFolder::finish() {
+  end_threads();
+  const std::lock_guard lock(mutex_);
+  if (error_) return tell_error_once();
+  const bool in_order = kept_.empty() || lines_.empty() || kept_.rbegin()->first < lines_.begin()->first;
+  kept_.merge(lines_);
+  if (in_order) return {};
+  return write_list();
+}
+
+Result<void> FrameFolder::write_list() {
+  std::string text;
+  for (const auto& [frame, line] : kept_) text += line + "\n";
+  list_.close();
+  return sinks::write_whole_file(folder_ / kFrameListName,
+                                 {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+Result<void> FrameFolder::tell_error_once() {
+  if (!error_ || error_told_) return {};
+  error_told_ = true;
+  return *error_;
+}
+
+}  // namespace fire3dv::offline

@@ -1,0 +1,166 @@
+#include "renderer/offline/manifest.h"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "protocol/wire/check.h"
+#include "renderer/app/image_size.h"
+#include "renderer/sinks/text.h"
+#include "renderer/sinks/whole_file.h"
+
+namespace fire3dv::offline {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr uint64_t kMostManifestBytes = 1 << 20;
+constexpr const char* kFormat = "fire3dv frames";
+constexpr int kVersion = 1;
+constexpr uint32_t kMostShards = 100'000;
+
+std::string shown(const std::string& text) {
+  return wire::printable(text.empty() ? "nothing" : text, 256);
+}
+
+std::string size_text(const Manifest& manifest) {
+  return std::to_string(manifest.width) + "x" + std::to_string(manifest.height);
+}
+
+// All that decides about bytes, by name.
+std::vector<std::pair<std::string, std::string>> facts(const Manifest& manifest) {
+  std::vector<std::pair<std::string, std::string>> facts = manifest.settings;
+  facts.emplace_back("fps", to_text(manifest.times.rate));
+  facts.emplace_back("size", size_text(manifest));
+  facts.emplace_back("the first frame's time", std::to_string(manifest.times.first_ns) + " ns");
+  facts.emplace_back("the number of frames", std::to_string(manifest.times.frames));
+  return facts;
+}
+
+// A number in range, or nothing.
+template <typename T>
+bool get(const ordered_json& from, const char* name, T least, T most, T& value) {
+  const auto found = from.find(name);
+  if (found == from.end() || !found->is_number_integer()) return false;
+  if (found->is_number_unsigned()) {
+    const auto number = found->get<uint64_t>();
+    if (most < 0 || number > static_cast<uint64_t>(most)) return false;
+    value = static_cast<T>(number);
+  } else {
+    const auto number = found->get<int64_t>();
+    if (number < static_cast<int64_t>(least)) return false;
+    value = static_cast<T>(number);
+  }
+  return value >= least && value <= most;
+}
+
+bool get(const ordered_json& from, const char* name, std::string& value) {
+  const auto found = from.find(name);
+  if (found == from.end() || !found->is_string()) return false;
+  value = found->get<std::string>();
+  return true;
+}
+
+bool parse(const ordered_json& json, Manifest& manifest) {
+  std::string format, rate;
+  int version = 0;
+  if (!json.is_object() || !get(json, "format", format) || format != kFormat ||
+      !get(json, "version", kVersion, kVersion, version))
+    return false;
+  const auto settings = json.find("settings"), machine = json.find("machine");
+  if (settings == json.end() || !settings->is_object() || machine == json.end() || !machine->is_object())
+    return false;
+  for (const auto& [name, value] : settings->items()) {
+    if (!value.is_string()) return false;
+    manifest.settings.emplace_back(name, value.get<std::string>());
+  }
+  constexpr int64_t kMostNs = int64_t{1} << 62;
+  if (!get(json, "fps", rate) || !get(json, "first_ns", -kMostNs, kMostNs, manifest.times.first_ns) ||
+      !get(json, "frames", uint64_t{1}, kMostFrames, manifest.times.frames) ||
+      !get(json, "width", 1u, app::kMaxImageSide, manifest.width) ||
+      !get(json, "height", 1u, app::kMaxImageSide, manifest.height) ||
+      !get(json, "shards", 1u, kMostShards, manifest.shards) ||
+      !get(json, "shard", 1u, manifest.shards, manifest.shard))
+    return false;
+  const auto parsed = parse_frame_rate(rate);
+  if (!parsed) return false;
+  manifest.times.rate = *parsed;
+  return get(*machine, "device", manifest.machine.device) &&
+         get(*machine, "driver", manifest.machine.driver) && get(*machine, "cpu", manifest.machine.cpu);
+}
+
+}  // namespace
+
+std::optional<std::string> difference(const Manifest& there, const Manifest& here, bool with_part) {
+  const auto a = facts(there), b = facts(here);
+  const auto value_of = [](const auto& all, const std::string& name) {
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const auto& fact) { return fact.first == name; });
+    return found == all.end() ? std::string() : found->second;
+  };
+  for (const auto* side : {&a, &b}) {
+    for (const auto& [name, value] : *side) {
+      const std::string in_a = value_of(a, name), in_b = value_of(b, name);
+      if (in_a != in_b)
+        return wire::printable(name) + " is " + shown(in_a) + " there and " + shown(in_b) + " here";
+    }
+  }
+  if (!with_part || (there.shard == here.shard && there.shards == here.shards)) return {};
+  const auto part = [](const Manifest& m) {
+    return std::to_string(m.shard) + "/" + std::to_string(m.shards);
+  };
+  return "the shard is " + part(there) + " there and " + part(here) + " here";
+}
+
+std::string frame_file_name(uint64_t frame) {
+  char name[40];
+  std::snprintf(name, sizeof name, "frame_%06llu.png", static_cast<unsigned long long>(frame));
+  return name;
+}
+
+Result<std::optional<Manifest>> read_manifest(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / kManifestName;
+  std::error_code fault;
+  if (!std::filesystem::exists(path, fault) && !fault) return std::optional<Manifest>();
+  auto bytes = sinks::read_whole_file(path, kMostManifestBytes);
+  if (!bytes) return bytes.error();
+  const ordered_json json = ordered_json::parse(bytes->begin(), bytes->end(), nullptr, false);
+  Manifest manifest;
+  if (json.is_discarded() || !parse(json, manifest))
+    return Error{path.string() +
+                 " is not what fire3dv render writes: name another folder, or remove this one"};
+  return std::optional(std::move(manifest));
+}
+
+Result<void> write_manifest(const std::filesystem::path& folder, const Manifest& manifest) {
+  ordered_json json;
+  json["format"] = kFormat;
+  json["version"] = kVersion;
+  ordered_json& settings = json["settings"] = ordered_json::object();
+  for (const auto& [name, value] : manifest.settings) settings[name] = sinks::printable_utf8(value, 4096);
+  json["fps"] = to_text(manifest.times.rate);
+  json["first_ns"] = manifest.times.first_ns;
+  json["frames"] = manifest.times.frames;
+  json["width"] = manifest.width;
+  json["height"] = manifest.height;
+  json["shard"] = manifest.shard;
+  json["shards"] = manifest.shards;
+  json["machine"] = {{"device", sinks::printable_utf8(manifest.machine.device, 256)},
+                     {"driver", sinks::printable_utf8(manifest.machine.driver, 256)},
+                     {"cpu", sinks::printable_utf8(manifest.machine.cpu, 256)}};
+  const std::string text = json.dump(2) + "\n";
+  const auto* const first = reinterpret_cast<const uint8_t*>(text.data());
+  return sinks::write_whole_file(folder / kManifestName, {first, text.size()});
+}
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    const size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+}  // namespace fire3dv::offline

@@ -1,0 +1,80 @@
+#include "renderer/offline/offline_loop.h"
+
+#include <chrono>
+#include <thread>
+
+#include "renderer/app/progress.h"
+#include "renderer/app/start.h"
+
+namespace fire3dv::offline {
+
+OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
+    : parts_(parts), times_(times), frames_(parts.device), readback_(parts.device) {
+  // A free camera frames the scene as the file has it, whichever frame is the first to be drawn.
+  const VkExtent2D extent = parts_.renderer.extent();
+  (void)parts_.camera.view(parts_.poses,
+                           static_cast<float>(extent.width) / static_cast<float>(extent.height));
+}
+
+Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_t frame)>& is_wanted,
+                              const std::function<bool()>& should_stop) {
+  app::Progress progress("frames:");
+  const uint64_t end = part.first + part.frames;
+  uint64_t frame = part.first;
+  for (; frame < end && !should_stop(); ++frame) {
+    if (!is_wanted(frame)) continue;
+    show(frame);
+    draw(frame);
+    if (auto delivered = deliver(); !delivered) return delivered.error();
+    progress.update_with_end(frame + 1 - part.first, part.frames);
+  }
+  parts_.device.wait(parts_.device.last_submitted());
+  if (auto delivered = deliver(); !delivered) return delivered.error();
+  return frame == end;
+}
+
+// Everything that belongs to the moment is there before it is drawn, however long it takes to be made.
+void OfflineLoop::show(uint64_t frame) {
+  const int64_t line_ns = times_.at_ns(frame);
+  parts_.show.advance(line_ns);
+  parts_.scene.follow();
+  while (!parts_.scene.settled()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    parts_.scene.follow();
+  }
+  for (const std::string& note : parts_.show.take_notes()) app::say(note);
+  for (const std::string& note : parts_.scene.take_notes()) app::say(note);
+  if (parts_.animations)
+    parts_.poses.set_rest(
+        (*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
+}
+
+void OfflineLoop::draw(uint64_t frame) {
+  gpu::Recorder& recorder = frames_.begin();
+  const VkExtent2D extent = parts_.renderer.extent();
+  const passes::View view =
+      parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
+  parts_.renderer.record(recorder, frames_.belt(), parts_.poses, view);
+  readback_.record(recorder, parts_.renderer.image(), {frame, view.camera, parts_.poses.shown()});
+  readback_.submitted(frames_.submit());
+  ++images_;
+}
+
+Result<void> OfflineLoop::deliver() {
+  Result<void> result;
+  readback_.poll([&](Tag tag, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    if (!result) return;
+    sinks::FrameImage image;
+    image.width = extent.width;
+    image.height = extent.height;
+    image.rgba8.assign(rgba8.begin(), rgba8.end());
+    image.frame_index = tag.frame;
+    image.camera = std::move(tag.camera);
+    image.shown = std::move(tag.shown);
+    result = parts_.sink.take(std::move(image));
+  });
+  (void)frames_.take_finished();  // times that nobody asks for
+  return result;
+}
+
+}  // namespace fire3dv::offline

@@ -1,0 +1,287 @@
+#include "renderer/offline/render.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <system_error>
+
+#include "protocol/wire/check.h"
+#include "renderer/app/cache_places.h"
+#include "renderer/app/frame_loop.h"
+#include "renderer/app/pipeline_file.h"
+#include "renderer/app/progress.h"
+#include "renderer/app/start.h"
+#include "renderer/app/version.h"
+#include "renderer/offline/frame_folder.h"
+#include "renderer/offline/join.h"
+#include "renderer/offline/offline_loop.h"
+#include "renderer/offline/recording_scene.h"
+#include "renderer/offline/timeline.h"
+#include "renderer/scene/digest.h"
+#include "renderer/sinks/video_sink.h"
+
+namespace fire3dv::offline {
+namespace {
+
+using app::fail;
+using app::say;
+
+std::string seconds(int64_t ns) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3f s", static_cast<double>(ns) * 1e-9);
+  return text;
+}
+
+Result<record::Playback> open_recording(const RenderOptions& options) {
+  auto source = record::open_source(options.recording);
+  if (!source) return source.error();
+  return record::Playback::open(std::move(*source));
+}
+
+Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& options) {
+  const std::string& damage = playback.reader().index().damage;
+  if (!damage.empty()) say("warning: " + damage + "; what is whole is rendered");
+  app::Progress progress("reading " + wire::printable(options.recording) + ":");
+  auto timeline = Timeline::read(playback, options.clock, [&](uint64_t done, uint64_t total) {
+    progress.update("", done, total);
+    return !app::stop_was_requested();
+  });
+  if (!timeline) return timeline;
+  if (timeline->damaged() != 0)
+    say("warning: " + std::to_string(timeline->damaged()) + " chunks are damaged and left out");
+  if (timeline->unusable() != 0)
+    say("warning: " + std::to_string(timeline->unusable()) + " messages are of no use and left out");
+  return timeline;
+}
+
+Result<FrameTimes> choose_times(const Timeline& timeline, const RenderOptions& options) {
+  const int64_t length_ns = timeline.last_ns() - timeline.first_ns();
+  const auto into = [&](double at_s) { return timeline.first_ns() + static_cast<int64_t>(std::llround(at_s * 1e9)); };
+  const double length_s = static_cast<double>(length_ns) * 1e-9;
+  if (options.start_s > length_s)
+    return Error{"--start: the recording is " + seconds(length_ns) + " of simulated time long"};
+  const int64_t last_ns =
+      options.end_s && *options.end_s < length_s ? into(*options.end_s) : timeline.last_ns();
+  return frame_times(std::min(into(options.start_s), last_ns), last_ns, options.rate);
+}
+
+// Everything that decides about a frame's bytes, but for the machine.
+Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& timeline,
+                                 const FrameTimes& times, const scene::Scene& scene) {
+  constexpr uint64_t kMostBytes = uint64_t{1} << 50;
+  const auto digest_of = [](const std::filesystem::path& file) -> Result<std::string> {
+    auto digest = scene::digest_of_file(file, kMostBytes);
+    if (!digest) return digest.error();
+    return scene::hex(*digest).substr(0, 32);
+  };
+  const auto recording = digest_of(options.recording);
+  if (!recording) return recording.error();
+  Manifest manifest;
+  manifest.settings = {{"program", std::string("fire3dv ") + app::kVersion},
+                       {"recording", *recording},
+                       {"scene", content_of(scene)},
+                       {"clock", timeline.guide()},
+                       {"look", options.look}};
+  if (!options.drawing.environment.empty()) {
+    const auto environment = digest_of(options.drawing.environment);
+    if (!environment) return environment.error();
+    manifest.settings.emplace_back("environment", *environment);
+  }
+  manifest.times = times;
+  manifest.width = options.drawing.width;
+  manifest.height = options.drawing.height;
+  manifest.shard = options.shard;
+  manifest.shards = options.shards;
+  return manifest;
+}
+
+sinks::VideoSettings video_settings(const RenderOptions& options) {
+  sinks::VideoSettings settings;
+  settings.path = options.out;
+  settings.codec = options.video.codec;
+  settings.crf = options.video.crf;
+  settings.full_chroma = options.video.full_chroma;
+  settings.width = options.drawing.width;
+  settings.height = options.drawing.height;
+  settings.fps_numerator = options.rate.numerator;
+  settings.fps_denominator = options.rate.denominator;
+  return settings;
+}
+
+// Where frames go: into a folder, or straight into a video.
+struct Output {
+  std::unique_ptr<FrameFolder> folder;
+  std::unique_ptr<sinks::VideoSink> video;
+  sinks::FrameSink& sink() { return folder ? static_cast<sinks::FrameSink&>(*folder) : *video; }
+};
+
+std::filesystem::path folder_of(const RenderOptions& options) {
+  return options.resume ? std::filesystem::path(options.out.string() + ".frames") : options.out;
+}
+
+Result<Output> open_output(const RenderOptions& options, const Manifest& manifest) {
+  Output output;
+  const bool is_video = sinks::is_video_name(options.out);
+  if (is_video && !options.resume) {
+    auto video = sinks::VideoSink::open(video_settings(options));
+    if (!video) return video.error();
+    output.video = std::move(*video);
+    return output;
+  }
+  // What would keep the video from being made is told before its frames are drawn.
+  if (is_video) {
+    if (auto good = sinks::check_video_settings(video_settings(options)); !good) return good.error();
+  }
+  auto folder = FrameFolder::open(folder_of(options), manifest);
+  if (!folder) return folder.error();
+  output.folder = std::move(*folder);
+  return output;
+}
+
+// Nothing of an earlier run that was drawn elsewhere is thrown away, but it is said.
+void tell_other_machine(const FrameFolder& folder, const Machine& machine) {
+  const auto& before = folder.machine_before();
+  if (!before || *before == machine || folder.kept() == 0) return;
+  say("warning: the frames that are there were drawn by " + wire::printable(before->device) + " (" +
+      wire::printable(before->driver) + ", " + wire::printable(before->cpu) + "), the others will be by " +
+      machine.device + " (" + machine.driver + ", " + machine.cpu +
+      "): they may differ in a pixel's last digits");
+}
+
+class Render {
+ public:
+  explicit Render(const RenderOptions& options)
+      : options_(options),
+        drawing_(options.drawing),
+        places_(app::cache_places(drawing_.cache, [](const char* name) { return std::getenv(name); })) {}
+
+  Result<bool> run();  // false: asked to stop
+  bool validation_was_silent() const { return !instance_ || instance_->validation_messages() == 0; }
+
+ private:
+  Result<bool> draw(const scene::LoadedScene& loaded, const Timeline& timeline, const Manifest& manifest,
+                    Output& output);
+
+  const RenderOptions& options_;
+  const app::Options& drawing_;
+  const app::CachePlaces places_;
+  std::unique_ptr<gpu::Instance> instance_;
+};
+
+Result<bool> Render::run() {
+  RecordingScene scene(drawing_, places_.scenes, app::stop_was_requested);
+  auto playback = open_recording(options_);
+  if (!playback) return playback.error();
+  auto timeline = read_timeline(*playback, options_);
+  if (!timeline) return timeline.error();
+  const auto times = choose_times(*timeline, options_);
+  if (!times) return times.error();
+  auto loaded = scene.load(*playback, options_.recording);
+  if (!loaded) return loaded.error();
+  for (const std::string& note : scene.notes()) say(note);
+  app::describe(scene.title(), (*loaded)->scene);
+  const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene);
+  if (!manifest) return manifest.error();
+  const Part part = manifest->part();
+  say(std::to_string(times->frames) + " frames, " + to_text(times->rate) + " a second of \"" +
+      wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times->first_ns) +
+      (options_.shards > 1
+           ? "; shard " + std::to_string(options_.shard) + " of " + std::to_string(options_.shards) +
+                 " has " + std::to_string(part.frames) + ", from frame " + std::to_string(part.first)
+           : ""));
+  auto output = open_output(options_, *manifest);
+  if (!output) return output.error();
+
+  if (!output->folder || output->folder->kept() < part.frames) {
+    auto drawn = draw(**loaded, *timeline, *manifest, *output);
+    if (!drawn || !*drawn) {
+      if (output->video) output->video->abandon();
+      return drawn;
+    }
+    if (auto* const file = scene.file()) {
+      file->begin_keeping();
+      if (const auto fault = file->finish_keeping()) app::say_of_cache(*fault);
+    }
+  } else {
+    // An empty shard has a manifest, too.
+    if (part.frames == 0) {
+      if (auto begun = output->folder->begin({}); !begun) return begun.error();
+    }
+    say("all frames are there already");
+  }
+  if (options_.resume) return encode_and_clear(folder_of(options_), options_.out, options_.video);
+  return true;
+}
+
+Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& timeline,
+                          const Manifest& manifest, Output& output) {
+  auto environment = app::load_surroundings(drawing_.environment);
+  if (!environment) return environment.error();
+  gpu::InstanceOptions instance_options;
+  instance_options.validation = drawing_.validation;
+  auto instance = gpu::Instance::create(instance_options);
+  if (!instance) return instance.error();
+  instance_ = std::move(*instance);
+  gpu::DeviceReport report;
+  auto device = app::open_device(*instance_, drawing_, &report);
+  if (!device) return device.error();
+  app::PipelineFile pipelines(**device, places_.pipelines);
+  if (pipelines.note()) say(*pipelines.note());
+  const passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
+  std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
+  if (auto enough = app::make_room(**device, settings, loaded.scene, renderer); !enough)
+    return enough.error();
+  renderer->set_scene(loaded.scene, loaded.derived);
+  renderer->set_size({drawing_.width, drawing_.height});
+
+  auto camera = app::CameraRig::create(loaded.scene, drawing_.camera);
+  if (!camera) return camera.error();
+  auto animations = app::open_animations(drawing_, loaded.scene);
+  if (!animations) return animations.error();
+  state::PoseState poses(loaded.scene);
+  app::LiveScene live(
+      loaded, poses, *renderer, *camera,
+      {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->most_textures()});
+  if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
+  auto show = RecordedShow::open([&] { return open_recording(options_); }, timeline, poses);
+  if (!show) return show.error();
+
+  const Part part = manifest.part();
+  if (output.folder) {
+    const Machine machine{report.name, report.driver, cpu_name()};
+    tell_other_machine(*output.folder, machine);
+    if (output.folder->kept() > 0) say(std::to_string(output.folder->kept()) + " frames are there already");
+    if (auto begun = output.folder->begin(machine); !begun) return begun.error();
+  }
+  OfflineLoop loop({**device, *renderer, poses, *show, live, *animations ? &(*animations)->player : nullptr,
+                    *camera, output.sink()},
+                   manifest.times);
+  const auto is_wanted = [&](uint64_t frame) { return !output.folder || !output.folder->has(frame); };
+  auto drawn = loop.run(part, is_wanted, app::stop_was_requested);
+  if (!drawn) return drawn;
+  if (show->left_out() != 0)
+    say("warning: " + std::to_string(show->left_out()) +
+        " scene edits were left out: too many stand between two frames");
+  // What was drawn of an interrupted video is of no use; of a folder it is.
+  if (*drawn || output.folder) {
+    if (auto finished = output.sink().finish(); !finished) return finished.error();
+  }
+  say(std::to_string(loop.images()) + " frames drawn for " + options_.out.string());
+  if (!*drawn)
+    say(output.folder ? "stopped; the same command goes on from here"
+                      : "stopped; nothing is left of the video (--resume keeps what is drawn)");
+  if (auto kept = pipelines.keep(); !kept) app::say_of_cache(kept.error());
+  return drawn;
+}
+
+}  // namespace
+
+int render(const RenderOptions& options) {
+  Render rendering(options);
+  const Result<bool> done = rendering.run();
+  if (!rendering.validation_was_silent()) return fail(Error{"validation messages; see above"});
+  if (!done) return fail(done.error());
+  return *done ? 0 : 1;
+}
+
+}  // namespace fire3dv::offline

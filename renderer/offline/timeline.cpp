@@ -1,0 +1,234 @@
+#include "renderer/offline/timeline.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+
+#include "protocol/wire/check.h"
+#include "renderer/offline/frame_times.h"
+#include "renderer/offline/stream_frames.h"
+
+namespace fire3dv::offline {
+namespace {
+
+constexpr size_t kMostStreams = 64;
+constexpr size_t kMostSegments = 1'000'000;  // of all streams; runs, too
+constexpr size_t kMostGuidePoints = 1 << 20;
+constexpr int64_t kSameClockNs = kSecondNs / 10;
+constexpr int64_t kMostLineNs = int64_t{1} << 61;
+
+}  // namespace
+
+class Timeline::Builder {
+ public:
+  Builder(Timeline& line, const record::Playback& playback)
+      : line_(line), playback_(playback), streams_(playback.streams().size()) {
+    line_.streams_.resize(streams_.size());
+  }
+
+  Result<void> choose_guide(const std::string& name);
+  Result<void> take(const record::Played& played);
+  Result<void> finish();
+
+ private:
+  // The clock of a segment before it is known where it stands.
+  struct Span {
+    int64_t first_sim_ns = 0, last_sim_ns = 0;
+    int64_t step_ns = 1;  // between its last two frames
+    uint64_t frames = 0;
+    size_t run = 0;
+    bool placed = false;
+  };
+  struct Building {
+    StreamFrames frames;
+    std::vector<Span> spans;
+    int64_t last_ns = kAlways;  // of the newest frame that is placed
+  };
+
+  Result<void> begin_segment(size_t stream, int64_t sim_ns);
+  void place(size_t stream, size_t segment, int64_t line_from_sim_ns);
+  void guide_has_come(int64_t line_ns);
+  bool room() const { return segments_ < kMostSegments; }
+
+  Timeline& line_;
+  const record::Playback& playback_;
+  std::vector<Building> streams_;
+  std::optional<size_t> guide_;
+  bool guide_runs_ = false;   // its first frame has come
+  int64_t guide_now_ns_ = 0;  // on the line
+  size_t segments_ = 0;
+};
+
+Result<void> Timeline::Builder::choose_guide(const std::string& name) {
+  if (streams_.size() > kMostStreams)
+    return Error{wire::printable(const_cast<record::Playback&>(playback_).reader().name(), 4096) + " holds " +
+                 std::to_string(streams_.size()) + " streams; " + std::to_string(kMostStreams) +
+                 " at most can be rendered together"};
+  if (name.empty()) return {};
+  std::string known;
+  for (size_t i = 0; i < streams_.size(); ++i) {
+    if (playback_.streams()[i].name == name) guide_ = i;
+    known += (i ? ", \"" : "\"") + wire::printable(playback_.streams()[i].name) + "\"";
+  }
+  if (!guide_)
+    return Error{"--clock \"" + wire::printable(name) + "\" is not in the recording; it has " + known};
+  return {};
+}
+
+Result<void> Timeline::Builder::take(const record::Played& played) {
+  const size_t stream = played.stream;
+  Building& building = streams_[stream];
+  StreamTimes& times = line_.streams_[stream];
+  const StreamFrames::Taken taken = building.frames.take(played);
+  if (taken.began) {
+    if (!room()) return Error{"the recording begins anew too often; render a part of it that does so less"};
+    ++segments_;
+    times.runs.emplace_back();
+  }
+  if (!taken.frame) return {};
+  const int64_t sim_ns = building.frames.header().sim_time_ns;
+  if (!guide_) guide_ = stream;
+  if (taken.segment) {
+    if (auto begun = begin_segment(stream, sim_ns); !begun) return begun;
+  }
+  Span& span = building.spans.back();
+  if (span.frames++ > 0) span.step_ns = std::clamp<int64_t>(sim_ns - span.last_sim_ns, 1, kSecondNs);
+  span.last_sim_ns = sim_ns;
+  Run& run = times.runs.back();
+  ++run.frames;
+  ++line_.frames_;
+  if (!span.placed) return {};
+  const int64_t line_ns = sim_ns + times.segments.back().line_from_sim_ns;
+  if (std::abs(line_ns) > kMostLineNs)
+    return Error{"the simulated times of stream \"" + wire::printable(playback_.streams()[stream].name) +
+                 "\" are too far apart to be laid on one line; render another stream's clock with --clock"};
+  run.first_ns = std::min(run.first_ns, line_ns);
+  building.last_ns = line_ns;
+  if (stream != *guide_) return {};
+  guide_now_ns_ = line_ns;
+  line_.remember(played.log_time_ns, line_ns);
+  if (!std::exchange(guide_runs_, true)) guide_has_come(line_ns);
+  return {};
+}
+
+Result<void> Timeline::Builder::begin_segment(size_t stream, int64_t sim_ns) {
+  if (!room()) return Error{"simulated time begins anew too often in the recording; render a part of it"};
+  ++segments_;
+  Building& building = streams_[stream];
+  StreamTimes& times = line_.streams_[stream];
+  const std::optional<Span> before =
+      building.spans.empty() ? std::nullopt : std::optional(building.spans.back());
+  Span span;
+  span.first_sim_ns = sim_ns;
+  span.run = times.runs.size() - 1;
+  building.spans.push_back(span);
+  times.segments.emplace_back();
+  const bool is_guide = stream == *guide_;
+  if (!is_guide && !guide_runs_) return {};  // where it stands shows when the guide comes
+  int64_t first_ns = sim_ns;
+  if (!is_guide) {
+    const int64_t by_guide_ns = sim_ns + line_.streams_[*guide_].segments.back().line_from_sim_ns;
+    first_ns = std::abs(by_guide_ns - guide_now_ns_) <= kSameClockNs ? by_guide_ns : guide_now_ns_;
+  }
+  // Frames of one stream do not overlap on the line.
+  if (before && (is_guide || first_ns <= building.last_ns)) first_ns = building.last_ns + before->step_ns;
+  place(stream, building.spans.size() - 1, first_ns - sim_ns);
+  return {};
+}
+
+void Timeline::Builder::place(size_t stream, size_t segment, int64_t line_from_sim_ns) {
+  line_.streams_[stream].segments[segment].line_from_sim_ns = line_from_sim_ns;
+  streams_[stream].spans[segment].placed = true;
+}
+
+// Segments that were there before it: the newest by its newest frame, the others in front of that, one after
+// the other.
+void Timeline::Builder::guide_has_come(int64_t line_ns) {
+  for (size_t stream = 0; stream < streams_.size(); ++stream) {
+    Building& building = streams_[stream];
+    if (stream == *guide_ || building.spans.empty()) continue;
+    const Span& newest = building.spans.back();
+    const bool same = std::abs(newest.last_sim_ns - line_ns) <= kSameClockNs;
+    place(stream, building.spans.size() - 1, same ? 0 : line_ns - newest.last_sim_ns);
+    for (size_t i = building.spans.size() - 1; i-- > 0;) {
+      const int64_t next_ns =
+          building.spans[i + 1].first_sim_ns + line_.streams_[stream].segments[i + 1].line_from_sim_ns;
+      place(stream, i, next_ns - building.spans[i].step_ns - building.spans[i].last_sim_ns);
+    }
+    building.last_ns = newest.last_sim_ns + line_.streams_[stream].segments.back().line_from_sim_ns;
+    for (size_t i = 0; i < building.spans.size(); ++i) {
+      Run& run = line_.streams_[stream].runs[building.spans[i].run];
+      run.first_ns = std::min(
+          run.first_ns, building.spans[i].first_sim_ns + line_.streams_[stream].segments[i].line_from_sim_ns);
+    }
+  }
+}
+
+Result<void> Timeline::Builder::finish() {
+  const std::string name = wire::printable(const_cast<record::Playback&>(playback_).reader().name(), 4096);
+  if (!guide_) return Error{name + " holds no whole pose frame; there is nothing to render"};
+  line_.guide_name_ = playback_.streams()[*guide_].name;
+  if (!guide_runs_)
+    return Error{"stream \"" + wire::printable(line_.guide_name_) + "\" of " + name +
+                 " holds no whole pose frame; name another with --clock"};
+  for (size_t stream = 0; stream < streams_.size(); ++stream) {
+    line_.unusable_ += streams_[stream].frames.unusable();
+    for (size_t i = 0; i < streams_[stream].spans.size(); ++i) {
+      const Span& span = streams_[stream].spans[i];
+      Segment& segment = line_.streams_[stream].segments[i];
+      const int64_t first_ns = span.first_sim_ns + segment.line_from_sim_ns;
+      const int64_t last_ns = span.last_sim_ns + segment.line_from_sim_ns;
+      if (std::abs(first_ns) > kMostLineNs || std::abs(last_ns) > kMostLineNs)
+        return Error{"simulated times in " + name + " are too far apart to be laid on one line"};
+      line_.first_ns_ = std::min(line_.first_ns_, first_ns);
+      line_.last_ns_ = std::max(line_.last_ns_, last_ns);
+      const auto intervals = static_cast<int64_t>(std::max<uint64_t>(span.frames, 2) - 1);
+      segment.hold_ns = std::max(kSecondNs, (span.last_sim_ns - span.first_sim_ns) / intervals * 4);
+    }
+  }
+  return {};
+}
+
+Result<Timeline> Timeline::read(record::Playback& playback, const std::string& clock,
+                                const OnProgress& on_progress) {
+  Timeline line;
+  Builder builder(line, playback);
+  if (auto chosen = builder.choose_guide(clock); !chosen) return chosen.error();
+  playback.rewind();
+  record::Played played;
+  constexpr uint64_t kMessagesBetweenLooks = 1000;
+  for (uint64_t messages = 0;; ++messages) {
+    const record::Playback::Step step = playback.next(played);
+    if (step == record::Playback::Step::end) break;
+    if (step == record::Playback::Step::damaged) {
+      ++line.damaged_;
+      continue;
+    }
+    if (auto taken = builder.take(played); !taken) return taken.error();
+    const uint64_t begun_ns = playback.start_ns();
+    if (messages % kMessagesBetweenLooks == 0 && on_progress &&
+        !on_progress(std::max(played.log_time_ns, begun_ns) - begun_ns, playback.end_ns() - begun_ns))
+      return Error{"stopped while the recording was read"};
+  }
+  if (auto finished = builder.finish(); !finished) return finished.error();
+  line.unusable_ += playback.refused();
+  return line;
+}
+
+// Points close to each other say the same; when there are many, every other one is enough.
+void Timeline::remember(uint64_t log_time_ns, int64_t line_ns) {
+  if (!guide_.empty() && log_time_ns < guide_.back().first + guide_spacing_ns_) return;
+  guide_.emplace_back(log_time_ns, line_ns);
+  if (guide_.size() < kMostGuidePoints) return;
+  for (size_t i = 0; i < guide_.size() / 2; ++i) guide_[i] = guide_[2 * i];
+  guide_.resize(guide_.size() / 2);
+  guide_spacing_ns_ *= 2;
+}
+
+int64_t Timeline::guide_at(uint64_t log_time_ns) const {
+  const auto after = std::upper_bound(guide_.begin(), guide_.end(), log_time_ns,
+                                      [](uint64_t time, const auto& point) { return time < point.first; });
+  return after == guide_.begin() ? kAlways : std::prev(after)->second;
+}
+
+}  // namespace fire3dv::offline

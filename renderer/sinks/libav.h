@@ -1,0 +1,70 @@
+// libav's functions, found when a video is made and not when the program starts: its libraries depend on a
+// hundred others, which would make every start slower by a tenth of a second. Only video_file.cpp includes
+// this.
+#pragma once
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/dict.h>
+#include <libavutil/error.h>
+#include <libavutil/frame.h>
+#include <libavutil/log.h>
+#include <libavutil/mathematics.h>
+#include <libavutil/mem.h>
+#include <libavutil/opt.h>
+#include <libswscale/swscale.h>
+}
+
+#include "protocol/error.h"
+
+namespace fire3dv::sinks {
+
+// Library and function.
+#define FIRE3DV_LIBAV_FUNCTIONS(X)            \
+  X(avcodec, avcodec_find_encoder_by_name)    \
+  X(avcodec, avcodec_alloc_context3)          \
+  X(avcodec, avcodec_free_context)            \
+  X(avcodec, avcodec_open2)                   \
+  X(avcodec, avcodec_parameters_from_context) \
+  X(avcodec, avcodec_send_frame)              \
+  X(avcodec, avcodec_receive_packet)          \
+  X(avcodec, av_packet_alloc)                 \
+  X(avcodec, av_packet_free)                  \
+  X(avcodec, av_packet_rescale_ts)            \
+  X(avcodec, av_packet_unref)                 \
+  X(avformat, av_guess_format)                \
+  X(avformat, avformat_alloc_context)         \
+  X(avformat, avformat_free_context)          \
+  X(avformat, avformat_new_stream)            \
+  X(avformat, avformat_query_codec)           \
+  X(avformat, avformat_write_header)          \
+  X(avformat, av_interleaved_write_frame)     \
+  X(avformat, av_write_trailer)               \
+  X(avformat, avio_open)                      \
+  X(avformat, avio_closep)                    \
+  X(avutil, av_dict_free)                     \
+  X(avutil, av_dict_set)                      \
+  X(avutil, av_frame_alloc)                   \
+  X(avutil, av_frame_free)                    \
+  X(avutil, av_frame_get_buffer)              \
+  X(avutil, av_frame_make_writable)           \
+  X(avutil, av_log_set_level)                 \
+  X(avutil, av_strdup)                        \
+  X(avutil, av_strerror)                      \
+  X(swscale, sws_getContext)                  \
+  X(swscale, sws_freeContext)                 \
+  X(swscale, sws_getCoefficients)             \
+  X(swscale, sws_setColorspaceDetails)        \
+  X(swscale, sws_scale)
+
+struct Libav {
+#define FIRE3DV_LIBAV_MEMBER(library, function) decltype(&::function) function = nullptr;
+  FIRE3DV_LIBAV_FUNCTIONS(FIRE3DV_LIBAV_MEMBER)
+#undef FIRE3DV_LIBAV_MEMBER
+};
+
+// The same for the whole program. The error names the library that is missing and its package.
+Result<const Libav*> libav();
+
+}  // namespace fire3dv::sinks

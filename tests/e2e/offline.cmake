@@ -1,0 +1,10 @@
+# Recordings drawn offline: by the program, against itself and against what was seen live.
+if(TARGET fire3dv)
+  fire3dv_program(e2e_offline_recording SOURCES ${CMAKE_CURRENT_LIST_DIR}/offline_recording.cpp LINK fire3dv_record)
+  set_target_properties(e2e_offline_recording PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  add_test(NAME offline
+    COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/offline_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-record>
+            $<TARGET_FILE:fire3dv-replay> $<TARGET_FILE:e2e_publisher> $<TARGET_FILE:e2e_offline_recording>)
+  set_tests_properties(offline PROPERTIES LABELS e2e TIMEOUT 900
+    ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
+endif()

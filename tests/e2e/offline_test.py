@@ -1,0 +1,313 @@
+#!/usr/bin/env python3
+"""Recordings drawn offline: the same bytes from a cold start, in shards, after a kill, and as they were seen live."""
+import json
+import os
+import shutil
+import signal
+import subprocess
+
+from harness import HANG_S, Program, check, main, shown, vulkan_environment, wait_until
+from pictures import read_png
+
+SIZE = "160x90"
+FRAMES = 40  # of the recording at FPS: 60 frames of 10 ms, then 20 more, from the first to the last
+FPS = 50
+
+
+def recording(test, attach=False):
+    path = test.path("attached.mcap" if attach else "made.mcap")
+    if not os.path.exists(path):
+        done = subprocess.run([test.programs_at["make"], path, test.scene, *(["attach"] if attach else [])],
+                              capture_output=True, text=True, timeout=HANG_S)
+        check(done.returncode == 0, f"no recording: {done.stderr}")
+    return path
+
+
+def command_of(test, file, out, *arguments, scene=True):
+    return [test.programs_at["fire3dv"], "render", file, *([test.scene] if scene else []), "--out", out, "--validation",
+            "--cache", "off", "--tone-map", "none", "--size", SIZE, *map(str, arguments)]
+
+
+def start(test, file, out, *arguments, **options):
+    return Program(test, "render", command_of(test, file, out, *arguments, **options), vulkan_environment())
+
+
+def render(test, file, out, *arguments, code=0, **options):
+    program = start(test, file, out, *arguments, **options)
+    program.expect_exit(code)
+    return program.stderr_text()
+
+
+def join(test, *arguments, code=0):
+    program = Program(test, "join", [test.programs_at["fire3dv"], "join", *map(str, arguments)], vulkan_environment())
+    program.expect_exit(code)
+    return program.stderr_text()
+
+
+def files_of(folder):
+    """All but the manifest, which says what drew them and which shard they are."""
+    return {name: open(os.path.join(folder, name), "rb").read() for name in sorted(os.listdir(folder)) if name != "manifest.json"}
+
+
+def lines_of(path):
+    with open(path, encoding="utf-8") as file:
+        return [json.loads(line) for line in file]
+
+
+def pixels_of(folder, line):
+    return read_png(os.path.join(folder, line["file"])).rows
+
+
+def has_green(picture):
+    return any(row[i + 1] > 200 and row[i] < 60 and row[i + 2] < 60 for row in picture.rows for i in range(0, len(row), 3))
+
+
+def whole_run(test):
+    """All frames in one go: the truth that the other ways are held to."""
+    folder = os.path.join(test.folder, "whole")
+    if not os.path.exists(folder):
+        render(test, recording(test), folder, "--fps", FPS)
+    return folder
+
+
+def frames_are_right(test):
+    folder = whole_run(test)
+    lines = lines_of(os.path.join(folder, "frames.jsonl"))
+    check([line["frame"] for line in lines] == list(range(FRAMES)), f"not each frame once: {[line['frame'] for line in lines]}")
+    arms = [shown(line, "arm") for line in lines]
+    for line, arm in zip(lines, arms):
+        at_ms = 10 + 20 * line["frame"]
+        if at_ms <= 600:
+            check(arm["epoch"] == "0000000000000011" and arm["sim_time_ns"] == at_ms * 10**6 and arm["sequence"] == at_ms // 10, f"{line}")
+        elif at_ms >= 610 and arm:
+            check(arm["epoch"] == "0000000000000022" and arm["sim_time_ns"] == (at_ms - 600) * 10**6, f"{line}")
+        check((shown(line, "crane") is not None) == (at_ms >= 120), f"the crane's begin: {line}")
+    check(all(arms), f"frames without the arm: {[i for i, arm in enumerate(arms) if not arm]}")
+    pictures = [read_png(os.path.join(folder, line["file"])) for line in lines]
+    check(len({b"".join(bytes(row) for row in picture.rows) for picture in pictures}) >= FRAMES - 2, "frames look alike")
+    # Green is hidden from frame 20 (200 ms) to 50; the added asset, which has one of its own, is there from 25 to 40.
+    for line, picture in zip(lines, pictures):
+        at_ms = 10 + 20 * line["frame"]
+        hidden = 200 <= at_ms < 500 and not 250 <= at_ms < 400
+        check(has_green(picture) != hidden, f"green at {at_ms} ms: {has_green(picture)}")
+
+
+def a_cold_start_changes_nothing(test):
+    folder = whole_run(test)
+    lines = lines_of(os.path.join(folder, "frames.jsonl"))
+    # 30 to 33: the node with an asset is there then, and hidden things are; what led there is drawn by none of them.
+    for first, last in ((7, 9), (14, 17), (32, 33)):
+        out = test.path(f"alone{first}")
+        render(test, recording(test), out, "--fps", FPS, "--start", first / FPS, "--end", last / FPS)
+        alone = lines_of(os.path.join(out, "frames.jsonl"))
+        check(len(alone) == last - first + 1, f"{len(alone)} frames from {first} to {last}")
+        for line in alone:
+            wanted = lines[first + line["frame"]]
+            check(line["streams"] == wanted["streams"], f"{line} is not {wanted}")
+            check(pixels_of(out, line) == pixels_of(folder, wanted), f"frame {wanted['frame']} drawn alone is another picture")
+
+
+def shards_are_the_whole(test):
+    folder = whole_run(test)
+    parts = [test.path(f"part{i}") for i in (1, 2, 3)]
+    for i, part in enumerate(parts, 1):
+        render(test, recording(test), part, "--fps", FPS, "--shard", f"{i}/3")
+    check(sum(len(files_of(part)) - 1 for part in parts) == FRAMES, "a frame is in no part or in two")
+    joined = test.path("joined")
+    said = join(test, parts[2], parts[0], parts[1], "--out", joined)
+    check("warning" not in said, said)
+    check(files_of(joined) == files_of(folder), "joined shards are other bytes than a single run")
+
+    # One encoding of all of it, as straight from the renderer.
+    straight, together = test.path("straight.mp4"), test.path("together.mp4")
+    render(test, recording(test), straight, "--fps", FPS)
+    join(test, *parts, "--out", together)
+    check(open(straight, "rb").read() == open(together, "rb").read(), "the joined video is another one")
+    lists = [[{**line, "file": ""} for line in lines_of(path)]
+             for path in (straight + ".jsonl", together + ".jsonl", os.path.join(folder, "frames.jsonl"))]
+    check(lists[0] == lists[1] == lists[2], "the lists beside videos are other ones")
+
+    # What does not belong together, or is not all of it, is said.
+    said = join(test, parts[0], parts[2], "--out", test.path("x.mp4"), code=1)
+    check("frames 13 to 25 of 40 are missing: render again with --shard 2/3" in said, said)
+    check("name each part once" in join(test, *parts, parts[1], "--out", test.path("x.mp4"), code=1), "a part was taken twice")
+    os.unlink(os.path.join(parts[1], "frame_000015.png"))
+    said = join(test, *parts, "--out", test.path("x.mp4"), code=1)
+    check("frame 15 of 40 is missing" in said, said)
+    render(test, recording(test), parts[1], "--fps", FPS, "--shard", "2/3")
+    manifest = os.path.join(parts[1], "manifest.json")
+    text = open(manifest, encoding="utf-8").read()
+    with open(manifest, "w", encoding="utf-8") as file:
+        file.write(text.replace('"cpu": "', '"cpu": "another '))
+    said = join(test, *parts, "--out", test.path("y.mp4"))
+    check("warning" in said and "another" in said, said)
+    with open(manifest, "w", encoding="utf-8") as file:
+        file.write(text.replace("--tone-map none", "--tone-map aces"))
+    said = join(test, *parts, "--out", test.path("x.mp4"), code=1)
+    check("do not belong together: look is --tone-map aces there and --tone-map none here" in said, said)
+    shutil.copy(os.path.join(parts[0], "frame_000003.png"), os.path.join(parts[1], "frame_000015.png"))
+    with open(manifest, "w", encoding="utf-8") as file:
+        file.write(text)
+    said = join(test, *parts, "--out", test.path("x.mp4"), code=1)
+    check("frame_000015.png is not the frame that its name says" in said, said)
+    check(not any(name.startswith("x.mp4") for name in os.listdir(test.folder)), "something is left of a video that failed")
+
+
+def a_killed_run_is_gone_on_with(test):
+    folder = whole_run(test)
+    out = test.path("killed")
+    program = start(test, recording(test), out, "--fps", FPS)
+    path = os.path.join(out, "frames.jsonl")
+    wait_until(lambda: f"frames; it said:\n{program.stderr_text()}",
+               lambda: os.path.exists(path) and len(open(path, "rb").read().splitlines()) >= 5 or not program.alive())
+    program.kill()
+    kept = len(lines_of(path))
+    check(5 <= kept, "it did not come far enough")
+    if kept == FRAMES:  # the kill came too late on this machine: as if it had not
+        for frame in range(20, FRAMES):
+            os.unlink(os.path.join(out, f"frame_{frame:06}.png"))
+        kept = 20
+    before = {name: os.stat(os.path.join(out, name)).st_mtime_ns for name in files_of(out) if name.endswith(".png")}
+    with open(path, "a", encoding="utf-8") as file:
+        file.write('{"file":"frame_000030.png","frame":30,"cam')
+    said = render(test, recording(test), out, "--fps", FPS)
+    check(f"{kept} frames are there already" in said, said)
+    check(files_of(out) == files_of(folder), "what was gone on with is other bytes than a single run")
+    check(all(os.stat(os.path.join(out, f"frame_{frame:06}.png")).st_mtime_ns == before[f"frame_{frame:06}.png"]
+              for frame in range(kept)), "frames that were there were drawn again")
+    said = render(test, recording(test), out, "--fps", FPS)
+    check("all frames are there already" in said, said)
+    said = render(test, recording(test), out, "--fps", 25, code=1)
+    check("holds frames of another run (fps is 50 there and 25 here)" in said, said)
+
+    # A video by way of its frames, which go when it is whole.
+    video = test.path("resumed.mkv")
+    frames = video + ".frames"
+    program = start(test, recording(test), video, "--fps", FPS, "--codec", "ffv1", "--resume")
+    wait_until(lambda: f"frames; it said:\n{program.stderr_text()}",
+               lambda: os.path.exists(os.path.join(frames, "frame_000004.png")) or not program.alive())
+    program.signal(signal.SIGTERM)
+    check(program.wait() in (0, 1), program.stderr_text())
+    render(test, recording(test), video, "--fps", FPS, "--codec", "ffv1", "--resume")
+    check(not os.path.exists(frames) and os.path.getsize(video) > 0, f"left: {os.listdir(test.folder)}")
+    check([line["frame"] for line in lines_of(video + ".jsonl")] == list(range(FRAMES)), "frames are missing in the list")
+
+
+def live_is_replayed_is_offline(test):
+    frames = 24
+    uri, file = test.fresh_uri("shm"), test.path("live.mcap")
+    publisher = test.publisher(uri, nodes=("red", "blue"))
+    live = test.renderer("--lockstep", "--exit-when-done", listen=[uri])
+    live.uris()
+    recorder = Program(test, "recorder", [test.programs_at["record"], "--from", uri, "--out", file, "--until-end"])
+    recorder.wait_err(r"listening on")
+    publisher.wait_welcome()
+    publisher.do(f"lockstep {frames}")
+    publisher.quit()
+    live.expect_exit(0)
+    recorder.expect_exit(0)
+
+    offline = test.path("offline")
+    render(test, file, offline, "--fps", 100)  # the simulator's own rate
+    drawn = {shown(line, "arm")["sequence"]: line for line in lines_of(os.path.join(offline, "frames.jsonl"))}
+    check(len(drawn) >= frames // 2, f"{len(drawn)} frames were recorded")
+
+    again = test.fresh_uri("shm")
+    replayed = test.renderer("--lockstep", "--exit-when-done", listen=[again])
+    replayed.uris()
+    # Frame by frame: a renderer that is slow to start would miss what its link does not hold.
+    replay = Program(test, "replay", [test.programs_at["replay"], file, "--to", again, "--wait", "--step"])
+    for sequence in sorted(drawn):
+        replay.process.stdin.write("\n")
+        replay.process.stdin.flush()
+        replayed.wait_frame(f"frame {sequence}", lambda f: shown(f, "arm") and shown(f, "arm")["sequence"] >= sequence)
+    replay.process.stdin.close()
+    replay.expect_exit(0)
+    replayed.expect_exit(0)
+    for name, renderer in (("live", live), ("replayed", replayed)):
+        compared = 0
+        for line in renderer.frames():
+            arm = shown(line, "arm")
+            if not arm or arm["sequence"] not in drawn:
+                continue
+            compared += 1
+            wanted = drawn[arm["sequence"]]
+            check(shown(wanted, "arm")["sim_time_ns"] == arm["sim_time_ns"], f"{wanted} is not {line}")
+            check(pixels_of(offline, wanted) == pixels_of(renderer.folder, line), f"{name}: frame {arm['sequence']} is another picture offline")
+        check(compared >= frames // 2, f"{name}: only {compared} frames could be compared")
+
+
+def the_scene_may_travel(test):
+    folder = whole_run(test)
+    out = test.path("travelled")
+    render(test, recording(test, attach=True), out, "--fps", FPS, scene=False, *[])
+    ours, theirs = files_of(out), files_of(folder)
+    check(ours == theirs, "the scene in the recording looks other than the same one beside it")
+
+
+def bad_input(test):
+    file, out = recording(test), test.path("nowhere")
+    cut, empty = test.path("cut.mcap"), test.path("empty.mcap")
+    with open(file, "rb") as whole, open(cut, "wb") as part:
+        part.write(whole.read()[:12000])
+    open(empty, "w").close()
+    for arguments, code, sentence in (
+            ([], 2, "name the recording first"),
+            ([file], 2, "--out: name a video"),
+            ([file, test.scene, "--out", out, "--fps", "0"], 2, "--fps 0"),
+            ([file, test.scene, "--out", out, "--shard", "3/2"], 2, "--shard 3/2"),
+            ([file, test.scene, "--out", out, "--crf", "3"], 2, "is a folder"),
+            ([file, test.scene, "--out", "x.avi"], 2, ".mp4, .mkv or .webm"),
+            ([file, test.scene, "--out", "x.mp4", "--shard", "1/2"], 2, "name a folder"),
+            ([file, test.scene, "--out", out, "--listen", "shm://x"], 2, "--listen"),
+            ([file, test.scene, "--out", out, "--start", "nan"], 2, "--start"),
+            ([file, test.scene, "--out", out, "--start", "5"], 1, "is 0.790 s of simulated time long"),
+            ([file, test.scene, "--out", out, "--clock", "lathe"], 1, 'it has "arm", "crane"'),
+            ([file, "--out", out], 1, "has no scene in it"),
+            ([file, "/nowhere.glb", "--out", out], 1, "/nowhere.glb"),
+            ([empty, test.scene, "--out", out], 1, "is not an MCAP file"),
+            ([test.path("none.mcap"), test.scene, "--out", out], 1, "cannot be opened"),
+            ([file, test.scene, "--out", test.path("v.webm"), "--codec", "h264"], 1, "these are: av1"),
+            ([file, test.scene, "--out", test.path("v.mp4"), "--size", "65x64"], 1, "65x64"),
+            ([file, test.scene, "--out", test.scene + "/x"], 1, "squares.glb/x")):
+        program = Program(test, "render", [test.programs_at["fire3dv"], "render", *arguments, *(["--cache", "off"] if arguments else [])],
+                          vulkan_environment())
+        check(program.wait() == code, f"{arguments} ended with {program.process.returncode}:\n{program.stderr_text()}")
+        check(sentence in program.stderr_text(), f"{arguments} said:\n{program.stderr_text()}")
+        check(not os.path.exists(out), f"{arguments} left a folder")
+    check("has no manifest.json" in join(test, test.folder, "--out", out, code=1), "a folder without frames was taken")
+
+    # A recording that was cut is drawn as far as it goes; a disk that is full is told, and holds whole frames alone.
+    said = render(test, cut, out, "--fps", FPS)
+    check("warning" in said and 5 <= len(lines_of(os.path.join(out, "frames.jsonl"))) < FRAMES, said)
+
+    disk = test.path("disk")
+    os.mkdir(disk)
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=24k", "fire3dv-test", disk], capture_output=True).returncode != 0:
+        print("left out: a disk that is full, which takes root to make", flush=True)
+        return
+    try:
+        for name in ("full", "full.mkv"):
+            path = os.path.join(disk, name)
+            said = render(test, file, path, "--fps", FPS, *(["--codec", "ffv1"] if name.endswith("mkv") else []), code=1)
+            check("No space left on device; free some" in said, f"{name}: {said}")
+            if name == "full":
+                kept = lines_of(os.path.join(path, "frames.jsonl"))
+                check(all(read_png(os.path.join(path, line["file"])) for line in kept), "half a frame is listed")
+                shutil.rmtree(path)
+        check(not os.listdir(disk), f"left of a video that failed: {os.listdir(disk)}")
+    finally:
+        subprocess.run(["umount", disk], check=True)
+
+
+if __name__ == "__main__":
+    def all_of(*parts):
+        def run(test):
+            for part in parts:
+                part(test)
+        return run
+    # One folder for all that is compared with the whole run, which is drawn once.
+    main({"same_bytes": all_of(frames_are_right, a_cold_start_changes_nothing, shards_are_the_whole, a_killed_run_is_gone_on_with,
+                               the_scene_may_travel),
+          "live": live_is_replayed_is_offline, "bad_input": bad_input},
+         ("fire3dv", "record", "replay", "publisher", "make"))
