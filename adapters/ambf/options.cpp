@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <cstdlib>
+#include <charconv>
 #include <optional>
 
 namespace fire3dv::ambf {
@@ -19,10 +18,11 @@ struct Known {
 // A period of more than a quarter of an hour is a slip, and one of a thousand years is no number of ns.
 constexpr double kLowestRateHz = 1e-3, kHighestRateHz = 1e6;
 
+// The process is AMBF's, and so is its locale: a point is a point here whatever that says.
 bool read_rate(const std::string& text, double& rate_hz) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value) || value < 0 || value > kHighestRateHz)
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= kHighestRateHz))
     return false;
   if (value > 0 && value < kLowestRateHz) return false;
   rate_hz = value;

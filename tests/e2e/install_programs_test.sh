@@ -28,13 +28,12 @@ esac
   { cat "$work/log.txt" >&2; fail "fire3dv ended with $?"; }
 [ "$(head -c 4 "$work/images/frame_000000.png" | tail -c 3)" = PNG ] || fail "fire3dv wrote no PNG"
 
-
 # The converter is found beside the renderer, wherever that is.
 "$prefix/bin/fire3dv" "$source_dir/tests/assets/robots/arm_description/urdf/arm.urdf" --headless --size 64x36 --frames 1 \
   --cache off --out "$work/described" 2>"$work/log.txt" || { cat "$work/log.txt" >&2; fail "fire3dv with a URDF ended with $?"; }
 [ -s "$work/described/frame_000000.png" ] || fail "fire3dv wrote no PNG of a URDF"
 
-for paper in LICENSE NOTICE README.md CHANGELOG.md SPEC.md; do
+for paper in LICENSE NOTICE README.md CHANGELOG.md SPEC.md SPEC-transport.md SPEC-record.md; do
   [ -n "$(find "$prefix/share/doc" -name "$paper")" ] || fail "$paper is not installed"
 done
 

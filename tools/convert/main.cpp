@@ -144,10 +144,8 @@ int main(int argc, char** argv) {
   using namespace fire3dv::convert;
   CLI::App app{
       "Makes one binary glTF file of a description: an AMBF launch, world or model file (YAML), URDF or "
-      "MJCF. "
-      "Its nodes are called as simulators call their bodies. Exit code: 0, written; 1, it cannot be; 2, the "
-      "command "
-      "line is wrong.",
+      "MJCF. Its nodes are called as simulators call their bodies. Exit code: 0, written; 1, it cannot be; "
+      "2, the command line is wrong.",
       "fire3dv-convert"};
   Options options;
   app.add_option("file", options.file, "the description; what it is, is seen by what it holds")->required();

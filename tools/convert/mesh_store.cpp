@@ -50,6 +50,12 @@ std::optional<size_t> MeshStore::keep(Mesh mesh) {
   for (auto known = first; known != last; ++known)
     if (model_.meshes[known->second].surfaces == mesh.surfaces) return known->second;
   triangles_ += triangles_of(mesh);
+  for (Surface& surface : mesh.surfaces) {
+    surface.positions.shrink_to_fit();
+    surface.normals.shrink_to_fit();
+    surface.uvs.shrink_to_fit();
+    surface.indices.shrink_to_fit();
+  }
   by_hash_.emplace(hash, model_.meshes.size());
   model_.meshes.push_back(std::move(mesh));
   return model_.meshes.size() - 1;

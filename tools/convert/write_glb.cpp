@@ -8,7 +8,8 @@
 #include <cstring>
 #include <map>
 #include <numbers>
-#include <sstream>
+#include <ostream>
+#include <streambuf>
 
 #include "tools/convert/glb_images.h"
 #include "tools/convert/repair.h"
@@ -30,6 +31,26 @@ std::vector<double> list(const glm::vec3& v) {
   return {v.x, v.y, v.z};
 }
 
+// What is written to a stream, in memory: once, since a scene may be most of what there is.
+class Bytes : public std::streambuf {
+ public:
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  std::streamsize xsputn(const char* text, std::streamsize count) override {
+    const auto* first = reinterpret_cast<const std::byte*>(text);
+    bytes_.insert(bytes_.end(), first, first + count);
+    return count;
+  }
+  int_type overflow(int_type character) override {
+    if (!traits_type::eq_int_type(character, traits_type::eof()))
+      bytes_.push_back(static_cast<std::byte>(traits_type::to_char_type(character)));
+    return traits_type::not_eof(character);
+  }
+
+  std::vector<std::byte> bytes_;
+};
+
 class Writer {
  public:
   Writer(const Model& model, std::vector<std::string>* warnings) : model_(model), warnings_(warnings) {
@@ -48,12 +69,11 @@ class Writer {
                    " MiB of meshes and images; one binary glTF file holds 3072 MiB: split it"};
     }
     if (out_.buffers[0].data.empty()) out_.buffers.clear();
-    std::ostringstream stream;
+    Bytes bytes;
+    std::ostream stream(&bytes);
     tinygltf::TinyGLTF gltf;
     if (!gltf.WriteGltfSceneToStream(&out_, stream, false, true)) return Error{"glTF could not be written"};
-    const std::string text = std::move(stream).str();
-    const auto* first = reinterpret_cast<const std::byte*>(text.data());
-    return std::vector<std::byte>(first, first + text.size());
+    return bytes.take();
   }
 
  private:
