@@ -24,7 +24,7 @@ packages=(
   # the demo's video
   ffmpeg
 )
-# Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators,
+# Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators, adapters/mujoco,
 # and fire3dv-convert's reader of MJCF, which are left out without.
 optional_packages=(libmujoco-dev)
 mesa_packages=(mesa-vulkan-drivers)
