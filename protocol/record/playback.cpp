@@ -131,11 +131,11 @@ bool Playback::has_state_messages(const ChunkIndex& chunk) const {
 // Marks the streams that the chunk describes before that time; false when it says nothing of any.
 bool Playback::describes(size_t chunk, uint64_t until_ns, std::vector<bool>& described) {
   bool any = false;
-  reader_.seek_chunk(chunk);
+  reader_.seek_chunk(chunk, true);
   Message message;
   for (;;) {
     const Reader::Step step = reader_.next(message);
-    if (step == Reader::Step::end || reader_.chunk() != chunk) break;
+    if (step == Reader::Step::end) break;
     const auto* place = step == Reader::Step::message ? place_of(message.channel_id) : nullptr;
     if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
     const auto decoded = decoder_.decode(message.data);
@@ -181,10 +181,10 @@ void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
   Played played;
   for (size_t chunk = from_chunk; chunk < chunks.size() && chunks[chunk].start_ns < until_ns; ++chunk) {
     if (!has_state_messages(chunks[chunk])) continue;
-    reader_.seek_chunk(chunk);
+    reader_.seek_chunk(chunk, true);
     for (;;) {
       const Reader::Step step = reader_.next(message);
-      if (step == Reader::Step::end || reader_.chunk() != chunk) break;
+      if (step == Reader::Step::end) break;
       const auto* place = step == Reader::Step::message ? place_of(message.channel_id) : nullptr;
       if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
       if (!take(place->first, place->second, message.data, played)) continue;

@@ -29,9 +29,10 @@ void Reader::seek(uint64_t log_time_ns) {
   from_ns_ = log_time_ns;
 }
 
-void Reader::seek_chunk(size_t chunk) {
+void Reader::seek_chunk(size_t chunk, bool alone) {
   chunk_.unload();
   next_chunk_ = chunk;
+  until_chunk_ = alone ? chunk + 1 : SIZE_MAX;
   from_ns_ = 0;
 }
 
@@ -65,7 +66,13 @@ Reader::Step Reader::next(Message& message) {
       }
       return Step::message;
     }
-    if (next_chunk_ >= index_.chunks.size()) return Step::end;
+    if (next_chunk_ >= std::min(index_.chunks.size(), until_chunk_)) return Step::end;
+    if (loaded_ == next_chunk_) {
+      ++next_chunk_;
+      chunk_.rewind();
+      continue;
+    }
+    loaded_.reset();
     const ChunkIndex& chunk = index_.chunks[next_chunk_++];
     const RecordAt record{Kind::chunk, chunk.offset, chunk.length};
     Result<void> good;
@@ -88,6 +95,7 @@ Reader::Step Reader::next(Message& message) {
       problem_ = good.error().message;
       return Step::damaged;
     }
+    loaded_ = next_chunk_ - 1;
   }
 }
 

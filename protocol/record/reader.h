@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocol/error.h"
@@ -26,8 +27,8 @@ class Reader {
 
   // The first message that next() gives is the first one from this time on, in the order of the file.
   void seek(uint64_t log_time_ns);
-  // To the beginning of one of index().chunks.
-  void seek_chunk(size_t chunk);
+  // To the beginning of one of index().chunks. alone: what comes ends with that chunk.
+  void seek_chunk(size_t chunk, bool alone = false);
 
   enum class Step { message, damaged, end };
   // damaged: problem() says what was passed over; going on is fine. The message is valid until the next call.
@@ -50,7 +51,8 @@ class Reader {
   ReadLimits limits_;
   FileIndex index_;
   ChunkReader chunk_;
-  size_t next_chunk_ = 0;
+  size_t next_chunk_ = 0, until_chunk_ = SIZE_MAX;
+  std::optional<size_t> loaded_;  // what chunk_ holds: seeks look at one chunk several times
   uint64_t from_ns_ = 0;
   std::string problem_;
 };

@@ -20,11 +20,11 @@ bool may_have(const ChunkIndex& chunk, uint16_t channel) {
 std::optional<FrameAt> frame_in(Reader& reader, wire::Decoder& decoder, size_t chunk, uint16_t channel,
                                 int64_t from_sim_ns) {
   if (!may_have(reader.index().chunks[chunk], channel)) return {};
-  reader.seek_chunk(chunk);
+  reader.seek_chunk(chunk, true);
   Message message;
   for (;;) {
     const Reader::Step step = reader.next(message);
-    if (step == Reader::Step::end || reader.chunk() != chunk) return {};
+    if (step == Reader::Step::end) return {};
     if (step != Reader::Step::message || message.channel_id != channel) continue;
     const auto decoded = decoder.decode(message.data);
     const auto* frame = decoded ? std::get_if<wire::PoseFrameView>(&*decoded) : nullptr;

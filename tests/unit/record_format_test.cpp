@@ -31,6 +31,20 @@ TEST(Crc32, IsThatOfZlib) {
   EXPECT_EQ(record::crc32({}), 0u);
 }
 
+// Long pieces take another way than short ones.
+TEST(Crc32, IsTheSameInPiecesOfAnyLength) {
+  Bytes bytes(700);
+  uint32_t random = 1;
+  for (std::byte& byte : bytes) byte = static_cast<std::byte>((random = random * 1664525 + 1013904223) >> 24);
+  for (size_t from = 0; from < 20; ++from)
+    for (size_t length = 0; from + length <= bytes.size(); length += length < 300 ? 1 : 13) {
+      const auto piece = std::span<const std::byte>(bytes).subspan(from, length);
+      uint32_t expected = 77;
+      for (size_t i = 0; i < length; ++i) expected = record::crc32(piece.subspan(i, 1), expected);
+      ASSERT_EQ(record::crc32(piece, 77), expected) << from << " " << length;
+    }
+}
+
 class RecordFormat : public testing::TestWithParam<Compression> {};
 INSTANTIATE_TEST_SUITE_P(Compressions, RecordFormat,
                          testing::Values(Compression::none, Compression::zstd, Compression::lz4));

@@ -7,6 +7,7 @@
 #include "tools/bench/one_way_bench.h"
 #include "tools/bench/publish_bench.h"
 #include "tools/bench/publish_command.h"
+#include "tools/bench/record_bench.h"
 #ifdef FIRE3DV_BENCH_FRAMES
 #include "tools/bench/frame_command.h"
 #include "tools/bench/ingest_bench.h"
@@ -65,6 +66,31 @@ int run(int argc, char** argv) {
   publish->add_option("--poses", publish_options.poses, "poses a frame")->check(CLI::Range(1, 1'000'000));
   publish->add_option("--rate", publish_options.rate_hz, "frames a second")
       ->check(CLI::Range(1.0, 100'000.0));
+  fire3dv::bench::RecordWriteOptions write_options;
+  CLI::App* const record_write =
+      app.add_subcommand("record-write", "makes a recording, and says how fast and how long it is");
+  record_write->add_option("file", write_options.file, "the file to make")->required();
+  record_write->add_option("--seconds", write_options.seconds, "of the recording")
+      ->check(CLI::Range(0.01, 86'400.0));
+  record_write->add_option("--poses", write_options.nodes, "poses a frame")->check(CLI::Range(1, 1'000'000));
+  record_write->add_option("--rate", write_options.rate_hz, "frames a second")
+      ->check(CLI::Range(1.0, 100'000.0));
+  record_write->add_option("--compression", write_options.compression)
+      ->check(CLI::IsMember({"zstd", "lz4", "none"}));
+  record_write
+      ->add_option("--layout", write_options.layout, "frames; one message a pose; or no format at all")
+      ->check(CLI::IsMember({"frames", "poses", "raw"}));
+  record_write->add_option("--motion", write_options.motion, "every pose in every frame, or nearly none")
+      ->check(CLI::IsMember({"arm", "rest"}));
+  record_write->add_flag("--foxglove", write_options.foxglove, "with Foxglove's channels");
+  fire3dv::bench::RecordReadOptions read_options;
+  CLI::App* const record_read = app.add_subcommand(
+      "record-read", "reads a recording, and says how fast, how long seeks took, and the memory");
+  record_read->add_option("file", read_options.file, "the recording")->required();
+  record_read->add_option("--seeks", read_options.seeks, "how many")->check(CLI::Range(1, 100'000));
+  record_read->add_flag("!--seek-only", read_options.reads_all, "do not read all of it");
+  record_read->add_option("--memory-mb", read_options.memory_mb, "for the reader")
+      ->check(CLI::Range(16u, 16'384u));
 #ifdef FIRE3DV_BENCH_FRAMES
   fire3dv::bench::FrameOptions frame_options;
   CLI::App* const frame = app.add_subcommand(
@@ -90,6 +116,8 @@ int run(int argc, char** argv) {
   if (*transport) return fire3dv::bench::publish_bench(rounds);
   if (*one_way) return fire3dv::bench::one_way_bench(way_options);
   if (*publish) return fire3dv::bench::publish_command(publish_options);
+  if (*record_write) return fire3dv::bench::record_write(write_options);
+  if (*record_read) return fire3dv::bench::record_read(read_options);
 #ifdef FIRE3DV_BENCH_FRAMES
   if (*ingest) return fire3dv::bench::ingest_bench(ingest_options);
   if (*frame) {
