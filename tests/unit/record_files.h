@@ -11,6 +11,8 @@
 namespace fire3dv::record_test {
 
 using record::Bytes;
+using record::Playback;
+using record::Played;
 
 constexpr uint64_t kBegun_ns = 1'700'000'000'000'000'000;
 constexpr uint64_t kMs = 1'000'000;
@@ -94,6 +96,32 @@ inline Bytes small_recording(record::Compression compression, uint64_t frames = 
   memory.take(wire::encode(wire::Goodbye{7}), frames + 1);
   (void)memory.log.finish();
   return *memory.files[0];
+}
+
+struct Told {
+  Played::Kind kind;
+  size_t stream;
+  uint64_t edit_key;
+  Bytes message;
+};
+
+// All that is played from where it stands.
+inline std::vector<Told> played_from(Playback& playback) {
+  std::vector<Told> result;
+  Played played;
+  for (;;) {
+    const auto step = playback.next(played);
+    if (step == Playback::Step::end) return result;
+    if (step == Playback::Step::played)
+      result.push_back(
+          {played.kind, played.stream, played.edit_key, Bytes(played.message.begin(), played.message.end())});
+  }
+}
+
+inline record::LogOptions small_chunks(size_t bytes = 1500) {
+  record::LogOptions options;
+  options.writer.chunk_bytes = bytes;
+  return options;
 }
 
 }  // namespace fire3dv::record_test
