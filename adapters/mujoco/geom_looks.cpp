@@ -1,7 +1,7 @@
 #include "adapters/mujoco/geom_looks.h"
 
-#include "tools/convert/mjcf_names.h"
 #include "tools/convert/colors.h"
+#include "tools/convert/mjcf_names.h"
 
 namespace fire3dv::mujoco {
 namespace {

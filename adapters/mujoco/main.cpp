@@ -1,22 +1,23 @@
 // fire3dv-mujoco MODEL.xml --to URI: a MuJoCo model, stepped and published to renderers.
-#include <cstdio>
 #include <exception>
 #include <new>
 
 #include "adapters/mujoco/run.h"
+#include "adapters/mujoco/say.h"
 
 int main(int argc, char** argv) {
+  using namespace fire3dv::mujoco;
   int exit_code = 0;
-  const auto options = fire3dv::mujoco::parse_options(argc, argv, &exit_code);
+  const auto options = parse_options(argc, argv, &exit_code);
   if (!options) return exit_code;
   try {
-    const fire3dv::Result<void> done = fire3dv::mujoco::run(*options);
+    const fire3dv::Result<void> done = run(*options);
     if (done) return 0;
-    std::fprintf(stderr, "fire3dv-mujoco: %s\n", done.error().message.c_str());
+    say(done.error().message);
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "fire3dv-mujoco: the model does not fit into memory\n");
+    say("the model does not fit into memory");
   } catch (const std::exception& fault) {  // of a library
-    std::fprintf(stderr, "fire3dv-mujoco: %s\n", fault.what());
+    say(fault.what());
   }
   return 1;
 }

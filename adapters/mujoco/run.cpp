@@ -3,11 +3,11 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <thread>
 #include <utility>
 
 #include "adapters/mujoco/command_lines.h"
+#include "adapters/mujoco/say.h"
 #include "tools/convert/output.h"
 
 namespace fire3dv::mujoco {
@@ -24,13 +24,6 @@ void install_stop_signals() {
   action.sa_handler = [](int) { stop = true; };
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
-}
-
-// Names in it are a stranger's: nothing that a terminal would obey.
-void say(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  std::fprintf(stderr, "fire3dv-mujoco: %s\n", text.c_str());
 }
 
 // Simulated time beside the clock on the wall. Who is late is not hurried for long: a machine that was

@@ -14,18 +14,19 @@ renderer is not an error. Where the library is looked for stands in README.md, F
 environment first.
 """
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
-                     StateError)
+                     RefusedError, StateError)
 from .status import LightKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
 
 VISIBLE, BASE_COLOR, LIGHT, CAMERA, NODE, VERTICES = Property
 DIRECTIONAL, POINT, SPOT = LightKind
-ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET = ErrorCode
+ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_REFUSED = ErrorCode
 
 __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
-    "StateError",
+    "RefusedError", "StateError",
     "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
     "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",
+    "ERROR_REFUSED",
 ]

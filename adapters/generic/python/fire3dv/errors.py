@@ -10,6 +10,7 @@ class ErrorCode(IntEnum):
     SYSTEM = -3
     TIMEOUT = -4
     BUDGET = -5
+    REFUSED = -6
 
 
 class Error(RuntimeError):
@@ -41,13 +42,17 @@ class BudgetError(Error):
     """Scene edits together would take more than scene_budget_bytes."""
 
 
+class RefusedError(Error):
+    """The renderer does not make this image; the text is its own."""
+
+
 class LibraryNotFound(Error):
     """The C library is nowhere, or is not one that this package can use."""
 
 
 _OF_CODE: Dict[int, Type[Error]] = {
     ErrorCode.ARGUMENT: ArgumentError, ErrorCode.STATE: StateError, ErrorCode.SYSTEM: OperatingSystemError,
-    ErrorCode.BUDGET: BudgetError}
+    ErrorCode.BUDGET: BudgetError, ErrorCode.REFUSED: RefusedError}
 
 
 def error_of(code: int, sentence: str) -> Error:
