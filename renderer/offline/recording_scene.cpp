@@ -1,19 +1,15 @@
 #include "renderer/offline/recording_scene.h"
 
-#include <cstring>
+#include <algorithm>
 
+#include "protocol/record/attach.h"
 #include "protocol/wire/check.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/digest.h"
-#include "renderer/scene/load_gltf.h"
 #include "renderer/scene/member_bytes.h"
 
 namespace fire3dv::offline {
 namespace {
-
-bool is_scene(const record::AttachmentIndex& attachment) {
-  return attachment.media_type == "model/gltf-binary" || attachment.name.ends_with(".glb");
-}
 
 // What the adapters believed that they drove, as a hint for people.
 std::string scene_hint(record::Playback& playback) {
@@ -33,51 +29,31 @@ std::string scene_hint(record::Playback& playback) {
 
 }  // namespace
 
-RecordingScene::RecordingScene(const app::Options& options, const scene::SceneCacheSettings& cache,
-                               std::function<bool()> should_stop)
-    : levels_(passes::levels_for(options.levels_of_detail)), title_(options.scene.string()) {
-  if (!options.scene.empty())
-    file_.emplace(options.scene, options.convert, cache, levels_, std::move(should_stop));
-}
-
-Result<const scene::LoadedScene*> RecordingScene::load(record::Playback& playback,
-                                                       const std::string& recording) {
-  if (file_) return file_->wait();
-  if (auto loaded = load_attached(playback.reader(), recording); !loaded) return loaded.error();
-  if (attached_) return &*attached_;
-  return Error{wire::printable(recording, 4096) + " has no scene in it" + scene_hint(playback) +
-               ": name one, as in fire3dv render FILE.mcap SCENE.glb"};
-}
-
-Result<void> RecordingScene::load_attached(record::Reader& reader, const std::string& recording) {
-  const record::AttachmentIndex* chosen = nullptr;
-  for (const record::AttachmentIndex& attachment : reader.index().attachments) {
-    if (!is_scene(attachment)) continue;
-    if (chosen)
-      return Error{wire::printable(recording, 4096) + " has several scenes in it (" +
-                   wire::printable(chosen->name) + ", " + wire::printable(attachment.name) +
-                   "): name the one to draw, as in fire3dv render FILE.mcap SCENE.glb"};
-    chosen = &attachment;
+Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options& options,
+                                                             const scene::SceneCacheSettings& cache,
+                                                             record::Playback& playback,
+                                                             std::function<bool()> should_stop) {
+  std::unique_ptr<RecordingScene> scene(new RecordingScene);
+  std::filesystem::path path = options.scene;
+  scene->title_ = path.string();
+  if (path.empty()) {
+    const std::string file = wire::printable(playback.reader().name(), 4096);
+    const auto& attachments = playback.reader().index().attachments;
+    const auto scenes =
+        std::ranges::count(attachments, record::kGlbType, &record::AttachmentIndex::media_type);
+    if (scenes != 1)
+      return Error{file + " has " + (scenes == 0 ? "no scene" : std::to_string(scenes) + " scenes") +
+                   " in it" + scene_hint(playback) +
+                   ": name the one to draw, as in fire3dv render FILE.mcap SCENE.glb"};
+    auto recorded = app::RecordedScene::extract(playback.reader());
+    if (!recorded) return recorded.error();
+    scene->recorded_ = std::move(*recorded);
+    path = scene->recorded_->path();
+    scene->title_ = scene->recorded_->name() + " in " + file;
   }
-  if (!chosen) return {};
-  title_ = wire::printable(chosen->name) + " in " + wire::printable(recording, 4096);
-  const scene::LoadLimits limits;
-  if (chosen->data_bytes > limits.max_file_bytes) return Error{title_ + " is too long"};
-  std::vector<std::byte> file;
-  const auto read = reader.read_attachment(*chosen, [&](std::span<const std::byte> piece) -> Result<void> {
-    file.insert(file.end(), piece.begin(), piece.end());
-    return {};
-  });
-  if (!read) return read;
-  Result<scene::Scene> scene = scene::load_glb(file, title_, limits);
-  if (!scene) return scene.error();
-  scene::Derived derived = scene::derive(*scene, levels_);
-  attached_.emplace(scene::LoadedScene{std::move(*scene), std::move(derived)});
-  return {};
-}
-
-const std::vector<std::string>& RecordingScene::notes() const {
-  return file_ ? file_->notes() : no_notes_;
+  scene->load_.emplace(path, options.convert, cache, passes::levels_for(options.levels_of_detail),
+                       std::move(should_stop));
+  return scene;
 }
 
 std::string content_of(const scene::Scene& of) {

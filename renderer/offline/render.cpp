@@ -1,6 +1,7 @@
 #include "renderer/offline/render.h"
 
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <memory>
 #include <system_error>
@@ -56,7 +57,9 @@ Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& 
 
 Result<FrameTimes> choose_times(const Timeline& timeline, const RenderOptions& options) {
   const int64_t length_ns = timeline.last_ns() - timeline.first_ns();
-  const auto into = [&](double at_s) { return timeline.first_ns() + static_cast<int64_t>(std::llround(at_s * 1e9)); };
+  const auto into = [&](double at_s) {
+    return timeline.first_ns() + static_cast<int64_t>(std::llround(at_s * 1e9));
+  };
   const double length_s = static_cast<double>(length_ns) * 1e-9;
   if (options.start_s > length_s)
     return Error{"--start: the recording is " + seconds(length_ns) + " of simulated time long"};
@@ -169,17 +172,20 @@ class Render {
 };
 
 Result<bool> Render::run() {
-  RecordingScene scene(drawing_, places_.scenes, app::stop_was_requested);
   auto playback = open_recording(options_);
   if (!playback) return playback.error();
+  // It loads while the recording is read.
+  auto scene = RecordingScene::open(drawing_, places_.scenes, *playback, app::stop_was_requested);
+  if (!scene) return scene.error();
+  app::SceneLoad& load = (*scene)->load();
   auto timeline = read_timeline(*playback, options_);
   if (!timeline) return timeline.error();
   const auto times = choose_times(*timeline, options_);
   if (!times) return times.error();
-  auto loaded = scene.load(*playback, options_.recording);
+  auto loaded = load.wait();
   if (!loaded) return loaded.error();
-  for (const std::string& note : scene.notes()) say(note);
-  app::describe(scene.title(), (*loaded)->scene);
+  for (const std::string& note : load.notes()) say(note);
+  app::describe((*scene)->title(), (*loaded)->scene);
   const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene);
   if (!manifest) return manifest.error();
   const Part part = manifest->part();
@@ -198,10 +204,8 @@ Result<bool> Render::run() {
       if (output->video) output->video->abandon();
       return drawn;
     }
-    if (auto* const file = scene.file()) {
-      file->begin_keeping();
-      if (const auto fault = file->finish_keeping()) app::say_of_cache(*fault);
-    }
+    load.begin_keeping();
+    if (const auto fault = load.finish_keeping()) app::say_of_cache(*fault);
   } else {
     // An empty shard has a manifest, too.
     if (part.frames == 0) {
@@ -277,6 +281,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
 }  // namespace
 
 int render(const RenderOptions& options) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write, as a full disk is
   Render rendering(options);
   const Result<bool> done = rendering.run();
   if (!rendering.validation_was_silent()) return fail(Error{"validation messages; see above"});
