@@ -108,6 +108,8 @@ std::optional<std::string> check_drawing(const app::Options& drawing) {
     return std::string(option) + " is for streams that are live; a recording is rendered without";
   };
   if (!drawing.listen.empty()) return none("--listen");
+  if (!drawing.recording.replay.empty()) return none("--replay");
+  if (!drawing.recording.record.empty()) return none("--record");
   if (drawing.lockstep) return none("--lockstep");
   if (!drawing.metrics.empty()) return none("--metrics");
   if (drawing.exit_when_done) return none("--exit-when-done");
