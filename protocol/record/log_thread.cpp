@@ -44,6 +44,7 @@ void LogThread::push(Incoming incoming, bool may_drop) {
     const uint64_t most_bytes = may_drop ? most_queued_bytes_ : 2 * most_queued_bytes_;
     if (!incoming.message.empty() && queued_bytes_ + bytes > most_bytes) {
       ++dropped_;
+      trouble_ = true;
       return;
     }
     queued_bytes_ += bytes;
@@ -102,6 +103,7 @@ void LogThread::run() {
       dropped_ += queue_.size();
       queue_.clear();
     }
+    if (status.failure || status.unwritten != 0) trouble_ = true;
     status_ = std::move(status);
   }
 }

@@ -2,6 +2,7 @@
 // Beyond a bound what comes is left out and counted.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -39,6 +40,8 @@ class LogThread {
   void finish();
   // As of the last turn of the thread, ten a second at least; unwritten as of now.
   LogStatus status() const;
+  // Whether something is not written, or will not be: cheap enough to be asked all the time.
+  bool has_trouble() const { return trouble_; }
 
  private:
   struct Incoming {
@@ -60,6 +63,7 @@ class LogThread {
   uint64_t queued_bytes_ = 0;
   bool over_ = false;
   uint64_t dropped_ = 0;
+  std::atomic<bool> trouble_{false};
   LogStatus status_;
 
   StreamLog log_;  // of the thread alone, from its start on

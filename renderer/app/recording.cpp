@@ -49,6 +49,7 @@ void Recording::take(size_t listener, const transport::LinkEvent& event) {
 }
 
 std::vector<std::string> Recording::take_notes() {
+  if (!log_.has_trouble() || failure_told_) return std::exchange(notes_, {});
   const record::LogStatus status = log_.status();
   if (status.failure && !std::exchange(failure_told_, true))
     notes_.push_back("nothing more is recorded: " + *status.failure + " (what was written before is whole)");

@@ -17,12 +17,12 @@
 #include <vector>
 
 #include "protocol/record/playback.h"
+#include "protocol/replay/pacer.h"
+#include "protocol/replay/stream_player.h"
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
 #include "tools/check_number.h"
-#include "protocol/replay/pacer.h"
-#include "protocol/replay/stream_player.h"
 
 namespace {
 
