@@ -22,7 +22,12 @@ bool is_listed_sheet(GlobalsRef globals, uint part) {
 void look_at_parts(GlobalsRef globals, uint group) {
   const uint index = group * 64 + gl_LocalInvocationIndex;
   if (index < globals.value.part_count) {
-    const bool far_sides = finds_far_sides(globals, PartRef(globals.value.parts).at[index]);
+    const PartRecord part = PartRef(globals.value.parts).at[index];
+    bool far_sides = finds_far_sides(globals, part);
+    // The other cameras' images are shaded with the same maps.
+    for (uint i = 1; i < push.camera_count && far_sides; ++i) {
+      far_sides = finds_far_sides(GlobalsRef(AddressRef(push.cameras).at[i]), part);
+    }
     UintsRef(globals.value.far_sides).at[index] = far_sides ? 1 : 0;
   }
   if (index < globals.value.sheet_count) {
@@ -141,6 +146,7 @@ void main() {
   view.width = wanted.size;
   view.height = wanted.size;
   view.first_texel = wanted.first_texel;
+  view.first_tile = wanted.first_texel >> (2 * FIRE3DV_TILE_SHIFT);
   const float texels_per_m = 0.5 * wanted.size * max(length(x.xyz), length(y.xyz));
   view.level_scale = push.levels_of_detail != 0 ? texels_per_m / kLevelTexels : 0;
   RasterViewOut(push.views).at[gl_WorkGroupID.x] = view;

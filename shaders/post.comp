@@ -1,5 +1,5 @@
 // Exposure, tone mapping and sRGB encoding. Samples are tone-mapped before they are averaged: averaging HDR values first
-// leaves bright edges jagged. Variant: FIRE3DV_MULTISAMPLED.
+// leaves bright edges jagged; but who wants the light itself wants its average. Variant: FIRE3DV_MULTISAMPLED.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
@@ -14,6 +14,9 @@ layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2DMS hdr;
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D hdr;
 #endif
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
+layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer HalfsOut { uvec2 at[]; };
+
+const float kLargestHalf = 65504;
 
 void main() {
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -21,4 +24,9 @@ void main() {
   vec3 sum = vec3(0);
   for (int i = 0; i < push.samples; ++i) sum += display_linear(texelFetch(hdr, pixel, i).rgb, push.exposure, push.tone_map);
   imageStore(result, pixel, vec4(encode_srgb(sum / push.samples), 1));
+  if (push.linear == 0ul) return;
+  vec3 light = vec3(0);
+  for (int i = 0; i < push.samples; ++i) light += texelFetch(hdr, pixel, i).rgb;
+  light = min(light / push.samples, vec3(kLargestHalf));
+  HalfsOut(push.linear).at[pixel.y * push.width + pixel.x] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, 1)));
 }

@@ -38,10 +38,7 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
 #endif
 #endif
 #ifdef FIRE3DV_ALPHA_MASK
-  VisibleTriangle triangle = visible_triangle(globals, id);
-#ifdef FIRE3DV_LIGHTS
-  triangle = seen_by_light(triangle, view);
-#endif
+  const VisibleTriangle triangle = seen_from(visible_triangle(globals, id), view);
 #endif
 #ifdef FIRE3DV_CPU
   // One loop: in two, every row would take as long as the widest triangle of a vector.
@@ -69,7 +66,7 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
 #ifdef FIRE3DV_ALPHA_MASK
       if (!is_solid_at(globals, triangle, tested_place(pixel, covered), vec2(view.width, view.height))) continue;
 #endif
-      const uint first = uint(y * int(view.width) + x) * FIRE3DV_SAMPLES;
+      const uint first = view.first_texel + uint(y * int(view.width) + x) * FIRE3DV_SAMPLES;
       for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
         if ((covered & (1u << s)) != 0) put(set.target, first + s, depth[s], id, false);
       }

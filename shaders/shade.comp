@@ -113,7 +113,7 @@ void main() {
 #ifdef FIRE3DV_UNRESOLVED
     imageStore(hdr, ivec2(pixel), vec4(color, 1));
 #else
-    imageStore(display, ivec2(pixel), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
+    imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
 #endif
   }
 #ifdef FIRE3DV_FIND_SHADOWS
@@ -168,7 +168,7 @@ void main() {
   if (!inside) return;
   vec3 sum = shares[lane];  // always in the same order
   for (uint i = 1; i < own.count; ++i) sum += shares[own.further + i - 1];
-  imageStore(display, ivec2(own_pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
+  imageStore(display, ivec2(own_pixel.x, own_pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
 #endif
 }
 #endif

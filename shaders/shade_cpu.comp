@@ -199,7 +199,7 @@ void main() {
   }
 #endif
 #ifndef FIRE3DV_UNRESOLVED
-  imageStore(display, ivec2(pixel), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
+  imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
 #endif
 #ifdef FIRE3DV_FIND_SHADOWS
   const bool own = is_own_pixel();

@@ -11,6 +11,8 @@ layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 GlobalsRef globals;
 uint64_t visibility;
+RasterView view;
+uint first_sample;  // of the view's
 ivec2 image_size;
 ivec2 tile_pixel;  // the tile's first
 int own_pixel;     // of a vector's; each lane has a sample of one
@@ -75,10 +77,13 @@ void put_lane(LaneTriangle t, bool covered, ivec2 pixel, float depth, inout floa
   least = min(least, depth);
   if (depth < 0) return;  // beyond the far plane
   VisibilityRef seen = VisibilityRef(visibility);
-  const uint place = uint(pixel.y * image_size.x + pixel.x) * FIRE3DV_SAMPLES + own_sample;
+  const uint place = first_sample + uint(pixel.y * image_size.x + pixel.x) * FIRE3DV_SAMPLES + own_sample;
   const uint64_t value = (uint64_t(floatBitsToUint(depth)) << 32) | t.id;
   if (seen.at[place] >= value) return;
-  if (t.masked && !is_solid_at(globals, visible_triangle(globals, t.id), tested_place(pixel, samples), vec2(image_size))) return;
+  if (t.masked) {
+    const VisibleTriangle triangle = seen_from(visible_triangle(globals, t.id), view);
+    if (!is_solid_at(globals, triangle, tested_place(pixel, samples), vec2(image_size))) return;
+  }
   seen.at[place] = value;
 }
 
@@ -148,7 +153,8 @@ void draw_vast(TileTriangle whole, LaneTriangle t) {
 void main() {
   globals = globals_at(push.globals);
   const RasterSet set = RasterSetRef(push.set).value;
-  const RasterView view = view_for_all(set.views, 0);
+  view = view_for_all(set.views, gl_WorkGroupID.z);
+  first_sample = view.first_texel;
   visibility = set.target;
   image_size = ivec2(view.width, view.height);
   const ivec2 tile = ivec2(gl_WorkGroupID.xy);

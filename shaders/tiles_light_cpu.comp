@@ -70,7 +70,7 @@ void put_texel(LaneTriangle t, ivec2 texel, vec3 e, bool middle) {
 #ifndef FIRE3DV_MIDDLES_ALONE
   put_alone(texel, true, nearest_possible(view, outer_depth(t.outer, z)));
 #endif
-  if (!middle || (t.masked && !is_solid_at(globals, seen_by_light(visible_triangle(globals, t.whole.id), view),
+  if (!middle || (t.masked && !is_solid_at(globals, seen_from(visible_triangle(globals, t.whole.id), view),
                                            vec2(texel) + 0.5, vec2(view.width)))) {
     return;
   }

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "renderer/app/mark_held.h"
+#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::app {
 namespace {
@@ -72,10 +73,12 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       frames_(device),
       renderer_(renderer),
       readback_(device),
+      taken_(passes::with_sources(options.outputs)),
       started_(Clock::now()),
       last_image_(started_),
       progress_("images:") {
   VkExtent2D extent{options.width, options.height};
+  if (window) taken_.color_srgb8 = true;
   if (window && !window->minimized()) extent = window->framebuffer_extent();
   renderer_.set_size(extent);
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
@@ -112,6 +115,7 @@ Result<void> FrameLoop::run() {
     // Waiting for the display took its time: show the newest there is by now.
     if (window_ && !options_.lockstep) take_in();
     if (animations_) animate();
+    if (Result<void> listed = list_instances(); !listed) return listed;
     draw();
     undrawn_ = false;
 
@@ -189,9 +193,10 @@ void FrameLoop::draw() {
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   const std::vector<state::FrameTag> shown = poses_.shown();
 
-  renderer_.record(recorder, frames_.belt(), poses_, view);
-  renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
-  if (wants_pixels()) readback_.record(recorder, renderer_.image(), {images_, view.camera, shown});
+  renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_);
+  if (taken_.color_srgb8)
+    renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
+  if (wants_pixels()) read_back(recorder, {images_, view.camera, shown, {}});
   if (window_) {
     window_->record(recorder, renderer_.image());
     const uint64_t done_at = frames_.submit(window_->waits(), window_->signals());
@@ -205,6 +210,16 @@ void FrameLoop::draw() {
   }
   note_cost(shown, begun);
   images_++;
+}
+
+void FrameLoop::read_back(gpu::Recorder& recorder, ImageTag tag) {
+  passes::ReadbackBelt<ImageTag>::Planes planes;
+  if (taken_.any_plane()) {
+    planes = {&renderer_.planes(), passes::bytes_of(renderer_.plane_places())};
+    tag.planes = take_planes(options_.outputs, renderer_.plane_places(), scene_.scene(), poses_);
+  }
+  gpu::Image* const image = options_.outputs.color_srgb8 ? &renderer_.image() : nullptr;
+  readback_.record(recorder, image, renderer_.extent(), planes, std::move(tag));
 }
 
 void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time_point begun) {
@@ -227,8 +242,8 @@ Result<void> FrameLoop::deliver() {
   // In lockstep the adapter waits for this image, so the GPU is waited for too; else it comes when it comes.
   if (options_.lockstep) device_.wait(device_.last_submitted());
   Result<void> result;
-  readback_.poll([&](ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8) {
-    if (result) result = hand_over(std::move(tag), extent, rgba8);
+  readback_.poll([&](ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels) {
+    if (result) result = hand_over(std::move(tag), extent, pixels);
   });
   if (!result) return result;
   const uint64_t done = device_.completed();
@@ -246,15 +261,28 @@ Result<void> FrameLoop::deliver() {
   return {};
 }
 
-Result<void> FrameLoop::hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+Result<void> FrameLoop::hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels) {
   sinks::FrameImage image;
   image.width = extent.width;
   image.height = extent.height;
-  image.rgba8.assign(rgba8.begin(), rgba8.end());
+  const size_t color_bytes =
+      options_.outputs.color_srgb8 ? size_t{4} * extent.width * extent.height : size_t{0};
+  image.rgba8.assign(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(color_bytes));
+  add_planes(options_.outputs, tag.planes, pixels.subspan(color_bytes), image);
   image.frame_index = tag.frame_index;
   image.camera = std::move(tag.camera);
   image.shown = std::move(tag.shown);
   return sink_.take(std::move(image));
+}
+
+// Beside the images: what the numbers of instances stand for.
+Result<void> FrameLoop::list_instances() {
+  const bool labelled = taken_[passes::Plane::instance_u32] || options_.outputs[passes::Plane::semantic_u32];
+  if (!wants_pixels() || !labelled || instances_listed_ == scene_.replaced()) return {};
+  instances_listed_ = scene_.replaced();
+  const std::string text = instance_list(scene_.scene());
+  return sinks::write_whole_file(options_.out / "instances.jsonl",
+                                 {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
 }  // namespace fire3dv::app

@@ -7,6 +7,7 @@
 #include "protocol/replay/timeline.h"
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/camera_rig.h"
+#include "renderer/app/frame_planes.h"
 #include "renderer/app/frame_stats.h"
 #include "renderer/app/live_scene.h"
 #include "renderer/app/options.h"
@@ -51,6 +52,7 @@ class FrameLoop {
     uint64_t frame_index;
     std::string camera;
     std::vector<state::FrameTag> shown;
+    TakenPlanes planes;
   };
   bool done() const;
   void say_notes();
@@ -58,8 +60,10 @@ class FrameLoop {
   void steer();    // the window's input
   void animate();
   void draw();
+  void read_back(gpu::Recorder& recorder, ImageTag tag);
   Result<void> deliver();  // finished images to the sink
-  Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> rgba8);
+  Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels);
+  Result<void> list_instances();
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
   bool wants_pixels() const { return !options_.out.empty(); }
 
@@ -81,7 +85,10 @@ class FrameLoop {
   gpu::FrameRing frames_;
   passes::SceneRenderer& renderer_;
   passes::ReadbackBelt<ImageTag> readback_;
-  uint64_t images_ = 0;   // drawn
+  passes::ImageOutputs taken_;  // of each image: what is wanted, and what that is made of
+  passes::CameraHistory history_;
+  std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the list's scene
+  uint64_t images_ = 0;                       // drawn
   bool undrawn_ = false;  // lockstep: a pose frame is shown that no image has been drawn of yet
   std::vector<std::pair<uint64_t, std::vector<state::FrameTag>>> unacknowledged_;  // timeline value, frames
   const std::chrono::steady_clock::time_point started_;

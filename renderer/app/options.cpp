@@ -159,6 +159,12 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
       ->check(CLI::Range(uint64_t{0}, kMostFrames).description(""));  // a minus sign would wrap around
   app.add_flag("--exit-when-done", options.exit_when_done, "stop when the last stream has ended");
   app.add_option("--out", options.out, "folder for one PNG per image");
+  std::string outputs;
+  CLI::Option* const wanted_outputs = app.add_option(
+      "--outputs", outputs,
+      "what is written of each image, separated by commas: color (a PNG, the default); as NumPy "
+      "files linear, depth, instance, semantic, normal, motion; boxes2d and boxes3d into "
+      "frames.jsonl");
   app.add_option("--stats", options.stats, "CSV file of times per image");
 
   app.add_option(
@@ -282,6 +288,12 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   for (const CLI::Option* option : {models, name_space, package_path}) {
     if (option->count() > 0 && !is_description(options.scene))
       return usage_error(option->get_name() + " needs a scene that is a description: .yaml, .urdf or .xml");
+  }
+  if (wanted_outputs->count() > 0) {
+    if (options.out.empty()) return usage_error("--outputs needs a folder for them: --out DIR");
+    Result<passes::ImageOutputs> parsed = passes::parse_image_outputs(outputs);
+    if (!parsed) return usage_error("--outputs: " + parsed.error().message);
+    options.outputs = *parsed;
   }
   if (options.cache.empty()) return usage_error("--cache: name a folder, or auto, beside or off");
   if (options.recording.step) options.lockstep = true;

@@ -37,7 +37,8 @@ struct Options {
   std::filesystem::path assets;  // folder below which streams may name assets; empty: none
   std::string animate;           // an animation's name, its index, or "all"; empty: none plays
   std::string cache = "auto";    // auto, off, beside or a folder: see cache_places.h
-  std::filesystem::path out;     // folder of PNGs; empty = none
+  std::filesystem::path out;     // folder of images; empty = none
+  passes::ImageOutputs outputs;  // of each image there
   std::filesystem::path stats;   // CSV of times per frame; empty = none
 
   std::string device;

@@ -150,6 +150,8 @@ int run(const Options& options) {
     const passes::DrawSettings settings = draw_settings(options, std::move(*environment));
     std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
     note_start("renderer");
+    if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
+      return fail(Error{"--outputs: " + can.error().message});
     Result<const scene::LoadedScene*> loaded = load->wait();
     if (!loaded) return fail(loaded.error());
     note_start(load->was_kept() ? "scene from the cache" : "scene");

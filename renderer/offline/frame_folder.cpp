@@ -150,7 +150,7 @@ void FrameFolder::work() {
     lock.unlock();
     const std::string name = frame_file_name(job.image.frame_index);
     Result<void> written = sinks::write_png(folder_ / name, job.image);
-    job.line = sinks::frame_line(name, job.image);
+    job.line = sinks::frame_line({name, {}}, job.image);
     job.image.rgba8 = {};
     lock.lock();
     if (!written && !error_) error_ = written.error();

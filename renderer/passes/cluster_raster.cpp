@@ -53,10 +53,6 @@ uint32_t farthest_count(VkExtent2D extent) {
   return count;
 }
 
-VkExtent2D tiles_of(VkExtent2D extent) {
-  return {(extent.width + kTileSide - 1) / kTileSide, (extent.height + kTileSide - 1) / kTileSide};
-}
-
 // What a frame tells the host, of each round; the lists' lengths of the first view.
 struct Counts {
   gpu_types::LargeWork large[2];
@@ -76,11 +72,12 @@ void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* c
 
 }  // namespace
 
+VkExtent2D tiles_of(VkExtent2D extent) {
+  return {(extent.width + kTileSide - 1) / kTileSide, (extent.height + kTileSide - 1) / kTileSide};
+}
+
 ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind)
-    : device_(device),
-      layout_(layout),
-      kind_(kind),
-      tile_by_tile_(gpu::takes_cpu_variants(device)) {
+    : device_(device), layout_(layout), kind_(kind), tile_by_tile_(gpu::takes_cpu_variants(device)) {
   const std::string suffix = kind == RasterKind::lights             ? "_light.comp"
                              : kind == RasterKind::lights_middles   ? "_middles.comp"
                              : kind == RasterKind::camera_4_samples ? "_4.comp"
@@ -101,7 +98,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
 
 // Both ways are tried now and then, and the better one is kept meanwhile. The image is the same.
 bool ClusterRaster::leaves_out_hidden(const Job& job) const {
-  if (is_of_lights(kind_)) return false;
+  if (is_of_lights(kind_) || job.view_count > 1) return false;
   if (job.cull != Cull::automatic) return job.cull == Cull::hidden;
   if (job.scene->own_cluster_instance_count < kClustersWorthHiding) return false;
   const uint64_t step = frame_ % kTrialPeriod;
@@ -128,8 +125,8 @@ void ClusterRaster::read_counts() {
 VkDeviceSize ClusterRaster::tile_list_bytes() const {
   const VkExtent2D tiles = tiles_of(job_.extent);
   const VkDeviceSize texels = job_.target->size_bytes / sizeof(uint32_t);
-  const VkDeviceSize count =
-      is_of_lights(kind_) ? texels / (kTileSide * kTileSide) : VkDeviceSize{tiles.width} * tiles.height;
+  const VkDeviceSize count = is_of_lights(kind_) ? texels / (kTileSide * kTileSide)
+                                                 : VkDeviceSize{tiles.width} * tiles.height * job_.view_count;
   return count * sizeof(uint32_t);
 }
 
@@ -244,8 +241,7 @@ void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& p
 }
 
 void ClusterRaster::draw_tiles(VkCommandBuffer commands, uint32_t round) const {
-  if (!tile_by_tile_)
-    return large_stage(commands, tiles_, round, offsetof(gpu_types::LargeWork, tiles));
+  if (!tile_by_tile_) return large_stage(commands, tiles_, round, offsetof(gpu_types::LargeWork, tiles));
   bind(commands, tiles_, round, 0);
   const VkExtent2D tiles = tiles_of(job_.extent);
   vkCmdDispatch(commands, tiles.width, tiles.height, job_.view_count);

@@ -30,6 +30,9 @@ enum class Cull : uint8_t {
   automatic,  // hidden in large scenes, for as long as it leaves out much
 };
 
+// Into which an image is cut for large triangles.
+VkExtent2D tiles_of(VkExtent2D extent);
+
 class ClusterRaster {
  public:
   ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind);

@@ -17,15 +17,17 @@ class ImageFilter {
 
   void bind(const gpu::Image& in, const gpu::Image& out);  // after each change of size
 
+  // also_written: a buffer that the push names; may be null.
   template <typename Push>
-  void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const Push& push) {
+  void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const Push& push,
+              gpu::Buffer* also_written = nullptr) {
     static_assert(sizeof(Push) <= gpu::kPushConstantBytes);
-    record(recorder, name, in, out, &push, sizeof(Push));
+    record(recorder, name, in, out, &push, sizeof(Push), also_written);
   }
 
  private:
   void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const void* push,
-              uint32_t push_bytes);
+              uint32_t push_bytes, gpu::Buffer* also_written);
 
   gpu::Device& device_;
   gpu::SetLayout set_layout_;

@@ -28,14 +28,16 @@ void PostPass::bind(const Targets& targets) {
   fxaa_.bind(targets.display, targets.smoothed);
 }
 
-void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings) {
+void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
+                      const Linear& linear) {
   gpu_types::PostPush push{};
+  push.linear = linear.address;
   push.width = targets.extent.width;
   push.height = targets.extent.height;
   push.samples = targets.samples;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
-  tone_map_.record(recorder, "post", targets.hdr, targets.display, push);
+  tone_map_.record(recorder, "post", targets.hdr, targets.display, push, linear.buffer);
   smooth(recorder, targets, settings);
 }
 

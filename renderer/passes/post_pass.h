@@ -4,6 +4,7 @@
 
 #include "renderer/passes/image_filter.h"
 #include "renderer/passes/targets.h"
+#include "renderer/passes/view.h"
 
 namespace fire3dv::passes {
 
@@ -17,12 +18,22 @@ struct PostSettings {
   bool fxaa = true;
 };
 
+inline float exposure_of(const View& view, const PostSettings& settings) {
+  return view.exposure > 0 ? view.exposure : settings.exposure;
+}
+
 class PostPass {
  public:
   PostPass(gpu::Device& device, VkSampleCountFlagBits samples);
 
   void bind(const Targets& targets);  // after each change of size
-  void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
+  // linear: Plane::color_linear_f16 at this address of the buffer, where it is wanted.
+  struct Linear {
+    gpu::Buffer* buffer = nullptr;
+    VkDeviceAddress address = 0;
+  };
+  void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
+              const Linear& linear = {nullptr, 0});
   // FXAA alone, of an image that is tone-mapped already.
   void smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
   // The image that record() with these settings leaves its result in.

@@ -16,20 +16,37 @@ class ReadbackBelt {
  public:
   explicit ReadbackBelt(gpu::Device& device) : device_(device) {}
 
+  // Where planes of the same frame lie that come along; no buffer: none do.
+  struct Planes {
+    gpu::Buffer* buffer = nullptr;
+    VkDeviceSize bytes = 0;
+  };
+
   // Records the copy of a 4-bytes-a-pixel image. Call submitted() with the timeline value of the frame.
   void record(gpu::Recorder& recorder, gpu::Image& image, Tag tag) {
-    const VkDeviceSize bytes = VkDeviceSize{4} * image.extent.width * image.extent.height;
-    Pending pending{take_buffer(bytes), image.extent, std::move(tag), 0};
-    recorder.pass(
-        "read-back",
-        {gpu::Use(image, gpu::access::transfer_read), gpu::Use(pending.buffer, gpu::access::transfer_write)},
-        [&](VkCommandBuffer commands) {
-          VkBufferImageCopy copy{};
-          copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-          copy.imageExtent = {image.extent.width, image.extent.height, 1};
-          vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                                 pending.buffer.get(), 1, &copy);
-        });
+    record(recorder, &image, image.extent, {}, std::move(tag));
+  }
+  // The same with planes, which follow the image's pixels; or without an image, where that is null.
+  void record(gpu::Recorder& recorder, gpu::Image* image, VkExtent2D extent, const Planes& planes, Tag tag) {
+    const VkDeviceSize image_bytes = image ? VkDeviceSize{4} * extent.width * extent.height : 0;
+    Pending pending{take_buffer(image_bytes + planes.bytes), extent, image_bytes + planes.bytes,
+                    std::move(tag), 0};
+    std::vector<gpu::Use> uses{gpu::Use(pending.buffer, gpu::access::transfer_write)};
+    if (image) uses.emplace_back(*image, gpu::access::transfer_read);
+    if (planes.bytes) uses.emplace_back(*planes.buffer, gpu::access::transfer_read);
+    recorder.pass("read-back", uses, [&](VkCommandBuffer commands) {
+      if (image) {
+        VkBufferImageCopy copy{};
+        copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+        copy.imageExtent = {extent.width, extent.height, 1};
+        vkCmdCopyImageToBuffer(commands, image->get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                               pending.buffer.get(), 1, &copy);
+      }
+      if (planes.bytes) {
+        const VkBufferCopy copy{0, image_bytes, planes.bytes};
+        vkCmdCopyBuffer(commands, planes.buffer->get(), pending.buffer.get(), 1, &copy);
+      }
+    });
     recorder.transition({gpu::Use(pending.buffer, gpu::access::host_read)});
     recorded_.push_back(std::move(pending));
   }
@@ -42,16 +59,15 @@ class ReadbackBelt {
     recorded_.clear();
   }
 
-  // Hands over every image that is done, oldest first.
+  // Hands over every image that is done, oldest first: its pixels, and its planes behind them.
   template <typename TakeImage>
   void poll(TakeImage&& take) {
     const uint64_t done = device_.completed();
     while (!pending_.empty() && pending_.front().done_at <= done) {
       Pending pending = std::move(pending_.front());
       pending_.pop_front();
-      const size_t bytes = size_t{4} * pending.extent.width * pending.extent.height;
       take(std::move(pending.tag), pending.extent,
-           std::span<const uint8_t>(reinterpret_cast<const uint8_t*>(pending.buffer.mapped), bytes));
+           std::span<const uint8_t>(reinterpret_cast<const uint8_t*>(pending.buffer.mapped), pending.bytes));
       free_.push_back(std::move(pending.buffer));
     }
   }
@@ -69,6 +85,7 @@ class ReadbackBelt {
   struct Pending {
     gpu::Buffer buffer;
     VkExtent2D extent;
+    VkDeviceSize bytes;
     Tag tag;
     uint64_t done_at;
   };

@@ -1,6 +1,7 @@
 #include "renderer/passes/scene_renderer.h"
 
 #include <array>
+#include <utility>
 
 #include "renderer/passes/material_records.h"
 #include "renderer/passes/scene_parts.h"
@@ -53,6 +54,10 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
                                                       scene_set_layout_.get(),
                                                       samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1)
                       : std::optional<VisibilityPass>()),
+      outputs_(path_ == RasterPath::visibility
+                   ? std::optional<OutputsPass>(std::in_place, device, layout_.get(),
+                                                samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1)
+                   : std::optional<OutputsPass>()),
       shadows_(device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, shadow_way_),
       post_(device, samples_),
       held_mark_(device),
@@ -66,6 +71,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   transforms_.forget();
   deform_.forget();
   forward_.forget();
+  if (outputs_) outputs_->set_scene();
   expect_shading(scene);
   gpu_scene_ = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
                                           environment_.textures(), settings_.anisotropy);
@@ -83,16 +89,39 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   visibility_->expect(shading);
 }
 
-void SceneRenderer::set_size(VkExtent2D extent) {
-  targets_.emplace(device_, extent, samples_);
-  post_.bind(*targets_);
+void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
+  targets_.emplace(device_, extent, views, samples_);
+  if (views == 1) post_.bind(*targets_);
   held_mark_.bind(image());
   if (visibility_) visibility_->set_size(*targets_);
   shadows_.set_size(extent);
 }
 
-void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
-                           const View& view) {
+Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views) const {
+  if (views > 1) {
+    const bool alone = path_ != RasterPath::visibility || gpu_scene_->has_on_top;
+    if (alone || outputs[Plane::color_linear_f16])
+      return Error{
+          "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
+          "points, and no linear colours: take one after the other"};
+  }
+  if (!outputs.any_plane()) return {};
+  if (path_ != RasterPath::visibility) {
+    return Error{settings_.raster == RasterPath::forward
+                     ? "outputs beside color come from the visibility buffer: leave --raster forward out"
+                     : "outputs beside color come from the visibility buffer, for which " +
+                           device_.report().name +
+                           " lacks 64-bit atomics: choose another device with --device"};
+  }
+  if (outputs[Plane::color_linear_f16] && !visibility_->can_leave_samples())
+    return Error{"linear colours of several samples need what " + device_.report().name +
+                 " lacks (shaderStorageImageMultisample): take one sample with --samples 1"};
+  return {};
+}
+
+void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& belt,
+                                      const state::PoseState& poses) {
+  rays_meet_frame_ = false;
   // What has been edited of the scene.
   if (edits_ && edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_))
     deform_.vertices_written();
@@ -103,33 +132,85 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   gpu_scene_->follow_senses(recorder, belt, *scene_, poses);
   // Which shape it has now.
   deform_.record(recorder, belt, *gpu_scene_, poses);
+}
+
+void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+                           std::span<const View> views, const ImageOutputs& outputs,
+                           std::span<CameraHistory> histories, OfFrame of_frame) {
+  FIRE3DV_ASSERT(views.size() == targets_->views && can_take(outputs, targets_->views).ok());
+  const bool shaded = outputs.shaded(), surfaces = outputs.any_surface_plane();
+  const bool lit = shaded && shadows_on_;
+  if (of_frame == OfFrame::first) record_what_moves(recorder, belt, poses);
   // What shadow rays can meet, beside the following, where there is a queue for that.
-  if (shadows_on_ && shadows_.traces()) recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });
+  if (lit && shadows_.traces() && !std::exchange(rays_meet_frame_, true))
+    recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });
   // What the camera and the lights see of it.
-  const bool on_top = gpu_scene_->has_on_top;
-  const bool compute = path_ == RasterPath::visibility && (!on_top || visibility_->can_leave_samples());
-  const bool masked = shadows_on_ && shadow_way_.method == ShadowMethod::ray &&
+  const bool compute =
+      path_ == RasterPath::visibility && (!gpu_scene_->has_on_top || visibility_->can_leave_samples());
+  const bool masked = lit && shadow_way_.method == ShadowMethod::ray &&
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
-  const VkDeviceAddress globals = upload_globals(belt, view, masked);
+  std::vector<VkDeviceAddress> globals;
+  for (const View& view : views) globals.push_back(upload_globals(belt, view, masked));
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
-  find_visible(recorder, belt, view, globals, compute || masked, compute && shows_levels());
-  PostSettings post = settings_.post;
-  if (view.exposure > 0) post.exposure = view.exposure;
+  const Sees sees{(compute && shaded) || masked || surfaces, compute && shows_levels(), lit};
+  if (outputs_) outputs_->begin(outputs, targets_->extent, targets_->views);
+  find_visible(recorder, belt, views, globals, sees);
+  // What that is, how far away it is and where it goes.
+  if (surfaces)
+    outputs_->record(recorder, belt, {*scene_, *gpu_scene_, visibility_->buffer(), views, globals},
+                     histories);
+  if (!shaded) return;
+  Shading how{compute, masked, {nullptr, 0}};
+  if (outputs[Plane::color_linear_f16])
+    how.linear = {&outputs_->planes(), outputs_->address_of(Plane::color_linear_f16)};
+  if (sees.camera) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
+  shade(recorder, belt, poses, views, globals, how);
+}
+
+void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+                          std::span<const View> views, std::span<const VkDeviceAddress> globals,
+                          const Shading& how) {
+  const bool on_top = gpu_scene_->has_on_top, leave_samples = on_top || how.linear.buffer;
   // Which lights reach that, and its colour: in linear HDR where something goes on top, and what a display
   // shows of it.
-  const bool at_once = masked && compute && shadows_.found_while_shading();
-  if (masked && !at_once) shadows_.record(recorder, *gpu_scene_, visibility_->buffer(), globals);
-  if (compute) {
-    auto shade = at_once ? &VisibilityPass::shade_and_trace : &VisibilityPass::shade;
-    (*visibility_.*shade)(recorder, *gpu_scene_, shadows_, *targets_, globals, post, on_top);
+  if (how.compute) {
+    shade_from_visibility(recorder, views, globals, how.masked, leave_samples);
+  } else if (how.masked) {
+    shadows_.record(recorder, *gpu_scene_, {visibility_->buffer(), visibility_->address_of(0)}, globals[0]);
   }
-  if (!compute || on_top) {
+  if (views.size() > 1) return;
+  PostSettings post = settings_.post;
+  post.exposure = exposure_of(views[0], post);
+  if (!how.compute || on_top) {
     forward_.record(recorder, belt,
-                    {*gpu_scene_, *scene_, poses, *targets_, view, globals, settings_.background, &shadows_,
-                     compute ? &visibility_->buffer() : nullptr});
-    post_.record(recorder, *targets_, post);
+                    {*gpu_scene_, *scene_, poses, *targets_, views[0], globals[0], settings_.background,
+                     &shadows_, how.compute ? &visibility_->buffer() : nullptr});
+  }
+  if (!how.compute || leave_samples) {
+    post_.record(recorder, *targets_, post, how.linear);
   } else {
     post_.smooth(recorder, *targets_, post);
+  }
+}
+
+void SceneRenderer::shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
+                                          std::span<const VkDeviceAddress> globals, bool masked,
+                                          bool leave_samples) {
+  const PostSettings& post = settings_.post;
+  if (!masked) {
+    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, {0, views, globals}, post, leave_samples);
+    return;
+  }
+  // One after the other, since there is one list of rays and one mask.
+  for (uint32_t view = 0; view < views.size(); ++view) {
+    const VisibilityPass::Shaded shaded{view, views.subspan(view, 1), globals.subspan(view, 1)};
+    if (shadows_.found_while_shading()) {
+      visibility_->shade_and_trace(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, leave_samples);
+      continue;
+    }
+    shadows_.record(recorder, *gpu_scene_, {visibility_->buffer(), visibility_->address_of(view)},
+                    globals[view]);
+    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, leave_samples);
   }
 }
 
@@ -142,19 +223,19 @@ bool SceneRenderer::levels_in_maps() const {
   return settings_.levels_of_detail == LevelsOfDetail::everywhere;
 }
 
-void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
-                                 VkDeviceAddress globals, bool camera_too, bool levels_of_detail) {
+void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::span<const View> views,
+                                 std::span<const VkDeviceAddress> globals, const Sees& sees) {
   std::vector<ClusterRaster*> sets;
-  if (camera_too) {
-    sets.push_back(&visibility_->prepare(belt, *gpu_scene_, view, globals, settings_.cull, levels_of_detail));
+  if (sees.camera) {
+    sets.push_back(
+        &visibility_->prepare(belt, *gpu_scene_, views, globals[0], settings_.cull, sees.levels_of_detail));
   }
-  ClusterRaster* maps = shadows_on_
+  ClusterRaster* maps = sees.lights
                             ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull,
-                                                    levels_of_detail && levels_in_maps())
+                                                    sees.levels_of_detail && levels_in_maps())
                             : nullptr;
   if (maps) sets.push_back(maps);
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
-  if (camera_too) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
 }
 
 void SceneRenderer::record_what_rays_meet(gpu::Recorder& recorder) {

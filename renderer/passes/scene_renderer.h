@@ -12,6 +12,8 @@
 #include "renderer/passes/forward_pass.h"
 #include "renderer/passes/gpu_scene.h"
 #include "renderer/passes/held_mark.h"
+#include "renderer/passes/image_outputs.h"
+#include "renderer/passes/outputs_pass.h"
 #include "renderer/passes/post_pass.h"
 #include "renderer/passes/targets.h"
 #include "renderer/passes/transforms_pass.h"
@@ -35,6 +37,9 @@ enum class LevelsOfDetail : uint8_t {
 };
 // Which a scene has to have for that.
 scene::Levels levels_for(LevelsOfDetail wanted);
+
+// Images of other sizes or with other outputs may follow in one frame: what moves has been moved by then.
+enum class OfFrame : uint8_t { first, further };
 
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
@@ -64,18 +69,36 @@ class SceneRenderer {
   // What is changed of the scene that is shown, looked at in each frame; it speaks of the scene that is set
   // then. Once, before the first frame.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
-  void set_size(VkExtent2D extent);
+  // views: images of this size that are taken at once.
+  void set_size(VkExtent2D extent, uint32_t views = 1);
 
-  // Records the passes; the result is in image(), ready to be read.
+  // One sentence when these cannot be had here, from so many cameras at once.
+  Result<void> can_take(const ImageOutputs& outputs, uint32_t views = 1) const;
+
+  // Records the passes; colours are in image() and planes in planes(), as far as they are wanted, ready to be
+  // read. history: of the camera, where motion is wanted.
+  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view,
+              const ImageOutputs& outputs = {}, CameraHistory* history = nullptr) {
+    record(recorder, belt, poses, std::span<const View>(&view, 1), outputs,
+           std::span<CameraHistory>(history, history ? 1 : 0));
+  }
+  // The same of as many views as set_size() says, with all that they share done once. The image, and each
+  // plane, has them one below the other, in their order. Several are not smoothed (FXAA), and are drawn with
+  // one set of shadow maps. histories: of each camera, or none.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
-              const View& view);
+              std::span<const View> views, const ImageOutputs& outputs, std::span<CameraHistory> histories,
+              OfFrame of_frame = OfFrame::first);
 
   // After record(): marks the image as held, where the condition is not live.
   void mark_held(gpu::Recorder& recorder, state::Condition condition) {
     held_mark_.record(recorder, image(), condition);
   }
 
-  gpu::Image& image() { return PostPass::result(*targets_, settings_.post); }
+  gpu::Image& image() {
+    return targets_->views > 1 ? targets_->display : PostPass::result(*targets_, settings_.post);
+  }
+  gpu::Buffer& planes() { return outputs_->planes(); }
+  const std::vector<PlanePlace>& plane_places() const { return outputs_->places(); }
   VkExtent2D extent() const { return targets_->extent; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
@@ -96,8 +119,24 @@ class SceneRenderer {
   void set_shadows(bool on) { shadows_on_ = on; }
 
  private:
-  void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
-                    bool camera_too, bool levels_of_detail);
+  void record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses);
+  // What a frame finds out with ids and depths.
+  struct Sees {
+    bool camera;  // not for the lights alone
+    bool levels_of_detail;
+    bool lights;
+  };
+  void find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::span<const View> views,
+                    std::span<const VkDeviceAddress> globals, const Sees& sees);
+  // How, on which path.
+  struct Shading {
+    bool compute, masked;
+    PostPass::Linear linear;
+  };
+  void shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+             std::span<const View> views, std::span<const VkDeviceAddress> globals, const Shading& how);
+  void shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
+                             std::span<const VkDeviceAddress> globals, bool masked, bool leave_samples);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
   void expect_shading(const scene::Scene& scene);
   bool shows_levels() const;
@@ -116,7 +155,9 @@ class SceneRenderer {
   ForwardPass forward_;
   ShadowWay shadow_way_;
   bool shadows_on_ = true;
+  bool rays_meet_frame_ = false;  // what they meet has been built for the frame that is recorded
   std::optional<VisibilityPass> visibility_;
+  std::optional<OutputsPass> outputs_;  // beside visibility_
   ShadowPass shadows_;
   PostPass post_;
   HeldMark held_mark_;

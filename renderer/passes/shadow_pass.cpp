@@ -183,14 +183,22 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
 }
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                                        VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
+                                        std::span<const VkDeviceAddress> globals, Cull cull,
+                                        bool levels_of_detail) {
   if (!needs_maps_) return nullptr;
   std::vector<Use> uses{Use(views_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
-    const gpu_types::LightViewsPush push{globals,         wanted_views_.address, views_.address,
-                                         sheets_.address, view_count_,           levels_of_detail ? 1u : 0u};
+    gpu_types::LightViewsPush push{};
+    push.globals = globals[0];
+    push.cameras = belt.write(globals).address;
+    push.wanted = wanted_views_.address;
+    push.views = views_.address;
+    push.sheets = sheets_.address;
+    push.view_count = view_count_;
+    push.levels_of_detail = levels_of_detail ? 1 : 0;
+    push.camera_count = static_cast<uint32_t>(globals.size());
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     vkCmdDispatch(commands, view_count_ + (scene.part_count + 63) / 64, 1, 1);
   });
@@ -200,7 +208,7 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   job.views_written = &views_;
   job.target = &maps_;
   job.views = views_.address;
-  job.globals = globals;
+  job.globals = globals[0];
   job.view_count = view_count_;
   for (const gpu_types::LightViewWanted& view : plan_.views)
     job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
@@ -214,7 +222,7 @@ bool ShadowPass::found_while_shading() const {
   return traces() && way_.hybrid && plan_.all_hard() && plan_.mask_words == 1;
 }
 
-gpu_types::ShadowPush ShadowPass::push(const gpu::Buffer& visibility, VkDeviceAddress globals) const {
+gpu_types::ShadowPush ShadowPass::push(const Visibility& visibility, VkDeviceAddress globals) const {
   return {globals, visibility.address, list_.address, entries_.address, way_.hybrid ? 1u : 0u};
 }
 
@@ -226,11 +234,11 @@ void ShadowPass::bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPip
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
 }
 
-void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility,
+void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
                         VkDeviceAddress globals) {
   if (!traces()) return;
   begin_list(recorder);
-  std::vector<Use> uses{Use(visibility, access::compute_read), Use(list_, access::compute_write),
+  std::vector<Use> uses{Use(visibility.buffer, access::compute_read), Use(list_, access::compute_write),
                         Use(entries_, access::compute_write), Use(mask_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   add_map_reads(uses, access::compute_read);
@@ -246,7 +254,7 @@ void ShadowPass::begin_list(gpu::Recorder& recorder) {
   vkCmdFillBuffer(recorder.commands(), list_.get(), 0, VK_WHOLE_SIZE, 0);
 }
 
-void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility,
+void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
                        VkDeviceAddress globals) {
   const bool query = way_.back_end == RayBackEnd::query;
   const gpu::Access read = query ? access::compute_read : access::ray_read;
@@ -254,7 +262,8 @@ void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& vi
   gpu::Access arguments = read;  // the list is argument and input at once
   arguments.stages |= access::indirect_read.stages;
   arguments.access |= access::indirect_read.access;
-  std::vector<Use> uses{Use(visibility, read), Use(list_, arguments), Use(entries_, read), Use(mask_, write),
+  std::vector<Use> uses{Use(visibility.buffer, read), Use(list_, arguments), Use(entries_, read),
+                        Use(mask_, write),
                         Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
   scene.add_reads(uses, read);
   recorder.pass("trace", uses, [&](VkCommandBuffer commands) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "renderer/gpu/ray_pipeline.h"
@@ -55,15 +56,22 @@ class ShadowPass {
   void describe_to(gpu_types::Globals& globals, bool masked) const;
 
   // The lights' maps, to be drawn beside the camera's view; null when no map is needed.
+  // globals: of each camera.
   ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                              VkDeviceAddress globals, Cull cull, bool levels_of_detail);
-  // From the visibility buffer to the mask.
-  void record(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
+                              std::span<const VkDeviceAddress> globals, Cull cull, bool levels_of_detail);
+  // The visibility buffer of one view.
+  struct Visibility {
+    gpu::Buffer& buffer;
+    VkDeviceAddress address;
+  };
+  // From there to the mask.
+  void record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
+              VkDeviceAddress globals);
   // Or shading itself asks the maps and lists the pixels that need rays: an empty list for that, and the
   // rays.
   bool found_while_shading() const;
   void begin_list(gpu::Recorder& recorder);
-  void trace(gpu::Recorder& recorder, GpuScene& scene, gpu::Buffer& visibility, VkDeviceAddress globals);
+  void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals);
   gpu::Buffer& list() { return list_; }        // gpu_types::RayList
   gpu::Buffer& entries() { return entries_; }  // gpu_types::RayEntry[]
   gpu::Buffer& mask() { return mask_; }
@@ -78,7 +86,7 @@ class ShadowPass {
  private:
   void place_views();
   MapSizes map_sizes() const;
-  gpu_types::ShadowPush push(const gpu::Buffer& visibility, VkDeviceAddress globals) const;
+  gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
             const gpu_types::ShadowPush& push) const;
 

@@ -4,18 +4,22 @@
 
 namespace fire3dv::passes {
 
-Targets::Targets(gpu::Device& device, VkExtent2D size, VkSampleCountFlagBits sample_count)
-    : extent(size), samples(sample_count) {
+Targets::Targets(gpu::Device& device, VkExtent2D size, uint32_t view_count,
+                 VkSampleCountFlagBits sample_count)
+    : extent(size), views(view_count), samples(sample_count) {
+  const gpu::ImageInfo finished{
+      VK_FORMAT_R8G8B8A8_UNORM,
+      {size.width, size.height * views},
+      VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+      1};
+  display = gpu::create_image(device, finished);
+  if (views > 1) return;
   const bool computed = samples == VK_SAMPLE_COUNT_1_BIT || device.report().multisample_storage;
   const VkImageUsageFlags hdr_usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                       (computed ? VK_IMAGE_USAGE_STORAGE_BIT : 0);
   hdr = gpu::create_image(device, {VK_FORMAT_R16G16B16A16_SFLOAT, size, hdr_usage, 1, samples});
   depth = gpu::create_image(
       device, {VK_FORMAT_D32_SFLOAT, size, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, 1, samples});
-  const gpu::ImageInfo finished{
-      VK_FORMAT_R8G8B8A8_UNORM, size,
-      VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 1};
-  display = gpu::create_image(device, finished);
   smoothed = gpu::create_image(device, finished);
 }
 

@@ -33,20 +33,97 @@ glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect) {
   return m;
 }
 
-View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, float image_aspect) {
-  View view;
-  view.camera = camera.name;
-  view.eye_world = glm::vec3(world_from_camera[3]);
-  // A camera's pose has no scale: only its axes and place count, as glTF says.
+Intrinsics intrinsics_of(const scene::Camera& camera, glm::uvec2 image_px) {
+  Intrinsics intrinsics;
+  const glm::vec2 size(image_px);
+  intrinsics.fx_px = intrinsics.fy_px = 0.5f * size.y / std::tan(camera.vertical_fov_rad / 2);
+  intrinsics.cx_px = 0.5f * (size.x - 1);
+  intrinsics.cy_px = 0.5f * (size.y - 1);
+  intrinsics.image_px = image_px;
+  intrinsics.near_m = camera.near_m;
+  intrinsics.far_m = camera.far_m;
+  return intrinsics;
+}
+
+Result<void> check(const Intrinsics& intrinsics) {
+  constexpr float kMost = 1e6f;  // focal lengths and places of the middle, in pixels
+  for (const float focal_px : {intrinsics.fx_px, intrinsics.fy_px}) {
+    if (!(focal_px >= 1e-3f && focal_px <= kMost))
+      return Error{"the camera's fx and fy must be numbers of pixels from 0.001 to 1000000"};
+  }
+  for (const float place_px : {intrinsics.cx_px, intrinsics.cy_px}) {
+    if (!(std::abs(place_px) <= kMost))
+      return Error{"the camera's cx and cy must be numbers of pixels between -1000000 and 1000000"};
+  }
+  if (!(intrinsics.near_m > 0 && std::isfinite(intrinsics.near_m)))
+    return Error{"the camera's near distance must be a number of metres above 0"};
+  if (!(intrinsics.far_m == 0 || (intrinsics.far_m > intrinsics.near_m && std::isfinite(intrinsics.far_m))))
+    return Error{"the camera's far distance must be more than the near one, or 0 for none"};
+  if (intrinsics.image_px.x == 0 || intrinsics.image_px.y == 0)
+    return Error{"the camera's image must be at least one pixel wide and high"};
+  return {};
+}
+
+namespace {
+
+// How far the middle of the image lies from what the camera looks at, in normalised coordinates.
+glm::vec2 middle_ndc(const Intrinsics& intrinsics) {
+  return (glm::vec2(intrinsics.cx_px, intrinsics.cy_px) + 0.5f) * 2.0f / glm::vec2(intrinsics.image_px) -
+         1.0f;
+}
+
+// A camera's pose has no scale: only its axes and place count, as glTF says.
+glm::mat4 without_scale(const glm::mat4& world_from_camera) {
   glm::mat4 rigid(1);
   for (int axis = 0; axis < 3; ++axis) {
     const glm::vec3 direction(world_from_camera[axis]);
     const float length = glm::length(direction);
     if (length > 0) rigid[axis] = glm::vec4(direction / length, 0);
   }
-  rigid[3] = glm::vec4(view.eye_world, 1);
+  rigid[3] = glm::vec4(glm::vec3(world_from_camera[3]), 1);
+  return rigid;
+}
+
+}  // namespace
+
+glm::mat4 clip_from_camera(const Intrinsics& intrinsics) {
+  const glm::vec2 size(intrinsics.image_px), middle = middle_ndc(intrinsics);
+  const float near = intrinsics.near_m, far = intrinsics.far_m;
+  glm::mat4 m(0);
+  m[0][0] = 2 * intrinsics.fx_px / size.x;
+  m[1][1] = -2 * intrinsics.fy_px / size.y;
+  m[2][0] = -middle.x;
+  m[2][1] = -middle.y;
+  m[2][2] = far > near ? near / (far - near) : 0;
+  m[3][2] = far > near ? far * near / (far - near) : near;
+  m[2][3] = -1;
+  return m;
+}
+
+View make_view(const Intrinsics& intrinsics, const glm::mat4& world_from_camera) {
+  const glm::mat4 rigid = without_scale(world_from_camera);
+  View view;
+  view.eye_world = glm::vec3(rigid[3]);
+  view.look_world = -glm::vec3(rigid[2]);
+  view.near_m = intrinsics.near_m;
+  const glm::vec2 size(intrinsics.image_px), middle = middle_ndc(intrinsics);
+  view.off_centre = middle != glm::vec2(0);
+  view.world_from_ndc_x = glm::vec3(rigid[0]) * (size.x / (2 * intrinsics.fx_px));
+  view.world_from_ndc_y = -glm::vec3(rigid[1]) * (size.y / (2 * intrinsics.fy_px));
+  view.world_from_ndc_origin =
+      view.look_world - middle.x * view.world_from_ndc_x - middle.y * view.world_from_ndc_y;
+  view.clip_from_world = clip_from_camera(intrinsics) * glm::inverse(rigid);
+  return view;
+}
+
+View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, float image_aspect) {
+  View view;
+  view.camera = camera.name;
+  view.eye_world = glm::vec3(world_from_camera[3]);
+  const glm::mat4 rigid = without_scale(world_from_camera);
   view.look_world = -glm::vec3(rigid[2]);
   view.orthographic = camera.orthographic;
+  view.near_m = camera.near_m;
   view.exposure = camera.exposure;
   if (!camera.orthographic) {
     const float focal = 1 / std::tan(camera.vertical_fov_rad / 2);
@@ -79,7 +156,9 @@ glm::vec2 half_pixel_depth(const View& view, uint32_t image_height) {
   const glm::mat4 rows = glm::transpose(view.clip_from_world);
   const glm::vec3 y(rows[1]), z(rows[2]), w(rows[3]);
   // Half a pixel, in metres for each metre of distance; or in metres.
-  const float half_pixel = 1 / (static_cast<float>(image_height) * glm::length(y));
+  float half_pixel = 1 / (static_cast<float>(image_height) * glm::length(y));
+  // There the row leans towards the look.
+  if (view.off_centre) half_pixel = glm::length(view.world_from_ndc_y) / static_cast<float>(image_height);
   if (view.orthographic) return {0, half_pixel * glm::length(z)};
   // z / w = b / w - a: a step dw in distance changes it by (z / w + a) dw / w.
   const float a = -glm::dot(z, w) / glm::dot(w, w);

@@ -61,8 +61,9 @@ VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
 
 void VisibilityPass::set_size(Targets& targets) {
   extent_ = targets.extent;
-  visibility_ = gpu::create_buffer(device_, VkDeviceSize{8} * samples_ * extent_.width * extent_.height,
-                                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  view_bytes_ = VkDeviceSize{8} * samples_ * extent_.width * extent_.height;
+  visibility_ = gpu::create_buffer(device_, view_bytes_ * targets.views, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                   gpu::Memory::device);
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2}};
   image_set_ = gpu::DescriptorSet(device_, image_set_layout_.get(), sizes);
   const VkDescriptorImageInfo images[] = {
@@ -72,18 +73,28 @@ void VisibilityPass::set_size(Targets& targets) {
   write.dstSet = image_set_.get();
   write.dstBinding = FIRE3DV_BINDING_DISPLAY;
   write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-  write.descriptorCount = can_leave_samples() ? 2 : 1;  // the second goes on into the next binding
+  write.descriptorCount =
+      can_leave_samples() && targets.hdr ? 2 : 1;  // the second goes on into the next binding
   write.pImageInfo = images;
   vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
 }
 
-ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view,
+ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, std::span<const View> views,
                                        VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
-  const gpu_types::RasterView raster = raster_view(view, extent_, levels_of_detail);
+  std::vector<gpu_types::RasterView> rasters;
+  rasters.reserve(views.size());
+  const VkExtent2D tiles = tiles_of(extent_);
+  for (const View& view : views) {
+    const auto first_sample = static_cast<uint32_t>(rasters.size() * view_bytes_ / 8);
+    rasters.push_back(raster_view(view, extent_, levels_of_detail));
+    rasters.back().first_texel = first_sample;
+    rasters.back().first_tile = static_cast<uint32_t>(rasters.size() - 1) * tiles.width * tiles.height;
+  }
   ClusterRaster::Job job;
   job.scene = &scene;
   job.target = &visibility_;
-  job.views = belt.write(std::span<const gpu_types::RasterView>(&raster, 1)).address;
+  job.views = belt.write(std::span<const gpu_types::RasterView>(rasters)).address;
+  job.view_count = static_cast<uint32_t>(rasters.size());
   job.globals = globals;
   job.extent = extent_;
   job.cull = cull;
@@ -92,7 +103,8 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, c
   return raster_;
 }
 
-void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, VkDeviceAddress globals) {
+void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
+                                    std::span<const VkDeviceAddress> globals) {
   if (!surfaces_) return;
   std::vector<Use> uses{Use(visibility_, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
@@ -100,9 +112,11 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, Vk
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, surfaces_.get());
     const VkDescriptorSet set = scene.textures.set();
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
-    const gpu_types::SurfacesPush push{globals, visibility_.address};
-    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+    for (uint32_t view = 0; view < globals.size(); ++view) {
+      const gpu_types::SurfacesPush push{globals[view], address_of(view)};
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+    }
   });
 }
 
@@ -119,16 +133,26 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
   return pipeline;
 }
 
+gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t index,
+                                                const PostSettings& settings) const {
+  const uint32_t view = shaded.first_view + static_cast<uint32_t>(index);
+  gpu_types::ShadePush push{};
+  push.globals = shaded.globals[index];
+  push.visibility = address_of(view);
+  push.exposure = exposure_of(shaded.views[index], settings);
+  push.tone_map = tone_map_number(settings.tone_map);
+  push.first_row = view * extent_.height;
+  return push;
+}
+
 void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
-                                  ShadowPass& shadows, Targets& targets, gpu_types::ShadePush push,
-                                  bool leave_samples) {
+                                  ShadowPass& shadows, Targets& targets,
+                                  std::span<const gpu_types::ShadePush> views, bool leave_samples) {
   const VkPipeline pipeline =
       shade_pipeline({!scene.has_extensions, leave_samples, what == Shades::all_and_lists}).get();
-  push.visibility = visibility_.address;
-  push.listed = what == Shades::listed ? 1 : 0;
-  std::vector<Use> uses{
-      Use(visibility_, access::compute_read),
-      Use(leave_samples ? targets.hdr : targets.display, access::compute_write, what != Shades::listed)};
+  const bool is_first = what != Shades::listed && views[0].first_row == 0;
+  std::vector<Use> uses{Use(visibility_, access::compute_read),
+                        Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
   scene.add_reads(uses, access::compute_read);
   if (what == Shades::all_and_lists) {
     shadows.add_map_reads(uses, access::compute_read);
@@ -150,37 +174,38 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
     const VkDescriptorSet sets[] = {scene.textures.set(), image_set_.get()};
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
                             nullptr);
-    vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    if (what == Shades::listed) {
-      vkCmdDispatchIndirect(commands, shadows.list().get(), offsetof(gpu_types::RayList, groups_x));
-    } else {
-      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+    for (gpu_types::ShadePush push : views) {
+      push.listed = what == Shades::listed ? 1 : 0;
+      vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      if (what == Shades::listed) {
+        vkCmdDispatchIndirect(commands, shadows.list().get(), offsetof(gpu_types::RayList, groups_x));
+      } else {
+        vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+      }
     }
   });
 }
 
 void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                           VkDeviceAddress globals, const PostSettings& settings, bool leave_samples) {
-  gpu_types::ShadePush push{};
-  push.globals = globals;
-  push.exposure = settings.exposure;
-  push.tone_map = tone_map_number(settings.tone_map);
-  record_shade(recorder, "shade", Shades::all, scene, shadows, targets, push, leave_samples);
+                           const Shaded& shaded, const PostSettings& settings, bool leave_samples) {
+  std::vector<gpu_types::ShadePush> views;
+  for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
+  record_shade(recorder, "shade", Shades::all, scene, shadows, targets, views, leave_samples);
 }
 
 void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
-                                     Targets& targets, VkDeviceAddress globals, const PostSettings& settings,
+                                     Targets& targets, const Shaded& shaded, const PostSettings& settings,
                                      bool leave_samples) {
-  gpu_types::ShadePush push{};
-  push.globals = globals;
+  FIRE3DV_ASSERT(shaded.views.size() == 1);  // the list of rays is of one view
+  const VkDeviceAddress globals = shaded.globals[0];
+  gpu_types::ShadePush push = shade_push(shaded, 0, settings);
   push.list = shadows.list().address;
   push.entries = shadows.entries().address;
-  push.exposure = settings.exposure;
-  push.tone_map = tone_map_number(settings.tone_map);
+  const std::span<const gpu_types::ShadePush> view(&push, 1);
   shadows.begin_list(recorder);
-  record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, push, leave_samples);
-  shadows.trace(recorder, scene, visibility_, globals);
-  record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, push, leave_samples);
+  record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, leave_samples);
+  shadows.trace(recorder, scene, {visibility_, address_of(shaded.first_view)}, globals);
+  record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, leave_samples);
 }
 
 }  // namespace fire3dv::passes

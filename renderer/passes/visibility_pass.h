@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "renderer/gpu/descriptors.h"
 #include "renderer/passes/cluster_raster.h"
@@ -29,29 +30,38 @@ class VisibilityPass {
   void expect(const Shading& shading) { shade_pipeline(shading); }
 
   void set_size(Targets& targets);  // after each change
-  // The camera's part of ClusterRaster::record.
-  ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, const View& view, VkDeviceAddress globals,
-                         Cull cull, bool levels_of_detail);
+  // The cameras' part of ClusterRaster::record: as many views as the targets hold.
+  ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, std::span<const View> views,
+                         VkDeviceAddress globals, Cull cull, bool levels_of_detail);
   // Of what was drawn: makes one surface of neighbouring triangles that share a pixel. Before all that
   // follows.
-  void merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, VkDeviceAddress globals);
+  void merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals);
+  // Some of the views, one after the other.
+  struct Shaded {
+    uint32_t first_view = 0;
+    std::span<const View> views;
+    std::span<const VkDeviceAddress> globals;
+  };
   // Tone-mapped, resolved colour into targets.display; or, for what goes on top, linear samples into
   // targets.hdr, which needs can_leave_samples().
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-             VkDeviceAddress globals, const PostSettings& settings, bool leave_samples);
-  // The same where shading finds the shadows: see ShadowPass::found_while_shading.
+             const Shaded& shaded, const PostSettings& settings, bool leave_samples);
+  // The same of one view where shading finds the shadows: see ShadowPass::found_while_shading.
   void shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                       VkDeviceAddress globals, const PostSettings& settings, bool leave_samples);
+                       const Shaded& shaded, const PostSettings& settings, bool leave_samples);
   bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return visibility_; }
+  VkDeviceAddress address_of(uint32_t view) const { return visibility_.address + view * view_bytes_; }
   const ClusterRaster::Drawn& drawn() const { return raster_.drawn(); }
 
  private:
   enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
 
+  gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index, const PostSettings& settings) const;
   gpu::Pipeline& shade_pipeline(const Shading& shading);
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
-                    ShadowPass& shadows, Targets& targets, gpu_types::ShadePush push, bool leave_samples);
+                    ShadowPass& shadows, Targets& targets, std::span<const gpu_types::ShadePush> views,
+                    bool leave_samples);
 
   gpu::Device& device_;
   uint32_t samples_;
@@ -63,7 +73,8 @@ class VisibilityPass {
   std::array<gpu::Pipeline, 8> shade_;  // made when they are expected or first used
   gpu::DescriptorSet image_set_;
   VkExtent2D extent_{};
-  gpu::Buffer visibility_;  // uint64_t[pixel][sample]
+  gpu::Buffer visibility_;  // uint64_t[view][pixel][sample]
+  VkDeviceSize view_bytes_ = 0;
 };
 
 // Frustum planes, inwards, from a projection with depth between 0 and w.

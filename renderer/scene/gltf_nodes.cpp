@@ -5,6 +5,7 @@
 
 #include "renderer/scene/gltf_instancing.h"
 #include "renderer/scene/gltf_morphs.h"
+#include "renderer/scene/gltf_values.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -176,8 +177,19 @@ int light_index(const tinygltf::Node& source) {
   return extension->second.Get("light").GetNumberAsInt();
 }
 
-Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::string& where,
-                     const Scene& scene) {
+// glTF has no member for what a node is. Its extras' "semantic" is a class, a whole number; what is below a
+// node is of its class, unless it says otherwise.
+uint32_t semantic_of(const tinygltf::Node& source, uint32_t inherited, const std::string& where,
+                     std::vector<std::string>& warnings) {
+  if (!source.extras.Has("semantic")) return inherited;
+  const double number = number_or(source.extras, "semantic", -1);
+  if (number >= 0 && number <= UINT32_MAX && number == std::floor(number))
+    return static_cast<uint32_t>(number);
+  warnings.push_back(where + ".extras.semantic is not a whole number from 0 to 4294967295, and is left out");
+  return inherited;
+}
+
+Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::string& where, Scene& scene) {
   Node node;
   node.name = source.name;
   node.parent = parent;
@@ -193,6 +205,8 @@ Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::s
   if (!camera) return camera.error();
   auto light = reference(light_index(source), scene.lights.size(), where, "lights");
   if (!light) return light.error();
+  node.semantic =
+      semantic_of(source, parent == kNone ? 0 : scene.nodes[parent].semantic, where, scene.warnings);
   node.mesh = *mesh;
   node.camera = *camera;
   node.light = *light;
@@ -211,6 +225,7 @@ void add_instances(const std::vector<glm::mat4>& node_from_instances, uint32_t n
     instance.parent_from_node = node_from_instance;
     instance.world_from_node = scene.nodes[node].world_from_node * node_from_instance;
     instance.mesh = mesh;
+    instance.semantic = scene.nodes[node].semantic;
     instance.first_morph_weight = scene.nodes[node].first_morph_weight;
     instance.morph_weight_count = scene.nodes[node].morph_weight_count;
     scene.nodes.push_back(std::move(instance));

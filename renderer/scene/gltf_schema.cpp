@@ -203,12 +203,31 @@ void keep_numbers(json& extras) {
   extras = std::move(numbers);
 }
 
+// Of a node: see semantic_of() in gltf_nodes.cpp. What is no number becomes a word there, which is told as a
+// fault.
+void keep_semantic(json& extras) {
+  json kept = json::object();
+  if (extras.is_object() && extras.contains("semantic")) {
+    const json& semantic = extras["semantic"];
+    kept["semantic"] = semantic.is_number() ? json(semantic.get<double>()) : json("no number");
+  }
+  extras = std::move(kept);
+}
+
+bool is_node(const std::string& where) {
+  return where.starts_with("nodes[") && where.find('.') == std::string::npos;
+}
+
 Result<void> reduce(json& object, const std::string& where) {
   // tinygltf keeps the sizes of sparse accessors as int.
   const double largest_size = where.find(".sparse") != std::string::npos ? INT_MAX : kLargestSize;
   for (auto member = object.begin(); member != object.end();) {
     if (member.key() == "extras" && where.find(kPunctualLight) != std::string::npos) {
       keep_numbers(*member++);
+      continue;
+    }
+    if (member.key() == "extras" && is_node(where)) {
+      keep_semantic(*member++);
       continue;
     }
     const auto known = shapes().find(member.key());

@@ -34,6 +34,7 @@ struct Node {
   uint32_t skin = kNone;            // only with a mesh, and only a skin that has joints
   uint32_t first_morph_weight = 0;  // into Scene::morph_weights
   uint32_t morph_weight_count = 0;  // the mesh's morph_target_count
+  uint32_t semantic = 0;            // class of what it shows, for labels; 0: none is given
   bool own_vertices = false;        // its mesh's vertices are replaced while it is shown, see scene_edits.h
 };
 

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "renderer/sinks/frame_line.h"
+#include "renderer/sinks/npy.h"
 #include "renderer/sinks/png.h"
 #include "renderer/sinks/text.h"
 #include "renderer/sinks/whole_file.h"
@@ -106,11 +107,19 @@ Result<void> FileSink::write(const FrameImage& image) {
   }
   last_frame_of_folder_[*folder] = image.frame_index;
   char name[40];
-  std::snprintf(name, sizeof name, "frame_%06llu.png", static_cast<unsigned long long>(image.frame_index));
-  const std::filesystem::path relative = *folder / name;
-  if (auto written = write_png(options_.folder / relative, image); !written) return written.error();
+  std::snprintf(name, sizeof name, "frame_%06llu", static_cast<unsigned long long>(image.frame_index));
+  FrameFiles files;
+  if (!image.rgba8.empty()) {
+    files.color = *folder / (std::string(name) + ".png");
+    if (auto written = write_png(options_.folder / files.color, image); !written) return written.error();
+  }
+  for (const FramePlane& plane : image.planes) {
+    files.planes.push_back(*folder / (std::string(name) + "." + plane.name + ".npy"));
+    auto written = write_npy(options_.folder / files.planes.back(), plane, image.width, image.height);
+    if (!written) return written.error();
+  }
   errno = 0;
-  log_ << frame_line(relative.string(), image) << std::flush;  // a run that is killed keeps its list
+  log_ << frame_line(files, image) << std::flush;  // a run that is killed keeps its list
   if (!log_)
     return Error{"cannot write " + (options_.folder / "frames.jsonl").string() + ": " + system_reason(errno)};
   return {};

@@ -1,24 +1,71 @@
 #include "renderer/sinks/frame_line.h"
 
+#include <cmath>
+#include <cstdio>
+
 #include "renderer/sinks/png.h"
 #include "renderer/sinks/text.h"
 
 namespace fire3dv::sinks {
+namespace {
 
-std::string frame_line(const std::string& file, const FrameImage& image) {
-  std::string line = "{\"file\":" + json_string(file) + ",\"frame\":" + std::to_string(image.frame_index) +
-                     ",\"camera\":" + json_string(image.camera) +
-                     ",\"width\":" + std::to_string(image.width) +
-                     ",\"height\":" + std::to_string(image.height) + ",\"streams\":[";
-  for (const state::FrameTag& tag : image.shown) {
-    if (&tag != image.shown.data()) line += ',';
-    line += "{\"stream\":" + json_string(tag.stream) + ",\"epoch\":\"" + hex64(tag.epoch) +
-            "\",\"sequence\":" + std::to_string(tag.sequence) +
-            ",\"sim_time_ns\":" + std::to_string(tag.sim_time_ns) +
-            ",\"publish_time_ns\":" + std::to_string(tag.publish_time_ns) + ",\"state\":\"" +
-            state::condition_name(tag.condition) + "\"}";
+template <typename Values, typename Write>
+std::string list(const Values& values, Write&& write) {
+  std::string text = "[";
+  for (const auto& value : values) text += (text.size() > 1 ? "," : "") + write(value);
+  return text + "]";
+}
+
+std::string number(float value) {
+  if (!std::isfinite(value)) return "null";  // JSON has no word for it
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
+  return text;
+}
+
+std::string stream_entry(const state::FrameTag& tag) {
+  return "{\"stream\":" + json_string(tag.stream) + ",\"epoch\":\"" + hex64(tag.epoch) +
+         "\",\"sequence\":" + std::to_string(tag.sequence) +
+         ",\"sim_time_ns\":" + std::to_string(tag.sim_time_ns) +
+         ",\"publish_time_ns\":" + std::to_string(tag.publish_time_ns) + ",\"state\":\"" +
+         state::condition_name(tag.condition) + "\"}";
+}
+
+std::string labels(uint32_t instance, uint32_t semantic) {
+  return "{\"instance\":" + std::to_string(instance) + ",\"semantic\":" + std::to_string(semantic);
+}
+
+std::string box_entry(const FrameBox2d& box) {
+  return labels(box.instance, box.semantic) + ",\"box\":[" + std::to_string(box.min_x) + "," +
+         std::to_string(box.min_y) + "," + std::to_string(box.max_x) + "," + std::to_string(box.max_y) +
+         "],\"pixels\":" + std::to_string(box.pixels) + "}";
+}
+
+std::string box_entry(const FrameBox3d& box) {
+  return labels(box.instance, box.semantic) + ",\"world_from_box\":" + list(box.world_from_box, number) + "}";
+}
+
+std::string plane_entries(const FrameFiles& files, const FrameImage& image) {
+  std::string text;
+  for (size_t i = 0; i < image.planes.size(); ++i) {
+    text += (i ? "," : "") + json_string(image.planes[i].name) + ":" + json_string(files.planes[i].string());
   }
-  return line + "]}\n";
+  return "{" + text + "}";
+}
+
+}  // namespace
+
+std::string frame_line(const FrameFiles& files, const FrameImage& image) {
+  std::string line = "{";
+  if (!files.color.empty()) line += "\"file\":" + json_string(files.color.string()) + ",";
+  line += "\"frame\":" + std::to_string(image.frame_index) + ",\"camera\":" + json_string(image.camera) +
+          ",\"width\":" + std::to_string(image.width) + ",\"height\":" + std::to_string(image.height);
+  if (!image.planes.empty()) line += ",\"planes\":" + plane_entries(files, image);
+  if (image.boxes2d)
+    line += ",\"boxes2d\":" + list(*image.boxes2d, [](const FrameBox2d& box) { return box_entry(box); });
+  if (image.boxes3d)
+    line += ",\"boxes3d\":" + list(*image.boxes3d, [](const FrameBox3d& box) { return box_entry(box); });
+  return line + ",\"streams\":" + list(image.shown, stream_entry) + "}\n";
 }
 
 }  // namespace fire3dv::sinks

@@ -117,7 +117,7 @@ Result<void> VideoSink::write(const FrameImage& image) {
                  " has another size than the frames before it; a video has one"};
   if (auto added = file_->add(image.rgba8); !added) return added;
   errno = 0;
-  log_ << frame_line(settings_.path.filename().string(), image);
+  log_ << frame_line({settings_.path.filename(), {}}, image);
   if (!log_) return Error{"cannot write " + log_path_ + ": " + system_reason(errno)};
   return {};
 }

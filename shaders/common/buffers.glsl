@@ -11,6 +11,7 @@
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer AffineRowsRef { AffineRows at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer NodeSourceRef { NodeSource at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer StreamSourceRef { StreamSource at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer AddressRef { uint64_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintRef { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer WordRef { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionRef { vec3 at[]; };

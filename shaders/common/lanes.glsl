@@ -125,6 +125,7 @@ RasterView view_for_all(uint64_t views, uint index) {
   view.depth_m = FIRE3DV_NUMBER(c, 7);
   view.texel_m = FIRE3DV_NUMBER(d, 0);
   view.level_scale = FIRE3DV_NUMBER(d, 1);
+  view.first_tile = FIRE3DV_WORD(d, 2);
   return view;
 }
 

@@ -23,12 +23,6 @@ void put_nearest(MapTarget target, ivec2 texel, bool outer, float depth) {
   if (!target.look_first || maps.at[index] < value) atomicMax(maps.at[index], value);
 }
 
-// A light's view of the triangle, for its alpha.
-VisibleTriangle seen_by_light(VisibleTriangle t, RasterView view) {
-  for (int i = 0; i < 3; ++i) t.clip[i] = clip_position(view.clip_from_world, t.world[i]);
-  return t;
-}
-
 #ifdef FIRE3DV_MIDDLES_ALONE
 int pixel_reach(RasterView view) { return 0; }
 

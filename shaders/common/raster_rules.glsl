@@ -13,10 +13,10 @@
 const int kSubpixels = 256;
 const int kHalfPixel = 128;
 const int kTileShift = int(FIRE3DV_TILE_SHIFT);
-// Of the triangles of a tile, where tiles are drawn one by one. Lights' maps lie one behind the other.
+// Of the triangles of a tile, where tiles are drawn one by one. Those of several views lie one behind the other.
 uint list_of_tile(RasterView view, ivec2 tile) {
   const uint tiles_across = (view.width + (1u << kTileShift) - 1) >> kTileShift;
-  return (view.first_texel >> (2 * kTileShift)) + uint(tile.y) * tiles_across + uint(tile.x);
+  return view.first_tile + uint(tile.y) * tiles_across + uint(tile.x);
 }
 // Corners farther than half of this from the image's middle are cut off first, so that edge functions fit 64 bits.
 const float kGuardPixels = 1048576;

@@ -56,9 +56,9 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
   if (covered == 0) return;
 #endif
   if (is_masked(globals, t.id)) {
-    const VisibleTriangle triangle = visible_triangle(globals, t.id);
+    const VisibleTriangle triangle = seen_from(visible_triangle(globals, t.id), view);
 #ifdef FIRE3DV_LIGHTS
-    if (!is_solid_at(globals, seen_by_light(triangle, view), vec2(texel) + 0.5, vec2(size))) return;
+    if (!is_solid_at(globals, triangle, vec2(texel) + 0.5, vec2(size))) return;
 #else
     if (!is_solid_at(globals, triangle, tested_place(pixel, covered), vec2(size))) return;
 #endif
@@ -66,7 +66,7 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
 #ifdef FIRE3DV_LIGHTS
   put_nearest(target, texel, false, z);
 #else
-  const uint first = uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
+  const uint first = view.first_texel + uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
     if ((covered & (1u << s)) != 0) put(set.target, first + s, depth[s], t.id, true);
   }

@@ -112,6 +112,12 @@ VisibleTriangle visible_triangle(GlobalsRef globals, uint id, const bool togethe
 
 VisibleTriangle visible_triangle(GlobalsRef globals, uint id) { return visible_triangle(globals, id, false); }
 
+// As this view sees it, for its alpha.
+VisibleTriangle seen_from(VisibleTriangle t, RasterView view) {
+  for (int i = 0; i < 3; ++i) t.clip[i] = clip_position(view.clip_from_world, t.world[i]);
+  return t;
+}
+
 // Of the point that is seen at a place of the image, in pixels. Perspective-correct, from homogeneous coordinates: a
 // corner may lie behind the eye.
 vec3 barycentrics_at(VisibleTriangle t, vec2 pixel, vec2 size) {

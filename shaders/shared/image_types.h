@@ -23,6 +23,7 @@ struct ForwardPush {
 #define FIRE3DV_TONE_MAP_NEUTRAL 3u
 
 struct PostPush {
+  FIRE3DV_ADDRESS linear;  // uvec2[pixel]: half floats of the light itself; 0 = nobody wants them
   uint width;
   uint height;
   uint samples;
@@ -42,7 +43,8 @@ struct ShadePush {
   FIRE3DV_ADDRESS entries;     // RayEntry[], one for each pixel
   float exposure;
   uint tone_map;
-  uint listed;  // 1: only the pixels of the list are shaded
+  uint listed;     // 1: only the pixels of the list are shaded
+  uint first_row;  // of the display image, which may hold several
 };
 
 struct VisibleDepthPush {

@@ -85,11 +85,13 @@ struct RayList {
 
 struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS cameras;  // address of the globals of each camera: FIRE3DV_ADDRESS[]
   FIRE3DV_ADDRESS wanted;  // LightViewWanted[]
   FIRE3DV_ADDRESS views;   // RasterView[], written
   FIRE3DV_ADDRESS sheets;  // SheetRecord[]
   uint view_count;
   uint levels_of_detail;  // 1: maps may hold coarser triangles
+  uint camera_count;
 };
 
 // A light's view before it is fitted to what there is to see.

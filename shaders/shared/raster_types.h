@@ -12,7 +12,7 @@ struct RasterView {
   vec4 eye_world;        // w = 1: a point; w = 0: an orthographic view, which looks along xyz
   uint width;
   uint height;
-  uint first_texel;  // of the light's maps
+  uint first_texel;  // of the light's maps; of a camera the first sample
   // For shadow maps. Orthographic: metres for each unit of depth, and the side of a texel in metres.
   // Perspective: the near distance in metres, and the side of a texel at a distance of 1 m.
   float depth_m;
@@ -20,7 +20,8 @@ struct RasterView {
   // Of levels of detail: how many times the error that is allowed 1 m is, at a distance of 1 m in perspective
   // views. 0: everything as the file has it.
   float level_scale;
-  uint padding0, padding1;
+  uint first_tile;  // of the lists of tiles, where these are drawn one by one
+  uint padding;
 };
 
 // A list of clusters, begun with the arguments of the dispatch that draws them.

@@ -7,6 +7,7 @@
 #include "image_types.h"
 #include "light_types.h"
 #include "material_types.h"
+#include "output_types.h"
 #include "pose_types.h"
 #include "raster_types.h"
 

@@ -69,7 +69,7 @@ void RenderBench::record_and_submit(const state::PoseState& poses, const passes:
   readback_.submitted(frames_.submit());
 }
 
-void RenderBench::take(std::vector<sinks::FrameImage>& images, bool all) {
+void RenderBench::collect(std::vector<sinks::FrameImage>& images, bool all) {
   auto add = [&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
     sinks::FrameImage& image = images.emplace_back();
     image.width = extent.width;
@@ -86,9 +86,38 @@ void RenderBench::take(std::vector<sinks::FrameImage>& images, bool all) {
 sinks::FrameImage RenderBench::draw(const state::PoseState& poses, const passes::View& view) {
   record_and_submit(poses, view);
   std::vector<sinks::FrameImage> images;
-  take(images, true);
+  collect(images, true);
   images.back().shown = poses.shown();
   return std::move(images.back());
+}
+
+Taken RenderBench::take(const state::PoseState& poses, const passes::View& view,
+                        const passes::ImageOutputs& outputs, passes::CameraHistory* history) {
+  return take(poses, std::span(&view, 1), outputs, std::span(history, history ? 1 : 0));
+}
+
+Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::View> views,
+                        const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories) {
+  gpu::Recorder& recorder = frames_.begin();
+  renderer_.record(recorder, frames_.belt(), poses, views, outputs, histories);
+  Taken taken;
+  passes::ReadbackBelt<int>::Planes planes;
+  if (outputs.any_plane()) {
+    taken.places = renderer_.plane_places();
+    planes = {&renderer_.planes(), passes::bytes_of(taken.places)};
+  }
+  readback_.record(recorder, outputs.color_srgb8 ? &renderer_.image() : nullptr, renderer_.image().extent,
+                   planes, 0);
+  readback_.submitted(frames_.submit());
+  readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> bytes) {
+    const auto colors =
+        static_cast<std::ptrdiff_t>(outputs.color_srgb8 ? 4 * extent.width * extent.height : 0);
+    taken.image.width = extent.width;
+    taken.image.height = extent.height;
+    taken.image.rgba8.assign(bytes.begin(), bytes.begin() + colors);
+    taken.planes.assign(bytes.begin() + colors, bytes.end());
+  });
+  return taken;
 }
 
 std::vector<sinks::FrameImage> RenderBench::draw_on(state::PoseState& poses,
@@ -97,9 +126,9 @@ std::vector<sinks::FrameImage> RenderBench::draw_on(state::PoseState& poses,
   for (const state::RestPose& rest : moved) {
     poses.set_rest(rest);
     record_and_submit(poses, first_camera_view(scene_, poses, renderer_.extent()));
-    take(images, false);
+    collect(images, false);
   }
-  take(images, true);
+  collect(images, true);
   return images;
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <memory>
 
 #include "renderer/gpu/device.h"
@@ -20,6 +21,26 @@ gpu::Device& device();
 // The same one, opened once more.
 std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute);
 
+// An image with its planes.
+struct Taken {
+  sinks::FrameImage image;  // colours, where they were wanted
+  std::vector<passes::PlanePlace> places;
+  std::vector<uint8_t> planes;
+
+  // T: float, uint32_t, a vector: what the plane's pixels are made of.
+  template <typename T>
+  std::vector<T> plane(passes::Plane wanted) const {
+    for (const passes::PlanePlace& place : places) {
+      if (place.plane != wanted) continue;
+      std::vector<T> pixels(place.size_bytes / sizeof(T));
+      std::memcpy(pixels.data(), planes.data() + place.offset_bytes, place.size_bytes);
+      return pixels;
+    }
+    ADD_FAILURE() << "the image has no such plane";
+    return {};
+  }
+};
+
 // Draws one image and waits for it.
 class RenderBench {
  public:
@@ -27,6 +48,11 @@ class RenderBench {
               gpu::Device& on = device());
 
   sinks::FrameImage draw(const state::PoseState& poses, const passes::View& view);
+  Taken take(const state::PoseState& poses, const passes::View& view, const passes::ImageOutputs& outputs,
+             passes::CameraHistory* history = nullptr);
+  // As many as set_size() has been told: one below the other.
+  Taken take(const state::PoseState& poses, std::span<const passes::View> views,
+             const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories = {});
   // From the scene's first camera, everything at rest.
   sinks::FrameImage draw_at_rest();
   // Draws as many images as there are poses, without waiting for one before the next. From the first camera.
@@ -38,7 +64,7 @@ class RenderBench {
 
  private:
   void record_and_submit(const state::PoseState& poses, const passes::View& view);
-  void take(std::vector<sinks::FrameImage>& images, bool all);
+  void collect(std::vector<sinks::FrameImage>& images, bool all);
 
   const scene::Scene& scene_;
   gpu::FrameRing frames_;

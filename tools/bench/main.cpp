@@ -9,6 +9,7 @@
 #include "tools/bench/publish_command.h"
 #include "tools/bench/record_bench.h"
 #ifdef FIRE3DV_BENCH_FRAMES
+#include "tools/bench/cameras_command.h"
 #include "tools/bench/frame_command.h"
 #include "tools/bench/ingest_bench.h"
 #endif
@@ -104,6 +105,10 @@ int run(int argc, char** argv) {
   CLI::App* const images = app.add_subcommand(
       "images", "times from new poses to the image in memory, of one glTF scene whose objects turn");
   fire3dv::bench::add_image_options(*images, image_options);
+  fire3dv::bench::CamerasOptions cameras_options;
+  CLI::App* const cameras =
+      app.add_subcommand("cameras", "images a second of many cameras of one glTF scene, read back to memory");
+  fire3dv::bench::add_cameras_options(*cameras, cameras_options);
 #endif
 
   try {
@@ -125,6 +130,11 @@ int run(int argc, char** argv) {
     if (auto checked = fire3dv::bench::check_frame_options(frame_options); !checked)
       return usage_error(checked.error().message);
     return fire3dv::bench::run_frames(frame_options);
+  }
+  if (*cameras) {
+    if (auto checked = fire3dv::bench::check_draw_options(cameras_options.draw); !checked)
+      return usage_error(checked.error().message);
+    return fire3dv::bench::run_cameras(cameras_options);
   }
   if (auto checked = fire3dv::bench::check_draw_options(image_options.draw); !checked)
     return usage_error(checked.error().message);

@@ -1,0 +1,129 @@
+#include "renderer/passes/outputs_pass.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+
+std::vector<gpu_types::PartLabels> labels_of_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
+  std::vector<gpu_types::PartLabels> labels(gpu_scene.part_count);
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    const uint32_t end =
+        n + 1 < scene.nodes.size() ? gpu_scene.first_part_of_node[n + 1] : gpu_scene.part_count;
+    for (uint32_t part = gpu_scene.first_part_of_node[n]; part < end; ++part)
+      labels[part] = {n + 1, scene.nodes[n].semantic};
+  }
+  return labels;
+}
+
+}  // namespace
+
+OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples)
+    : device_(device),
+      layout_(layout),
+      pipeline_(gpu::create_compute_pipeline(
+          device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Make::when_used)),
+      samples_(samples) {}
+
+void OutputsPass::begin(const ImageOutputs& outputs, VkExtent2D extent, uint32_t views) {
+  extent_ = extent;
+  places_ = place_planes(outputs, extent.width, extent.height * views);
+  const VkDeviceSize bytes = bytes_of(places_);
+  if (bytes == 0 || (planes_ && planes_.size_bytes >= bytes)) return;
+  planes_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+}
+
+VkDeviceAddress OutputsPass::address_of(Plane plane) const {
+  for (const PlanePlace& place : places_) {
+    if (place.plane == plane) return planes_.address + place.offset_bytes;
+  }
+  return 0;
+}
+
+void OutputsPass::upload_labels(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Taken& taken) {
+  const std::vector<gpu_types::PartLabels> labels = labels_of_parts(taken.scene, taken.gpu_scene);
+  const VkDeviceSize bytes = labels.size() * sizeof(gpu_types::PartLabels);
+  labels_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  if (bytes == 0) return;
+  const gpu::UploadBelt::Piece piece = belt.write(std::span<const gpu_types::PartLabels>(labels));
+  recorder.pass("labels", {Use(labels_, access::transfer_write)}, [&](VkCommandBuffer commands) {
+    const VkBufferCopy copy{piece.offset, 0, bytes};
+    vkCmdCopyBuffer(commands, piece.buffer, labels_.get(), 1, &copy);
+  });
+}
+
+gpu_types::OutputsWanted OutputsPass::wanted_of(const Taken& taken, uint32_t view,
+                                                const CameraHistory* last) const {
+  const auto address = [&](Plane plane) -> VkDeviceAddress {
+    const VkDeviceAddress first = address_of(plane);
+    const VkDeviceSize view_bytes =
+        VkDeviceSize{format_of(plane).pixel_bytes} * extent_.width * extent_.height;
+    return first ? first + view * view_bytes : 0;
+  };
+  gpu_types::OutputsWanted wanted{};
+  wanted.depth = address(Plane::depth_f32);
+  wanted.instance = address(Plane::instance_u32);
+  wanted.semantic = address(Plane::semantic_u32);
+  wanted.normal = address(Plane::normal_f16);
+  wanted.motion = address(Plane::motion_f32);
+  wanted.labels = labels_.address;
+  wanted.last_world_from_node = last ? last->world_from_node.address : 0;
+  wanted.last_clip_from_world = last ? last->clip_from_world : glm::mat4(1);
+  wanted.look_world = taken.views[view].look_world;
+  wanted.orthographic = taken.views[view].orthographic ? 1 : 0;
+  return wanted;
+}
+
+void OutputsPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Taken& taken,
+                         std::span<CameraHistory> histories) {
+  if (!labels_) upload_labels(recorder, belt, taken);
+  std::vector<Use> uses{Use(taken.visibility, access::compute_read), Use(labels_, access::compute_read),
+                        Use(planes_, access::compute_write)};
+  taken.gpu_scene.add_reads(uses, access::compute_read);
+  const VkDeviceSize view_bytes = VkDeviceSize{8} * samples_ * extent_.width * extent_.height;
+  std::vector<gpu_types::OutputsPush> pushes;
+  for (uint32_t view = 0; view < taken.views.size(); ++view) {
+    CameraHistory* const last =
+        view < histories.size() && histories[view].scene == scenes_ ? &histories[view] : nullptr;
+    if (last) uses.emplace_back(last->world_from_node, access::compute_read);
+    const gpu_types::OutputsWanted wanted = wanted_of(taken, view, last);
+    pushes.push_back({taken.globals[view], taken.visibility.address + view * view_bytes,
+                      belt.write(std::span<const gpu_types::OutputsWanted>(&wanted, 1)).address});
+  }
+  recorder.pass("outputs", uses, [&](VkCommandBuffer commands) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
+    const VkDescriptorSet set = taken.gpu_scene.textures.set();
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
+    for (const gpu_types::OutputsPush& push : pushes) {
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+    }
+  });
+  if (address_of(Plane::motion_f32)) keep_histories(recorder, taken, histories);
+}
+
+void OutputsPass::keep_histories(gpu::Recorder& recorder, const Taken& taken,
+                                 std::span<CameraHistory> histories) {
+  gpu::Buffer& now = taken.gpu_scene.world_from_node;
+  const VkDeviceSize bytes = taken.gpu_scene.node_facts_offset;
+  std::vector<Use> uses{Use(now, access::transfer_read)};
+  for (size_t view = 0; view < histories.size(); ++view) {
+    CameraHistory& history = histories[view];
+    if (!history.world_from_node || history.world_from_node.size_bytes < bytes) {
+      history.world_from_node =
+          gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+    }
+    history.clip_from_world = taken.views[view].clip_from_world;
+    history.scene = scenes_;
+    uses.emplace_back(history.world_from_node, access::transfer_write);
+  }
+  if (bytes == 0) return;
+  recorder.pass("keep poses", uses, [&](VkCommandBuffer commands) {
+    const VkBufferCopy copy{0, 0, bytes};
+    for (const CameraHistory& history : histories)
+      vkCmdCopyBuffer(commands, now.get(), history.world_from_node.get(), 1, &copy);
+  });
+}
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Planes and boxes beside the colours of an image, as files: they agree with the picture, and with where things are."""
+import ast
+import json
+import os
+import struct
+
+from harness import main
+from pictures import HALF_SQUARE, PLACE_AT_REST, SIZE, SQUARES, check, write_scene
+
+NAMES = ["linear", "depth", "instance", "semantic", "normal", "motion"]
+
+
+def read_npy(path):
+    """Pixels by rows, each a tuple."""
+    with open(path, "rb") as file:
+        data = file.read()
+    check(data[:8] == b"\x93NUMPY\x01\x00", f"{path} begins with {data[:8]}")
+    begin = 10 + struct.unpack_from("<H", data, 8)[0]
+    check(begin % 64 == 0, f"{path}: numbers begin at {begin}")
+    head = ast.literal_eval(data[10:begin].decode().strip())
+    kind = {"<f2": "e", "<f4": "f", "<u4": "I"}[head["descr"]]
+    shape = head["shape"]
+    channels = shape[2] if len(shape) == 3 else 1
+    check(shape[:2] == (SIZE[1], SIZE[0]), f"{path} is of {shape}")
+    row = struct.Struct(f"<{shape[1] * channels}{kind}")
+    check(len(data) == begin + shape[0] * row.size, f"{path} has {len(data)} bytes")
+    rows = [row.unpack_from(data, begin + y * row.size) for y in range(shape[0])]
+    return [[values[x * channels:(x + 1) * channels] for x in range(shape[1])] for values in rows]
+
+
+def instances(renderer):
+    with open(os.path.join(renderer.folder, "instances.jsonl"), encoding="utf-8") as file:
+        return {entry["name"]: entry for entry in map(json.loads, file)}
+
+
+def write_classes(path):
+    """The squares' scene again, with a class for two of them."""
+    with open(path, "rb") as file:
+        data = file.read()
+    length = struct.unpack_from("<I", data, 12)[0]
+    document = json.loads(data[20:20 + length])
+    for node, semantic in ((0, 7), (1, 3_000_000_000)):
+        document["nodes"][node]["extras"] = {"semantic": semantic, "other": {"is": "left alone"}}
+    document["nodes"][2]["extras"] = {"semantic": "blue"}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length:]
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 20 + len(text) + len(rest)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text + rest)
+
+
+def all_outputs(test):
+    scene = test.path("classes.glb")
+    write_scene(scene)
+    write_classes(scene)
+    renderer = test.renderer("--frames", "2", "--outputs", "color," + ",".join(NAMES) + ",boxes2d,boxes3d",
+                             "--samples", "1", "--fxaa", "off", scene=scene)
+    renderer.expect_exit(0)
+    check(renderer.find_err(r"nodes\[2\].extras.semantic is not a whole number"), "a word passes for a class")
+    frames = renderer.frames()
+    check(len(frames) == 2, f"{len(frames)} frames")
+    frame = frames[1]
+    check(sorted(frame["planes"]) == sorted(NAMES), f"planes are {frame['planes']}")
+    planes = {name: read_npy(os.path.join(renderer.folder, file)) for name, file in frame["planes"].items()}
+    picture = renderer.picture(frame)
+    known = instances(renderer)
+    classes = {"red": 7, "green": 3_000_000_000, "blue": 0}
+    check({name: known[name]["semantic"] for name in SQUARES} == classes, f"classes are {known}")
+    for name, (colour, row) in SQUARES.items():
+        instance = known[name]["instance"]
+        x0, y0 = int(SIZE[0] / 2 + PLACE_AT_REST - HALF_SQUARE), int(SIZE[1] / 2 - row - HALF_SQUARE)
+        here = [(x, y) for y in range(SIZE[1]) for x in range(SIZE[0]) if planes["instance"][y][x] == (instance,)]
+        side = 2 * HALF_SQUARE
+        check(here == [(x, y) for y in range(y0, y0 + side) for x in range(x0, x0 + side)],
+              f"{name} is labelled at {here[:3]}..., not from {x0}, {y0}")
+        for x, y in here:
+            check(planes["depth"][y][x] == (50,), f"{name} is {planes['depth'][y][x]} m away, not 50")
+            check(planes["semantic"][y][x] == (classes[name],), f"{name} is of class {planes['semantic'][y][x]}")
+            check(planes["normal"][y][x] == (0, 0, 1, 0), f"{name}'s normal is {planes['normal'][y][x]}")
+            check(planes["motion"][y][x] == (0, 0), f"{name} moves by {planes['motion'][y][x]}")
+            check(planes["linear"][y][x] == (*colour, 1), f"{name} shines with {planes['linear'][y][x]}")
+            seen = picture.pixel(x, y)
+            check([c > 100 for c in seen] == [bool(c) for c in colour], f"{name} is {seen} in the picture")
+        box = next(b for b in frame["boxes2d"] if b["instance"] == instance)
+        check(box == {"instance": instance, "semantic": classes[name], "box": [x0, y0, x0 + side, y0 + side],
+                      "pixels": side * side}, f"{name}: {box}")
+        cube = next(b for b in frame["boxes3d"] if b["instance"] == instance)["world_from_box"]
+        check(cube == [side, 0, 0, PLACE_AT_REST, 0, side, 0, row, 0, 0, 0, 0], f"{name}: {cube}")
+    nothing = planes["depth"][0][0] == (float("inf"),) and planes["instance"][0][0] == (0,)
+    check(nothing and planes["semantic"][0][0] == (0,), "the background is not told apart")
+
+
+def planes_alone(test):
+    """No colour is written, nor listed, where none is wanted; and boxes can be had alone."""
+    renderer = test.renderer("--frames", "1", "--outputs", "boxes2d,depth")
+    renderer.expect_exit(0)
+    files = sorted(os.listdir(renderer.folder))
+    check(files == ["frame_000000.depth.npy", "frames.jsonl", "instances.jsonl"], f"there are {files}")
+    frame, = renderer.frames()
+    check("file" not in frame and len(frame["boxes2d"]) == 3 and "boxes3d" not in frame, f"{frame}")
+
+
+def refusals(test):
+    for arguments, says in ((["--outputs", "depth,dept"], 'no output "dept"'),
+                            (["--outputs", "depth,depth"], '"depth" is named twice')):
+        renderer = test.renderer("--frames", "1", *arguments)
+        renderer.expect_exit(2)
+        check(renderer.find_err(f"--outputs: .*{says}"), renderer.stderr_text())
+    renderer = test.renderer("--frames", "1", "--outputs", "depth", "--raster", "forward")
+    renderer.expect_exit(1)
+    check(renderer.find_err("--outputs: .*leave --raster forward out"), renderer.stderr_text())
+
+
+if __name__ == "__main__":
+    main({"all": all_outputs, "alone": planes_alone, "refusals": refusals}, ["fire3dv"])

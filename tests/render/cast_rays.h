@@ -1,0 +1,44 @@
+// What a camera sees of a scene's triangles, by formulas in double precision: an oracle for planes of images.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <vector>
+
+#include "renderer/passes/view.h"
+
+namespace fire3dv::test {
+
+// Seen from the side from which its corners run counter-clockwise.
+struct Face {
+  uint32_t instance;
+  glm::dvec3 corner_world[3];
+};
+
+// All triangles of the scene, with each node where it is told to be.
+std::vector<Face> faces_of(const scene::Scene& scene, const std::vector<glm::mat4>& world_from_node);
+
+struct Hit {
+  uint32_t instance = 0;  // 0: nothing
+  size_t face = SIZE_MAX;
+  double depth_m = 0;  // along the axis
+  glm::dvec3 point_world{0};
+  glm::dvec3 normal_world{0};
+};
+
+// A camera by its intrinsics and pose. (0, 0) is the middle of the top left pixel.
+struct Eye {
+  passes::Intrinsics intrinsics;
+  glm::dmat4 world_from_camera;
+
+  Hit cast(const std::vector<Face>& faces, glm::dvec2 place_px) const;
+  // The same, if it is certain: no other face lies within a hundredth of a pixel.
+  std::optional<Hit> cast_surely(const std::vector<Face>& faces, glm::dvec2 place_px) const;
+  // Where the line of sight meets this one, whatever lies before it.
+  std::optional<double> depth_of(const Face& face, glm::dvec2 place_px) const;
+  glm::dvec2 project(const glm::dvec3& world) const;
+  glm::dvec3 ray_world(glm::dvec2 place_px) const;  // its part along the look is 1
+};
+
+}  // namespace fire3dv::test

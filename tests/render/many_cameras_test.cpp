@@ -1,0 +1,166 @@
+// Many cameras in one submission: each has, to the bit, what it has alone.
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "tests/render/render_bench.h"
+#include "tests/render/scene_builder.h"
+
+namespace fire3dv::test {
+namespace {
+
+using passes::Plane;
+
+constexpr VkExtent2D kExtent{48, 40};
+constexpr uint32_t kViews = 7;
+
+// Opaque and alpha-masked things, small and large triangles, and a light.
+scene::Scene stage() {
+  SceneBuilder builder;
+  scene::Material sieve = matte({0.9f, 0.8f, 0.2f});
+  sieve.alpha_mode = scene::AlphaMode::mask;
+  sieve.double_sided = true;
+  sieve.base_color_texture.texture = builder.texture(16, 16, true, [](float u, float v) {
+    return glm::vec4(1, 1, 1, std::fmod(u * 4, 1.0f) < 0.5f || std::fmod(v * 4, 1.0f) < 0.5f ? 1 : 0);
+  });
+  builder.mesh_node("floor", builder.quad(builder.material(matte({0.5f, 0.6f, 0.7f})), 20), glm::mat4(1));
+  builder.mesh_node("ball", builder.sphere(builder.material(matte({0.8f, 0.2f, 0.2f})), 0.6f, 64),
+                    at({0, 0.7f, 0}));
+  builder.mesh_node("box", builder.box(builder.material(matte({0.2f, 0.7f, 0.3f})), {0.3f, 0.8f, 0.3f}),
+                    at({1.2f, 0.8f, -0.5f}));
+  builder.mesh_node("sieve", builder.quad(builder.material(sieve), 0.8f),
+                    at({-1, 1, 0.5f}) * glm::rotate(glm::mat4(1), 1.2f, glm::vec3(1, 0, 0.3f)));
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({-1, -2, -0.5f}));
+  builder.camera_node("camera", {0, 2, 5}, {0, 0.5f, 0});
+  return builder.build();
+}
+
+// Around the scene, near and far, each with a lens and an exposure of its own.
+std::vector<passes::View> views() {
+  std::vector<passes::View> views;
+  for (uint32_t i = 0; i < kViews; ++i) {
+    const float angle = 0.9f * static_cast<float>(i), distance_m = 2.5f + static_cast<float>(i);
+    passes::Intrinsics k;
+    k.fx_px = k.fy_px = 40 + 5 * static_cast<float>(i);
+    k.cx_px = 20 + static_cast<float>(i);
+    k.cy_px = 20;
+    k.image_px = {kExtent.width, kExtent.height};
+    views.push_back(passes::make_view(
+        k, passes::look_at_pose({distance_m * std::sin(angle), 1.5f, distance_m * std::cos(angle)},
+                                {0, 0.6f, 0})));
+    views.back().exposure = 0.5f + 0.2f * static_cast<float>(i);
+  }
+  return views;
+}
+
+template <typename T>
+std::vector<T> part(const std::vector<T>& whole, uint32_t view, size_t size) {
+  const auto begin = whole.begin() + static_cast<std::ptrdiff_t>(view * size);
+  return {begin, begin + static_cast<std::ptrdiff_t>(size)};
+}
+
+passes::DrawSettings settings_of(uint32_t samples, passes::ShadowMethod shadows) {
+  passes::DrawSettings settings;
+  settings.samples = samples;
+  settings.shadows.method = shadows;
+  settings.post.fxaa = false;  // many have none
+  return settings;
+}
+
+struct Case {
+  uint32_t samples;
+  passes::ShadowMethod shadows;
+};
+class ManyCameras : public ValidationIsSilent, public ::testing::WithParamInterface<Case> {};
+class MoreCameras : public ValidationIsSilent {};
+
+TEST_P(ManyCameras, EachHasWhatItHasAlone) {
+  const scene::Scene scene = stage();
+  state::PoseState poses(scene);
+  state::RestPose moved = state::rest_pose(scene);
+  moved.parent_from_node[1] = moved.world_from_node[1] = at({0.3f, 0.9f, 0.2f});
+  const std::vector<passes::View> views = test::views();
+  passes::ImageOutputs outputs;
+  outputs.planes.fill(true);
+  outputs[Plane::color_linear_f16] = false;
+  RenderBench one(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
+  RenderBench many(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
+  many.renderer().set_size(kExtent, kViews);
+  std::vector<passes::CameraHistory> histories(kViews), histories_alone(kViews);
+  for (int image = 0; image < 2; ++image) {
+    const Taken all = many.take(poses, views, outputs, histories);
+    ASSERT_EQ(all.image.height, kExtent.height * kViews);
+    constexpr size_t kPixels = size_t{kExtent.width} * kExtent.height;
+    for (uint32_t v = 0; v < kViews; ++v) {
+      SCOPED_TRACE(v);
+      const Taken alone = one.take(poses, views[v], outputs, &histories_alone[v]);
+      EXPECT_EQ(part(all.image.rgba8, v, 4 * kPixels), alone.image.rgba8);
+      EXPECT_EQ(part(all.plane<uint32_t>(Plane::depth_f32), v, kPixels),
+                alone.plane<uint32_t>(Plane::depth_f32));
+      EXPECT_EQ(part(all.plane<uint32_t>(Plane::instance_u32), v, kPixels),
+                alone.plane<uint32_t>(Plane::instance_u32));
+      EXPECT_EQ(part(all.plane<uint64_t>(Plane::normal_f16), v, kPixels),
+                alone.plane<uint64_t>(Plane::normal_f16));
+      EXPECT_EQ(part(all.plane<uint64_t>(Plane::motion_f32), v, kPixels),
+                alone.plane<uint64_t>(Plane::motion_f32));
+    }
+    poses.set_rest(moved);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Ways, ManyCameras,
+                         ::testing::Values(Case{1, passes::ShadowMethod::off},
+                                           Case{4, passes::ShadowMethod::off},
+                                           Case{4, passes::ShadowMethod::map},
+                                           Case{1, passes::ShadowMethod::ray}));
+
+// Two sizes and two sets of outputs in one submission, of which the first needs no shadows.
+TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
+  const scene::Scene scene = stage();
+  const state::PoseState poses(scene);
+  const std::vector<passes::View> views = test::views();
+  passes::ImageOutputs labels;
+  labels.color_srgb8 = false;
+  labels[Plane::instance_u32] = true;
+  const passes::DrawSettings settings = settings_of(4, passes::ShadowMethod::ray);
+  RenderBench alone(scene, kExtent, settings), bench(scene, kExtent, settings);
+  const Taken labels_alone = alone.take(poses, views[1], labels);
+  const sinks::FrameImage first_alone = alone.draw(poses, views[2]);
+  const sinks::FrameImage second_alone = alone.draw(poses, views[4]);
+
+  passes::SceneRenderer& renderer = bench.renderer();
+  passes::ReadbackBelt<int> readback(device());
+  gpu::Recorder& recorder = bench.frames().begin();
+  gpu::UploadBelt& belt = bench.frames().belt();
+  renderer.record(recorder, belt, poses, std::span(&views[1], 1), labels, {});
+  readback.record(recorder, nullptr, kExtent, {&renderer.planes(), passes::bytes_of(renderer.plane_places())},
+                  0);
+  const std::vector<passes::View> two{views[2], views[4]};
+  renderer.set_size(kExtent, 2);
+  renderer.record(recorder, belt, poses, two, {}, {}, passes::OfFrame::further);
+  readback.record(recorder, renderer.image(), 1);
+  readback.submitted(bench.frames().submit());
+  std::vector<std::vector<uint8_t>> taken(2);
+  readback.drain([&](int index, VkExtent2D, std::span<const uint8_t> bytes) {
+    taken[static_cast<size_t>(index)].assign(bytes.begin(), bytes.end());
+  });
+  EXPECT_EQ(taken[0], labels_alone.planes);
+  const size_t half = taken[1].size() / 2;
+  EXPECT_EQ(part(taken[1], 0, half), first_alone.rgba8);
+  EXPECT_EQ(part(taken[1], 1, half), second_alone.rgba8);
+}
+
+TEST_F(MoreCameras, WhatTheyCannotTakeIsSaid) {
+  SceneBuilder builder;
+  scene::Material glass = matte({1, 1, 1});
+  glass.alpha_mode = scene::AlphaMode::blend;
+  glass.base_color.a = 0.5f;
+  builder.mesh_node("pane", builder.quad(builder.material(glass), 1), glm::mat4(1));
+  builder.camera_node("camera", {0, 2, 5}, {0, 0, 0});
+  const scene::Scene scene = builder.build();
+  RenderBench bench(scene, kExtent);
+  EXPECT_TRUE(bench.renderer().can_take({}, 1));
+  EXPECT_FALSE(bench.renderer().can_take({}, 2));
+}
+
+}  // namespace
+}  // namespace fire3dv::test
