@@ -19,6 +19,7 @@ constexpr uint64_t kMs = 1'000'000;
 
 inline Bytes description(uint64_t epoch, const std::string& name = "arm", uint32_t nodes = 3) {
   wire::StreamDescription result;
+  result.protocol_minor = 1;  // as in recordings/, which stay as they are
   result.epoch = epoch;
   result.adapter_name = name;
   for (uint32_t i = 0; i < nodes; ++i) result.node_names.push_back("link_" + std::to_string(i));
