@@ -246,17 +246,19 @@ int record_read(const RecordReadOptions& options) {
   if (!playback) return fail(playback.error().message);
   const double open_ms = static_cast<double>(transport::monotonic_ns() - opened_at_ns) * 1e-6;
   record::Played played;
-  std::vector<double> seek_ms;
+  std::vector<double> seek_ms, seek_cpu_ms;
   const uint64_t length_ns = playback->end_ns() - playback->start_ns();
   for (uint32_t i = 0; i < options.seeks; ++i) {
     const uint64_t at_ns = playback->start_ns() + length_ns / 1000 * (uint64_t{i} * 7919 % 1000);
     const int64_t begun_ns = transport::monotonic_ns();
+    const double begun_s = cpu_seconds();
     playback->seek(at_ns);
     // The state of the stream then, and the first pose from there on.
     while (playback->next(played) == record::Playback::Step::played &&
            played.kind != record::Played::Kind::pose) {
     }
     seek_ms.push_back(static_cast<double>(transport::monotonic_ns() - begun_ns) * 1e-6);
+    seek_cpu_ms.push_back((cpu_seconds() - begun_s) * 1e3);
     if (played.kind != record::Played::Kind::pose || played.log_time_ns < at_ns)
       return fail("a seek gave another moment");
   }
@@ -275,12 +277,14 @@ int record_read(const RecordReadOptions& options) {
   }
   const double read_s = static_cast<double>(transport::monotonic_ns() - begun_ns) * 1e-9;
   std::printf(
-      "{\"open_ms\":%.3f,\"seek_median_ms\":%.3f,\"seek_longest_ms\":%.3f,\"messages\":%llu,\"messages_per_"
+      "{\"open_ms\":%.3f,\"seek_median_ms\":%.3f,\"seek_longest_ms\":%.3f,\"seek_longest_cpu_ms\":%.3f,"
+      "\"messages\":%llu,\"messages_per_"
       "s\":%.0f,"
       "\"mb_per_s\":%.1f,\"read_s\":%.3f,\"peak_rss_mb\":%.1f,\"chunks\":%zu}\n",
-      open_ms, seeks.median, seeks.most, static_cast<unsigned long long>(messages),
-      static_cast<double>(messages) / read_s, static_cast<double>(bytes) / 1e6 / read_s, read_s,
-      peak_rss_mb(), playback->reader().index().chunks.size());
+      open_ms, seeks.median, seeks.most, summarise(seek_cpu_ms).most,
+      static_cast<unsigned long long>(messages), static_cast<double>(messages) / read_s,
+      static_cast<double>(bytes) / 1e6 / read_s, read_s, peak_rss_mb(),
+      playback->reader().index().chunks.size());
   return 0;
 }
 

