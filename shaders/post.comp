@@ -19,8 +19,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer Ha
 const float kLargestHalf = 65504;
 
 void main() {
-  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (pixel.x >= push.width || pixel.y >= push.height) return;
+  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(push.first_x, push.first_y);
+  if (pixel.x >= push.end_x || pixel.y >= push.end_y) return;
   vec3 sum = vec3(0);
   for (int i = 0; i < push.samples; ++i) sum += display_linear(texelFetch(hdr, pixel, i).rgb, push.exposure, push.tone_map);
   imageStore(result, pixel, vec4(encode_srgb(sum / push.samples), 1));
@@ -28,5 +28,5 @@ void main() {
   vec3 light = vec3(0);
   for (int i = 0; i < push.samples; ++i) light += texelFetch(hdr, pixel, i).rgb;
   light = min(light / push.samples, vec3(kLargestHalf));
-  HalfsOut(push.linear).at[pixel.y * push.width + pixel.x] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, 1)));
+  HalfsOut(push.linear).at[pixel.y * push.end_x + pixel.x] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, 1)));
 }

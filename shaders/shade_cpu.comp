@@ -16,12 +16,13 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };
-#ifndef FIRE3DV_UNRESOLVED
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
-#elif FIRE3DV_SAMPLES == 4
+#ifdef FIRE3DV_UNRESOLVED
+#if FIRE3DV_SAMPLES == 4
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2DMS hdr;
 #else
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
+#endif
 #endif
 
 struct HeldShadow {
@@ -139,16 +140,27 @@ uvec2 pixel_of_lane() {
 
 vec3 sum;  // of the pixel's samples, as they are displayed
 
-void put(uvec2 pixel, vec3 color, uint samples) {
-#ifndef FIRE3DV_UNRESOLVED
-  sum += display_linear(color, push.exposure, push.tone_map) * bitCount(samples);
-#elif FIRE3DV_SAMPLES == 4
-  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-    if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
-  }
-#else
-  imageStore(hdr, ivec2(pixel), vec4(color, 1));
+#ifdef FIRE3DV_UNRESOLVED
+bool is_left(uvec2 pixel) {
+  return all(greaterThanEqual(pixel, uvec2(push.left_x, push.left_y))) &&
+         all(lessThan(pixel, uvec2(push.left_end_x, push.left_end_y)));
+}
 #endif
+
+void put(uvec2 pixel, vec3 color, uint samples) {
+#ifdef FIRE3DV_UNRESOLVED
+  if (is_left(pixel)) {
+#if FIRE3DV_SAMPLES == 4
+    for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
+      if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
+    }
+#else
+    imageStore(hdr, ivec2(pixel), vec4(color, 1));
+#endif
+    return;
+  }
+#endif
+  sum += display_linear(color, push.exposure, push.tone_map) * bitCount(samples);
 }
 
 #ifdef FIRE3DV_FIND_SHADOWS
@@ -198,9 +210,10 @@ void main() {
     put(pixel, further_color, shaded_samples);
   }
 #endif
-#ifndef FIRE3DV_UNRESOLVED
-  imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
+#ifdef FIRE3DV_UNRESOLVED
+  if (!is_left(pixel))
 #endif
+    imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
 #ifdef FIRE3DV_FIND_SHADOWS
   const bool own = is_own_pixel();
   if (own && wanted_rays != 0) UintsRef(globals.value.shadow_mask).at[shaded_pixel] = known_shadows;

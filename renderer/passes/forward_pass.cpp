@@ -172,7 +172,7 @@ void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stag
   depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   depth.clearValue.depthStencil = {0, 0};
   VkRenderingInfo rendering{VK_STRUCTURE_TYPE_RENDERING_INFO};
-  rendering.renderArea = {{0, 0}, targets.extent};
+  rendering.renderArea = frame.area;
   rendering.layerCount = 1;
   rendering.colorAttachmentCount = stage == Stage::color ? 1 : 0;
   rendering.pColorAttachments = &color;

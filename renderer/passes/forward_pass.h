@@ -31,7 +31,8 @@ class ForwardPass {
     const Background& background;
     ShadowPass* shadows;  // null: none, or rays in the fragment shader
     gpu::Buffer* visibility =
-        nullptr;  // given: only what goes on top of this, whose colour is in the target already
+        nullptr;    // given: only what goes on top of this, whose colour is in the target already
+    VkRect2D area;  // of the image, beyond which nothing is drawn
   };
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Frame& frame);
   void forget() { commands_revision_ = UINT64_MAX; }

@@ -49,15 +49,17 @@ void ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) {
 }
 
 void ImageFilter::record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out,
-                         const void* push, uint32_t push_bytes, gpu::Buffer* also_written) {
-  std::vector<Use> uses{Use(in, access::compute_sample), Use(out, access::compute_write, true)};
+                         const void* push, uint32_t push_bytes, gpu::Buffer* also_written, VkExtent2D part) {
+  const bool all = part.width == 0;
+  if (all) part = out.extent;
+  std::vector<Use> uses{Use(in, access::compute_sample), Use(out, access::compute_write, all)};
   if (also_written) uses.emplace_back(*also_written, access::compute_write);
   recorder.pass(name, uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &set_.get(), 0,
                             nullptr);
     vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, push_bytes, push);
-    vkCmdDispatch(commands, (out.extent.width + 7) / 8, (out.extent.height + 7) / 8, 1);
+    vkCmdDispatch(commands, (part.width + 7) / 8, (part.height + 7) / 8, 1);
   });
 }
 

@@ -17,17 +17,18 @@ class ImageFilter {
 
   void bind(const gpu::Image& in, const gpu::Image& out);  // after each change of size
 
-  // also_written: a buffer that the push names; may be null.
+  // also_written: a buffer that the push names; may be null. part: of the image, from its corner on; what
+  // else is in `out` stays. Of no size: all of it.
   template <typename Push>
   void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const Push& push,
-              gpu::Buffer* also_written = nullptr) {
+              gpu::Buffer* also_written = nullptr, VkExtent2D part = {0, 0}) {
     static_assert(sizeof(Push) <= gpu::kPushConstantBytes);
-    record(recorder, name, in, out, &push, sizeof(Push), also_written);
+    record(recorder, name, in, out, &push, sizeof(Push), also_written, part);
   }
 
  private:
   void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const void* push,
-              uint32_t push_bytes, gpu::Buffer* also_written);
+              uint32_t push_bytes, gpu::Buffer* also_written, VkExtent2D part);
 
   gpu::Device& device_;
   gpu::SetLayout set_layout_;

@@ -29,15 +29,20 @@ void PostPass::bind(const Targets& targets) {
 }
 
 void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
-                      const Linear& linear) {
+                      const Linear& linear, const VkRect2D& part) {
+  if (part.extent.width == 0) return smooth(recorder, targets, settings);
+  const bool whole = part.extent.width == targets.extent.width && part.extent.height == targets.extent.height;
   gpu_types::PostPush push{};
   push.linear = linear.address;
-  push.width = targets.extent.width;
-  push.height = targets.extent.height;
+  push.first_x = static_cast<uint32_t>(part.offset.x);
+  push.first_y = static_cast<uint32_t>(part.offset.y);
+  push.end_x = push.first_x + part.extent.width;
+  push.end_y = push.first_y + part.extent.height;
   push.samples = targets.samples;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
-  tone_map_.record(recorder, "post", targets.hdr, targets.display, push, linear.buffer);
+  tone_map_.record(recorder, "post", targets.hdr, targets.display, push, linear.buffer,
+                   whole ? VkExtent2D{0, 0} : part.extent);
   smooth(recorder, targets, settings);
 }
 

@@ -32,8 +32,9 @@ class PostPass {
     gpu::Buffer* buffer = nullptr;
     VkDeviceAddress address = 0;
   };
-  void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
-              const Linear& linear = {nullptr, 0});
+  // part: what else there is of the image is tone-mapped already.
+  void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings, const Linear& linear,
+              const VkRect2D& part);
   // FXAA alone, of an image that is tone-mapped already.
   void smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
   // The image that record() with these settings leaves its result in.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "renderer/passes/material_records.h"
+#include "renderer/passes/on_top_rect.h"
 #include "renderer/passes/scene_parts.h"
 #include "shaders/shared/types.h"
 
@@ -171,23 +172,28 @@ void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const 
                           std::span<const View> views, std::span<const VkDeviceAddress> globals,
                           const Shading& how) {
   const bool on_top = gpu_scene_->has_on_top, leave_samples = on_top || how.linear.buffer;
+  const VkRect2D whole{{0, 0}, targets_->extent};
+  const VkRect2D on_top_area =
+      how.compute && on_top ? on_top_rect(*gpu_scene_, *scene_, poses, views[0], targets_->extent) : whole;
+  const VkRect2D left = how.linear.buffer || views.size() > 1 ? whole : on_top_area;
   // Which lights reach that, and its colour: in linear HDR where something goes on top, and what a display
   // shows of it.
   if (how.compute) {
-    shade_from_visibility(recorder, views, globals, how.masked, leave_samples);
+    shade_from_visibility(recorder, views, globals, how.masked, leave_samples ? &left : nullptr);
   } else if (how.masked) {
     shadows_.record(recorder, *gpu_scene_, {visibility_->buffer(), visibility_->address_of(0)}, globals[0]);
   }
   if (views.size() > 1) return;
   PostSettings post = settings_.post;
   post.exposure = exposure_of(views[0], post);
-  if (!how.compute || on_top) {
+  if ((!how.compute || on_top) && on_top_area.extent.width != 0) {
     forward_.record(recorder, belt,
                     {*gpu_scene_, *scene_, poses, *targets_, views[0], globals[0], settings_.background,
-                     &shadows_, how.compute ? &visibility_->buffer() : nullptr});
+                     &shadows_, how.compute ? &visibility_->buffer() : nullptr, on_top_area});
   }
   if (!how.compute || leave_samples) {
-    post_.record(recorder, *targets_, post, how.linear);
+    post_.record(recorder, *targets_, post, how.linear,
+                 how.compute && visibility_->shows_the_rest(*gpu_scene_) ? left : whole);
   } else {
     post_.smooth(recorder, *targets_, post);
   }
@@ -195,22 +201,22 @@ void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const 
 
 void SceneRenderer::shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
                                           std::span<const VkDeviceAddress> globals, bool masked,
-                                          bool leave_samples) {
+                                          const VkRect2D* left) {
   const PostSettings& post = settings_.post;
   if (!masked) {
-    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, {0, views, globals}, post, leave_samples);
+    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, {0, views, globals}, post, left);
     return;
   }
   // One after the other, since there is one list of rays and one mask.
   for (uint32_t view = 0; view < views.size(); ++view) {
     const VisibilityPass::Shaded shaded{view, views.subspan(view, 1), globals.subspan(view, 1)};
     if (shadows_.found_while_shading()) {
-      visibility_->shade_and_trace(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, leave_samples);
+      visibility_->shade_and_trace(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, left);
       continue;
     }
     shadows_.record(recorder, *gpu_scene_, {visibility_->buffer(), visibility_->address_of(view)},
                     globals[view]);
-    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, leave_samples);
+    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, left);
   }
 }
 

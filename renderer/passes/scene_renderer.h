@@ -136,7 +136,7 @@ class SceneRenderer {
   void shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
              std::span<const View> views, std::span<const VkDeviceAddress> globals, const Shading& how);
   void shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
-                             std::span<const VkDeviceAddress> globals, bool masked, bool leave_samples);
+                             std::span<const VkDeviceAddress> globals, bool masked, const VkRect2D* left);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
   void expect_shading(const scene::Scene& scene);
   bool shows_levels() const;

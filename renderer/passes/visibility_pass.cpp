@@ -147,12 +147,15 @@ gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t ind
 
 void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
                                   ShadowPass& shadows, Targets& targets,
-                                  std::span<const gpu_types::ShadePush> views, bool leave_samples) {
+                                  std::span<const gpu_types::ShadePush> views, const VkRect2D* left) {
+  const bool leave_samples = left != nullptr;
   const VkPipeline pipeline =
       shade_pipeline({!scene.has_extensions, leave_samples, what == Shades::all_and_lists}).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
   std::vector<Use> uses{Use(visibility_, access::compute_read),
                         Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
+  if (leave_samples && shows_the_rest(scene))
+    uses.emplace_back(targets.display, access::compute_write, is_first);
   scene.add_reads(uses, access::compute_read);
   if (what == Shades::all_and_lists) {
     shadows.add_map_reads(uses, access::compute_read);
@@ -176,6 +179,12 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                             nullptr);
     for (gpu_types::ShadePush push : views) {
       push.listed = what == Shades::listed ? 1 : 0;
+      if (left) {
+        push.left_x = static_cast<uint32_t>(left->offset.x);
+        push.left_y = static_cast<uint32_t>(left->offset.y);
+        push.left_end_x = push.left_x + left->extent.width;
+        push.left_end_y = push.left_y + left->extent.height;
+      }
       vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       if (what == Shades::listed) {
         vkCmdDispatchIndirect(commands, shadows.list().get(), offsetof(gpu_types::RayList, groups_x));
@@ -187,15 +196,15 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
 }
 
 void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                           const Shaded& shaded, const PostSettings& settings, bool leave_samples) {
+                           const Shaded& shaded, const PostSettings& settings, const VkRect2D* left) {
   std::vector<gpu_types::ShadePush> views;
   for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
-  record_shade(recorder, "shade", Shades::all, scene, shadows, targets, views, leave_samples);
+  record_shade(recorder, "shade", Shades::all, scene, shadows, targets, views, left);
 }
 
 void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
                                      Targets& targets, const Shaded& shaded, const PostSettings& settings,
-                                     bool leave_samples) {
+                                     const VkRect2D* left) {
   FIRE3DV_ASSERT(shaded.views.size() == 1);  // the list of rays is of one view
   const VkDeviceAddress globals = shaded.globals[0];
   gpu_types::ShadePush push = shade_push(shaded, 0, settings);
@@ -203,9 +212,9 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   push.entries = shadows.entries().address;
   const std::span<const gpu_types::ShadePush> view(&push, 1);
   shadows.begin_list(recorder);
-  record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, leave_samples);
+  record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, left);
   shadows.trace(recorder, scene, {visibility_, address_of(shaded.first_view)}, globals);
-  record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, leave_samples);
+  record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, left);
 }
 
 }  // namespace fire3dv::passes

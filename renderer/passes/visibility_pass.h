@@ -42,13 +42,17 @@ class VisibilityPass {
     std::span<const View> views;
     std::span<const VkDeviceAddress> globals;
   };
-  // Tone-mapped, resolved colour into targets.display; or, for what goes on top, linear samples into
-  // targets.hdr, which needs can_leave_samples().
+  // Tone-mapped, resolved colour into targets.display; or, where something goes on top, linear samples into
+  // targets.hdr, which needs can_leave_samples(). left: where that can be; null: nowhere.
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-             const Shaded& shaded, const PostSettings& settings, bool leave_samples);
+             const Shaded& shaded, const PostSettings& settings, const VkRect2D* left);
   // The same of one view where shading finds the shadows: see ShadowPass::found_while_shading.
   void shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                       const Shaded& shaded, const PostSettings& settings, bool leave_samples);
+                       const Shaded& shaded, const PostSettings& settings, const VkRect2D* left);
+  // Whether shading that leaves samples shows what lies beyond `left`, tone-mapped and resolved.
+  bool shows_the_rest(const GpuScene& scene) const {
+    return !scene.has_extensions && gpu::takes_cpu_variants(device_);
+  }
   bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return visibility_; }
   VkDeviceAddress address_of(uint32_t view) const { return visibility_.address + view * view_bytes_; }
@@ -61,7 +65,7 @@ class VisibilityPass {
   gpu::Pipeline& shade_pipeline(const Shading& shading);
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
                     ShadowPass& shadows, Targets& targets, std::span<const gpu_types::ShadePush> views,
-                    bool leave_samples);
+                    const VkRect2D* left);
 
   gpu::Device& device_;
   uint32_t samples_;

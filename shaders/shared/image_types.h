@@ -23,9 +23,12 @@ struct ForwardPush {
 #define FIRE3DV_TONE_MAP_NEUTRAL 3u
 
 struct PostPush {
-  FIRE3DV_ADDRESS linear;  // uvec2[pixel]: half floats of the light itself; 0 = nobody wants them
-  uint width;
-  uint height;
+  // uvec2[pixel]: half floats of the light itself, where the whole image is finished; 0 = nobody wants them
+  FIRE3DV_ADDRESS linear;
+  uint first_x;  // of the pixels that are finished, and where they end
+  uint first_y;
+  uint end_x;
+  uint end_y;
   uint samples;
   float exposure;
   uint tone_map;
@@ -45,6 +48,12 @@ struct ShadePush {
   uint tone_map;
   uint listed;     // 1: only the pixels of the list are shaded
   uint first_row;  // of the display image, which may hold several
+  // Where samples are left for what goes on top, where any are. Others are shown at once by variants for a
+  // CPU, and left all the same by the rest.
+  uint left_x;
+  uint left_y;
+  uint left_end_x;
+  uint left_end_y;
 };
 
 struct VisibleDepthPush {

@@ -72,5 +72,47 @@ TEST_F(RasterPaths, CoreMaterialsAreShadedAsAllOthers) {
   }
 }
 
+// In the middle, at the image's edge, two with much between them, out of view, and around the eye.
+TEST_F(RasterPaths, WhatGoesOnTopIsSeenWhereverItIs) {
+  struct Case {
+    std::vector<glm::vec3> places;
+    float half_side_m;
+    uint32_t samples;
+    bool seen;
+  };
+  const std::vector<Case> cases = {{{{0, 0.5f, 1}, {0, 0.3f, 1.4f}}, 0.1f, 1, true},
+                                   {{{-1.6f, 0.4f, 0.5f}, {-0.9f, 0.3f, 1}}, 0.2f, 4, true},
+                                   {{{0, 0.5f, 6}, {0, 40, 0}}, 0.3f, 1, false},
+                                   {{{1.3f, 1.1f, 3.2f}, {0, 40, 0}}, 0.6f, 1, true}};
+  auto scene_with = [&](const std::vector<glm::vec3>& places, float half_side_m) {
+    SceneBuilder builder;
+    builder.mesh_node("ground", builder.quad(builder.material(matte({0.6f, 0.6f, 0.6f})), 40), glm::mat4(1));
+    scene::Material glass = matte({0.9f, 0.1f, 0.1f});
+    glass.alpha_mode = scene::AlphaMode::blend;
+    glass.base_color.a = 0.5f;
+    glass.double_sided = true;
+    const uint32_t box = builder.box(builder.material(glass), glm::vec3(half_side_m));
+    for (const glm::vec3& place : places) builder.mesh_node("glass", box, at(place));
+    builder.light_node(sun({1, 1, 1}, 2), shining_towards({-0.5f, -1, -0.4f}));
+    builder.camera_node("camera", {1.5f, 1.2f, 3.5f}, {0, 0.4f, 0});
+    return builder.build();
+  };
+  for (const Case& test : cases) {
+    SCOPED_TRACE(testing::Message() << "at " << test.places[0].x << ", " << test.places[0].y);
+    const scene::Scene scene = scene_with(test.places, test.half_side_m);
+    const sinks::FrameImage visibility = drawn(scene, passes::RasterPath::visibility, test.samples);
+    EXPECT_TRUE(matches_image(visibility, drawn(scene, passes::RasterPath::forward, test.samples),
+                              "raster_paths_on_top", Tolerance::colour()));
+    uint32_t red = 0;
+    for (uint32_t y = 0; y < 240; ++y) {
+      for (uint32_t x = 0; x < 320; ++x) {
+        const glm::ivec3 color = pixel(visibility, x, y);
+        red += color.r > color.g + 40;
+      }
+    }
+    EXPECT_EQ(red > 50, test.seen) << red << " pixels";
+  }
+}
+
 }  // namespace
 }  // namespace fire3dv::test
