@@ -7,13 +7,12 @@
 #include <utility>
 
 #include "adapters/mujoco/command_lines.h"
+#include "adapters/mujoco/pace.h"
 #include "adapters/mujoco/say.h"
 #include "tools/convert/output.h"
 
 namespace fire3dv::mujoco {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 std::atomic<bool> stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free,
@@ -25,32 +24,6 @@ void install_stop_signals() {
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 }
-
-// Simulated time beside the clock on the wall. Who is late is not hurried for long: a machine that was
-// suspended does not make up for it.
-class Pace {
- public:
-  explicit Pace(double speed) : speed_(speed) {}
-  void restart() { running_ = false; }
-  void wait(double sim_time_s) {
-    if (speed_ <= 0) return;
-    const Clock::time_point now = Clock::now();
-    if (!running_) {
-      running_ = true;
-      start_ = now;
-      start_s_ = sim_time_s;
-    }
-    const auto due = start_ + std::chrono::duration_cast<Clock::duration>(
-                                  std::chrono::duration<double>((sim_time_s - start_s_) / speed_));
-    if (now - due > std::chrono::milliseconds(250)) return restart();
-    std::this_thread::sleep_until(std::min(due, now + std::chrono::milliseconds(250)));
-  }
-
- private:
-  double speed_, start_s_ = 0;
-  Clock::time_point start_;
-  bool running_ = false;
-};
 
 class Runner {
  public:
@@ -93,13 +66,21 @@ class Runner {
  private:
   Result<void> publish() {
     if (Result<void> placed = simulation_.place(); !placed) return placed;
-    if (!options_.lockstep) pace_.wait(simulation_.data().time);
+    if (!options_.lockstep) wait_until_due();
     const Result<bool> sent = publisher_.publish(simulation_.model(), simulation_.data());
     if (!sent) return sent.error();
     if (options_.lockstep) {
       if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop); !shown) return shown;
     }
     return listen();
+  }
+
+  void wait_until_due() {
+    while (!stop) {
+      const auto sleep = pace_.sleep_before(simulation_.data().time, Pace::Clock::now());
+      if (sleep <= Pace::Clock::duration::zero()) return;
+      std::this_thread::sleep_for(sleep);
+    }
   }
 
   // What renderers and MuJoCo have to say, each once.

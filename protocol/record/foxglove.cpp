@@ -26,6 +26,12 @@ std::span<const std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builde
   return std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
 }
 
+// A quarter turn about X in front of a map: what was Y up is Z up.
+wire::Affine3x4d z_up_from(const wire::Affine3x4d& y_up_from_stream) {
+  const auto& m = y_up_from_stream.m;
+  return {{m[0], m[1], m[2], m[3], -m[8], -m[9], -m[10], -m[11], m[4], m[5], m[6], m[7]}};
+}
+
 }  // namespace
 
 wire::Bytes scene_update(std::span<const FoxgloveModel> models, uint64_t time_ns) {
@@ -64,15 +70,15 @@ wire::Bytes scene_update(std::span<const FoxgloveModel> models, uint64_t time_ns
 
 struct FoxgloveTransforms::Impl {
   std::vector<std::string> frame_ids;
-  wire::Affine3x4d world_from_stream;
+  wire::Affine3x4d root_from_stream;
   flatbuffers::FlatBufferBuilder builder = builder_that_writes_all(4096);
   std::vector<flatbuffers::Offset<foxglove::FrameTransform>> transforms;
 
   void add(size_t node, const wire::Affine3x4& stream_from_body, const foxglove::Time& time,
            flatbuffers::Offset<flatbuffers::String> parent) {
-    const RigidPart world_from_body = rigid_part(product(world_from_stream, stream_from_body));
-    const auto& t = world_from_body.translation;
-    const auto& r = world_from_body.rotation_xyzw;
+    const RigidPart root_from_body = rigid_part(product(root_from_stream, stream_from_body));
+    const auto& t = root_from_body.translation;
+    const auto& r = root_from_body.rotation_xyzw;
     const auto translation = foxglove::CreateVector3(builder, t[0], t[1], t[2]);
     const auto rotation = foxglove::CreateQuaternion(builder, r[0], r[1], r[2], r[3]);
     const auto child = builder.CreateString(frame_ids[node]);
@@ -87,7 +93,7 @@ FoxgloveTransforms::FoxgloveTransforms(FoxgloveTransforms&&) noexcept = default;
 FoxgloveTransforms& FoxgloveTransforms::operator=(FoxgloveTransforms&&) noexcept = default;
 
 void FoxgloveTransforms::describe(const wire::StreamDescription& description) {
-  impl_->world_from_stream = description.world_from_stream;
+  impl_->root_from_stream = z_up_from(description.world_from_stream);
   impl_->frame_ids = description.node_names;
   // A frame that stands in itself is an error to viewers, and so is one without a name.
   for (size_t i = 0; i < impl_->frame_ids.size(); ++i) {

@@ -16,7 +16,8 @@ namespace fire3dv::record {
 
 constexpr std::string_view kTransformsSchema = "foxglove.FrameTransforms";
 constexpr std::string_view kSceneUpdateSchema = "foxglove.SceneUpdate";
-// The frame that all others stand in: the scene's own world, Y up, in metres.
+// The frame that all others stand in: the scene's world turned so that Z is up, in metres. Viewers show a
+// glTF model turned like that, and frames as they are told.
 constexpr std::string_view kRootFrame = "world";
 
 // A scene that can be shown without its file.

@@ -7,6 +7,7 @@ namespace fire3dv::record {
 namespace {
 
 constexpr auto kTickEvery = std::chrono::milliseconds(100);
+constexpr uint64_t kBytesBetweenGivingBack = 1 << 20;
 
 int64_t monotonic_now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -32,7 +33,7 @@ uint64_t LogThread::unix_ns(int64_t monotonic_ns) const {
 }
 
 void LogThread::push(Incoming incoming, bool may_drop) {
-  const uint64_t bytes = incoming.message.size() + sizeof(Incoming);
+  const uint64_t bytes = incoming.bytes();
   bool first = false;
   {
     const std::lock_guard lock(mutex_);
@@ -69,20 +70,22 @@ void LogThread::run() {
       std::unique_lock lock(mutex_);
       wake_.wait_for(lock, kTickEvery, [&] { return over_ || !queue_.empty(); });
       batch.swap(queue_);
-      queued_bytes_ = 0;
       over = over_ && batch.empty();
     }
     Result<void> good;
-    size_t taken = 0;
-    for (; good && taken < batch.size(); ++taken) {
-      const Incoming& incoming = batch[taken];
+    uint64_t written_bytes = 0;
+    for (; good && !batch.empty(); batch.pop_front()) {
+      const Incoming& incoming = batch.front();
       if (incoming.message.empty())
         log_.end_peer(incoming.peer);
       else
         good = log_.take(incoming.peer, incoming.message, incoming.log_time_ns);
+      written_bytes += incoming.bytes();
+      if (written_bytes >= kBytesBetweenGivingBack) give_back(std::exchange(written_bytes, 0));
     }
+    give_back(written_bytes);
     if (good) good = log_.tick(unix_ns(monotonic_now_ns()));
-    const uint64_t lost = good ? 0 : batch.size() - taken;
+    const uint64_t lost = batch.size();
     batch.clear();
     if (!good || over) {
       const auto finished = log_.finish();
@@ -106,6 +109,12 @@ void LogThread::run() {
     if (status.failure || status.unwritten != 0) trouble_ = true;
     status_ = std::move(status);
   }
+}
+
+// Not before it is written: what waits for a slow disk in the thread's hands is memory like the rest.
+void LogThread::give_back(uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  queued_bytes_ -= bytes;
 }
 
 void LogThread::finish() {

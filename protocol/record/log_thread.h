@@ -28,7 +28,7 @@ struct LogStatus {
 
 class LogThread {
  public:
-  // most_queued_bytes: what waits for the disk. Poses beyond it are left out; what is not a pose may take
+  // most_queued_bytes: what is not written yet. Poses beyond it are left out; what is not a pose may take
   // twice as much.
   explicit LogThread(StreamLog log, uint64_t most_queued_bytes = uint64_t{256} << 20);
   ~LogThread();
@@ -48,11 +48,13 @@ class LogThread {
     uint64_t peer = 0;
     uint64_t log_time_ns = 0;
     Bytes message;  // empty: the peer is gone
+    uint64_t bytes() const { return message.size() + sizeof(Incoming); }
   };
 
   void push(Incoming incoming, bool may_drop);
   uint64_t unix_ns(int64_t monotonic_ns) const;
   void run();
+  void give_back(uint64_t bytes);
 
   const int64_t monotonic_at_start_ns_, unix_at_start_ns_;
   const uint64_t most_queued_bytes_;
@@ -60,7 +62,7 @@ class LogThread {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Incoming> queue_;
-  uint64_t queued_bytes_ = 0;
+  uint64_t queued_bytes_ = 0;  // of queue_, and of what the thread is writing
   bool over_ = false;
   uint64_t dropped_ = 0;
   std::atomic<bool> trouble_{false};

@@ -29,6 +29,23 @@ uint64_t plus_seconds(uint64_t from_ns, double seconds, uint64_t most_ns) {
 
 }  // namespace
 
+class ReplayLink::Turn {
+ public:
+  static Turn without_end() { return Turn(INT64_MAX); }
+  static Turn of_a_poll() { return Turn(transport::monotonic_ns() + kMostReadingNs); }
+
+  // After each message. The clock is looked at now and then.
+  bool is_over() { return ++messages_ % kMessagesBetweenLooks == 0 && is_late(); }
+  // After what takes longer.
+  bool is_late() const { return transport::monotonic_ns() > until_ns_; }
+
+ private:
+  explicit Turn(int64_t until_ns) : until_ns_(until_ns) {}
+
+  int64_t until_ns_;
+  int messages_ = 0;
+};
+
 Result<std::unique_ptr<ReplayLink>> ReplayLink::open(const std::string& path, const ReplayOptions& options) {
   auto source = record::open_source(path);
   if (!source) return source.error();
@@ -51,7 +68,7 @@ Result<std::unique_ptr<ReplayLink>> ReplayLink::open(std::unique_ptr<record::Sou
   if (options.start_s > 0) {
     for (const auto& player : link->players_)
       if (player) player->jump(false);
-    link->show_state_at(link->start_ns_, kLookBackNs);
+    link->show_state_at(link->start_ns_);
   } else {
     link->playback_.rewind();
     link->clock_.set_position(link->start_ns_, now_ns);
@@ -88,20 +105,22 @@ Result<void> ReplayLink::choose_streams(const std::vector<std::string>& names) {
   return {};
 }
 
-bool ReplayLink::fetch() {
-  if (pending_) return true;
+ReplayLink::Fetched ReplayLink::fetch(Turn& turn) {
+  if (pending_) return Fetched::message;
   record::Played played;
   for (;;) {
     const record::Playback::Step step = playback_.next(played);
-    if (step == record::Playback::Step::end) return false;
+    if (step == record::Playback::Step::end) return Fetched::end;
     if (step == record::Playback::Step::damaged) {
       if (damaged_++ == 0) notes_.push_back(playback_.problem());
+      if (turn.is_late()) return Fetched::later;
       continue;
     }
-    if (played.log_time_ns > end_ns_) return false;
-    if (players_[played.stream] == nullptr) continue;
+    if (played.log_time_ns > end_ns_) return Fetched::end;
     pending_ = played;
-    return true;
+    // Something follows: these goodbyes are not the last.
+    if (played.kind != record::Played::Kind::goodbye && players_[played.stream]) take_leave();
+    return Fetched::message;
   }
 }
 
@@ -111,14 +130,12 @@ void ReplayLink::take_leave() {
 }
 
 void ReplayLink::play_pending() {
-  const record::Played played = *pending_;
+  const record::Played played = *std::exchange(pending_, std::nullopt);
+  if (!players_[played.stream]) return;
   if (played.kind == record::Played::Kind::goodbye) {
     leaving_.push_back(played.stream);
-    pending_.reset();
-    if (fetch() && pending_->kind != record::Played::Kind::goodbye) take_leave();
     return;
   }
-  take_leave();
   StreamPlayer& player = *players_[played.stream];
   player.publish_as_of(static_cast<uint64_t>(clock_.unpaced() || each_frame_ || step_
                                                  ? transport::monotonic_ns()
@@ -126,7 +143,6 @@ void ReplayLink::play_pending() {
   const uint64_t before = player.counts().frames;
   (void)player.play(played);  // a queue takes all
   if (player.counts().frames != before) newest_ = played.stream;
-  pending_.reset();
 }
 
 bool ReplayLink::all_have_frames() const {
@@ -134,32 +150,52 @@ bool ReplayLink::all_have_frames() const {
       players_, [](const auto& player) { return !player || !player->is_live() || player->has_gathered(); });
 }
 
-void ReplayLink::show_state_at(uint64_t log_time_ns, uint64_t look_back_ns) {
+void ReplayLink::show_state_at(uint64_t log_time_ns) {
+  Turn turn = Turn::without_end();
+  begin_to_show(log_time_ns, kLookBackNs);
+  (void)go_on_showing(turn);
+}
+
+void ReplayLink::begin_to_show(uint64_t log_time_ns, uint64_t look_back_ns) {
   const uint64_t first_ns = playback_.start_ns();
   const uint64_t from_ns = log_time_ns - first_ns > look_back_ns ? log_time_ns - look_back_ns : first_ns;
-  const size_t queued = queue_.size();
+  showing_ = {log_time_ns, look_back_ns, queue_.size()};
   pending_.reset();
   leaving_.clear();
   at_end_ = false;
   from_ns == first_ns ? playback_.rewind() : playback_.seek(from_ns);
   for (const auto& player : players_)
     if (player) player->gather();
-  while (fetch() && pending_->log_time_ns <= log_time_ns) play_pending();
-  if (!all_have_frames() && from_ns != first_ns && look_back_ns < kFarLookBackNs) {
+}
+
+bool ReplayLink::go_on_showing(Turn& turn) {
+  for (;;) {
+    const Fetched fetched = fetch(turn);
+    if (fetched == Fetched::later) return false;
+    const uint64_t log_time_ns = showing_->log_time_ns;
+    if (fetched == Fetched::message && pending_->log_time_ns <= log_time_ns) {
+      play_pending();
+      if (turn.is_over()) return false;
+      continue;
+    }
+    if (all_have_frames() || showing_->look_back_ns >= kFarLookBackNs ||
+        log_time_ns - playback_.start_ns() <= showing_->look_back_ns)
+      break;
     for (const auto& player : players_)
       if (player) player->jump(false);
-    queue_.resize(queued);
-    show_state_at(log_time_ns, kFarLookBackNs);
-    return;
+    queue_.resize(showing_->queued);
+    begin_to_show(log_time_ns, kFarLookBackNs);
   }
   const int64_t now_ns = transport::monotonic_ns();
-  clock_.set_position(log_time_ns, now_ns);
+  clock_.set_position(showing_->log_time_ns, now_ns);
   for (size_t i = 0; i < players_.size(); ++i) {
     if (!players_[i]) continue;
     players_[i]->publish_as_of(static_cast<uint64_t>(now_ns));
     if (players_[i]->send_gathered()) newest_ = i;
   }
   frames_at_round_ = frames() - 1;  // there is something to see
+  showing_.reset();
+  return true;
 }
 
 void ReplayLink::seek(uint64_t log_time_ns) {
@@ -169,7 +205,7 @@ void ReplayLink::seek(uint64_t log_time_ns) {
     player->end();
     player->jump(true);
   }
-  show_state_at(std::clamp(log_time_ns, start_ns_, end_ns_), kLookBackNs);
+  show_state_at(std::clamp(log_time_ns, start_ns_, end_ns_));
 }
 
 Result<void> ReplayLink::seek_sim_time(int64_t sim_time_ns) {
@@ -219,7 +255,7 @@ void ReplayLink::reach_end() {
     at_end_ = false;
     frames_at_round_ = frames();
     if (start_ns_ > playback_.start_ns()) {
-      show_state_at(start_ns_, kLookBackNs);
+      begin_to_show(start_ns_, kLookBackNs);
     } else {
       playback_.rewind();
       clock_.set_position(start_ns_, transport::monotonic_ns());
@@ -237,18 +273,20 @@ void ReplayLink::reach_end() {
 }
 
 void ReplayLink::run() {
-  const int64_t begun_ns = transport::monotonic_ns();
-  if (!std::exchange(begun_, true)) clock_.set_playing(true, begun_ns);
-  for (int read = 1; !at_end_ && (clock_.playing() || step_); ++read) {
-    if (!fetch()) {
+  Turn turn = Turn::of_a_poll();
+  if (!std::exchange(begun_, true)) clock_.set_playing(true, transport::monotonic_ns());
+  if (showing_ && (!go_on_showing(turn) || each_frame_)) return;
+  while (!at_end_ && (clock_.playing() || step_)) {
+    const Fetched fetched = fetch(turn);
+    if (fetched == Fetched::later) return;
+    if (fetched == Fetched::end) {
       const bool loops = looping_ && clock_.playing();
       // The last frame has its time, too.
       if (loops && !each_frame_ && !clock_.unpaced() &&
           clock_.position_ns(transport::monotonic_ns()) < end_ns_)
         return;
       reach_end();
-      if (each_frame_ || read == 1) return;
-      continue;
+      return;  // a round at most: who plays as fast as can be would never see an end
     }
     const bool paced = !each_frame_ && !step_ && !clock_.unpaced();
     if (paced && pending_->log_time_ns > clock_.position_ns(transport::monotonic_ns())) return;
@@ -259,7 +297,7 @@ void ReplayLink::run() {
       step_ = false;
       return;
     }
-    if (read % kMessagesBetweenLooks == 0 && transport::monotonic_ns() - begun_ns > kMostReadingNs) return;
+    if (turn.is_over()) return;
   }
 }
 
@@ -268,7 +306,9 @@ void ReplayLink::poll(const std::function<void(const LinkEvent&)>& on_event) {
   peers_ = static_cast<uint32_t>(
       std::ranges::count_if(players_, [](const auto& player) { return player && player->is_live(); }));
   for (const std::string& note : std::exchange(notes_, {})) on_event({LinkEvent::Kind::note, 0, {}, note, 0});
-  for (; !queue_.empty(); queue_.pop_front()) {
+  // What is being looked for may be looked for again, from farther back.
+  for (; !queue_.empty() && (!showing_ || showing_->queued != 0); queue_.pop_front()) {
+    if (showing_) --showing_->queued;
     const QueuedEvent& event = queue_.front();
     ++messages_;
     bytes_ += event.message.size();
@@ -277,7 +317,7 @@ void ReplayLink::poll(const std::function<void(const LinkEvent&)>& on_event) {
 }
 
 void ReplayLink::wait(std::chrono::nanoseconds timeout) {
-  if (!queue_.empty() || step_) return;
+  if (!queue_.empty() || step_ || showing_) return;
   int64_t wait_ns = timeout.count();
   if (!begun_) return;
   if (!at_end_ && clock_.playing()) {

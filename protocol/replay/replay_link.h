@@ -29,7 +29,9 @@ struct ReplayOptions {
 };
 
 // Thread-safety: one thread does everything, but for stats(). poll() reads the file: it waits for the disk
-// and for nothing else, and ends after some milliseconds of reading when what is due is more than that.
+// and for nothing else, reads nothing before its time has come but the message that is next, and ends after
+// some milliseconds of reading when there is more to read than that, whatever it is. seek() reads all that it
+// needs.
 class ReplayLink final : public transport::ListenerLink, public TimelineControl {
  public:
   static Result<std::unique_ptr<ReplayLink>> open(const std::string& path, const ReplayOptions& options);
@@ -59,12 +61,18 @@ class ReplayLink final : public transport::ListenerLink, public TimelineControl 
   ReplayLink(record::Playback playback, const ReplayOptions& options);
   Result<void> choose_streams(const std::vector<std::string>& names);
 
-  // The next message that belongs to a chosen stream and to the part that is played, in pending_. False: the
-  // end.
-  bool fetch();
+  // How much is read in one go.
+  class Turn;
+  enum class Fetched { message, later, end };
+  // The next message of the part that is played, in pending_, its stream chosen or not. later: the turn is
+  // over.
+  Fetched fetch(Turn& turn);
   void play_pending();
-  // Messages up to that moment, without their frames; then the newest frame of each stream.
-  void show_state_at(uint64_t log_time_ns, uint64_t look_back_ns);
+  // Messages up to that moment, without their frames; then the newest frame of each stream. Until it is done
+  // nobody hears anything of it.
+  void show_state_at(uint64_t log_time_ns);
+  void begin_to_show(uint64_t log_time_ns, uint64_t look_back_ns);
+  bool go_on_showing(Turn& turn);  // false: there is more to read
   bool all_have_frames() const;
   void take_leave();
   void reach_end();
@@ -84,6 +92,11 @@ class ReplayLink final : public transport::ListenerLink, public TimelineControl 
   bool begun_ = false;           // polled, or steered: time runs
   bool at_end_ = false;
   bool step_ = false;
+  struct Showing {
+    uint64_t log_time_ns, look_back_ns;
+    size_t queued;  // before it began
+  };
+  std::optional<Showing> showing_;
   uint64_t frames_at_round_ = 0;  // a round without a frame is not played again
   std::optional<size_t> newest_;  // stream of the newest frame
   uint64_t damaged_ = 0;

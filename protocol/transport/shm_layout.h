@@ -64,7 +64,10 @@ struct SegmentHeader {
   RingGeometry rings[kRingCount];
   StatesGeometry states;
   RingGeometry images;  // slots, not a ring; count 0: there are none
-  std::byte unused[48];
+  // Published in segments of before, without the carried one: so that who missed a segment knows whether it
+  // saw that one.
+  uint64_t poses_before;
+  std::byte unused[40];
   // From here on words change while others look.
   Word published[kRingCount];  // number of the newest message of each ring; the first message is 1
   Word state;                  // SegmentState
@@ -75,6 +78,7 @@ static_assert(offsetof(SegmentHeader, published) == 256);
 static_assert(offsetof(SegmentHeader, state) == 448);
 static_assert(offsetof(SegmentHeader, states) == 160);
 static_assert(offsetof(SegmentHeader, images) == 176);
+static_assert(offsetof(SegmentHeader, poses_before) == 208);
 static_assert(offsetof(SegmentHeader, states_words) == 512);
 static_assert(sizeof(SegmentHeader) == 832);
 

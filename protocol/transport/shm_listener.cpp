@@ -95,7 +95,8 @@ void ShmListener::attach(Found found, const OnEvent& on_event) {
   const uint64_t publisher_id = found.segment.geometry.publisher_id;
   const bool same_publisher = peer_ != 0 && publisher_id == publisher_id_;
   if (!same_publisher) end_peer("another publisher took over", on_event);
-  reader_ = std::make_unique<Reader>(std::move(found), delivery_, same_publisher, counters_);
+  reader_ =
+      std::make_unique<Reader>(std::move(found), delivery_, same_publisher ? &progress_ : nullptr, counters_);
   noted_file_ = {};
   noted_text_.clear();
   if (!same_publisher) {

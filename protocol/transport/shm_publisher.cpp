@@ -115,6 +115,7 @@ class ShmPublisher final : public PublisherLink {
   std::vector<std::byte> reply_;
   wire::Bytes description_;
   uint64_t description_number_ = 0;  // in the segment now in use
+  uint64_t poses_before_ = 0;        // as the header has it
   uint64_t tag_of_newest_pose_ = 0;
   KeyedStates states_;
   int64_t next_free_images_ns_ = 0;
@@ -130,6 +131,8 @@ Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& de
   const bool is_for_images =
       sizes.image_slots != sizes_.image_slots || sizes.image_bytes != sizes_.image_bytes;
   const bool has_pose = is_for_images && carry_newest_pose(*next);
+  const uint64_t poses_before = poses_before_ + now_->poses.written() - (has_pose ? 1 : 0);
+  next->segment.header().poses_before = poses_before;
   if (!description.empty()) next->descriptions.write({description, {}}, 0);
   if (states_.count() != 0) next->states.begin_again(states_, description.empty() ? 0 : 1);
   if (auto named = take_name(next->segment, name_, true); !named) return named;
@@ -138,6 +141,7 @@ Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& de
   now_->forget_at_ns = monotonic_ns() + kKeepReplacedForNs;
   before_.push_back(std::move(now_));
   now_ = std::move(next);
+  poses_before_ = poses_before;
   if (has_pose) tag_of_newest_pose_ = 1;
   description_number_ = description.empty() ? 0 : 1;
   sizes_ = sizes;

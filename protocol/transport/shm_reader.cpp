@@ -9,7 +9,7 @@ namespace fire3dv::transport::shm {
 using Kind = LinkEvent::Kind;
 using Outcome = RingReader::Outcome;
 
-Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& counters)
+Reader::Reader(Found found, Delivery delivery, const Progress* before, LinkCounters& counters)
     : segment_(std::move(found.segment)), id_(found.id), delivery_(delivery), counters_(counters) {
   SegmentHeader& header = segment_.header();
   const auto ring = [&](RingIndex i) {
@@ -23,9 +23,10 @@ Reader::Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& count
   // not for it.
   const uint64_t poses = poses_.published();
   if (delivery_ == Delivery::newest) last_pose_ = poses == 0 ? 0 : poses - 1;
-  if (delivery_ == Delivery::all && !goes_on) last_pose_ = poses - std::min(poses, poses_.count() - 1);
-  if (!goes_on) last_control_ = controls_.published();
-  if (goes_on && segment_.geometry.carried_poses == 1 && poses != 0)
+  if (delivery_ == Delivery::all && !before) last_pose_ = poses - std::min(poses, poses_.count() - 1);
+  if (!before) last_control_ = controls_.published();
+  const bool saw_carried = before && before->poses == segment_.geometry.poses_before + 1;
+  if (saw_carried && segment_.geometry.carried_poses == 1 && poses != 0)
     last_pose_ = std::max<uint64_t>(last_pose_, 1);
   for (uint32_t i = 0; i < kReaderCount && !place_; ++i) {
     if (!try_lock_byte(segment_.lock_fd.get(), reader_lock_byte(i))) continue;
@@ -95,6 +96,7 @@ std::optional<Reader::End> Reader::end_by_file(const std::string& path) const {
 bool Reader::drain(Progress& progress, const OnMessage& on_message) {
   const bool poses_sound = delivery_ == Delivery::newest ? drain_newest_pose(progress, on_message)
                                                          : drain_all_poses(progress, on_message);
+  progress.poses = segment_.geometry.poses_before + last_pose_;
   if (!poses_sound) return false;
   if (descriptions_.published() != last_description_ && !drain_description(progress, on_message))
     return false;

@@ -19,6 +19,7 @@ namespace fire3dv::transport::shm {
 struct Progress {
   wire::Bytes description;
   uint64_t state = 0;  // number of the newest keyed state
+  uint64_t poses = 0;  // published up to the newest that was handed on, or passed over
 };
 
 class Reader {
@@ -26,8 +27,9 @@ class Reader {
   using OnMessage = std::function<void(LinkEvent::Kind, std::span<const std::byte>)>;
   enum class End { retired, closed, dead, replaced };
 
-  // goes_on: the same publisher's earlier segment was read before this one, so that nothing in it is old.
-  Reader(Found found, Delivery delivery, bool goes_on, LinkCounters& counters);
+  // before: of the same publisher's segment that was read before this one, so that nothing in it is old but
+  // what was carried over and seen there; null: there is none.
+  Reader(Found found, Delivery delivery, const Progress* before, LinkCounters& counters);
   ~Reader();
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;

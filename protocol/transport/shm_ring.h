@@ -17,6 +17,7 @@ class RingWriter {
   RingWriter(std::byte* segment, const RingGeometry& geometry, uint64_t& published);
 
   size_t capacity() const { return capacity_; }
+  uint64_t written() const { return number_; }
 
   // message.size() must not be above capacity(). Bounded, without lock, system call or allocation.
   void write(const wire::MessagePieces& message, uint64_t tag) noexcept;

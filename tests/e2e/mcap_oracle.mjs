@@ -115,6 +115,9 @@ function product(a, b) {
   return result;
 }
 
+// Foxglove's root has Z up, the scene's world Y.
+const zUp = (m) => [...m.slice(0, 4), ...m.slice(8, 12).map((value) => -value), ...m.slice(4, 8)];
+
 function checkTransform(told, expected, what) {
   const { x, y, z, w } = told.rotation, scale = 0.001;
   const rotation = [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
@@ -165,7 +168,7 @@ async function checkFile() {
       check(told && told.parent_frame_id === 'world' &&
             BigInt(told.timestamp.sec) * 1000000000n + BigInt(told.timestamp.nsec) === native[i].logTime,
             `transform of ${node} in message ${i} is missing, or of another time`);
-      checkTransform(told, product(description.world, pose), `${node} in message ${i}`);
+      checkTransform(told, product(zUp(description.world), pose), `${node} in message ${i}`);
       transforms++;
     }
   });

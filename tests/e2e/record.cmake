@@ -6,11 +6,14 @@ add_test(NAME record_programs
           $<TARGET_FILE:fire3dv-inspect> $<TARGET_FILE:e2e_record_source>)
 set_tests_properties(record_programs PROPERTIES LABELS e2e TIMEOUT 900 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1")
 
-# The judge that is not ours. Its packages are npm's, which the build does not fetch: without them the test says that it is skipped.
-set(FIRE3DV_MCAP_NODE_MODULES "" CACHE PATH "node_modules folder with @mcap/core, @mcap/support, @mcap/nodejs, flatbuffers, flatbuffers_reflection")
+# The judge that is not ours. Its packages are npm's, which the build does not fetch: there is a test where somebody names them.
+set(FIRE3DV_MCAP_NODE_MODULES "$ENV{FIRE3DV_MCAP_NODE_MODULES}" CACHE PATH
+    "node_modules folder with @mcap/core, @mcap/support, @mcap/nodejs, flatbuffers, flatbuffers_reflection; empty: mcap_oracle is left out")
 fire3dv_program(e2e_record_sample SOURCES record_sample.cpp LINK fire3dv_record)
 set_target_properties(e2e_record_sample PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-add_test(NAME mcap_oracle
-  COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/mcap_oracle_test.py "${FIRE3DV_MCAP_NODE_MODULES}" $<TARGET_FILE:e2e_record_sample>
-          $<TARGET_FILE:fire3dv-inspect> $<TARGET_FILE:fire3dv-record>)
-set_tests_properties(mcap_oracle PROPERTIES LABELS e2e TIMEOUT 300 SKIP_RETURN_CODE 77 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1")
+if(FIRE3DV_MCAP_NODE_MODULES)
+  add_test(NAME mcap_oracle
+    COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/mcap_oracle_test.py ${FIRE3DV_MCAP_NODE_MODULES} $<TARGET_FILE:e2e_record_sample>
+            $<TARGET_FILE:fire3dv-inspect> $<TARGET_FILE:fire3dv-record>)
+  set_tests_properties(mcap_oracle PROPERTIES LABELS e2e TIMEOUT 300 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1")
+endif()

@@ -101,8 +101,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     auto found = find_segment(victim.name, seen);
     if (!found || !found->segment.fd) continue;
     LinkCounters counters;
-    Reader reader(std::move(*found), delivery, delivery == Delivery::all, counters);
     Progress progress;
+    Reader reader(std::move(*found), delivery, delivery == Delivery::all ? &progress : nullptr, counters);
     size_t messages = 0;
     (void)reader.drain(progress, [&](LinkEvent::Kind, std::span<const std::byte> message) {
       FIRE3DV_ASSERT(message.size() <= victim.segment.geometry.segment_bytes);

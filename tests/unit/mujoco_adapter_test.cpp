@@ -5,11 +5,13 @@
 #include <cmath>
 #include <map>
 
+#include "adapters/mujoco/pace.h"
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/client_fixture.h"
+#include "tools/convert/mjcf_load.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::mujoco {
@@ -222,6 +224,30 @@ TEST(FrameClock, KeepsTheRateWhateverTheStepIs) {
   }
 }
 
+TEST(Pace, NothingIsDueBeforeItsTimeHoweverFarAwayItIs) {
+  using namespace std::chrono_literals;
+  const Pace::Clock::time_point start{1h};
+  for (const double speed : {0.1, 1.0, 10.0}) {
+    Pace pace(speed);
+    EXPECT_EQ(pace.sleep_before(5, start), 0s) << "the first one begins the time";
+    // A frame each second: whoever sleeps as told is asked again until then.
+    Pace::Clock::time_point now = start;
+    for (int frame = 1; frame <= 5; ++frame) {
+      for (Pace::Clock::duration sleep; (sleep = pace.sleep_before(5 + frame, now)) > 0s; now += sleep)
+        ASSERT_LE(sleep, 250ms);
+      EXPECT_NEAR(std::chrono::duration<double>(now - start).count(), frame / speed, 1e-6);
+    }
+    // Who was held up goes on from there.
+    now += 1h;
+    EXPECT_EQ(pace.sleep_before(11, now), 0s);
+    EXPECT_EQ(pace.sleep_before(12, now), 0s);
+    EXPECT_GT(pace.sleep_before(13, now), 0s);
+    pace.restart();
+    EXPECT_EQ(pace.sleep_before(100, now), 0s);
+  }
+  EXPECT_EQ(Pace(0).sleep_before(1e9, start), 0s);
+}
+
 // All that comes over a link, frame by frame.
 struct Seen {
   explicit Seen(const std::string& uri) : link(std::move(transport::open_listener(uri).value())) {}
@@ -357,6 +383,23 @@ TEST(Simulation, DrivesWithinTheRangesAndResetsToItsKeyframe) {
     ASSERT_FALSE(wrong.ok());
     EXPECT_NE(wrong.error().message.find(keyframe), std::string::npos);
   }
+}
+
+void (*const kErrorAtStart)(const char*) = mju_user_error;
+
+TEST(Simulation, WhatMuJoCoWarnsOfLaterIsItsOwnersAgain) {
+  static int warned = 0;
+  mju_user_warning = [](const char*) { ++warned; };
+  std::vector<std::string> warnings;
+  ASSERT_TRUE(convert::call_mujoco([] { mju_warning("within"); }, &warnings).ok());
+  EXPECT_FALSE(convert::call_mujoco([] { mju_error("a fault"); }, &warnings).ok());
+  EXPECT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warned, 0);
+  mju_warning("later");
+  EXPECT_EQ(warned, 1);
+  EXPECT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(mju_user_error, kErrorAtStart);
+  mju_user_warning = nullptr;
 }
 
 TEST(Simulation, WhatMuJoCoGivesUpOnEndsNothingElse) {

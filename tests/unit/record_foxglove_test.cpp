@@ -110,11 +110,13 @@ const foxglove::FrameTransforms* transforms_in(std::span<const std::byte> bytes)
   return flatbuffers::GetRoot<foxglove::FrameTransforms>(bytes.data());
 }
 
-TEST(Foxglove, TransformsAreInMetresOfTheScenesWorld) {
+TEST(Foxglove, TransformsAreInMetresOfAWorldWithZUp) {
   record::FoxgloveTransforms transforms;
   transforms.describe(zed_up_in_millimetres());
   std::vector<wire::Affine3x4> poses(3);
-  for (size_t i = 0; i < 3; ++i) poses[i].m[11] = static_cast<float>(1000 * (i + 1));  // up, by metres
+  for (size_t i = 0; i < 3; ++i) {
+    poses[i].m = {0, -1, 0, 2000, 1, 0, 0, 3000, 0, 0, 1, static_cast<float>(1000 * (i + 1))};  // a left turn
+  }
   wire::PoseFrameView frame;
   frame.node_count = 3;
   frame.poses = poses;
@@ -127,10 +129,13 @@ TEST(Foxglove, TransformsAreInMetresOfTheScenesWorld) {
     EXPECT_EQ(each->child_frame_id()->str(), ids[i]);
     EXPECT_EQ(each->timestamp()->sec(), 5u);
     EXPECT_EQ(each->timestamp()->nsec(), 7u);
-    EXPECT_EQ(each->translation()->x(), 0);
-    EXPECT_NEAR(each->translation()->y(), i + 1, 1e-12);
-    EXPECT_EQ(each->translation()->z(), 0);
-    EXPECT_NEAR(each->rotation()->x(), -std::sqrt(0.5), 1e-12);
+    // As in the stream, which has Z up too: by way of the scene, which has not.
+    EXPECT_NEAR(each->translation()->x(), 2, 1e-12);
+    EXPECT_NEAR(each->translation()->y(), 3, 1e-12);
+    EXPECT_NEAR(each->translation()->z(), i + 1, 1e-12);
+    EXPECT_NEAR(each->rotation()->x(), 0, 1e-12);
+    EXPECT_NEAR(each->rotation()->y(), 0, 1e-12);
+    EXPECT_NEAR(each->rotation()->z(), std::sqrt(0.5), 1e-12);
     EXPECT_NEAR(each->rotation()->w(), std::sqrt(0.5), 1e-12);
   }
   // Of parts and partial frames: what they move.
@@ -146,6 +151,26 @@ TEST(Foxglove, TransformsAreInMetresOfTheScenesWorld) {
   EXPECT_EQ(partial->transforms()->Get(0)->child_frame_id()->str(), ids[2]);
   frame.node_count = 4;
   EXPECT_TRUE(transforms.encode(frame, 0).empty());
+}
+
+// Viewers turn the scene's model by a quarter turn about X when they load it: a node at rest must come to lie
+// where the model then has it.
+TEST(Foxglove, ANodeLiesWhereViewersHaveItInTheModel) {
+  record::FoxgloveTransforms transforms;
+  wire::StreamDescription of_the_scene = zed_up_in_millimetres();
+  of_the_scene.world_from_stream = wire::StreamDescription{}.world_from_stream;
+  transforms.describe(of_the_scene);
+  std::vector<wire::Affine3x4> poses(3);
+  for (wire::Affine3x4& pose : poses) pose.m = {1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3};
+  wire::PoseFrameView frame;
+  frame.node_count = 3;
+  frame.poses = poses;
+  const auto* node = transforms_in(transforms.encode(frame, 0))->transforms()->Get(0);
+  EXPECT_EQ(node->translation()->x(), 1);
+  EXPECT_EQ(node->translation()->y(), -3);
+  EXPECT_EQ(node->translation()->z(), 2);
+  EXPECT_NEAR(node->rotation()->x(), std::sqrt(0.5), 1e-12);
+  EXPECT_NEAR(node->rotation()->w(), std::sqrt(0.5), 1e-12);
 }
 
 TEST(Foxglove, NothingIsLeftToAReadersDefaults) {

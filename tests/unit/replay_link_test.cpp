@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <thread>
 
 #include "protocol/wire/decode.h"
 #include "tests/unit/record_files.h"
@@ -242,6 +243,71 @@ TEST(ReplayLink, ALoopIsANewRun) {
   EXPECT_NE(frames[22].epoch, frames[11].epoch);
 }
 
+// Whatever the number of messages is: none of them may be where only others are looked at.
+TEST(ReplayLink, ALoopAsFastAsCanBeIsARoundAPollAtMost) {
+  for (uint64_t frames = 1; frames <= 32; ++frames) {
+    MemoryLog memory;
+    ASSERT_TRUE(memory.take(description(7), 0));
+    for (uint64_t s = 1; s <= frames; ++s) ASSERT_TRUE(memory.take(frame(7, s), s));
+    ASSERT_TRUE(memory.log.finish().ok());
+    ReplayOptions options;
+    options.loop = true;
+    options.speed = 0;
+    const auto link = open(*memory.files[0], options);
+    std::vector<uint64_t> epochs;
+    while (epochs.size() < 3) {
+      const std::vector<Said> said = poll(*link);
+      ASSERT_LE(sequences(said).size(), frames);
+      for (const Said& each : of_kind(said, "description")) epochs.push_back(each.epoch);
+    }
+    EXPECT_NE(epochs[1], epochs[2]);
+  }
+}
+
+// No read of it is over within a poll's time.
+class SlowSource final : public record::Source {
+ public:
+  explicit SlowSource(Bytes bytes) : memory_(std::move(bytes)) {}
+  uint64_t size() const override { return memory_.size(); }
+  const std::string& name() const override { return memory_.name(); }
+  Result<void> read(uint64_t offset, std::span<std::byte> to) override {
+    if (is_slow) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return memory_.read(offset, to);
+  }
+  static inline bool is_slow = false;
+
+ private:
+  record::MemorySource memory_;
+};
+
+TEST(ReplayLink, ALoopThatBeginsInTheMiddleIsLookedForPieceByPiece) {
+  ReplayOptions options;
+  options.loop = true;
+  options.speed = 0;
+  options.start_s = 0.2501;
+  options.end_s = 0.2602;
+  auto link = ReplayLink::open(std::make_unique<SlowSource>(small_recording(record::Compression::none, 300)),
+                               options);
+  ASSERT_TRUE(link.ok()) << link.error().message;
+  std::vector<Said> said;
+  while (sequences(said).size() < 11) std::ranges::copy(poll(**link), std::back_inserter(said));
+  EXPECT_EQ(of_kind(said, "frame").back().sequence, 260u);
+  SlowSource::is_slow = true;
+  said.clear();
+  size_t silent = 0;
+  while (said.empty()) {
+    said = poll(**link);
+    silent += said.empty();
+  }
+  SlowSource::is_slow = false;
+  EXPECT_GE(silent, 4u) << "250 messages of before, in pieces";
+  ASSERT_FALSE(of_kind(said, "frame").empty());
+  const Said first = of_kind(said, "frame")[0];
+  EXPECT_EQ(first.sequence, 250u);
+  EXPECT_EQ(first.flags, wire::kFrameDiscontinuity);
+  EXPECT_EQ(of_kind(said, "description").size(), 1u);
+}
+
 TEST(ReplayLink, PartsAndPartialFramesComeAsWholeOnes) {
   MemoryLog memory;
   ASSERT_TRUE(memory.take(description(7), 0));
@@ -303,6 +369,26 @@ TEST(ReplayLink, StreamsAreChosenByName) {
       << none.error().message;
 }
 
+TEST(ReplayLink, WhatNobodyChoseComesInItsTimeToo) {
+  MemoryLog memory;
+  ASSERT_TRUE(memory.take(description(7), 0));
+  ASSERT_TRUE(memory.take(frame(7, 1), 0));
+  ASSERT_TRUE(memory.take(wire::encode(wire::Goodbye{7}), 0));
+  ASSERT_TRUE(memory.take(description(8, "crane"), 0, 2));
+  for (uint64_t s = 1; s <= 100; ++s) ASSERT_TRUE(memory.take(frame(8, s), s * 3'600'000, 2));
+  ASSERT_TRUE(memory.log.finish().ok());
+  ReplayOptions options;
+  options.streams = {"arm"};
+  const auto link = open(*memory.files[0], options);
+  std::vector<Said> said;
+  for (int i = 0; i < 10; ++i) std::ranges::copy(poll(*link), std::back_inserter(said));
+  EXPECT_EQ(sequences(said), std::vector<uint64_t>{1});
+  EXPECT_FALSE(link->timeline().at_end) << "the other stream goes on for hours";
+  link->set_speed(0);
+  std::ranges::copy(poll_to_the_end(*link), std::back_inserter(said));
+  EXPECT_TRUE(of_kind(said, "goodbye").empty()) << "the last of what was chosen: its picture stays";
+}
+
 TEST(ReplayLink, FindsSimulatedTimes) {
   const auto link = open(small_recording(record::Compression::none, 300, 700), each_frame());
   link->pause();
@@ -332,6 +418,28 @@ TEST(ReplayLink, DamageIsSaidOnceAndPassedOver) {
   EXPECT_EQ(link->timeline().damaged_chunks, 2u);
   EXPECT_GT(sequences(said).size(), 300 - 300 / chunks * 4);
   EXPECT_LT(sequences(said).size(), 300u);
+}
+
+TEST(ReplayLink, APollDoesNotReadThroughAllDamage) {
+  Bytes file = small_recording(record::Compression::none, 300, 1000);
+  size_t chunks = 0;
+  {
+    auto reader = record::Reader::open(source_of(file));
+    ASSERT_TRUE(reader.ok());
+    chunks = reader->index().chunks.size();
+    for (size_t chunk = 2; chunk < chunks; ++chunk)
+      file[reader->index().chunks[chunk].offset + 80] ^= std::byte{1};
+  }
+  ReplayOptions options;
+  options.speed = 0;
+  auto link = ReplayLink::open(std::make_unique<SlowSource>(std::move(file)), options);
+  ASSERT_TRUE(link.ok()) << link.error().message;
+  SlowSource::is_slow = true;
+  while ((*link)->timeline().damaged_chunks == 0) poll(**link);
+  SlowSource::is_slow = false;
+  EXPECT_EQ((*link)->timeline().damaged_chunks, 1u);
+  poll_to_the_end(**link);
+  EXPECT_EQ((*link)->timeline().damaged_chunks, chunks - 2);
 }
 
 TEST(ReplayLink, ABadPartIsRefused) {

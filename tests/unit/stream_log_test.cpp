@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
 
+#include "protocol/record/log_thread.h"
 #include "tests/unit/record_files.h"
 
 namespace fire3dv::record_test {
@@ -233,6 +237,74 @@ TEST(StreamLog, WhoTakesAStreamOverHasItAlone) {
   EXPECT_EQ(memory.log.streams()[0].frames, 2u);
   memory.log.end_peer(3);
   EXPECT_FALSE(memory.log.streams()[0].live);
+}
+
+// A disk that takes nothing while it is stuck.
+class StuckSink final : public record::Sink {
+ public:
+  struct State {
+    std::mutex mutex;
+    std::condition_variable changed;
+    bool is_stuck = false, is_waited_for = false;
+  };
+  explicit StuckSink(State& state) : state_(state) {}
+  Result<void> append(std::span<const std::byte>) override {
+    std::unique_lock lock(state_.mutex);
+    state_.is_waited_for = state_.is_stuck;
+    state_.changed.notify_all();
+    state_.changed.wait(lock, [&] { return !state_.is_stuck; });
+    return {};
+  }
+  Result<void> truncate(uint64_t) override { return {}; }
+  const std::string& name() const override { return name_; }
+
+ private:
+  State& state_;
+  std::string name_ = "stuck";
+};
+
+TEST(LogThread, WhatIsBeingWrittenCountsAsWaiting) {
+  StuckSink::State disk;
+  record::LogThread log(record::StreamLog(
+                            [&](uint32_t) -> Result<std::unique_ptr<record::Sink>> {
+                              return std::unique_ptr<record::Sink>(std::make_unique<StuckSink>(disk));
+                            },
+                            {}, small_chunks(1000)),
+                        5000);
+  const Bytes large = frame(7, 1, 80), small = edit(7, 1, "link_0", false);
+  ASSERT_TRUE(large.size() > 3000 && large.size() < 4500) << large.size() << ": one has room, two have not";
+  log.take(1, description(7, "arm", 80), 0, false);
+  const auto begun = std::chrono::steady_clock::now();
+  const auto hangs = [&] { return std::chrono::steady_clock::now() - begun > std::chrono::minutes(2); };
+  const auto look_again = [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };
+  while (log.status().streams.empty() && !hangs()) look_again();
+  {
+    std::unique_lock lock(disk.mutex);
+    disk.is_stuck = true;
+  }
+  log.take(1, large, 0, true);
+  {
+    std::unique_lock lock(disk.mutex);
+    EXPECT_TRUE(disk.changed.wait_for(lock, std::chrono::minutes(2), [&] { return disk.is_waited_for; }));
+  }
+  EXPECT_EQ(log.status().unwritten, 0u);
+  log.take(1, large, 0, true);
+  EXPECT_EQ(log.status().unwritten, 1u) << "the first is in memory, too";
+  log.take(1, small, 0, true);
+  EXPECT_EQ(log.status().unwritten, 1u) << "there is room for that";
+  {
+    std::unique_lock lock(disk.mutex);
+    disk.is_stuck = false;
+  }
+  disk.changed.notify_all();
+  // All of the room comes back.
+  for (; !hangs(); look_again()) {
+    const uint64_t unwritten = log.status().unwritten;
+    log.take(1, frame(7, 2, 80), 0, true);
+    if (log.status().unwritten == unwritten) break;
+  }
+  log.finish();
+  EXPECT_EQ(log.status().streams.at(0).frames, 2u);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace fire3dv::convert {
 namespace {
 
-std::mutex faults_mutex;  // of all below
+std::mutex faults_mutex;  // of all below, and of MuJoCo's own handlers
 std::jmp_buf after_fault;
 char fault_text[1024];
 std::vector<std::string>* warnings_said;
@@ -24,6 +24,27 @@ void on_warning(const char* text) {
   if (warnings_said && warnings_said->size() < kMost)
     warnings_said->push_back(std::string("MuJoCo: ") + text);
 }
+
+// For as long as there is something that they may jump to and write into.
+class Handlers {
+ public:
+  explicit Handlers(std::vector<std::string>* warnings) {
+    warnings_said = warnings;
+    mju_user_error = on_fault;
+    mju_user_warning = on_warning;
+  }
+  ~Handlers() {
+    warnings_said = nullptr;
+    mju_user_error = error_before_;
+    mju_user_warning = warning_before_;
+  }
+  Handlers(const Handlers&) = delete;
+  Handlers& operator=(const Handlers&) = delete;
+
+ private:
+  void (*error_before_)(const char*) = mju_user_error;
+  void (*warning_before_)(const char*) = mju_user_warning;
+};
 
 std::string one_line(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
@@ -43,9 +64,7 @@ bool without_fault(void (*call)(void*), void* context) {
 
 Result<void> call_mujoco(void (*call)(void*), void* context, std::vector<std::string>* warnings) {
   const std::lock_guard lock(faults_mutex);
-  warnings_said = warnings;
-  mju_user_error = on_fault;
-  mju_user_warning = on_warning;
+  const Handlers handlers(warnings);
   if (!without_fault(call, context)) return Error{one_line(fault_text)};
   return {};
 }

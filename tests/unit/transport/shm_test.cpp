@@ -106,6 +106,28 @@ TEST(Shm, GrowsForLargerFramesAndDescriptionsWithoutLosingThePeer) {
   EXPECT_EQ(listener.link->stats().poses_dropped, 0u);
 }
 
+// The pose that is carried over was published in a segment that the reader never saw, or it was not.
+TEST(Shm, WhoMissedASegmentGetsThePoseThatCameThroughIt) {
+  for (const Delivery delivery : {Delivery::newest, Delivery::all}) {
+    const std::string uri = unique_shm_uri("growtwice");
+    Listener listener(uri, {.delivery = delivery});
+    auto publisher = must_open_publisher(uri);
+    ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
+    publisher->publish(message_of("one"));
+    ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "one"); }));
+    ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
+    publisher->publish(message_of("two"));
+    ASSERT_TRUE(publisher->make_room_for_images(100'000, 1).ok());
+    EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "two"); }));
+    ASSERT_TRUE(publisher->make_room_for_images(1'000'000, 1).ok());
+    ASSERT_TRUE(publisher->make_room_for_images(2'000'000, 1).ok());
+    publisher->publish(message_of("three"));
+    EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "three"); }));
+    EXPECT_EQ(listener.count(Kind::pose), 3u) << "and none that it has seen";
+    EXPECT_EQ(listener.count(Kind::connected), 1u);
+  }
+}
+
 TEST(Shm, AReplyThatWasOnItsWayWhenTheSegmentGrewArrives) {
   const std::string uri = unique_shm_uri("growreply");
   Listener listener(uri);
