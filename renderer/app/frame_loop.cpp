@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <thread>
+#include <utility>
 
 #include "renderer/app/mark_held.h"
 #include "renderer/sinks/whole_file.h"
@@ -73,6 +74,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       frames_(device),
       renderer_(renderer),
       readback_(device),
+      image_service_(device, renderer, poses, intake, scene),
       taken_(passes::with_sources(options.outputs)),
       started_(Clock::now()),
       last_image_(started_),
@@ -80,6 +82,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
   VkExtent2D extent{options.width, options.height};
   if (window) taken_.color_srgb8 = true;
   if (window && !window->minimized()) extent = window->framebuffer_extent();
+  own_extent_ = extent;
   renderer_.set_size(extent);
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
   std::fprintf(stderr, "fire3dv: drawn %s, %u samples a pixel, shadows by %s\n",
@@ -100,6 +103,13 @@ Result<void> FrameLoop::run() {
 
     // What the user does.
     if (window_) steer();
+
+    // What simulators have asked for.
+    const bool served = image_service_.draw_due(frames_);
+    if (options_.on_request) {
+      if (Result<void> delivered = finish_served(served); !delivered) return delivered;
+      continue;
+    }
 
     // What is to be drawn, if anything.
     if (options_.lockstep && !undrawn_) {
@@ -139,6 +149,16 @@ void FrameLoop::say_notes() {
   if (recording_) say(recording_->take_notes());
 }
 
+// With no image of our own: a frame has been shown when what was asked of it is drawn.
+Result<void> FrameLoop::finish_served(bool served) {
+  const bool is_news = std::exchange(undrawn_, false);
+  if (is_news) unacknowledged_.emplace_back(device_.last_submitted(), poses_.shown());
+  if (!served && image_service_.in_flight()) device_.wait(device_.last_submitted());
+  if (Result<void> delivered = deliver(); !delivered) return delivered;
+  if (!served && !is_news) intake_.wait(std::chrono::milliseconds(1));
+  return {};
+}
+
 bool FrameLoop::take_in() {
   const bool came = intake_.poll();
   const uint64_t replaced = scene_.replaced();
@@ -159,9 +179,7 @@ void FrameLoop::steer() {
   window_->poll_events();
   const VkExtent2D extent = window_->framebuffer_extent();
   if (extent.width == 0 || extent.height == 0) return;
-  if (extent.width != renderer_.extent().width || extent.height != renderer_.extent().height) {
-    renderer_.set_size(extent);
-  }
+  own_extent_ = extent;
   const sinks::WindowInput input = window_->take_input();
   const float height = static_cast<float>(extent.height);
   constexpr float kOrbitRadPerHeight = 3.0f;
@@ -186,9 +204,11 @@ void FrameLoop::animate() {
 }
 
 void FrameLoop::draw() {
+  const VkExtent2D extent = own_extent_;
+  if (renderer_.extent().width != extent.width || renderer_.extent().height != extent.height)
+    renderer_.set_size(extent);
   gpu::Recorder& recorder = frames_.begin();
   const Clock::time_point begun = Clock::now();
-  const VkExtent2D extent = renderer_.extent();
   const passes::View view =
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   const std::vector<state::FrameTag> shown = poses_.shown();
@@ -246,6 +266,7 @@ Result<void> FrameLoop::deliver() {
     if (result) result = hand_over(std::move(tag), extent, pixels);
   });
   if (!result) return result;
+  image_service_.deliver();
   const uint64_t done = device_.completed();
   if (!unacknowledged_.empty() && unacknowledged_.front().first <= done && !first_finished_) {
     first_finished_ = Clock::now();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <utility>
 #include <vector>
 
 #include "protocol/replay/timeline.h"
@@ -9,6 +10,7 @@
 #include "renderer/app/camera_rig.h"
 #include "renderer/app/frame_planes.h"
 #include "renderer/app/frame_stats.h"
+#include "renderer/app/image_service.h"
 #include "renderer/app/live_scene.h"
 #include "renderer/app/options.h"
 #include "renderer/app/progress.h"
@@ -61,6 +63,7 @@ class FrameLoop {
   void animate();
   void draw();
   void read_back(gpu::Recorder& recorder, ImageTag tag);
+  Result<void> finish_served(bool served);
   Result<void> deliver();  // finished images to the sink
   Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels);
   Result<void> list_instances();
@@ -85,6 +88,8 @@ class FrameLoop {
   gpu::FrameRing frames_;
   passes::SceneRenderer& renderer_;
   passes::ReadbackBelt<ImageTag> readback_;
+  ImageService image_service_;
+  VkExtent2D own_extent_{};     // of the images that are drawn unasked
   passes::ImageOutputs taken_;  // of each image: what is wanted, and what that is made of
   passes::CameraHistory history_;
   std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the list's scene

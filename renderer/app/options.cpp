@@ -143,6 +143,8 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   add_recording_options(app, options.recording);
 
   app.add_flag("--headless", options.headless, "open no window");
+  app.add_flag("--on-request", options.on_request,
+               "draw nothing but the images that simulators ask for; with --headless and --listen");
   std::string size = "1280x720";
   app.add_option("--size", size, "image size, WxH")->capture_default_str();
   app.add_option("--camera", options.camera, "camera by node or camera name");
@@ -304,6 +306,8 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (!options.recording.record.empty() && !receives)
     return usage_error("--record needs a --listen URI or a --replay file");
   if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);
+  if (options.on_request && (!options.headless || options.listen.empty() || !options.out.empty()))
+    return usage_error("--on-request needs --headless and a --listen URI, and excludes --out");
   options.raster = passes::raster_path_named(raster);
   options.cull = passes::cull_named(cull);
   options.levels_of_detail = passes::levels_of_detail_named(levels_of_detail);

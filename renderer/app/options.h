@@ -30,6 +30,7 @@ struct Options {
   bool lockstep = false;  // one image for each pose frame, acknowledged
 
   bool headless = false;
+  bool on_request = false;  // draws nothing but images that simulators ask for
   uint32_t width = 1280, height = 720;
   std::string camera;            // node or camera name; empty: the scene's first, or one that frames it
   uint64_t frames = 0;           // 0 = until told to stop

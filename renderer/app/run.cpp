@@ -9,6 +9,7 @@
 #include "protocol/transport/open.h"
 #include "renderer/app/cache_places.h"
 #include "renderer/app/frame_loop.h"
+#include "renderer/app/image_service.h"
 #include "renderer/app/pipeline_file.h"
 #include "renderer/app/recorded_scene.h"
 #include "renderer/app/recording.h"
@@ -165,6 +166,7 @@ int run(const Options& options) {
     if (!animations) return fail(animations.error());
     state::PoseState poses(*scene);
     StreamIntake intake(poses, options.lockstep, options.play);
+    intake.offer_images(image_abilities());
     if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
     Result<std::unique_ptr<Recording>> recording = open_recording(options, scene_path);
     if (!recording) return fail(recording.error());

@@ -159,6 +159,11 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
   Result<wire::Message> decoded = decoder_.decode(message);
   if (!decoded) {
     reject(peer, Refusal::unreadable, decoded.error().message);
+    if (const auto& request = decoder_.refused_request(); request && request->id != 0) {
+      tell_refused(peer,
+                   {request->epoch, request->id, wire::ImageRefusal::bad_request, decoded.error().message});
+      return false;
+    }
     // What cannot be read may have been a description: silence would leave its adapter guessing.
     if (kind == Kind::control) {
       wire::Welcome welcome;
@@ -193,6 +198,10 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
   if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
     const auto stream = stream_of_peer_.find(peer);
     return stream != stream_of_peer_.end() && poses_.apply(stream->second.id, *edit);
+  }
+  if (const auto* request = std::get_if<wire::ImageRequest>(&*decoded)) {
+    ask_for_image(peer, *request);
+    return false;
   }
   if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
     reply(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns, monotonic_now_ns()}));
@@ -249,6 +258,8 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
   stream.id = id;
   stream.epoch = description.epoch;
   stream.name = name;
+  stream.asker = ++last_asker_;
+  peer_of_asker_.emplace(stream.asker, peer);
   const std::string& their_boot = description.clock.boot_id;
   if (their_boot == boot_id()) stream.clock.same_clock();
   stream.interpolated =
@@ -304,6 +315,8 @@ void StreamIntake::end_stream(Peer peer, const std::string& reason) {
   if (ended == stream_of_peer_.end()) return;
   poses_.remove_stream(ended->second.id);
   note("stream \"" + ended->second.name + "\" ended: " + reason);
+  if (images_) images_->forget(ended->second.asker);
+  peer_of_asker_.erase(ended->second.asker);
   stream_of_peer_.erase(ended);
   // Its nodes may have passed to streams that were told they could not have them.
   for (auto& [other, stream] : stream_of_peer_) {

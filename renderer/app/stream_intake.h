@@ -16,6 +16,7 @@
 #include "protocol/wire/decode.h"
 #include "renderer/app/play_options.h"
 #include "renderer/state/clock_offset.h"
+#include "renderer/state/image_book.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {
@@ -46,6 +47,17 @@ class StreamIntake {
   void wait(std::chrono::nanoseconds timeout);
   // Tells the adapters of these streams that an image of these frames is finished.
   void acknowledge(const std::vector<state::FrameTag>& shown);
+
+  // Images that adapters ask for (stream_images.cpp). Without an offer they are told that none are made.
+  void offer_images(const state::ImageAbilities& abilities) { images_ = state::ImageBook(abilities); }
+  // What is due of what is shown now; whoever asked for what cannot be met any more is told.
+  std::vector<state::ImageBook::Due> take_due_images(int64_t now_ns);
+  void refuse_image(const state::ImageBook::Due& due, wire::ImageRefusal reason, const std::string& why);
+  // False: it is lost, since the asker takes images too slowly or is gone.
+  bool send_image(state::ImageBook::Asker asker, const wire::ImageFrame& frame,
+                  const transport::ListenerLink::FillPixels& fill);
+  wire::Affine3x4d world_from_stream(state::ImageBook::Asker asker) const;
+  size_t open_image_requests() const { return images_ ? images_->count() : 0; }
 
   // Another scene is shown: tells the adapters whose names have other nodes now.
   void tell_bindings();
@@ -93,6 +105,7 @@ class StreamIntake {
     uint64_t pings = 0;  // asked so far, which are their ids
     int64_t next_ping_ns = 0;
     bool lost_told = false;
+    state::ImageBook::Asker asker = 0;
   };
 
   bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message,
@@ -102,6 +115,9 @@ class StreamIntake {
   void describe(Peer peer, const wire::StreamDescription& description);
   void welcome(Peer peer, PeerStream& stream);
   void tell_contests();
+  void ask_for_image(Peer peer, const wire::ImageRequest& request);
+  void tell_refused(Peer peer, const wire::ImageRefused& refused);
+  const std::pair<const Peer, PeerStream>* find_asker(state::ImageBook::Asker asker) const;
   void end_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
   void reject(Peer peer, Refusal refusal, const std::string& reason);
@@ -121,6 +137,9 @@ class StreamIntake {
   uint32_t notes_this_second_ = 0, notes_left_out_ = 0;
   bool had_streams_ = false;
   std::array<uint64_t, kRefusalCount> refusals_{};
+  std::optional<state::ImageBook> images_;
+  std::map<state::ImageBook::Asker, Peer> peer_of_asker_;
+  state::ImageBook::Asker last_asker_ = 0;
 };
 
 }  // namespace fire3dv::app

@@ -73,6 +73,15 @@ TEST(ClientHpp, MovesAndCarriesEverything) {
   const uint64_t shown = stream.poll().sequence;
   renderer.send(wire::Ack{arrived.epoch, shown});
   EXPECT_TRUE(stream.wait_ack(shown, 60s));
+
+  fire3dv_image_request request{};
+  expect_thrown(FIRE3DV_ERROR_ARGUMENT, "width is 0", [&] { stream.request_image(request); });
+  request.width = request.height = 4;
+  request.fx = request.fy = 4;
+  const uint64_t id = stream.request_image(request);
+  EXPECT_EQ(stream.wait_image(id, 0ms), nullptr);
+  stream.cancel_image(id);
+  expect_thrown(FIRE3DV_ERROR_STATE, "no image", [&] { stream.wait_image(0, 0ms); });
 }
 
 }  // namespace

@@ -36,7 +36,23 @@ class ScriptedListener final : public transport::ListenerLink {
     script_.push_back({kind, peer, std::move(message), std::move(text)});
   }
 
+  bool carries_images() const override { return carries; }
+  bool send_image(PeerId peer, uint64_t request, std::span<const std::byte>, size_t pixel_bytes,
+                  const FillPixels& fill) override {
+    std::vector<std::byte> pixels(pixel_bytes);
+    fill(pixels);
+    images.push_back({peer, request, std::move(pixels)});
+    return true;
+  }
+
   std::vector<std::pair<PeerId, wire::Bytes>> sent;
+  struct Image {
+    PeerId peer;
+    uint64_t request;
+    std::vector<std::byte> pixels;
+  };
+  std::vector<Image> images;
+  bool carries = true;
 
  private:
   struct Entry {
@@ -82,6 +98,16 @@ class StreamIntakeTest : public ::testing::Test {
     return wire::encode(view);
   }
 
+  static wire::ImageRequest image_request(uint64_t epoch, uint64_t id) {
+    wire::ImageRequest request;
+    request.epoch = epoch;
+    request.id = id;
+    request.place = static_cast<uint32_t>(id);
+    request.intrinsics = {8, 4, 10, 10, 3.5f, 1.5f, 0.01f, 0, {}};
+    request.when = wire::ImageWhen::every_nth;
+    return request;
+  }
+
   // The answers of one kind that a peer got.
   template <typename T>
   std::vector<T> answers(PeerId peer) {
@@ -100,6 +126,76 @@ class StreamIntakeTest : public ::testing::Test {
   StreamIntake intake_;
   ScriptedListener* link_ = nullptr;
 };
+
+TEST_F(StreamIntakeTest, ImagesGoBackToWhoAskedForThem) {
+  intake_.offer_images({});
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(2, LinkEvent::Kind::control, description(43));
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(image_request(42, 5)));
+  link_->deliver(2, LinkEvent::Kind::control, wire::encode(image_request(43, 5)));
+  link_->deliver(2, LinkEvent::Kind::control,
+                 wire::encode(image_request(42, 6)));  // of an epoch that is not its own
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 3));
+  intake_.poll();
+  EXPECT_EQ(intake_.open_image_requests(), 2u);
+  const auto due = intake_.take_due_images(0);
+  ASSERT_EQ(due.size(), 2u);
+  EXPECT_EQ(due[0].sequence, 3u);
+  EXPECT_EQ(due[1].sequence, 0u);
+  wire::ImageFrame image;
+  image.request = 5;
+  image.pixel_bytes = 64;
+  EXPECT_TRUE(
+      intake_.send_image(due[1].asker, image, [](std::span<std::byte> pixels) { pixels[0] = std::byte{9}; }));
+  ASSERT_EQ(link_->images.size(), 1u);
+  EXPECT_EQ(link_->images[0].peer, 2u);
+  EXPECT_EQ(link_->images[0].request, 5u);
+  EXPECT_EQ(link_->images[0].pixels[0], std::byte{9});
+
+  link_->deliver(2, LinkEvent::Kind::disconnected, {}, "it left");
+  intake_.poll();
+  EXPECT_EQ(intake_.open_image_requests(), 1u);
+  EXPECT_FALSE(intake_.send_image(due[1].asker, image, [](std::span<std::byte>) {}));
+  // What cannot be drawn is over, and its asker knows why.
+  intake_.refuse_image(due[0], wire::ImageRefusal::unknown_camera, "no such node");
+  EXPECT_EQ(intake_.open_image_requests(), 0u);
+  const auto refused = answers<wire::ImageRefused>(1);
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_EQ(refused[0].request, 5u);
+  EXPECT_EQ(refused[0].message, "no such node");
+}
+
+TEST_F(StreamIntakeTest, ImagesThatCannotBeHadAreRefusedWithAReason) {
+  const auto last_refusal = [&] {
+    intake_.poll();
+    const auto refused = answers<wire::ImageRefused>(1);
+    return refused.empty() ? wire::ImageRefused{} : refused.back();
+  };
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(image_request(42, 1)));
+  EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::no_way_back) << "nothing is offered";
+  intake_.offer_images({});
+  link_->carries = false;
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(image_request(42, 2)));
+  EXPECT_EQ(last_refusal().request, 2u);
+  EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::no_way_back);
+  link_->carries = true;
+  wire::ImageRequest bad = image_request(42, 3);
+  bad.intrinsics.fx = -1;
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(bad));
+  EXPECT_EQ(last_refusal().request, 3u);
+  EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::bad_request);
+  EXPECT_NE(last_refusal().message.find("fx"), std::string::npos) << last_refusal().message;
+  bad = image_request(42, 4);
+  bad.outputs = 1u << 30;
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(bad));
+  EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::not_supported);
+  EXPECT_EQ(intake_.open_image_requests(), 0u);
+  EXPECT_EQ(answers<wire::Welcome>(1).size(), 1u) << "a bad request says nothing of the description";
+  link_->deliver(7, LinkEvent::Kind::control, wire::encode(image_request(42, 1)));
+  intake_.poll();
+  EXPECT_EQ(intake_.refusals()[static_cast<size_t>(Refusal::before_description)], 1u);
+}
 
 TEST_F(StreamIntakeTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNodes) {
   link_->deliver(1, LinkEvent::Kind::control, description(42));

@@ -50,7 +50,7 @@ Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest 
     ++next_place_;
   else
     free_places_.pop_back();
-  open_[last_id_] = {std::move(request), 0, 0};
+  open_[last_id_].request = std::move(request);
   return last_id_;
 }
 
@@ -84,7 +84,8 @@ Result<void> Images::begin_again(transport::PublisherLink& link, uint64_t epoch)
     }
     request.epoch = epoch;
     request.sequence = 0;
-    open->second.last_number = 0;  // a renderer counts each epoch's images from 1
+    open->second.last_number = open->second.last_sequence = 0;  // both begin anew with the epoch
+    open->second.has_come = false;
     if (auto sent = send(link, request); !sent) return sent;
   }
   return {};
@@ -124,9 +125,12 @@ void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> p
   const auto open = open_.find(frame.request);
   if (open == open_.end()) return;  // cancelled, or another renderer was faster
   Open& request = open->second;
-  if (frame.number <= request.last_number) return;
-  request.lost += frame.number - request.last_number - 1;
+  // Of a frame one image counts, whichever renderer was faster. Each renderer counts its own, from 1.
+  if (request.has_come && frame.sequence <= request.last_sequence) return;
+  if (frame.number > request.last_number) request.lost += frame.number - request.last_number - 1;
   request.last_number = frame.number;
+  request.last_sequence = frame.sequence;
+  request.has_come = true;
   request.lost +=
       std::erase_if(arrived_, [&](const Arrived& image) { return image.frame.request == frame.request; });
   arrived_.push_back({frame, pixels, std::move(keep), request.lost});

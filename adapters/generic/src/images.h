@@ -45,7 +45,8 @@ class Images {
  private:
   struct Open {
     wire::ImageRequest request;
-    uint64_t last_number = 0;
+    uint64_t last_number = 0, last_sequence = 0;
+    bool has_come = false;
     uint64_t lost = 0;  // since an image was taken
   };
   Result<void> send(transport::PublisherLink& link, const wire::ImageRequest& request);

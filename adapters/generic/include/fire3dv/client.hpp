@@ -14,12 +14,14 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "fire3dv/client.h"
+#include "fire3dv/image.h"
 #include "fire3dv/scene.h"
 
 namespace fire3dv {
@@ -56,6 +58,20 @@ struct Security {
   std::string tls_certificate_file;
   std::string tls_key_file;
 };
+
+// An image of a renderer's: given back when this is destroyed, on any thread, also after its stream. Empty:
+// none.
+struct ReleaseImage {
+  void operator()(fire3dv_image* image) const noexcept { fire3dv_release_image(&image); }
+};
+using Image = std::unique_ptr<fire3dv_image, ReleaseImage>;
+
+// The plane of one FIRE3DV_IMAGE_* output, or null.
+inline const fire3dv_image_plane* plane_of(const fire3dv_image& image, uint32_t output) noexcept {
+  for (std::size_t i = 0; i < image.plane_count; ++i)
+    if (image.planes[i].output == output) return &image.planes[i];
+  return nullptr;
+}
 
 // Owns a stream; movable, not copyable. One thread at a time.
 class Stream {
@@ -192,6 +208,26 @@ class Stream {
     if (code == FIRE3DV_ERROR_TIMEOUT) return false;
     check(code);
     return true;
+  }
+
+  // Images: fire3dv/image.h says what they mean. struct_size need not be set. Returns the request's id.
+  uint64_t request_image(fire3dv_image_request request) {
+    request.struct_size = sizeof request;
+    uint64_t id = 0;
+    check(fire3dv_request_image(stream_, &request, &id));
+    return id;
+  }
+  void cancel_image(uint64_t id) { check(fire3dv_cancel_image(stream_, id)); }
+  // The next image of the request, or with 0 of any; empty when none has come in time. Throws when it is
+  // refused.
+  Image wait_image(uint64_t id, std::chrono::milliseconds timeout) {
+    const auto most = static_cast<std::chrono::milliseconds::rep>(UINT32_MAX);
+    fire3dv_image* image = nullptr;
+    const int code = fire3dv_wait_image(
+        stream_, id, static_cast<uint32_t>(std::min(std::max<decltype(most)>(timeout.count(), 0), most)),
+        &image);
+    if (code != FIRE3DV_ERROR_TIMEOUT) check(code);
+    return Image(image);
   }
 
   // The C stream, for what this wrapper lacks. Stays ours.

@@ -18,7 +18,8 @@
  * Each image says which frame it shows (sequence, sim_time_ns). Lockstep is to wait for the image of a frame before the
  * next one is published. Without waiting, images come when they come; of a request the newest one takes the place of
  * one that was not taken yet, and fire3dv_image.lost counts those.
- * Links: shm:// (pixels are looked at where the renderer wrote them, without a copy), tcp:// and tls://.
+ * Links: shm:// (pixels are looked at where the renderer wrote them, without a copy), tcp:// and tls://. Over shm:// the
+ * memory that images lie in is that of two for each open request: who holds more of them back gets no new ones.
  * Cameras look along their -Z, with +Y up, as in glTF. Pixels are counted as OpenCV does: the middle of the upper left
  * one is (0, 0). Metres, radians, linear colour. SPEC.md section 13 has the whole of it.
  * Waiting: none of these waits but fire3dv_wait_image. The first request, and larger ones, may take memory and, over

@@ -1,0 +1,127 @@
+#include "renderer/state/image_book.h"
+
+#include <utility>
+
+namespace fire3dv::state {
+namespace {
+
+std::string output_names(uint32_t outputs) {
+  std::string names;
+  for (uint32_t bit = 0; bit < 32; ++bit) {
+    if ((outputs >> bit & 1) == 0) continue;
+    if (!names.empty()) names += ", ";
+    names += bit < wire::kImageOutputCount ? wire::image_output_name(bit) : "of bit " + std::to_string(bit);
+  }
+  return names;
+}
+
+}  // namespace
+
+ImageBook::Refused ImageBook::refuse(Asker asker, const wire::ImageRequest& request,
+                                     wire::ImageRefusal reason, std::string message) {
+  ++refused_;
+  return {asker, {request.epoch, request.id, reason, std::move(message)}};
+}
+
+std::optional<ImageBook::Refused> ImageBook::ask(Asker asker, const wire::ImageRequest& request) {
+  std::map<uint32_t, Entry>& places = requests_[asker];
+  const auto at = places.find(request.place);
+  // A link may send what it sent already.
+  if (at != places.end() && at->second.request.id == request.id && request.when != wire::ImageWhen::never) {
+    at->second.request = request;
+    return {};
+  }
+  if (at != places.end()) places.erase(at);
+  if (request.when == wire::ImageWhen::never) return {};
+
+  using Refusal = wire::ImageRefusal;
+  if (request.when > wire::ImageWhen::exactly)
+    return refuse(asker, request, Refusal::not_supported,
+                  "ImageRequest.when is " + std::to_string(static_cast<int>(request.when)) +
+                      ", which this renderer does not know; update it");
+  if (const uint32_t more = request.outputs & ~abilities_.outputs; more != 0)
+    return refuse(asker, request, Refusal::not_supported,
+                  "this renderer does not make the output " + output_names(more) + "; ask for " +
+                      output_names(abilities_.outputs));
+  const wire::LensModel lens = request.intrinsics.lens.model;
+  if (lens != wire::LensModel::none && (!abilities_.lenses || lens > wire::LensModel::fisheye))
+    return refuse(asker, request, Refusal::not_supported,
+                  "this renderer does not know the lens " + std::to_string(static_cast<int>(lens)) +
+                      "; ask for images without one");
+  // Boxes are bounded by what is seen.
+  const uint64_t bytes =
+      wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, request.outputs, 0);
+  if (bytes > abilities_.most_pixel_bytes)
+    return refuse(asker, request, Refusal::too_large,
+                  "an image of " + std::to_string(request.intrinsics.width) + " x " +
+                      std::to_string(request.intrinsics.height) + " has " + std::to_string(bytes) +
+                      " bytes; at most " + std::to_string(abilities_.most_pixel_bytes) +
+                      " are made: ask for a smaller one, or for fewer outputs");
+  places[request.place] = {request, 0, 0, 0};
+  return {};
+}
+
+void ImageBook::drop(Asker asker, uint64_t id) {
+  const auto places = requests_.find(asker);
+  if (places == requests_.end()) return;
+  std::erase_if(places->second, [&](const auto& entry) { return entry.second.request.id == id; });
+}
+
+ImageBook::Answer ImageBook::answer_now(const Entry& entry, uint64_t sequence, int64_t now_ns) {
+  const wire::ImageRequest& request = entry.request;
+  if (sequence < request.sequence) return Answer::wait;
+  const bool is_first = entry.made == 0;
+  switch (request.when) {
+    case wire::ImageWhen::never:
+      break;
+    case wire::ImageWhen::once:
+      return Answer::make_last;
+    case wire::ImageWhen::every_nth:
+      return is_first || sequence - entry.last_sequence >= request.every ? Answer::make : Answer::wait;
+    case wire::ImageWhen::rate: {
+      const bool is_time = static_cast<double>(now_ns - entry.last_ns) * request.rate_hz >= 1e9;
+      return is_first || (is_time && sequence > entry.last_sequence) ? Answer::make : Answer::wait;
+    }
+    case wire::ImageWhen::exactly:
+      return sequence == request.sequence ? Answer::make_last : Answer::overtaken;
+  }
+  return Answer::wait;
+}
+
+std::vector<ImageBook::Due> ImageBook::take_due(const std::function<std::optional<Shown>(Asker)>& shown,
+                                                int64_t now_ns, std::vector<Refused>& refused) {
+  std::vector<Due> due;
+  for (auto& [asker, places] : requests_) {
+    if (places.empty()) continue;
+    const std::optional<Shown> now = shown(asker);
+    if (!now) continue;
+    for (auto at = places.begin(); at != places.end();) {
+      Entry& entry = at->second;
+      if (entry.request.epoch != now->epoch) {
+        ++at;
+        continue;
+      }
+      const Answer answer = answer_now(entry, now->sequence, now_ns);
+      if (answer == Answer::overtaken)
+        refused.push_back(refuse(asker, entry.request, wire::ImageRefusal::overtaken,
+                                 "frame " + std::to_string(entry.request.sequence) +
+                                     " is not shown any more; frame " + std::to_string(now->sequence) +
+                                     " is: wait for images in lockstep, or ask for what is shown next"));
+      if (answer == Answer::make || answer == Answer::make_last) {
+        due.push_back({asker, entry.request, ++entry.made, now->sequence, now->sim_time_ns});
+        entry.last_sequence = now->sequence;
+        entry.last_ns = now_ns;
+      }
+      at = answer == Answer::make_last || answer == Answer::overtaken ? places.erase(at) : std::next(at);
+    }
+  }
+  return due;
+}
+
+size_t ImageBook::count() const {
+  size_t count = 0;
+  for (const auto& [asker, places] : requests_) count += places.size();
+  return count;
+}
+
+}  // namespace fire3dv::state

@@ -1,0 +1,81 @@
+// Which images simulators have asked for, and when each is due. Pure bookkeeping: knows neither links nor
+// cameras nor Vulkan, and time only as it is told. SPEC section 13 is normative.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/wire/image.h"
+
+namespace fire3dv::state {
+
+// What a renderer makes. What is asked for beyond it is refused.
+struct ImageAbilities {
+  uint32_t outputs = wire::kColorSrgb8;
+  bool lenses = false;
+  uint64_t most_pixel_bytes = wire::kMostPixelBytes;  // of one image
+};
+
+class ImageBook {
+ public:
+  using Asker = uint64_t;  // the caller's number for a stream
+
+  struct Refused {
+    Asker asker = 0;
+    wire::ImageRefused answer;
+  };
+  // An image to be made now.
+  struct Due {
+    Asker asker = 0;
+    wire::ImageRequest request;
+    uint64_t number = 0;  // of the request's images
+    uint64_t sequence = 0;
+    int64_t sim_time_ns = 0;
+  };
+  // Of a stream, what is shown of it; sequence 0: no frame of it yet.
+  struct Shown {
+    uint64_t epoch = 0;
+    uint64_t sequence = 0;
+    int64_t sim_time_ns = 0;
+  };
+
+  explicit ImageBook(const ImageAbilities& abilities = {}) : abilities_(abilities) {}
+
+  // Takes the request on, or says why not.
+  std::optional<Refused> ask(Asker asker, const wire::ImageRequest& request);
+  // The stream has ended, or began anew.
+  void forget(Asker asker) { requests_.erase(asker); }
+  // The request cannot be served: it is over.
+  void drop(Asker asker, uint64_t id);
+
+  // What is due, in the order of askers and places, and is marked as made by this call. Requests that cannot
+  // be met any more are over, and their answers stand in `refused`. shown: nothing for a stream that is not
+  // known.
+  std::vector<Due> take_due(const std::function<std::optional<Shown>(Asker)>& shown, int64_t now_ns,
+                            std::vector<Refused>& refused);
+
+  size_t count() const;
+  uint64_t refused() const { return refused_; }
+
+ private:
+  struct Entry {
+    wire::ImageRequest request;
+    uint64_t made = 0;  // images
+    uint64_t last_sequence = 0;
+    int64_t last_ns = 0;
+  };
+  enum class Answer { wait, make, make_last, overtaken };
+  static Answer answer_now(const Entry& entry, uint64_t sequence, int64_t now_ns);
+  Refused refuse(Asker asker, const wire::ImageRequest& request, wire::ImageRefusal reason,
+                 std::string message);
+
+  ImageAbilities abilities_;
+  std::map<Asker, std::map<uint32_t, Entry>> requests_;  // by place
+  uint64_t refused_ = 0;
+};
+
+}  // namespace fire3dv::state

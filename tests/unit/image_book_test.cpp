@@ -1,0 +1,161 @@
+// When an image is due, and who is told no.
+#include "renderer/state/image_book.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace fire3dv::state {
+namespace {
+
+constexpr uint64_t kEpoch = 77;
+constexpr int64_t kMillisecondNs = 1'000'000;
+
+class ImageBookTest : public ::testing::Test {
+ protected:
+  static wire::ImageRequest request(uint64_t id, wire::ImageWhen when, uint64_t sequence = 0) {
+    wire::ImageRequest r;
+    r.epoch = kEpoch;
+    r.id = id;
+    r.place = static_cast<uint32_t>(id);
+    r.intrinsics = {64, 48, 50, 50, 31.5f, 23.5f, 0.01f, 0, {}};
+    r.when = when;
+    r.sequence = sequence;
+    return r;
+  }
+  // What is due while `sequence` is shown of the stream 1.
+  std::vector<uint64_t> due(uint64_t sequence, int64_t now_ns = 0) {
+    refused_.clear();
+    std::vector<uint64_t> ids;
+    const auto shown = [&](ImageBook::Asker asker) -> std::optional<ImageBook::Shown> {
+      if (asker != 1) return {};
+      return ImageBook::Shown{kEpoch, sequence, static_cast<int64_t>(sequence) * 10};
+    };
+    last_ = book_.take_due(shown, now_ns, refused_);
+    for (const ImageBook::Due& one : last_) {
+      ids.push_back(one.request.id);
+      EXPECT_EQ(one.sequence, sequence);
+      EXPECT_EQ(one.sim_time_ns, static_cast<int64_t>(sequence) * 10);
+    }
+    return ids;
+  }
+
+  using Ids = std::vector<uint64_t>;
+  ImageBook book_;
+  std::vector<ImageBook::Refused> refused_;
+  std::vector<ImageBook::Due> last_;
+};
+
+TEST_F(ImageBookTest, OnceIsTheFirstFrameFromItsSequenceOn) {
+  ASSERT_FALSE(book_.ask(1, request(5, wire::ImageWhen::once, 3)));
+  EXPECT_EQ(due(2), Ids{});
+  EXPECT_EQ(due(4), Ids{5});
+  EXPECT_EQ(last_[0].number, 1u);
+  EXPECT_EQ(due(5), Ids{});
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, OnceWithoutASequenceNeedsNoFrame) {
+  ASSERT_FALSE(book_.ask(1, request(5, wire::ImageWhen::once)));
+  EXPECT_EQ(due(0), Ids{5});
+}
+
+TEST_F(ImageBookTest, EveryNthGoesByWhatWasPublished) {
+  wire::ImageRequest r = request(1, wire::ImageWhen::every_nth, 2);
+  r.every = 3;
+  ASSERT_FALSE(book_.ask(1, r));
+  std::vector<uint64_t> made;
+  for (const uint64_t sequence : {0u, 1u, 2u, 2u, 3u, 4u, 5u, 9u, 10u, 12u})
+    if (!due(sequence).empty()) made.push_back(sequence);
+  EXPECT_EQ(made, (std::vector<uint64_t>{2, 5, 9, 12}));
+  EXPECT_EQ(last_[0].number, 4u);
+}
+
+TEST_F(ImageBookTest, ARateIsOfNewerFramesAndOfTheRenderersClock) {
+  wire::ImageRequest r = request(1, wire::ImageWhen::rate);
+  r.rate_hz = 100;
+  ASSERT_FALSE(book_.ask(1, r));
+  EXPECT_EQ(due(1, 0), Ids{1});
+  EXPECT_EQ(due(2, 9 * kMillisecondNs), Ids{});
+  EXPECT_EQ(due(3, 10 * kMillisecondNs), Ids{1});
+  EXPECT_EQ(due(3, 40 * kMillisecondNs), Ids{}) << "the same frame twice";
+  EXPECT_EQ(due(4, 40 * kMillisecondNs), Ids{1});
+}
+
+TEST_F(ImageBookTest, ExactlyIsThatFrameOrNone) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::exactly, 5)));
+  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::exactly, 7)));
+  EXPECT_EQ(due(4), Ids{});
+  EXPECT_EQ(due(5), Ids{1});
+  EXPECT_TRUE(refused_.empty());
+  EXPECT_EQ(due(8), Ids{});
+  ASSERT_EQ(refused_.size(), 1u);
+  EXPECT_EQ(refused_[0].answer.request, 2u);
+  EXPECT_EQ(refused_[0].answer.reason, wire::ImageRefusal::overtaken);
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, APlaceHasOneRequest) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  wire::ImageRequest other = request(2, wire::ImageWhen::every_nth);
+  other.place = 1;
+  ASSERT_FALSE(book_.ask(1, other));
+  EXPECT_EQ(due(1), Ids{2});
+  ASSERT_FALSE(book_.ask(1, other)) << "a link may repeat it";
+  EXPECT_EQ(due(1), Ids{}) << "and that begins nothing anew";
+  other.when = wire::ImageWhen::never;
+  ASSERT_FALSE(book_.ask(1, other));
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, StreamsAreApart) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(2, request(1, wire::ImageWhen::once)));
+  EXPECT_EQ(due(1), Ids{1});
+  EXPECT_EQ(book_.count(), 1u) << "of the other stream nothing is shown";
+  book_.forget(2);
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, ARequestOfAnEarlierEpochIsNeverDue) {
+  wire::ImageRequest old = request(1, wire::ImageWhen::once);
+  old.epoch = kEpoch - 1;
+  ASSERT_FALSE(book_.ask(1, old));
+  EXPECT_EQ(due(1), Ids{});
+}
+
+TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
+  const auto expect_refused = [&](const wire::ImageRequest& r, wire::ImageRefusal reason, const char* text) {
+    const auto refused = book_.ask(1, r);
+    ASSERT_TRUE(refused);
+    EXPECT_EQ(refused->answer.request, r.id);
+    EXPECT_EQ(refused->answer.epoch, kEpoch);
+    EXPECT_EQ(refused->answer.reason, reason);
+    EXPECT_NE(refused->answer.message.find(text), std::string::npos) << refused->answer.message;
+  };
+  wire::ImageRequest r = request(1, wire::ImageWhen::once);
+  r.outputs = wire::kColorSrgb8 | 1u << 20;
+  expect_refused(r, wire::ImageRefusal::not_supported, "bit 20");
+  r = request(1, static_cast<wire::ImageWhen>(9));
+  expect_refused(r, wire::ImageRefusal::not_supported, "when is 9");
+  r = request(1, wire::ImageWhen::once);
+  r.intrinsics.lens.model = static_cast<wire::LensModel>(3);
+  expect_refused(r, wire::ImageRefusal::not_supported, "lens 3");
+  r = request(1, wire::ImageWhen::once);
+  r.intrinsics.width = r.intrinsics.height = wire::kMostImageSide;
+  expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
+  EXPECT_EQ(book_.count(), 0u);
+  EXPECT_EQ(book_.refused(), 4u);
+}
+
+TEST_F(ImageBookTest, ARefusedRequestLeavesItsPlaceEmpty) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  wire::ImageRequest bad = request(2, wire::ImageWhen::once);
+  bad.place = 1;
+  bad.outputs = 1u << 31;
+  ASSERT_TRUE(book_.ask(1, bad));
+  EXPECT_EQ(due(1), Ids{});
+}
+
+}  // namespace
+}  // namespace fire3dv::state
