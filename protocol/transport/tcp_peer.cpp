@@ -230,11 +230,12 @@ void Peer::write() {
                       if (self->over_) return;
                       self->writing_ = false;
                       if (error) return self->end("the connection broke (" + error.message() + ")");
-                      self->outgoing_bytes_ -= self->outgoing_.front().size();
+                      const size_t gone = self->outgoing_.front().size();
+                      self->outgoing_bytes_ -= gone;
                       self->outgoing_.pop_front();
-                      if (self->image_pieces_ != 0 && --self->image_pieces_ == 0) {
-                        self->image_bytes_ = 0;
-                        self->image_share_ = {};
+                      if (self->image_pieces_ != 0) {
+                        self->image_bytes_ -= gone;
+                        if (--self->image_pieces_ == 0) self->image_share_ = {};
                       }
                       self->write();
                     });
