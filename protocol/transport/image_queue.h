@@ -1,11 +1,13 @@
 // Images that wait for someone slower than who makes them: of each request the newest, and of all together no
-// more than a bound.
+// more than a bound of bytes and of images.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <utility>
+#include <vector>
 
 namespace fire3dv::transport {
 
@@ -13,19 +15,24 @@ namespace fire3dv::transport {
 template <typename Block>
 class ImageQueue {
  public:
-  explicit ImageQueue(size_t most_bytes) : most_bytes_(most_bytes) {}
+  ImageQueue(size_t most_bytes, size_t most_images) : most_bytes_(most_bytes), most_images_(most_images) {}
+  void raise(size_t most_bytes) { most_bytes_ = std::max(most_bytes_, most_bytes); }
 
-  // How many images were given up for it, itself among them when it alone is too large.
-  size_t push(uint64_t request, Block block) {
-    const size_t before = waiting_.size();
-    std::erase_if(waiting_, [&](const Entry& entry) {
-      if (entry.request == request) bytes_ -= entry.block.size();
-      return entry.request == request;
-    });
+  // The images that were given up for it, itself among them when it alone is too large. They may be long:
+  // whoever holds a lock frees them after it.
+  std::vector<Block> push(uint64_t request, Block block) {
+    std::vector<Block> given_up;
+    for (auto entry = waiting_.begin(); entry != waiting_.end(); ++entry) {
+      if (entry->request != request) continue;
+      bytes_ -= entry->block.size();
+      given_up.push_back(std::move(entry->block));
+      waiting_.erase(entry);
+      break;  // it has one at most
+    }
     bytes_ += block.size();
     waiting_.push_back({request, std::move(block)});
-    while (bytes_ > most_bytes_) pop_front();
-    return before + 1 - waiting_.size();
+    while (bytes_ > most_bytes_ || waiting_.size() > most_images_) given_up.push_back(pop());
+    return given_up;
   }
 
   bool empty() const { return waiting_.empty(); }
@@ -43,12 +50,9 @@ class ImageQueue {
     uint64_t request;
     Block block;
   };
-  void pop_front() {
-    bytes_ -= waiting_.front().block.size();
-    waiting_.pop_front();
-  }
 
-  const size_t most_bytes_;
+  size_t most_bytes_;
+  const size_t most_images_;
   size_t bytes_ = 0;
   std::deque<Entry> waiting_;
 };

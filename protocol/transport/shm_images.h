@@ -64,6 +64,7 @@ class ImageWriter {
 struct ImageNotice {
   uint32_t slot = 0;
   uint64_t ticket = 0;
+  bool operator==(const ImageNotice&) const = default;
 };
 
 // The publisher's end. It believes nothing but its own geometry.
@@ -83,9 +84,10 @@ class ImageTaker {
   // The image's block, from now on untouched until it is let go; nothing when a newer one has its place.
   std::optional<std::span<const std::byte>> take(const ImageNotice& notice, uint32_t place);
   void let_go(uint32_t slot);
-  // Readers of which is_alive(place) is false have died: what they were writing will not be completed.
-  template <typename IsAlive>
-  void free_unfinished(IsAlive&& is_alive);
+  // Readers of which is_alive(place) is false have died: what they were writing will not be completed. What
+  // they completed and is_noted(notice, place) is false of, nobody will be told of.
+  template <typename IsAlive, typename IsNoted>
+  void free_unfinished(IsAlive&& is_alive, IsNoted&& is_noted);
 
  private:
   std::atomic_ref<uint64_t> owner(uint32_t slot) const;
@@ -94,13 +96,17 @@ class ImageTaker {
   RingGeometry geometry_{};
 };
 
-template <typename IsAlive>
-void ImageTaker::free_unfinished(IsAlive&& is_alive) {
+template <typename IsAlive, typename IsNoted>
+void ImageTaker::free_unfinished(IsAlive&& is_alive, IsNoted&& is_noted) {
   for (uint32_t slot = 0; slot < geometry_.count; ++slot) {
     uint64_t word = owner(slot).load(std::memory_order_relaxed);
-    if ((word & 0xff) != static_cast<uint64_t>(ImagePhase::writing)) continue;
+    const auto phase = static_cast<ImagePhase>(word & 0xff);
+    if (phase != ImagePhase::writing && phase != ImagePhase::complete) continue;
     const uint64_t place = (word >> 8 & 0xff) - 1;
     if (place < kReaderCount && is_alive(static_cast<uint32_t>(place))) continue;
+    if (phase == ImagePhase::complete && place < kReaderCount &&
+        is_noted(ImageNotice{slot, word >> 16}, static_cast<uint32_t>(place)))
+      continue;
     owner(slot).compare_exchange_strong(word, 0, std::memory_order_acq_rel);
   }
 }

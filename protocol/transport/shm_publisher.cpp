@@ -36,7 +36,8 @@ struct Published {
   StatesWriter states;
   std::array<ReplyConsumer, kReaderCount> replies;
   ImageTaker images;
-  int64_t forget_at_ns = 0;  // once it was replaced
+  std::vector<uint64_t> noted_owner;  // of each slot of images: its first word when its reader told of it
+  int64_t forget_at_ns = 0;           // once it was replaced
 
   explicit Published(Segment made) : segment(std::move(made)) {
     SegmentHeader& header = segment.header();
@@ -50,6 +51,7 @@ struct Published {
     states = StatesWriter(base, segment.geometry.states, header.states_words);
     for (uint32_t i = 0; i < kReaderCount; ++i) replies[i] = ReplyConsumer(segment.reader(i));
     images = ImageTaker(base, segment.geometry.images);
+    noted_owner.resize(segment.geometry.images.count);
   }
   Published(const Published&) = delete;
   Published& operator=(const Published&) = delete;
@@ -268,12 +270,16 @@ bool ShmPublisher::read_replies() {
 void ShmPublisher::note_image(const std::shared_ptr<Published>& from, uint32_t reader,
                               const ImageNotice& notice) {
   if (!from->images.is_sound(notice)) return counters_.reject(Cause::malformed);
+  if (!from->images.is_there(notice, reader)) return;  // overtaken; a reader in order says each once
+  const uint64_t owner = image_owner(notice.ticket, reader, ImagePhase::complete);
+  if (from->noted_owner[notice.slot] == owner) return counters_.reject(Cause::malformed);  // said twice
   if (noted_images_.size() >= 2 * kMostImageSlots)
     std::erase_if(noted_images_, [](const NotedImage& noted) {
       return !noted.from->images.is_there(noted.notice, noted.reader);
     });
   if (noted_images_.size() >= 2 * kMostImageSlots) return counters_.reject(Cause::unread);
   noted_images_.push_back({from, reader, notice});
+  from->noted_owner[notice.slot] = owner;
 }
 
 Result<void> ShmPublisher::make_room_for_images(size_t block_bytes, size_t requests) {
@@ -282,10 +288,15 @@ Result<void> ShmPublisher::make_room_for_images(size_t block_bytes, size_t reque
   // Of each request one image comes while the caller looks at another.
   const uint64_t slots = std::max<uint64_t>(2 * requests, kFewestImageSlots);
   SegmentSizes sizes = sizes_;
-  sizes.image_bytes = std::max<uint64_t>(sizes.image_bytes, block_bytes);
   if (sizes.image_slots < slots) sizes.image_slots = std::bit_ceil(slots);
+  // A quarter more, so that a view that grows by a pixel now and then does not take a new segment each time.
+  if (block_bytes > sizes.image_bytes)
+    sizes.image_bytes = std::min<uint64_t>(block_bytes + block_bytes / 4, kMaxMessageBytes);
+  const auto too_much = [&] { return sizes.image_bytes * sizes.image_slots > kMostImageMemory; };
+  if (too_much())
+    sizes.image_bytes = block_bytes;  // without what earlier requests took, and nothing to spare
   if (sizes.image_bytes == sizes_.image_bytes && sizes.image_slots == sizes_.image_slots) return {};
-  if (sizes.image_slots > kMostImageSlots || sizes.image_bytes * sizes.image_slots > kMostImageMemory)
+  if (sizes.image_slots > kMostImageSlots || too_much())
     return Error{"shm://" + name_ + ": images of " + std::to_string(requests) + " requests, of up to " +
                  std::to_string(sizes.image_bytes) + " bytes, take more than " +
                  std::to_string(kMostImageMemory >> 20) + " MiB; ask for fewer, or for smaller ones"};
@@ -340,9 +351,14 @@ void ShmPublisher::count_readers(int64_t now_ns) {
   counters_.peers.set(alive);
   if (sizes_.image_slots == 0 || now_ns < next_free_images_ns_) return;
   next_free_images_ns_ = now_ns + kFreeImagesEveryNs;
-  now_->images.free_unfinished([this](uint32_t reader) {
-    return byte_held_by_other(now_->segment.fd.get(), reader_lock_byte(reader));
-  });
+  now_->images.free_unfinished(
+      [this](uint32_t reader) {
+        return byte_held_by_other(now_->segment.fd.get(), reader_lock_byte(reader));
+      },
+      [this](const ImageNotice& notice, uint32_t reader) {
+        return !now_->replies[reader].is_empty() ||
+               now_->noted_owner[notice.slot] == image_owner(notice.ticket, reader, ImagePhase::complete);
+      });
 }
 
 bool ShmPublisher::poll(std::vector<std::byte>& message) {

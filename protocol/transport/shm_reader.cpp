@@ -49,7 +49,9 @@ bool Reader::send_image(uint64_t request, std::span<const std::byte> head, size_
                         const Fill& fill) {
   if (forked_from_ != fork_generation()) return false;
   const size_t pixels = wire::pixels_at(head.size());
-  const auto place = images_.begin(request, pixels + pixel_bytes);
+  // Looked at first: begin() may give up an image that the publisher has been told of.
+  const auto place =
+      replies_.has_room_for_notice() ? images_.begin(request, pixels + pixel_bytes) : std::nullopt;
   if (!place) {
     counters_.images_dropped.add();
     return false;

@@ -42,11 +42,10 @@ bool ReplyProducer::has_room(uint64_t words) const {
 }
 
 bool ReplyProducer::push(const ImageNotice& notice) {
-  constexpr uint64_t kWords = 2;
-  if (slot_ == nullptr || !has_room(kWords)) return false;
+  if (!has_room_for_notice()) return false;
   word_at(*slot_, head_).store(kImageMark << 32 | notice.slot, relaxed);
   word_at(*slot_, head_ + 1).store(notice.ticket, relaxed);
-  head_ += kWords;
+  head_ += kNoticeWords;
   atomic_word(slot_->head).store(head_, std::memory_order_release);
   return true;
 }

@@ -19,8 +19,10 @@ class ReplyProducer {
   // False when there is no room.
   bool push(std::span<const std::byte> message);
   bool push(const ImageNotice& notice);
+  bool has_room_for_notice() const { return slot_ != nullptr && has_room(kNoticeWords); }
 
  private:
+  static constexpr uint64_t kNoticeWords = 2;
   bool has_room(uint64_t words) const;
 
   ReaderSlot* slot_ = nullptr;
@@ -37,6 +39,7 @@ class ReplyConsumer {
   // `corrupt`: what the reader left makes no sense; all of it is skipped.
   // `image`: of an image only `notice` is set.
   Outcome pop(std::vector<std::byte>& message, ImageNotice& notice);
+  bool is_empty() const { return atomic_word(slot_->head).load(std::memory_order_acquire) == tail_; }
 
  private:
   ReaderSlot* slot_ = nullptr;

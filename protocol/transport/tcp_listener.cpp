@@ -215,18 +215,18 @@ bool TcpListener::send_image(PeerId peer, uint64_t request, std::span<const std:
                              size_t pixel_bytes, const FillPixels& fill) {
   const size_t pixels = wire::pixels_at(head.size());
   const size_t bytes = pixels + pixel_bytes;
-  // What lies in the hands of the other thread, and has not reached its peer's queue, is bounded too.
+  // Of all peers together, until it has left.
   if (bytes > kMaxMessageBytes || !image_budget_.take(bytes)) {
     counters_.images_dropped.add();
     return false;
   }
-  std::vector<std::byte> block(bytes);
-  wire::write_image_block_head(block, request, head);
-  fill(std::span(block).subspan(pixels));
+  BudgetedBytes block{{}, BudgetShare(image_budget_, bytes)};
+  block.bytes.resize(bytes);
+  wire::write_image_block_head(block.bytes, request, head);
+  fill(std::span(block.bytes).subspan(pixels));
   counters_.images_sent.add();
   counters_.bytes_sent.add(kFrameHeaderBytes + bytes);
-  asio::post(io_, [this, peer, request, bytes, block = std::move(block)]() mutable {
-    image_budget_.give(bytes);
+  asio::post(io_, [this, peer, request, block = std::move(block)]() mutable {
     const auto found = peers_.find(peer);
     if (found == peers_.end()) return;
     const std::shared_ptr<Peer> keep = found->second;  // sending may end it

@@ -184,9 +184,9 @@ void Peer::send(std::span<const std::byte> message) {
   write();
 }
 
-void Peer::send_image(uint64_t request, std::vector<std::byte>&& block) {
+void Peer::send_image(uint64_t request, BudgetedBytes&& block) {
   if (over_ || !greeted_ || !end_after_write_.empty()) return;
-  if (const size_t dropped = images_.push(request, std::move(block)); dropped != 0)
+  if (const size_t dropped = images_.push(request, std::move(block)).size(); dropped != 0)
     host_.dropped_images(dropped);
   write();
 }
@@ -195,7 +195,9 @@ void Peer::send_image(uint64_t request, std::vector<std::byte>&& block) {
 // pixels are not copied for 8 bytes.
 bool Peer::queue_image() {
   if (images_.empty()) return false;
-  std::vector<std::byte> block = images_.pop();
+  BudgetedBytes image = images_.pop();
+  std::vector<std::byte>& block = image.bytes;
+  image_share_ = std::move(image.share);
   const auto header = write_frame_header(FrameKind::image, static_cast<uint32_t>(block.size()));
   if (!tls_) {
     image_bytes_ = header.size() + block.size();
@@ -228,9 +230,13 @@ void Peer::write() {
                       if (self->over_) return;
                       self->writing_ = false;
                       if (error) return self->end("the connection broke (" + error.message() + ")");
-                      self->outgoing_bytes_ -= self->outgoing_.front().size();
+                      const size_t gone = self->outgoing_.front().size();
+                      self->outgoing_bytes_ -= gone;
                       self->outgoing_.pop_front();
-                      if (self->image_pieces_ != 0 && --self->image_pieces_ == 0) self->image_bytes_ = 0;
+                      if (self->image_pieces_ != 0) {
+                        self->image_bytes_ -= gone;
+                        if (--self->image_pieces_ == 0) self->image_share_ = {};
+                      }
                       self->write();
                     });
 }

@@ -18,6 +18,7 @@
 #include "protocol/transport/link.h"
 #include "protocol/transport/tcp_frame.h"
 #include "protocol/transport/tls_session.h"
+#include "protocol/wire/image.h"
 
 namespace fire3dv::transport::tcp {
 
@@ -43,14 +44,14 @@ class PeerHost {
 
 class Peer : public std::enable_shared_from_this<Peer> {
  public:
-  static constexpr size_t kMostImageBytes = size_t{256} << 20;  // that wait
+  static constexpr size_t kMostImageBytes = size_t{512} << 20;  // that wait
 
   // tls null: tcp://
   Peer(asio::ip::tcp::socket socket, PeerHost& host, MemoryBudget& budget, std::unique_ptr<TlsSession> tls);
 
   void start();
   void send(std::span<const std::byte> message);
-  void send_image(uint64_t request, std::vector<std::byte>&& block);
+  void send_image(uint64_t request, BudgetedBytes&& block);
   void resume();
   void end(const std::string& reason, std::optional<Cause> cause = {});
 
@@ -79,8 +80,9 @@ class Peer : public std::enable_shared_from_this<Peer> {
   std::vector<std::byte> buffer_, plain_;
   std::deque<std::vector<std::byte>> outgoing_;  // as it goes on the wire
   size_t outgoing_bytes_ = 0;
-  ImageQueue<std::vector<std::byte>> images_{kMostImageBytes};
-  size_t image_bytes_ = 0;  // of outgoing_: the image at its front
+  ImageQueue<BudgetedBytes> images_{kMostImageBytes, wire::kMostImageRequests};
+  size_t image_bytes_ = 0;   // of outgoing_: the image at its front
+  BudgetShare image_share_;  // of that image
   int image_pieces_ = 0;
   size_t bytes_since_watch_ = 0;
   std::string end_after_write_;  // the reason, once what is queued has gone

@@ -1,5 +1,6 @@
 #include "protocol/transport/tcp_publisher.h"
 
+#include <algorithm>
 #include <cerrno>
 
 #include "protocol/transport/clock.h"
@@ -9,6 +10,7 @@
 #include "protocol/transport/tcp_outbox.h"
 #include "protocol/transport/tcp_socket.h"
 #include "protocol/transport/tls_session.h"
+#include "protocol/wire/image.h"
 #include "protocol/wire/image_block.h"
 
 namespace fire3dv::transport::tcp {
@@ -20,6 +22,7 @@ constexpr size_t kMostUnsentControlBytes = 16 << 20;
 // A renderer answers in kilobytes; what claims to be one must not fill a simulator's memory.
 constexpr size_t kMostReplyBytes = 64 << 20;
 constexpr size_t kMostUnreadImageBytes = size_t{256} << 20;
+constexpr size_t kMostImageBytes = size_t{1} << 30;  // when so much was asked for
 
 // One connection, from the first byte on.
 struct Connection {
@@ -79,7 +82,7 @@ class TcpPublisher final : public NetworkPublisher {
   SharedBytes description_;  // null: none yet
   bool wants_images_ = false;
   MemoryBudget reply_budget_{kMostReplyBytes};  // of a message that is not whole
-  ImageQueue<std::vector<std::byte>> images_{kMostUnreadImageBytes};
+  ImageQueue<std::vector<std::byte>> images_{kMostUnreadImageBytes, wire::kMostImageRequests};
 };
 
 // --- the simulator's thread
@@ -350,18 +353,21 @@ void TcpPublisher::keep_image(std::vector<std::byte>&& message) {
   const auto block = wire::read_image_block(message);
   if (!block) return counters_.reject(Cause::malformed);
   const uint64_t request = block->request;
+  // Freed without the lock, which the simulator's publish takes.
+  std::vector<std::vector<std::byte>> given_up;
   const std::lock_guard lock(mutex_);
   if (!wants_images_) return counters_.reject(Cause::unread);
-  if (const size_t dropped = images_.push(request, std::move(message)); dropped != 0)
-    counters_.images_dropped.add(dropped);
+  given_up = images_.push(request, std::move(message));
+  if (!given_up.empty()) counters_.images_dropped.add(given_up.size());
 }
 
-Result<void> TcpPublisher::make_room_for_images(size_t block_bytes, size_t) {
+Result<void> TcpPublisher::make_room_for_images(size_t block_bytes, size_t requests) {
   if (block_bytes > kMaxMessageBytes)
     return Error{uri_text(uri_) +
                  ": an image of more than 256 MiB; ask for a smaller one, or for fewer outputs"};
   const std::lock_guard lock(mutex_);
   wants_images_ = true;
+  images_.raise(std::min(block_bytes * requests, kMostImageBytes));
   reply_budget_.raise(kMaxMessageBytes);
   return {};
 }

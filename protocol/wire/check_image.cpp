@@ -62,10 +62,11 @@ Result<void> check_plane(const ImageFrame& frame, size_t index) {
                         : plane.width == frame.intrinsics.width && plane.height == frame.intrinsics.height;
   if (!fits) return Error{field + " is not of the image's size"};
   const uint64_t row_bytes = uint64_t{plane.width} * bytes_per_element(plane.format);
-  if (plane.row_stride < row_bytes || plane.bytes != uint64_t{plane.row_stride} * plane.height)
+  if (plane.row_stride < row_bytes || plane.row_stride % 4 != 0 ||
+      plane.bytes != uint64_t{plane.row_stride} * plane.height)
     return Error{field + " has " + std::to_string(plane.bytes) + " bytes in rows of " +
                  std::to_string(plane.row_stride) + ", which is not " + std::to_string(plane.height) +
-                 " rows of at least " + std::to_string(row_bytes)};
+                 " rows of at least " + std::to_string(row_bytes) + ", a multiple of 4"};
   if (plane.offset % 64 != 0 || plane.offset > frame.pixel_bytes ||
       plane.bytes > frame.pixel_bytes - plane.offset)
     return Error{field + ".offset is " + std::to_string(plane.offset) + ", from where " +

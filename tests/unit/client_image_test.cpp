@@ -283,10 +283,39 @@ TEST_P(ClientImage, ANewDescriptionKeepsWhatStandsAndEndsTheRest) {
 
 TEST_P(ClientImage, ARendererThatComesLaterGetsTheRequest) {
   const uint64_t id = ask(small(FIRE3DV_IMAGE_EVERY_NTH));
-  seen(id);
+  const wire::ImageRequest got = seen(id);
+  for (uint64_t number = 1; number <= 3; ++number) {
+    drawer_->answer(got, number, number);
+    ASSERT_NE(wait(id), nullptr);
+  }
   const std::string uri = drawer_->link->uri();
   drawer_.reset();
   drawer_.emplace(uri);
+  drawer_->answer(seen(id), 1, 4);  // it counts its own images
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(drawn_sequence(*image), 4u);
+  EXPECT_EQ(image->lost, 0u);
+}
+
+TEST_P(ClientImage, WhatIsKeptOfRequestsThatAreOverLeavesRoomForMore) {
+  std::vector<Image> kept;
+  for (int i = 0; i < 40; ++i) {
+    const uint64_t id = ask(small());
+    drawer_->answer(seen(id), 1, static_cast<uint64_t>(i) + 1);
+    kept.push_back(wait(id));
+    ASSERT_NE(kept.back(), nullptr) << "image " << i;
+  }
+  for (int i = 0; i < 40; ++i)
+    EXPECT_EQ(drawn_sequence(*kept[static_cast<size_t>(i)]), static_cast<uint64_t>(i) + 1);
+}
+
+TEST_P(ClientImage, WhatNobodyTakesLeavesRoomForMore) {
+  for (int i = 0; i < 40; ++i) {
+    const uint64_t id = ask(small());
+    drawer_->answer(seen(id), 1, 1);
+  }
+  const uint64_t id = ask(small());
   drawer_->answer(seen(id), 1, 1);
   EXPECT_NE(wait(id), nullptr);
 }

@@ -16,6 +16,9 @@ constexpr uint64_t key_of(uint32_t place) {
 }
 constexpr size_t kMostRefusals = wire::kMostImageRequests;
 constexpr uint32_t kMostBoxes = 4096;  // of one image, for which room is made
+constexpr size_t kFewHeld = 16;
+constexpr uint32_t kMostReadAtOnce = wire::kMostImageRequests;
+constexpr size_t kMostArrivedBytes = size_t{1} << 30;  // that nobody has taken
 
 bool goes_on(wire::ImageWhen when) {
   return when == wire::ImageWhen::every_nth || when == wire::ImageWhen::rate;
@@ -38,9 +41,9 @@ Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest 
                  std::to_string(request.intrinsics.height) + " with these outputs has " +
                  std::to_string(pixel_bytes) + " bytes; at most " + std::to_string(wire::kMostPixelBytes) +
                  " come back: ask for a smaller one, or for fewer outputs"};
-  const size_t block_bytes = std::max(block_bytes_, wire::most_block_bytes(pixel_bytes));
-  if (auto room = link.make_room_for_images(block_bytes, open_.size() + 1); !room) return room.error();
-  block_bytes_ = block_bytes;
+  const size_t block_bytes = wire::most_block_bytes(pixel_bytes);
+  const size_t longest = std::max(block_bytes, most_block_bytes());
+  if (auto room = link.make_room_for_images(longest, requests_to_make_room_for()); !room) return room.error();
 
   request.id = last_id_ + 1;
   request.place = free_places_.empty() ? next_place_ : free_places_.back();
@@ -50,8 +53,28 @@ Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest 
     ++next_place_;
   else
     free_places_.pop_back();
-  open_[last_id_].request = std::move(request);
+  Open& open = open_[last_id_];
+  open.request = std::move(request);
+  open.block_bytes = block_bytes;
   return last_id_;
+}
+
+// The link makes room for two images of each request that it is told of: one that comes, and one that lies
+// here or with the caller. Of requests that are over more may.
+size_t Images::requests_to_make_room_for() {
+  forget_let_go();
+  const size_t open = open_.size() + 1;
+  return std::max(open, (open + arrived_.size() + held_.size() + 1) / 2);
+}
+
+void Images::forget_let_go() {
+  std::erase_if(held_, [](const auto& memory) { return memory.expired(); });
+}
+
+size_t Images::most_block_bytes() const {
+  size_t most = 0;
+  for (const auto& [id, open] : open_) most = std::max(most, open.block_bytes);
+  return most;
 }
 
 void Images::close(std::map<uint64_t, Open>::iterator open) {
@@ -105,7 +128,7 @@ void Images::on(const wire::ImageRefused& refused) {
 
 // What a renderer does wrong is dropped, as the specification asks.
 void Images::collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id) {
-  while (!has_arrived(id)) {
+  for (uint32_t read = 0; read < kMostReadAtOnce && !has_arrived(id); ++read) {
     std::optional<transport::PublisherLink::Image> image = link.poll_image();
     if (!image) return;
     const auto block = wire::read_image_block(image->block);
@@ -135,6 +158,20 @@ void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> p
       std::erase_if(arrived_, [&](const Arrived& image) { return image.frame.request == frame.request; });
   arrived_.push_back({frame, pixels, std::move(keep), request.lost});
   if (!goes_on(request.request.when)) close(open);
+  bound_arrived();
+}
+
+// What nobody takes must not fill the memory, or the room that others' images have.
+void Images::bound_arrived() {
+  size_t bytes = 0;
+  for (const Arrived& image : arrived_) bytes += image.pixels.size();
+  while (arrived_.size() > 1 && (bytes > kMostArrivedBytes || arrived_.size() > wire::kMostImageRequests)) {
+    const Arrived& oldest = arrived_.front();
+    bytes -= oldest.pixels.size();
+    if (!open_.contains(oldest.frame.request))
+      refuse(oldest.frame.request, "its image was given up, since too many had come that nobody took");
+    arrived_.pop_front();
+  }
 }
 
 bool Images::has_arrived(uint64_t id) const {
@@ -148,6 +185,8 @@ std::optional<Images::Arrived> Images::take(uint64_t id) {
   if (found == arrived_.end()) return {};
   Arrived image = std::move(*found);
   arrived_.erase(found);
+  if (held_.size() >= kFewHeld) forget_let_go();
+  held_.push_back(image.keep.memory);
   if (const auto open = open_.find(image.frame.request); open != open_.end()) open->second.lost = 0;
   return image;
 }

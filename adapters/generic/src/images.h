@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +46,7 @@ class Images {
  private:
   struct Open {
     wire::ImageRequest request;
+    size_t block_bytes = 0;  // at most
     uint64_t last_number = 0, last_sequence = 0;
     bool has_come = false;
     uint64_t lost = 0;  // since an image was taken
@@ -59,8 +61,13 @@ class Images {
   std::vector<uint32_t> free_places_;
   uint32_t next_place_ = 0;
   uint64_t last_id_ = 0;
-  size_t block_bytes_ = 0;       // of the longest image that was asked for
-  std::deque<Arrived> arrived_;  // of each request the newest
+  size_t requests_to_make_room_for();
+  size_t most_block_bytes() const;
+  void bound_arrived();
+  void forget_let_go();
+
+  std::deque<Arrived> arrived_;                  // of each request the newest
+  std::vector<std::weak_ptr<const void>> held_;  // what was taken, and may still be looked at
   std::map<uint64_t, std::string> refused_;
   wire::Decoder decoder_;
 };
