@@ -7,14 +7,19 @@
             step()
             stream.publish(sim_time_ns, poses)      # (2, 3, 4) float32, stream_from_body
 
-A layer of ctypes over the C library, whose headers fire3dv/client.h and fire3dv/scene.h say what each call means:
+    camera = stream.request_image(640, 480, node="wrist_camera", when="every_nth")
+    [image] = stream.step(sim_time_ns, poses, [camera])     # publishes, and waits for the image of that frame
+    image["color_srgb8"]                                    # (480, 640, 4) uint8
+
+A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h and image.h say what each call means:
 units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
 a copy; other arrays and nested sequences are converted. Everything that can fail raises fire3dv.Error; a missing
 renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
 environment first.
 """
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
-                     RefusedError, StateError)
+                     RefusedError, StateError, Timeout)
+from .images import OUTPUTS, Image, ImageRequest
 from .status import LightKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
 
@@ -24,7 +29,7 @@ ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_RE
 
 __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
-    "RefusedError", "StateError",
+    "RefusedError", "StateError", "Timeout", "OUTPUTS", "Image", "ImageRequest",
     "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
     "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",

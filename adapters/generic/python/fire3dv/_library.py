@@ -1,5 +1,5 @@
-"""The C library: found, loaded and declared once, when it is first needed. Structures are those of fire3dv/client.h and
-fire3dv/scene.h, field by field."""
+"""The C library: found, loaded and declared once, when it is first needed. Structures are those of fire3dv/client.h,
+fire3dv/scene.h and fire3dv/image.h, field by field."""
 import ctypes
 import os
 import threading
@@ -50,6 +50,27 @@ class Vertices(Structure):
     _fields_ = [("struct_size", c_size_t), ("positions", c_void_p), ("normals", c_void_p), ("vertex_count", c_size_t)]
 
 
+class ImageRequest(Structure):
+    _fields_ = [("struct_size", c_size_t), ("node", c_char_p), ("parent_from_camera", c_void_p), ("width", c_uint32),
+                ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
+                ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
+                ("outputs", c_uint32), ("when", c_int32), ("every", c_uint32), ("rate_hz", c_double),
+                ("sequence", c_uint64)]
+
+
+class ImagePlane(Structure):
+    _fields_ = [("output", c_uint32), ("width", c_uint32), ("height", c_uint32), ("row_stride", c_uint32),
+                ("data", c_void_p)]
+
+
+class Image(Structure):
+    _fields_ = [("request", c_uint64), ("epoch", c_uint64), ("sequence", c_uint64), ("sim_time_ns", c_int64),
+                ("number", c_uint64), ("lost", c_uint64), ("world_from_camera", c_float * 12), ("width", c_uint32),
+                ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
+                ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
+                ("plane_count", c_size_t), ("planes", POINTER(ImagePlane))]
+
+
 _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_version": (c_char_p, []),
     "fire3dv_last_error": (c_char_p, []),
@@ -68,6 +89,10 @@ _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_remove_node": (c_int, [c_void_p, c_char_p]),
     "fire3dv_set_vertices": (c_int, [c_void_p, c_char_p, POINTER(Vertices)]),
     "fire3dv_clear": (c_int, [c_void_p, c_char_p, c_int]),
+    "fire3dv_request_image": (c_int, [c_void_p, POINTER(ImageRequest), POINTER(c_uint64)]),
+    "fire3dv_cancel_image": (c_int, [c_void_p, c_uint64]),
+    "fire3dv_wait_image": (c_int, [c_void_p, c_uint64, c_uint32, POINTER(POINTER(Image))]),
+    "fire3dv_release_image": (None, [POINTER(POINTER(Image))]),
 }
 
 _lock = threading.Lock()

@@ -11,6 +11,24 @@ def _refuse(sentence: str) -> ArgumentError:
     return ArgumentError(ErrorCode.ARGUMENT, sentence)
 
 
+def whole(value: Any, kind: Any, name: str) -> int:
+    """ctypes cuts off what does not fit, in silence."""
+    try:
+        number = value.__index__()
+    except AttributeError:
+        raise _refuse(f"{name} is {value!r}; a whole number is needed") from None
+    if kind(number).value != number:
+        raise _refuse(f"{name} is {number}, which does not fit into {8 * ctypes.sizeof(kind)} bits")
+    return number
+
+
+def real(value: Any, name: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise _refuse(f"{name} is {value!r}; a number is needed") from None
+
+
 def _flatten(numbers: Any, into: List[float]) -> None:
     for entry in numbers:
         if hasattr(entry, "__iter__") and not isinstance(entry, (str, bytes)):

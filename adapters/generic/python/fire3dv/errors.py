@@ -46,13 +46,18 @@ class RefusedError(Error):
     """The renderer does not make this image; the text is its own."""
 
 
+class Timeout(Error, TimeoutError):
+    """What was waited for has not come in time."""
+
+
 class LibraryNotFound(Error):
     """The C library is nowhere, or is not one that this package can use."""
 
 
 _OF_CODE: Dict[int, Type[Error]] = {
     ErrorCode.ARGUMENT: ArgumentError, ErrorCode.STATE: StateError, ErrorCode.SYSTEM: OperatingSystemError,
-    ErrorCode.BUDGET: BudgetError, ErrorCode.REFUSED: RefusedError}
+    ErrorCode.BUDGET: BudgetError, ErrorCode.REFUSED: RefusedError,
+    ErrorCode.TIMEOUT: Timeout}
 
 
 def error_of(code: int, sentence: str) -> Error:

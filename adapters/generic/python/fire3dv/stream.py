@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Iterable, Optional, Sequence, Union
 
 from . import _library as c
 from ._library import check, encoded, library
-from ._numbers import Numbers
+from ._numbers import Numbers, real, whole
 from .errors import ArgumentError, ErrorCode, StateError, error_of
+from .images import AsksForImages
 from .status import LightKind, Property, Status
 
 if TYPE_CHECKING:
@@ -25,30 +26,11 @@ def version() -> str:
     return library().fire3dv_version().decode()
 
 
-def _whole(value: Any, kind: Any, name: str) -> int:
-    """ctypes cuts off what does not fit, in silence."""
-    try:
-        number = value.__index__()
-    except AttributeError:
-        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} is {value!r}; a whole number is needed") from None
-    if kind(number).value != number:
-        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} is {number}, which does not fit into "
-                            f"{8 * ctypes.sizeof(kind)} bits")
-    return number
-
-
-def _real(value: Any, name: str) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} is {value!r}; a number is needed") from None
-
-
-class Stream:
+class Stream(AsksForImages):
     """Publishes to one URI. Belongs to one thread at a time; different streams are independent.
 
     Ends in order with close(), or at the end of a with statement. A missing renderer is no error, and no call waits for
-    one but wait_ack, which says how long. All that is given is copied before a call returns.
+    one but wait_ack and those that wait for images, which say how long. All that is given is copied before a call returns.
     """
 
     def __init__(self, uri: str, adapter_name: Optional[str] = None, key_file: Optional[str] = None,
@@ -66,7 +48,7 @@ class Stream:
                             encoded(key_file, "key_file"), encoded(tls_ca_file, "tls_ca_file"),
                             encoded(tls_certificate_file, "tls_certificate_file"),
                             encoded(tls_key_file, "tls_key_file"),
-                            _whole(scene_budget_bytes, ctypes.c_size_t, "scene_budget_bytes"))
+                            whole(scene_budget_bytes, ctypes.c_size_t, "scene_budget_bytes"))
         self._stream = c_void_p(library().fire3dv_open(encoded(uri, "uri"), byref(options)))
         if not self._stream:
             raise error_of(ErrorCode.ARGUMENT, library().fire3dv_last_error().decode("utf-8", "replace"))
@@ -94,6 +76,10 @@ class Stream:
         return self._stream
 
     @property
+    def is_open(self) -> bool:
+        return bool(self._stream)
+
+    @property
     def sequence(self) -> int:
         """Of the last frame published under this description; 0: none."""
         return self._sequence
@@ -118,7 +104,7 @@ class Stream:
         description = c.Description(
             ctypes.sizeof(c.Description), (c_char_p * len(names))(*names), len(names),
             ctypes.cast(world.address, ctypes.POINTER(c_double)) if world.rows else None, offsets.address,
-            offsets.rows, _real(nominal_rate_hz, "nominal_rate_hz"), encoded(scene_uri, "scene_uri"))
+            offsets.rows, real(nominal_rate_hz, "nominal_rate_hz"), encoded(scene_uri, "scene_uri"))
         check(library().fire3dv_describe(self.handle, byref(description)))
         self._sequence = 0
 
@@ -130,8 +116,8 @@ class Stream:
         on its way into the library. flags: FRAME_DISCONTINUITY or 0.
         """
         poses = Numbers(stream_from_body, (3, 4), "stream_from_body")
-        check(library().fire3dv_publish(self.handle, _whole(sim_time_ns, c_int64, "sim_time_ns"), poses.address,
-                                        poses.rows, _whole(flags, c_uint32, "flags")))
+        check(library().fire3dv_publish(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), poses.address,
+                                        poses.rows, whole(flags, c_uint32, "flags")))
         self._sequence += 1
         return self._sequence
 
@@ -145,8 +131,8 @@ class Stream:
         indices = Numbers(node_indices, (1,), "node_indices", c_uint32, "uint32")
         if indices.rows != poses.rows:
             raise ArgumentError(ErrorCode.ARGUMENT, f"{indices.rows} node_indices for {poses.rows} poses")
-        check(library().fire3dv_publish_some(self.handle, _whole(sim_time_ns, c_int64, "sim_time_ns"), indices.address,
-                                             poses.address, poses.rows, _whole(flags, c_uint32, "flags")))
+        check(library().fire3dv_publish_some(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), indices.address,
+                                             poses.address, poses.rows, whole(flags, c_uint32, "flags")))
         self._sequence += 1
         return self._sequence
 
@@ -160,8 +146,8 @@ class Stream:
 
     def wait_ack(self, sequence: int, timeout_ms: int) -> bool:
         """Lockstep: True when a renderer has shown this frame, False when timeout_ms is over."""
-        code = library().fire3dv_wait_ack(self.handle, _whole(sequence, c_uint64, "sequence"),
-                                          _whole(timeout_ms, c_uint32, "timeout_ms"))
+        code = library().fire3dv_wait_ack(self.handle, whole(sequence, c_uint64, "sequence"),
+                                          whole(timeout_ms, c_uint32, "timeout_ms"))
         if code == ErrorCode.TIMEOUT:
             return False
         check(code)
@@ -191,10 +177,10 @@ class Stream:
         color = Numbers(color_rgb, (3,), "color_rgb")
         if color.rows != 1:
             raise ArgumentError(ErrorCode.ARGUMENT, f"color_rgb has {3 * color.rows} numbers; 3 are needed")
-        light = c.Light(ctypes.sizeof(c.Light), _whole(kind, ctypes.c_int32, "kind"),
-                        (c_float * 3).from_address(color.address), _real(intensity, "intensity"),
-                        _real(range_m, "range_m"), _real(inner_cone_rad, "inner_cone_rad"),
-                        _real(outer_cone_rad, "outer_cone_rad"), bool(casts_shadow))
+        light = c.Light(ctypes.sizeof(c.Light), whole(kind, ctypes.c_int32, "kind"),
+                        (c_float * 3).from_address(color.address), real(intensity, "intensity"),
+                        real(range_m, "range_m"), real(inner_cone_rad, "inner_cone_rad"),
+                        real(outer_cone_rad, "outer_cone_rad"), bool(casts_shadow))
         check(library().fire3dv_set_light(self.handle, encoded(node, "node"), byref(light)))
 
     def set_camera(self, node: str, vertical_fov_rad: float, near_m: float = 0.01, far_m: float = 0.0,
@@ -203,8 +189,8 @@ class Stream:
 
         far_m: 0 for infinite. exposure: factor on linear colour; 0: as the renderer was told.
         """
-        camera = c.Camera(ctypes.sizeof(c.Camera), _real(vertical_fov_rad, "vertical_fov_rad"),
-                          _real(near_m, "near_m"), _real(far_m, "far_m"), _real(exposure, "exposure"))
+        camera = c.Camera(ctypes.sizeof(c.Camera), real(vertical_fov_rad, "vertical_fov_rad"),
+                          real(near_m, "near_m"), real(far_m, "far_m"), real(exposure, "exposure"))
         check(library().fire3dv_set_camera(self.handle, encoded(node, "node"), byref(camera)))
 
     def add_node(self, node: str, parent: Optional[str] = None, parent_from_node: Optional[Array] = None,
@@ -246,4 +232,4 @@ class Stream:
 
     def clear(self, node: str, prop: Union[Property, int]) -> None:
         """Takes the edit of one property back: as the scene's file says."""
-        check(library().fire3dv_clear(self.handle, encoded(node, "node"), _whole(prop, ctypes.c_int32, "prop")))
+        check(library().fire3dv_clear(self.handle, encoded(node, "node"), whole(prop, ctypes.c_int32, "prop")))

@@ -1,0 +1,225 @@
+"""Images that renderers send back: what cameras of the scene see of a stream's frames."""
+from __future__ import annotations
+
+import ctypes
+from ctypes import POINTER, byref, c_float, c_uint32, c_uint64
+from typing import TYPE_CHECKING, Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+
+from . import _library as c
+from ._library import check, encoded, library
+from ._numbers import Numbers, real, whole
+from .errors import ArgumentError, ErrorCode, StateError, Timeout
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .stream import Array, Stream
+
+#: Name of each output: the NumPy type of an element, and how many of them a pixel has.
+OUTPUTS: Dict[str, Tuple[Any, int]] = {
+    "color_srgb8": ("u1", 4),        # red, green, blue as they are shown, 255
+    "color_linear_f16": ("<f2", 4),  # linear, before tone mapping
+    "depth_f32": ("<f4", 1),         # metres along the camera's axis; infinity where nothing is
+    "instance_u32": ("<u4", 1),      # 1 + index of the scene's node; 0 where nothing is
+    "semantic_u32": ("<u4", 1),      # class of that node; 0: none
+    "normal": ("<f2", 4),            # x, y, z in the world, 0
+    "motion": ("<f4", 2),            # pixels since this request's image before
+    "boxes2d": ([("instance", "<u4"), ("semantic", "<u4"), ("min_x", "<u4"), ("min_y", "<u4"), ("max_x", "<u4"),
+                 ("max_y", "<u4"), ("pixels", "<u4"), ("reserved", "<u4")], 1),
+    "boxes3d": ([("instance", "<u4"), ("semantic", "<u4"), ("world_from_box", "<f4", (3, 4)),
+                 ("reserved", "<u4", (2,))], 1),
+}
+_BITS = {name: 1 << bit for bit, name in enumerate(OUTPUTS)}
+_NAMES = {bit: name for name, bit in _BITS.items()}
+_WHEN = {"once": 1, "every_nth": 2, "rate": 3, "exactly": 4}
+_LENSES = {"none": 0, "plumb_bob": 1, "fisheye": 2}
+
+
+class _Handle:
+    """Owns the library's image. Arrays that view its pixels keep this, so that no view outlives them."""
+
+    def __init__(self, pointer: Any) -> None:
+        self.pointer = pointer
+
+    def __del__(self) -> None:
+        library().fire3dv_release_image(byref(self.pointer))
+
+
+class Image:
+    """One image, and which frame it shows.
+
+    image["depth_f32"] is a read-only NumPy array, which views the pixels where the renderer left them, rows from the
+    top: (height, width), or (height, width, numbers a pixel), of the type that OUTPUTS says; boxes are (count,)
+    records. Over shm:// the renderer's memory is held until the image and all of its arrays are gone: copy what is to
+    be kept for long.
+    """
+
+    def __init__(self, handle: _Handle) -> None:
+        raw = handle.pointer.contents
+        self._handle: Optional[_Handle] = handle
+        self._planes = {_NAMES[plane.output]: plane for plane in raw.planes[:raw.plane_count]}
+        self.request: int = raw.request  #: ImageRequest.id
+        self.epoch: int = raw.epoch
+        self.sequence: int = raw.sequence  #: of the frame that is shown; 0: none had been published
+        self.sim_time_ns: int = raw.sim_time_ns
+        self.number: int = raw.number  #: of this request's images, from 1
+        self.lost: int = raw.lost  #: images between the last one taken and this one
+        self.width: int = raw.width
+        self.height: int = raw.height
+        self.fx: float = raw.fx  #: pixels; the middle of the upper left one is (0, 0), as OpenCV counts them
+        self.fy: float = raw.fy
+        self.cx: float = raw.cx
+        self.cy: float = raw.cy
+        self.near_m: float = raw.near_m
+        self.far_m: float = raw.far_m  #: 0: infinite
+        self.lens: str = {number: name for name, number in _LENSES.items()}[raw.lens]
+        self.lens_coefficients: Tuple[float, ...] = tuple(raw.lens_coefficients)
+        #: 12 numbers, row-major: a rotation and a place. The camera looks along its -Z, +Y is up
+        self.world_from_camera: Tuple[float, ...] = tuple(raw.world_from_camera)
+
+    @property
+    def outputs(self) -> Tuple[str, ...]:
+        return tuple(self._planes)
+
+    def __getitem__(self, output: str) -> "np.ndarray[Any, Any]":
+        import numpy
+        if self._handle is None:
+            raise StateError(ErrorCode.STATE, "the image was released")
+        if output not in self._planes:
+            raise KeyError(f"the image has no {output}; it has: {', '.join(self._planes)}")
+        plane = self._planes[output]
+        dtype, channels = numpy.dtype(OUTPUTS[output][0]), OUTPUTS[output][1]
+        shape: Tuple[int, ...] = (plane.height, plane.width)
+        strides: Tuple[int, ...] = (plane.row_stride, dtype.itemsize * channels)
+        if output.startswith("boxes"):
+            shape, strides = shape[1:], strides[1:]
+        elif channels > 1:
+            shape, strides = (*shape, channels), (*strides, dtype.itemsize)
+        if plane.width == 0:
+            return numpy.empty(shape, dtype)
+        memory = (ctypes.c_ubyte * (plane.row_stride * plane.height)).from_address(plane.data)
+        memory.owner = self._handle  # type: ignore[attr-defined]
+        array: "np.ndarray[Any, Any]" = numpy.ndarray(shape, dtype, memory, strides=strides)
+        array.flags.writeable = False
+        return array
+
+    def release(self) -> None:
+        """Gives the memory back as soon as no array of it is left. Twice is fine."""
+        self._handle = None
+
+    def __enter__(self) -> Image:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+class ImageRequest:
+    """A request of a stream's. Taken back by cancel(), or at the end of a with statement."""
+
+    def __init__(self, stream: Stream, number: int) -> None:
+        self._stream = stream
+        self.id = number
+
+    def wait(self, timeout_s: float = 10.0) -> Image:
+        """The next image. Raises Timeout, or RefusedError when there will be none."""
+        return self._stream.wait_image(timeout_s, self)
+
+    def poll(self) -> Optional[Image]:
+        """The next image if it is there; never waits. Raises RefusedError."""
+        try:
+            return self._stream.wait_image(0, self)
+        except Timeout:
+            return None
+
+    def cancel(self) -> None:
+        """No more images of it. Twice is fine, and so is a stream that is closed."""
+        if self._stream.is_open:
+            check(library().fire3dv_cancel_image(self._stream.handle, self.id))
+
+    def __enter__(self) -> ImageRequest:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.cancel()
+
+
+def _number_of(names: Dict[str, int], name: Any, what: str) -> int:
+    if name not in names:
+        raise ArgumentError(ErrorCode.ARGUMENT, f"{what} is {name!r}; use one of {', '.join(names)}")
+    return names[name]
+
+
+class AsksForImages:
+    """What a Stream can do about images."""
+
+    handle: Any
+
+    def request_image(self, width: int, height: int, *, node: Optional[str] = None,
+                      parent_from_camera: Optional[Array] = None, fx: float = 0.0, fy: Optional[float] = None,
+                      cx: Optional[float] = None, cy: Optional[float] = None, near_m: float = 0.0,
+                      far_m: float = 0.0, lens: str = "none", lens_coefficients: Sequence[float] = (),
+                      outputs: Iterable[str] = ("color_srgb8",), when: str = "once", every: int = 1,
+                      rate_hz: float = 0.0, sequence: int = 0) -> ImageRequest:
+        """Asks for images of what a camera sees. Waits for nobody.
+
+        node: carries the camera; None: the stream's own frame does. parent_from_camera: (3, 4), where on it, in metres.
+        fx, fy, cx, cy: pixels, (0, 0) being the middle of the upper left one. Without fx the projection is that of the
+        node's own camera; fy is fx, and cx, cy are the image's middle, where left out. near_m, far_m: 0: 0.01, infinite.
+        lens: "none", "plumb_bob" (k1 k2 p1 p2 k3) or "fisheye" (k1 k2 k3 k4). outputs: names of OUTPUTS.
+        when: "once", "every_nth" (frame that is shown), "rate" (rate_hz a second) or "exactly" (the frame `sequence`).
+        sequence: of the first frame that may be shown; 0: the newest that is published.
+        """
+        pose = Numbers(parent_from_camera if parent_from_camera is not None else [], (3, 4), "parent_from_camera")
+        if pose.rows > 1:
+            raise ArgumentError(ErrorCode.ARGUMENT, "parent_from_camera must hold 12 numbers")
+        if isinstance(outputs, str):
+            raise ArgumentError(ErrorCode.ARGUMENT, "outputs is one str; a list of names is needed")
+        bits = 0
+        for output in outputs:
+            bits |= _number_of(_BITS, output, "outputs")
+        if len(lens_coefficients) > 5:
+            raise ArgumentError(ErrorCode.ARGUMENT, f"{len(lens_coefficients)} lens_coefficients; there are 5 at most")
+        width, height = whole(width, c_uint32, "width"), whole(height, c_uint32, "height")
+        request = c.ImageRequest(
+            ctypes.sizeof(c.ImageRequest), encoded(node, "node"), pose.address, width, height, real(fx, "fx"),
+            real(fx if fy is None else fy, "fy"), real((width - 1) / 2 if cx is None else cx, "cx"),
+            real((height - 1) / 2 if cy is None else cy, "cy"), real(near_m, "near_m"), real(far_m, "far_m"),
+            _number_of(_LENSES, lens, "lens"),
+            (c_float * 5)(*[real(k, "lens_coefficients") for k in lens_coefficients]), bits,
+            _number_of(_WHEN, when, "when"), whole(every, c_uint32, "every"), real(rate_hz, "rate_hz"),
+            whole(sequence, c_uint64, "sequence"))
+        number = c_uint64()
+        check(library().fire3dv_request_image(self.handle, byref(request), byref(number)))
+        return ImageRequest(self, number.value)  # type: ignore[arg-type]
+
+    def wait_image(self, timeout_s: float = 10.0, request: Optional[ImageRequest] = None) -> Image:
+        """The next image, of any request unless one is given. Raises Timeout, or RefusedError."""
+        pointer = POINTER(c.Image)()
+        check(library().fire3dv_wait_image(self.handle, request.id if request else 0,
+                                           whole(int(1000 * real(timeout_s, "timeout_s")), c_uint32, "timeout_ms"),
+                                           byref(pointer)))
+        return Image(_Handle(pointer))
+
+    def images(self, timeout_s: float = 10.0) -> Iterator[Image]:
+        """Images of all requests as they come, until none comes for timeout_s."""
+        while True:
+            try:
+                yield self.wait_image(timeout_s)
+            except Timeout:
+                return
+
+    def step(self, sim_time_ns: int, stream_from_body: Array, requests: Sequence[ImageRequest],
+             timeout_s: float = 10.0, flags: int = 0) -> List[Image]:
+        """Lockstep: publishes a frame, and waits for the image of exactly that frame of each request.
+
+        requests: with when="every_nth" and every=1. Images of frames before are passed over.
+        """
+        sequence = self.publish(sim_time_ns, stream_from_body, flags)  # type: ignore[attr-defined]
+        images = []
+        for request in requests:
+            image = request.wait(timeout_s)
+            while image.sequence < sequence:
+                image = request.wait(timeout_s)
+            images.append(image)
+        return images

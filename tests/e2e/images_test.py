@@ -1,0 +1,226 @@
+"""Images by API: each is of the frame that it claims, which a bar code in the scene tells, over each link, however many
+are asked for; clients and renderers may die; what is not made is refused.
+
+images_test.py FIRE3DV [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package."""
+import os
+import random
+import signal
+import subprocess
+import sys
+
+import numpy
+
+import barcode
+import fire3dv
+from harness import HANG_S, Program, main, vulkan_environment, wait_until
+from pictures import check, read_png
+
+LINKS = ("shm", "tcp")
+REQUESTS = 1000
+STEPS = 150
+
+
+def renderer_of(test, uri, *arguments):
+    scene = test.path("barcode.glb")
+    barcode.write_scene(scene)
+    command = [test.programs_at["fire3dv"], scene, "--validation", "--headless", "--tone-map", "none", "--cache", "off",
+               "--background", "000000", "--size", f"{barcode.SIZE[0]}x{barcode.SIZE[1]}", "--camera", barcode.CAMERA,
+               "--listen", uri, *arguments]
+    renderer = Program(test, "fire3dv", command, vulkan_environment())
+    renderer.wait_err("listening on")
+    return renderer
+
+
+def stop(renderer):
+    renderer.signal(signal.SIGTERM)
+    renderer.expect_exit(0)
+
+
+def open_stream(uri):
+    stream = fire3dv.Stream(uri, adapter_name="bars")
+    stream.describe(barcode.NAMES)
+    return stream
+
+
+def check_image(image, least, most):
+    number = barcode.number_of(image["color_srgb8"])
+    check(number == image.sequence, f"an image that says frame {image.sequence} shows {number}")
+    check(least <= image.sequence <= most, f"frame {image.sequence} is not of {least} to {most}")
+    check(image.sim_time_ns == 1000 * image.sequence, f"frame {image.sequence} says {image.sim_time_ns} ns")
+
+
+def random_depth(test, link):
+    """Requests with random depth in flight, while the simulator goes on."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request")
+    source = random.Random(11)
+    with open_stream(uri) as stream:
+        open_requests, asked, published = {}, 0, 0
+        while asked < REQUESTS or open_requests:
+            depth = source.randrange(24) if asked < REQUESTS else 0
+            while asked < REQUESTS and len(open_requests) <= depth:
+                if source.randrange(3):
+                    published = stream.publish(1000 * (published + 1), barcode.poses_of(published + 1))
+                request = stream.request_image(*barcode.SIZE, node=barcode.CAMERA)
+                open_requests[request.id] = (request, max(published, 0))
+                asked += 1
+            wanted = source.choice([None, next(iter(open_requests.values()))[0]])
+            image = stream.wait_image(HANG_S, wanted)
+            _, least = open_requests.pop(image.request)
+            if image.sequence == 0:
+                check(least == 0, "an image is older than the wish for it")
+                continue
+            check_image(image, least, published)
+    stop(renderer)
+
+
+def lockstep(test, link):
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request", "--lockstep")
+    with open_stream(uri) as stream:
+        with stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth") as camera:
+            for number in range(1, STEPS + 1):
+                [image] = stream.step(1000 * number, barcode.poses_of(number), [camera], HANG_S)
+                check_image(image, number, number)
+                check(image.lost == 0, f"{image.lost} images were lost in lockstep")
+        # A frame by its number, asked for before and after it is published.
+        for number in range(STEPS + 1, STEPS + 21, 2):
+            ahead = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="exactly", sequence=number)
+            stream.publish(1000 * number, barcode.poses_of(number))
+            check_image(ahead.wait(HANG_S), number, number)
+            stream.publish(1000 * (number + 1), barcode.poses_of(number + 1))
+            behind = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="exactly", sequence=number + 1)
+            check_image(behind.wait(HANG_S), number + 1, number + 1)
+        late = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="exactly", sequence=1)
+        expect_refused(lambda: late.wait(HANG_S), "not shown any more")
+    stop(renderer)
+
+
+def same_as_file(test, link):
+    """The image that is sent back is the one that the file sink writes of the same frame and camera."""
+    uri = test.fresh_uri(link)
+    folder = test.path("files")
+    renderer = renderer_of(test, uri, "--lockstep", "--out", folder)
+    with open_stream(uri) as stream:
+        camera = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth")
+        w, h = barcode.SIZE
+        fx = 4 * barcode.DISTANCE  # a unit is 4 pixels at that distance
+        posed = stream.request_image(w, h, fx=fx, near_m=1, far_m=100, when="every_nth",
+                                     parent_from_camera=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, barcode.DISTANCE])
+        kept = []
+        for number in range(1, 9):
+            pair = stream.step(1000 * number, barcode.poses_of(number), [camera, posed], HANG_S)
+            kept.append([(image.sequence, numpy.array(image["color_srgb8"])) for image in pair])
+            check(abs(pair[0].fx - fx) < 1e-3 and abs(pair[0].cx - (w - 1) / 2) < 1e-3,
+                  f"the camera of the scene has fx {pair[0].fx}, cx {pair[0].cx}")
+        check(stream.wait_ack(8, HANG_S * 1000), "the last frame was not shown")
+    stop(renderer)
+    for number, ((sequence, own), (_, posed_image)) in enumerate(kept):
+        picture = read_png(os.path.join(folder, f"frame_{number:06d}.png"))
+        check(picture.text["Sequence"] == str(sequence), f"file {number} shows {picture.text['Sequence']}, not {sequence}")
+        rows = numpy.frombuffer(b"".join(picture.rows), numpy.uint8).reshape(picture.height, picture.width, 3)
+        check((rows == own[:, :, :3]).all(), f"frame {sequence} differs from its file")
+        check((own == posed_image).all(), f"frame {sequence}: by pose it differs from by name")
+
+
+def expect_refused(call, text):
+    try:
+        call()
+    except fire3dv.RefusedError as refused:
+        check(text in str(refused), f"refused for another reason: {refused}")
+        return
+    check(False, f"not refused: {text}")
+
+
+def refusals(test, link):
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request")
+    with open_stream(uri) as stream:
+        stream.publish(1000, barcode.poses_of(1))
+        expect_refused(lambda: stream.request_image(8, 8, node="nobody").wait(HANG_S), '"nobody"')
+        expect_refused(lambda: stream.request_image(8, 8, node="bar 1").wait(HANG_S), "no perspective camera")
+        flat = [0] * 12
+        expect_refused(lambda: stream.request_image(8, 8, fx=8, parent_from_camera=flat).wait(HANG_S), "flat")
+        # Nobody is worse off by it.
+        with stream.request_image(*barcode.SIZE, node=barcode.CAMERA).wait(HANG_S) as image:
+            check_image(image, 1, 1)
+    stop(renderer)
+
+
+CLIENT = """
+import sys, fire3dv, barcode
+stream = fire3dv.Stream(sys.argv[1], adapter_name="bars")
+stream.describe(barcode.NAMES)
+for i in range(64):
+    stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth")
+held, number = [], 0
+while True:
+    number += 1
+    stream.publish(1000 * number, barcode.poses_of(number))
+    held = held[-9:] + [stream.wait_image()["color_srgb8"]]
+    print(number, flush=True)
+"""
+
+
+def killed_clients(test, link):
+    """Clients that are killed with requests open and images in their hands; the next one finds all as it was."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request")
+    for _ in range(4):
+        client = subprocess.Popen([sys.executable, "-c", CLIENT, uri], stdout=subprocess.PIPE, text=True)
+        try:
+            for _ in range(3):
+                check(client.stdout.readline(), "the client ended by itself")
+        finally:
+            client.kill()
+            client.wait()
+            client.stdout.close()
+    with open_stream(uri) as stream:
+        stream.publish(1000, barcode.poses_of(1))
+        with stream.request_image(*barcode.SIZE, node=barcode.CAMERA).wait(HANG_S) as image:
+            check_image(image, 1, 1)
+    if link == "shm":
+        check(not os.path.exists("/dev/shm/fire3dv." + uri.removeprefix("shm://")), "shared memory is left behind")
+    check(renderer.alive(), "the renderer ended")
+    stop(renderer)
+
+
+def restarted_renderer(test, link):
+    """A standing request outlives its renderer."""
+    uri = test.fresh_uri(link)
+    with open_stream(uri) as stream:
+        camera = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth")
+        for number in (1, 2):
+            renderer = renderer_of(test, uri, "--on-request")
+            sequence = stream.publish(1000 * number, barcode.poses_of(number))
+            image = camera.wait(HANG_S)
+            while image.sequence < sequence:
+                image = camera.wait(HANG_S)
+            check_image(image, number, number)
+            del image
+            renderer.kill()
+            wait_until("the renderer to be gone", lambda: stream.poll().renderers == 0)
+
+
+def example(test, link):
+    """examples/camera_to_numpy."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request")
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples/camera_to_numpy/camera_to_numpy.py")
+    folder = test.path("arrays")
+    program = Program(test, "camera_to_numpy", [
+        sys.executable, script, "--to", uri, "--out", folder, "--images", "4", "--size", "64x48", "--center", "0,0,0",
+        "--distance", str(barcode.DISTANCE), "--timeout", str(HANG_S)], dict(os.environ))
+    program.expect_exit(0)
+    arrays = [numpy.load(os.path.join(folder, f"color_{number:03}.npy")) for number in range(4)]
+    check(all(a.shape == (48, 64, 4) and a.dtype == numpy.uint8 for a in arrays), "arrays of another shape or type")
+    white = [int((a[..., 0] > 100).sum()) for a in arrays]
+    check(white[0] >= 4, f"nothing is seen from the front: {white}")
+    check(white[1] < white[0] and white[3] < white[0], f"the camera does not circle: {white}")
+    stop(renderer)
+
+
+if __name__ == "__main__":
+    main({f"{case.__name__}_{link}": lambda test, c=case, l=link: c(test, l)
+          for case in (random_depth, lockstep, same_as_file, refusals, killed_clients, restarted_renderer, example)
+          for link in LINKS}, ["fire3dv"])
