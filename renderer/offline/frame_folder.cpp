@@ -1,6 +1,7 @@
 #include "renderer/offline/frame_folder.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -75,9 +76,10 @@ Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, co
 
 Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, const Manifest& manifest) {
   if (auto made = make_folder(folder); !made) return made.error();
+  std::unique_ptr<FrameFolder> result(new FrameFolder(folder, manifest));
+  if (auto locked = result->lock(); !locked) return locked.error();
   auto before = read_manifest(folder);
   if (!before) return before.error();
-  std::unique_ptr<FrameFolder> result(new FrameFolder(folder, manifest));
   if (*before) {
     if (const auto other = difference(**before, manifest, true)) return in_the_way(folder, *other);
     result->machine_before_ = (*before)->machine;
@@ -91,6 +93,15 @@ Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, c
       return in_the_way(folder, std::string("it has no ") + kManifestName);
   }
   return result;
+}
+
+// Goes with the process, however that ends. File systems that have no locks do without.
+Result<void> FrameFolder::lock() {
+  lock_ = transport::UniqueFd(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (lock_ && ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    return Error{"another run is writing to " + folder_.string() +
+                 ": wait for its end, or name another folder"};
+  return {};
 }
 
 Result<void> FrameFolder::begin(const Machine& machine) {

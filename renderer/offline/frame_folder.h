@@ -23,6 +23,7 @@
 #include <thread>
 #include <vector>
 
+#include "protocol/transport/unique_fd.h"
 #include "renderer/offline/manifest.h"
 #include "renderer/sinks/frame.h"
 
@@ -67,7 +68,10 @@ class FrameFolder final : public sinks::FrameSink {
   Result<void> write_list();
   Result<void> tell_error_once();  // with mutex_ held
 
+  Result<void> lock();
+
   const std::filesystem::path folder_;
+  transport::UniqueFd lock_;  // two runs in one folder would write the same files
   Manifest manifest_;
   std::map<uint64_t, std::string> kept_;  // lines
   std::optional<Machine> machine_before_;

@@ -2,9 +2,9 @@
 //
 //   offline_recording OUT.mcap ASSET.glb [attach]
 //
-// Two streams of one clock: "arm" moves red and green at 100 Hz, in two runs, with partial frames, a jump, and edits
-// (visibility, colour, a node with ASSET that comes and goes); "crane" moves blue at 25 Hz and begins later. attach: ASSET
-// travels in the recording.
+// Two streams of one clock: "arm" moves red and green at 100 Hz, in two runs, with partial frames, a jump,
+// and edits (visibility, colour, a node with ASSET that comes and goes); "crane" moves blue at 25 Hz and
+// begins later. attach: ASSET travels in the recording.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -104,10 +104,12 @@ class Recording {
     now_ms_ += 10;
     const auto s = static_cast<float>(sequence);
     const float jump = sequence >= 30 ? 15.0f : 0.0f;
-    const std::vector<wire::Affine3x4> poses{pose(-70 + 1.7f * s + jump, 0.05f * s), pose(60 - 1.3f * s, -0.04f * s)};
+    const std::vector<wire::Affine3x4> poses{pose(-70 + 1.7f * s + jump, 0.05f * s),
+                                             pose(60 - 1.3f * s, -0.04f * s)};
     const uint32_t moved[] = {0};
     wire::PoseFrameView frame;
-    frame.header = {epoch, sequence, static_cast<int64_t>(sequence * 10 * kMs), now_ms_ * kMs, version_, flags};
+    frame.header = {epoch,         sequence, static_cast<int64_t>(sequence * 10 * kMs),
+                    now_ms_ * kMs, version_, flags};
     frame.node_count = 2;
     frame.poses = partial ? std::span(poses).first(1) : std::span(poses);
     if (partial) frame.node_indices = moved;

@@ -130,6 +130,14 @@ TEST_F(OfflineFolder, FramesOfAnotherRunAreNotTouched) {
   EXPECT_TRUE(fs::exists(folder_ / frame_file_name(1)));
 }
 
+TEST_F(OfflineFolder, TwoRunsDoNotShareOne) {
+  auto first = FrameFolder::open(folder_, manifest_of());
+  ASSERT_TRUE(first.ok());
+  EXPECT_NE(refused(manifest_of()).find("another run is writing to"), std::string::npos);
+  first->reset();
+  EXPECT_EQ(refused(manifest_of()), "");
+}
+
 TEST_F(OfflineFolder, AShardHoldsItsPartAlone) {
   const Manifest manifest = manifest_of(2, 3);
   EXPECT_EQ(manifest.part(), (Part{4, 4}));
