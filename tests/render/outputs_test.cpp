@@ -182,7 +182,7 @@ TEST_P(Outputs, ABallIsRound) {
   const auto normal = taken.plane<uint64_t>(Plane::normal_f16);
   // Of four samples none of the small triangles covers the middle: it is a mean, which is exact for what is
   // flat.
-  const double slack_m = GetParam() == 1 ? 1e-5 : 2e-4;
+  const double slack_m = GetParam() == 1 ? 1e-5 : 5e-4;
   const double inside_m = 2 * (1 - std::cos(glm::radians(180.0) / kSegments));
   size_t compared = 0;
   for (int y = 0; y < 100; ++y) {
@@ -198,7 +198,7 @@ TEST_P(Outputs, ABallIsRound) {
       const size_t i = static_cast<size_t>(100 * y + x);
       ASSERT_GE(depth[i], length - slack_m) << "at " << x << ", " << y;
       ASSERT_LE(depth[i], length + inside_m / slant + slack_m) << "at " << x << ", " << y;
-      ASSERT_LT(depth[i] / length - 1, 1e-4) << "at " << x << ", " << y;
+      ASSERT_LT(depth[i] / length - 1, GetParam() == 1 ? 1e-4 : 2.5e-4) << "at " << x << ", " << y;
       ASSERT_LT(glm::distance(glm::dvec3(glm::unpackHalf4x16(normal[i])), n), 2e-3)
           << "at " << x << ", " << y;
     }
