@@ -55,8 +55,9 @@ int64_t monotonic_now_ns() {
 
 }  // namespace
 
+// The targets that an image is drawn into have some 20 times its bytes with 4 samples.
 state::ImageAbilities image_abilities() {
-  return {};
+  return {.most_pixel_bytes = uint64_t{64} << 20};
 }
 
 std::optional<ImageService::Camera> ImageService::camera_of(const state::ImageBook::Due& due) {
@@ -73,9 +74,8 @@ std::optional<ImageService::Camera> ImageService::camera_of(const state::ImageBo
   } else {
     const uint32_t node = poses_.names().find(request.node);
     if (node == scene::kNone)
-      return refuse(Reason::unknown_camera, "no node of the scene, or several, are called \"" +
-                                                 request.node +
-                                                 "\"; name one, or give the camera's pose in the stream");
+      return refuse(Reason::unknown_camera, "no node of the scene, or several, are called \"" + request.node +
+                                                "\"; name one, or give the camera's pose in the stream");
     world_from_parent = poses_.world_from_node(node);
     const scene::Scene& scene = scene_.scene();
     own = scene_.edits().camera_at(node);
@@ -102,8 +102,10 @@ std::optional<ImageService::Camera> ImageService::camera_of(const state::ImageBo
 
 bool ImageService::draw_due(gpu::FrameRing& frames) {
   const std::vector<state::ImageBook::Due> due = intake_.take_due_images(monotonic_now_ns());
-  for (const state::ImageBook::Due& one : due)
+  for (const state::ImageBook::Due& one : due) {
+    deliver();  // so that no more are under way than the device works at
     if (const std::optional<Camera> camera = camera_of(one)) draw(frames, one, *camera);
+  }
   return !due.empty();
 }
 

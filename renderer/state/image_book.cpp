@@ -1,5 +1,6 @@
 #include "renderer/state/image_book.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace fire3dv::state {
@@ -26,10 +27,11 @@ ImageBook::Refused ImageBook::refuse(Asker asker, const wire::ImageRequest& requ
 std::optional<ImageBook::Refused> ImageBook::ask(Asker asker, const wire::ImageRequest& request) {
   std::map<uint32_t, Entry>& places = requests_[asker];
   const auto at = places.find(request.place);
-  // A link may send what it sent already.
   if (at != places.end() && at->second.request.id == request.id && request.when != wire::ImageWhen::never) {
-    at->second.request = request;
-    return {};
+    if (at->second.request == request) return {};  // a link may send what it sent already
+    return refuse(asker, request, wire::ImageRefusal::bad_request,
+                  "request " + std::to_string(request.id) +
+                      " was made already and says something else; an id is used once");
   }
   if (at != places.end()) places.erase(at);
   if (request.when == wire::ImageWhen::never) return {};
@@ -57,7 +59,14 @@ std::optional<ImageBook::Refused> ImageBook::ask(Asker asker, const wire::ImageR
                       std::to_string(request.intrinsics.height) + " has " + std::to_string(bytes) +
                       " bytes; at most " + std::to_string(abilities_.most_pixel_bytes) +
                       " are made: ask for a smaller one, or for fewer outputs");
-  places[request.place] = {request, 0, 0, 0};
+  uint64_t asked = bytes;
+  for (const auto& [place, entry] : places) asked += entry.pixel_bytes;
+  if (asked > abilities_.most_asked_bytes)
+    return refuse(asker, request, Refusal::too_many,
+                  "the images that this stream asks for have " + std::to_string(asked) +
+                      " bytes together; at most " + std::to_string(abilities_.most_asked_bytes) +
+                      " are made of one frame: take some back, or ask for smaller ones");
+  places[request.place] = {request, bytes, 0, 0, 0};
   return {};
 }
 
@@ -115,6 +124,11 @@ std::vector<ImageBook::Due> ImageBook::take_due(const std::function<std::optiona
       at = answer == Answer::make_last || answer == Answer::overtaken ? places.erase(at) : std::next(at);
     }
   }
+  // A renderer that draws one size after the other makes its targets anew less often.
+  std::stable_sort(due.begin(), due.end(), [](const Due& a, const Due& b) {
+    const wire::Intrinsics &of_a = a.request.intrinsics, &of_b = b.request.intrinsics;
+    return std::pair(of_a.width, of_a.height) < std::pair(of_b.width, of_b.height);
+  });
   return due;
 }
 

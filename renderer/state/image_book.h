@@ -18,6 +18,7 @@ struct ImageAbilities {
   uint32_t outputs = wire::kColorSrgb8;
   bool lenses = false;
   uint64_t most_pixel_bytes = wire::kMostPixelBytes;  // of one image
+  uint64_t most_asked_bytes = uint64_t{1} << 30;      // of all images that one stream asks for at a time
 };
 
 class ImageBook {
@@ -52,7 +53,7 @@ class ImageBook {
   // The request cannot be served: it is over.
   void drop(Asker asker, uint64_t id);
 
-  // What is due, in the order of askers and places, and is marked as made by this call. Requests that cannot
+  // What is due, images of one size together, and is marked as made by this call. Requests that cannot
   // be met any more are over, and their answers stand in `refused`. shown: nothing for a stream that is not
   // known.
   std::vector<Due> take_due(const std::function<std::optional<Shown>(Asker)>& shown, int64_t now_ns,
@@ -64,7 +65,8 @@ class ImageBook {
  private:
   struct Entry {
     wire::ImageRequest request;
-    uint64_t made = 0;  // images
+    uint64_t pixel_bytes = 0;  // of an image, without boxes
+    uint64_t made = 0;         // images
     uint64_t last_sequence = 0;
     int64_t last_ns = 0;
   };

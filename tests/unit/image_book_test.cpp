@@ -157,5 +157,33 @@ TEST_F(ImageBookTest, ARefusedRequestLeavesItsPlaceEmpty) {
   EXPECT_EQ(due(1), Ids{});
 }
 
+TEST_F(ImageBookTest, AnIdIsUsedOnce) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  EXPECT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth))) << "a link may say it twice";
+  wire::ImageRequest other = request(1, wire::ImageWhen::every_nth);
+  other.intrinsics.width = wire::kMostImageSide;
+  const auto refused = book_.ask(1, other);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->answer.reason, wire::ImageRefusal::bad_request);
+  EXPECT_EQ(due(1), Ids{1});
+  EXPECT_EQ(last_[0].request.intrinsics.width, 64u);
+}
+
+TEST_F(ImageBookTest, AStreamsImagesAreBoundedTogetherAndOneSizeComesAfterTheOther) {
+  const auto sized = [&](uint64_t id, uint32_t side) {
+    wire::ImageRequest r = request(id, wire::ImageWhen::every_nth);
+    r.intrinsics.width = r.intrinsics.height = side;
+    return r;
+  };
+  for (uint64_t id = 1; id <= 4; ++id) ASSERT_FALSE(book_.ask(1, sized(id, id % 2 == 0 ? 64 : 32)));
+  EXPECT_EQ(due(1), (Ids{1, 3, 2, 4}));
+  uint64_t id = 5;
+  while (id < 100 && !book_.ask(1, sized(id, 4096))) ++id;
+  EXPECT_GT(id, 10u);
+  EXPECT_LT(id, 100u);
+  EXPECT_FALSE(book_.ask(2, sized(1, 4096))) << "one stream does not take another's room";
+  EXPECT_FALSE(book_.ask(1, sized(id, 64))) << "small ones still fit";
+}
+
 }  // namespace
 }  // namespace fire3dv::state
