@@ -58,7 +58,8 @@ Result<std::unique_ptr<ReplayLink>> ReplayLink::open(std::unique_ptr<record::Sou
   if (!playback) return playback.error();
   std::unique_ptr<ReplayLink> link(new ReplayLink(std::move(*playback), options));
   if (auto good = link->choose_streams(options.streams); !good) return good.error();
-  if (link->start_ns_ > link->end_ns_)
+  const bool names_nothing = options.end_s > 0 && options.start_s > options.end_s;  // however short it is
+  if (names_nothing || link->start_ns_ > link->end_ns_)
     return Error{"--start " + std::to_string(options.start_s) + " is behind --end " +
                  std::to_string(options.end_s) + "; name an earlier one"};
   if (const std::string& damage = link->playback_.reader().index().damage; !damage.empty())

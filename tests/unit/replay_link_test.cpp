@@ -447,6 +447,9 @@ TEST(ReplayLink, ABadPartIsRefused) {
   options.start_s = 0.03;
   options.end_s = 0.01;
   EXPECT_FALSE(ReplayLink::open(source_of(forty_frames()), options).ok());
+  options.start_s = 2;
+  options.end_s = 1;
+  EXPECT_FALSE(ReplayLink::open(source_of(forty_frames()), options).ok()) << "both are behind its end";
   EXPECT_FALSE(ReplayLink::open(source_of(Bytes(100)), {}).ok());
   EXPECT_FALSE(ReplayLink::open("/nowhere/x.mcap", {}).ok());
 }
