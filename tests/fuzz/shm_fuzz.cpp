@@ -126,7 +126,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     FIRE3DV_ASSERT(block->data() >= base && block->size() <= geometry.capacity);
     images.let_go(notice.slot);
   }
-  images.free_unfinished([](uint32_t) { return false; });
+  images.free_unfinished([](uint32_t) { return false; }, [](const auto&, uint32_t) { return false; });
   for (uint64_t slot = 0; slot < geometry.count; ++slot)
     std::memset(base + geometry.offset + slot * geometry.stride, 0, kSlotHeaderBytes);
   for (const auto& [at, word] : before) std::memcpy(base + at, &word, 8);
