@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "protocol/transport/unique_fd.h"
 #include "renderer/sinks/libav.h"
 #include "renderer/sinks/whole_file.h"
 
@@ -114,7 +115,7 @@ struct VideoFile::Impl {
   AVFrame* frame = nullptr;
   AVPacket* packet = nullptr;
   SwsContext* conversion = nullptr;
-  bool file_open = false, finished = false;
+  bool part_made = false, file_open = false, finished = false;
   uint64_t frames = 0;
 
   Impl(const Libav& functions, VideoSettings wanted)
@@ -128,7 +129,7 @@ struct VideoFile::Impl {
     if (format && file_open) av.avio_closep(&format->pb);
     if (format) av.avformat_free_context(format);
     std::error_code fault;
-    if (!finished && file_open) std::filesystem::remove(part, fault);
+    if (!finished && part_made) std::filesystem::remove(part, fault);
   }
 
   Error failed(const std::string& what, int code) const {
@@ -241,6 +242,9 @@ Result<void> VideoFile::Impl::open(const Chosen& chosen) {
   frame->colorspace = encoder->colorspace;
   frame->color_range = encoder->color_range;
   if (const int done = av.av_frame_get_buffer(frame, 0); done < 0) return failed("take memory for", done);
+  const transport::UniqueFd made(open_new(part));  // libav follows links
+  if (!made) return failed("write", AVERROR(errno));
+  part_made = true;
   // Named as a file: what looks like an address would be taken for one.
   const std::string url = "file:" + part;
   format->url = av.av_strdup(url.c_str());  // some containers read what they have written

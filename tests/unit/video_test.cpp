@@ -231,6 +231,19 @@ TEST_F(Video, AnOddSizeIsFineWithoutLoss) {
   EXPECT_EQ(decode(odd.path).frames.size(), 1u);
 }
 
+TEST_F(Video, LinksBesideItAreNotFollowed) {
+  const fs::path outside = folder_ / "outside";
+  std::ofstream(outside) << "mine";
+  for (const char* name : {"v.mkv.part", "v.mkv.jsonl.part"}) fs::create_symlink(outside, folder_ / name);
+  VideoSettings wanted = settings("v.mkv");
+  wanted.codec = "ffv1";
+  auto sink = VideoSink::open(wanted);
+  ASSERT_TRUE(sink.ok()) << sink.error().message;
+  (*sink)->abandon();
+  EXPECT_EQ(bytes_of(outside), "mine");
+  EXPECT_EQ(files(), 1u);
+}
+
 TEST_F(Video, ASinkWritesVideoAndListOrNothing) {
   const auto take = [&](VideoSink& sink) {
     for (uint64_t frame = 0; frame < kFrames; ++frame) {
