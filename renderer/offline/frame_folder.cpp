@@ -74,6 +74,22 @@ Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, co
   return frames;
 }
 
+Result<StoredFrame> read_frame(const fs::path& folder, uint64_t frame, const Manifest& manifest) {
+  const fs::path path = folder / frame_file_name(frame);
+  StoredFrame stored;
+  auto bytes = sinks::read_whole_file(path, kMostFrameBytes);
+  if (!bytes) return bytes.error();
+  auto png = sinks::decode_png(*bytes);
+  if (!png) return Error{"cannot read " + path.string() + ": " + png.error().message};
+  stored.bytes = std::move(*bytes);
+  stored.image = std::move(png->image);
+  if (stored.image.frame_index != frame || stored.image.width != manifest.width ||
+      stored.image.height != manifest.height)
+    return Error{path.string() +
+                 " is not the frame that its name says: remove it and render its shard again"};
+  return stored;
+}
+
 Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, const Manifest& manifest) {
   if (auto made = make_folder(folder); !made) return made.error();
   std::unique_ptr<FrameFolder> result(new FrameFolder(folder, manifest));
@@ -132,10 +148,10 @@ Result<void> FrameFolder::take(sinks::FrameImage&& image) {
   return {};
 }
 
-Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from, const std::string& line) {
-  auto bytes = sinks::read_whole_file(from, kMostFrameBytes);
-  if (!bytes) return bytes.error();
-  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), *bytes); !written)
+Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, const std::string& line) {
+  auto stored = read_frame(from_folder, frame, manifest_);
+  if (!stored) return stored.error();
+  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), stored->bytes); !written)
     return written;
   const std::lock_guard lock(mutex_);
   auto job = std::make_unique<Job>();

@@ -148,6 +148,29 @@ TEST_F(OfflineFolder, AShardHoldsItsPartAlone) {
   EXPECT_EQ(frames->begin()->first, 4u);
 }
 
+TEST_F(OfflineFolder, AFrameIsCopiedWhenItIsTheOneThatItsNameSays) {
+  run(0, kFrames);
+  fs::copy_file(folder_ / frame_file_name(3), folder_ / frame_file_name(5),
+                fs::copy_options::overwrite_existing);
+  const auto listed = listed_frames(folder_, manifest_of());
+  ASSERT_TRUE(listed.ok());
+  auto other = FrameFolder::open(root_ / "joined", manifest_of());
+  ASSERT_TRUE(other.ok());
+  ASSERT_TRUE((*other)->begin(kMachine).ok());
+  EXPECT_TRUE((*other)->copy(4, folder_, listed->at(4)).ok());
+  const auto wrong = (*other)->copy(5, folder_, listed->at(5));
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message.find("frame_000005.png is not the frame that its name says"),
+            std::string::npos)
+      << wrong.error().message;
+  Manifest larger = manifest_of();
+  larger.width = 8;
+  EXPECT_FALSE(read_frame(folder_, 4, larger).ok());
+  ASSERT_TRUE((*other)->finish().ok());
+  other->reset();
+  EXPECT_EQ(listed_frames(root_ / "joined", manifest_of())->size(), 1u);
+}
+
 TEST_F(OfflineFolder, ADiskThatIsFullIsSaid) {
   auto folder = FrameFolder::open(folder_, manifest_of());
   ASSERT_TRUE(folder.ok());
