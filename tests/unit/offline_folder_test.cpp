@@ -2,6 +2,7 @@
 #include "renderer/offline/frame_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -146,6 +147,17 @@ TEST_F(OfflineFolder, AShardHoldsItsPartAlone) {
   ASSERT_TRUE(frames.ok());
   EXPECT_EQ(frames->size(), 4u);
   EXPECT_EQ(frames->begin()->first, 4u);
+}
+
+TEST_F(OfflineFolder, AListThatIsNoneHoldsNothingUp) {
+  run(0, 2);
+  write(kFrameListName, std::string(3 << 20, 'x'));
+  EXPECT_NE(refused(manifest_of()).find("frames.jsonl is not what fire3dv render writes"), std::string::npos);
+  fs::remove(folder_ / kFrameListName);
+  ASSERT_EQ(mkfifo((folder_ / kFrameListName).c_str(), 0600), 0);
+  EXPECT_NE(refused(manifest_of()).find("frames.jsonl is not what fire3dv render writes"), std::string::npos);
+  fs::remove(folder_ / kFrameListName);
+  EXPECT_EQ(refused(manifest_of()), "");
 }
 
 TEST_F(OfflineFolder, AFrameIsCopiedWhenItIsTheOneThatItsNameSays) {
