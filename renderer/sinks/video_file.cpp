@@ -25,7 +25,8 @@ struct Encoder {
 };
 constexpr std::array kEncoders{
     Encoder{"h264", "libx264", "crf", "18", 51, 1, "preset=medium"},
-    Encoder{"h265", "libx265", "crf", "20", 51, 1, "preset=medium,x265-params=log-level=error"},
+    Encoder{"h265", "libx265", "crf", "20", 51, 1,
+            "preset=medium,x265-params=log-level=error:frame-threads=4:pools=8:info=0"},
     Encoder{"av1", "libsvtav1", "crf", "26", 63, 64, "preset=8"},
     Encoder{"av1", "libaom-av1", "crf", "26", 63, 1, "cpu-used=6,row-mt=1"},
     Encoder{"ffv1", "ffv1", nullptr, nullptr, 0, 1, "level=3,slicecrc=1"},
@@ -102,7 +103,17 @@ Result<void> check_video_settings(const VideoSettings& settings) {
   if (!av) return av.error();
   const auto chosen = choose(**av, settings);
   if (!chosen) return chosen.error();
-  return check_quality(settings, *chosen->encoder);
+  if (auto good = check_quality(settings, *chosen->encoder); !good) return good;
+  std::error_code fault;
+  if (std::filesystem::is_directory(settings.path, fault))
+    return Error{settings.path.string() +
+                 " is a folder, and a video is a file: name another, or remove the folder"};
+  // Matroska counts time in milliseconds.
+  if (container_of(settings.path) != std::string_view("mp4") &&
+      settings.fps_numerator > 1000 * settings.fps_denominator)
+    return Error{"a " + lower_ending(settings.path) +
+                 " video has at most 1000 frames a second: choose a lower --fps, or .mp4"};
+  return {};
 }
 
 struct VideoFile::Impl {
@@ -166,8 +177,10 @@ Result<void> VideoFile::Impl::open_encoder(const Chosen& chosen) {
   encoder->sample_aspect_ratio = {1, 1};
   encoder->flags |= AV_CODEC_FLAG_BITEXACT;  // no versions in the file: the same frames give the same bytes
   if (format->oformat->flags & AVFMT_GLOBALHEADER) encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-  encoder->thread_count = 0;
-  // Not as many as there are threads: the same bytes on every machine.
+  // A number of its own, not that of the cores: encoders cut their work by it, and the same frames are to
+  // give the same bytes on every machine. FFV1 is cut into slices.
+  constexpr int kThreads = 8;
+  encoder->thread_count = keeps_rgb ? 0 : kThreads;
   if (keeps_rgb) encoder->slices = std::min(settings.width, settings.height) >= 64 ? 16 : 1;
   // The tag by which players of other makers know H.265 in an MP4.
   if (chosen.codec->id == AV_CODEC_ID_HEVC && container_of(settings.path) == std::string_view("mp4"))

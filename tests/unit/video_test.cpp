@@ -3,6 +3,7 @@
 #include "renderer/sinks/video_file.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -198,6 +199,29 @@ TEST_F(Video, TheSameFramesAreTheSameBytes) {
   EXPECT_EQ(bytes_of(folder_ / "one.mp4"), bytes_of(folder_ / "two.mp4"));
 }
 
+// The encoders that look how many cores they may use see one.
+TEST_F(Video, OneCoreGivesTheSameBytes) {
+  const std::vector<std::pair<const char*, const char*>> all{
+      {"h264", ".mp4"}, {"h265", ".mp4"}, {"av1", ".webm"}, {"ffv1", ".mkv"}};
+  for (const auto& [codec, ending] : all) {
+    VideoSettings wanted = settings((std::string(codec) + ending).c_str());
+    wanted.codec = codec;
+    encoded(wanted);
+    const std::string on_all = bytes_of(wanted.path);
+    fs::remove(wanted.path);
+    cpu_set_t before, one;
+    ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+    CPU_ZERO(&one);
+    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu) {
+      if (CPU_ISSET(cpu, &before)) CPU_SET(cpu, &one);
+    }
+    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+    encoded(wanted);
+    EXPECT_EQ(sched_setaffinity(0, sizeof before, &before), 0);
+    EXPECT_TRUE(bytes_of(wanted.path) == on_all) << codec;
+  }
+}
+
 TEST_F(Video, WhatCannotBeWrittenIsSaid) {
   VideoSettings wrong = settings("a.mp4");
   wrong.codec = "mjpeg";
@@ -217,6 +241,24 @@ TEST_F(Video, WhatCannotBeWrittenIsSaid) {
   wrong = settings("none/a.mp4");
   EXPECT_NE(refused(wrong).find("none/a.mp4: No such file"), std::string::npos) << refused(wrong);
   EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(Video, WhatWouldFailAtTheEndIsSaidAtTheBeginning) {
+  const auto told = [](const VideoSettings& settings) {
+    const auto good = check_video_settings(settings);
+    return good ? "" : good.error().message;
+  };
+  VideoSettings wrong = settings("folder.mp4");
+  fs::create_directories(wrong.path);
+  EXPECT_NE(told(wrong).find("folder.mp4 is a folder"), std::string::npos) << told(wrong);
+  wrong = settings("fast.mkv");
+  wrong.fps_numerator = 1000;
+  wrong.fps_denominator = 1;
+  EXPECT_EQ(told(wrong), "");
+  wrong.fps_numerator = 1001;
+  EXPECT_NE(told(wrong).find("at most 1000 frames a second"), std::string::npos) << told(wrong);
+  wrong.path = folder_ / "fast.mp4";
+  EXPECT_EQ(told(wrong), "");
 }
 
 TEST_F(Video, AnOddSizeIsFineWithoutLoss) {
