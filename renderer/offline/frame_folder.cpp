@@ -227,11 +227,12 @@ void FrameFolder::work() {
 }
 
 void FrameFolder::list_written() {
-  while (!error_ && !jobs_.empty() && jobs_.front()->written) {
+  // A frame that was under way when a later one failed is listed all the same.
+  while (list_ && !jobs_.empty() && jobs_.front()->written) {
     Job& job = *jobs_.front();
     errno = 0;
     list_ << job.line << std::flush;  // a run that is killed keeps its list
-    if (!list_)
+    if (!list_ && !error_)
       error_ =
           Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + sinks::system_reason(errno)};
     job.line.pop_back();
