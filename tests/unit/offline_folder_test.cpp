@@ -228,5 +228,35 @@ TEST_F(OfflineFolder, AManifestIsReadBackAndBelievedInNothing) {
   EXPECT_GT(refused, 500u);
 }
 
+// Paths on a command line are bytes, and as many as one likes.
+TEST_F(OfflineFolder, AnySettingIsReadBackAsItWasWritten) {
+  const std::string lengthy = "--assets /" + std::string(6000, 'a');
+  const std::vector<std::string> values{"--assets /data/caf\xe9", "--assets /data/caf\xe8", lengthy,
+                                        lengthy + "b"};
+  for (const std::string& value : values) {
+    Manifest manifest = manifest_of();
+    manifest.settings[1].second = setting_text(value);
+    fs::remove_all(folder_);
+    EXPECT_EQ(run(0, 2, manifest), 0u);
+    EXPECT_EQ(refused(manifest), "");
+    for (const std::string& another : values) {
+      manifest.settings[1].second = setting_text(another);
+      EXPECT_EQ(refused(manifest).empty(), another == value) << another;
+    }
+  }
+}
+
+TEST_F(OfflineFolder, AManifestHasFewSettings) {
+  fs::create_directories(folder_);
+  Manifest manifest = manifest_of();
+  while (manifest.settings.size() < 64)
+    manifest.settings.emplace_back("s" + std::to_string(manifest.settings.size()), "x");
+  ASSERT_TRUE(write_manifest(folder_, manifest).ok());
+  EXPECT_TRUE(read_manifest(folder_).ok());
+  manifest.settings.emplace_back("one more", "x");
+  ASSERT_TRUE(write_manifest(folder_, manifest).ok());
+  EXPECT_FALSE(read_manifest(folder_).ok());
+}
+
 }  // namespace
 }  // namespace fire3dv::offline
