@@ -308,6 +308,9 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);
   if (options.on_request && (!options.headless || options.listen.empty() || !options.out.empty()))
     return usage_error("--on-request needs --headless and a --listen URI, and excludes --out");
+  if (options.on_request && options.frames != 0)
+    return usage_error(
+        "--frames counts images that are drawn unasked, and --on-request draws none: leave one out");
   options.raster = passes::raster_path_named(raster);
   options.cull = passes::cull_named(cull);
   options.levels_of_detail = passes::levels_of_detail_named(levels_of_detail);

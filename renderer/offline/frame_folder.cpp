@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -37,6 +38,41 @@ bool is_whole_png(const fs::path& path) {
   return file && begin == kBegin && end == kEnd;
 }
 
+// Of a list that may be anything: neither a pipe nor a line without an end holds it up.
+class ListLines {
+ public:
+  // false: there is none, or it is not a file.
+  bool open(const fs::path& path) {
+    file_ = transport::UniqueFd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    struct stat about {};
+    return file_ && ::fstat(file_.get(), &about) == 0 && S_ISREG(about.st_mode);
+  }
+  // Without its end; false when no line that has one is left.
+  bool next(std::string& line) {
+    line.clear();
+    for (;;) {
+      const auto end = std::find(buffer_.begin() + at_, buffer_.begin() + have_, '\n');
+      line.append(buffer_.begin() + at_, end);
+      if (line.size() > kMostLineBytes) return too_long_ = true, false;
+      at_ = end - buffer_.begin();
+      if (at_ < have_) return ++at_, true;
+      ssize_t got = 0;
+      do got = ::read(file_.get(), buffer_.data(), buffer_.size());
+      while (got < 0 && errno == EINTR);
+      if (got <= 0) return false;
+      at_ = 0;
+      have_ = got;
+    }
+  }
+  bool too_long() const { return too_long_; }
+
+ private:
+  transport::UniqueFd file_;
+  std::array<char, 1 << 16> buffer_{};
+  ssize_t at_ = 0, have_ = 0;
+  bool too_long_ = false;
+};
+
 Error in_the_way(const fs::path& folder, const std::string& why) {
   return Error{folder.string() + " holds frames of another run (" + why +
                "): name another folder, or remove this one"};
@@ -56,13 +92,15 @@ Result<void> make_folder(const fs::path& folder) {
 
 Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, const Manifest& manifest) {
   std::map<uint64_t, std::string> frames;
-  std::ifstream list(folder / kFrameListName);
+  const Error strange{(folder / kFrameListName).string() + " is not what fire3dv render writes: remove " +
+                      folder.string()};
+  std::error_code fault;
+  if (!fs::exists(folder / kFrameListName, fault) && !fault) return frames;
+  ListLines list;
+  if (!list.open(folder / kFrameListName)) return strange;
   const Part part = manifest.part();
-  for (std::string line; std::getline(list, line);) {
-    if (list.eof()) break;  // the run was ended within this line
-    if (line.size() > kMostLineBytes)
-      return Error{(folder / kFrameListName).string() + " is not what fire3dv render writes: remove " +
-                   folder.string()};
+  // A line without an end is the one in which the run was ended.
+  for (std::string line; list.next(line);) {
     const auto json = nlohmann::json::parse(line, nullptr, false);
     const auto number = json.is_object() ? json.find("frame") : json.end();
     if (!json.is_object() || number == json.end() || !number->is_number_unsigned()) continue;
@@ -71,7 +109,24 @@ Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, co
     if (frame < part.first || frame - part.first >= part.frames || frames.contains(frame)) continue;
     if (is_whole_png(folder / frame_file_name(frame))) frames[frame] = std::move(line);
   }
+  if (list.too_long()) return strange;
   return frames;
+}
+
+Result<StoredFrame> read_frame(const fs::path& folder, uint64_t frame, const Manifest& manifest) {
+  const fs::path path = folder / frame_file_name(frame);
+  StoredFrame stored;
+  auto bytes = sinks::read_whole_file(path, kMostFrameBytes);
+  if (!bytes) return bytes.error();
+  auto png = sinks::decode_png(*bytes);
+  if (!png) return Error{"cannot read " + path.string() + ": " + png.error().message};
+  stored.bytes = std::move(*bytes);
+  stored.image = std::move(png->image);
+  if (stored.image.frame_index != frame || stored.image.width != manifest.width ||
+      stored.image.height != manifest.height)
+    return Error{path.string() +
+                 " is not the frame that its name says: remove it and render its shard again"};
+  return stored;
 }
 
 Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, const Manifest& manifest) {
@@ -132,10 +187,10 @@ Result<void> FrameFolder::take(sinks::FrameImage&& image) {
   return {};
 }
 
-Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from, const std::string& line) {
-  auto bytes = sinks::read_whole_file(from, kMostFrameBytes);
-  if (!bytes) return bytes.error();
-  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), *bytes); !written)
+Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, const std::string& line) {
+  auto stored = read_frame(from_folder, frame, manifest_);
+  if (!stored) return stored.error();
+  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), stored->bytes); !written)
     return written;
   const std::lock_guard lock(mutex_);
   auto job = std::make_unique<Job>();
@@ -172,11 +227,12 @@ void FrameFolder::work() {
 }
 
 void FrameFolder::list_written() {
-  while (!error_ && !jobs_.empty() && jobs_.front()->written) {
+  // A frame that was under way when a later one failed is listed all the same.
+  while (list_ && !jobs_.empty() && jobs_.front()->written) {
     Job& job = *jobs_.front();
     errno = 0;
     list_ << job.line << std::flush;  // a run that is killed keeps its list
-    if (!list_)
+    if (!list_ && !error_)
       error_ =
           Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + sinks::system_reason(errno)};
     job.line.pop_back();

@@ -33,6 +33,14 @@ namespace fire3dv::offline {
 Result<std::map<uint64_t, std::string>> listed_frames(const std::filesystem::path& folder,
                                                       const Manifest& manifest);
 
+// One of them, with its file's bytes. Refused when it is not what its name says: another frame, or of another
+// size.
+struct StoredFrame {
+  std::vector<uint8_t> bytes;
+  sinks::FrameImage image;
+};
+Result<StoredFrame> read_frame(const std::filesystem::path& folder, uint64_t frame, const Manifest& manifest);
+
 class FrameFolder final : public sinks::FrameSink {
  public:
   // Makes the folder. What is there of the same run is kept; the error says what else is there, or what of
@@ -50,7 +58,7 @@ class FrameFolder final : public sinks::FrameSink {
 
   Result<void> take(sinks::FrameImage&& image) override;
   // A frame that lies in another folder, and its line there.
-  Result<void> copy(uint64_t frame, const std::filesystem::path& from, const std::string& line);
+  Result<void> copy(uint64_t frame, const std::filesystem::path& from_folder, const std::string& line);
   // Lists the frames in order, whatever was there before.
   Result<void> finish() override;
 

@@ -9,7 +9,6 @@
 #include "renderer/app/progress.h"
 #include "renderer/app/start.h"
 #include "renderer/offline/frame_folder.h"
-#include "renderer/sinks/png.h"
 #include "renderer/sinks/video_sink.h"
 
 namespace fire3dv::offline {
@@ -124,14 +123,9 @@ Result<bool> encode(const Whole& whole, const std::filesystem::path& out, const 
       say("stopped; nothing is left of the video");
       return false;
     }
-    const std::filesystem::path path = found.folder / frame_file_name(frame);
-    auto png = sinks::read_png(path);
-    if (!png) return png.error();
-    const sinks::FrameImage& image = png->image;
-    if (image.frame_index != frame || image.width != settings.width || image.height != settings.height)
-      return Error{path.string() +
-                   " is not the frame that its name says: remove it and render its shard again"};
-    if (auto taken = (*sink)->take(std::move(png->image)); !taken) return taken.error();
+    auto stored = read_frame(found.folder, frame, whole.manifest);
+    if (!stored) return stored.error();
+    if (auto taken = (*sink)->take(std::move(stored->image)); !taken) return taken.error();
     progress.update_with_end(frame + 1, whole.manifest.times.frames);
   }
   if (auto finished = (*sink)->finish(); !finished) return finished.error();
@@ -151,7 +145,7 @@ Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
       say("stopped; the same command goes on from here");
       return false;
     }
-    if (auto copied = (*folder)->copy(frame, found.folder / frame_file_name(frame), found.line); !copied)
+    if (auto copied = (*folder)->copy(frame, found.folder, found.line); !copied)
       return copied.error();
   }
   if (auto finished = (*folder)->finish(); !finished) return finished.error();

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <system_error>
 
 #include "protocol/wire/check.h"
 #include "renderer/app/image_size.h"
+#include "renderer/scene/digest.h"
 #include "renderer/sinks/text.h"
 #include "renderer/sinks/whole_file.h"
 
@@ -19,6 +21,7 @@ constexpr uint64_t kMostManifestBytes = 1 << 20;
 constexpr const char* kFormat = "fire3dv frames";
 constexpr int kVersion = 1;
 constexpr uint32_t kMostShards = 100'000;
+constexpr size_t kMostSettings = 64;  // each is looked up among all
 
 std::string shown(const std::string& text) {
   return wire::printable(text.empty() ? "nothing" : text, 256);
@@ -71,6 +74,7 @@ bool parse(const ordered_json& json, Manifest& manifest) {
   const auto settings = json.find("settings"), machine = json.find("machine");
   if (settings == json.end() || !settings->is_object() || machine == json.end() || !machine->is_object())
     return false;
+  if (settings->size() > kMostSettings) return false;
   for (const auto& [name, value] : settings->items()) {
     if (!value.is_string()) return false;
     manifest.settings.emplace_back(name, value.get<std::string>());
@@ -91,6 +95,13 @@ bool parse(const ordered_json& json, Manifest& manifest) {
 }
 
 }  // namespace
+
+std::string setting_text(const std::string& value) {
+  constexpr size_t kMostBytes = 4000;
+  std::string text = sinks::printable_utf8(value, kMostBytes);
+  if (text == value) return text;
+  return text + " (" + scene::hex(scene::digest_of(std::as_bytes(std::span(value)))).substr(0, 32) + ")";
+}
 
 std::optional<std::string> difference(const Manifest& there, const Manifest& here, bool with_part) {
   const auto a = facts(there), b = facts(here);

@@ -1,6 +1,7 @@
 // What a folder of frames is of: everything that decides about a frame's bytes, which part of all frames it
 // holds, and what drew them. Written as manifest.json beside the frames, so that a run that was interrupted
-// knows whether it may go on, and a join whether parts belong together.
+// knows whether it may go on, and a join whether parts belong together. Of a folder of assets it has the path
+// alone, since what streams will add from it is not known before.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +32,10 @@ struct Manifest {
 
   Part part() const { return part_of(times.frames, shard, shards); }
 };
+
+// A setting's value as a manifest can hold it: valid UTF-8 of bounded length. What is changed by that has its
+// digest with it, so that two that differ still do.
+std::string setting_text(const std::string& value);
 
 // "fps is 30 there and 60 here", of the first difference that decides about bytes; nothing: frames of both
 // belong together. with_part: they are even of the same part.

@@ -90,6 +90,7 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
     if (!environment) return environment.error();
     manifest.settings.emplace_back("environment", *environment);
   }
+  for (auto& [name, value] : manifest.settings) value = setting_text(value);
   manifest.times = times;
   manifest.width = options.drawing.width;
   manifest.height = options.drawing.height;

@@ -102,11 +102,26 @@ bool parse_shard(const std::string& text, uint32_t& index, uint32_t& count) {
          count <= kMostShards;
 }
 
+std::string for_live_streams(const std::string& option) {
+  return option + " is for streams that are live; a recording is rendered without";
+}
+
+// Of these the renderer's own parser would not say what is wrong here, or nothing at all.
+std::optional<std::string> check_words(const std::vector<std::string>& words) {
+  constexpr std::array kLive{"--play", "--delay", "--mark-held", "--on-request"};
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (contains(kLive, name)) return for_live_streams(name);
+    if (name == "--outputs")
+      return "--outputs: fire3dv render writes colours alone; others are written by fire3dv --replay "
+             "FILE.mcap --out DIR --outputs LIST";
+  }
+  return {};
+}
+
 // What the renderer takes and an offline run has no use for.
 std::optional<std::string> check_drawing(const app::Options& drawing) {
-  const auto none = [](const char* option) {
-    return std::string(option) + " is for streams that are live; a recording is rendered without";
-  };
+  const auto none = for_live_streams;
   if (!drawing.listen.empty()) return none("--listen");
   if (!drawing.recording.replay.empty() || !drawing.recording.streams.empty() || drawing.recording.loop)
     return "--replay, --stream and --loop are for watching a recording; the one to render is named first";
@@ -161,6 +176,7 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   options.recording = words.rest[0];
   words.rest.erase(words.rest.begin());
 
+  if (const auto wrong = check_words(words.rest)) return refuse(*wrong);
   std::vector<char*> drawing{argv[0]};
   for (std::string& word : words.rest) drawing.push_back(word.data());
   auto parsed = app::parse_options(static_cast<int>(drawing.size()), drawing.data(), false);

@@ -47,7 +47,8 @@ class Timeline::Builder {
 
   Result<void> begin_segment(size_t stream, int64_t sim_ns);
   void place(size_t stream, size_t segment, int64_t line_from_sim_ns);
-  void guide_has_come(int64_t line_ns);
+  Result<void> guide_has_come(int64_t line_ns);
+  Error too_far_apart(size_t stream) const;
   bool room() const { return segments_ < kMostSegments; }
 
   Timeline& line_;
@@ -100,15 +101,19 @@ Result<void> Timeline::Builder::take(const record::Played& played) {
   if (!span.placed) return {};
   const int64_t line_ns = sim_ns + times.segments.back().line_from_sim_ns;
   if (std::abs(line_ns) > kMostLineNs)
-    return Error{"the simulated times of stream \"" + wire::printable(playback_.streams()[stream].name) +
-                 "\" are too far apart to be laid on one line; render another stream's clock with --clock"};
+    return too_far_apart(stream);
   run.first_ns = std::min(run.first_ns, line_ns);
   building.last_ns = line_ns;
   if (stream != *guide_) return {};
   guide_now_ns_ = line_ns;
   line_.remember(played.log_time_ns, line_ns);
-  if (!std::exchange(guide_runs_, true)) guide_has_come(line_ns);
+  if (!std::exchange(guide_runs_, true)) return guide_has_come(line_ns);
   return {};
+}
+
+Error Timeline::Builder::too_far_apart(size_t stream) const {
+  return Error{"the simulated times of stream \"" + wire::printable(playback_.streams()[stream].name) +
+               "\" are too far apart to be laid on one line; render another stream's clock with --clock"};
 }
 
 Result<void> Timeline::Builder::begin_segment(size_t stream, int64_t sim_ns) {
@@ -143,7 +148,7 @@ void Timeline::Builder::place(size_t stream, size_t segment, int64_t line_from_s
 
 // Segments that were there before it: the newest by its newest frame, the others in front of that, one after
 // the other.
-void Timeline::Builder::guide_has_come(int64_t line_ns) {
+Result<void> Timeline::Builder::guide_has_come(int64_t line_ns) {
   for (size_t stream = 0; stream < streams_.size(); ++stream) {
     Building& building = streams_[stream];
     if (stream == *guide_ || building.spans.empty()) continue;
@@ -153,6 +158,8 @@ void Timeline::Builder::guide_has_come(int64_t line_ns) {
     for (size_t i = building.spans.size() - 1; i-- > 0;) {
       const int64_t next_ns =
           building.spans[i + 1].first_sim_ns + line_.streams_[stream].segments[i + 1].line_from_sim_ns;
+      // Each goes farther back: without a limit their sum would not be a number any more.
+      if (std::abs(next_ns) > kMostLineNs) return too_far_apart(stream);
       place(stream, i, next_ns - building.spans[i].step_ns - building.spans[i].last_sim_ns);
     }
     building.last_ns = newest.last_sim_ns + line_.streams_[stream].segments.back().line_from_sim_ns;
@@ -162,6 +169,7 @@ void Timeline::Builder::guide_has_come(int64_t line_ns) {
           run.first_ns, building.spans[i].first_sim_ns + line_.streams_[stream].segments[i].line_from_sim_ns);
     }
   }
+  return {};
 }
 
 Result<void> Timeline::Builder::finish() {

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "protocol/transport/unique_fd.h"
 #include "renderer/sinks/libav.h"
 #include "renderer/sinks/whole_file.h"
 
@@ -24,7 +25,8 @@ struct Encoder {
 };
 constexpr std::array kEncoders{
     Encoder{"h264", "libx264", "crf", "18", 51, 1, "preset=medium"},
-    Encoder{"h265", "libx265", "crf", "20", 51, 1, "preset=medium,x265-params=log-level=error"},
+    Encoder{"h265", "libx265", "crf", "20", 51, 1,
+            "preset=medium,x265-params=log-level=error:frame-threads=4:pools=8:info=0"},
     Encoder{"av1", "libsvtav1", "crf", "26", 63, 64, "preset=8"},
     Encoder{"av1", "libaom-av1", "crf", "26", 63, 1, "cpu-used=6,row-mt=1"},
     Encoder{"ffv1", "ffv1", nullptr, nullptr, 0, 1, "level=3,slicecrc=1"},
@@ -101,7 +103,17 @@ Result<void> check_video_settings(const VideoSettings& settings) {
   if (!av) return av.error();
   const auto chosen = choose(**av, settings);
   if (!chosen) return chosen.error();
-  return check_quality(settings, *chosen->encoder);
+  if (auto good = check_quality(settings, *chosen->encoder); !good) return good;
+  std::error_code fault;
+  if (std::filesystem::is_directory(settings.path, fault))
+    return Error{settings.path.string() +
+                 " is a folder, and a video is a file: name another, or remove the folder"};
+  // Matroska counts time in milliseconds.
+  if (container_of(settings.path) != std::string_view("mp4") &&
+      settings.fps_numerator > 1000 * settings.fps_denominator)
+    return Error{"a " + lower_ending(settings.path) +
+                 " video has at most 1000 frames a second: choose a lower --fps, or .mp4"};
+  return {};
 }
 
 struct VideoFile::Impl {
@@ -114,7 +126,7 @@ struct VideoFile::Impl {
   AVFrame* frame = nullptr;
   AVPacket* packet = nullptr;
   SwsContext* conversion = nullptr;
-  bool file_open = false, finished = false;
+  bool part_made = false, file_open = false, finished = false;
   uint64_t frames = 0;
 
   Impl(const Libav& functions, VideoSettings wanted)
@@ -128,7 +140,7 @@ struct VideoFile::Impl {
     if (format && file_open) av.avio_closep(&format->pb);
     if (format) av.avformat_free_context(format);
     std::error_code fault;
-    if (!finished && file_open) std::filesystem::remove(part, fault);
+    if (!finished && part_made) std::filesystem::remove(part, fault);
   }
 
   Error failed(const std::string& what, int code) const {
@@ -165,8 +177,10 @@ Result<void> VideoFile::Impl::open_encoder(const Chosen& chosen) {
   encoder->sample_aspect_ratio = {1, 1};
   encoder->flags |= AV_CODEC_FLAG_BITEXACT;  // no versions in the file: the same frames give the same bytes
   if (format->oformat->flags & AVFMT_GLOBALHEADER) encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-  encoder->thread_count = 0;
-  // Not as many as there are threads: the same bytes on every machine.
+  // A number of its own, not that of the cores: encoders cut their work by it, and the same frames are to
+  // give the same bytes on every machine. FFV1 is cut into slices.
+  constexpr int kThreads = 8;
+  encoder->thread_count = keeps_rgb ? 0 : kThreads;
   if (keeps_rgb) encoder->slices = std::min(settings.width, settings.height) >= 64 ? 16 : 1;
   // The tag by which players of other makers know H.265 in an MP4.
   if (chosen.codec->id == AV_CODEC_ID_HEVC && container_of(settings.path) == std::string_view("mp4"))
@@ -241,6 +255,9 @@ Result<void> VideoFile::Impl::open(const Chosen& chosen) {
   frame->colorspace = encoder->colorspace;
   frame->color_range = encoder->color_range;
   if (const int done = av.av_frame_get_buffer(frame, 0); done < 0) return failed("take memory for", done);
+  const transport::UniqueFd made(open_new(part));  // libav follows links
+  if (!made) return failed("write", AVERROR(errno));
+  part_made = true;
   // Named as a file: what looks like an address would be taken for one.
   const std::string url = "file:" + part;
   format->url = av.av_strdup(url.c_str());  // some containers read what they have written

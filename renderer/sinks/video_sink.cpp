@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "protocol/transport/unique_fd.h"
 #include "renderer/sinks/frame_line.h"
 #include "renderer/sinks/whole_file.h"
 
@@ -23,7 +24,10 @@ Result<std::unique_ptr<VideoSink>> VideoSink::open(const VideoSettings& settings
     sink->file_ = std::move(*file);
   }
   sink->log_path_ = settings.path.string() + ".jsonl";
-  sink->log_part_ = sink->log_path_ + ".part";
+  const std::string part = sink->log_path_ + ".part";
+  const transport::UniqueFd made(open_new(part));
+  if (!made) return Error{"cannot write " + sink->log_path_ + ": " + system_reason(errno)};
+  sink->log_part_ = part;
   errno = 0;
   sink->log_.open(sink->log_part_, std::ios::trunc);
   if (!sink->log_) return Error{"cannot write " + sink->log_path_ + ": " + system_reason(errno)};

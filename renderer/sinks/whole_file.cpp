@@ -51,13 +51,18 @@ std::string system_reason(int error_number) {
   }
 }
 
+int open_new(const std::filesystem::path& path) {
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT) return -1;
+  return ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+}
+
 Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
   const std::string part = path.string() + ".part";
   const auto failed = [&](int error_number) {
     return Error{"cannot write " + path.string() + ": " + system_reason(error_number)};
   };
   {
-    Descriptor file(::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+    Descriptor file(open_new(part));
     if (file.fd < 0) return failed(errno);
     int fault = write_all(file.fd, bytes);
     if (::close(file.fd) != 0 && fault == 0)

@@ -66,6 +66,7 @@ def usage(test):
             (["--environment-intensity", "-1"], [scene, "--environment-intensity=-1"]),
             (["--lockstep", "--listen"], [scene, "--lockstep"]),
             (["--exit-when-done", "--listen"], [scene, "--exit-when-done"]),
+            (["--frames", "--on-request"], [scene, "--headless", "--listen", "shm://none", "--on-request", "--frames", "3"]),
             (["second.glb"], [scene, "second.glb"]),
             (["--camera"], [scene, "--camera"])):
         expect_failure(test, 2, words, *arguments)

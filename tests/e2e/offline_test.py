@@ -260,6 +260,8 @@ def bad_input(test):
             ([file, test.scene, "--out", "x.avi"], 2, ".mp4, .mkv or .webm"),
             ([file, test.scene, "--out", "x.mp4", "--shard", "1/2"], 2, "name a folder"),
             ([file, test.scene, "--out", out, "--listen", "shm://x"], 2, "--listen"),
+            ([file, test.scene, "--out", out, "--outputs", "depth"], 2, "writes colours alone"),
+            ([file, test.scene, "--out", out, "--play=latest"], 2, "--play is for streams that are live"),
             ([file, test.scene, "--out", out, "--start", "nan"], 2, "--start"),
             ([file, test.scene, "--out", out, "--start", "5"], 1, "is 0.790 s of simulated time long"),
             ([file, test.scene, "--out", out, "--clock", "lathe"], 1, 'it has "arm", "crane"'),

@@ -167,6 +167,23 @@ TEST_F(FileSinkTest, AWriteThatFailsIsToldOnceAndLeavesNoHalfFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2) << "frame 0 and the list, no .part";
 }
 
+TEST_F(FileSinkTest, LinksInTheFolderAreNotFollowed) {
+  const fs::path outside = folder_ / "outside", out = folder_ / "out";
+  fs::create_directories(out);
+  std::ofstream(outside) << "mine";
+  fs::create_symlink(outside, out / "frame_000000.png.part");
+  fs::create_symlink(outside, out / "frame_000001.png");
+  auto sink = FileSink::open({.folder = out});
+  ASSERT_TRUE(sink.ok());
+  for (uint64_t i = 0; i < 2; ++i) ASSERT_TRUE((*sink)->take(frame(i)).ok());
+  ASSERT_TRUE((*sink)->finish().ok());
+  std::string text;
+  std::ifstream(outside) >> text;
+  EXPECT_EQ(text, "mine");
+  EXPECT_TRUE(read_png(out / "frame_000000.png").ok());
+  EXPECT_TRUE(read_png(out / "frame_000001.png").ok());
+}
+
 TEST_F(FileSinkTest, FramesOfAnEarlierRunAreNotInTheList) {
   for (const uint64_t count : {5u, 2u}) {
     auto sink = FileSink::open({.folder = folder_});

@@ -2,6 +2,7 @@
 #include "renderer/offline/frame_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -148,6 +149,40 @@ TEST_F(OfflineFolder, AShardHoldsItsPartAlone) {
   EXPECT_EQ(frames->begin()->first, 4u);
 }
 
+TEST_F(OfflineFolder, AListThatIsNoneHoldsNothingUp) {
+  run(0, 2);
+  write(kFrameListName, std::string(3 << 20, 'x'));
+  EXPECT_NE(refused(manifest_of()).find("frames.jsonl is not what fire3dv render writes"), std::string::npos);
+  fs::remove(folder_ / kFrameListName);
+  ASSERT_EQ(mkfifo((folder_ / kFrameListName).c_str(), 0600), 0);
+  EXPECT_NE(refused(manifest_of()).find("frames.jsonl is not what fire3dv render writes"), std::string::npos);
+  fs::remove(folder_ / kFrameListName);
+  EXPECT_EQ(refused(manifest_of()), "");
+}
+
+TEST_F(OfflineFolder, AFrameIsCopiedWhenItIsTheOneThatItsNameSays) {
+  run(0, kFrames);
+  fs::copy_file(folder_ / frame_file_name(3), folder_ / frame_file_name(5),
+                fs::copy_options::overwrite_existing);
+  const auto listed = listed_frames(folder_, manifest_of());
+  ASSERT_TRUE(listed.ok());
+  auto other = FrameFolder::open(root_ / "joined", manifest_of());
+  ASSERT_TRUE(other.ok());
+  ASSERT_TRUE((*other)->begin(kMachine).ok());
+  EXPECT_TRUE((*other)->copy(4, folder_, listed->at(4)).ok());
+  const auto wrong = (*other)->copy(5, folder_, listed->at(5));
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message.find("frame_000005.png is not the frame that its name says"),
+            std::string::npos)
+      << wrong.error().message;
+  Manifest larger = manifest_of();
+  larger.width = 8;
+  EXPECT_FALSE(read_frame(folder_, 4, larger).ok());
+  ASSERT_TRUE((*other)->finish().ok());
+  other->reset();
+  EXPECT_EQ(listed_frames(root_ / "joined", manifest_of())->size(), 1u);
+}
+
 TEST_F(OfflineFolder, ADiskThatIsFullIsSaid) {
   auto folder = FrameFolder::open(folder_, manifest_of());
   ASSERT_TRUE(folder.ok());
@@ -191,6 +226,36 @@ TEST_F(OfflineFolder, AManifestIsReadBackAndBelievedInNothing) {
     EXPECT_LE((*read)->part().first + (*read)->part().frames, (*read)->times.frames);
   }
   EXPECT_GT(refused, 500u);
+}
+
+// Paths on a command line are bytes, and as many as one likes.
+TEST_F(OfflineFolder, AnySettingIsReadBackAsItWasWritten) {
+  const std::string lengthy = "--assets /" + std::string(6000, 'a');
+  const std::vector<std::string> values{"--assets /data/caf\xe9", "--assets /data/caf\xe8", lengthy,
+                                        lengthy + "b"};
+  for (const std::string& value : values) {
+    Manifest manifest = manifest_of();
+    manifest.settings[1].second = setting_text(value);
+    fs::remove_all(folder_);
+    EXPECT_EQ(run(0, 2, manifest), 0u);
+    EXPECT_EQ(refused(manifest), "");
+    for (const std::string& another : values) {
+      manifest.settings[1].second = setting_text(another);
+      EXPECT_EQ(refused(manifest).empty(), another == value) << another;
+    }
+  }
+}
+
+TEST_F(OfflineFolder, AManifestHasFewSettings) {
+  fs::create_directories(folder_);
+  Manifest manifest = manifest_of();
+  while (manifest.settings.size() < 64)
+    manifest.settings.emplace_back("s" + std::to_string(manifest.settings.size()), "x");
+  ASSERT_TRUE(write_manifest(folder_, manifest).ok());
+  EXPECT_TRUE(read_manifest(folder_).ok());
+  manifest.settings.emplace_back("one more", "x");
+  ASSERT_TRUE(write_manifest(folder_, manifest).ok());
+  EXPECT_FALSE(read_manifest(folder_).ok());
 }
 
 }  // namespace

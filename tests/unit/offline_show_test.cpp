@@ -339,6 +339,25 @@ TEST(RecordedShow, TimesThatNoClockShowsAreLeftOut) {
   EXPECT_EQ(line.last_ns(), 40 * kMsNs);
 }
 
+// Segments before the guide's first frame stand one in front of the other.
+TEST(Timeline, TimesThatAreTooFarApartAreRefused) {
+  constexpr int64_t kFarMs = (int64_t{1} << 60) / kMsNs - 1;
+  record_test::MemoryLog log;
+  ASSERT_TRUE(log.take(described(7, "arm"), 0, 1));
+  for (uint64_t i = 0; i < 5; ++i) {
+    ASSERT_TRUE(log.take(frame_of({7, 2 * i + 1, -kFarMs, 0, wire::kFrameDiscontinuity}), 2 * i + 1, 1));
+    ASSERT_TRUE(log.take(frame_of({7, 2 * i + 2, kFarMs}), 2 * i + 2, 1));
+  }
+  ASSERT_TRUE(log.take(described(8, "lathe"), 20, 2));
+  ASSERT_TRUE(log.take(frame_of({8, 1, 0}), 21, 2));
+  ASSERT_TRUE(log.log.finish().ok());
+  auto playback = record::Playback::open(record_test::source_of(*log.files[0]));
+  ASSERT_TRUE(playback.ok());
+  const auto line = Timeline::read(*playback, "lathe", {});
+  ASSERT_FALSE(line.ok());
+  EXPECT_NE(line.error().message.find("\"arm\" are too far apart"), std::string::npos) << line.error().message;
+}
+
 TEST(Timeline, SaysWhatIsMissing) {
   record_test::MemoryLog log;
   ASSERT_TRUE(log.take(described(7), 0));

@@ -3,6 +3,7 @@
 #include "renderer/sinks/video_file.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -198,6 +199,29 @@ TEST_F(Video, TheSameFramesAreTheSameBytes) {
   EXPECT_EQ(bytes_of(folder_ / "one.mp4"), bytes_of(folder_ / "two.mp4"));
 }
 
+// The encoders that look how many cores they may use see one.
+TEST_F(Video, OneCoreGivesTheSameBytes) {
+  const std::vector<std::pair<const char*, const char*>> all{
+      {"h264", ".mp4"}, {"h265", ".mp4"}, {"av1", ".webm"}, {"ffv1", ".mkv"}};
+  for (const auto& [codec, ending] : all) {
+    VideoSettings wanted = settings((std::string(codec) + ending).c_str());
+    wanted.codec = codec;
+    encoded(wanted);
+    const std::string on_all = bytes_of(wanted.path);
+    fs::remove(wanted.path);
+    cpu_set_t before, one;
+    ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+    CPU_ZERO(&one);
+    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu) {
+      if (CPU_ISSET(cpu, &before)) CPU_SET(cpu, &one);
+    }
+    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+    encoded(wanted);
+    EXPECT_EQ(sched_setaffinity(0, sizeof before, &before), 0);
+    EXPECT_TRUE(bytes_of(wanted.path) == on_all) << codec;
+  }
+}
+
 TEST_F(Video, WhatCannotBeWrittenIsSaid) {
   VideoSettings wrong = settings("a.mp4");
   wrong.codec = "mjpeg";
@@ -219,6 +243,24 @@ TEST_F(Video, WhatCannotBeWrittenIsSaid) {
   EXPECT_EQ(files(), 0u);
 }
 
+TEST_F(Video, WhatWouldFailAtTheEndIsSaidAtTheBeginning) {
+  const auto told = [](const VideoSettings& settings) {
+    const auto good = check_video_settings(settings);
+    return good ? "" : good.error().message;
+  };
+  VideoSettings wrong = settings("folder.mp4");
+  fs::create_directories(wrong.path);
+  EXPECT_NE(told(wrong).find("folder.mp4 is a folder"), std::string::npos) << told(wrong);
+  wrong = settings("fast.mkv");
+  wrong.fps_numerator = 1000;
+  wrong.fps_denominator = 1;
+  EXPECT_EQ(told(wrong), "");
+  wrong.fps_numerator = 1001;
+  EXPECT_NE(told(wrong).find("at most 1000 frames a second"), std::string::npos) << told(wrong);
+  wrong.path = folder_ / "fast.mp4";
+  EXPECT_EQ(told(wrong), "");
+}
+
 TEST_F(Video, AnOddSizeIsFineWithoutLoss) {
   VideoSettings odd = settings("odd.mkv");
   odd.codec = "ffv1";
@@ -229,6 +271,19 @@ TEST_F(Video, AnOddSizeIsFineWithoutLoss) {
   ASSERT_TRUE((*file)->add(std::vector<uint8_t>(63 * 4, 9)).ok());
   ASSERT_TRUE((*file)->finish().ok());
   EXPECT_EQ(decode(odd.path).frames.size(), 1u);
+}
+
+TEST_F(Video, LinksBesideItAreNotFollowed) {
+  const fs::path outside = folder_ / "outside";
+  std::ofstream(outside) << "mine";
+  for (const char* name : {"v.mkv.part", "v.mkv.jsonl.part"}) fs::create_symlink(outside, folder_ / name);
+  VideoSettings wanted = settings("v.mkv");
+  wanted.codec = "ffv1";
+  auto sink = VideoSink::open(wanted);
+  ASSERT_TRUE(sink.ok()) << sink.error().message;
+  (*sink)->abandon();
+  EXPECT_EQ(bytes_of(outside), "mine");
+  EXPECT_EQ(files(), 1u);
 }
 
 TEST_F(Video, ASinkWritesVideoAndListOrNothing) {
