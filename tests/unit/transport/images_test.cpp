@@ -266,20 +266,5 @@ TEST(ImageQueue, KeepsTheNewestOfEachWithinItsBound) {
   EXPECT_EQ(queue.bytes(), 502u);
 }
 
-// Grown twice between two looks of the reader: the pose carried into the newest segment is not the one that
-// it read.
-TEST(ShmImages, APosePublishedBetweenTwoGrowthsIsSeen) {
-  const std::string uri = unique_shm_uri("twice");
-  Listener listener(uri, {.delivery = Delivery::all});
-  auto publisher = must_open_publisher(uri);
-  ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
-  publisher->publish(message_of("one"));
-  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "one"); }));
-  ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
-  publisher->publish(message_of("two"));
-  ASSERT_TRUE(publisher->make_room_for_images(4096, 100).ok());
-  EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "two"); }));
-}
-
 }  // namespace
 }  // namespace fire3dv::transport::test
