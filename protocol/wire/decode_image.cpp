@@ -66,10 +66,13 @@ Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimit
   frame.pixel_bytes = table.pixel_bytes();
   if (const auto* planes = table.planes()) {
     // Of an output that a later version added nothing is known but that it is there: it is passed over.
-    for (const fbs::ImagePlane* plane : *planes) {
-      if (plane->output() >= kImageOutputCount) continue;
-      frame.planes.push_back({plane->output(), static_cast<ImageFormat>(plane->format()), plane->width(),
-                              plane->height(), plane->row_stride(), plane->offset(), plane->bytes()});
+    for (flatbuffers::uoffset_t i = 0; i < planes->size(); ++i) {
+      // Copied out: the verifier does not hold a list of structs to their alignment.
+      fbs::ImagePlane plane;
+      std::memcpy(&plane, planes->Data() + i * sizeof plane, sizeof plane);
+      if (plane.output() >= kImageOutputCount) continue;
+      frame.planes.push_back({plane.output(), static_cast<ImageFormat>(plane.format()), plane.width(),
+                              plane.height(), plane.row_stride(), plane.offset(), plane.bytes()});
       if (frame.planes.size() > kImageOutputCount) break;  // refused below: an output is there twice
     }
   }
