@@ -40,4 +40,4 @@ target_link_libraries(protocol_headers PRIVATE fire3dv_flags)
 add_test(NAME headers_stand_alone
   COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target header_client_h_as_c11 header_client_h_as_cpp11 header_scene_h_as_c11 header_image_h_as_c11
           header_client_hpp_as_cpp17 protocol_headers)
-set_tests_properties(headers_stand_alone PROPERTIES LABELS "unit;cpu" TIMEOUT 600 RUN_SERIAL ON)
+set_tests_properties(headers_stand_alone PROPERTIES LABELS unit TIMEOUT 600 RUN_SERIAL ON)
