@@ -38,7 +38,7 @@ cmake --preset ci
 cmake --build --preset ci
 
 say "build: the CPU-side tests with AddressSanitizer and UndefinedBehaviorSanitizer"
-cmake --preset dev
+cmake --preset dev -DCMAKE_CXX_FLAGS_DEBUG="-Og -g1"  # lines for traces; all of -g takes a tenth longer
 mapfile -t targets < <(tools/test_times.py --targets-of cpu build/dev)
 [ ${#targets[@]} -gt 0 ] || { echo "test.sh: no test has the label cpu" >&2; exit 1; }
 cmake --build --preset dev --target "${targets[@]}"
