@@ -26,8 +26,8 @@ fire3dv_test(transport_shm_steps_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transpor
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_udp_mtu_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_mtu_test.cpp
              LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)
-fire3dv_test(transport_udp_group_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_group_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/link_local_test.cpp
-                     ${CMAKE_CURRENT_LIST_DIR}/transport/own_network.cpp
+fire3dv_test(transport_udp_group_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_carousel_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/udp_group_test.cpp
+                     ${CMAKE_CURRENT_LIST_DIR}/transport/link_local_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/own_network.cpp
              LINK fire3dv_transport fire3dv_certificates LABELS unit)
 fire3dv_test(transport_impair_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/impair_test.cpp
              LINK fire3dv_impair LABELS unit)

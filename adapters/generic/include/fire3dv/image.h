@@ -18,8 +18,10 @@
  * Each image says which frame it shows (sequence, sim_time_ns). Lockstep is to wait for the image of a frame before the
  * next one is published. Without waiting, images come when they come; of a request the newest one takes the place of
  * one that was not taken yet, and fire3dv_image.lost counts those.
- * Links: shm:// (pixels are looked at where the renderer wrote them, without a copy), tcp:// and tls://. Over shm:// the
- * memory that images lie in is that of two for each open request: who holds more of them back gets no new ones.
+ * Links: shm:// (pixels are looked at where the renderer wrote them, without a copy), tcp:// and tls://. Over shm:// each
+ * request makes room for two images besides those that are held or lie here untaken by then: who holds back more of a
+ * standing request gets no new ones. Of what nobody takes the oldest goes once it is more than 1 GiB, or 4096 images.
+ * A renderer bounds what it makes, too (fire3dv: 64 MiB an image, 1 GiB for all open requests of a stream).
  * Cameras look along their -Z, with +Y up, as in glTF. Pixels are counted as OpenCV does: the middle of the upper left
  * one is (0, 0). Metres, radians, linear colour. SPEC.md section 13 has the whole of it.
  * Waiting: none of these waits but fire3dv_wait_image. The first request, and larger ones, may take memory and, over
