@@ -12,6 +12,7 @@
 #include "protocol/transport/shm_ring.h"
 #include "protocol/transport/shm_segment.h"
 #include "protocol/transport/shm_states.h"
+#include "protocol/wire/image_block.h"
 
 namespace fire3dv::transport::shm {
 namespace {
@@ -314,6 +315,11 @@ std::optional<PublisherLink::Image> ShmPublisher::poll_image() {
     noted_images_.pop_front();
     const auto block = noted.from->images.take(noted.notice, noted.reader);
     if (!block) continue;  // a newer one of its request took the slot, and its reader has counted that
+    if (!wire::read_image_block(*block)) {
+      noted.from->images.let_go(noted.notice.slot);
+      counters_.reject(Cause::malformed);
+      continue;
+    }
     counters_.images_received.add();
     counters_.bytes_received.add(block->size());
     const auto let_go = [from = noted.from, slot = noted.notice.slot,

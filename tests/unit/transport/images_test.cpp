@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 #include <random>
 
@@ -148,6 +149,23 @@ TEST_P(Images, OfARequestThatNobodyReadsTheNewestStays) {
   EXPECT_GT(dropped, 0u);
   EXPECT_LT(dropped, 6000u);
   EXPECT_TRUE(send(9, 6001)) << "there is room again";
+}
+
+TEST_P(Images, ThatContradictThemselvesAreDroppedAndCounted) {
+  make_room(2);
+  const std::string head = "head";
+  ASSERT_TRUE(
+      listener_->link->send_image(peer(), 1, bytes_of(head), kPixelBytes, [&](std::span<std::byte> pixels) {
+        std::memset(pixels.data() - wire::pixels_at(head.size()), 0xff,
+                    16);  // what a broken renderer may say
+      }));
+  ASSERT_TRUE(send(2, 7));
+  const auto image = next();
+  ASSERT_TRUE(image);
+  uint64_t request = 0;
+  EXPECT_EQ(number_of(*image, request), 7u);
+  EXPECT_EQ(request, 2u);
+  EXPECT_EQ(publisher_->stats().rejected_by_cause[static_cast<size_t>(Cause::malformed)], 1u);
 }
 
 TEST_P(Images, AreRefusedUntilRoomIsMade) {
