@@ -1,151 +1,209 @@
 #include "renderer/app/image_service.h"
 
+#include <algorithm>
 #include <chrono>
-#include <cstring>
 
 namespace fire3dv::app {
 namespace {
 
-using Reason = wire::ImageRefusal;
-
-glm::mat4 matrix_of(const wire::Affine3x4& affine) {
-  glm::mat4 matrix(1);
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      matrix[column][row] = affine.m[static_cast<size_t>(row * 4 + column)];
-  return matrix;
-}
-
-glm::mat4 matrix_of(const wire::Affine3x4d& affine) {
-  wire::Affine3x4 single;
-  for (size_t i = 0; i < 12; ++i) single.m[i] = static_cast<float>(affine.m[i]);
-  return matrix_of(single);
-}
-
-wire::Affine3x4 affine_of(const glm::mat4& matrix) {
-  wire::Affine3x4 affine;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      affine.m[static_cast<size_t>(row * 4 + column)] = matrix[column][row];
-  return affine;
-}
-
-// A camera has no scale: Z keeps its direction, Y gives the plane of up, X follows. Nothing where these have
-// no direction.
-std::optional<glm::mat4> rigid(const glm::mat4& pose) {
-  const glm::vec3 z(pose[2]);
-  const float z_length = glm::length(z);
-  if (!(z_length > 0) || !std::isfinite(z_length)) return {};
-  const glm::vec3 back = z / z_length;
-  const glm::vec3 y(pose[1]);
-  const glm::vec3 up = y - glm::dot(y, back) * back;
-  const float up_length = glm::length(up);
-  if (!(up_length > 1e-6f * glm::length(y)) || !std::isfinite(up_length)) return {};
-  glm::mat4 result(1);
-  result[1] = glm::vec4(up / up_length, 0);
-  result[2] = glm::vec4(back, 0);
-  result[0] = glm::vec4(glm::cross(glm::vec3(result[1]), back), 0);
-  result[3] = glm::vec4(glm::vec3(pose[3]), 1);
-  return result;
-}
+// Of the images of one submission: what comes back is kept in memory of the host until it is sent.
+constexpr uint64_t kMostSubmittedBytes = uint64_t{64} << 20;
+constexpr uint64_t kMostTogetherBytes = uint64_t{64} << 20;  // of visibility, of cameras drawn at once
 
 int64_t monotonic_now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
+passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
+  return passes::with_sources(outputs_of(request.outputs));
+}
+
+uint64_t bytes_back(const wire::ImageRequest& request) {
+  return wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height,
+                              bits_of(drawn_outputs(request)), 0);
+}
+
+bool wants_boxes(const wire::ImageRequest& request) {
+  return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
+}
+
+bool wants_motion(const wire::ImageRequest& request) {
+  return (request.outputs & wire::kMotion) != 0;
+}
+
 }  // namespace
 
 // The targets that an image is drawn into have some 20 times its bytes with 4 samples.
-state::ImageAbilities image_abilities() {
-  return {.most_pixel_bytes = uint64_t{64} << 20};
-}
-
-std::optional<ImageService::Camera> ImageService::camera_of(const state::ImageBook::Due& due) {
-  const wire::ImageRequest& request = due.request;
-  const auto refuse = [&](Reason reason, const std::string& why) {
-    intake_.refuse_image(due, reason, why);
-    return std::nullopt;
-  };
-  Camera camera;
-  const scene::Camera* own = nullptr;
-  glm::mat4 world_from_parent(1);
-  if (request.node.empty()) {
-    world_from_parent = matrix_of(intake_.world_from_stream(due.asker));
-  } else {
-    const uint32_t node = poses_.names().find(request.node);
-    if (node == scene::kNone)
-      return refuse(Reason::unknown_camera, "no node of the scene, or several, are called \"" + request.node +
-                                                "\"; name one, or give the camera's pose in the stream");
-    world_from_parent = poses_.world_from_node(node);
-    const scene::Scene& scene = scene_.scene();
-    own = scene_.edits().camera_at(node);
-    if (!own && scene.nodes[node].camera != scene::kNone) own = &scene.cameras[scene.nodes[node].camera];
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
+  state::ImageAbilities abilities{.most_pixel_bytes = uint64_t{64} << 20};
+  abilities.outputs = 0;
+  for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
+    if (renderer.can_take(passes::with_sources(outputs_of(1u << bit)))) abilities.outputs |= 1u << bit;
   }
-  const auto pose = rigid(world_from_parent * matrix_of(request.parent_from_camera));
-  if (!pose) return refuse(Reason::bad_request, "the camera's pose is flat: it has no direction, or no up");
-  camera.world_from_camera = *pose;
-  const wire::Intrinsics& wanted = request.intrinsics;
-  if (wanted.fx > 0) {
-    camera.intrinsics = {wanted.fx,     wanted.fy,   wanted.cx, wanted.cy, {wanted.width, wanted.height},
-                         wanted.near_m, wanted.far_m};
-  } else {
-    if (!own || own->orthographic)
-      return refuse(Reason::unknown_camera,
-                    "the node \"" + request.node + "\" has no perspective camera; give fx, fy, cx and cy");
-    camera.intrinsics = passes::intrinsics_of(*own, {wanted.width, wanted.height});
-  }
-  if (own) camera.exposure = own->exposure;
-  if (auto good = passes::check(camera.intrinsics); !good)
-    return refuse(Reason::bad_request, good.error().message);
-  return camera;
+  return abilities;
 }
 
 bool ImageService::draw_due(gpu::FrameRing& frames) {
-  const std::vector<state::ImageBook::Due> due = intake_.take_due_images(monotonic_now_ns());
-  for (const state::ImageBook::Due& one : due) {
-    deliver();  // so that no more are under way than the device works at
-    if (const std::optional<Camera> camera = camera_of(one)) draw(frames, one, *camera);
+  std::erase_if(histories_, [&](const auto& kept) {
+    return !intake_.is_image_request_open(kept.first.first, kept.first.second);
+  });
+  std::vector<state::ImageBook::Due> due = intake_.take_due_images(monotonic_now_ns());
+  if (due.empty()) return false;
+  const std::vector<Asked> asked = resolve(std::move(due));
+  Boxes boxes;
+  if (std::any_of(asked.begin(), asked.end(), [](const Asked& a) { return wants_boxes(a.due.request); }))
+    boxes = std::make_shared<const std::vector<passes::Box3d>>(
+        passes::boxes_of_instances(scene_.scene(), poses_));
+
+  gpu::Recorder* recorder = nullptr;
+  uint64_t bytes = 0;
+  passes::OfFrame of_frame = passes::OfFrame::first;
+  const auto submit = [&] {
+    if (recorder) readback_.submitted(frames.submit());
+    recorder = nullptr;
+    bytes = 0;
+  };
+  for (size_t first = 0; first < asked.size();) {
+    const std::span<const Asked> rest = std::span(asked).subspan(first);
+    const std::span<const Asked> together = rest.first(how_many_together(rest));
+    first += together.size();
+    if (bytes >= kMostSubmittedBytes) submit();
+    if (!make_room(together)) continue;
+    if (!recorder) {
+      deliver();  // so that no more are under way than the device works at
+      recorder = &frames.begin();
+    }
+    record(*recorder, frames.belt(), together, boxes, std::exchange(of_frame, passes::OfFrame::further));
+    bytes += together.size() * bytes_back(together[0].due.request);
   }
-  return !due.empty();
+  submit();
+  return true;
 }
 
-void ImageService::draw(gpu::FrameRing& frames, const state::ImageBook::Due& due, const Camera& camera) {
-  const passes::Intrinsics& used = camera.intrinsics;
-  const VkExtent2D extent{used.image_px.x, used.image_px.y};
-  if (renderer_.extent().width != extent.width || renderer_.extent().height != extent.height)
-    renderer_.set_size(extent);
-  passes::View view = passes::make_view(used, camera.world_from_camera);
-  view.camera = due.request.node;
-  view.exposure = camera.exposure;
+// What cannot be is refused.
+std::vector<ImageService::Asked> ImageService::resolve(std::vector<state::ImageBook::Due>&& due) {
+  std::vector<Asked> asked;
+  for (state::ImageBook::Due& one : due) {
+    auto camera = asked_camera(one.request, intake_.world_from_stream(one.asker), poses_, scene_);
+    if (const auto* refused = std::get_if<AskedCameraRefused>(&camera)) {
+      intake_.refuse_image(one, refused->reason, refused->why);
+    } else {
+      asked.push_back({std::move(one), std::get<AskedCamera>(camera)});
+    }
+  }
+  return asked;
+}
 
+// Of images that stand side by side, how many of the first ones are drawn at once.
+size_t ImageService::how_many_together(std::span<const Asked> rest) const {
+  const wire::ImageRequest& first = rest[0].due.request;
+  const passes::ImageOutputs outputs = drawn_outputs(first);
+  const bool smoothed = outputs.color_srgb8 && renderer_.post_settings().fxaa;
+  if (smoothed || !renderer_.can_take(outputs, 2)) return 1;
+  const uint64_t view_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
+                              first.intrinsics.width * first.intrinsics.height;
+  const uint64_t most =
+      std::min<uint64_t>({kMostTogetherBytes / view_bytes,
+                          device_.limits().maxImageDimension2D / first.intrinsics.height, rest.size()});
+  size_t count = 1;
+  while (count < most) {
+    const wire::ImageRequest& next = rest[count].due.request;
+    if (next.intrinsics.width != first.intrinsics.width ||
+        next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs)
+      break;
+    ++count;
+  }
+  return count;
+}
+
+// Not enough memory is no reason to end: the images are refused.
+bool ImageService::make_room(std::span<const Asked> together) {
+  const wire::Intrinsics& size = together[0].due.request.intrinsics;
+  const VkExtent2D extent{size.width, size.height}, before = renderer_.extent();
+  const auto views = static_cast<uint32_t>(together.size()), views_before = renderer_.views();
+  if (before.width == extent.width && before.height == extent.height && views_before == views) return true;
+  try {
+    renderer_.set_size(extent, views);
+    return true;
+  } catch (const gpu::VulkanFailure& failure) {
+    const bool is_memory =
+        failure.result == VK_ERROR_OUT_OF_DEVICE_MEMORY || failure.result == VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (!is_memory) throw;
+  }
+  renderer_.set_size(before, views_before);
+  for (const Asked& asked : together)
+    intake_.refuse_image(asked.due, wire::ImageRefusal::too_large,
+                         "the device has no memory for an image of " + std::to_string(extent.width) + " x " +
+                             std::to_string(extent.height) + "; ask for a smaller one");
+  return false;
+}
+
+void ImageService::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::span<const Asked> together,
+                          const Boxes& boxes, passes::OfFrame of_frame) {
+  const wire::ImageRequest& first = together[0].due.request;
+  const passes::ImageOutputs outputs = drawn_outputs(first);
   Tag tag;
-  tag.asker = due.asker;
-  wire::ImageFrame& frame = tag.frame;
-  frame.request = due.request.id;
-  frame.number = due.number;
-  frame.epoch = due.request.epoch;
-  frame.sequence = due.sequence;
-  frame.sim_time_ns = due.sim_time_ns;
-  frame.world_from_camera = affine_of(camera.world_from_camera);
-  frame.intrinsics = {extent.width, extent.height, used.fx_px, used.fy_px, used.cx_px,
-                      used.cy_px,   used.near_m,   used.far_m, {}};
+  std::vector<passes::View> views;
+  for (const Asked& asked : together) {
+    const state::ImageBook::Due& due = asked.due;
+    const passes::Intrinsics& used = asked.camera.intrinsics;
+    passes::View& view = views.emplace_back(passes::make_view(used, asked.camera.world_from_camera));
+    view.camera = due.request.node;
+    view.exposure = asked.camera.exposure;
+    wire::ImageFrame frame;
+    frame.request = due.request.id;
+    frame.number = due.number;
+    frame.epoch = due.request.epoch;
+    frame.sequence = due.sequence;
+    frame.sim_time_ns = due.sim_time_ns;
+    frame.world_from_camera = affine_of(asked.camera.world_from_camera);
+    frame.intrinsics = {used.image_px.x, used.image_px.y, used.fx_px, used.fy_px, used.cx_px,
+                        used.cy_px,      used.near_m,     used.far_m, {}};
+    tag.images.push_back({due.asker, due.request.outputs, std::move(frame)});
+  }
+  std::vector<passes::CameraHistory> histories = take_histories(together);
+  renderer_.record(recorder, belt, poses_, views, outputs, histories, of_frame);
+  keep_histories(together, std::move(histories));
 
-  gpu::Recorder& recorder = frames.begin();
-  renderer_.record(recorder, frames.belt(), poses_, view);
-  readback_.record(recorder, renderer_.image(), std::move(tag));
-  readback_.submitted(frames.submit());
+  tag.taken = {first.intrinsics.width,
+               first.intrinsics.height,
+               static_cast<uint32_t>(together.size()),
+               outputs.color_srgb8,
+               {},
+               wants_boxes(first) ? boxes : nullptr};
+  passes::ReadbackBelt<Tag>::Planes planes;
+  if (outputs.any_plane()) {
+    tag.taken.places = renderer_.plane_places();
+    planes = {&renderer_.planes(), passes::bytes_of(tag.taken.places)};
+  }
+  gpu::Image* const image = outputs.color_srgb8 ? &renderer_.image() : nullptr;
+  readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
+}
+
+std::vector<passes::CameraHistory> ImageService::take_histories(std::span<const Asked> together) {
+  std::vector<passes::CameraHistory> histories;
+  if (!wants_motion(together[0].due.request)) return histories;
+  for (const Asked& asked : together)
+    histories.push_back(std::move(histories_[{asked.due.asker, asked.due.request.id}]));
+  return histories;
+}
+
+void ImageService::keep_histories(std::span<const Asked> together,
+                                  std::vector<passes::CameraHistory>&& histories) {
+  for (size_t i = 0; i < histories.size(); ++i)
+    histories_[{together[i].due.asker, together[i].due.request.id}] = std::move(histories[i]);
 }
 
 void ImageService::deliver() {
-  readback_.poll([&](Tag tag, VkExtent2D extent, std::span<const uint8_t> rgba8) {
-    wire::ImageFrame& frame = tag.frame;
-    frame.planes = {
-        {0, wire::ImageFormat::rgba8, extent.width, extent.height, 4 * extent.width, 0, rgba8.size()}};
-    frame.pixel_bytes = (rgba8.size() + 63) / 64 * 64;
-    intake_.send_image(tag.asker, frame, [&](std::span<std::byte> pixels) {
-      std::memcpy(pixels.data(), rgba8.data(), rgba8.size());
-      std::memset(pixels.data() + rgba8.size(), 0, pixels.size() - rgba8.size());
-    });
+  readback_.poll([&](Tag tag, VkExtent2D, std::span<const uint8_t> bytes) {
+    for (uint32_t view = 0; view < tag.images.size(); ++view) {
+      Image& image = tag.images[view];
+      const AskedImage pixels(tag.taken, view, image.bits, bytes);
+      pixels.describe_to(image.frame);
+      const bool sent =
+          intake_.send_image(image.asker, image.frame, [&](std::span<std::byte> to) { pixels.copy_to(to); });
+      ++(sent ? sent_ : lost_);
+    }
   });
 }
 

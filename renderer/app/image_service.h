@@ -2,9 +2,14 @@
 // asked over, with the frame that it shows.
 #pragma once
 
-#include <optional>
+#include <map>
+#include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
+#include "renderer/app/asked_camera.h"
+#include "renderer/app/asked_image.h"
 #include "renderer/app/live_scene.h"
 #include "renderer/app/stream_intake.h"
 #include "renderer/gpu/frame_ring.h"
@@ -14,7 +19,7 @@
 namespace fire3dv::app {
 
 // What this renderer makes of what can be asked for.
-state::ImageAbilities image_abilities();
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer);
 
 class ImageService {
  public:
@@ -28,7 +33,7 @@ class ImageService {
         scene_(scene),
         readback_(device) {}
 
-  // Draws what is due of what is shown now, each image in a submission of its own. Returns true when there
+  // Draws what is due of what is shown now, as much as possible in one submission. Returns true when there
   // was any; the renderer then has the size of the last one.
   bool draw_due(gpu::FrameRing& frames);
 
@@ -36,19 +41,32 @@ class ImageService {
   void deliver();
   bool in_flight() const { return readback_.in_flight() != 0; }
 
+  uint64_t sent() const { return sent_; }
+  uint64_t lost() const { return lost_; }  // their askers took images too slowly, or were gone
+
  private:
-  struct Tag {
+  struct Asked {
+    state::ImageBook::Due due;
+    AskedCamera camera;
+  };
+  struct Image {
     state::ImageBook::Asker asker = 0;
+    uint32_t bits = 0;
     wire::ImageFrame frame;
   };
-  struct Camera {
-    passes::Intrinsics intrinsics;
-    glm::mat4 world_from_camera{1};
-    float exposure = 0;
+  struct Tag {
+    TakenViews taken;
+    std::vector<Image> images;  // one for each view
   };
-  // Nothing: the asker was told why.
-  std::optional<Camera> camera_of(const state::ImageBook::Due& due);
-  void draw(gpu::FrameRing& frames, const state::ImageBook::Due& due, const Camera& camera);
+  using Boxes = std::shared_ptr<const std::vector<passes::Box3d>>;
+
+  std::vector<Asked> resolve(std::vector<state::ImageBook::Due>&& due);
+  size_t how_many_together(std::span<const Asked> alike) const;
+  bool make_room(std::span<const Asked> together);
+  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::span<const Asked> together,
+              const Boxes& boxes, passes::OfFrame of_frame);
+  std::vector<passes::CameraHistory> take_histories(std::span<const Asked> together);
+  void keep_histories(std::span<const Asked> together, std::vector<passes::CameraHistory>&& histories);
 
   gpu::Device& device_;
   passes::SceneRenderer& renderer_;
@@ -56,6 +74,9 @@ class ImageService {
   StreamIntake& intake_;
   const LiveScene& scene_;
   passes::ReadbackBelt<Tag> readback_;
+  // Of open requests that want motion, by asker and id.
+  std::map<std::pair<state::ImageBook::Asker, uint64_t>, passes::CameraHistory> histories_;
+  uint64_t sent_ = 0, lost_ = 0;
 };
 
 }  // namespace fire3dv::app

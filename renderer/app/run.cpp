@@ -166,7 +166,7 @@ int run(const Options& options) {
     if (!animations) return fail(animations.error());
     state::PoseState poses(*scene);
     StreamIntake intake(poses, options.lockstep, options.play);
-    intake.offer_images(image_abilities());
+    intake.offer_images(image_abilities(*renderer));
     if (Result<void> listening = open_listeners(options, intake); !listening) return fail(listening.error());
     Result<std::unique_ptr<Recording>> recording = open_recording(options, scene_path);
     if (!recording) return fail(recording.error());

@@ -57,6 +57,9 @@ class StreamIntake {
   bool send_image(state::ImageBook::Asker asker, const wire::ImageFrame& frame,
                   const transport::ListenerLink::FillPixels& fill);
   wire::Affine3x4d world_from_stream(state::ImageBook::Asker asker) const;
+  bool is_image_request_open(state::ImageBook::Asker asker, uint64_t request) const {
+    return images_ && images_->is_open(asker, request);
+  }
   size_t open_image_requests() const { return images_ ? images_->count() : 0; }
 
   // Another scene is shown: tells the adapters whose names have other nodes now.

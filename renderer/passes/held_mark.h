@@ -4,6 +4,7 @@
 #include "renderer/gpu/descriptors.h"
 #include "renderer/gpu/pipeline.h"
 #include "renderer/gpu/recorder.h"
+#include "renderer/passes/targets.h"
 #include "renderer/state/liveness.h"
 
 namespace fire3dv::passes {
@@ -12,16 +13,16 @@ class HeldMark {
  public:
   explicit HeldMark(gpu::Device& device);
 
-  void bind(const gpu::Image& image);  // after each change of size
-  // Nothing where the condition is live.
-  void record(gpu::Recorder& recorder, gpu::Image& image, state::Condition condition);
+  // image: of the targets. Nothing where the condition is live.
+  void record(gpu::Recorder& recorder, Targets& targets, gpu::Image& image, state::Condition condition);
 
  private:
+  void bind(Targets& targets, const gpu::Image& image) const;
+
   gpu::Device& device_;
   gpu::SetLayout set_layout_;
   gpu::PipelineLayout layout_;
   gpu::Pipeline pipeline_;
-  gpu::DescriptorSet set_;
 };
 
 }  // namespace fire3dv::passes

@@ -27,17 +27,17 @@ ImageFilter::ImageFilter(gpu::Device& device, std::string_view shader, VkFilter 
   sampler_ = gpu::Sampler(device, sampler);
 }
 
-void ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) {
+gpu::DescriptorSet ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) const {
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1}};
-  set_ = gpu::DescriptorSet(device_, set_layout_.get(), sizes);
+  gpu::DescriptorSet set(device_, set_layout_.get(), sizes);
 
   const VkDescriptorImageInfo in_info{sampler_.get(), in.view.get(),
                                       VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
   const VkDescriptorImageInfo out_info{VK_NULL_HANDLE, out.view.get(), VK_IMAGE_LAYOUT_GENERAL};
   VkWriteDescriptorSet writes[2] = {{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET},
                                     {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET}};
-  writes[0].dstSet = writes[1].dstSet = set_.get();
+  writes[0].dstSet = writes[1].dstSet = set.get();
   writes[0].dstBinding = FIRE3DV_BINDING_FILTER_IN;
   writes[1].dstBinding = FIRE3DV_BINDING_FILTER_OUT;
   writes[0].descriptorCount = writes[1].descriptorCount = 1;
@@ -46,18 +46,19 @@ void ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) {
   writes[0].pImageInfo = &in_info;
   writes[1].pImageInfo = &out_info;
   vkUpdateDescriptorSets(device_.handle(), 2, writes, 0, nullptr);
+  return set;
 }
 
-void ImageFilter::record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out,
-                         const void* push, uint32_t push_bytes, gpu::Buffer* also_written, VkExtent2D part) {
+void ImageFilter::record(gpu::Recorder& recorder, const char* name, const Images& images, const void* push,
+                         uint32_t push_bytes, gpu::Buffer* also_written, VkExtent2D part) {
   const bool all = part.width == 0;
-  if (all) part = out.extent;
-  std::vector<Use> uses{Use(in, access::compute_sample), Use(out, access::compute_write, all)};
+  if (all) part = images.out.extent;
+  std::vector<Use> uses{Use(images.in, access::compute_sample), Use(images.out, access::compute_write, all)};
   if (also_written) uses.emplace_back(*also_written, access::compute_write);
   recorder.pass(name, uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &set_.get(), 0,
-                            nullptr);
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &images.set.get(),
+                            0, nullptr);
     vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, push_bytes, push);
     vkCmdDispatch(commands, (part.width + 7) / 8, (part.height + 7) / 8, 1);
   });

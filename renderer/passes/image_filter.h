@@ -15,19 +15,25 @@ class ImageFilter {
   // FIRE3DV_BINDING_FILTER_OUT.
   ImageFilter(gpu::Device& device, std::string_view shader, VkFilter sampling);
 
-  void bind(const gpu::Image& in, const gpu::Image& out);  // after each change of size
+  // From one to the other, and the set by which the shader reaches them.
+  struct Images {
+    gpu::Image& in;
+    gpu::Image& out;
+    const gpu::DescriptorSet& set;
+  };
+  gpu::DescriptorSet bind(const gpu::Image& in, const gpu::Image& out) const;
 
   // also_written: a buffer that the push names; may be null. part: of the image, from its corner on; what
   // else is in `out` stays. Of no size: all of it.
   template <typename Push>
-  void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const Push& push,
+  void record(gpu::Recorder& recorder, const char* name, const Images& images, const Push& push,
               gpu::Buffer* also_written = nullptr, VkExtent2D part = {0, 0}) {
     static_assert(sizeof(Push) <= gpu::kPushConstantBytes);
-    record(recorder, name, in, out, &push, sizeof(Push), also_written, part);
+    record(recorder, name, images, &push, sizeof(Push), also_written, part);
   }
 
  private:
-  void record(gpu::Recorder& recorder, const char* name, gpu::Image& in, gpu::Image& out, const void* push,
+  void record(gpu::Recorder& recorder, const char* name, const Images& images, const void* push,
               uint32_t push_bytes, gpu::Buffer* also_written, VkExtent2D part);
 
   gpu::Device& device_;
@@ -35,7 +41,6 @@ class ImageFilter {
   gpu::PipelineLayout layout_;
   gpu::Pipeline pipeline_;
   gpu::Sampler sampler_;
-  gpu::DescriptorSet set_;
 };
 
 }  // namespace fire3dv::passes

@@ -23,9 +23,9 @@ PostPass::PostPass(gpu::Device& device, VkSampleCountFlagBits samples)
                 VK_FILTER_NEAREST),
       fxaa_(device, "fxaa.comp", VK_FILTER_LINEAR) {}
 
-void PostPass::bind(const Targets& targets) {
-  tone_map_.bind(targets.hdr, targets.display);
-  fxaa_.bind(targets.display, targets.smoothed);
+void PostPass::bind(Targets& targets) const {
+  targets.tone_map_set = tone_map_.bind(targets.hdr, targets.display);
+  targets.fxaa_set = fxaa_.bind(targets.display, targets.smoothed);
 }
 
 void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
@@ -41,15 +41,15 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSetti
   push.samples = targets.samples;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
-  tone_map_.record(recorder, "post", targets.hdr, targets.display, push, linear.buffer,
-                   whole ? VkExtent2D{0, 0} : part.extent);
+  tone_map_.record(recorder, "post", {targets.hdr, targets.display, targets.tone_map_set}, push,
+                   linear.buffer, whole ? VkExtent2D{0, 0} : part.extent);
   smooth(recorder, targets, settings);
 }
 
 void PostPass::smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings) {
   if (!settings.fxaa) return;
   const gpu_types::FxaaPush fxaa_push{targets.extent.width, targets.extent.height};
-  fxaa_.record(recorder, "fxaa", targets.display, targets.smoothed, fxaa_push);
+  fxaa_.record(recorder, "fxaa", {targets.display, targets.smoothed, targets.fxaa_set}, fxaa_push);
 }
 
 }  // namespace fire3dv::passes

@@ -26,7 +26,7 @@ class PostPass {
  public:
   PostPass(gpu::Device& device, VkSampleCountFlagBits samples);
 
-  void bind(const Targets& targets);  // after each change of size
+  void bind(Targets& targets) const;  // once, of one view
   // linear: Plane::color_linear_f16 at this address of the buffer, where it is wanted.
   struct Linear {
     gpu::Buffer* buffer = nullptr;

@@ -1,5 +1,6 @@
 #include "renderer/passes/scene_renderer.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -29,6 +30,10 @@ VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path,
   }
   return VK_SAMPLE_COUNT_1_BIT;
 }
+
+// Of sizes that are not drawn at the moment.
+constexpr VkDeviceSize kMostKeptBytes = VkDeviceSize{256} << 20;
+constexpr size_t kMostKeptSizes = 8;
 
 }  // namespace
 
@@ -91,11 +96,37 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
 }
 
 void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
-  targets_.emplace(device_, extent, views, samples_);
-  if (views == 1) post_.bind(*targets_);
-  held_mark_.bind(image());
-  if (visibility_) visibility_->set_size(*targets_);
-  shadows_.set_size(extent);
+  Targets& targets = targets_of(extent, views);
+  if (visibility_) visibility_->set_targets(targets);
+  shadows_.set_targets(targets);
+  targets_ = &targets;
+  drop_old_targets();
+}
+
+Targets& SceneRenderer::targets_of(VkExtent2D extent, uint32_t views) {
+  auto& kept = kept_targets_;
+  const auto known = std::find_if(kept.begin(), kept.end(), [&](const std::unique_ptr<Targets>& targets) {
+    return targets->extent.width == extent.width && targets->extent.height == extent.height &&
+           targets->views == views;
+  });
+  if (known != kept.end()) {
+    std::rotate(kept.begin(), known, known + 1);
+  } else {
+    auto made = std::make_unique<Targets>(device_, extent, views, samples_);
+    if (views == 1) post_.bind(*made);
+    kept.insert(kept.begin(), std::move(made));
+  }
+  return *kept.front();
+}
+
+void SceneRenderer::drop_old_targets() {
+  VkDeviceSize bytes = 0;
+  for (size_t i = 1; i < kept_targets_.size(); ++i) {
+    bytes += bytes_of(*kept_targets_[i]);
+    if (i < kMostKeptSizes && bytes <= kMostKeptBytes) continue;
+    kept_targets_.resize(i);
+    return;
+  }
 }
 
 Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views) const {
@@ -126,7 +157,6 @@ void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& 
   // What has been edited of the scene.
   if (edits_ && edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_))
     deform_.vertices_written();
-  shadows_.upload_choices(recorder, belt);
   // Where everything is now.
   transforms_.record(recorder, belt, *gpu_scene_, poses);
   // Which way triangles face now.
@@ -142,6 +172,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const bool shaded = outputs.shaded(), surfaces = outputs.any_surface_plane();
   const bool lit = shaded && shadows_on_;
   if (of_frame == OfFrame::first) record_what_moves(recorder, belt, poses);
+  shadows_.upload_choices(recorder, belt);
   // What shadow rays can meet, beside the following, where there is a queue for that.
   if (lit && shadows_.traces() && !std::exchange(rays_meet_frame_, true))
     recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });

@@ -69,7 +69,8 @@ class SceneRenderer {
   // What is changed of the scene that is shown, looked at in each frame; it speaks of the scene that is set
   // then. Once, before the first frame.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
-  // views: images of this size that are taken at once.
+  // views: images of this size that are taken at once. Going back and forth between a few sizes is cheap, as
+  // long as these are not large.
   void set_size(VkExtent2D extent, uint32_t views = 1);
 
   // One sentence when these cannot be had here, from so many cameras at once.
@@ -91,7 +92,7 @@ class SceneRenderer {
 
   // After record(): marks the image as held, where the condition is not live.
   void mark_held(gpu::Recorder& recorder, state::Condition condition) {
-    held_mark_.record(recorder, image(), condition);
+    held_mark_.record(recorder, *targets_, image(), condition);
   }
 
   gpu::Image& image() {
@@ -100,6 +101,7 @@ class SceneRenderer {
   gpu::Buffer& planes() { return outputs_->planes(); }
   const std::vector<PlanePlace>& plane_places() const { return outputs_->places(); }
   VkExtent2D extent() const { return targets_->extent; }
+  uint32_t views() const { return targets_->views; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
   const ShadowWay& shadow_way() const { return shadow_way_; }
@@ -119,6 +121,8 @@ class SceneRenderer {
   void set_shadows(bool on) { shadows_on_ = on; }
 
  private:
+  Targets& targets_of(VkExtent2D extent, uint32_t views);
+  void drop_old_targets();
   void record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses);
   // What a frame finds out with ids and depths.
   struct Sees {
@@ -165,7 +169,8 @@ class SceneRenderer {
   const scene::Scene* scene_ = nullptr;
   const scene::SceneEdits* edits_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;
-  std::optional<Targets> targets_;
+  std::vector<std::unique_ptr<Targets>> kept_targets_;  // of the last sizes, the newest first
+  Targets* targets_ = nullptr;                          // the first of them
 };
 
 }  // namespace fire3dv::passes

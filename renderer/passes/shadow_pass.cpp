@@ -84,8 +84,8 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
 MapSizes ShadowPass::map_sizes() const {
   MapSizes sizes;
   sizes.maps_of_view = way_.hybrid ? 2 : 1;
-  if (way_.method != ShadowMethod::map || extent_.width == 0) return sizes;
-  const uint32_t pixels = std::max(extent_.width, extent_.height);
+  if (way_.method != ShadowMethod::map || !targets_) return sizes;
+  const uint32_t pixels = std::max(targets_->extent.width, targets_->extent.height);
   sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
   return sizes;
 }
@@ -95,14 +95,13 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   light_count_ = static_cast<uint32_t>(lights.size());
   ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray, map_sizes());
   if (light_shadows_ && plan == plan_) return;
-  const bool other_mask = plan.mask_words != plan_.mask_words;
   plan_ = std::move(plan);
   view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
   // New ones: frames in flight read the old ones.
   light_shadows_ = table(device_, plan_.shadows.size() * sizeof(plan_.shadows[0]));
   wanted_views_ = table(device_, plan_.views.size() * sizeof(plan_.views[0]));
   lights_chosen_ = true;
-  if (other_mask && extent_.width) set_size(extent_);
+  make_room_for_mask();
   if (view_count_) maps_ = table(device_, VkDeviceSize{plan_.texels} * sizeof(uint32_t));
   place_views();
 }
@@ -156,22 +155,28 @@ void ShadowPass::upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt) 
   choices.record(recorder, belt);
 }
 
-void ShadowPass::set_size(VkExtent2D extent) {
-  extent_ = extent;
+void ShadowPass::set_targets(Targets& targets) {
+  targets_ = &targets;
   if (light_shadows_ && map_sizes() != plan_.sizes) set_lights(std::vector(lights_));
-  if (way_.method != ShadowMethod::ray) return;
-  const VkDeviceSize words = VkDeviceSize{extent.width} * extent.height * plan_.mask_words;
-  mask_ = gpu::create_buffer(device_, words * sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                             gpu::Memory::device);
-  entries_ = gpu::create_buffer(device_, words * sizeof(gpu_types::RayEntry),
-                                VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  make_room_for_mask();
+}
+
+void ShadowPass::make_room_for_mask() {
+  if (way_.method != ShadowMethod::ray || !targets_) return;
+  const VkDeviceSize words =
+      VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan_.mask_words;
+  if (targets_->shadow_mask && targets_->shadow_mask.size_bytes == words * sizeof(uint32_t)) return;
+  targets_->shadow_mask = gpu::create_buffer(device_, words * sizeof(uint32_t),
+                                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  targets_->shadow_entries = gpu::create_buffer(device_, words * sizeof(gpu_types::RayEntry),
+                                                VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
 void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
   globals.light_shadows = light_shadows_.address;
   globals.light_views = views_.address;
   globals.shadow_maps = maps_.address;
-  globals.shadow_mask = mask_.address;
+  globals.shadow_mask = targets_->shadow_mask.address;
   globals.sheets = views_.address + sheets_offset_;
   globals.far_sides = views_.address + far_sides_offset_;
   globals.sheet_count = sheet_count_;
@@ -223,7 +228,8 @@ bool ShadowPass::found_while_shading() const {
 }
 
 gpu_types::ShadowPush ShadowPass::push(const Visibility& visibility, VkDeviceAddress globals) const {
-  return {globals, visibility.address, list_.address, entries_.address, way_.hybrid ? 1u : 0u};
+  return {globals, visibility.address, list_.address, targets_->shadow_entries.address,
+          way_.hybrid ? 1u : 0u};
 }
 
 void ShadowPass::bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline,
@@ -239,12 +245,13 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibili
   if (!traces()) return;
   begin_list(recorder);
   std::vector<Use> uses{Use(visibility.buffer, access::compute_read), Use(list_, access::compute_write),
-                        Use(entries_, access::compute_write), Use(mask_, access::compute_write)};
+                        Use(entries(), access::compute_write), Use(mask(), access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   add_map_reads(uses, access::compute_read);
   recorder.pass("classify", uses, [&](VkCommandBuffer commands) {
     bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, classify_.get(), scene, push(visibility, globals));
-    vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, plan_.mask_words);
+    vkCmdDispatch(commands, (targets_->extent.width + 7) / 8, (targets_->extent.height + 7) / 8,
+                  plan_.mask_words);
   });
   trace(recorder, scene, visibility, globals);
 }
@@ -262,8 +269,8 @@ void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, const Visibilit
   gpu::Access arguments = read;  // the list is argument and input at once
   arguments.stages |= access::indirect_read.stages;
   arguments.access |= access::indirect_read.access;
-  std::vector<Use> uses{Use(visibility.buffer, read), Use(list_, arguments), Use(entries_, read),
-                        Use(mask_, write),
+  std::vector<Use> uses{Use(visibility.buffer, read), Use(list_, arguments), Use(entries(), read),
+                        Use(mask(), write),
                         Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
   scene.add_reads(uses, read);
   recorder.pass("trace", uses, [&](VkCommandBuffer commands) {
@@ -287,7 +294,7 @@ void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, const Visibilit
 }
 
 void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {
-  if (traces()) uses.emplace_back(mask_, access);
+  if (traces()) uses.emplace_back(mask(), access);
   add_map_reads(uses, access);
 }
 

@@ -11,6 +11,7 @@
 #include "renderer/passes/cluster_raster.h"
 #include "renderer/passes/patches.h"
 #include "renderer/passes/shadow_plan.h"
+#include "renderer/passes/targets.h"
 
 namespace fire3dv::gpu_types {
 struct Globals;
@@ -51,7 +52,8 @@ class ShadowPass {
   void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
   // What these have chosen, for the frame that begins. Most have nothing.
   void upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt);
-  void set_size(VkExtent2D extent);
+  // Borrowed: what is drawn into from now on.
+  void set_targets(Targets& targets);
   // masked: shading reads the mask; else it traces where it shades, or reads maps.
   void describe_to(gpu_types::Globals& globals, bool masked) const;
 
@@ -72,9 +74,9 @@ class ShadowPass {
   bool found_while_shading() const;
   void begin_list(gpu::Recorder& recorder);
   void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals);
-  gpu::Buffer& list() { return list_; }        // gpu_types::RayList
-  gpu::Buffer& entries() { return entries_; }  // gpu_types::RayEntry[]
-  gpu::Buffer& mask() { return mask_; }
+  gpu::Buffer& list() { return list_; }  // gpu_types::RayList
+  gpu::Buffer& entries() { return targets_->shadow_entries; }
+  gpu::Buffer& mask() { return targets_->shadow_mask; }
   // Of whoever shades, with this access.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
   void add_map_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
@@ -86,6 +88,7 @@ class ShadowPass {
  private:
   void place_views();
   MapSizes map_sizes() const;
+  void make_room_for_mask();
   gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
             const gpu_types::ShadowPush& push) const;
@@ -100,13 +103,13 @@ class ShadowPass {
   bool needs_maps_ = false;
   uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, part_count_ = 0;
   ShadowPlan plan_;
-  VkExtent2D extent_{};
+  Targets* targets_ = nullptr;
   std::vector<scene::PlacedLight> lights_;
   gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
   VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
   std::vector<gpu_types::SheetRecord> sheet_records_;
   bool lights_chosen_ = false, sheets_chosen_ = false;  // and not uploaded yet
-  gpu::Buffer mask_, list_, entries_;
+  gpu::Buffer list_;
   std::array<gpu::Buffer, gpu::kFramesInFlight> list_seen_;
   uint64_t frame_ = 0, rays_traced_ = 0;
 };

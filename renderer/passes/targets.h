@@ -1,7 +1,8 @@
-// The images that a frame is drawn into; made anew when the size changes. Of several views at once only
-// display exists, which holds them one below the other.
+// What a frame is drawn into: images and buffers of one size, and the descriptor sets by which passes reach
+// them. Of several views at once only `display` exists of the images, which holds them one below the other.
 #pragma once
 
+#include "renderer/gpu/descriptors.h"
 #include "renderer/gpu/resources.h"
 
 namespace fire3dv::passes {
@@ -16,6 +17,17 @@ struct Targets {
   gpu::Image depth;     // reversed, multisampled
   gpu::Image display;   // tone-mapped, resolved, sRGB-encoded RGBA8
   gpu::Image smoothed;  // the same after FXAA
+
+  // Of VisibilityPass and ShadowPass, where there are any.
+  gpu::Buffer visibility;      // uint64_t[view][pixel][sample]
+  gpu::Buffer shadow_mask;     // uint32_t[pixel][word]
+  gpu::Buffer shadow_entries;  // gpu_types::RayEntry[pixel][word]
+  // Each is the pass's that wrote it.
+  gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, held_mark_set;
+  VkImageView held_mark_view = VK_NULL_HANDLE;  // of the last one
 };
+
+// About so much memory of the device, without the shadows' part.
+VkDeviceSize bytes_of(const Targets& targets);
 
 }  // namespace fire3dv::passes

@@ -59,18 +59,27 @@ VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
   if (samples == 4) surfaces_ = gpu::create_compute_pipeline(device, layout, "surfaces.comp");
 }
 
-void VisibilityPass::set_size(Targets& targets) {
-  extent_ = targets.extent;
-  view_bytes_ = VkDeviceSize{8} * samples_ * extent_.width * extent_.height;
-  visibility_ = gpu::create_buffer(device_, view_bytes_ * targets.views, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                   gpu::Memory::device);
+void VisibilityPass::set_targets(Targets& targets) {
+  const VkExtent2D extent = targets.extent;
+  const VkDeviceSize view_bytes = VkDeviceSize{8} * samples_ * extent.width * extent.height;
+  if (!targets.visibility) {
+    targets.visibility = gpu::create_buffer(device_, view_bytes * targets.views,
+                                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+    bind(targets);
+  }
+  targets_ = &targets;
+  extent_ = extent;
+  view_bytes_ = view_bytes;
+}
+
+void VisibilityPass::bind(Targets& targets) const {
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2}};
-  image_set_ = gpu::DescriptorSet(device_, image_set_layout_.get(), sizes);
+  targets.shade_set = gpu::DescriptorSet(device_, image_set_layout_.get(), sizes);
   const VkDescriptorImageInfo images[] = {
       {VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL},
       {VK_NULL_HANDLE, targets.hdr.view.get(), VK_IMAGE_LAYOUT_GENERAL}};
   VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
-  write.dstSet = image_set_.get();
+  write.dstSet = targets.shade_set.get();
   write.dstBinding = FIRE3DV_BINDING_DISPLAY;
   write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
   write.descriptorCount =
@@ -92,7 +101,7 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, s
   }
   ClusterRaster::Job job;
   job.scene = &scene;
-  job.target = &visibility_;
+  job.target = &targets_->visibility;
   job.views = belt.write(std::span<const gpu_types::RasterView>(rasters)).address;
   job.view_count = static_cast<uint32_t>(rasters.size());
   job.globals = globals;
@@ -106,7 +115,7 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, s
 void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
                                     std::span<const VkDeviceAddress> globals) {
   if (!surfaces_) return;
-  std::vector<Use> uses{Use(visibility_, access::compute_write)};
+  std::vector<Use> uses{Use(targets_->visibility, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("surfaces", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, surfaces_.get());
@@ -152,7 +161,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
   const VkPipeline pipeline =
       shade_pipeline({!scene.has_extensions, leave_samples, what == Shades::all_and_lists}).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
-  std::vector<Use> uses{Use(visibility_, access::compute_read),
+  std::vector<Use> uses{Use(targets_->visibility, access::compute_read),
                         Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
   if (leave_samples && shows_the_rest(scene))
     uses.emplace_back(targets.display, access::compute_write, is_first);
@@ -174,7 +183,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
   }
   recorder.pass(name, uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-    const VkDescriptorSet sets[] = {scene.textures.set(), image_set_.get()};
+    const VkDescriptorSet sets[] = {scene.textures.set(), targets.shade_set.get()};
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
                             nullptr);
     for (gpu_types::ShadePush push : views) {
@@ -213,7 +222,7 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   const std::span<const gpu_types::ShadePush> view(&push, 1);
   shadows.begin_list(recorder);
   record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, left);
-  shadows.trace(recorder, scene, {visibility_, address_of(shaded.first_view)}, globals);
+  shadows.trace(recorder, scene, {targets_->visibility, address_of(shaded.first_view)}, globals);
   record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, left);
 }
 

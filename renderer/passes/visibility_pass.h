@@ -29,7 +29,8 @@ class VisibilityPass {
   };
   void expect(const Shading& shading) { shade_pipeline(shading); }
 
-  void set_size(Targets& targets);  // after each change
+  // Borrowed: what is drawn into from now on.
+  void set_targets(Targets& targets);
   // The cameras' part of ClusterRaster::record: as many views as the targets hold.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, std::span<const View> views,
                          VkDeviceAddress globals, Cull cull, bool levels_of_detail);
@@ -54,13 +55,16 @@ class VisibilityPass {
     return !scene.has_extensions && gpu::takes_cpu_variants(device_);
   }
   bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
-  gpu::Buffer& buffer() { return visibility_; }
-  VkDeviceAddress address_of(uint32_t view) const { return visibility_.address + view * view_bytes_; }
+  gpu::Buffer& buffer() { return targets_->visibility; }
+  VkDeviceAddress address_of(uint32_t view) const {
+    return targets_->visibility.address + view * view_bytes_;
+  }
   const ClusterRaster::Drawn& drawn() const { return raster_.drawn(); }
 
  private:
   enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
 
+  void bind(Targets& targets) const;
   gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index, const PostSettings& settings) const;
   gpu::Pipeline& shade_pipeline(const Shading& shading);
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
@@ -75,9 +79,8 @@ class VisibilityPass {
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
   std::array<gpu::Pipeline, 8> shade_;  // made when they are expected or first used
-  gpu::DescriptorSet image_set_;
+  Targets* targets_ = nullptr;
   VkExtent2D extent_{};
-  gpu::Buffer visibility_;  // uint64_t[view][pixel][sample]
   VkDeviceSize view_bytes_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "renderer/state/image_book.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace fire3dv::state {
@@ -124,12 +125,20 @@ std::vector<ImageBook::Due> ImageBook::take_due(const std::function<std::optiona
       at = answer == Answer::make_last || answer == Answer::overtaken ? places.erase(at) : std::next(at);
     }
   }
-  // A renderer that draws one size after the other makes its targets anew less often.
+  // What is alike can be drawn at once.
   std::stable_sort(due.begin(), due.end(), [](const Due& a, const Due& b) {
     const wire::Intrinsics &of_a = a.request.intrinsics, &of_b = b.request.intrinsics;
-    return std::pair(of_a.width, of_a.height) < std::pair(of_b.width, of_b.height);
+    return std::tuple(of_a.width, of_a.height, a.request.outputs) <
+           std::tuple(of_b.width, of_b.height, b.request.outputs);
   });
   return due;
+}
+
+bool ImageBook::is_open(Asker asker, uint64_t id) const {
+  const auto places = requests_.find(asker);
+  if (places == requests_.end()) return false;
+  return std::any_of(places->second.begin(), places->second.end(),
+                     [&](const auto& entry) { return entry.second.request.id == id; });
 }
 
 size_t ImageBook::count() const {

@@ -53,12 +53,13 @@ class ImageBook {
   // The request cannot be served: it is over.
   void drop(Asker asker, uint64_t id);
 
-  // What is due, images of one size together, and is marked as made by this call. Requests that cannot
+  // What is due, images of one size and kind together, and is marked as made by this call. Requests that cannot
   // be met any more are over, and their answers stand in `refused`. shown: nothing for a stream that is not
   // known.
   std::vector<Due> take_due(const std::function<std::optional<Shown>(Asker)>& shown, int64_t now_ns,
                             std::vector<Refused>& refused);
 
+  bool is_open(Asker asker, uint64_t id) const;
   size_t count() const;
   uint64_t refused() const { return refused_; }
 

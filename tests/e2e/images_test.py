@@ -2,6 +2,7 @@
 are asked for; clients and renderers may die; what is not made is refused.
 
 images_test.py FIRE3DV [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package."""
+import json
 import os
 import random
 import signal
@@ -123,6 +124,81 @@ def same_as_file(test, link):
         check((own == posed_image).all(), f"frame {sequence}: by pose it differs from by name")
 
 
+OUTPUTS = list(fire3dv.OUTPUTS)  # in the order in which files' names follow
+FILES = ["linear", "depth", "instance", "semantic", "normal", "motion"]
+
+
+def same_bytes(one, other):
+    return one.shape == other.shape and one.tobytes() == other.tobytes()
+
+
+def all_outputs(test, link):
+    """Planes and boxes that are sent back are those that the file sink writes of the same frame and camera."""
+    uri = test.fresh_uri(link)
+    folder = test.path("files")
+    renderer = renderer_of(test, uri, "--lockstep", "--out", folder, "--outputs",
+                           ",".join(["color", *FILES, "boxes2d", "boxes3d"]))
+    kept = []
+    with open_stream(uri) as stream:
+        camera = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth", outputs=OUTPUTS)
+        for number in range(1, 5):
+            [image] = stream.step(1000 * number, barcode.poses_of(number), [camera], HANG_S)
+            check(image.outputs == tuple(OUTPUTS), f"asked for all outputs, got {image.outputs}")
+            kept.append({output: numpy.array(image[output]) for output in OUTPUTS})
+        check(stream.wait_ack(4, HANG_S * 1000), "the last frame was not shown")
+    stop(renderer)
+    with open(os.path.join(folder, "frames.jsonl"), encoding="utf-8") as file:
+        lines = [json.loads(line) for line in file]
+    for number, planes in enumerate(kept):
+        seen = planes["instance_u32"]
+        for name, output in zip(FILES, OUTPUTS[1:7]):
+            of_file = numpy.load(os.path.join(folder, f"frame_{number:06d}.{name}.npy"))
+            check(same_bytes(planes[output], of_file), f"frame {number + 1}: {output} differs from its file")
+        check(len(planes["boxes2d"]) == barcode.BARS // 2, f"{len(planes['boxes2d'])} boxes, half of the bars are seen")
+        for box, line in zip(planes["boxes2d"], lines[number]["boxes2d"]):
+            check([int(box[k]) for k in ("min_x", "min_y", "max_x", "max_y")] == line["box"] and
+                  int(box["instance"]) == line["instance"] and int(box["pixels"]) == (seen == box["instance"]).sum(),
+                  f"frame {number + 1}: the box {box} is {line} in the file")
+        for box, line in zip(planes["boxes3d"], lines[number]["boxes3d"]):
+            check(int(box["instance"]) == line["instance"] and
+                  numpy.allclose(box["world_from_box"].ravel(), line["world_from_box"], rtol=1e-6),
+                  f"frame {number + 1}: the box {box} is {line} in the file")
+        # Who appears comes from behind the camera, and who stays does not move.
+        came = numpy.isin(seen, [] if number == 0 else numpy.setdiff1d(seen, kept[number - 1]["instance_u32"]))
+        check(came.any() == (number > 0) and numpy.isnan(planes["motion"][came]).all() and
+              (planes["motion"][~came] == 0).all(), f"frame {number + 1}: motion is not what the bars did")
+
+
+def many_cameras(test, link):
+    """Cameras of several sizes and kinds that are due at once: each image has the bytes that it has alone."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request", "--lockstep")
+    fx = 4 * barcode.DISTANCE
+    kinds = [(barcode.SIZE, ["depth_f32", "instance_u32"]), ((40, 30), ["depth_f32", "instance_u32"]),
+             ((40, 30), ["color_srgb8"]), ((40, 30), ["color_srgb8", "normal", "boxes2d"]), ((33, 7), ["color_linear_f16"])]
+    wanted = [(size, outputs, 0.5 * i) for i in range(5) for size, outputs in kinds]
+
+    def ask(stream, size, outputs, x):
+        return stream.request_image(*size, fx=fx, near_m=1, far_m=100, when="every_nth", outputs=outputs,
+                                    parent_from_camera=[1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, barcode.DISTANCE])
+
+    with open_stream(uri) as stream:
+        together = [ask(stream, *one) for one in wanted]
+        images = stream.step(1000, barcode.poses_of(1), together, HANG_S)
+        kept = [{o: numpy.array(image[o]) for o in image.outputs} for image in images]
+        del images
+        for request in together:
+            request.cancel()
+        for number, one in enumerate(wanted):
+            with ask(stream, *one) as request:
+                [image] = stream.step(2000 + number, barcode.poses_of(1), [request], HANG_S)
+                for output in one[1]:
+                    check(same_bytes(kept[number][output], image[output]), f"{output} of {one} differs from that of it alone")
+                    check(output == "boxes2d" or len(numpy.unique(image[output])) > 1, f"{output} of {one} is blank")
+                del image
+    stop(renderer)
+
+
 def expect_refused(call, text):
     try:
         call()
@@ -222,5 +298,5 @@ def example(test, link):
 
 if __name__ == "__main__":
     main({f"{case.__name__}_{link}": lambda test, c=case, l=link: c(test, l)
-          for case in (random_depth, lockstep, same_as_file, refusals, killed_clients, restarted_renderer, example)
+          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, refusals, killed_clients, restarted_renderer, example)
           for link in LINKS}, ["fire3dv"])
