@@ -8,6 +8,10 @@ namespace {
 
 using Reason = wire::ImageRefusal;
 
+constexpr uint32_t kMostPinholeSide = 4096;
+static_assert(static_cast<int>(passes::LensModel::plumb_bob) == static_cast<int>(wire::LensModel::plumb_bob));
+static_assert(static_cast<int>(passes::LensModel::fisheye) == static_cast<int>(wire::LensModel::fisheye));
+
 glm::mat4 matrix_of(const wire::Affine3x4& affine) {
   glm::mat4 matrix(1);
   for (int row = 0; row < 3; ++row)
@@ -80,7 +84,7 @@ std::variant<AskedCamera, AskedCameraRefused> asked_camera(const wire::ImageRequ
   if (wanted.fx > 0) {
     camera.intrinsics = {wanted.fx,     wanted.fy,   wanted.cx, wanted.cy, {wanted.width, wanted.height},
                          wanted.near_m, wanted.far_m};
-    camera.lens = wanted.lens;
+    camera.lens = {static_cast<passes::LensModel>(wanted.lens.model), wanted.lens.coefficients};
   } else {
     if (!own || own->orthographic)
       return AskedCameraRefused{
@@ -91,6 +95,12 @@ std::variant<AskedCamera, AskedCameraRefused> asked_camera(const wire::ImageRequ
   if (own) camera.exposure = own->exposure;
   if (auto good = passes::check(camera.intrinsics); !good)
     return AskedCameraRefused{Reason::bad_request, good.error().message};
+  camera.pinhole = camera.intrinsics;
+  if (camera.lens.model == passes::LensModel::none) return camera;
+  Result<passes::Intrinsics> pinhole =
+      passes::pinhole_behind(camera.intrinsics, camera.lens, kMostPinholeSide);
+  if (!pinhole) return AskedCameraRefused{Reason::bad_request, pinhole.error().message};
+  camera.pinhole = *pinhole;
   return camera;
 }
 

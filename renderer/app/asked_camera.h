@@ -7,14 +7,15 @@
 #include "protocol/error.h"
 #include "protocol/wire/image.h"
 #include "renderer/app/live_scene.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/lens.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {
 
 struct AskedCamera {
   passes::Intrinsics intrinsics;
-  wire::Lens lens;
+  passes::Lens lens;
+  passes::Intrinsics pinhole;      // that is drawn: the same, or what stands behind the lens
   glm::mat4 world_from_camera{1};  // a rotation and a place
   float exposure = 0;              // 0: as the settings say
 };

@@ -23,6 +23,10 @@ uint64_t bytes_back(const wire::ImageRequest& request) {
                               bits_of(drawn_outputs(request)), 0);
 }
 
+bool has_lens(const AskedCamera& camera) {
+  return camera.lens.model != passes::LensModel::none;
+}
+
 bool wants_boxes(const wire::ImageRequest& request) {
   return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
 }
@@ -36,6 +40,7 @@ bool wants_motion(const wire::ImageRequest& request) {
 // The targets that an image is drawn into have some 20 times its bytes with 4 samples.
 state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
   state::ImageAbilities abilities{.most_pixel_bytes = uint64_t{64} << 20};
+  abilities.lenses = true;
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
     if (renderer.can_take(passes::with_sources(outputs_of(1u << bit)))) abilities.outputs |= 1u << bit;
@@ -99,7 +104,7 @@ size_t ImageService::how_many_together(std::span<const Asked> rest) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   const bool smoothed = outputs.color_srgb8 && renderer_.post_settings().fxaa;
-  if (smoothed || !renderer_.can_take(outputs, 2)) return 1;
+  if (smoothed || has_lens(rest[0].camera) || !renderer_.can_take(outputs, 2)) return 1;
   const uint64_t view_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
                               first.intrinsics.width * first.intrinsics.height;
   const uint64_t most =
@@ -109,7 +114,8 @@ size_t ImageService::how_many_together(std::span<const Asked> rest) const {
   while (count < most) {
     const wire::ImageRequest& next = rest[count].due.request;
     if (next.intrinsics.width != first.intrinsics.width ||
-        next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs)
+        next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs ||
+        has_lens(rest[count].camera))
       break;
     ++count;
   }
@@ -118,8 +124,8 @@ size_t ImageService::how_many_together(std::span<const Asked> rest) const {
 
 // Not enough memory is no reason to end: the images are refused.
 bool ImageService::make_room(std::span<const Asked> together) {
-  const wire::Intrinsics& size = together[0].due.request.intrinsics;
-  const VkExtent2D extent{size.width, size.height}, before = renderer_.extent();
+  const glm::uvec2 size = together[0].camera.pinhole.image_px;
+  const VkExtent2D extent{size.x, size.y}, before = renderer_.extent();
   const auto views = static_cast<uint32_t>(together.size()), views_before = renderer_.views();
   if (before.width == extent.width && before.height == extent.height && views_before == views) return true;
   try {
@@ -142,12 +148,14 @@ void ImageService::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::s
                           const Boxes& boxes, passes::OfFrame of_frame) {
   const wire::ImageRequest& first = together[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
+  const bool through_lens = has_lens(together[0].camera);
   Tag tag;
   std::vector<passes::View> views;
   for (const Asked& asked : together) {
     const state::ImageBook::Due& due = asked.due;
     const passes::Intrinsics& used = asked.camera.intrinsics;
-    passes::View& view = views.emplace_back(passes::make_view(used, asked.camera.world_from_camera));
+    passes::View& view =
+        views.emplace_back(passes::make_view(asked.camera.pinhole, asked.camera.world_from_camera));
     view.camera = due.request.node;
     view.exposure = asked.camera.exposure;
     wire::ImageFrame frame;
@@ -157,20 +165,29 @@ void ImageService::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::s
     frame.sequence = due.sequence;
     frame.sim_time_ns = due.sim_time_ns;
     frame.world_from_camera = affine_of(asked.camera.world_from_camera);
-    frame.intrinsics = {used.image_px.x, used.image_px.y, used.fx_px, used.fy_px, used.cx_px,
-                        used.cy_px,      used.near_m,     used.far_m, {}};
+    frame.intrinsics = {used.image_px.x, used.image_px.y, used.fx_px,
+                        used.fy_px,      used.cx_px,      used.cy_px,
+                        used.near_m,     used.far_m,      due.request.intrinsics.lens};
     tag.images.push_back({due.asker, due.request.outputs, std::move(frame)});
   }
   std::vector<passes::CameraHistory> histories = take_histories(together);
-  renderer_.record(recorder, belt, poses_, views, outputs, histories, of_frame);
+  renderer_.record(recorder, belt, poses_, views, through_lens ? passes::behind_lens(outputs) : outputs,
+                   histories, of_frame);
   keep_histories(together, std::move(histories));
 
-  tag.taken = {first.intrinsics.width,
-               first.intrinsics.height,
-               static_cast<uint32_t>(together.size()),
-               outputs.color_srgb8,
-               {},
-               wants_boxes(first) ? boxes : nullptr};
+  tag.taken.width = first.intrinsics.width;
+  tag.taken.height = first.intrinsics.height;
+  tag.taken.views = static_cast<uint32_t>(together.size());
+  tag.taken.color_srgb8 = outputs.color_srgb8;
+  if (wants_boxes(first)) tag.taken.boxes = boxes;
+  if (through_lens) {
+    read_back_through_lens(recorder, belt, together[0].camera, outputs, std::move(tag));
+  } else {
+    read_back(recorder, outputs, std::move(tag));
+  }
+}
+
+void ImageService::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
   passes::ReadbackBelt<Tag>::Planes planes;
   if (outputs.any_plane()) {
     tag.taken.places = renderer_.plane_places();
@@ -178,6 +195,21 @@ void ImageService::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::s
   }
   gpu::Image* const image = outputs.color_srgb8 ? &renderer_.image() : nullptr;
   readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
+}
+
+void ImageService::read_back_through_lens(gpu::Recorder& recorder, gpu::UploadBelt& belt,
+                                          const AskedCamera& camera, const passes::ImageOutputs& outputs,
+                                          Tag&& tag) {
+  passes::LensPass::Source source{camera.pinhole, nullptr, nullptr, {}};
+  if (outputs.color_srgb8) source.color = &renderer_.image();
+  if (outputs.any_plane()) {
+    source.planes = &renderer_.planes();
+    source.places = renderer_.plane_places();
+  }
+  lens_.record(recorder, belt, source, {camera.intrinsics, camera.lens, outputs});
+  tag.taken.places = lens_.places();
+  const VkExtent2D extent{camera.intrinsics.image_px.x, camera.intrinsics.image_px.y};
+  readback_.record(recorder, nullptr, extent, {&lens_.result(), lens_.result_bytes()}, std::move(tag));
 }
 
 std::vector<passes::CameraHistory> ImageService::take_histories(std::span<const Asked> together) {

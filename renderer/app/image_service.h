@@ -13,6 +13,7 @@
 #include "renderer/app/live_scene.h"
 #include "renderer/app/stream_intake.h"
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/lens_pass.h"
 #include "renderer/passes/readback_belt.h"
 #include "renderer/passes/scene_renderer.h"
 
@@ -31,7 +32,8 @@ class ImageService {
         poses_(poses),
         intake_(intake),
         scene_(scene),
-        readback_(device) {}
+        readback_(device),
+        lens_(device) {}
 
   // Draws what is due of what is shown now, as much as possible in one submission. Returns true when there
   // was any; the renderer then has the size of the last one.
@@ -65,6 +67,9 @@ class ImageService {
   bool make_room(std::span<const Asked> together);
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::span<const Asked> together,
               const Boxes& boxes, passes::OfFrame of_frame);
+  void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
+  void read_back_through_lens(gpu::Recorder& recorder, gpu::UploadBelt& belt, const AskedCamera& camera,
+                              const passes::ImageOutputs& outputs, Tag&& tag);
   std::vector<passes::CameraHistory> take_histories(std::span<const Asked> together);
   void keep_histories(std::span<const Asked> together, std::vector<passes::CameraHistory>&& histories);
 
@@ -74,6 +79,7 @@ class ImageService {
   StreamIntake& intake_;
   const LiveScene& scene_;
   passes::ReadbackBelt<Tag> readback_;
+  passes::LensPass lens_;
   // Of open requests that want motion, by asker and id.
   std::map<std::pair<state::ImageBook::Asker, uint64_t>, passes::CameraHistory> histories_;
   uint64_t sent_ = 0, lost_ = 0;

@@ -32,5 +32,26 @@ struct OutputsPush {
   FIRE3DV_ADDRESS wanted;      // OutputsWanted
 };
 
+// An image through a lens, and the pinhole's that it is taken from. Addresses of 0: not wanted. Planes as above.
+struct LensWanted {
+  FIRE3DV_ADDRESS color_in, color_out;  // uint[pixel]: four bytes
+  FIRE3DV_ADDRESS linear_in, linear_out;  // uvec2[pixel]: four half floats
+  FIRE3DV_ADDRESS depth_in, depth_out;
+  FIRE3DV_ADDRESS instance_in, instance_out;  // in: wherever depth is wanted, too
+  FIRE3DV_ADDRESS semantic_in, semantic_out;
+  FIRE3DV_ADDRESS normal_in, normal_out;
+  FIRE3DV_ADDRESS motion_in, motion_out;
+  uint width, height, width_in, height_in;  // pixels
+  vec2 focal, middle, focal_in, middle_in;  // pixels; the middle of the upper left one is (0, 0)
+  vec4 coefficients;                        // of the lens, the first four
+  float last_coefficient;
+  float largest_radius;
+  uint fisheye;  // 0: plumb_bob
+};
+
+struct LensPush {
+  FIRE3DV_ADDRESS wanted;  // LensWanted
+};
+
 FIRE3DV_SHARED_END
 #endif

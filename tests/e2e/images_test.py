@@ -199,6 +199,94 @@ def many_cameras(test, link):
     stop(renderer)
 
 
+LENSES = {"plumb_bob": (-0.12, 0.02, 0.004, -0.003, -0.001), "fisheye": (0.05, -0.02, 0.004, -0.0005)}
+
+
+def distorted(lens, x, y):
+    """The formulas of OpenCV's documentation."""
+    k = LENSES[lens]
+    if lens == "fisheye":
+        r = numpy.hypot(x, y) + 1e-12
+        t = numpy.arctan(r)
+        scale = t * (1 + k[0] * t**2 + k[1] * t**4 + k[2] * t**6 + k[3] * t**8) / r
+        return scale * x, scale * y
+    r2 = x * x + y * y
+    scale = 1 + k[0] * r2 + k[1] * r2**2 + k[4] * r2**3
+    return (scale * x + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x), scale * y + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y)
+
+
+def undistorted(lens, u, v):
+    if lens == "fisheye":
+        low, high = numpy.zeros_like(u), numpy.full_like(u, 1.5)
+        for _ in range(60):  # halves where the angle can be
+            middle = (low + high) / 2
+            short = distorted(lens, numpy.tan(middle), 0)[0] < numpy.hypot(u, v)
+            low, high = numpy.where(short, middle, low), numpy.where(short, high, middle)
+        scale = numpy.tan(low) / (numpy.hypot(u, v) + 1e-12)
+        x, y = scale * u, scale * v
+    else:
+        x, y = u.copy(), v.copy()
+        for _ in range(200):
+            du, dv = distorted(lens, x, y)
+            x, y = x + 0.5 * (u - du), y + 0.5 * (v - dv)
+    check(max(abs(u - distorted(lens, x, y)[0]).max(), abs(v - distorted(lens, x, y)[1]).max()) < 1e-9, "the test is wrong")
+    return x, y
+
+
+def lenses(test, link):
+    """Through lenses the bars stand where the formulas put them, a pixel at most off at their edges, as far away as they are."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request")
+    width, height, fx, fy, cx, cy, away = 160, 40, 60.0, 64.0, 77.0, 21.0, 10.0
+    half_height = barcode.BARS * barcode.SIZE[1] / barcode.SIZE[0] / 2
+    poses = numpy.array(barcode.poses_of(0x5a3c)).reshape(-1, 3, 4)
+    with open_stream(uri) as stream:
+        stream.publish(1000, poses)
+        for lens, coefficients in LENSES.items():
+            image = stream.request_image(
+                width, height, fx=fx, fy=fy, cx=cx, cy=cy, near_m=1, far_m=100, lens=lens, lens_coefficients=coefficients,
+                outputs=["color_srgb8", "depth_f32", "instance_u32", "boxes2d"],
+                parent_from_camera=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, away]).wait(HANG_S)
+            check(image.lens == lens and numpy.allclose(image.lens_coefficients[:len(coefficients)], coefficients),
+                  f"the image says {image.lens} {image.lens_coefficients}")
+            v, u = numpy.mgrid[0:height, 0:width].astype(float)
+            x, y = undistorted(lens, (u - cx) / fx, (v - cy) / fy)
+            x, y = away * x, away * y
+            want = numpy.zeros((height, width), int)
+            for bar, pose in enumerate(poses):
+                if pose[2, 3] == 0:
+                    want[(abs(x - pose[0, 3]) <= 0.5) & (abs(y) <= half_height)] = 1 + bar
+            got = image["instance_u32"].astype(int)
+            # Away from edges: all around is the same.
+            inner = numpy.ones_like(want, bool)
+            for dy in (-1, 0, 1):
+                for dx in (-1, 0, 1):
+                    inner &= numpy.roll(want, (dy, dx), (0, 1)) == want
+            inner[[0, -1], :] = inner[:, [0, -1]] = False
+            seen = inner & (want != 0)
+            check(seen.sum() > 100 and len(numpy.unique(want)) > 8, f"{lens}: the test sees too little")
+            check((got[inner] == want[inner]).all(), f"{lens}: {(got != want)[inner].sum()} labels of {inner.sum()} are wrong")
+            check((got != want).mean() < 0.02, f"{lens}: {(got != want).sum()} labels differ, more than edges can be off")
+            check(numpy.allclose(image["depth_f32"][seen], away, rtol=1e-5) and numpy.isinf(image["depth_f32"][got == 0]).all(),
+                  f"{lens}: depth is not {away}")
+            check((image["color_srgb8"][seen][:, 0] > 250).all() and (image["color_srgb8"][inner & (want == 0)][:, 0] < 5).all(),
+                  f"{lens}: colours are not where labels are")
+            for box in image["boxes2d"]:
+                ys, xs = numpy.nonzero(got == box["instance"])
+                check([xs.min(), ys.min(), xs.max() + 1, ys.max() + 1] ==
+                      [int(box[k]) for k in ("min_x", "min_y", "max_x", "max_y")], f"{lens}: box {box} is not that of the labels")
+            del image
+        expect_refused(lambda: stream.request_image(4000, 64, fx=1400, lens="fisheye").wait(HANG_S), "too wide")
+        absurd = [1e12, -1e12, 1e12, 1e12, 1e12]
+        for lens in LENSES:
+            try:
+                stream.request_image(64, 64, fx=30, lens=lens, lens_coefficients=absurd[:4 if lens == "fisheye" else 5]).wait(HANG_S)
+            except fire3dv.RefusedError:
+                pass
+        check(renderer.alive(), "the renderer ended")
+    stop(renderer)
+
+
 def expect_refused(call, text):
     try:
         call()
@@ -298,5 +386,5 @@ def example(test, link):
 
 if __name__ == "__main__":
     main({f"{case.__name__}_{link}": lambda test, c=case, l=link: c(test, l)
-          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, refusals, killed_clients, restarted_renderer, example)
+          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, lenses, refusals, killed_clients, restarted_renderer, example)
           for link in LINKS}, ["fire3dv"])
