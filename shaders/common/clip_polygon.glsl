@@ -38,13 +38,11 @@ void cut(float guard, vec2 side, inout vec4 corners[kMostCorners], inout int cou
 }
 
 void cut_to_view(inout vec4 corners[kMostCorners], inout int count, vec2 size) {
-  cut(kNearPlane, vec2(0), corners, count);
   // A new corner may lie outside by its rounding; there is room for that.
   const vec2 guard = kGuardPixels / size;
-  cut(guard.x, vec2(1, 0), corners, count);
-  cut(guard.x, vec2(-1, 0), corners, count);
-  cut(guard.y, vec2(0, 1), corners, count);
-  cut(guard.y, vec2(0, -1), corners, count);
+  const float guards[5] = float[5](kNearPlane, guard.x, guard.x, guard.y, guard.y);
+  const vec2 sides[5] = vec2[5](vec2(0), vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0, -1));
+  for (int i = 0; i < 5; ++i) cut(guards[i], sides[i], corners, count);
 }
 
 #endif

@@ -1,0 +1,12 @@
+# Puts a shader's functions into one and its variables into values. No arithmetic is changed: none of these passes folds or reorders any.
+#
+#   cmake -DSPIRV_OPT=... -DMODULE=file.spv -P flatten.cmake
+execute_process(
+  COMMAND ${SPIRV_OPT} --target-env=vulkan1.3 --scalar-block-layout --inline-entry-points-exhaustive
+          --eliminate-dead-functions --scalar-replacement=0 --ssa-rewrite --eliminate-dead-code-aggressive
+          --eliminate-dead-branches --merge-blocks ${MODULE} -o ${MODULE}
+  RESULT_VARIABLE result
+  ERROR_VARIABLE said)  # which functions it left as they are
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "spirv-opt ${MODULE}: ${said}")
+endif()
