@@ -26,6 +26,11 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
          "--scene", options.scene,
          "Write the model's scene first, each geom a node of its own; without --to, nothing else is done")
       ->type_name("OUT.glb");
+  app.add_option("--package-path", options.package_folders,
+                 "Folder that the model may read beside its own; may be given several times")
+      ->type_name("DIR")
+      ->allow_extra_args(false)
+      ->check(CLI::ExistingDirectory);
   app.add_option("--rate", options.publish.rate_hz, "Frames a second of simulated time; 0: every step")
       ->check(check_number)
       ->capture_default_str();

@@ -1,8 +1,10 @@
 // The command line of fire3dv-mujoco.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
@@ -11,6 +13,7 @@ namespace fire3dv::mujoco {
 
 struct Options {
   std::string model, scene, keyframe;
+  std::vector<std::filesystem::path> package_folders;  // what the model may read beside its own folder
   PublishOptions publish;
   Drive drive = Drive::hold;
   double speed = 1;       // simulated seconds a second; 0: as fast as can be

@@ -136,7 +136,7 @@ class Runner {
 
 Result<void> run(const Options& options) {
   install_stop_signals();
-  Result<Simulation> simulation = Simulation::load(options.model, options.keyframe, options.drive);
+  Result<Simulation> simulation = Simulation::load(options.model, options.keyframe, options.drive, options.package_folders);
   if (!simulation) return simulation.error();
   if (!options.scene.empty()) {
     std::vector<std::string> warnings;
