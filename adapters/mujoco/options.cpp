@@ -4,6 +4,7 @@
 #include <iostream>
 #include <map>
 
+#include "adapters/mujoco/image_names.h"
 #include "tools/check_number.h"
 
 namespace fire3dv::mujoco {
@@ -26,6 +27,11 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
          "--scene", options.scene,
          "Write the model's scene first, each geom a node of its own; without --to, nothing else is done")
       ->type_name("OUT.glb");
+  app.add_option("--package-path", options.package_folders,
+                 "Folder that the model may read beside its own; may be given several times")
+      ->type_name("DIR")
+      ->allow_extra_args(false)
+      ->check(CLI::ExistingDirectory);
   app.add_option("--rate", options.publish.rate_hz, "Frames a second of simulated time; 0: every step")
       ->check(check_number)
       ->capture_default_str();
@@ -51,6 +57,19 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   app.add_option("--ack-timeout", options.ack_timeout_s, "Seconds that --lockstep waits for one image")
       ->check(number_between(0.1, 86400))
       ->capture_default_str();
+  std::vector<std::string> cameras;
+  std::string outputs = "color";
+  app.add_option("--images", cameras,
+                 "Ask the renderer of the first --to for what this camera sees of each frame; size 640x480 "
+                 "where none is named; repeatable")
+      ->type_name("CAMERA[:WxH]")
+      ->allow_extra_args(false);
+  app.add_option("--outputs", outputs,
+                 "What these images hold: of color, linear, depth, instance, semantic, normal, motion, "
+                 "boxes2d, boxes3d")
+      ->type_name("NAME,NAME...")
+      ->capture_default_str();
+  app.add_option("--out", options.out, "Folder that gets them: PNG, .npy and a list")->type_name("DIR");
   const auto add_file = [&](const char* name, std::string& file, const char* help) {
     app.add_option(name, file, help)->type_name("FILE");
   };
@@ -63,6 +82,18 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.parse(argc, argv);
     if (options.publish.uris.empty() && options.scene.empty())
       throw CLI::ValidationError("--to", "name where to publish, or a file for the scene (--scene)");
+    if (cameras.empty() != options.out.empty())
+      throw CLI::ValidationError("--images", "goes together with a folder for them (--out DIR)");
+    if (!cameras.empty() && options.publish.uris.empty())
+      throw CLI::ValidationError("--images", "name the renderer that makes them (--to URI)");
+    const Result<uint32_t> bits = image_outputs(outputs);
+    if (!bits) throw CLI::ValidationError("--outputs", bits.error().message);
+    for (const std::string& camera : cameras) {
+      Result<ImageWish> wish = image_wish(camera);
+      if (!wish) throw CLI::ValidationError("--images", wish.error().message);
+      wish->outputs = *bits;
+      options.images.push_back(std::move(*wish));
+    }
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error, std::cout, std::cerr) == 0 ? 0 : 2;
     return std::nullopt;

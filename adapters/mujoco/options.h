@@ -1,8 +1,10 @@
 // The command line of fire3dv-mujoco.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
@@ -11,7 +13,10 @@ namespace fire3dv::mujoco {
 
 struct Options {
   std::string model, scene, keyframe;
+  std::vector<std::filesystem::path> package_folders;  // what the model may read beside its own folder
   PublishOptions publish;
+  std::vector<ImageWish> images;
+  std::filesystem::path out;  // folder of the images
   Drive drive = Drive::hold;
   double speed = 1;       // simulated seconds a second; 0: as fast as can be
   double duration_s = 0;  // simulated; 0: until interrupted

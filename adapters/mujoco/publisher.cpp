@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "adapters/mujoco/told.h"
 #include "tools/convert/lights.h"
 #include "tools/convert/mjcf_model.h"
 #include "tools/convert/write_glb.h"
@@ -17,17 +18,6 @@ using Clock = std::chrono::steady_clock;
 
 // MuJoCo's world is Z up, glTF's Y up.
 const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
-
-// The client's exceptions end here.
-template <typename Call>
-Result<void> told(const char* what, const std::string& uri, Call&& call) {
-  try {
-    call();
-  } catch (const ClientError& error) {
-    return Error{std::string(what) + " " + uri + ": " + error.what()};
-  }
-  return {};
-}
 
 }  // namespace
 

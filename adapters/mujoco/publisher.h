@@ -3,8 +3,8 @@
 //   auto publisher = fire3dv::mujoco::Publisher::open(*model, {.uris = {"shm://mujoco"}, .rate_hz = 60});
 //   loop { mj_step(model, data); publisher->publish(*model, *data); }
 //
-// Waits for no renderer, no network and no other process, but in wait_shown. One thread at a time. The scene
-// is what fire3dv-convert makes of the model's file, or scene_of() of the model in memory.
+// Waits for no renderer, no network and no other process, but in wait_shown and wait_image. One thread at a
+// time. The scene is what fire3dv-convert makes of the model's file, or scene_of() of the model in memory.
 #pragma once
 
 #include <fire3dv/client.hpp>
@@ -30,6 +30,13 @@ struct PublishOptions {
   std::string scene_uri;  // a hint for people and recordings
 };
 
+// What a camera sees, as one of FIRE-3DV's images (fire3dv/image.h).
+struct ImageWish {
+  std::string camera;  // of the model, by its name or number; or "free camera", where MuJoCo's viewer starts
+  uint32_t width = 640, height = 480;            // pixels
+  uint32_t outputs = FIRE3DV_IMAGE_COLOR_SRGB8;  // FIRE3DV_IMAGE_* bits
+};
+
 class Publisher {
  public:
   static Result<Publisher> open(const mjModel& model, const PublishOptions& options);
@@ -44,6 +51,14 @@ class Publisher {
   // Lockstep: waits until each stream's last frame was shown. Returns early and without an error once stop is
   // set.
   Result<void> wait_shown(double timeout_s, const std::atomic<bool>& stop);
+
+  // Asks the renderer of the first URI for an image of each frame that is published from now on. Returns the
+  // request's number for the two below. Waits for nobody.
+  Result<uint64_t> ask_images(const mjModel& model, const ImageWish& wish);
+  // Lockstep: the image of the frame published last. Empty once stop is set.
+  Result<Image> wait_image(uint64_t id, double timeout_s, const std::atomic<bool>& stop);
+  // The next image that has come, or an empty one. A newer one takes the place of one that was not taken.
+  Result<Image> take_image(uint64_t id);
 
   struct Link {
     std::string uri;

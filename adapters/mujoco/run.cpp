@@ -3,10 +3,12 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include "adapters/mujoco/command_lines.h"
+#include "adapters/mujoco/image_files.h"
 #include "adapters/mujoco/pace.h"
 #include "adapters/mujoco/say.h"
 #include "tools/convert/output.h"
@@ -27,20 +29,29 @@ void install_stop_signals() {
 
 class Runner {
  public:
-  Runner(Simulation simulation, Publisher publisher, const Options& options)
+  Runner(Simulation simulation, Publisher publisher, std::optional<ImageFiles> files, const Options& options)
       : simulation_(std::move(simulation)),
         publisher_(std::move(publisher)),
+        files_(std::move(files)),
         options_(options),
         pace_(options.speed),
         paused_(options.paused) {}
 
   Result<void> run() {
+    for (const ImageWish& wish : options_.images) {
+      const Result<uint64_t> id = publisher_.ask_images(simulation_.model(), wish);
+      if (!id) return id.error();
+      requests_.push_back(*id);
+    }
     if (Result<void> sent = publish(); !sent) return sent;
     const double step_s = simulation_.model().opt.timestep;
     while (!stop && (options_.duration_s <= 0 || stepped_s_ < options_.duration_s - step_s / 2)) {
       if (Result<void> done = obey(); !done) return done;
       if (paused_ && !single_step_) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        if (!options_.lockstep) {
+          if (Result<void> done = keep_images(); !done) return done;
+        }
         if (Result<void> heard = listen(); !heard) return heard;
         continue;
       }
@@ -53,7 +64,13 @@ class Runner {
     return {};
   }
 
+  // The images that are still being written.
+  Result<void> finish() { return files_ ? files_->finish() : Result<void>{}; }
+
   void say_result() {
+    if (files_)
+      say(options_.out.string() + ": " + std::to_string(images_kept_) + " images, " +
+          std::to_string(images_lost_) + " lost");
     const auto links = publisher_.poll();
     if (!links) return;
     for (const Publisher::Link& link : *links) {
@@ -69,10 +86,31 @@ class Runner {
     if (!options_.lockstep) wait_until_due();
     const Result<bool> sent = publisher_.publish(simulation_.model(), simulation_.data());
     if (!sent) return sent.error();
-    if (options_.lockstep) {
+    if (options_.lockstep && requests_.empty()) {  // else its images say that it was shown
       if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop); !shown) return shown;
     }
+    if (Result<void> done = keep_images(); !done) return done;
     return listen();
+  }
+
+  // In lockstep those of this frame, else what has come.
+  Result<void> keep_images() {
+    for (size_t i = 0; i < requests_.size(); ++i) {
+      while (true) {
+        const Result<Image> image = options_.lockstep
+                                        ? publisher_.wait_image(requests_[i], options_.ack_timeout_s, stop)
+                                        : publisher_.take_image(requests_[i]);
+        if (!image) return image.error();
+        if (!*image) break;
+        images_lost_ += (*image)->lost;
+        if ((*image)->sequence == 0) continue;  // of the time before the first frame
+        Result<void> kept = files_->write(options_.images[i].camera, options_.publish.adapter_name, **image);
+        if (!kept) return kept;
+        ++images_kept_;
+        if (options_.lockstep) break;
+      }
+    }
+    return {};
   }
 
   void wait_until_due() {
@@ -124,10 +162,13 @@ class Runner {
 
   Simulation simulation_;
   Publisher publisher_;
+  std::optional<ImageFiles> files_;
   const Options& options_;
   Pace pace_;
   CommandLines commands_;
   std::vector<std::string> told_;
+  std::vector<uint64_t> requests_;  // as options_.images
+  uint64_t images_kept_ = 0, images_lost_ = 0;
   double stepped_s_ = 0;
   bool paused_, single_step_ = false;
 };
@@ -136,7 +177,8 @@ class Runner {
 
 Result<void> run(const Options& options) {
   install_stop_signals();
-  Result<Simulation> simulation = Simulation::load(options.model, options.keyframe, options.drive);
+  Result<Simulation> simulation =
+      Simulation::load(options.model, options.keyframe, options.drive, options.package_folders);
   if (!simulation) return simulation.error();
   if (!options.scene.empty()) {
     std::vector<std::string> warnings;
@@ -149,8 +191,15 @@ Result<void> run(const Options& options) {
   if (options.publish.uris.empty()) return {};
   Result<Publisher> publisher = Publisher::open(simulation->model(), options.publish);
   if (!publisher) return publisher.error();
-  Runner runner(std::move(*simulation), std::move(*publisher), options);
+  std::optional<ImageFiles> files;
+  if (!options.images.empty()) {
+    Result<ImageFiles> opened = ImageFiles::open(options.out);
+    if (!opened) return opened.error();
+    files = std::move(*opened);
+  }
+  Runner runner(std::move(*simulation), std::move(*publisher), std::move(files), options);
   Result<void> done = runner.run();
+  if (Result<void> written = runner.finish(); done) done = written;
   runner.say_result();
   return done;
 }

@@ -34,8 +34,8 @@ Simulation::Simulation(convert::MjcfModel model, convert::MjcfData data, int key
     : model_(std::move(model)), data_(std::move(data)), keyframe_(keyframe), drive_(drive) {}
 
 Result<Simulation> Simulation::load(const std::filesystem::path& file, const std::string& keyframe,
-                                    Drive drive) {
-  if (const auto files = convert::mjcf_files(file); !files) return files.error();
+                                    Drive drive, const std::vector<std::filesystem::path>& folders) {
+  if (const auto files = convert::mjcf_files(file, folders); !files) return files.error();
   std::vector<std::string> warnings;
   Result<convert::MjcfModel> model = convert::compile_mjcf(file, &warnings);
   if (!model) return model.error();

@@ -20,7 +20,9 @@ enum class Drive {
 class Simulation {
  public:
   // keyframe: its name or number; empty: the first, or the model's own pose where there is none.
-  static Result<Simulation> load(const std::filesystem::path& file, const std::string& keyframe, Drive drive);
+  // folders: what the model may read beside its own folder.
+  static Result<Simulation> load(const std::filesystem::path& file, const std::string& keyframe, Drive drive,
+                                 const std::vector<std::filesystem::path>& folders = {});
 
   // Poses are then those of the new time. A sentence where MuJoCo gives up.
   Result<void> step();

@@ -98,8 +98,9 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   CLI::Option* const name_space =
       app.add_option("--ns", options.convert.name_space, "AMBF's namespace, as its --ns takes it");
   CLI::Option* const package_path =
-      app.add_option("--package-path", options.convert.package_folders,
-                     "folder that holds packages, for package:// in URDF; may be given several times")
+      app.add_option(
+             "--package-path", options.convert.package_folders,
+             "folder of packages (package:// in URDF) or of what MJCF names; may be given several times")
           ->allow_extra_args(false)
           ->check(CLI::ExistingDirectory);
   app.add_option("--listen", options.listen,

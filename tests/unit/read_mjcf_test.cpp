@@ -167,10 +167,89 @@ TEST_F(Mjcf, WhatIsWrongIsToldWithTheFilesName) {
             std::string::npos);
 }
 
+// A model of a stranger's names files of ours: none of them is read, however its name is disguised.
+TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
+  namespace fs = std::filesystem;
+  const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
+  fs::create_directories(model / "assets");
+  fs::create_directories(ours);
+  constexpr std::string_view kTetrahedron =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const auto write = [&](const char* name, const std::string& text) {
+    return folder_.write(name, std::string_view(text));
+  };
+  write("ours/t.obj", std::string(kTetrahedron));
+  write("ours/key.mtl", "newmtl secret\n");
+  folder_.write("ours/skin.png", test::png(2, 2, 0x00ff00ff));
+  write("ours/parts.xml", "<mujoco><option/></mujoco>");
+  fs::create_symlink(ours, model / "link");
+  fs::create_symlink(ours / "t.obj", model / "link.obj");
+  const std::string library = "mtllib own.mtl ";
+  const auto mesh = [](const std::string& file) {
+    return "<asset><mesh name='m' file='" + file + "'/></asset>";
+  };
+  const auto texture = [](const std::string& attribute, const std::string& file, const char* type) {
+    return "<asset><texture name='t' type='" + std::string(type) + "' " + attribute + "='" + file +
+           "'/></asset>";
+  };
+  const auto folder = [](const char* which, const std::string& where) {
+    return "<compiler " + std::string(which) + "='" + where + "'/>";
+  };
+  write("model/above.obj", library + "../ours/key.mtl\n" + std::string(kTetrahedron));
+  write("model/late.OBJ", std::string(kTetrahedron) + "\r \tmtllib\tlink/key.mtl\r\n");
+  write("model/sub.xml", "<mujoco>" + mesh("../ours/t.obj") + "</mujoco>");
+  const struct {
+    std::string text, named;
+  } cases[] = {
+      {mesh("../ours/t.obj"), "ours/t.obj"},
+      {mesh((ours / "t.obj").string()), "ours/t.obj"},
+      {mesh("link/t.obj"), "link/t.obj"},
+      {mesh("link.obj"), "link.obj"},
+      {mesh("assets/../../ours/t.obj"), "ours/t.obj"},
+      {folder("meshdir", "../ours") + mesh("t.obj"), "ours/t.obj"},
+      {folder("meshdir", ours.string()) + mesh("t.obj"), "ours/t.obj"},
+      {folder("meshdir", "link") + mesh("t.obj"), "link/t.obj"},
+      {"<compiler strippath='true' meshdir='link'/>" + mesh("C:\\robot\\t.obj"), "link/t.obj"},
+      {texture("file", "../ours/skin.png", "2d"), "ours/skin.png"},
+      {folder("texturedir", "assets/../link") + texture("file", "skin.png", "2d"), "link/skin.png"},
+      {texture("fileup", (ours / "skin.png").string(), "cube"), "ours/skin.png"},
+      {"<asset><hfield name='h' file='../ours/skin.png' size='1 1 1 1'/></asset>", "ours/skin.png"},
+      {"<include file='../ours/parts.xml'/>", "ours/parts.xml"},
+      {"<include file='link/parts.xml'/>", "link/parts.xml"},
+      {"<include file='sub.xml'/>", "ours/t.obj"},
+      {mesh("above.obj"), "ours/key.mtl"},
+      {mesh("late.OBJ"), "link/key.mtl"},
+  };
+  ReadOptions named;
+  named.package_folders = {ours};
+  for (const auto& [text, name] : cases) {
+    const fs::path file = write("model/model.xml", "<mujoco>" + text + "<worldbody/></mujoco>");
+    const Result<Model> read = read_mjcf(file, {});
+    ASSERT_FALSE(read.ok()) << text;
+    EXPECT_NE(read.error().message.find(name + "\", which lies outside the model's folder"),
+              std::string::npos)
+        << text << ": " << read.error().message;
+    EXPECT_NE(read.error().message.find("--package-path"), std::string::npos) << read.error().message;
+    const Result<Model> allowed = read_mjcf(file, named);
+    EXPECT_TRUE(allowed.ok()) << text << ": " << (allowed ? "" : allowed.error().message);
+  }
+  // What stays below is read, by whatever way; and where the model itself is reached by a link.
+  const fs::path below = write("model/model.xml", "<mujoco>" + folder("meshdir", "assets") +
+                                                      mesh("../late.OBJ") + "<worldbody/></mujoco>");
+  EXPECT_FALSE(read_mjcf(below, {}).ok()) << "its materials lie outside";
+  write("model/late.OBJ", library + std::string(kTetrahedron));
+  EXPECT_TRUE(read_mjcf(below, {}).ok());
+  // Trees of links, as package managers make them: the model's own place counts beside the link's.
+  fs::create_directories(folder_.path() / "tree/assets");
+  fs::create_symlink(below, folder_.path() / "tree/model.xml");
+  fs::create_symlink(model / "late.OBJ", folder_.path() / "tree/late.OBJ");
+  EXPECT_TRUE(read_mjcf(folder_.path() / "tree/model.xml", {}).ok());
+}
+
 #else
 
 TEST_F(Mjcf, WithoutMuJoCoTheErrorSaysHowToGetIt) {
-  const auto model = try_read("<mujoco/>");
+  const auto model = try_read("<mujoco><option/></mujoco>");
   ASSERT_FALSE(model.ok());
   EXPECT_NE(model.error().message.find("libmujoco-dev"), std::string::npos);
 }

@@ -5,8 +5,8 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 fire3dv_library(fire3dv_mesh_files
-  SOURCES import_files.cpp local_files.cpp mesh_child.cpp mesh_files.cpp mesh_import.cpp surface_builder.cpp
-  LINK fire3dv_convert_model PkgConfig::assimp)
+  SOURCES import_files.cpp mesh_child.cpp mesh_files.cpp mesh_import.cpp surface_builder.cpp
+  LINK fire3dv_convert_model fire3dv_local_files PkgConfig::assimp)
 
 find_package(yaml-cpp REQUIRED)
 fire3dv_library(fire3dv_adf

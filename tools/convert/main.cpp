@@ -159,7 +159,7 @@ int main(int argc, char** argv) {
   app.add_flag("--all", options.read.launch_all, "all models of an AMBF launch file")->excludes(launch);
   app.add_option("--ns", options.read.name_space, "AMBF's namespace, before all names");
   app.add_option("--package-path", options.package_folders,
-                 "folder that holds packages, for package:// in URDF; may be given several times")
+                 "folder of packages (package:// in URDF) or of what MJCF names; may be given several times")
       ->allow_extra_args(false);
   app.add_flag("--geoms", options.read.geoms_apart,
                "MJCF: a node for each geom, so that edits and labels tell them apart");

@@ -235,7 +235,7 @@ void add_mjcf(const mjModel& compiled, const mjData& posed, const ReadOptions& o
 
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
-  Result<Sources> files = mjcf_files(file);
+  Result<Sources> files = mjcf_files(file, options.package_folders);
   if (!files) return files.error();
   model.sources = std::move(*files);
   model.name = file.stem().string();

@@ -1,8 +1,8 @@
 // One function for each kind of description. Each warns of what it can do without (Model::warnings) and
 // fails, naming file, line where it is known and remedy, where nothing can be shown. A description
 // may name meshes anywhere; images are read only below the folders of the mesh that names them, of the
-// description (URDF: and of its packages) and those that the user has named. What MJCF names libmujoco opens,
-// wherever it lies. Regular files alone are opened.
+// description (URDF: and of its packages) and those that the user has named. All that MJCF names must lie
+// below its folder and those. Regular files alone are opened.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ struct ReadOptions {
   std::vector<size_t> launch_indices;
   bool launch_all = false;
   std::string name_space;  // AMBF's --ns
-  // Where package:// URIs of URDF lead: folders that hold packages, or are packages.
+  // Where package:// URIs of URDF lead: folders that hold packages, or are packages. And what else a
+  // description may read.
   std::vector<std::filesystem::path> package_folders;
   // Of all meshes together, and of AMBF's files together: what is over is left out, and that is said.
   size_t most_triangles = 20'000'000;

@@ -1,0 +1,80 @@
+#include "adapters/mujoco/image_names.h"
+
+#include <array>
+#include <charconv>
+
+#include "renderer/scene/files.h"
+
+namespace fire3dv::mujoco {
+namespace {
+
+constexpr std::array kPlanes{
+    PlaneName{FIRE3DV_IMAGE_COLOR_LINEAR_F16, "linear", "<f2", 4, 8},
+    PlaneName{FIRE3DV_IMAGE_DEPTH_F32, "depth", "<f4", 1, 4},
+    PlaneName{FIRE3DV_IMAGE_INSTANCE_U32, "instance", "<u4", 1, 4},
+    PlaneName{FIRE3DV_IMAGE_SEMANTIC_U32, "semantic", "<u4", 1, 4},
+    PlaneName{FIRE3DV_IMAGE_NORMAL, "normal", "<f2", 4, 8},
+    PlaneName{FIRE3DV_IMAGE_MOTION, "motion", "<f4", 2, 8},
+};
+
+// 0: no output is called so.
+uint32_t output_of(std::string_view name) {
+  if (name == "color") return FIRE3DV_IMAGE_COLOR_SRGB8;
+  if (name == "boxes2d") return FIRE3DV_IMAGE_BOXES2D;
+  if (name == "boxes3d") return FIRE3DV_IMAGE_BOXES3D;
+  for (const PlaneName& plane : kPlanes)
+    if (name == plane.name) return plane.output;
+  return 0;
+}
+
+// "320x240" and nothing else.
+bool parse_size(std::string_view text, uint32_t& width, uint32_t& height) {
+  const char* const end = text.data() + text.size();
+  const auto [cross, width_error] = std::from_chars(text.data(), end, width);
+  if (width_error != std::errc() || cross == end || *cross != 'x') return false;
+  const auto [rest, height_error] = std::from_chars(cross + 1, end, height);
+  return height_error == std::errc() && rest == end;
+}
+
+}  // namespace
+
+const PlaneName* plane_name(uint32_t output) {
+  for (const PlaneName& plane : kPlanes)
+    if (plane.output == output) return &plane;
+  return nullptr;
+}
+
+Result<uint32_t> image_outputs(std::string_view text) {
+  uint32_t bits = 0;
+  while (true) {
+    const size_t comma = text.find(',');
+    const std::string_view name = text.substr(0, comma);
+    const uint32_t bit = output_of(name);
+    if (bit == 0)
+      return Error{scene::quote(name) +
+                   " is none of color, linear, depth, instance, semantic, normal, motion, boxes2d, boxes3d"};
+    if (bits & bit) return Error{scene::quote(name) + " stands there twice"};
+    bits |= bit;
+    if (comma == text.npos) return bits;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+Result<ImageWish> image_wish(const std::string& text) {
+  constexpr uint32_t kMostSide = 8192;  // SPEC.md section 13
+  ImageWish wish;
+  wish.camera = text;
+  const size_t colon = text.rfind(':');
+  uint32_t width = 0, height = 0;
+  if (colon != text.npos && parse_size(std::string_view(text).substr(colon + 1), width, height)) {
+    if (width == 0 || height == 0 || width > kMostSide || height > kMostSide)
+      return Error{scene::quote(text) + ": sides are 1 to " + std::to_string(kMostSide) + " pixels"};
+    wish.camera = text.substr(0, colon);
+    wish.width = width;
+    wish.height = height;
+  }
+  if (wish.camera.empty()) return Error{scene::quote(text) + " names no camera"};
+  return wish;
+}
+
+}  // namespace fire3dv::mujoco

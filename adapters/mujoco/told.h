@@ -1,0 +1,22 @@
+// The client's exceptions end here, as sentences that say what was tried with which URI.
+#pragma once
+
+#include <fire3dv/client.hpp>
+
+#include <string>
+
+#include "protocol/error.h"
+
+namespace fire3dv::mujoco {
+
+template <typename Call>
+Result<void> told(const char* what, const std::string& uri, Call&& call) {
+  try {
+    call();
+  } catch (const ClientError& error) {
+    return Error{std::string(what) + " " + uri + ": " + error.what()};
+  }
+  return {};
+}
+
+}  // namespace fire3dv::mujoco

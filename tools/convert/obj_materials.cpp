@@ -1,0 +1,62 @@
+#include "tools/convert/obj_materials.h"
+
+#include <strings.h>
+
+#include <string_view>
+
+#include "renderer/scene/files.h"
+
+namespace fire3dv::convert {
+namespace {
+
+// Of "a\ b.mtl c.mtl": "a\", "b.mtl", "c.mtl", and "a b.mtl", "c.mtl".
+void add_names(std::string_view line, std::vector<std::string>& names) {
+  for (const bool escapes : {false, true}) {
+    std::string name;
+    const auto keep = [&] {
+      if (!name.empty()) names.push_back(std::move(name));
+      name.clear();
+    };
+    for (size_t i = 0; i < line.size(); ++i) {
+      if (escapes && line[i] == '\\' && i + 1 < line.size())
+        name += line[++i];
+      else if (line[i] == ' ')
+        keep();
+      else
+        name += line[i];
+    }
+    keep();
+  }
+}
+
+}  // namespace
+
+bool is_obj(const std::filesystem::path& file) {
+  return strcasecmp(file.extension().c_str(), ".obj") == 0;
+}
+
+Result<std::vector<std::string>> obj_material_files(const std::filesystem::path& file) {
+  constexpr uint64_t kMostBytes = uint64_t{4} << 30;
+  constexpr size_t kMostNames = 1000;
+  constexpr std::string_view kWord = "mtllib";
+  std::vector<std::string> names;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return names;
+  const Result<scene::Bytes> bytes = scene::read_file(file, kMostBytes);
+  if (!bytes) return bytes.error();
+  const std::string_view text(reinterpret_cast<const char*>(bytes->view().data()), bytes->view().size());
+  for (size_t at = text.find(kWord); at != text.npos; at = text.find(kWord, at + 1)) {
+    size_t begin = at;
+    while (begin > 0 && (text[begin - 1] == ' ' || text[begin - 1] == '\t')) --begin;
+    if (begin > 0 && text[begin - 1] != '\n' && text[begin - 1] != '\r') continue;  // in the midst of a line
+    const std::string_view rest = text.substr(at + kWord.size());
+    if (rest.empty() || (rest[0] != ' ' && rest[0] != '\t')) continue;
+    add_names(rest.substr(1, rest.find_first_of("\r\n") - 1), names);
+    if (names.size() > kMostNames)
+      return Error{scene::quote(file.string()) + " names more than " + std::to_string(kMostNames) +
+                   " files of materials"};
+  }
+  return names;
+}
+
+}  // namespace fire3dv::convert
