@@ -4,7 +4,31 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "renderer/passes/boxes.h"
+#include "renderer/scene/bounds.h"
+
 namespace fire3dv::app {
+namespace {
+
+// Around what is shown of the node and of all below it, as they stand now.
+scene::Box shown_box(const scene::Scene& scene, const state::PoseState& poses, uint32_t top) {
+  scene::Box box;
+  for (const passes::Box3d& shown : passes::boxes_of_instances(scene, poses)) {
+    uint32_t node = shown.instance - 1;  // the plane of instances has 0 for the background
+    while (node != scene::kNone && node != top) node = scene.nodes[node].parent;
+    if (node != top) continue;
+    const std::array<float, 12>& m = shown.world_from_box;
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::vec4 at((corner & 1) - 0.5f, (corner >> 1 & 1) - 0.5f, (corner >> 2) - 0.5f, 1);
+      box.add({glm::dot(glm::vec4(m[0], m[1], m[2], m[3]), at),
+               glm::dot(glm::vec4(m[4], m[5], m[6], m[7]), at),
+               glm::dot(glm::vec4(m[8], m[9], m[10], m[11]), at)});
+    }
+  }
+  return box;
+}
+
+}  // namespace
 
 Result<CameraRig> CameraRig::create(const scene::Scene& scene, const std::string& name) {
   CameraRig rig(scene);
@@ -105,12 +129,18 @@ void CameraRig::pan(const state::PoseState& poses, float right_fraction, float u
   world_from_free_[3] += glm::vec4(move, 0);
 }
 
-void CameraRig::zoom(const state::PoseState& poses, float factor) {
+void CameraRig::zoom(const state::PoseState& poses, float factor, const glm::vec2& at_ndc,
+                     float image_aspect) {
   let_go(poses);
-  const glm::vec3 center = focus();
-  focus_distance_m_ =
+  const passes::View seen = view(poses, image_aspect);
+  const glm::vec3 eye(world_from_free_[3]), forward = -glm::vec3(world_from_free_[2]);
+  const glm::vec3 ray =
+      seen.world_from_ndc_x * at_ndc.x + seen.world_from_ndc_y * at_ndc.y + seen.world_from_ndc_origin;
+  const glm::vec3 kept = eye + ray * (focus_distance_m_ / glm::dot(ray, forward));
+  const float distance =
       std::clamp(focus_distance_m_ * factor, 1e-4f * scene_radius_m(), 1e3f * scene_radius_m());
-  world_from_free_[3] = glm::vec4(center + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
+  world_from_free_[3] = glm::vec4(kept + (eye - kept) * (distance / focus_distance_m_), 1);
+  focus_distance_m_ = distance;
 }
 
 void CameraRig::fly(const state::PoseState& poses, const glm::vec3& camera_direction, float distance_m) {
@@ -128,6 +158,33 @@ void CameraRig::frame_all(float image_aspect) {
   framed_ = true;
   const state::PoseState at_rest(*scene_);
   (void)view(at_rest, image_aspect);
+}
+
+void CameraRig::frame_node(const state::PoseState& poses, uint32_t node, float image_aspect) {
+  if (node >= scene_->nodes.size()) return;
+  let_go(poses);
+  (void)view(poses, image_aspect);  // a free camera that has not been placed yet is now
+  scene::Box box = shown_box(*scene_, poses, node);
+  const glm::vec3 origin(poses.world_from_node(node)[3]);
+  if (box.empty()) box.add(origin);
+  const glm::vec3 middle = 0.5f * (box.low + box.high);
+  const float radius = std::max(0.5f * glm::length(box.high - box.low), 0.01f * scene_radius_m());
+  const float half_fov = 0.5f * free_camera_.vertical_fov_rad;
+  const float half_width = std::atan(std::tan(half_fov) * std::max(image_aspect, 1e-3f));
+  constexpr float kRoom = 1.2f;
+  focus_distance_m_ = kRoom * radius / std::sin(std::min(half_fov, half_width));
+  world_from_free_[3] = glm::vec4(middle + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
+}
+
+void CameraRig::follow(const state::PoseState& poses, uint32_t node) {
+  if (node >= scene_->nodes.size()) {
+    followed_ = scene::kNone;
+    return;
+  }
+  const glm::vec3 at(poses.world_from_node(node)[3]);
+  if (followed_ == node && is_free() && !framed_) world_from_free_[3] += glm::vec4(at - followed_at_, 0);
+  followed_ = node;
+  followed_at_ = at;
 }
 
 float CameraRig::scene_radius_m() const {

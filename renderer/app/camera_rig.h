@@ -32,15 +32,23 @@ class CameraRig {
   void orbit(const state::PoseState& poses, float yaw_rad, float pitch_rad);
   void pan(const state::PoseState& poses, float right_fraction,
            float up_fraction);  // of the distance to the focus
-  void zoom(const state::PoseState& poses, float factor);
+  // at_ndc: the point of the image (Vulkan's: -1 to 1, y down) that stays where it is, at the focus' depth.
+  void zoom(const state::PoseState& poses, float factor, const glm::vec2& at_ndc, float image_aspect);
   void fly(const state::PoseState& poses, const glm::vec3& camera_direction, float distance_m);
-  void select(size_t scene_camera);  // by order; out of range: nothing
+  void select(size_t scene_camera);            // by order; out of range: nothing
+  void let_go(const state::PoseState& poses);  // free from here on
   void frame_all(float image_aspect);
+  // Looks at the middle of what is shown of this node and those below it, from the side where it is; where
+  // nothing is, at the node.
+  void frame_node(const state::PoseState& poses, uint32_t node, float image_aspect);
+  // Once a frame: a free camera moves as the node has moved since the last call. kNone: none is followed.
+  void follow(const state::PoseState& poses, uint32_t node);
+  bool is_free() const { return node_ == scene::kNone; }
+  uint32_t node() const { return node_; }  // of the scene's camera; kNone: free
   float scene_radius_m() const;
 
  private:
   explicit CameraRig(const scene::Scene& scene) : scene_(&scene) {}
-  void let_go(const state::PoseState& poses);
   glm::vec3 focus() const;
   const scene::Camera& scene_camera() const;  // of the node
 
@@ -51,6 +59,8 @@ class CameraRig {
   mutable bool framed_ = true;  // free and still to be framed for the image's aspect
   mutable glm::mat4 world_from_free_{1};
   mutable float focus_distance_m_ = 1;
+  uint32_t followed_ = scene::kNone;
+  glm::vec3 followed_at_{0};
 };
 
 }  // namespace fire3dv::app

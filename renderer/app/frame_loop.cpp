@@ -59,7 +59,7 @@ bool stop_was_requested() {
 
 FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
                      StreamIntake& intake, LiveScene& scene, state::AnimationPlayer* animations,
-                     CameraRig& camera, sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats,
+                     CameraRig& camera, sinks::FrameSink& sink, WindowView* window, FrameStats& stats,
                      const Options& options)
     : device_(device),
       poses_(poses),
@@ -81,7 +81,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       progress_("images:") {
   VkExtent2D extent{options.width, options.height};
   if (window) taken_.color_srgb8 = true;
-  if (window && !window->minimized()) extent = window->framebuffer_extent();
+  if (window) extent = window->image_extent();
   own_extent_ = extent;
   renderer_.set_size(extent);
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
@@ -135,6 +135,8 @@ Result<void> FrameLoop::run() {
   }
   device_.wait(device_.last_submitted());
   if (Result<void> delivered = deliver(); !delivered) return delivered;
+  if (window_) window_->finish();
+  say_notes();
   if (Result<void> finished = sink_.finish(); !finished) return finished;
   if (first_finished_) stats_.note_start("first image", milliseconds(*first_finished_ - options_.begun));
   return stats_.finish();
@@ -147,6 +149,8 @@ void FrameLoop::say_notes() {
   say(intake_.take_notes());
   say(scene_.take_notes());
   if (recording_) say(recording_->take_notes());
+  if (window_) say(window_->take_notes());
+  if (next_) say(next_->take_notes());
 }
 
 // With no image of our own: a frame has been shown when what was asked of it is drawn.
@@ -167,8 +171,9 @@ bool FrameLoop::take_in() {
   return came || released;
 }
 
-bool FrameLoop::done() const {
+bool FrameLoop::done() {
   if (stop_requested || (window_ && window_->should_close())) return true;
+  if (next_ && next_->is_ready()) return true;
   if (options_.frames && images_ >= options_.frames) return true;
   if (!options_.exit_when_done || intake_.active_streams() != 0) return false;
   // A recording may have streams that come when others have gone, or none at all.
@@ -176,25 +181,9 @@ bool FrameLoop::done() const {
 }
 
 void FrameLoop::steer() {
-  window_->poll_events();
-  const VkExtent2D extent = window_->framebuffer_extent();
-  if (extent.width == 0 || extent.height == 0) return;
-  own_extent_ = extent;
-  const sinks::WindowInput input = window_->take_input();
-  const float height = static_cast<float>(extent.height);
-  constexpr float kOrbitRadPerHeight = 3.0f;
-  if (input.camera) camera_.select(*input.camera);
-  if (input.frame_all) camera_.frame_all(static_cast<float>(extent.width) / height);
-  if (input.orbit_px != glm::vec2(0)) {
-    camera_.orbit(poses_, -input.orbit_px.x / height * kOrbitRadPerHeight,
-                  input.orbit_px.y / height * kOrbitRadPerHeight);
-  }
-  if (input.pan_px != glm::vec2(0)) camera_.pan(poses_, -input.pan_px.x / height, input.pan_px.y / height);
-  if (input.scroll != 0) camera_.zoom(poses_, std::pow(0.85f, input.scroll));
-  if (input.fly != glm::vec3(0)) {
-    const float seconds = static_cast<float>(milliseconds_since(last_image_) * 1e-3);
-    camera_.fly(poses_, input.fly, 0.5f * camera_.scene_radius_m() * std::min(seconds, 0.1f));
-  }
+  window_->steer();
+  if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
+    next_->open(*file);
 }
 
 void FrameLoop::animate() {
@@ -204,6 +193,7 @@ void FrameLoop::animate() {
 }
 
 void FrameLoop::draw() {
+  if (window_) own_extent_ = window_->image_extent();
   const VkExtent2D extent = own_extent_;
   if (renderer_.extent().width != extent.width || renderer_.extent().height != extent.height)
     renderer_.set_size(extent);
@@ -217,18 +207,13 @@ void FrameLoop::draw() {
   if (taken_.color_srgb8)
     renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
   if (wants_pixels()) read_back(recorder, {images_, view.camera, shown, {}});
-  if (window_) {
-    window_->record(recorder, renderer_.image());
-    const uint64_t done_at = frames_.submit(window_->waits(), window_->signals());
-    window_->present();
-    readback_.submitted(done_at);
-    unacknowledged_.emplace_back(done_at, shown);
-  } else {
-    const uint64_t done_at = frames_.submit();
-    readback_.submitted(done_at);
-    unacknowledged_.emplace_back(done_at, shown);
-  }
+  if (window_) window_->record(recorder, frames_.belt(), {images_, view.camera, shown});
+  const uint64_t done_at = window_ ? frames_.submit(window_->waits(), window_->signals()) : frames_.submit();
+  if (window_) window_->present(done_at);
+  readback_.submitted(done_at);
+  unacknowledged_.emplace_back(done_at, shown);
   note_cost(shown, begun);
+  if (window_) window_->draw_others();
   images_++;
 }
 
@@ -267,6 +252,7 @@ Result<void> FrameLoop::deliver() {
   });
   if (!result) return result;
   image_service_.deliver();
+  if (window_) window_->deliver();
   const uint64_t done = device_.completed();
   if (!unacknowledged_.empty() && unacknowledged_.front().first <= done && !first_finished_) {
     first_finished_ = Clock::now();

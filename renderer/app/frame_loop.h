@@ -16,12 +16,13 @@
 #include "renderer/app/progress.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
+#include "renderer/app/show.h"
 #include "renderer/app/stream_intake.h"
+#include "renderer/app/window_view.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/readback_belt.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
-#include "renderer/sinks/window.h"
 #include "renderer/state/animation.h"
 
 namespace fire3dv::app {
@@ -39,13 +40,15 @@ class FrameLoop {
   // All is borrowed. The renderer has its scene. window may be null; so may animations, where none play.
   FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
             StreamIntake& intake, LiveScene& scene, state::AnimationPlayer* animations, CameraRig& camera,
-            sinks::FrameSink& sink, sinks::Window* window, FrameStats& stats, const Options& options);
+            sinks::FrameSink& sink, WindowView* window, FrameStats& stats, const Options& options);
 
   // Borrowed; null: nobody wants to know. Before run().
   void report_to(RendererMetrics* metrics) { metrics_ = metrics; }
   // Borrowed; null: nothing is replayed, or recorded. Before run().
   void follow(replay::TimelineControl* timeline) { timeline_ = timeline; }
   void record_with(Recording* recording) { recording_ = recording; }
+  // Ends run() when it is ready.
+  void go_on_with(NextShow* next) { next_ = next; }
   Result<void> run();
   uint64_t images() const { return images_; }
 
@@ -56,10 +59,10 @@ class FrameLoop {
     std::vector<state::FrameTag> shown;
     TakenPlanes planes;
   };
-  bool done() const;
+  bool done();
   void say_notes();
   bool take_in();  // what adapters have sent; true when there is a pose frame to show
-  void steer();    // the window's input
+  void steer();    // by the user
   void animate();
   void draw();
   void read_back(gpu::Recorder& recorder, ImageTag tag);
@@ -78,11 +81,12 @@ class FrameLoop {
   AnimationClock animation_clock_;
   CameraRig& camera_;
   sinks::FrameSink& sink_;
-  sinks::Window* window_;
+  WindowView* window_;
   FrameStats& stats_;
   RendererMetrics* metrics_ = nullptr;
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
+  NextShow* next_ = nullptr;
   const Options& options_;
 
   gpu::FrameRing frames_;

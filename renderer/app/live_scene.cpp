@@ -28,12 +28,19 @@ void LiveScene::keep_playing(std::optional<state::AnimationPlayer>& player,
   animations_ = std::move(animations);
 }
 
+void LiveScene::set_user_edits(const UserEdits& edits) {
+  if (edits == user_) return;
+  user_ = edits;
+  user_changed_ = true;
+}
+
 bool LiveScene::follow() {
   const bool built = !build_.idle() && show_built();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
   // Who moves a node decides whose edits of it count.
   const bool rebound = bindings_seen_ != poses_.binding_revision();
-  if (!built && changes.empty() && (book_.empty() || !rebound)) return false;
+  if (!built && !user_changed_ && changes.empty() && (book_.empty() || !rebound)) return false;
+  user_changed_ = false;
   bindings_seen_ = poses_.binding_revision();
   book_.take(std::move(changes));
   std::vector<state::WantedNode> wanted = book_.wanted_nodes();
@@ -55,7 +62,9 @@ void LiveScene::resolve(const std::vector<state::WantedNode>& wanted) {
     const uint32_t index = stays ? scene::kNone : poses_.names().find(node.name);
     if (index != scene::kNone) edits[index].removed = true;
   }
-  edits_.set(scene(), std::move(edits));
+  for (const uint32_t node : user_.hidden) edits[node].hidden = true;
+  for (const auto& [node, light] : user_.lights) edits[node].light = light;
+  edits_.set(scene(), std::move(edits), user_.isolated);
 }
 
 void LiveScene::build_if_other(std::vector<state::WantedNode> wanted) {
@@ -75,6 +84,7 @@ bool LiveScene::show_built() {
   if (!built->scene && !merged_) return true;  // all was refused
   // The old one goes when nobody looks at it any more; its copy on the GPU retires with the frames in flight.
   const std::unique_ptr<const scene::LoadedScene> before = std::exchange(merged_, std::move(built->scene));
+  if (on_replaced_) on_replaced_(before ? before->scene : base_.scene, scene());
   renderer_.set_scene(scene(), shown().derived);
   poses_.set_scene(scene());
   camera_.set_scene(scene());

@@ -2,8 +2,11 @@
 // what is added to it is made aside, and replaces the scene between two frames.
 #pragma once
 
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +20,14 @@
 
 namespace fire3dv::app {
 
+// What the user changes of it, beside what streams do. By nodes of the scene that is shown.
+struct UserEdits {
+  std::set<uint32_t> hidden;                // with what is below them
+  uint32_t isolated = scene::kNone;         // only this one and what is below it is drawn
+  std::map<uint32_t, scene::Light> lights;  // instead of the file's and of streams'
+  bool operator==(const UserEdits&) const = default;
+};
+
 class LiveScene {
  public:
   // All is borrowed, and of this scene.
@@ -25,6 +36,12 @@ class LiveScene {
 
   // Plays on when the scene is replaced. These are of the file, and outlive this.
   void keep_playing(std::optional<state::AnimationPlayer>& player, std::vector<uint32_t> animations);
+
+  // For whoever keeps numbers of nodes: called before the old scene goes.
+  using Replaced = std::function<void(const scene::Scene& before, const scene::Scene& after)>;
+  void tell_replaced(Replaced replaced) { on_replaced_ = std::move(replaced); }
+  // Is in effect after the next follow().
+  void set_user_edits(const UserEdits& edits);
 
   // Between two frames: does what streams have asked for since the last call. Returns true when there is a
   // new pose frame to show, which had waited for that.
@@ -60,6 +77,9 @@ class LiveScene {
   std::vector<uint32_t> animations_;
   state::EditBook book_;
   scene::SceneEdits edits_;
+  UserEdits user_;
+  bool user_changed_ = false;
+  Replaced on_replaced_;
   uint64_t bindings_seen_ = 0, replaced_ = 0;
   Contents contents_;                     // of what is shown
   std::vector<state::WantedNode> added_;  // to it

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -77,6 +78,24 @@ gpu::AsyncCompute async_compute_named(const std::string& name) {
   return gpu::AsyncCompute::automatic;
 }
 
+// A sentence where it is wrong.
+std::optional<std::string> take_window_options(const std::string& stereo, const std::string& present,
+                                               Options& options) {
+  if (present == "mailbox") options.present = sinks::Present::mailbox;
+  if (present == "immediate") options.present = sinks::Present::immediate;
+  constexpr size_t kMostWindows = 16;
+  if (options.window_cameras.size() > kMostWindows)
+    return "--window: " + std::to_string(kMostWindows) + " windows at most";
+  if (!options.window_cameras.empty()) options.camera = options.window_cameras.front();
+  if (stereo.empty()) return std::nullopt;
+  const size_t comma = stereo.find(',');
+  if (comma == 0 || comma == std::string::npos || comma + 1 == stereo.size())
+    return "--stereo " + stereo + ": must be two cameras, such as left,right";
+  options.camera = stereo.substr(0, comma);
+  options.right_camera = stereo.substr(comma + 1);
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene) {
@@ -148,7 +167,24 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
                "draw nothing but the images that simulators ask for; with --headless and --listen");
   std::string size = "1280x720";
   app.add_option("--size", size, "image size, WxH")->capture_default_str();
-  app.add_option("--camera", options.camera, "camera by node or camera name");
+  CLI::Option* const camera = app.add_option("--camera", options.camera, "camera by node or camera name");
+  CLI::Option* const windows =
+      app.add_option("--window", options.window_cameras,
+                     "a window with this camera; given several times, several windows")
+          ->type_name("CAMERA")
+          ->allow_extra_args(false);
+  std::string stereo;
+  app.add_option("--stereo", stereo, "two cameras side by side in one window")->type_name("LEFT,RIGHT");
+  std::string present = "vsync";
+  app.add_option("--present", present,
+                 "when the window shows an image: vsync, in step with the display; mailbox, the newest then; "
+                 "immediate, at once, which may tear")
+      ->check(CLI::IsMember({"vsync", "mailbox", "immediate"}))
+      ->capture_default_str();
+  CLI::Option* const screenshots =
+      app.add_option("--screenshots", options.screenshots,
+                     "folder of the screenshots and videos that the window's keys P and V take")
+          ->capture_default_str();
   app.add_option("--assets", options.assets,
                  "folder of glTF files that streams may add to the scene by name; without it none is read")
       ->check(CLI::ExistingDirectory);
@@ -312,6 +348,11 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (options.on_request && options.frames != 0)
     return usage_error(
         "--frames counts images that are drawn unasked, and --on-request draws none: leave one out");
+  if (const auto wrong = take_window_options(stereo, present, options)) return usage_error(*wrong);
+  if (options.headless && (!stereo.empty() || windows->count() > 0 || screenshots->count() > 0))
+    return usage_error("--window, --stereo and --screenshots need a window: leave --headless out");
+  if ((camera->count() > 0) + (windows->count() > 0) + !stereo.empty() > 1)
+    return usage_error("--camera, --window and --stereo exclude one another");
   options.raster = passes::raster_path_named(raster);
   options.cull = passes::cull_named(cull);
   options.levels_of_detail = passes::levels_of_detail_named(levels_of_detail);

@@ -13,6 +13,7 @@
 #include "renderer/app/recording_options.h"
 #include "renderer/passes/environment.h"
 #include "renderer/passes/scene_renderer.h"
+#include "renderer/sinks/window.h"
 
 namespace fire3dv::app {
 
@@ -32,6 +33,10 @@ struct Options {
   bool headless = false;
   bool on_request = false;  // draws nothing but images that simulators ask for
   uint32_t width = 1280, height = 720;
+  sinks::Present present = sinks::Present::vsync;
+  std::vector<std::string> window_cameras;  // of each window, beginning with the first; empty: one, by camera
+  std::string right_camera;                 // beside camera in the same window; empty: none
+  std::filesystem::path screenshots = ".";  // folder of what the user takes
   std::string camera;            // node or camera name; empty: the scene's first, or one that frames it
   uint64_t frames = 0;           // 0 = until told to stop
   bool exit_when_done = false;   // end when the last stream has ended

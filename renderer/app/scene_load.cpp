@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <stdexcept>
 
 #include "renderer/app/progress.h"
 #include "renderer/scene/load_gltf.h"
@@ -62,6 +63,7 @@ Result<scene::LoadedScene> SceneLoad::load() {
 Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
   const scene::LoadLimits limits;
   const scene::LoadProgress progress = [this](const char* stage, size_t done, size_t total) {
+    if (should_stop_ && should_stop_()) throw std::runtime_error("it was told to stop");
     note(stage, done, total);
   };
   try {
@@ -93,11 +95,20 @@ bool SceneLoad::has_failed() const {
   return result_ && !result_->ok();
 }
 
-Result<const scene::LoadedScene*> SceneLoad::wait() {
+bool SceneLoad::is_done() const {
+  const std::lock_guard lock(mutex_);
+  return result_.has_value();
+}
+
+Result<const scene::LoadedScene*> SceneLoad::wait(const std::function<void()>& meanwhile) {
   Progress progress("loading " + path_.filename().string() + ":");
   std::unique_lock lock(mutex_);
   while (!changed_.wait_for(lock, std::chrono::milliseconds(100), [this] { return result_.has_value(); })) {
     progress.update(stage_, done_, total_);
+    if (!meanwhile) continue;
+    lock.unlock();
+    meanwhile();
+    lock.lock();
   }
   if (!result_->ok()) return result_->error();
   return &**result_;

@@ -19,14 +19,16 @@ namespace fire3dv::app {
 
 class SceneLoad {
  public:
-  // Begins. should_stop: ends a conversion early.
+  // Begins. should_stop: ends it early; asked on the thread that loads.
   SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert, scene::SceneCacheSettings cache,
             scene::Levels levels, std::function<bool()> should_stop = {});
 
   // Whether take() would report an error, as far as is known by now: then nothing else has to be begun.
   bool has_failed() const;
-  // Waits, and says meanwhile how far it is. The scene stays for as long as this object does.
-  Result<const scene::LoadedScene*> wait();
+  bool is_done() const;  // wait() does not wait
+  // Waits, and says meanwhile how far it is. meanwhile: called several times a second. The scene stays for as
+  // long as this object does.
+  Result<const scene::LoadedScene*> wait(const std::function<void()>& meanwhile = {});
   // After wait(): what there is to say about the cache and a conversion, and whether the scene came out of
   // it.
   const std::vector<std::string>& notes() const { return notes_; }

@@ -36,11 +36,22 @@ std::vector<bool> with_all_below(const Scene& scene, const NodeEdits& edits, con
   return marked;
 }
 
+void hide_all_but(const Scene& scene, uint32_t isolated, std::vector<bool>& hidden) {
+  hidden.resize(scene.nodes.size(), false);
+  std::vector<bool> shown(scene.nodes.size(), false);
+  for (uint32_t node = 0; node < shown.size(); ++node) {
+    const uint32_t parent = scene.nodes[node].parent;
+    shown[node] = node == isolated || (parent != kNone && shown[parent]);
+    if (!shown[node]) hidden[node] = true;
+  }
+}
+
 }  // namespace
 
-void SceneEdits::set(const Scene& scene, NodeEdits edits) {
+void SceneEdits::set(const Scene& scene, NodeEdits edits, uint32_t isolated) {
   std::vector<bool> hidden =
       with_all_below(scene, edits, [](const NodeEdit& e) { return e.hidden || e.removed; });
+  if (isolated < scene.nodes.size()) hide_all_but(scene, isolated, hidden);
   std::vector<bool> removed = with_all_below(scene, edits, [](const NodeEdit& e) { return e.removed; });
   if (hidden != hidden_) ++revisions_.visible;
   if (differs(nodes_, edits, [](const NodeEdit& e) { return e.base_color; })) ++revisions_.base_color;

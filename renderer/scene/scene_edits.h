@@ -44,12 +44,13 @@ struct PlacedLight {
 
 class SceneEdits {
  public:
-  // All that is edited from now on. The scene's nodes are those that the keys speak of.
-  void set(const Scene& scene, NodeEdits edits);
+  // All that is edited from now on. The scene's nodes are those that the keys speak of. isolated: all that is
+  // neither this node nor below it is hidden; kNone: nothing is for that.
+  void set(const Scene& scene, NodeEdits edits, uint32_t isolated = kNone);
 
   const NodeEdits& nodes() const { return nodes_; }
   const EditRevisions& revisions() const { return revisions_; }
-  // By itself or by a node above it.
+  // By itself, by a node above it, or because another one is isolated.
   bool is_hidden(uint32_t node) const { return node < hidden_.size() && hidden_[node]; }
   bool is_removed(uint32_t node) const { return node < removed_.size() && removed_[node]; }
   // Of each node; empty: none is.

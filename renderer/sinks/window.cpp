@@ -19,6 +19,75 @@ gpu::Semaphore create_semaphore(gpu::Device& device) {
   return gpu::Semaphore(device, semaphore);
 }
 
+int windows_open = 0;  // GLFW ends with the last one
+
+Key key_of(int glfw) {
+  const auto at = [&](Key first, int glfw_first) {
+    return static_cast<Key>(static_cast<int>(first) + glfw - glfw_first);
+  };
+  if (glfw >= GLFW_KEY_0 && glfw <= GLFW_KEY_9) return at(Key::digit_0, GLFW_KEY_0);
+  if (glfw >= GLFW_KEY_KP_0 && glfw <= GLFW_KEY_KP_9) return at(Key::digit_0, GLFW_KEY_KP_0);
+  if (glfw >= GLFW_KEY_A && glfw <= GLFW_KEY_Z) return at(Key::a, GLFW_KEY_A);
+  if (glfw >= GLFW_KEY_F1 && glfw <= GLFW_KEY_F12) return at(Key::f1, GLFW_KEY_F1);
+  switch (glfw) {
+    case GLFW_KEY_SPACE:
+      return Key::space;
+    case GLFW_KEY_ESCAPE:
+      return Key::escape;
+    case GLFW_KEY_ENTER:
+    case GLFW_KEY_KP_ENTER:
+      return Key::enter;
+    case GLFW_KEY_TAB:
+      return Key::tab;
+    case GLFW_KEY_BACKSPACE:
+      return Key::backspace;
+    case GLFW_KEY_INSERT:
+      return Key::insert;
+    case GLFW_KEY_DELETE:
+      return Key::remove;
+    case GLFW_KEY_LEFT:
+      return Key::left;
+    case GLFW_KEY_RIGHT:
+      return Key::right;
+    case GLFW_KEY_UP:
+      return Key::up;
+    case GLFW_KEY_DOWN:
+      return Key::down;
+    case GLFW_KEY_PAGE_UP:
+      return Key::page_up;
+    case GLFW_KEY_PAGE_DOWN:
+      return Key::page_down;
+    case GLFW_KEY_HOME:
+      return Key::home;
+    case GLFW_KEY_END:
+      return Key::end;
+    case GLFW_KEY_MINUS:
+    case GLFW_KEY_KP_SUBTRACT:
+      return Key::minus;
+    case GLFW_KEY_EQUAL:
+    case GLFW_KEY_KP_ADD:
+      return Key::equal;
+    case GLFW_KEY_LEFT_SHIFT:
+      return Key::left_shift;
+    case GLFW_KEY_RIGHT_SHIFT:
+      return Key::right_shift;
+    case GLFW_KEY_LEFT_CONTROL:
+      return Key::left_control;
+    case GLFW_KEY_RIGHT_CONTROL:
+      return Key::right_control;
+    case GLFW_KEY_LEFT_ALT:
+      return Key::left_alt;
+    case GLFW_KEY_RIGHT_ALT:
+      return Key::right_alt;
+    case GLFW_KEY_LEFT_SUPER:
+      return Key::left_super;
+    case GLFW_KEY_RIGHT_SUPER:
+      return Key::right_super;
+    default:
+      return Key::other;
+  }
+}
+
 std::string glfw_error() {
   const char* text = nullptr;
   glfwGetError(&text);
@@ -27,39 +96,56 @@ std::string glfw_error() {
 
 }  // namespace
 
-Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2D size) {
-  if (!glfwInit()) {
+Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2D size, Present present) {
+  const auto no_window = [] {
     return Error{"cannot open a window: " + glfw_error() + "; without a display, use --headless --out DIR"};
-  }
+  };
+  if (!glfwInit()) return no_window();
+  ++windows_open;
   std::unique_ptr<Window> window(new Window);
+  window->present_ = present;
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   window->window_ = glfwCreateWindow(static_cast<int>(size.width), static_cast<int>(size.height),
                                      title.c_str(), nullptr, nullptr);
-  if (!window->window_) {
-    return Error{"cannot open a window: " + glfw_error() + "; without a display, use --headless --out DIR"};
-  }
-  glfwSetWindowUserPointer(window->window_, window.get());
-  glfwGetCursorPos(window->window_, &window->cursor_x_, &window->cursor_y_);
-  glfwSetCursorPosCallback(window->window_,
-                           [](GLFWwindow* w, double x, double y) { self(w)->on_cursor(x, y); });
-  glfwSetScrollCallback(window->window_, [](GLFWwindow* w, double, double y) {
-    self(w)->input_.scroll += static_cast<float>(y);
+  if (!window->window_) return no_window();
+  GLFWwindow* const glfw = window->window_;
+  glfwSetWindowUserPointer(glfw, window.get());
+  glfwSetInputMode(glfw, GLFW_LOCK_KEY_MODS, GLFW_FALSE);
+  glfwSetCursorPosCallback(glfw, [](GLFWwindow* w, double, double) { self(w)->add_event({}); });
+  glfwSetMouseButtonCallback(glfw, [](GLFWwindow* w, int button, int action, int) {
+    if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
+    InputEvent event{.kind = InputEvent::Kind::button, .down = action == GLFW_PRESS};
+    event.button = static_cast<Button>(button);
+    self(w)->add_event(event);
   });
-  glfwSetFramebufferSizeCallback(window->window_, [](GLFWwindow* w, int, int) { self(w)->stale_ = true; });
-  glfwSetKeyCallback(window->window_, [](GLFWwindow* w, int key, int, int action, int) {
-    if (action != GLFW_PRESS) return;
-    if (key >= GLFW_KEY_1 && key <= GLFW_KEY_9)
-      self(w)->input_.camera = static_cast<size_t>(key - GLFW_KEY_1);
-    if (key == GLFW_KEY_F) self(w)->input_.frame_all = true;
-    if (key == GLFW_KEY_ESCAPE) glfwSetWindowShouldClose(w, GLFW_TRUE);
+  glfwSetScrollCallback(glfw, [](GLFWwindow* w, double x, double y) {
+    self(w)->add_event({.kind = InputEvent::Kind::wheel, .wheel = glm::vec2(x, y)});
   });
+  glfwSetKeyCallback(glfw,
+                     [](GLFWwindow* w, int key, int, int action, int) { self(w)->on_key(key, action); });
+  glfwSetCharCallback(glfw, [](GLFWwindow* w, unsigned int text) {
+    self(w)->add_event({.kind = InputEvent::Kind::text, .text = text});
+  });
+  glfwSetWindowFocusCallback(glfw, [](GLFWwindow* w, int focused) {
+    self(w)->add_event({.kind = InputEvent::Kind::focus, .down = focused != 0});
+  });
+  glfwSetCursorEnterCallback(glfw, [](GLFWwindow* w, int entered) {
+    if (!entered) self(w)->add_event({.kind = InputEvent::Kind::leave});
+  });
+  glfwSetDropCallback(glfw, [](GLFWwindow* w, int count, const char** paths) {
+    self(w)->input_.dropped.assign(paths, paths + count);
+  });
+  glfwSetFramebufferSizeCallback(glfw, [](GLFWwindow* w, int, int) { self(w)->stale_ = true; });
   return window;
 }
 
 Window::~Window() {
   detach();
+  for (GLFWcursor* cursor : cursors_) {
+    if (cursor) glfwDestroyCursor(cursor);
+  }
   if (window_) glfwDestroyWindow(window_);
-  glfwTerminate();
+  if (--windows_open == 0) glfwTerminate();
 }
 
 std::vector<const char*> Window::instance_extensions() const {
@@ -71,26 +157,36 @@ std::vector<const char*> Window::instance_extensions() const {
 Result<void> Window::attach(gpu::Instance& instance, gpu::Device& device) {
   instance_ = instance.handle();
   device_ = &device;
+  if (Result<void> created = create_surface(); !created) return created;
+  for (gpu::Semaphore& semaphore : acquired_) semaphore = create_semaphore(device);
+  return {};
+}
+
+Result<void> Window::create_surface() {
   if (glfwCreateWindowSurface(instance_, window_, nullptr, &surface_) != VK_SUCCESS) {
     return Error{"cannot draw to the window with Vulkan: " + glfw_error() + "; use --headless"};
   }
   VkBool32 supported = VK_FALSE;
-  vkGetPhysicalDeviceSurfaceSupportKHR(device.physical(), device.queue_family(), surface_, &supported);
+  vkGetPhysicalDeviceSurfaceSupportKHR(device_->physical(), device_->queue_family(), surface_, &supported);
   if (!supported) {
-    return Error{device.report().name +
+    return Error{device_->report().name +
                  " cannot present to this display; choose another with --device, or --headless"};
   }
-  for (gpu::Semaphore& semaphore : acquired_) semaphore = create_semaphore(device);
   return {};
 }
 
 void Window::detach() {
   if (!device_) return;
-  device_->wait(device_->last_submitted());
-  vkQueueWaitIdle(
-      device_->queue());  // presentations have no other sign of being over; this is the end of the window
-  rendered_.clear();
+  lose_surface();
   for (gpu::Semaphore& semaphore : acquired_) semaphore.reset();
+  device_ = nullptr;
+}
+
+void Window::lose_surface() {
+  device_->wait(device_->last_submitted());
+  vkQueueWaitIdle(device_->queue());  // presentations have no other sign of being over; this is no frame
+  rendered_.clear();
+  images_.clear();
   // The surface must outlive the swapchain, so this one object is not left to retirement.
   if (swapchain_) {
     swapchain_.reset();
@@ -98,7 +194,7 @@ void Window::detach() {
   }
   if (surface_) vkDestroySurfaceKHR(instance_, surface_, nullptr);
   surface_ = VK_NULL_HANDLE;
-  device_ = nullptr;
+  stale_ = true;
 }
 
 void Window::poll_events() {
@@ -125,33 +221,83 @@ bool Window::minimized() const {
   return extent.width == 0 || extent.height == 0 || glfwGetWindowAttrib(window_, GLFW_ICONIFIED);
 }
 
-void Window::on_cursor(double x, double y) {
-  const glm::vec2 moved(x - cursor_x_, y - cursor_y_);
-  cursor_x_ = x;
-  cursor_y_ = y;
-  const bool left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
-  const bool right = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
-  const bool middle = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
-  const bool shift = glfwGetKey(window_, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS;
-  if (right || middle || (left && shift)) {
-    input_.pan_px += moved;
-  } else if (left) {
-    input_.orbit_px += moved;
-  }
+float Window::scale() const {
+  float x = 1, y = 1;
+  glfwGetWindowContentScale(window_, &x, &y);
+  return std::clamp(std::max(x, y), 0.5f, 8.0f);
+}
+
+// Cursors are told in the display's coordinates, which are not pixels everywhere.
+void Window::add_event(InputEvent event) {
+  double x = 0, y = 0;
+  int width = 0, height = 0;
+  glfwGetCursorPos(window_, &x, &y);
+  glfwGetWindowSize(window_, &width, &height);
+  const VkExtent2D extent = framebuffer_extent();
+  if (width > 0 && height > 0)
+    event.cursor_px = glm::vec2(x * extent.width / width, y * extent.height / height);
+  const auto held = [&](int left, int right) {
+    return glfwGetKey(window_, left) == GLFW_PRESS || glfwGetKey(window_, right) == GLFW_PRESS;
+  };
+  event.modifiers = {
+      held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT), held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL),
+      held(GLFW_KEY_LEFT_ALT, GLFW_KEY_RIGHT_ALT), held(GLFW_KEY_LEFT_SUPER, GLFW_KEY_RIGHT_SUPER)};
+  input_.events.push_back(event);
+}
+
+void Window::on_key(int key, int action) {
+  add_event({.kind = InputEvent::Kind::key,
+             .key = key_of(key),
+             .down = action != GLFW_RELEASE,
+             .repeated = action == GLFW_REPEAT});
 }
 
 WindowInput Window::take_input() {
-  auto axis = [&](int plus, int minus) {
-    return static_cast<float>(glfwGetKey(window_, plus) == GLFW_PRESS) -
-           static_cast<float>(glfwGetKey(window_, minus) == GLFW_PRESS);
-  };
-  input_.fly = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_S, GLFW_KEY_W)};
+  input_.scale = scale();
   return std::exchange(input_, {});
+}
+
+void Window::set_cursor(Cursor cursor) {
+  if (cursor == cursor_) return;
+  cursor_ = cursor;
+  constexpr std::array kShapes = {GLFW_ARROW_CURSOR, GLFW_IBEAM_CURSOR, GLFW_HRESIZE_CURSOR,
+                                  GLFW_VRESIZE_CURSOR, GLFW_HAND_CURSOR};
+  GLFWcursor*& made = cursors_[static_cast<size_t>(cursor)];
+  if (!made) made = glfwCreateStandardCursor(kShapes[static_cast<size_t>(cursor)]);
+  glfwSetCursor(window_, made);
+}
+
+std::string Window::clipboard() {
+  const char* const text = glfwGetClipboardString(nullptr);
+  return text ? text : "";
+}
+
+void Window::set_clipboard(const std::string& text) {
+  glfwSetClipboardString(nullptr, text.c_str());
+}
+
+VkPresentModeKHR Window::present_mode() {
+  if (present_ == Present::vsync) return VK_PRESENT_MODE_FIFO_KHR;
+  const bool mailbox = present_ == Present::mailbox;
+  const VkPresentModeKHR wanted = mailbox ? VK_PRESENT_MODE_MAILBOX_KHR : VK_PRESENT_MODE_IMMEDIATE_KHR;
+  uint32_t count = 0;
+  vkGetPhysicalDeviceSurfacePresentModesKHR(device_->physical(), surface_, &count, nullptr);
+  std::vector<VkPresentModeKHR> modes(count);
+  vkGetPhysicalDeviceSurfacePresentModesKHR(device_->physical(), surface_, &count, modes.data());
+  modes.resize(count);
+  if (std::find(modes.begin(), modes.end(), wanted) != modes.end()) return wanted;
+  note_ = std::string("this display has no --present ") + (mailbox ? "mailbox" : "immediate") +
+          "; images are shown in step with it";
+  present_ = Present::vsync;
+  return VK_PRESENT_MODE_FIFO_KHR;
 }
 
 bool Window::create_swapchain() {
   VkSurfaceCapabilitiesKHR capabilities{};
-  FIRE3DV_VK(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_->physical(), surface_, &capabilities));
+  const VkResult found =
+      vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_->physical(), surface_, &capabilities);
+  if (is_surface_lost(found)) return false;
+  gpu::check(found, "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
   VkExtent2D extent = capabilities.currentExtent;
   if (extent.width == UINT32_MAX) extent = framebuffer_extent();  // the surface takes the swapchain's size
   extent.width =
@@ -186,11 +332,13 @@ bool Window::create_swapchain() {
   info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT;
   info.preTransform = capabilities.currentTransform;
   info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
-  info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
+  info.presentMode = present_mode();
   info.clipped = VK_TRUE;
   info.oldSwapchain = old.get();
   VkSwapchainKHR swapchain = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateSwapchainKHR(device_->handle(), &info, nullptr, &swapchain));
+  const VkResult created = vkCreateSwapchainKHR(device_->handle(), &info, nullptr, &swapchain);
+  if (is_surface_lost(created)) return false;
+  gpu::check(created, "vkCreateSwapchainKHR");
   swapchain_ = gpu::SwapchainHandle(*device_, swapchain);
   swapchain_extent_ = extent;
 
@@ -203,26 +351,32 @@ bool Window::create_swapchain() {
   return true;
 }
 
-bool Window::acquire() {
+// A hidden window may get no image, and a display may take its surface away: adapters must not wait for it.
+bool Window::acquire(uint64_t patience_ns) {
   if (minimized()) return false;
+  if (surfaces_lost_ > 0 && surface_ == VK_NULL_HANDLE) {
+    if (Result<void> created = create_surface(); !created) {
+      gpu::check(VK_ERROR_SURFACE_LOST_KHR, created.error().message.c_str());
+    }
+  }
   if (stale_ && !create_swapchain()) return false;
   const uint32_t slot = (acquire_slot_ + 1) % static_cast<uint32_t>(acquired_.size());
-  constexpr uint64_t kPatienceNs =
-      100'000'000;  // a hidden window may get no image; adapters must not wait for it
-  const VkResult result = vkAcquireNextImageKHR(device_->handle(), swapchain_.get(), kPatienceNs,
+  const VkResult result = vkAcquireNextImageKHR(device_->handle(), swapchain_.get(), patience_ns,
                                                 acquired_[slot].get(), VK_NULL_HANDLE, &image_index_);
   if (result == VK_TIMEOUT || result == VK_NOT_READY) return false;
   if (result == VK_ERROR_OUT_OF_DATE_KHR) {
     stale_ = true;
     return false;
   }
+  if (is_surface_lost(result)) return false;
   gpu::check(result, "vkAcquireNextImageKHR");
+  surfaces_lost_ = 0;
   acquire_slot_ = slot;
   if (result == VK_SUBOPTIMAL_KHR) stale_ = true;
   return true;
 }
 
-void Window::record(gpu::Recorder& recorder, gpu::Image& image) {
+void Window::record(gpu::Recorder& recorder, gpu::Image& image, uint32_t column, uint32_t columns) {
   recorder.pass("window", {gpu::Use(image, gpu::access::transfer_read)}, [&](VkCommandBuffer commands) {
     auto barrier = [&](VkAccessFlags2 src, VkAccessFlags2 dst, VkImageLayout from, VkImageLayout to) {
       VkImageMemoryBarrier2 b{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
@@ -239,19 +393,24 @@ void Window::record(gpu::Recorder& recorder, gpu::Image& image) {
       info.pImageMemoryBarriers = &b;
       vkCmdPipelineBarrier2(commands, &info);
     };
-    barrier(0, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
-            VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    if (column == 0) {
+      barrier(0, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
+              VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    }
     // A blit and not a copy: it converts the order of the channels.
     VkImageBlit blit{};
     blit.srcSubresource = blit.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     blit.srcOffsets[1] = {static_cast<int32_t>(image.extent.width), static_cast<int32_t>(image.extent.height),
                           1};
-    blit.dstOffsets[1] = {static_cast<int32_t>(swapchain_extent_.width),
+    blit.dstOffsets[0] = {static_cast<int32_t>(swapchain_extent_.width * column / columns), 0, 0};
+    blit.dstOffsets[1] = {static_cast<int32_t>(swapchain_extent_.width * (column + 1) / columns),
                           static_cast<int32_t>(swapchain_extent_.height), 1};
     vkCmdBlitImage(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, images_[image_index_],
                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &blit, VK_FILTER_NEAREST);
-    barrier(VK_ACCESS_2_TRANSFER_WRITE_BIT, 0, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-            VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+    if (column + 1 == columns) {
+      barrier(VK_ACCESS_2_TRANSFER_WRITE_BIT, 0, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+              VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+    }
   });
 }
 
@@ -275,9 +434,18 @@ void Window::present() {
   const VkResult result = vkQueuePresentKHR(device_->queue(), &info);
   if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_SUBOPTIMAL_KHR) {
     stale_ = true;
-  } else {
+  } else if (!is_surface_lost(result)) {
     gpu::check(result, "vkQueuePresentKHR");
   }
+}
+
+// A display that takes one surface away may give another; one that takes each is gone.
+bool Window::is_surface_lost(VkResult result) {
+  if (result != VK_ERROR_SURFACE_LOST_KHR) return false;
+  constexpr uint32_t kMostInARow = 10;
+  if (++surfaces_lost_ > kMostInARow) gpu::check(result, "the window's surface");
+  lose_surface();
+  return true;
 }
 
 }  // namespace fire3dv::sinks

@@ -3,32 +3,33 @@
 #pragma once
 
 #include <array>
-#include <glm/glm.hpp>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/error.h"
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/sinks/window_input.h"
 
 struct GLFWwindow;
+struct GLFWcursor;
 
 namespace fire3dv::sinks {
 
-// What the user did since the last call of Window::take_input().
-struct WindowInput {
-  glm::vec2 orbit_px{0}, pan_px{0};
-  float scroll = 0;
-  glm::vec3 fly{0};              // -1, 0 or 1 along the camera's x, y, z while keys are held
-  std::optional<size_t> camera;  // number key
-  bool frame_all = false;
+// When a finished image is shown.
+enum class Present : uint8_t {
+  vsync,      // at the display's pace: each image, in its turn
+  mailbox,    // at the display's pace: the newest image
+  immediate,  // at once, which may tear
 };
 
 class Window {
  public:
   // Opens the window; needs a display. The error says what to do without one.
-  static Result<std::unique_ptr<Window>> open(const std::string& title, VkExtent2D size);
+  static Result<std::unique_ptr<Window>> open(const std::string& title, VkExtent2D size,
+                                              Present present = Present::vsync);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
@@ -37,27 +38,43 @@ class Window {
   Result<void> attach(gpu::Instance& instance, gpu::Device& device);
   void detach();  // before the device goes
 
-  void poll_events();
-  void wait_events(double timeout_s);
+  static void poll_events();  // of all windows
+  static void wait_events(double timeout_s);
   bool should_close() const;
   bool minimized() const;
   VkExtent2D framebuffer_extent() const;
+  float scale() const;  // of panels and texts: pixels for one of a display of usual density
   WindowInput take_input();
   void set_title(const std::string& title);
+  enum class Cursor : uint8_t { arrow, text, resize_x, resize_y, hand };
+  void set_cursor(Cursor cursor);
+  static std::string clipboard();
+  static void set_clipboard(const std::string& text);
 
-  // Once per frame, in this order. acquire() returns false when there is nothing to draw on now.
-  bool acquire();
-  void record(gpu::Recorder& recorder, gpu::Image& image);
+  // What the window can do of what was wanted, after the first acquire(); a sentence where that is less.
+  std::optional<std::string> take_note() { return std::exchange(note_, std::nullopt); }
+
+  // Once per frame, in this order. acquire() returns false when there is nothing to draw on now; it waits so
+  // long for that to change.
+  bool acquire(uint64_t patience_ns = 100'000'000);
+  // Several images share the window's width evenly; each is recorded before the next one is drawn.
+  void record(gpu::Recorder& recorder, gpu::Image& image, uint32_t column = 0, uint32_t columns = 1);
   std::array<gpu::SemaphoreSignal, 1> waits() const;
   std::array<gpu::SemaphoreSignal, 1> signals() const;
   void present();
 
  private:
   Window() = default;
+  Result<void> create_surface();
   bool create_swapchain();  // false: there is no room to show anything now
-  void on_cursor(double x, double y);
+  VkPresentModeKHR present_mode();
+  void lose_surface();
+  bool is_surface_lost(VkResult result);  // then a new one is made with the next acquire()
+  void add_event(InputEvent event);
+  void on_key(int key, int action);
 
   GLFWwindow* window_ = nullptr;
+  Present present_ = Present::vsync;
   VkInstance instance_ = VK_NULL_HANDLE;
   gpu::Device* device_ = nullptr;
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
@@ -70,8 +87,11 @@ class Window {
   uint32_t acquire_slot_ = 0;
   uint32_t image_index_ = 0;
   bool stale_ = true;
+  uint32_t surfaces_lost_ = 0;  // in a row
+  std::optional<std::string> note_;
   WindowInput input_;
-  double cursor_x_ = 0, cursor_y_ = 0;
+  std::array<GLFWcursor*, 5> cursors_{};
+  Cursor cursor_ = Cursor::arrow;
 };
 
 }  // namespace fire3dv::sinks

@@ -1,0 +1,30 @@
+#include "renderer/app/camera_window.h"
+
+#include "renderer/app/mark_held.h"
+#include "renderer/app/viewer_control.h"
+
+namespace fire3dv::app {
+
+bool CameraWindow::steer(gui::Viewer& viewer, const state::PoseState& poses, float seconds) {
+  const VkExtent2D extent = window_.framebuffer_extent();
+  const CameraMoves moves = input_.take(window_.take_input(), {}, viewer);
+  move_camera(camera_, moves, viewer, poses, {extent.width, extent.height}, seconds);
+  return !std::exchange(viewer.commands.close, false) && !window_.should_close();
+}
+
+void CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses, MarkHeld mark_held) {
+  constexpr uint64_t kPatienceNs = 10'000'000;  // a hidden one must not hold the others up
+  if (!window_.acquire(kPatienceNs)) return;
+  const VkExtent2D extent = window_.framebuffer_extent();
+  if (renderer.extent().width != extent.width || renderer.extent().height != extent.height)
+    renderer.set_size(extent);
+  gpu::Recorder& recorder = frames_.begin();
+  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  renderer.record(recorder, frames_.belt(), poses, camera_.view(poses, aspect));
+  renderer.mark_held(recorder, condition_to_mark(poses.streams(), mark_held));
+  window_.record(recorder, renderer.image());
+  frames_.submit(window_.waits(), window_.signals());
+  window_.present();
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,104 @@
+#include "renderer/app/viewer_control.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+namespace fire3dv::app {
+namespace {
+
+// Where nodes of one scene are in another. Most of them have their old places.
+class NodesByPath {
+ public:
+  NodesByPath(const scene::Scene& before, const scene::Scene& after) : before_(before), after_(after) {}
+
+  uint32_t operator()(uint32_t node) {
+    if (node >= before_.nodes.size()) return scene::kNone;
+    const std::string& path = before_.nodes[node].path;
+    if (node < after_.nodes.size() && after_.nodes[node].path == path) return node;
+    if (node_of_path_.empty()) {
+      for (uint32_t n = 0; n < after_.nodes.size(); ++n) node_of_path_.emplace(after_.nodes[n].path, n);
+    }
+    const auto found = node_of_path_.find(path);
+    return found == node_of_path_.end() ? scene::kNone : found->second;
+  }
+
+ private:
+  const scene::Scene &before_, &after_;
+  std::unordered_map<std::string_view, uint32_t> node_of_path_;
+};
+
+}  // namespace
+
+void keep_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after) {
+  NodesByPath moved(before, after);
+  for (uint32_t* node : {&viewer.selected, &viewer.followed, &viewer.isolated}) *node = moved(*node);
+  std::set<uint32_t> hidden;
+  for (const uint32_t node : viewer.hidden) {
+    if (const uint32_t now = moved(node); now != scene::kNone) hidden.insert(now);
+  }
+  viewer.hidden = std::move(hidden);
+  std::map<uint32_t, scene::Light> lights;
+  for (auto& [node, light] : viewer.lights) {
+    if (const uint32_t now = moved(node); now != scene::kNone) lights.emplace(now, std::move(light));
+  }
+  viewer.lights = std::move(lights);
+  std::erase_if(viewer.materials, [&](const auto& entry) {
+    const uint32_t m = entry.first;
+    return m >= before.materials.size() || m >= after.materials.size() ||
+           before.materials[m].name != after.materials[m].name;
+  });
+}
+
+void forget_scene(gui::Viewer& viewer) {
+  viewer.selected = viewer.followed = viewer.isolated = scene::kNone;
+  viewer.hidden.clear();
+  viewer.lights.clear();
+  viewer.materials.clear();
+  viewer.streams.clear();
+  viewer.commands = {};
+}
+
+UserEdits edits_of(const gui::Viewer& viewer) {
+  return {viewer.hidden, viewer.isolated, viewer.lights};
+}
+
+void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
+                 const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
+  constexpr float kOrbitRadPerHeight = 3.0f;
+  constexpr float kRadiiPerSecond = 0.5f;
+  constexpr float kLongestStep_s = 0.1f;  // after a pause, nobody wants to be elsewhere at once
+  const glm::vec2 size = glm::max(glm::vec2(image_px), glm::vec2(1));
+  const float aspect = size.x / size.y;
+
+  gui::Commands& commands = viewer.commands;
+  if (const auto chosen = std::exchange(commands.camera, {})) camera.select(*chosen);
+  if (std::exchange(commands.free_camera, false)) camera.let_go(poses);
+  if (std::exchange(commands.frame_all, false)) camera.frame_all(aspect);
+  if (std::exchange(commands.frame_selection, false)) {
+    if (viewer.selected == scene::kNone) {
+      camera.frame_all(aspect);
+    } else {
+      camera.frame_node(poses, viewer.selected, aspect);
+    }
+  }
+  camera.follow(poses, viewer.followed);
+
+  if (moves.orbit_px != glm::vec2(0)) {
+    camera.orbit(poses, -moves.orbit_px.x / size.y * kOrbitRadPerHeight,
+                 moves.orbit_px.y / size.y * kOrbitRadPerHeight);
+  }
+  if (moves.pan_px != glm::vec2(0)) camera.pan(poses, -moves.pan_px.x / size.y, moves.pan_px.y / size.y);
+  if (moves.zoom_notches != 0) {
+    const float factor = std::pow(0.85f, moves.zoom_notches);
+    camera.zoom(poses, factor, 2.0f * moves.cursor_px / size - 1.0f, aspect);
+  }
+  if (moves.fly != glm::vec3(0)) {
+    const float step_s = std::clamp(seconds, 0.0f, kLongestStep_s);
+    camera.fly(poses, moves.fly, kRadiiPerSecond * camera.scene_radius_m() * viewer.camera_speed * step_s);
+  }
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,121 @@
+#include "renderer/app/window_view.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "renderer/app/mark_held.h"
+#include "renderer/app/viewer_control.h"
+
+namespace fire3dv::app {
+
+Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed) {
+  std::unique_ptr<WindowView> view(new WindowView(borrowed));
+  const scene::Scene& scene = borrowed.scene.scene();
+  const auto make_camera = [&](const std::string& name) {
+    Result<CameraRig> camera = CameraRig::create(scene, name);
+    if (!camera && !borrowed.insist) camera = CameraRig::create(scene, "");
+    if (camera) camera->set_edits(borrowed.scene.edits());
+    return camera;
+  };
+  if (!borrowed.options.right_camera.empty()) {
+    Result<CameraRig> right = make_camera(borrowed.options.right_camera);
+    if (!right) return right.error();
+    view->right_camera_.emplace(std::move(*right));
+  }
+  for (size_t i = 1; i < borrowed.windows.size(); ++i) {
+    Result<CameraRig> camera = make_camera(borrowed.options.window_cameras[i]);
+    if (!camera) return camera.error();
+    view->others_.push_back(
+        std::make_unique<CameraWindow>(borrowed.device, *borrowed.windows[i], std::move(*camera)));
+  }
+  return view;
+}
+
+WindowView::WindowView(const Borrowed& borrowed)
+    : borrowed_(borrowed), captures_(borrowed.device, borrowed.options.screenshots) {
+  measure();
+  borrowed_.scene.tell_replaced([this](const scene::Scene& before, const scene::Scene& after) {
+    keep_by_path(borrowed_.viewer, before, after);
+    borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+    if (right_camera_) right_camera_->set_scene(after);
+    for (const std::unique_ptr<CameraWindow>& other : others_) other->camera().set_scene(after);
+  });
+}
+
+// A minimised window keeps the size that it had.
+void WindowView::measure() {
+  VkExtent2D extent = first().framebuffer_extent();
+  if (extent.width == 0 || extent.height == 0) {
+    if (image_extent_.width != 0) return;
+    extent = {borrowed_.options.width, borrowed_.options.height};
+  }
+  image_extent_ = {std::max(extent.width / columns(), 1u), extent.height};
+}
+
+void WindowView::steer() {
+  sinks::Window::poll_events();
+  const auto now = std::chrono::steady_clock::now();
+  const float seconds = std::chrono::duration<float>(now - std::exchange(steered_, now)).count();
+  steer_first(seconds);
+  std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
+    if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;
+    const sinks::Window* const closed = &other->window();
+    std::erase_if(borrowed_.windows, [&](const auto& window) { return window.get() == closed; });
+    return true;
+  });
+  borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+}
+
+void WindowView::steer_first(float seconds) {
+  measure();
+  gui::Viewer& viewer = borrowed_.viewer;
+  const sinks::WindowInput input = first().take_input();
+  CameraMoves moves = input_.take(input, {}, viewer);
+  // Where two images stand side by side, the one below the cursor is moved.
+  const auto width = static_cast<float>(image_extent_.width);
+  const bool right = right_camera_ && moves.cursor_px.x >= width;
+  if (right) moves.cursor_px.x -= width;
+  CameraRig& camera = right ? *right_camera_ : borrowed_.camera;
+  move_camera(camera, moves, viewer, borrowed_.poses, {image_extent_.width, image_extent_.height}, seconds);
+
+  gui::Commands& commands = viewer.commands;
+  if (std::exchange(commands.screenshot, false)) captures_.take_screenshot();
+  if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
+  if (std::exchange(commands.close, false)) closing_ = true;
+  if (!input.dropped.empty()) commands.open = input.dropped.front();
+  if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
+}
+
+void WindowView::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, Captures::Tag shown) {
+  passes::SceneRenderer& renderer = borrowed_.renderer;
+  captures_.record(recorder, renderer.image(), std::move(shown));
+  first().record(recorder, renderer.image(), 0, columns());
+  if (!right_camera_) return;
+  const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
+  const passes::View view = right_camera_->view(borrowed_.poses, aspect);
+  renderer.record(recorder, belt, borrowed_.poses, std::span(&view, 1), {}, {}, passes::OfFrame::further);
+  renderer.mark_held(recorder,
+                     condition_to_mark(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
+  first().record(recorder, renderer.image(), 1, columns());
+}
+
+void WindowView::present(uint64_t timeline_value) {
+  first().present();
+  captures_.submitted(timeline_value);
+}
+
+void WindowView::draw_others() {
+  for (const std::unique_ptr<CameraWindow>& other : others_)
+    other->draw(borrowed_.renderer, borrowed_.poses, borrowed_.options.play.mark_held);
+}
+
+std::vector<std::string> WindowView::take_notes() {
+  std::vector<std::string> notes = captures_.take_notes();
+  for (const std::unique_ptr<sinks::Window>& window : borrowed_.windows) {
+    if (std::optional<std::string> note = window->take_note()) notes.push_back(std::move(*note));
+  }
+  return notes;
+}
+
+}  // namespace fire3dv::app
