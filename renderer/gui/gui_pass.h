@@ -36,7 +36,6 @@ class GuiPass {
   gpu::DescriptorSet set_;
   gpu::Image fonts_;
   uint64_t fonts_number_ = 0;  // of what is uploaded; 0: nothing is
-  VkImageView bound_ = VK_NULL_HANDLE;
   GuiTiles tiles_;
 };
 

@@ -4,6 +4,8 @@
 #include "basics.h"
 
 #define FIRE3DV_GUI_TILE 8u  // pixels along a side
+// Of workgroups: every device takes that many.
+#define FIRE3DV_GUI_TILES_IN_ROW 32768u
 #define FIRE3DV_GUI_RECTANGLE 0u
 #define FIRE3DV_GUI_TRIANGLE 1u
 
@@ -29,8 +31,9 @@ struct GuiTile {
 
 struct GuiPush {
   FIRE3DV_ADDRESS primitives;  // GuiPrimitive[]
-  FIRE3DV_ADDRESS tiles;       // GuiTile[], one for each workgroup
+  FIRE3DV_ADDRESS tiles;       // GuiTile[]
   FIRE3DV_ADDRESS entries;     // uint[]
+  uint tile_count;
   uint width;
   uint height;
 };
