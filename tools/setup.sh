@@ -15,6 +15,7 @@ packages=(
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libtinyxml-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
+  libimgui-dev fonts-dejavu-core  # the window's panels, and their letters
   # the example simulator
   libbullet-dev
   # tests
@@ -38,7 +39,8 @@ setup: this system is not one that the script installs packages on (Debian 12 an
 Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - a C++20 compiler (g++ 12 or newer), CMake 3.25, Ninja, pkg-config, git
   - glslangValidator, spirv-val, flatc with the FlatBuffers headers of the same version (2.0 or newer)
-  - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3
+  - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3,
+    Dear ImGui 1.86 to 1.89 (with a pkg-config file), the font DejaVu Sans
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6,

@@ -1,0 +1,27 @@
+# cmake -DOUTPUT=file.cpp -DFILE=font.ttf -P EmbedFont.cmake
+# Writes a font as the function of renderer/gui/font_bytes.h.
+file(READ ${FILE} hex HEX)
+string(LENGTH "${hex}" digits)
+math(EXPR bytes "${digits} / 2")
+math(EXPR missing "(8 - ${digits} % 8) % 8")
+string(REPEAT "0" ${missing} zeros)
+string(APPEND hex "${zeros}")
+# Words: a compiler takes a quarter of the time that bytes take. Little-endian, as the machines are that draw.
+string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${hex}")
+file(WRITE ${OUTPUT} "// Generated from a font by the build.
+#include \"renderer/gui/font_bytes.h\"
+
+#include <bit>
+#include <cstdint>
+
+namespace fire3dv::gui {
+
+static_assert(std::endian::native == std::endian::little);
+
+std::span<const std::byte> font_bytes() {
+  static constexpr uint32_t kWords[] = {${words}};
+  return std::as_bytes(std::span(kWords)).first(${bytes});
+}
+
+}  // namespace fire3dv::gui
+")

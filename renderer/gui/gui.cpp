@@ -1,0 +1,291 @@
+#include "renderer/gui/gui.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "renderer/gui/panels.h"
+
+namespace fire3dv::gui {
+namespace {
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
+constexpr float kLeastTreePt = 140, kEdgePt = 6;
+
+void tell_keys(ImGuiIO& io) {
+  const std::pair<ImGuiKey_, Key> keys[] = {{ImGuiKey_Tab, Key::tab},
+                                            {ImGuiKey_LeftArrow, Key::left},
+                                            {ImGuiKey_RightArrow, Key::right},
+                                            {ImGuiKey_UpArrow, Key::up},
+                                            {ImGuiKey_DownArrow, Key::down},
+                                            {ImGuiKey_PageUp, Key::page_up},
+                                            {ImGuiKey_PageDown, Key::page_down},
+                                            {ImGuiKey_Home, Key::home},
+                                            {ImGuiKey_End, Key::end},
+                                            {ImGuiKey_Insert, Key::insert},
+                                            {ImGuiKey_Delete, Key::del},
+                                            {ImGuiKey_Backspace, Key::backspace},
+                                            {ImGuiKey_Space, Key::space},
+                                            {ImGuiKey_Enter, Key::enter},
+                                            {ImGuiKey_KeyPadEnter, Key::keypad_enter},
+                                            {ImGuiKey_Escape, Key::escape},
+                                            {ImGuiKey_A, Key::a},
+                                            {ImGuiKey_C, Key::c},
+                                            {ImGuiKey_V, Key::v},
+                                            {ImGuiKey_X, Key::x},
+                                            {ImGuiKey_Y, Key::y},
+                                            {ImGuiKey_Z, Key::z}};
+  for (const auto& [theirs, ours] : keys) io.KeyMap[theirs] = static_cast<int>(ours);
+}
+
+Cursor cursor_of(ImGuiMouseCursor cursor) {
+  switch (cursor) {
+    case ImGuiMouseCursor_TextInput:
+      return Cursor::text;
+    case ImGuiMouseCursor_ResizeEW:
+      return Cursor::resize_horizontal;
+    case ImGuiMouseCursor_ResizeNS:
+      return Cursor::resize_vertical;
+    case ImGuiMouseCursor_Hand:
+      return Cursor::hand;
+    default:
+      return Cursor::arrow;
+  }
+}
+
+}  // namespace
+
+struct Gui::Panels {
+  ImGuiContext* context = nullptr;
+  Ui ui;
+  float scale = 0;  // of the fonts as they are
+  std::deque<Event> waiting;
+  std::string clipboard;  // as it was handed out last
+  Cursor cursor = Cursor::arrow;
+  bool wants_mouse = false, wants_keyboard = false;
+  Rect image_rect;
+  float left_rest_px = 0;  // of the left column, all but the tree
+
+  FramePanel frame;
+  StreamsPanel streams;
+  TreePanel tree;
+  MaterialsPanel materials;
+  LightsPanel lights;
+  LogPanel log;
+
+  ~Panels() { ImGui::DestroyContext(context); }
+  void take_events(ImGuiIO& io);
+  void lay_out(const Context& context);
+  float bottom(const Context& context, float left, float right, float height);
+  void edges(const Context& context, float left, float right, float bottom);
+};
+
+Gui::Gui(const Layout& layout, Clipboard clipboard)
+    : layout_(layout), clipboard_(std::move(clipboard)), panels_(std::make_unique<Panels>()) {
+  IMGUI_CHECKVERSION();
+  panels_->context = ImGui::CreateContext();
+  ImGui::SetCurrentContext(panels_->context);
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = io.LogFilename = nullptr;  // what is kept is in layout_file.h
+  io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors;
+  tell_keys(io);
+  io.ClipboardUserData = this;
+  io.GetClipboardTextFn = [](void* user) -> const char* {
+    Gui& self = *static_cast<Gui*>(user);
+    self.panels_->clipboard = self.clipboard_.get ? self.clipboard_.get() : std::string();
+    return self.panels_->clipboard.c_str();
+  };
+  io.SetClipboardTextFn = [](void* user, const char* text) {
+    const Gui& self = *static_cast<Gui*>(user);
+    if (self.clipboard_.set) self.clipboard_.set(text);
+  };
+}
+
+Gui::~Gui() = default;
+
+// A press and its release, or a press and the way to another place, may come between two frames, and panels
+// see a state and not a story: what would be lost waits for the next frame.
+void Gui::Panels::take_events(ImGuiIO& io) {
+  bool button_changed = false;
+  std::array<bool, static_cast<size_t>(Key::count)> key_changed{};
+  while (!waiting.empty()) {
+    const Event& event = waiting.front();
+    if (const auto* moved = std::get_if<MouseMoved>(&event)) {
+      if (button_changed) return;
+      io.MousePos = {moved->at_px.x, moved->at_px.y};
+    } else if (const auto* button = std::get_if<MouseButton>(&event)) {
+      if (button_changed) return;
+      io.MouseDown[static_cast<size_t>(button->button)] = button->down;
+      button_changed = true;
+    } else if (const auto* wheel = std::get_if<MouseWheel>(&event)) {
+      io.MouseWheelH += wheel->steps.x;
+      io.MouseWheel += wheel->steps.y;
+    } else if (const auto* key = std::get_if<KeyChanged>(&event)) {
+      if (key->key < Key::count) {
+        const auto number = static_cast<size_t>(key->key);
+        if (key_changed[number]) return;
+        key_changed[number] = true;
+        io.KeysDown[number] = key->down;
+      }
+    } else if (const auto* text = std::get_if<Text>(&event)) {
+      io.AddInputCharacter(text->character);
+    } else {
+      io.MousePos = {-FLT_MAX, -FLT_MAX};
+    }
+    waiting.pop_front();
+  }
+}
+
+const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown& shown, Viewer& viewer) {
+  Panels& panels = *panels_;
+  ImGui::SetCurrentContext(panels.context);
+  ImGuiIO& io = ImGui::GetIO();
+  const float scale = std::clamp(std::round(input.scale * 4) / 4, 0.5f, 4.0f);
+  if (panels.scale != scale) {
+    panels.scale = scale;
+    apply_theme(scale);
+    make_fonts(*io.Fonts, scale);
+    ++fonts_number_;
+  }
+  io.DisplaySize = {std::max(input.display_px.x, 1.0f), std::max(input.display_px.y, 1.0f)};
+  constexpr float kLeastDeltaS = 1e-4f;  // ImGui takes no frames at the same moment
+  io.DeltaTime = std::max(input.delta_s, kLeastDeltaS);
+  io.KeyCtrl = input.ctrl;
+  io.KeyShift = input.shift;
+  io.KeyAlt = input.alt;
+  panels.waiting.insert(panels.waiting.end(), input.events.begin(), input.events.end());
+  panels.take_events(io);
+  ImGui::NewFrame();
+  panels.ui.begin_frame(scale);
+
+  const Context context{panels.ui, facts, shown, viewer, layout_};
+  panels.frame.note(facts.frame);
+  panels.image_rect = {{0, 0}, input.display_px};
+  if (viewer.gui) panels.lay_out(context);
+  draw_help(context);
+
+  ImGui::Render();
+  panels.wants_mouse = io.WantCaptureMouse;
+  panels.wants_keyboard = io.WantTextInput;
+  panels.cursor = cursor_of(ImGui::GetMouseCursor());
+  return *ImGui::GetDrawData();
+}
+
+void Gui::Panels::lay_out(const Context& c) {
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  // A small window is shared: the image keeps a third of it.
+  const float left = std::min(ui.points(c.layout.left_pt), std::floor(display.x / 3));
+  const float right = std::min(ui.points(c.layout.right_pt), std::floor(display.x / 3));
+
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize({left, display.y});
+  if (ImGui::Begin("left", nullptr, kFixed)) {
+    const float top = ImGui::GetCursorPosY();
+    const float room = ImGui::GetContentRegionAvail().y - left_rest_px;
+    const float tree_height = std::max(std::floor(room), ui.points(kLeastTreePt));
+    tree.draw(c, tree_height);
+    draw_node_panel(c);
+    draw_cameras_panel(c);
+    const bool tree_is_open = c.layout.is_open(Panel::tree);
+    if (tree_is_open) left_rest_px = ImGui::GetCursorPosY() - top - tree_height;
+  }
+  ImGui::End();
+
+  ImGui::SetNextWindowPos({display.x - right, 0});
+  ImGui::SetNextWindowSize({right, display.y});
+  if (ImGui::Begin("right", nullptr, kFixed)) {
+    frame.draw(c);
+    streams.draw(c);
+    draw_render_panel(c);
+    lights.draw(c);
+    materials.draw(c);
+  }
+  ImGui::End();
+
+  const float low = bottom(c, left, display.x - right, display.y);
+  edges(c, left, display.x - right, low);
+  image_rect = {{left, 0}, {display.x - right, low}};
+}
+
+// Returns where it begins.
+float Gui::Panels::bottom(const Context& c, float left, float right, float height) {
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float header = ImGui::GetTextLineHeight() + ui.points(9) + 2 * style.ItemSpacing.y;
+  float wanted = 2 * style.WindowPadding.y + header;
+  if (c.layout.is_open(Panel::log)) wanted += ui.points(c.layout.log_pt);
+  if (c.shown.timeline) {
+    wanted += header;
+    if (c.layout.is_open(Panel::timeline)) wanted += 2 * ImGui::GetFrameHeightWithSpacing();
+  }
+  wanted = std::min(std::round(wanted), std::floor(height / 2));
+  ImGui::SetNextWindowPos({left, height - wanted});
+  ImGui::SetNextWindowSize({std::max(right - left, 1.0f), wanted});
+  if (ImGui::Begin("bottom", nullptr, kFixed | ImGuiWindowFlags_NoScrollbar)) {
+    draw_timeline_panel(c);
+    log.draw(c);
+  }
+  ImGui::End();
+  return height - wanted;
+}
+
+void Gui::Panels::edges(const Context& c, float left, float right, float bottom_y) {
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float thick = ui.points(kEdgePt), half = std::floor(thick / 2);
+  constexpr ImGuiWindowFlags kEdge = kFixed | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoScrollbar |
+                                     ImGuiWindowFlags_NoFocusOnAppearing;
+  const auto edge = [&](const char* name, bool upright, const Rect& rect) {
+    ImGui::SetNextWindowPos({rect.low.x, rect.low.y});
+    ImGui::SetNextWindowSize({rect.high.x - rect.low.x, rect.high.y - rect.low.y});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+    float moved = 0;
+    if (ImGui::Begin(name, nullptr, kEdge)) {
+      ui.enter("Window");
+      moved = ui.edge(name, upright, rect);
+    }
+    ImGui::End();
+    ImGui::PopStyleVar();
+    return moved / ui.scale;
+  };
+  Layout& l = c.layout;
+  const float of_left = edge("edge of the left column", true, {{left - half, 0}, {left + half, display.y}});
+  l.left_pt = std::clamp(l.left_pt + of_left, kLeastColumnPt, kMostColumnPt);
+  const float of_right =
+      edge("edge of the right column", true, {{right - half, 0}, {right + half, display.y}});
+  l.right_pt = std::clamp(l.right_pt - of_right, kLeastColumnPt, kMostColumnPt);
+  if (!l.is_open(Panel::log)) return;
+  const float of_log =
+      edge("edge of the log", false, {{left + half, bottom_y - half}, {right - half, bottom_y + half}});
+  l.log_pt = std::clamp(l.log_pt - of_log, kLeastLogPt, kMostLogPt);
+}
+
+bool Gui::wants_mouse() const {
+  return panels_->wants_mouse;
+}
+bool Gui::wants_keyboard() const {
+  return panels_->wants_keyboard;
+}
+Cursor Gui::cursor() const {
+  return panels_->cursor;
+}
+Rect Gui::image_rect() const {
+  return panels_->image_rect;
+}
+const ImFontAtlas& Gui::fonts() const {
+  ImGui::SetCurrentContext(panels_->context);
+  return *ImGui::GetIO().Fonts;
+}
+void Gui::note_controls(bool on) {
+  panels_->ui.notes_controls = on;
+}
+const std::vector<Control>& Gui::controls() const {
+  return panels_->ui.controls;
+}
+uint32_t Gui::tree_rows() const {
+  return panels_->tree.rows_drawn();
+}
+
+}  // namespace fire3dv::gui

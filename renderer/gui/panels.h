@@ -1,0 +1,134 @@
+// The panels. Each reads what it is shown and writes what the user wants; what it keeps is how it looks.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/gui/gui.h"
+#include "renderer/gui/widgets.h"
+
+namespace fire3dv::gui {
+
+struct Context {
+  Ui& ui;
+  const Facts& facts;
+  const Shown& shown;
+  Viewer& viewer;
+  Layout& layout;
+};
+
+// The newest values of something, the oldest first.
+class History {
+ public:
+  static constexpr size_t kKept = 160;
+  void add(float value);
+  std::span<const float> values() const { return values_; }
+  float median() const;
+  void clear() { values_.clear(); }
+
+ private:
+  std::vector<float> values_;
+};
+
+class FramePanel {
+ public:
+  void note(const FrameFacts& facts);  // once an image, open or not: histories have no gaps
+  void draw(const Context& context);
+
+ private:
+  void draw_passes(const Context& context);
+  uint64_t images_ = 0;
+  History interval_ms_, cpu_ms_, gpu_ms_;
+  std::map<std::string, History, std::less<>> pass_ms_;
+  std::vector<std::string> pass_order_;
+  std::string plotted_;  // a pass; empty: CPU and GPU
+};
+
+class StreamsPanel {
+ public:
+  void draw(const Context& context);
+
+ private:
+  void draw_stream(const Context& context, const StreamFact& stream);
+};
+
+// The nodes of a scene as a tree of rows. Only those that can be seen are laid out, and what is open or found
+// is looked up anew only when it changes: a scene may have a hundred thousand nodes.
+class TreePanel {
+ public:
+  void draw(const Context& context, float height_px);
+  uint32_t rows_drawn() const { return rows_drawn_; }
+
+ private:
+  struct Row {
+    uint32_t node, depth;
+  };
+  void take_scene(const scene::Scene& scene, uint64_t number);
+  void list_rows(const scene::Scene& scene);
+  void reveal(const scene::Scene& scene, uint32_t node);
+  void draw_row(const Context& context, const Row& row);
+  bool has_children(uint32_t node) const { return first_child_[node] != first_child_[node + 1]; }
+
+  const scene::Scene* scene_ = nullptr;
+  uint64_t scene_number_ = 0;
+  std::vector<uint32_t> children_, first_child_, roots_;  // of each node, one after the other
+  std::vector<bool> open_;
+  std::vector<Row> rows_;
+  bool rows_are_old_ = true;
+  std::string search_;
+  uint32_t revealed_ = scene::kNone;  // the selection that the list was last brought to
+  bool scroll_to_selection_ = false;
+  uint32_t rows_drawn_ = 0;
+};
+
+void draw_node_panel(const Context& context);
+void draw_cameras_panel(const Context& context);
+
+class MaterialsPanel {
+ public:
+  void draw(const Context& context);
+
+ private:
+  void list(const Context& context);
+  uint32_t chosen_ = 0;
+  bool of_selection_ = false;
+  uint64_t scene_number_ = 0;
+  uint32_t listed_for_ = scene::kNone;
+  bool listed_of_selection_ = false;
+  const scene::Scene* scene_ = nullptr;
+  std::vector<uint32_t> listed_;
+};
+
+class LightsPanel {
+ public:
+  void draw(const Context& context);
+
+ private:
+  void draw_light(const Context& context, uint32_t node, const scene::Light& light);
+  uint32_t open_ = scene::kNone;  // node
+};
+
+void draw_render_panel(const Context& context);
+
+class LogPanel {
+ public:
+  void draw(const Context& context);
+
+ private:
+  uint64_t seen_ = 0, cleared_ = 0;  // Facts::log_lines
+};
+
+void draw_timeline_panel(const Context& context);
+void draw_help(const Context& context);
+
+// Numbers as people read them: "1 234 567", "1.2 M", "3.4 GiB".
+std::string grouped(uint64_t number);
+std::string short_number(double number);
+std::string bytes_text(uint64_t bytes);
+bool contains_no_case(std::string_view text, std::string_view wanted);
+// A node's name, or what it is where the file gives none.
+std::string node_label(const scene::Scene& scene, uint32_t node);
+
+}  // namespace fire3dv::gui

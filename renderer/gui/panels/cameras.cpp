@@ -1,0 +1,34 @@
+// From where the scene is seen: a camera of its own, or the free one, and how fast that moves.
+#include "renderer/gui/panels.h"
+
+namespace fire3dv::gui {
+
+void draw_cameras_panel(const Context& context) {
+  Ui& ui = context.ui;
+  if (!ui.header("Cameras", context.layout.is_open(Panel::cameras))) return;
+  Viewer& viewer = context.viewer;
+  const scene::Scene& scene = context.shown.scene;
+  const std::optional<size_t> now = context.facts.camera;
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  if (ui.row("Free camera", !now)) viewer.commands.free_camera = true;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    std::string text = node_label(scene, nodes[i]);
+    if (i < 9) text = std::to_string(i + 1) + "  " + text;  // the key that chooses it
+    if (ui.row(text.c_str(), now == i)) viewer.commands.camera = i;
+    ImGui::PopID();
+  }
+  if (ui.button("Frame all", true, "The whole scene  (Home)")) viewer.commands.frame_all = true;
+  ui.same_line();
+  if (ui.button("Frame selection", viewer.selected < scene.nodes.size(), "The selected node  (F)"))
+    viewer.commands.frame_selection = true;
+  if (viewer.followed < scene.nodes.size()) {
+    ui.value("Follows", theme::kAccent, node_label(scene, viewer.followed));
+    if (ui.button("Stop following")) viewer.followed = scene::kNone;
+  }
+  if (ui.slider("Speed", viewer.camera_speed, {0.05f, 20, "%.2f x", true},
+                "Times what follows from the scene's size"))
+    context.layout.camera_speed = viewer.camera_speed;
+}
+
+}  // namespace fire3dv::gui

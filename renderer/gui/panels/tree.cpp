@@ -1,0 +1,150 @@
+// The scene's nodes: searched, chosen, hidden.
+#include <algorithm>
+
+#include "renderer/gui/panels.h"
+
+namespace fire3dv::gui {
+
+void TreePanel::take_scene(const scene::Scene& scene, uint64_t number) {
+  if (scene_ == &scene && scene_number_ == number && open_.size() == scene.nodes.size()) return;
+  scene_ = &scene;
+  scene_number_ = number;
+  const auto count = static_cast<uint32_t>(scene.nodes.size());
+  roots_.clear();
+  first_child_.assign(count + 1, 0);
+  for (uint32_t node = 0; node < count; ++node) {
+    const uint32_t parent = scene.nodes[node].parent;
+    if (parent == scene::kNone) {
+      roots_.push_back(node);
+    } else {
+      ++first_child_[parent + 1];
+    }
+  }
+  for (uint32_t node = 0; node < count; ++node) first_child_[node + 1] += first_child_[node];
+  children_.resize(first_child_[count]);
+  std::vector<uint32_t> next(first_child_.begin(), first_child_.end() - 1);
+  for (uint32_t node = 0; node < count; ++node) {
+    const uint32_t parent = scene.nodes[node].parent;
+    if (parent != scene::kNone) children_[next[parent]++] = node;
+  }
+  // Small scenes are seen whole; of large ones the first levels.
+  open_.assign(count, count <= 64);
+  if (roots_.size() == 1) open_[roots_[0]] = true;
+  rows_are_old_ = true;
+  revealed_ = scene::kNone;
+}
+
+void TreePanel::list_rows(const scene::Scene& scene) {
+  rows_.clear();
+  rows_are_old_ = false;
+  if (!search_.empty()) {
+    for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
+      if (contains_no_case(scene.nodes[node].name, search_)) rows_.push_back({node, 0});
+    }
+    return;
+  }
+  std::vector<Row> waiting;
+  for (auto root = roots_.rbegin(); root != roots_.rend(); ++root) waiting.push_back({*root, 0});
+  while (!waiting.empty()) {
+    const Row row = waiting.back();
+    waiting.pop_back();
+    rows_.push_back(row);
+    if (!open_[row.node]) continue;
+    for (uint32_t i = first_child_[row.node + 1]; i-- > first_child_[row.node];)
+      waiting.push_back({children_[i], row.depth + 1});
+  }
+}
+
+// Whatever was selected elsewhere is brought into view.
+void TreePanel::reveal(const scene::Scene& scene, uint32_t node) {
+  revealed_ = node;
+  if (node >= scene.nodes.size()) return;
+  scroll_to_selection_ = true;
+  for (uint32_t above = scene.nodes[node].parent; above != scene::kNone; above = scene.nodes[above].parent) {
+    if (open_[above]) continue;
+    open_[above] = true;
+    rows_are_old_ = true;
+  }
+}
+
+void TreePanel::draw(const Context& context, float height_px) {
+  Ui& ui = context.ui;
+  rows_drawn_ = 0;
+  if (!ui.header("Scene", context.layout.is_open(Panel::tree))) return;
+  const scene::Scene& scene = context.shown.scene;
+  take_scene(scene, context.shown.scene_number);
+  if (context.viewer.selected != revealed_) reveal(scene, context.viewer.selected);
+  const std::string of = " of " + grouped(scene.nodes.size()) + " nodes";
+  if (ui.text("Search", ("Search" + of).c_str(), search_)) rows_are_old_ = true;
+  if (rows_are_old_) list_rows(scene);
+
+  const float row_height = ImGui::GetTextLineHeightWithSpacing();
+  ImGui::BeginChild("tree", {0, height_px});
+  if (scroll_to_selection_) {
+    const auto row = std::find_if(rows_.begin(), rows_.end(),
+                                  [&](const Row& r) { return r.node == context.viewer.selected; });
+    if (row != rows_.end()) {
+      const float y = static_cast<float>(row - rows_.begin()) * row_height;
+      const float top = ImGui::GetScrollY(), room = ImGui::GetWindowHeight();
+      if (y < top || y + row_height > top + room) ImGui::SetScrollY(std::max(0.0f, y - room / 3));
+    }
+    scroll_to_selection_ = false;
+  }
+  ImGuiListClipper clipper;
+  clipper.Begin(static_cast<int>(rows_.size()), row_height);
+  while (clipper.Step()) {
+    // A row may open or close others, which counts from the next frame on.
+    for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
+      draw_row(context, rows_[static_cast<size_t>(i)]);
+  }
+  ImGui::EndChild();
+  if (!search_.empty()) ui.note(grouped(rows_.size()) + " found");
+}
+
+void TreePanel::draw_row(const Context& context, const Row& row) {
+  Ui& ui = context.ui;
+  Viewer& viewer = context.viewer;
+  const scene::Scene& scene = context.shown.scene;
+  const uint32_t node = row.node;
+  ++rows_drawn_;
+  ImGui::PushID(static_cast<int>(node));
+  const float sign_width = ui.points(18), left = ImGui::GetCursorPosX();
+  const float indent = ui.points(12) * static_cast<float>(std::min(row.depth, 24u));
+  const float width = ImGui::GetContentRegionAvail().x;
+  ImGui::SetCursorPosX(left + indent);
+  if (search_.empty() && has_children(node)) {
+    if (ui.sign(open_[node] ? "Close" : "Open", open_[node] ? "\u25be" : "\u25b8", theme::kDim,
+                ui.points(14))) {
+      open_[node] = !open_[node];
+      rows_are_old_ = true;
+    }
+  } else {
+    ImGui::Dummy({ui.points(14), 1});
+  }
+  ImGui::SameLine(0, 0);
+
+  const bool hidden = viewer.hidden.count(node) != 0;
+  const bool gone = context.shown.edits && context.shown.edits->is_hidden(node);
+  const auto& drives = context.shown.poses.node_drives();
+  const bool driven = node < drives.size() && drives[node].stream != state::kNone;
+  const ImU32 color = hidden || gone ? theme::kFaint : driven ? theme::kText : theme::kDim;
+  const std::string label = node_label(scene, node);
+  const float room = width - indent - ui.points(14) - sign_width;
+  if (ui.row(label.c_str(), viewer.selected == node, color, std::max(room, ui.points(20)))) {
+    viewer.selected = node;
+    revealed_ = node;
+  }
+  if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(0)) viewer.commands.frame_selection = true;
+  ImGui::SameLine(left + width - sign_width);
+  if (ui.sign(hidden ? "Show" : "Hide", hidden ? "\u25cb" : "\u25cf", hidden ? theme::kText : theme::kFaint,
+              sign_width)) {
+    if (hidden) {
+      viewer.hidden.erase(node);
+    } else {
+      viewer.hidden.insert(node);
+    }
+  }
+  ImGui::PopID();
+}
+
+}  // namespace fire3dv::gui

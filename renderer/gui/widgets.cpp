@@ -1,0 +1,287 @@
+#include "renderer/gui/widgets.h"
+
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace fire3dv::gui {
+namespace {
+
+constexpr float kLabelShare = 0.4f;
+
+ImVec4 floats(ImU32 color) {
+  return ImGui::ColorConvertU32ToFloat4(color);
+}
+
+float encoded(float linear) {
+  return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+}
+float decoded(float srgb) {
+  return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
+}
+
+}  // namespace
+
+void Ui::begin_frame(float display_scale) {
+  scale = display_scale;
+  controls.clear();
+  panel_ = "";
+}
+
+void Ui::note_control(Control::Kind kind, const char* name, bool enabled) {
+  if (!notes_controls) return;
+  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+  controls.push_back({kind, panel_, name, {{low.x, low.y}, {high.x, high.y}}, enabled});
+}
+
+void Ui::hint(const char* text) {
+  if (!text || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+  if (ImGui::GetIO().MouseDown[0]) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(points(280));
+  ImGui::TextUnformatted(text);
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
+bool Ui::header(const char* title, bool& open) {
+  panel_ = title;
+  ImGui::Dummy({0, points(1)});
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight() + points(8);
+  ImDrawList* const list = ImGui::GetWindowDrawList();
+  if (ImGui::InvisibleButton(title, {width, height})) open = !open;
+  note_control(Control::Kind::header, title);
+  const bool hovered = ImGui::IsItemHovered();
+  list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::kLine);
+  const float middle = at.y + height / 2, arm = points(3.5f), x = at.x + points(5);
+  const ImU32 arrow = hovered ? theme::kAccent : theme::kFaint;
+  if (open) {
+    list->AddTriangleFilled({x - arm, middle - arm / 2}, {x + arm, middle - arm / 2}, {x, middle + arm},
+                            arrow);
+  } else {
+    list->AddTriangleFilled({x - arm / 2, middle - arm}, {x + arm, middle}, {x - arm / 2, middle + arm},
+                            arrow);
+  }
+  list->AddText({at.x + points(15), at.y + points(4)}, open || hovered ? theme::kText : theme::kDim, title);
+  return open;
+}
+
+float Ui::begin_row(const char* label) {
+  const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextColored(floats(theme::kDim), "%s", label);
+  const float used = ImGui::GetItemRectSize().x + points(6);
+  const float label_width = std::max(std::round(width * kLabelShare), std::min(used, width * 0.7f));
+  ImGui::SameLine(left + label_width);
+  ImGui::SetNextItemWidth(width - label_width);
+  return width - label_width;
+}
+
+void Ui::value(const char* label, const char* format, ...) {
+  char text[256];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  value(label, theme::kText, text);
+}
+
+void Ui::value(const char* label, ImU32 color, const std::string& text) {
+  const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
+  ImGui::TextColored(floats(theme::kDim), "%s", label);
+  const float used = ImGui::GetItemRectSize().x + points(6);
+  ImGui::SameLine(left + std::max(std::round(width * kLabelShare), used));
+  ImGui::PushTextWrapPos(left + width);
+  ImGui::TextColored(floats(color), "%s", text.c_str());
+  ImGui::PopTextWrapPos();
+}
+
+void Ui::note(const std::string& text) {
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextColored(floats(theme::kDim), "%s", text.c_str());
+  ImGui::PopTextWrapPos();
+}
+
+bool Ui::button(const char* label, bool enabled, const char* hint_text, bool pressed) {
+  ImGui::BeginDisabled(!enabled);
+  if (pressed) ImGui::PushStyleColor(ImGuiCol_Button, theme::kAccentDark);
+  const bool clicked = ImGui::Button(label);
+  note_control(Control::Kind::button, label, enabled);
+  if (pressed) ImGui::PopStyleColor();
+  ImGui::EndDisabled();
+  hint(hint_text);
+  return clicked;
+}
+
+bool Ui::check(const char* label, bool& value, const char* hint_text) {
+  ImGui::PushID(label);
+  begin_row(label);
+  const bool changed = ImGui::Checkbox("##", &value);
+  note_control(Control::Kind::check, label);
+  hint(hint_text);
+  ImGui::PopID();
+  return changed;
+}
+
+bool Ui::slider(const char* label, float& value, const Range& range, const char* hint_text) {
+  ImGui::PushID(label);
+  begin_row(label);
+  const ImGuiSliderFlags flags =
+      ImGuiSliderFlags_AlwaysClamp | (range.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+  const bool changed = ImGui::SliderFloat("##", &value, range.least, range.most, range.format, flags);
+  note_control(Control::Kind::slider, label);
+  hint(hint_text);
+  ImGui::PopID();
+  return changed;
+}
+
+bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> names,
+                const char* hint_text) {
+  ImGui::PushID(label);
+  begin_row(label);
+  bool changed = false;
+  const bool open = ImGui::BeginCombo("##", names[std::min(chosen, names.size() - 1)]);
+  // The closed list's own place: what is inside comes later.
+  note_control(Control::Kind::choice, label);
+  if (!open) hint(hint_text);
+  if (open) {
+    for (size_t i = 0; i < names.size(); ++i) {
+      const bool clicked = ImGui::Selectable(names[i], i == chosen);
+      note_control(Control::Kind::row, (std::string(label) + "/" + names[i]).c_str());
+      if (!clicked) continue;
+      changed = i != chosen;
+      chosen = i;
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::PopID();
+  return changed;
+}
+
+bool Ui::color(const char* label, glm::vec3& linear, const char* hint_text) {
+  ImGui::PushID(label);
+  const float width = begin_row(label);
+  // As displays show it, which is how people choose; values that shine brighter than a display stay in range.
+  glm::vec3 shown(encoded(linear.r), encoded(linear.g), encoded(linear.b));
+  const ImVec4 swatch{std::min(shown.r, 1.0f), std::min(shown.g, 1.0f), std::min(shown.b, 1.0f), 1};
+  constexpr ImGuiColorEditFlags kFlags = ImGuiColorEditFlags_NoAlpha | ImGuiColorEditFlags_NoTooltip;
+  if (ImGui::ColorButton("##", swatch, kFlags, {width, ImGui::GetFrameHeight()})) ImGui::OpenPopup("color");
+  note_control(Control::Kind::color, label);
+  hint(hint_text);
+  bool changed = false;
+  if (ImGui::BeginPopup("color")) {
+    constexpr ImGuiColorEditFlags kPicker = kFlags | ImGuiColorEditFlags_NoSidePreview |
+                                            ImGuiColorEditFlags_NoLabel | ImGuiColorEditFlags_Float |
+                                            ImGuiColorEditFlags_DisplayRGB | ImGuiColorEditFlags_InputRGB;
+    ImGui::SetNextItemWidth(points(200));
+    if (ImGui::ColorPicker3("##", &shown.x, kPicker)) {
+      linear = {decoded(shown.r), decoded(shown.g), decoded(shown.b)};
+      changed = true;
+    }
+    note_control(Control::Kind::color, (std::string(label) + "/picker").c_str());
+    ImGui::EndPopup();
+  }
+  ImGui::PopID();
+  return changed;
+}
+
+bool Ui::text(const char* name, const char* hint_text, std::string& value) {
+  ImGui::SetNextItemWidth(-FLT_MIN);
+  ImGui::PushID(name);
+  const bool changed = ImGui::InputTextWithHint("##", hint_text, &value);
+  note_control(Control::Kind::text, name);
+  ImGui::PopID();
+  return changed;
+}
+
+bool Ui::row(const char* text, bool chosen, ImU32 text_color, float width) {
+  ImGui::PushStyleColor(ImGuiCol_Text, text_color);
+  const bool clicked = ImGui::Selectable(text, chosen, ImGuiSelectableFlags_AllowItemOverlap, {width, 0});
+  ImGui::PopStyleColor();
+  note_control(Control::Kind::row, text);
+  return clicked;
+}
+
+bool Ui::sign(const char* name, const char* glyph, ImU32 color, float width) {
+  ImGui::PushID(name);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float height = ImGui::GetTextLineHeight();
+  const bool clicked = ImGui::InvisibleButton("##", {width, height});
+  note_control(Control::Kind::button, name);
+  const ImVec2 size = ImGui::CalcTextSize(glyph);
+  ImGui::GetWindowDrawList()->AddText({std::round(at.x + (width - size.x) / 2), at.y},
+                                      ImGui::IsItemHovered() ? theme::kText : color, glyph);
+  hint(name);
+  ImGui::PopID();
+  return clicked;
+}
+
+float Ui::edge(const char* name, bool upright, const Rect& rect) {
+  ImGui::SetCursorScreenPos({rect.low.x, rect.low.y});
+  ImGui::InvisibleButton(name, {rect.high.x - rect.low.x, rect.high.y - rect.low.y});
+  note_control(Control::Kind::edge, name);
+  const bool active = ImGui::IsItemActive();
+  if (active || ImGui::IsItemHovered()) {
+    ImGui::SetMouseCursor(upright ? ImGuiMouseCursor_ResizeEW : ImGuiMouseCursor_ResizeNS);
+    ImGui::GetWindowDrawList()->AddRectFilled(ImGui::GetItemRectMin(), ImGui::GetItemRectMax(),
+                                              active ? theme::kAccent : theme::kAccentDark);
+  }
+  if (!active) return 0;
+  return upright ? ImGui::GetIO().MouseDelta.x : ImGui::GetIO().MouseDelta.y;
+}
+
+void Ui::bar(float share, ImU32 color) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x * std::clamp(share, 0.0f, 1.0f);
+  ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y}, {at.x + width, at.y + ImGui::GetTextLineHeight()},
+                                            color);
+}
+
+void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, const char* unit) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const ImVec2 size{ImGui::GetContentRegionAvail().x, points(height_pt)};
+  ImGui::Dummy(size);
+  ImDrawList* const list = ImGui::GetWindowDrawList();
+  list->AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::kWell);
+  float top = least_top;
+  size_t most = 2;
+  for (const Curve& curve : curves) {
+    for (const float value : curve.values) top = std::max(top, value);
+    most = std::max(most, curve.values.size());
+  }
+  // A round number above the largest value, so that the scale does not breathe with it.
+  const float decade = std::pow(10.0f, std::floor(std::log10(top)));
+  for (const float step : {1.0f, 2.0f, 5.0f, 10.0f}) {
+    if (step * decade < top * 0.999f) continue;
+    top = step * decade;
+    break;
+  }
+  const float step_x = size.x / static_cast<float>(most - 1);
+  for (const Curve& curve : curves) {
+    const size_t count = curve.values.size();
+    const float first_x = at.x + size.x - step_x * static_cast<float>(count - std::min<size_t>(count, 1));
+    const auto place = [&](size_t i) {
+      const float y = at.y + size.y * (1 - std::min(curve.values[i] / top, 1.0f));
+      return ImVec2{first_x + step_x * static_cast<float>(i), y};
+    };
+    const ImU32 fill = (curve.color & ~IM_COL32_A_MASK) | 0x30u << IM_COL32_A_SHIFT;
+    list->PathClear();
+    for (size_t i = 0; i < count; ++i) {
+      if (i + 1 < count) {
+        const ImVec2 a = place(i), b = place(i + 1);
+        list->AddQuadFilled({a.x, at.y + size.y}, a, b, {b.x, at.y + size.y}, fill);
+      }
+      list->PathLineTo(place(i));
+    }
+    list->PathStroke(curve.color, 0, points(1));
+  }
+  char label[48];
+  std::snprintf(label, sizeof label, "%g %s", static_cast<double>(top), unit);
+  list->AddText({at.x + points(4), at.y + points(1)}, theme::kFaint, label);
+}
+
+}  // namespace fire3dv::gui
