@@ -153,6 +153,8 @@ int run(const Options& options) {
     note_start("renderer");
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
       return fail(Error{"--outputs: " + can.error().message});
+    if (Result<void> can = renderer->can_show(options.debug_view); !can)
+      return fail(Error{"--view: " + can.error().message});
     Result<const scene::LoadedScene*> loaded = load->wait();
     if (!loaded) return fail(loaded.error());
     note_start(load->was_kept() ? "scene from the cache" : "scene");
