@@ -203,7 +203,7 @@ void FrameLoop::draw() {
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   const std::vector<state::FrameTag> shown = poses_.shown();
 
-  renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_);
+  renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_, {options_.debug_view});
   if (taken_.color_srgb8)
     renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
   if (wants_pixels()) read_back(recorder, {images_, view.camera, shown, {}});

@@ -297,6 +297,11 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   app.add_option("--fxaa", fxaa, "smooths edges in the finished image")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
+  std::string debug_view = "none";
+  app.add_option("--view", debug_view,
+                 "show something else than light: docs/views.md says what the colours of each stand for")
+      ->check(CLI::IsMember(passes::kDebugViewNames))
+      ->capture_default_str();
 
   try {
     app.parse(argc, argv);
@@ -372,6 +377,13 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   options.shadows.hybrid = shadow_rays == "hybrid";
   options.tone_map = tone_map_named(tone_map);
   options.fxaa = fxaa == "on";
+  options.debug_view = passes::debug_view_named(debug_view);
+  const bool shows_light = options.debug_view == passes::DebugView::none;
+  if (!shows_light && (!options.outputs.color_srgb8 || options.outputs[passes::Plane::color_linear_f16]))
+    return usage_error(
+        "--view shows something else than light: --outputs needs color and not linear beside it");
+  if (!shows_light && options.on_request)
+    return usage_error("--view is for images that are drawn unasked, and --on-request draws none");
   return options;
 }
 

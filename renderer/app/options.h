@@ -66,6 +66,7 @@ struct Options {
   float exposure = 1;
   passes::ToneMap tone_map = passes::ToneMap::reinhard;
   bool fxaa = true;
+  passes::DebugView debug_view = passes::DebugView::none;  // shown instead of light
 };
 
 // Options, or the exit code with which the program ends now (help, or a usage error that has been printed).

@@ -253,6 +253,8 @@ int run(const Options& options) {
     stage.note_start("renderer");
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
       return fail(Error{"--outputs: " + can.error().message});
+    if (Result<void> can = renderer->can_show(options.debug_view); !can)
+      return fail(Error{"--view: " + can.error().message});
     while (show) {
       Result<std::unique_ptr<Show>> next = play(stage, *show);
       if (!next) exit_code = fail(next.error());

@@ -77,18 +77,25 @@ VkExtent2D tiles_of(VkExtent2D extent) {
 }
 
 ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, RasterKind kind)
-    : device_(device), layout_(layout), kind_(kind), tile_by_tile_(gpu::takes_cpu_variants(device)) {
+    : device_(device),
+      layout_(layout),
+      kind_(kind),
+      tile_by_tile_(kind != RasterKind::camera_counts && gpu::takes_cpu_variants(device)) {
   const std::string suffix = kind == RasterKind::lights             ? "_light.comp"
                              : kind == RasterKind::lights_middles   ? "_middles.comp"
                              : kind == RasterKind::camera_4_samples ? "_4.comp"
+                             : kind == RasterKind::camera_counts    ? "_count.comp"
                                                                     : "_1.comp";
-  cull_ =
-      gpu::create_compute_pipeline(device, layout, "cull" + (is_of_lights(kind) ? "_light.comp" : suffix));
+  const bool counting = kind == RasterKind::camera_counts;
+  cull_ = gpu::create_compute_pipeline(device, layout,
+                                       "cull" + (is_of_lights(kind) ? "_light.comp"
+                                                 : counting         ? "_1.comp"
+                                                                    : suffix));
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix, gpu::Make::when_used);
   expand_ = gpu::create_compute_pipeline(device, layout, "expand" + suffix);
   tiles_ = gpu::create_compute_pipeline(device, layout, "tiles" + suffix);
-  if (!is_of_lights(kind))
+  if (!is_of_lights(kind) && !counting)
     farthest_depth_ = gpu::create_compute_pipeline(device, layout, "farthest_depth" + suffix);
   for (gpu::Buffer& counts : counts_) {
     counts = gpu::create_buffer(device, sizeof(Counts), 0, gpu::Memory::readback);
@@ -98,7 +105,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
 
 // Both ways are tried now and then, and the better one is kept meanwhile. The image is the same.
 bool ClusterRaster::leaves_out_hidden(const Job& job) const {
-  if (is_of_lights(kind_) || job.view_count > 1) return false;
+  if (!farthest_depth_ || job.view_count > 1) return false;
   if (job.cull != Cull::automatic) return job.cull == Cull::hidden;
   if (job.scene->own_cluster_instance_count < kClustersWorthHiding) return false;
   const uint64_t step = frame_ % kTrialPeriod;

@@ -16,8 +16,9 @@
 
 namespace fire3dv::passes {
 
-// lights_middles: lights' maps without the outer ones.
-enum class RasterKind : uint8_t { camera_1_sample, camera_4_samples, lights, lights_middles };
+// lights_middles: lights' maps without the outer ones. camera_counts: of each pixel's middle, how many
+// triangles cover it.
+enum class RasterKind : uint8_t { camera_1_sample, camera_4_samples, camera_counts, lights, lights_middles };
 constexpr bool is_of_lights(RasterKind kind) {
   return kind == RasterKind::lights || kind == RasterKind::lights_middles;
 }

@@ -53,8 +53,14 @@ bool EditFollower::follow(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuSce
                           const scene::Scene& scene, const scene::SceneEdits& edits, ShadowPass& shadows) {
   if (seen_ == edits.revisions()) return false;
   Change change{gpu_scene, scene, edits, {}};
+  const bool materials = seen_.materials != edits.revisions().materials;
+  if (materials) {
+    // By themselves: nodes with colours of their own get copies of what is written here.
+    follow_materials(change);
+    std::exchange(change.patches, {}).record(recorder, belt);
+  }
   if (seen_.visible != edits.revisions().visible) follow_visible(change, shadows);
-  if (seen_.base_color != edits.revisions().base_color) follow_colors(change);
+  if (materials || seen_.base_color != edits.revisions().base_color) follow_colors(change, materials);
   if (seen_.light != edits.revisions().light) follow_lights(change, shadows);
   if (seen_.vertices != edits.revisions().vertices) follow_vertices(change);
   seen_ = edits.revisions();
@@ -97,14 +103,36 @@ void EditFollower::follow_visible(Change& change, ShadowPass& shadows) {
   change.draws = true;
 }
 
-void EditFollower::follow_colors(Change& change) {
+// The factors come first in a record, and nothing else follows from them.
+void EditFollower::follow_materials(Change& change) {
+  const scene::MaterialEdits before = std::exchange(materials_, change.edits.materials());
+  const auto write = [&](uint32_t number, const scene::MaterialFactors& factors) {
+    const scene::Material edited = scene::with_factors(change.scene.materials[number], factors);
+    const MaterialRecord record = material_records(std::span(&edited, 1)).materials[0];
+    static_assert(offsetof(MaterialRecord, base_color) == 0 &&
+                  offsetof(MaterialRecord, alpha_cutoff) + sizeof(float) == sizeof(scene::MaterialFactors));
+    change.patches.write(change.gpu_scene.materials, number * sizeof(MaterialRecord),
+                         std::as_bytes(std::span(&record, 1)).first(sizeof(scene::MaterialFactors)));
+  };
+  const size_t count = change.scene.materials.size();
+  for (const auto& [number, factors] : before) {
+    if (number < count && !materials_.contains(number))
+      write(number, scene::factors_of(change.scene.materials[number]));
+  }
+  for (const auto& [number, factors] : materials_) {
+    const auto old = before.find(number);
+    if (number < count && (old == before.end() || old->second != factors)) write(number, factors);
+  }
+}
+
+void EditFollower::follow_colors(Change& change, bool anew) {
   std::map<uint32_t, Color> wanted;
   for (const auto& [node, edit] : change.edits.nodes()) {
     if (edit.base_color && mesh_of(change.scene, node)) wanted[node] = {*edit.base_color};
   }
   const bool same_nodes = std::equal(wanted.begin(), wanted.end(), colors_.begin(), colors_.end(),
                                      [](const auto& a, const auto& b) { return a.first == b.first; });
-  if (!same_nodes) {
+  if (!same_nodes || (anew && !wanted.empty())) {
     const std::map<uint32_t, Color> before = std::exchange(colors_, std::move(wanted));
     make_room_for_colors(change);
     for (const auto& [node, color] : before) {

@@ -21,6 +21,7 @@ class EditFollower {
   // The scene was replaced: all edits are new to it.
   void forget() {
     seen_ = {};
+    materials_.clear();
     colors_.clear();
     vertices_.clear();
   }
@@ -39,7 +40,9 @@ class EditFollower {
     uint32_t first_material = 0;  // of the node's own
   };
   static void follow_visible(Change& change, ShadowPass& shadows);
-  void follow_colors(Change& change);
+  void follow_materials(Change& change);
+  // anew: copies of materials are made again, whoever has them.
+  void follow_colors(Change& change, bool anew);
   void make_room_for_colors(Change& change);
   void give_own_materials(Change& change);
   static void give_back_materials(Change& change, uint32_t node);
@@ -50,6 +53,7 @@ class EditFollower {
 
   gpu::Device& device_;
   scene::EditRevisions seen_;
+  scene::MaterialEdits materials_;
   std::map<uint32_t, Color> colors_;  // of nodes
   std::map<uint32_t, std::shared_ptr<const scene::ReplacedVertices>> vertices_;
 };

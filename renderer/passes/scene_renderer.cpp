@@ -45,6 +45,8 @@ scene::Levels levels_for(LevelsOfDetail wanted) {
 SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
     : device_(device),
       settings_(settings),
+      environment_of_(settings.environment),
+      own_studio_(!settings.environment),
       path_(choose_path(device, settings.raster)),
       samples_(choose_samples(device, path_, settings.samples)),
       scene_set_layout_(gpu::BindlessTextures::create_layout(device, settings.most_textures)),
@@ -69,6 +71,29 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       held_mark_(device),
       environment_(device, settings.environment ? *settings.environment : scene::studio_environment()) {
   settings_.environment.reset();  // the GPU has it now
+}
+
+void SceneRenderer::apply(const DrawSettings& settings) {
+  settings_.cull = settings.cull;
+  settings_.levels_of_detail = settings.levels_of_detail;
+  settings_.environment_intensity = settings.environment_intensity;
+  settings_.environment_rotation_rad = settings.environment_rotation_rad;
+  settings_.background = settings.background;
+  shadows_on_ = settings.shadows.method != ShadowMethod::off;
+  if (settings_.post.fxaa != settings.post.fxaa) inspector_bound_ = false;
+  settings_.post = settings.post;
+}
+
+bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
+  const RasterPath path = choose_path(device_, settings.raster);
+  const bool compute = path == RasterPath::visibility;
+  const bool other_shadows = settings.shadows.method != ShadowMethod::off &&
+                             choose_shadow_way(device_, settings.shadows, compute) != shadow_way_;
+  const bool other_surroundings =
+      settings.environment ? own_studio_ || environment_of_.lock() != settings.environment : !own_studio_;
+  return path != path_ || other_shadows || other_surroundings ||
+         choose_samples(device_, path, settings.samples) != samples_ ||
+         settings.anisotropy != settings_.anisotropy || settings.most_textures > settings_.most_textures;
 }
 
 void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived) {
@@ -100,6 +125,7 @@ void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
   if (visibility_) visibility_->set_targets(targets);
   shadows_.set_targets(targets);
   targets_ = &targets;
+  inspector_bound_ = false;
   drop_old_targets();
 }
 
@@ -167,9 +193,13 @@ void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& 
 
 void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
                            std::span<const View> views, const ImageOutputs& outputs,
-                           std::span<CameraHistory> histories, OfFrame of_frame) {
+                           std::span<CameraHistory> histories, OfFrame of_frame,
+                           const Inspection& inspection) {
   FIRE3DV_ASSERT(views.size() == targets_->views && can_take(outputs, targets_->views).ok());
-  const bool shaded = outputs.shaded(), surfaces = outputs.any_surface_plane();
+  const bool inspects = inspection.any(), replaced = replaces_shading(inspection.debug_view);
+  FIRE3DV_ASSERT(!inspects || (views.size() == 1 && outputs.color_srgb8 && can_show(inspection.debug_view)));
+  FIRE3DV_ASSERT(!replaced || !outputs[Plane::color_linear_f16]);
+  const bool shaded = outputs.shaded() && !replaced, surfaces = outputs.any_surface_plane();
   const bool lit = shaded && shadows_on_;
   if (of_frame == OfFrame::first) record_what_moves(recorder, belt, poses);
   shadows_.upload_choices(recorder, belt);
@@ -184,19 +214,22 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   std::vector<VkDeviceAddress> globals;
   for (const View& view : views) globals.push_back(upload_globals(belt, view, masked));
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
-  const Sees sees{(compute && shaded) || masked || surfaces, compute && shows_levels(), lit};
+  const Sees sees{(compute && shaded) || masked || surfaces || inspects, compute && shows_levels(), lit};
   if (outputs_) outputs_->begin(outputs, targets_->extent, targets_->views);
   find_visible(recorder, belt, views, globals, sees);
   // What that is, how far away it is and where it goes.
   if (surfaces)
     outputs_->record(recorder, belt, {*scene_, *gpu_scene_, visibility_->buffer(), views, globals},
                      histories);
-  if (!shaded) return;
-  Shading how{compute, masked, {nullptr, 0}};
-  if (outputs[Plane::color_linear_f16])
-    how.linear = {&outputs_->planes(), outputs_->address_of(Plane::color_linear_f16)};
-  if (sees.camera) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
-  shade(recorder, belt, poses, views, globals, how);
+  if (inspects) inspect(recorder, belt, views[0], globals[0], inspection);
+  if (shaded) {
+    Shading how{compute, masked, {nullptr, 0}};
+    if (outputs[Plane::color_linear_f16])
+      how.linear = {&outputs_->planes(), outputs_->address_of(Plane::color_linear_f16)};
+    if (sees.camera) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
+    shade(recorder, belt, poses, views, globals, how);
+  }
+  if (inspects) mark(recorder, belt, views[0], globals[0], inspection);
 }
 
 void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,

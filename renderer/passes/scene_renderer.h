@@ -13,6 +13,7 @@
 #include "renderer/passes/gpu_scene.h"
 #include "renderer/passes/held_mark.h"
 #include "renderer/passes/image_outputs.h"
+#include "renderer/passes/inspector.h"
 #include "renderer/passes/outputs_pass.h"
 #include "renderer/passes/post_pass.h"
 #include "renderer/passes/targets.h"
@@ -76,19 +77,29 @@ class SceneRenderer {
   // One sentence when these cannot be had here, from so many cameras at once.
   Result<void> can_take(const ImageOutputs& outputs, uint32_t views = 1) const;
 
+  // One sentence when this view, or outlines and picks, cannot be had here.
+  Result<void> can_show(DebugView view) const;
+  Result<void> can_inspect() const;
+
   // Records the passes; colours are in image() and planes in planes(), as far as they are wanted, ready to be
   // read. history: of the camera, where motion is wanted.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses, const View& view,
-              const ImageOutputs& outputs = {}, CameraHistory* history = nullptr) {
+              const ImageOutputs& outputs = {}, CameraHistory* history = nullptr,
+              const Inspection& inspection = {}) {
     record(recorder, belt, poses, std::span<const View>(&view, 1), outputs,
-           std::span<CameraHistory>(history, history ? 1 : 0));
+           std::span<CameraHistory>(history, history ? 1 : 0), OfFrame::first, inspection);
   }
   // The same of as many views as set_size() says, with all that they share done once. The image, and each
   // plane, has them one below the other, in their order. Several are not smoothed (FXAA), and are drawn with
-  // one set of shadow maps. histories: of each camera, or none.
+  // one set of shadow maps. histories: of each camera, or none. inspection: of one view with colours that is
+  // not of linear ones, as far as can_show() and can_inspect() say.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
               std::span<const View> views, const ImageOutputs& outputs, std::span<CameraHistory> histories,
-              OfFrame of_frame = OfFrame::first);
+              OfFrame of_frame = OfFrame::first, const Inspection& inspection = {});
+  // The frame that was recorded last is on its way: what was picked in it comes when it is done.
+  void submitted(uint64_t timeline_value);
+  // What was found since; see Inspection::pick.
+  std::vector<Picked> take_picked();
 
   // After record(): marks the image as held, where the condition is not live.
   void mark_held(gpu::Recorder& recorder, state::Condition condition) {
@@ -120,6 +131,14 @@ class SceneRenderer {
   void set_levels_of_detail(LevelsOfDetail levels) { settings_.levels_of_detail = levels; }
   void set_shadows(bool on) { shadows_on_ = on; }
 
+  // Of the frames to come: exposure, tone mapping, FXAA (image() is another one then), culling, levels of
+  // detail, shadows on and off, what the surroundings give, the background. All else stays as the renderer
+  // was made.
+  void apply(const DrawSettings& settings);
+  // Whether these want what only a renderer that is made with them has: another path or way to find shadows,
+  // other samples, surroundings, texture filters.
+  bool needs_new_renderer(const DrawSettings& settings) const;
+
  private:
   Targets& targets_of(VkExtent2D extent, uint32_t views);
   void drop_old_targets();
@@ -141,6 +160,10 @@ class SceneRenderer {
              std::span<const View> views, std::span<const VkDeviceAddress> globals, const Shading& how);
   void shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
                              std::span<const VkDeviceAddress> globals, bool masked, const VkRect2D* left);
+  void inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
+               const Inspection& inspection);
+  void mark(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
+            const Inspection& inspection);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
   void expect_shading(const scene::Scene& scene);
   bool shows_levels() const;
@@ -149,6 +172,9 @@ class SceneRenderer {
 
   gpu::Device& device_;
   DrawSettings settings_;
+  std::weak_ptr<const scene::EnvironmentImage>
+      environment_of_;  // what environment_ was made of; none: the studio
+  bool own_studio_ = true;
   RasterPath path_;  // never automatic
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
@@ -165,6 +191,8 @@ class SceneRenderer {
   ShadowPass shadows_;
   PostPass post_;
   HeldMark held_mark_;
+  std::unique_ptr<Inspector> inspector_;  // made when something is first inspected
+  bool inspector_bound_ = false;          // to the image that there is now
   Environment environment_;  // last: it waits for the GPU, and meanwhile the pipelines above are made
   const scene::Scene* scene_ = nullptr;
   const scene::SceneEdits* edits_ = nullptr;

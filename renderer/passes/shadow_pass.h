@@ -27,6 +27,7 @@ struct ShadowSettings {
   ShadowMethod method = ShadowMethod::automatic;
   bool hybrid = true;  // maps first, rays where they cannot tell; false: a ray for every lit surface
   RayBackEnd back_end = RayBackEnd::query;  // used if the device has it, else the other one
+  bool operator==(const ShadowSettings&) const = default;
 };
 
 // What a device makes of the settings.
@@ -34,6 +35,7 @@ struct ShadowWay {
   ShadowMethod method = ShadowMethod::off;  // never automatic
   RayBackEnd back_end = RayBackEnd::none;
   bool hybrid = false;
+  bool operator==(const ShadowWay&) const = default;
 };
 // compute: the image is drawn from a visibility buffer. Else, where there are ray queries, shading traces by
 // itself.

@@ -64,6 +64,28 @@ void SceneEdits::set(const Scene& scene, NodeEdits edits, uint32_t isolated) {
   nodes_ = std::move(edits);
 }
 
+void SceneEdits::set_materials(MaterialEdits edits) {
+  if (edits == materials_) return;
+  materials_ = std::move(edits);
+  ++revisions_.materials;
+}
+
+MaterialFactors factors_of(const Material& material) {
+  return {material.base_color,   material.emissive,           material.metallic,    material.roughness,
+          material.normal_scale, material.occlusion_strength, material.alpha_cutoff};
+}
+
+Material with_factors(Material material, const MaterialFactors& factors) {
+  material.base_color = factors.base_color;
+  material.emissive = factors.emissive;
+  material.metallic = factors.metallic;
+  material.roughness = factors.roughness;
+  material.normal_scale = factors.normal_scale;
+  material.occlusion_strength = factors.occlusion_strength;
+  material.alpha_cutoff = factors.alpha_cutoff;
+  return material;
+}
+
 const Camera* SceneEdits::camera_at(uint32_t node) const {
   const auto edit = nodes_.find(node);
   return edit != nodes_.end() && edit->second.camera ? &*edit->second.camera : nullptr;

@@ -31,9 +31,22 @@ struct NodeEdit {
 };
 using NodeEdits = std::map<uint32_t, NodeEdit>;
 
+// Of one material, instead of the file's: what its textures are multiplied with and compared to. Textures and
+// modes stay.
+struct MaterialFactors {
+  glm::vec4 base_color{1};
+  glm::vec3 emissive{0};
+  float metallic = 1, roughness = 1;
+  float normal_scale = 1, occlusion_strength = 1, alpha_cutoff = 0.5f;
+  bool operator==(const MaterialFactors&) const = default;
+};
+using MaterialEdits = std::map<uint32_t, MaterialFactors>;  // by the material's number
+MaterialFactors factors_of(const Material& material);
+Material with_factors(Material material, const MaterialFactors& factors);
+
 // Which of it is newer than what somebody has seen. Each only ever rises.
 struct EditRevisions {
-  uint64_t visible = 0, base_color = 0, light = 0, camera = 0, vertices = 0;
+  uint64_t visible = 0, base_color = 0, light = 0, camera = 0, vertices = 0, materials = 0;
   bool operator==(const EditRevisions&) const = default;
 };
 
@@ -47,8 +60,12 @@ class SceneEdits {
   // All that is edited from now on. The scene's nodes are those that the keys speak of. isolated: all that is
   // neither this node nor below it is hidden; kNone: nothing is for that.
   void set(const Scene& scene, NodeEdits edits, uint32_t isolated = kNone);
+  // Those of materials, all that are edited from now on. A number that the scene does not have changes
+  // nothing.
+  void set_materials(MaterialEdits edits);
 
   const NodeEdits& nodes() const { return nodes_; }
+  const MaterialEdits& materials() const { return materials_; }
   const EditRevisions& revisions() const { return revisions_; }
   // By itself, by a node above it, or because another one is isolated.
   bool is_hidden(uint32_t node) const { return node < hidden_.size() && hidden_[node]; }
@@ -59,6 +76,7 @@ class SceneEdits {
 
  private:
   NodeEdits nodes_;
+  MaterialEdits materials_;
   std::vector<bool> hidden_, removed_;
   EditRevisions revisions_;
 };

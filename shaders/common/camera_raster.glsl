@@ -1,5 +1,6 @@
 // Covers samples of the visibility buffer: depth in the upper half of 64 bits, id in the lower. The largest value wins,
-// whoever comes first: the nearest, and of equally near ones the one with the larger id.
+// whoever comes first: the nearest, and of equally near ones the one with the larger id. With FIRE3DV_COUNT samples count
+// what covers them instead.
 #ifndef FIRE3DV_CAMERA_RASTER_GLSL
 #define FIRE3DV_CAMERA_RASTER_GLSL
 #extension GL_EXT_shader_atomic_int64 : require
@@ -9,11 +10,15 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) buffer VisibilityRe
 
 void put(uint64_t target, uint sample_index, float depth, uint id, bool look_first) {
   if (depth < 0) return;  // beyond the far plane
+#ifdef FIRE3DV_COUNT
+  atomicAdd(VisibilityRef(target).at[sample_index], uint64_t(1));
+#else
   const uint64_t value = (uint64_t(floatBitsToUint(depth)) << 32) | id;
   VisibilityRef visibility = VisibilityRef(target);
   // A read saves the atomic where much is hidden, and costs more than it saves where little is.
   if (look_first && visibility.at[sample_index] >= value) return;
   atomicMax(visibility.at[sample_index], value);
+#endif
 }
 
 int pixel_reach(RasterView view) { return 0; }

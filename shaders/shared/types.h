@@ -5,6 +5,7 @@
 #include "deform_types.h"
 #include "geometry_types.h"
 #include "image_types.h"
+#include "inspect_types.h"
 #include "light_types.h"
 #include "material_types.h"
 #include "output_types.h"

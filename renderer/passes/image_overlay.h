@@ -1,0 +1,45 @@
+// What passes that write over a finished image share: it and the scene, as shaders reach them.
+#pragma once
+
+#include "renderer/gpu/descriptors.h"
+#include "renderer/gpu/pipeline.h"
+#include "renderer/passes/gpu_scene.h"
+#include "renderer/passes/view.h"
+
+namespace fire3dv::passes {
+
+// A view of which the visibility buffer has been drawn.
+struct SeenView {
+  const scene::Scene& scene;
+  GpuScene& gpu_scene;
+  gpu::Buffer& visibility;
+  const View& view;
+  VkDeviceAddress globals;
+  VkExtent2D extent;
+};
+
+class ImageOverlay {
+ public:
+  ImageOverlay(gpu::Device& device, VkDescriptorSetLayout scene_set_layout);
+
+  void bind(const gpu::Image& image);  // another one, or one that may have taken its place
+  VkPipelineLayout layout() const { return layout_.get(); }
+
+  template <typename Push>
+  void begin(VkCommandBuffer commands, const gpu::Pipeline& pipeline, const GpuScene& scene,
+             const Push& push) const {
+    static_assert(sizeof(Push) <= gpu::kPushConstantBytes);
+    begin(commands, pipeline, scene, &push, sizeof(Push));
+  }
+
+ private:
+  void begin(VkCommandBuffer commands, const gpu::Pipeline& pipeline, const GpuScene& scene, const void* push,
+             uint32_t push_bytes) const;
+
+  gpu::Device& device_;
+  gpu::SetLayout set_layout_;
+  gpu::PipelineLayout layout_;
+  gpu::DescriptorSet set_;
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,61 @@
+// What of a scene renderer looks into its images: see inspection.h.
+#include <string>
+#include <utility>
+
+#include "renderer/passes/scene_renderer.h"
+
+namespace fire3dv::passes {
+
+Result<void> SceneRenderer::can_inspect() const {
+  if (path_ == RasterPath::visibility) return {};
+  return Error{"picking, outlines and debug views come from the visibility buffer" +
+               (settings_.raster == RasterPath::forward
+                    ? std::string(": leave --raster forward out")
+                    : ", for which " + device_.report().name +
+                          " lacks 64-bit atomics: choose another device with --device")};
+}
+
+Result<void> SceneRenderer::can_show(DebugView view) const {
+  if (view == DebugView::none) return {};
+  if (Result<void> can = can_inspect(); !can) return can;
+  if (view == DebugView::shadow_doubt && !shadow_way_.hybrid) {
+    return Error{
+        std::string("shadow doubt is what shadow maps leave to rays, but here shadows are found by ") +
+        describe(shadow_way_) + ": take both, as --shadows ray does without --shadow-rays all"};
+  }
+  return {};
+}
+
+// From the triangles themselves, before surfaces are merged: what lies at a pixel, and a debug view.
+void SceneRenderer::inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
+                            VkDeviceAddress globals, const Inspection& inspection) {
+  if (!inspector_)
+    inspector_ = std::make_unique<Inspector>(device_, layout_.get(), scene_set_layout_.get(),
+                                             samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
+  if (!std::exchange(inspector_bound_, true)) inspector_->bind(image());
+  const SeenView seen{*scene_, *gpu_scene_, visibility_->buffer(), view, globals, targets_->extent};
+  if (inspection.pick) inspector_->pick(recorder, seen, *inspection.pick);
+  if (!replaces_shading(inspection.debug_view)) return;
+  inspector_->debug_views().show(recorder, belt, seen, inspection.debug_view,
+                                 {settings_.cull, shows_levels()}, image());
+}
+
+// Over the finished image.
+void SceneRenderer::mark(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
+                         VkDeviceAddress globals, const Inspection& inspection) {
+  const SeenView seen{*scene_, *gpu_scene_, visibility_->buffer(), view, globals, targets_->extent};
+  if (inspection.debug_view == DebugView::shadow_doubt)
+    inspector_->debug_views().mark_doubt(recorder, seen, shadows_, shadows_on_, image());
+  if (inspection.selected != scene::kNone)
+    inspector_->outline(recorder, belt, seen, inspection.selected, image());
+}
+
+void SceneRenderer::submitted(uint64_t timeline_value) {
+  if (inspector_ && inspector_->picks()) inspector_->picks()->submitted(timeline_value);
+}
+
+std::vector<Picked> SceneRenderer::take_picked() {
+  return inspector_ && inspector_->picks() ? inspector_->picks()->take_picked() : std::vector<Picked>();
+}
+
+}  // namespace fire3dv::passes

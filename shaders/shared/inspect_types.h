@@ -1,0 +1,63 @@
+// Looking into an image: what lies at a pixel, other things shown than light, an outline.
+#ifndef FIRE3DV_SHARED_INSPECT_TYPES_H
+#define FIRE3DV_SHARED_INSPECT_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+// What a pixel shows.
+struct PickedSurface {
+  vec3 world;
+  float depth_m;  // along the look; infinite for the background
+  uint node;      // FIRE3DV_NO_INDEX: the background
+};
+
+struct PickPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS picked;      // PickedSurface, written
+  vec3 look_world;             // unit
+  uint orthographic;
+  uint x;
+  uint y;
+};
+
+#define FIRE3DV_DEBUG_NORMALS 1u
+#define FIRE3DV_DEBUG_DEPTH 2u
+#define FIRE3DV_DEBUG_INSTANCES 3u
+#define FIRE3DV_DEBUG_CLUSTERS 4u
+#define FIRE3DV_DEBUG_OVERDRAW 5u
+#define FIRE3DV_DEBUG_DEPTH_RANGE 6u  // before depth: finds what there is, and shows nothing
+
+// Of what an image shows; the bits of positive floats order as these do.
+struct DepthRange {
+  uint inverse_nearest;  // complements, so that clearing to 0 makes the range empty
+  uint farthest;
+};
+
+struct DebugViewPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS counts;      // uint64_t[pixel], of overdraw
+  FIRE3DV_ADDRESS range;       // DepthRange
+  vec3 look_world;             // unit
+  uint orthographic;
+  uint view;  // FIRE3DV_DEBUG_*
+};
+
+struct ShadowDoubtPush {
+  FIRE3DV_ADDRESS list;     // RayList
+  FIRE3DV_ADDRESS entries;  // RayEntry[]
+  uint width;               // of the image
+  uint height;
+  uint marks;  // 0: the image turns grey; 1: what is on the list is marked
+};
+
+struct OutlinePush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS selected;    // uint[]: a bit for each node
+};
+
+FIRE3DV_SHARED_END
+#endif

@@ -1,0 +1,4 @@
+if(TARGET fire3dv_passes)
+  fire3dv_test(render_inspect_test SOURCES inspect_test.cpp wishes_test.cpp LINK fire3dv_render_bench LABELS render
+               TIMEOUT 900)
+endif()
