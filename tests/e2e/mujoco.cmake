@@ -1,6 +1,6 @@
-# fire3dv-mujoco: as its README has it, driven by lines, and refused.
+# fire3dv-mujoco: as its README has it, driven by lines, given images, and refused.
 if(TARGET fire3dv AND TARGET fire3dv-mujoco AND TARGET stream_dump)
-  foreach(cases commands drawn refused)
+  foreach(cases commands drawn images refused)
     add_test(NAME mujoco_${cases}
       COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/mujoco_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-mujoco>
               $<TARGET_FILE:stream_dump> ${cases})
