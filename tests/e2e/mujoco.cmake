@@ -8,3 +8,12 @@ if(TARGET fire3dv AND TARGET fire3dv-mujoco AND TARGET stream_dump)
       ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
   endforeach()
 endif()
+
+# Beside MuJoCo's own renderer, where there is an OpenGL for it.
+if(TARGET fire3dv AND TARGET fire3dv-mujoco-compare)
+  add_test(NAME mujoco_compare
+    COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/mujoco_compare_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-mujoco>
+            $<TARGET_FILE:fire3dv-mujoco-compare>)
+  set_tests_properties(mujoco_compare PROPERTIES LABELS e2e TIMEOUT 900 SKIP_RETURN_CODE 77
+    ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
+endif()
