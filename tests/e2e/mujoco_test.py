@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""fire3dv-mujoco: obeys what is typed, is drawn as its README says, and says what is wrong."""
+"""fire3dv-mujoco: obeys what is typed, is drawn as its README says, gets images back, and says what is wrong."""
 import json
+import math
 import os
 import re
 import shlex
+import signal
+import struct
 
 from harness import Program, main, shown, vulkan_environment, wait_until
-from pictures import check
+from pictures import check, read_png
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 CRANE = os.path.join(ROOT, "tests", "assets", "robots", "crane.xml")
@@ -97,6 +100,72 @@ def drawn(test):
     check(moved > 500, f"nothing moves in the images: {moved} values differ")
 
 
+def lines_of(path):
+    with open(path, encoding="utf-8") as file:
+        return [json.loads(line) for line in file]
+
+
+def plane(folder, frame, name, kind):
+    """The numbers of a .npy file; its head is of 128 bytes."""
+    with open(os.path.join(folder, frame["planes"][name]), "rb") as file:
+        return [number for (number,) in struct.iter_unpack("<" + kind, file.read()[128:])]
+
+
+def images(test):
+    """The README's commands bring each camera's image of each frame back: those that the renderer writes itself."""
+    render, simulate = readme("Images")
+    check(simulate[4:6] == ["--images", "chaser:320x240"] and simulate[8:10] == ["--out", "images"], "the README has changed")
+    planes = ["--outputs", "color,depth,instance,boxes2d"]
+    size = (96, 72)
+    uri = test.fresh_uri("shm")
+    renderer = test.renderer("--lockstep", "--camera", "chaser", "--exit-when-done", *planes, listen=[uri], scene=CRANE, size=size)
+    line = [CRANE, "--to", uri, *simulate[4:], *planes]
+    line[line.index("chaser:320x240")], line[line.index("free camera")] = "chaser:%dx%d" % size, "free camera:64x48"
+    line[line.index("images")] = folder = test.path("asked")
+    line[line.index("--rate") + 1], line[line.index("--duration") + 1] = "10", "0.3"
+    program = simulator(test, *line)
+    program.expect_exit(0)
+    renderer.expect_exit(0)
+    program.wait_err(": 8 images, 0 lost")
+    own = [f for f in renderer.frames() if shown(f, "mujoco")]
+    asked = lines_of(os.path.join(folder, "frames.jsonl"))
+    chased = [f for f in asked if f["camera"] == "chaser"]
+    check([f["frame"] for f in chased] == [1, 2, 3, 4] == [f["frame"] for f in asked if f["camera"] == "free camera"],
+          f"images of frames {asked}")
+    for mine, frame in zip(chased, own):
+        tag, truth = shown(mine, "mujoco"), shown(frame, "mujoco")
+        check([tag[k] for k in ("epoch", "sequence", "sim_time_ns")] == [truth[k] for k in ("epoch", "sequence", "sim_time_ns")],
+              f"{tag} is not {truth}")
+        check(mine["file"] == f"chaser/frame_{tag['sequence']:06d}.png" and mine["boxes2d"] == frame["boxes2d"], f"{mine}")
+        picture = read_png(os.path.join(folder, mine["file"]))
+        check(picture.text["SimTimeNs"] == str(tag["sim_time_ns"]) and picture.rows == renderer.picture(frame).rows,
+              f"{mine['file']} is another picture")
+        check(plane(folder, mine, "instance", "I") == plane(renderer.folder, frame, "instance", "I"), f"{mine} has other labels")
+        # The lens went through pixels and back.
+        check(all(math.isclose(a, b, rel_tol=1e-6)
+                  for a, b in zip(plane(folder, mine, "depth", "f"), plane(renderer.folder, frame, "depth", "f"))),
+              f"{mine} has other depths")
+    cameras = lines_of(os.path.join(folder, "cameras.jsonl"))
+    check(len(cameras) == 8 and [c["world_from_camera"] for c in cameras if c["camera"] == "free camera"][0][7] > 0.1,
+          f"{cameras}")
+    fovy = math.radians(50)  # of the model
+    check(all(abs(c["fy"] - size[1] / 2 / math.tan(fovy / 2)) < 1e-3 and c["cx"] == (size[0] - 1) / 2
+              for c in cameras if c["camera"] == "chaser"), f"{cameras[0]}")
+    # Without lockstep what comes is written, while the simulation is paused, too.
+    uri = test.fresh_uri("tcp")
+    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], CRANE, "--validation", "--cache", "off", "--listen", uri,
+                                         *render[4:]], vulkan_environment())
+    renderer.wait_err("listening on")
+    program = simulator(test, CRANE, "--to", uri, "--paused", "--images", "chaser:48x36", "--out", test.path("loose"))
+    listed = test.path("loose/frames.jsonl")
+    wait_until("an image", lambda: os.path.exists(listed) and lines_of(listed))
+    check(lines_of(listed)[0]["frame"] == 1, "an image shows no frame of the simulation")
+    program.signal(signal.SIGINT)
+    program.expect_exit(0)
+    renderer.signal(signal.SIGTERM)
+    renderer.expect_exit(0)
+
+
 def refused(test):
     for arguments, code, text in (
             ([CRANE], 2, "name where to publish"),
@@ -109,10 +178,20 @@ def refused(test):
             ([test.folder, "--to", "shm://x"], 1, test.folder),
             ([test.scene, "--to", "shm://x"], 1, "squares.glb"),
             ([CRANE, "--scene", test.path("no/folder/out.glb")], 1, "out.glb"),
+            ([CRANE, "--to", "shm://x", "--images", "chaser"], 2, "--out DIR"),
+            ([CRANE, "--scene", test.path("x.glb"), "--images", "chaser", "--out", test.path("o")], 2, "--to URI"),
+            ([CRANE, "--to", "shm://x", "--images", "chaser", "--out", "o", "--outputs", "color,colour"], 2, '"colour" is none of'),
+            ([CRANE, "--to", "shm://x", "--images", "chaser:0x9", "--out", "o"], 2, "1 to 8192"),
+            ([CRANE, "--to", test.fresh_uri("shm"), "--images", "nobody", "--out", test.path("o")], 1,
+             'no camera "nobody"; it has "free camera", "chaser", "rider"'),
+            ([CRANE, "--to", test.fresh_uri("shm"), "--images", "0:8x8", "--out", test.path("o"), "--lockstep",
+              "--ack-timeout", "0.1"], 1, "has sent an image of frame 1"),
+            ([CRANE, "--to", test.fresh_uri("shm"), "--images", "chaser", "--out", CRANE], 1, "crane.xml"),
+            ([CRANE, "--to", test.fresh_uri("udp"), "--images", "chaser", "--out", test.path("o")], 1, "udp://"),
             ([CRANE, "--to", test.fresh_uri("shm"), "--lockstep", "--ack-timeout", "0.1"], 1, "has shown frame 1")):
         program = simulator(test, *arguments)
         program.expect_exit(code)
         check(text in program.stderr_text() and len(program.err) <= 3, f"{arguments}: {program.stderr_text()}")
 
 
-main({"commands": commands, "drawn": drawn, "refused": refused}, PROGRAMS)
+main({"commands": commands, "drawn": drawn, "images": images, "refused": refused}, PROGRAMS)

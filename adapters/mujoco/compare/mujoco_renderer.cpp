@@ -1,0 +1,142 @@
+#include "adapters/mujoco/compare/mujoco_renderer.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace fire3dv::mujoco {
+namespace {
+
+constexpr int kMostGeoms = 20000;
+
+}  // namespace
+
+MujocoRenderer::MujocoRenderer(const MujocoView& view, convert::MjcfModel model)
+    : view_(view), model_(std::move(model)) {
+  mjModel& m = *model_;
+  m.vis.global.offwidth = static_cast<int>(view.width);
+  m.vis.global.offheight = static_cast<int>(view.height);
+  m.vis.quality.offsamples = view.samples;
+  m.vis.quality.shadowsize = view.shadow_texels;
+  if (view.fine) {
+    m.vis.quality.numslices = 256;
+    m.vis.quality.numstacks = 128;
+  }
+  near_m_ = static_cast<float>(m.vis.map.znear * m.stat.extent);
+  far_m_ = static_cast<float>(m.vis.map.zfar * m.stat.extent);
+  color_.resize(size_t{3} * view.width * view.height);
+  depth_.resize(size_t{1} * view.width * view.height);
+}
+
+Result<MujocoRenderer> MujocoRenderer::open(const mjModel& model, const MujocoView& view) {
+  convert::MjcfModel copy(mj_copyModel(nullptr, &model), &mj_deleteModel);
+  if (!copy) return Error{"MuJoCo has no memory for a copy of the model"};
+  MujocoRenderer made(view, std::move(copy));
+  const mjModel& m = *made.model_;
+  const int fixed = mj_name2id(&m, mjOBJ_CAMERA, view.camera.c_str());
+  if (fixed < 0 && view.camera != "free camera")
+    return Error{"the model has no camera \"" + view.camera + "\""};
+  const Result<void> done = convert::call_mujoco([&] {
+    mjv_defaultOption(&made.option_);
+    std::fill(std::begin(made.option_.sitegroup), std::end(made.option_.sitegroup), mjtByte{0});
+    mjv_defaultScene(&made.scene_);
+    mjr_defaultContext(&made.context_);
+    mjv_makeScene(&m, &made.scene_, kMostGeoms);
+    mjr_makeContext(&m, &made.context_, mjFONTSCALE_50);
+    mjr_setBuffer(mjFB_OFFSCREEN, &made.context_);
+    mjv_defaultFreeCamera(&m, &made.camera_);
+  });
+  if (!done) return Error{"MuJoCo's renderer does not start: " + done.error().message};
+  made.open_ = true;
+  if (made.context_.currentBuffer != mjFB_OFFSCREEN) return Error{"MuJoCo made no offscreen framebuffer"};
+  if (made.context_.offSamples != view.samples)
+    return Error{"MuJoCo gave " + std::to_string(made.context_.offSamples) + " samples a pixel, not " +
+                 std::to_string(view.samples)};
+  if (fixed >= 0) {
+    made.camera_.type = mjCAMERA_FIXED;
+    made.camera_.fixedcamid = fixed;
+  }
+  made.scene_.flags[mjRND_SHADOW] = view.shadow_texels > 0;
+  made.scene_.flags[mjRND_REFLECTION] = view.reflections;
+  return made;
+}
+
+MujocoRenderer::~MujocoRenderer() {
+  if (!open_) return;
+  mjr_freeContext(&context_);
+  mjv_freeScene(&scene_);
+}
+
+MujocoRenderer::MujocoRenderer(MujocoRenderer&& other) noexcept
+    : view_(std::move(other.view_)),
+      model_(std::move(other.model_)),
+      open_(std::exchange(other.open_, false)),
+      near_m_(other.near_m_),
+      far_m_(other.far_m_),
+      camera_(other.camera_),
+      option_(other.option_),
+      scene_(other.scene_),
+      context_(other.context_),
+      color_(std::move(other.color_)),
+      depth_(std::move(other.depth_)) {}
+
+Result<void> MujocoRenderer::draw(const mjData& data, bool labels) {
+  return convert::call_mujoco([&] {
+    scene_.flags[mjRND_SEGMENT] = labels;
+    scene_.flags[mjRND_IDCOLOR] = labels;
+    const mjrRect view{0, 0, static_cast<int>(view_.width), static_cast<int>(view_.height)};
+    // It wants the data to be writable and leaves it as it is.
+    mjv_updateScene(model_.get(), const_cast<mjData*>(&data), &option_, nullptr, &camera_, mjCAT_ALL,
+                    &scene_);
+    mjr_render(view, &scene_, &context_);
+    mjr_readPixels(color_.data(), labels ? nullptr : depth_.data(), view, &context_);
+  });
+}
+
+Result<void> MujocoRenderer::draw_color_and_depth(const mjData& data) {
+  return draw(data, false);
+}
+
+Result<void> MujocoRenderer::draw_labels(const mjData& data) {
+  return draw(data, true);
+}
+
+std::vector<uint8_t> MujocoRenderer::upright_color() const {
+  std::vector<uint8_t> upright;
+  const size_t row = size_t{3} * view_.width;
+  for (size_t y = view_.height; y-- > 0;)
+    upright.insert(upright.end(), color_.begin() + static_cast<std::ptrdiff_t>(y * row),
+                   color_.begin() + static_cast<std::ptrdiff_t>((y + 1) * row));
+  return upright;
+}
+
+std::vector<uint32_t> MujocoRenderer::labels() const {
+  std::vector<uint32_t> known(static_cast<size_t>(scene_.ngeom) + 1, kNoLabel);
+  for (int i = 0; i < scene_.ngeom; ++i) {
+    const mjvGeom& geom = scene_.geoms[i];
+    if (geom.segid >= 0 && geom.segid < scene_.ngeom)
+      known[static_cast<size_t>(geom.segid) + 1] = label_of(geom.objtype, geom.objid);
+  }
+  const std::vector<uint8_t> color = upright_color();
+  std::vector<uint32_t> labels;
+  for (size_t i = 0; i < color.size(); i += 3) {
+    const uint32_t id =
+        color[i] | static_cast<uint32_t>(color[i + 1]) << 8 | static_cast<uint32_t>(color[i + 2]) << 16;
+    labels.push_back(id < known.size() ? known[id] : kNoLabel);
+  }
+  return labels;
+}
+
+std::vector<float> MujocoRenderer::depths_m() const {
+  std::vector<float> depths;
+  for (size_t y = view_.height; y-- > 0;) {
+    for (size_t x = 0; x < view_.width; ++x) {
+      const float stored = depth_[y * view_.width + x];
+      depths.push_back(stored >= 1 ? std::numeric_limits<float>::infinity()
+                                   : near_m_ * far_m_ / (far_m_ - stored * (far_m_ - near_m_)));
+    }
+  }
+  return depths;
+}
+
+}  // namespace fire3dv::mujoco

@@ -1,0 +1,121 @@
+"""The Python examples, as their READMEs have them: the scene is written, drawn on request, and what comes out is true.
+
+python_examples_test.py FIRE3DV BULLET_ARM [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package."""
+import json
+import os
+import shlex
+import signal
+import sys
+
+import numpy
+
+from harness import HANG_S, Program, main, vulkan_environment
+from pictures import check, read_png
+
+EXAMPLES = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples"))
+
+
+def readme(example):
+    """The three commands, each a list of words: they write the scene, draw it, and ask for images."""
+    with open(os.path.join(EXAMPLES, example, "README.md"), encoding="utf-8") as file:
+        lines = [shlex.split(line) for line in file if line.startswith("    ")]
+    check(len(lines) == 3 and lines[1][0] == "./fire3dv", f"{example} has other commands: {lines}")
+    script = f"../../../examples/{example}/{example}.py"
+    check(lines[2][:2] == ["python3", script], f"{example} is run by {lines[2]}")
+    return [line[2:] if line[:2] == ["python3", script] else line[1:] for line in lines]
+
+
+def python(test, example, *arguments):
+    script = os.path.join(EXAMPLES, example, f"{example}.py")
+    program = Program(test, example, [sys.executable, script, *arguments], dict(os.environ))
+    program.expect_exit(0)
+    return program
+
+
+def renderer_of(test, words, scene, uri):
+    words = [{"shm://demo": uri}.get(word, word) for word in words[1:]]
+    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], scene, "--validation", "--cache", "off", *words],
+                       vulkan_environment())
+    renderer.wait_err("listening on")
+    return renderer
+
+
+def stop(renderer):
+    renderer.signal(signal.SIGTERM)
+    renderer.expect_exit(0)
+
+
+def rows_of(folder, name):
+    picture = read_png(os.path.join(folder, name))
+    return numpy.frombuffer(b"".join(picture.rows), numpy.uint8).reshape(picture.height, picture.width, 3)
+
+
+def mask_of(segmentation):
+    """COCO's uncompressed run lengths: column by column, 0 first."""
+    values = numpy.repeat(numpy.arange(len(segmentation["counts"])) % 2, segmentation["counts"])
+    return values.reshape(segmentation["size"], order="F")
+
+
+def dataset(test):
+    write, draw, ask = readme("dataset")
+    scene, uri = test.path(write[1]), test.fresh_uri("shm")
+    python(test, "dataset", write[0], scene)
+    renderer = renderer_of(test, draw, scene, uri)
+    size, count = (96, 72), 4
+    found = []
+    for folder in (test.path("first"), test.path("again")):
+        words = [{"shm://demo": uri, "dataset": folder, "100": str(count)}.get(word, word) for word in ask]
+        python(test, "dataset", *words, "--size", "%dx%d" % size, "--timeout", str(HANG_S))
+        with open(os.path.join(folder, "instances.json"), encoding="utf-8") as file:
+            found.append(json.load(file))
+    check(found[0] == found[1], "the same seed gives other labels")
+    first = found[0]
+    check([c["name"] for c in first["categories"]] == ["box", "ball", "cylinder"], f"{first['categories']}")
+    check(len(first["images"]) == count and len({a["category_id"] for a in first["annotations"]}) == 3, "labels are missing")
+    pictures = []
+    for image in first["images"]:
+        pictures.append(rows_of(test.path("first"), image["file_name"]))
+        check((pictures[-1] == rows_of(test.path("again"), image["file_name"])).all(), "the same seed gives another picture")
+        depth = numpy.load(test.path(os.path.join("first", image["depth_file"])))
+        check(pictures[-1].shape == (size[1], size[0], 3) and depth.shape == (size[1], size[0]), "images of another size")
+        mine = [a for a in first["annotations"] if a["image_id"] == image["id"]]
+        check(mine, f"{image['file_name']} shows nothing")
+        together = numpy.zeros(depth.shape, int)
+        for entry in mine:
+            mask = mask_of(entry["segmentation"])
+            y, x = numpy.nonzero(mask)
+            box = [x.min(), y.min(), x.max() - x.min() + 1, y.max() - y.min() + 1]
+            check(entry["bbox"] == box and entry["area"] == mask.sum(), f"{entry['bbox']} is not {box}")
+            check(numpy.isfinite(depth[mask == 1]).all() and (depth[mask == 1] < 6).all(), "an object is infinitely far")
+            together += mask
+        check(together.max() == 1, "two objects share a pixel")
+        # An object stands out from the floor behind it, in colour as in depth.
+        edges = (together[:, 1:] != together[:, :-1])
+        steps = numpy.abs(numpy.diff(pictures[-1].astype(int), axis=1)).max(axis=2)
+        check(steps[edges].mean() > 3 * steps[~edges].mean(), "labels do not lie where colours change")
+    check(any((pictures[0] != other).any() for other in pictures[1:]), "all pictures are the same")
+    stop(renderer)
+
+
+def stereo_endoscope(test):
+    write, draw, ask = readme("stereo_endoscope")
+    scene, uri, folder = test.path(write[1]), test.fresh_uri("tcp"), test.path("stereo")
+    arm = Program(test, "bullet_arm", [test.programs_at["bullet_arm"], write[0], scene])
+    arm.expect_exit(0)
+    renderer = renderer_of(test, draw, scene, uri)
+    words = [{"shm://demo": uri, "stereo": folder}.get(word, word) for word in ask]
+    program = python(test, "stereo_endoscope", *words, "--frames", "3", "--size", "96x72", "--timeout", str(HANG_S))
+    check(program.out[-1].endswith("3 pairs, each of one frame"), f"{program.out}")
+    pairs = [[rows_of(folder, f"{side}_{frame:03}.png").astype(int) for side in ("left", "right")] for frame in range(3)]
+    for left, right in pairs:
+        check(left.std() > 5, "nothing is seen")
+        check(0 < numpy.abs(left - right).mean() < 30, "left and right are the same, or of two scenes")
+    check((pairs[0][0] != pairs[1][0]).any(), "the endoscope does not move")
+    with open(os.path.join(folder, "calibration.json"), encoding="utf-8") as file:
+        calibration = json.load(file)
+    check(calibration["T"][0] < 0 and len(calibration["left"]["D"]) == 5, f"{calibration}")
+    stop(renderer)
+
+
+if __name__ == "__main__":
+    main({"dataset": dataset, "stereo_endoscope": stereo_endoscope}, ["fire3dv", "bullet_arm"])
