@@ -273,6 +273,12 @@ class Test:
     def renderer(self, *arguments, **options):
         return Renderer(self, *arguments, **options)
 
+    def viewer(self, scene, *arguments, size=SIZE, env=None):
+        """fire3dv in a window, as a user starts it: without images for a test."""
+        command = [self.programs_at["fire3dv"], scene, "--validation", "--tone-map", "none", "--cache", "off",
+                   "--size", f"{size[0]}x{size[1]}", *arguments]
+        return Program(self, "fire3dv in a window", command, env or vulkan_environment())
+
     def publisher(self, uri, **options):
         return Publisher(self, uri, **options)
 

@@ -28,8 +28,8 @@ def place_of(sequence):
 
 # --- the scene -------------------------------------------------------------------------------------------------------
 
-def write_scene(path):
-    """A glb of three unlit squares before a camera that maps a unit to a pixel."""
+def write_scene(path, squares=None):
+    """A glb of unlit squares, three unless given, before a camera that maps a unit to a pixel."""
     h = HALF_SQUARE
     binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
 
@@ -41,7 +41,7 @@ def write_scene(path):
         return len(accessors) - 1
 
     indices = add(struct.pack("<6I", 0, 1, 2, 0, 2, 3), {"componentType": 5125, "count": 6, "type": "SCALAR"})
-    for name, (colour, row) in SQUARES.items():
+    for name, (colour, row) in (squares or SQUARES).items():
         corners = [(-h, row - h, 0), (h, row - h, 0), (h, row + h, 0), (-h, row + h, 0)]
         positions = add(b"".join(struct.pack("<3f", *c) for c in corners),
                         {"componentType": 5126, "count": 4, "type": "VEC3",
@@ -77,6 +77,9 @@ class Picture:
 
     def pixel(self, x, y):
         return tuple(self.rows[y][3 * x:3 * x + 3])
+
+    def columns(self, first, count):
+        return Picture(count, self.height, [row[3 * first:3 * (first + count)] for row in self.rows], self.text)
 
     def place_of_square(self, name):
         """Middle of the square in units along x, or None when it is not in the picture."""

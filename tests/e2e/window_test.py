@@ -1,94 +1,12 @@
 #!/usr/bin/env python3
 """The window, on a display of our own: what it shows is seen by a screenshot, and keys and mouse do what README says.
-
-FIRE3DV_KEEP_SCREENSHOTS=DIR keeps what was seen there, as PPM.
 """
 import os
-import subprocess
+import time
 
-from harness import HANG_S, main, shown, vulkan_environment, wait_until
-from pictures import Picture, check, place_of
-
-SCREEN = (640, 480)
-SIZE = (320, 180)
-
-
-class Screen:
-    """An X server without a screen. It takes the first display number that is free."""
-
-    def __init__(self, test):
-        read, write = os.pipe()
-        os.set_inheritable(write, True)
-        self.log = open(test.path("xvfb.log"), "wb")
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", f"{SCREEN[0]}x{SCREEN[1]}x24",
-                                        "-nolisten", "tcp", "-noreset"], pass_fds=[write], stderr=self.log)
-        os.close(write)
-        with os.fdopen(read) as pipe:
-            number = pipe.readline().strip()
-        check(number.isdigit(), f"Xvfb does not start: {open(test.path('xvfb.log')).read()}")
-        self.display = f":{number}"
-        self.env = {**vulkan_environment(), "DISPLAY": self.display}
-        self.env.pop("WAYLAND_DISPLAY", None)
-
-    def end(self):
-        self.server.terminate()
-        self.server.wait()
-        self.log.close()
-
-    def xdotool(self, *arguments):
-        result = subprocess.run(["xdotool", *map(str, arguments)], env=self.env, capture_output=True, text=True,
-                                timeout=HANG_S, check=False)
-        check(result.returncode == 0, f"xdotool {arguments}: {result.stderr}")
-        return result.stdout.strip()
-
-    def window(self, program):
-        def look():
-            check(program.alive(), f"{program.name} ended:\n{program.stderr_text()}")
-            found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^FIRE-3DV"], env=self.env,
-                                   capture_output=True, text=True, timeout=HANG_S, check=False).stdout.split()
-            return found[0] if found else None
-        return wait_until("a window", look)
-
-    def size_of(self, window):
-        shell = dict(line.split("=") for line in self.xdotool("getwindowgeometry", "--shell", window).splitlines())
-        return int(shell["WIDTH"]), int(shell["HEIGHT"])
-
-    def picture(self, window):
-        """What the screen shows where the window is."""
-        shell = dict(line.split("=") for line in self.xdotool("getwindowgeometry", "--shell", window).splitlines())
-        x, y, width, height = (int(shell[key]) for key in ("X", "Y", "WIDTH", "HEIGHT"))
-        grab = subprocess.run(["ffmpeg", "-nostdin", "-v", "error", "-f", "x11grab", "-draw_mouse", "0", "-video_size",
-                               f"{width}x{height}", "-i", f"{self.display}+{x},{y}", "-frames:v", "1", "-f", "rawvideo",
-                               "-pix_fmt", "rgb24", "-"], capture_output=True, timeout=HANG_S, check=False, env=self.env)
-        check(len(grab.stdout) == 3 * width * height, f"no screenshot: {grab.stderr.decode()}")
-        keep(width, height, grab.stdout)
-        return Picture(width, height, [grab.stdout[3 * width * y:3 * width * (y + 1)] for y in range(height)])
-
-
-def keep(width, height, data, seen=[]):
-    folder = os.environ.get("FIRE3DV_KEEP_SCREENSHOTS")
-    if folder:
-        seen.append(width)
-        with open(os.path.join(folder, f"screen{len(seen):03}.ppm"), "wb") as file:
-            file.write(b"P6 %d %d 255\n" % (width, height) + data)
-
-
-def on_a_screen(body):
-    def run(test):
-        screen = Screen(test)
-        try:
-            body(test, screen)
-            for program in test.programs:  # before the screen goes: losing it is an error of its own
-                if program.alive():
-                    program.kill()
-        finally:
-            screen.end()
-    return run
-
-
-def all_squares(picture):
-    return all(picture.place_of_square(name) is not None for name in ("red", "green", "blue"))
-
+from harness import main, shown, wait_until
+from pictures import check, place_of
+from screen import SIZE, all_squares, on_a_screen
 
 def streams(test, screen):
     """Poses move what the window shows, through resizes, until Escape ends it in order."""
@@ -111,6 +29,8 @@ def streams(test, screen):
     check(len(places) == 3, f"{places}")
 
     publisher.do("stream 60")
+    for step in range(50):  # a window's edge that is dragged; nobody waits for an image of each size
+        screen.xdotool("windowsize", window, 300 + step % 10 * 10, 200 + step * 2)
     for size in ((400, 220), (200, 300), (64, 64), (360, 200)):
         screen.xdotool("windowsize", window, *size)
         wait_until(f"a window of {size}", lambda s=size: screen.size_of(window) == s)
@@ -162,6 +82,32 @@ def mouse(test, screen):
     renderer.expect_exit(0)
 
 
+def minimized(test, screen):
+    """A window that nobody sees draws nothing and keeps no core busy, and comes back."""
+    renderer = test.renderer(headless=False, size=SIZE, env=screen.env)
+    window = screen.window(renderer)
+    wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
+    screen.x11.set_minimized(int(window), True)
+
+    def images():
+        count = len(renderer.frames())
+        time.sleep(0.5)
+        return count == len(renderer.frames())
+    wait_until("no more images", images)
+
+    def core_seconds():
+        with open(f"/proc/{renderer.process.pid}/stat", encoding="ascii") as file:
+            user, system = file.read().rsplit(")", 1)[1].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+    before, seconds = core_seconds(), 2
+    time.sleep(seconds)
+    used = core_seconds() - before
+    check(used < 0.5 * seconds, f"{used} s of a core in {seconds} s while minimised")
+    screen.x11.set_minimized(int(window), False)
+    wait_until("all squares again", lambda: all_squares(screen.picture(window)))
+    renderer.stop()
+
+
 def number_of_images(test, screen):
     renderer = test.renderer("--frames", "5", headless=False, size=SIZE, env=screen.env)
     renderer.expect_exit(0)
@@ -177,7 +123,7 @@ def display_gone(test, screen):
     check(renderer.wait() != 0, "losing the display is no success")
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (streams, mouse, number_of_images, display_gone)}
+CASES = {f.__name__: on_a_screen(f) for f in (streams, mouse, minimized, number_of_images, display_gone)}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv", "publisher"])

@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+"""What a user of the window does, with real input: bodies are selected and hidden, pictures are taken, cameras have
+windows of their own, files are dropped, and a load ends when the window is closed."""
+import glob
+import json
+import os
+import struct
+
+from harness import HANG_S, check_tags, main, wait_until
+from pictures import check, read_png, write_scene
+from screen import SIZE, all_squares, on_a_screen
+
+# Where the squares are at rest, in pixels of a window of SIZE.
+AT = {"red": (292, 30), "green": (292, 70), "blue": (292, 110)}
+
+
+def seen(picture):
+    return {name for name in AT if picture.place_of_square(name) is not None}
+
+
+def open_viewer(test, screen, *arguments, **options):
+    renderer = test.renderer(*arguments, headless=False, size=SIZE, env=screen.env, **options)
+    window = screen.window(renderer)
+    wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
+    return renderer, window
+
+
+def captures(test, screen):
+    """P takes pictures that say what they show and never replace one, V a video."""
+    folder = test.path("taken")
+    uri = test.fresh_uri("shm")
+    renderer, window = open_viewer(test, screen, "--screenshots", folder, listen=[uri])
+    publisher = test.publisher(uri)
+    publisher.do("publish 3")
+    renderer.wait_frame("a frame of the stream", lambda f: f["streams"])
+    screen.xdotool("mousemove", "--window", window, 100, 80)
+    for _ in range(2):
+        screen.xdotool("key", "p")
+    for _ in range(2):
+        renderer.wait_err(r"screenshot .*\.png")
+    pictures = wait_until("two pictures", lambda: (lambda found: len(found) == 2 and found)(
+        [path for path in glob.glob(os.path.join(folder, "*.png")) if os.path.getsize(path)]))
+    for path in pictures:
+        picture = read_png(path)
+        check((picture.width, picture.height) == SIZE and seen(picture) == set(AT), f"{path} shows {seen(picture)}")
+        frame = next(f for f in renderer.frames() if str(f["frame"]) == picture.text["Frame"])
+        check_tags(picture.text, {**frame, "file": path})
+    screen.xdotool("key", "v")
+    began = renderer.wait_err(r"recording (.*\.mp4)").group(1)
+    at = len(renderer.frames())
+    wait_until("images for the video", lambda: len(renderer.frames()) > at + 3)
+    screen.xdotool("key", "v")
+    renderer.wait_err(r"video .*\.mp4")
+    check(os.path.getsize(began) > 0, "the video is empty")
+    with open(began + ".jsonl", encoding="utf-8") as log:
+        lines = [json.loads(line) for line in log]
+    check(lines and all(line["streams"] for line in lines), f"{lines[:2]}")
+    renderer.stop()
+    publisher.quit()
+    check(not glob.glob(os.path.join(folder, "*.part")), f"{os.listdir(folder)}")
+
+
+def several(test, screen):
+    """A window for each camera. One that is closed leaves the others, the first ends the program."""
+    renderer = test.renderer("--window", "front", "--window", "camera of front", headless=False, size=SIZE, env=screen.env)
+    first = screen.window(renderer, "^FIRE-3DV front$")
+    second = screen.window(renderer, "^FIRE-3DV camera of front$")
+    screen.xdotool("windowmove", second, 300, 240)
+    for window in (first, second):
+        wait_until("all squares on the screen", lambda w=window: all_squares(screen.picture(w)))
+    screen.xdotool("mousemove", "--window", second, 100, 80, "click", 4)
+    wait_until("the second to zoom", lambda: not all_squares(screen.picture(second)))
+    check(all_squares(screen.picture(first)), "the wheel in one window moved the other")
+    screen.x11.close(int(second))
+    wait_until("one window", lambda: screen.windows() == [first])
+    at = len(renderer.frames())
+    wait_until("images after that", lambda: len(renderer.frames()) > at + 1)
+    screen.x11.close(int(first))
+    renderer.expect_exit(0)
+
+
+def stereo(test, screen):
+    """Two cameras side by side, each moved where the mouse is."""
+    renderer = test.renderer("--stereo", "front,camera of front", headless=False, size=(640, 180), env=screen.env)
+    window = screen.window(renderer)
+
+    def half(right):
+        return all_squares(screen.picture(window).columns(320 * right, 320))
+    wait_until("all squares in both halves", lambda: half(0) and half(1))
+    screen.xdotool("mousemove", "--window", window, 420, 80, "click", 4)
+    wait_until("the right half to zoom", lambda: not half(1))
+    check(half(0), "the wheel in the right half moved the left one")
+    renderer.stop()
+
+
+def drop(test, screen):
+    """A scene that is dropped is shown instead; one that cannot be leaves what is shown."""
+    other, broken = test.path("other scene.glb"), test.path("broken.glb")
+    write_scene(other, {"red": ((1, 0, 0), 30)})
+    with open(broken, "wb") as file:
+        file.write(b"glTF no more")
+    renderer = test.viewer(test.scene, env=screen.env, size=SIZE)
+    window = screen.window(renderer)
+    wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
+    screen.x11.drop(int(window), broken, HANG_S)
+    renderer.wait_err(r"broken\.glb: ")
+    check(all_squares(screen.picture(window)), "a broken file took the scene away")
+    screen.x11.drop(int(window), other, HANG_S)
+    wait_until("red alone", lambda: seen(screen.picture(window)) == {"red"})
+    screen.x11.drop(int(window), test.scene, HANG_S)
+    wait_until("all squares again", lambda: all_squares(screen.picture(window)))
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+
+
+def closed_while_loading(test, screen):
+    """Closing the window ends a load, and is no error."""
+    large = test.path("large.glb")
+    write_large_scene(large)
+    renderer = test.renderer("--lod", "off", headless=False, size=SIZE, scene=large, env=screen.env)
+    window = screen.window(renderer)
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+    check(not renderer.frames(), "it drew the scene first")
+
+
+def write_large_scene(path):
+    """Many meshes that share their vertices: a small file that takes long to prepare."""
+    side, meshes = 100, 300
+    positions = b"".join(struct.pack("<3f", x, (x * 7 + y * 3) % 5, y) for y in range(side) for x in range(side))
+    corners = [(y * side + x) for y in range(side - 1) for x in range(side - 1)]
+    indices = b"".join(struct.pack("<6I", c, c + 1, c + side, c + 1, c + side + 1, c + side) for c in corners)
+    binary = positions + indices
+    primitive = {"attributes": {"POSITION": 0}, "indices": 1}
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(meshes))}],
+        "nodes": [{"mesh": i, "translation": [i * side, 0, 0]} for i in range(meshes)],
+        "meshes": [{"primitives": [primitive]} for _ in range(meshes)],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": side * side, "type": "VEC3",
+                       "min": [0, 0, 0], "max": [side - 1, 4, side - 1]},
+                      {"bufferView": 1, "componentType": 5125, "count": 6 * len(corners), "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(positions)},
+                        {"buffer": 0, "byteOffset": len(positions), "byteLength": len(indices)}],
+        "buffers": [{"byteLength": len(binary)}]}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(binary)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+
+
+CASES = {f.__name__: on_a_screen(f) for f in (captures, several, stereo, drop, closed_while_loading)}
+
+if __name__ == "__main__":
+    main(CASES, ["fire3dv", "publisher"])
