@@ -255,6 +255,7 @@ int run(const Options& options) {
       return fail(Error{"--outputs: " + can.error().message});
     if (Result<void> can = renderer->can_show(options.debug_view); !can)
       return fail(Error{"--view: " + can.error().message});
+    viewer.debug_view = options.debug_view;
     while (show) {
       Result<std::unique_ptr<Show>> next = play(stage, *show);
       if (!next) exit_code = fail(next.error());

@@ -4,6 +4,7 @@
 #include "renderer/gpu/descriptors.h"
 #include "renderer/gpu/pipeline.h"
 #include "renderer/passes/gpu_scene.h"
+#include "renderer/passes/targets.h"
 #include "renderer/passes/view.h"
 
 namespace fire3dv::passes {
@@ -22,7 +23,7 @@ class ImageOverlay {
  public:
   ImageOverlay(gpu::Device& device, VkDescriptorSetLayout scene_set_layout);
 
-  void bind(const gpu::Image& image);  // another one, or one that may have taken its place
+  void draw_on(Targets& targets, const gpu::Image& image);
   VkPipelineLayout layout() const { return layout_.get(); }
 
   template <typename Push>
@@ -39,7 +40,7 @@ class ImageOverlay {
   gpu::Device& device_;
   gpu::SetLayout set_layout_;
   gpu::PipelineLayout layout_;
-  gpu::DescriptorSet set_;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;  // of the targets
 };
 
 }  // namespace fire3dv::passes

@@ -14,7 +14,8 @@ class Inspector {
   Inspector(gpu::Device& device, VkPipelineLayout layout, VkDescriptorSetLayout scene_set_layout,
             uint32_t samples);
 
-  void bind(const gpu::Image& image) { overlay_.bind(image); }
+  // What follows is over this image of the targets.
+  void draw_on(Targets& targets, const gpu::Image& image) { overlay_.draw_on(targets, image); }
   void pick(gpu::Recorder& recorder, const SeenView& seen, const Pick& pick);
   // Null until something was picked.
   PickPass* picks() { return pick_.get(); }

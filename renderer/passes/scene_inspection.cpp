@@ -1,6 +1,5 @@
 // What of a scene renderer looks into its images: see inspection.h.
 #include <string>
-#include <utility>
 
 #include "renderer/passes/scene_renderer.h"
 
@@ -26,14 +25,23 @@ Result<void> SceneRenderer::can_show(DebugView view) const {
   return {};
 }
 
+Inspection SceneRenderer::possible_of(Inspection wanted, const ImageOutputs& outputs) const {
+  if (targets_->views > 1 || !outputs.color_srgb8 || !can_inspect()) return {};
+  const bool loses_light = replaces_shading(wanted.debug_view) && outputs[Plane::color_linear_f16];
+  if (loses_light || !can_show(wanted.debug_view)) wanted.debug_view = DebugView::none;
+  const VkExtent2D extent = targets_->extent;
+  if (wanted.pick && (wanted.pick->x >= extent.width || wanted.pick->y >= extent.height)) wanted.pick.reset();
+  return wanted;
+}
+
 // From the triangles themselves, before surfaces are merged: what lies at a pixel, and a debug view.
 void SceneRenderer::inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
                             VkDeviceAddress globals, const Inspection& inspection) {
   if (!inspector_)
     inspector_ = std::make_unique<Inspector>(device_, layout_.get(), scene_set_layout_.get(),
                                              samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
-  if (!std::exchange(inspector_bound_, true)) inspector_->bind(image());
-  const SeenView seen{*scene_, *gpu_scene_, visibility_->buffer(), view, globals, targets_->extent};
+  inspector_->draw_on(*targets_, image());
+  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility, view, globals, targets_->extent};
   if (inspection.pick) inspector_->pick(recorder, seen, *inspection.pick);
   if (!replaces_shading(inspection.debug_view)) return;
   inspector_->debug_views().show(recorder, belt, seen, inspection.debug_view,
@@ -43,7 +51,7 @@ void SceneRenderer::inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, cons
 // Over the finished image.
 void SceneRenderer::mark(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
                          VkDeviceAddress globals, const Inspection& inspection) {
-  const SeenView seen{*scene_, *gpu_scene_, visibility_->buffer(), view, globals, targets_->extent};
+  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility, view, globals, targets_->extent};
   if (inspection.debug_view == DebugView::shadow_doubt)
     inspector_->debug_views().mark_doubt(recorder, seen, shadows_, shadows_on_, image());
   if (inspection.selected != scene::kNone)

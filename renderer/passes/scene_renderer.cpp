@@ -80,7 +80,6 @@ void SceneRenderer::apply(const DrawSettings& settings) {
   settings_.environment_rotation_rad = settings.environment_rotation_rad;
   settings_.background = settings.background;
   shadows_on_ = settings.shadows.method != ShadowMethod::off;
-  if (settings_.post.fxaa != settings.post.fxaa) inspector_bound_ = false;
   settings_.post = settings.post;
 }
 
@@ -125,7 +124,6 @@ void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
   if (visibility_) visibility_->set_targets(targets);
   shadows_.set_targets(targets);
   targets_ = &targets;
-  inspector_bound_ = false;
   drop_old_targets();
 }
 
@@ -193,12 +191,10 @@ void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& 
 
 void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
                            std::span<const View> views, const ImageOutputs& outputs,
-                           std::span<CameraHistory> histories, OfFrame of_frame,
-                           const Inspection& inspection) {
+                           std::span<CameraHistory> histories, OfFrame of_frame, const Inspection& wanted) {
   FIRE3DV_ASSERT(views.size() == targets_->views && can_take(outputs, targets_->views).ok());
+  const Inspection inspection = possible_of(wanted, outputs);
   const bool inspects = inspection.any(), replaced = replaces_shading(inspection.debug_view);
-  FIRE3DV_ASSERT(!inspects || (views.size() == 1 && outputs.color_srgb8 && can_show(inspection.debug_view)));
-  FIRE3DV_ASSERT(!replaced || !outputs[Plane::color_linear_f16]);
   const bool shaded = outputs.shaded() && !replaced, surfaces = outputs.any_surface_plane();
   const bool lit = shaded && shadows_on_;
   if (of_frame == OfFrame::first) record_what_moves(recorder, belt, poses);

@@ -91,8 +91,8 @@ class SceneRenderer {
   }
   // The same of as many views as set_size() says, with all that they share done once. The image, and each
   // plane, has them one below the other, in their order. Several are not smoothed (FXAA), and are drawn with
-  // one set of shadow maps. histories: of each camera, or none. inspection: of one view with colours that is
-  // not of linear ones, as far as can_show() and can_inspect() say.
+  // one set of shadow maps. histories: of each camera, or none. inspection: of one view, where there are
+  // colours; what can_show() and can_inspect() deny is left out.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
               std::span<const View> views, const ImageOutputs& outputs, std::span<CameraHistory> histories,
               OfFrame of_frame = OfFrame::first, const Inspection& inspection = {});
@@ -160,6 +160,7 @@ class SceneRenderer {
              std::span<const View> views, std::span<const VkDeviceAddress> globals, const Shading& how);
   void shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
                              std::span<const VkDeviceAddress> globals, bool masked, const VkRect2D* left);
+  Inspection possible_of(Inspection wanted, const ImageOutputs& outputs) const;
   void inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
                const Inspection& inspection);
   void mark(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
@@ -192,7 +193,6 @@ class SceneRenderer {
   PostPass post_;
   HeldMark held_mark_;
   std::unique_ptr<Inspector> inspector_;  // made when something is first inspected
-  bool inspector_bound_ = false;          // to the image that there is now
   Environment environment_;  // last: it waits for the GPU, and meanwhile the pipelines above are made
   const scene::Scene* scene_ = nullptr;
   const scene::SceneEdits* edits_ = nullptr;

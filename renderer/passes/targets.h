@@ -23,8 +23,8 @@ struct Targets {
   gpu::Buffer shadow_mask;     // uint32_t[pixel][word]
   gpu::Buffer shadow_entries;  // gpu_types::RayEntry[pixel][word]
   // Each is the pass's that wrote it.
-  gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, held_mark_set;
-  VkImageView held_mark_view = VK_NULL_HANDLE;  // of the last one
+  gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, held_mark_set, overlay_set;
+  VkImageView held_mark_view = VK_NULL_HANDLE, overlay_view = VK_NULL_HANDLE;  // of the last two
 };
 
 // About so much memory of the device, without the shadows' part.
