@@ -8,6 +8,7 @@
 #include "tools/bench/publish_bench.h"
 #include "tools/bench/publish_command.h"
 #include "tools/bench/record_bench.h"
+#include "tools/bench/request_bench.h"
 #ifdef FIRE3DV_BENCH_FRAMES
 #include "tools/bench/cameras_command.h"
 #include "tools/bench/frame_command.h"
@@ -67,6 +68,10 @@ int run(int argc, char** argv) {
   publish->add_option("--poses", publish_options.poses, "poses a frame")->check(CLI::Range(1, 1'000'000));
   publish->add_option("--rate", publish_options.rate_hz, "frames a second")
       ->check(CLI::Range(1.0, 100'000.0));
+  int request_rounds = 301;
+  CLI::App* const request =
+      app.add_subcommand("request", "what asking for an image costs a simulator, beside publishing a frame");
+  request->add_option("--rounds", request_rounds, "turns of each call")->check(CLI::Range(1, 100'000));
   fire3dv::bench::RecordWriteOptions write_options;
   CLI::App* const record_write =
       app.add_subcommand("record-write", "makes a recording, and says how fast and how long it is");
@@ -121,6 +126,7 @@ int run(int argc, char** argv) {
   if (*transport) return fire3dv::bench::publish_bench(rounds);
   if (*one_way) return fire3dv::bench::one_way_bench(way_options);
   if (*publish) return fire3dv::bench::publish_command(publish_options);
+  if (*request) return fire3dv::bench::request_bench(request_rounds);
   if (*record_write) return fire3dv::bench::record_write(write_options);
   if (*record_read) return fire3dv::bench::record_read(read_options);
 #ifdef FIRE3DV_BENCH_FRAMES
