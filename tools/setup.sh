@@ -26,8 +26,8 @@ packages=(
   ffmpeg
 )
 # Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators, adapters/mujoco,
-# and fire3dv-convert's reader of MJCF, which are left out without.
-optional_packages=(libmujoco-dev)
+# and fire3dv-convert's reader of MJCF, which are left out without. EGL: MuJoCo's own renderer, to compare with.
+optional_packages=(libmujoco-dev libegl-dev)
 mesa_packages=(mesa-vulkan-drivers)
 
 say() { printf 'setup: %s\n' "$*"; }
@@ -45,7 +45,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
     OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6,
     FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
-  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip and setuptools, iproute2, openssl, ffmpeg
+  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip and setuptools, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT
   exit 1

@@ -1,7 +1,7 @@
 # examples/dataset and examples/stereo_endoscope, as their READMEs have them.
 include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)  # Python cannot load a client with a sanitizer
-  foreach(case dataset)
+  foreach(case dataset stereo_endoscope)
     add_test(NAME python_example_${case}
       COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_examples_test.py $<TARGET_FILE:fire3dv>
               $<TARGET_FILE:bullet_arm> ${case})
