@@ -43,9 +43,6 @@ class ImageService {
   void deliver();
   bool in_flight() const { return readback_.in_flight() != 0; }
 
-  uint64_t sent() const { return sent_; }
-  uint64_t lost() const { return lost_; }  // their askers took images too slowly, or were gone
-
  private:
   struct Asked {
     state::ImageBook::Due due;
@@ -82,7 +79,6 @@ class ImageService {
   passes::LensPass lens_;
   // Of open requests that want motion, by asker and id.
   std::map<std::pair<state::ImageBook::Asker, uint64_t>, passes::CameraHistory> histories_;
-  uint64_t sent_ = 0, lost_ = 0;
 };
 
 }  // namespace fire3dv::app

@@ -86,6 +86,8 @@ void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& p
   gathered_.links = intake.links();
   gathered_.refusals = intake.refusals();
   gathered_.edit_faults = faults;
+  gathered_.image_requests = intake.open_image_requests();
+  gathered_.image_requests_refused = intake.refused_image_requests();
   gathered_.streams.clear();
   std::map<uint64_t, Drawn> still_there;  // what was counted of streams that have ended goes
   for (StreamIntake::Report& report : intake.report()) {
@@ -147,6 +149,10 @@ void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& num
   page.histogram({}, numbers.cpu);
   page.family("fire3dv_image_gpu_seconds", "histogram", "From the first pass of an image to its last.");
   page.histogram({}, numbers.gpu);
+  page.family("fire3dv_image_requests", "gauge", "Requests of simulators for images that are open.");
+  page.sample({}, numbers.image_requests);
+  page.family("fire3dv_image_requests_refused_total", "counter", "Of them, refused at once or later.");
+  page.sample({}, numbers.image_requests_refused);
   page.family("fire3dv_pass_gpu_seconds", "summary",
               "Spent on each pass; passes on the side queue run beside others.");
   for (const auto& [name, pass] : numbers.passes)
@@ -171,6 +177,11 @@ void RendererMetrics::write_links(metrics::Exposition& page, const Numbers& numb
   each("fire3dv_listener_poses_dropped_total", "counter",
        "Pose messages that a newer one replaced before they were looked at.",
        [](const Stats& stats) { return stats.poses_dropped; });
+  each("fire3dv_listener_images_sent_total", "counter", "Images that went back to who asked for them.",
+       [](const Stats& stats) { return stats.images_sent; });
+  each("fire3dv_listener_images_dropped_total", "counter",
+       "Images that a newer one of their request replaced, or that had no room.",
+       [](const Stats& stats) { return stats.images_dropped; });
   page.family("fire3dv_listener_rejected_total", "counter",
               "What came to a listener, or who came, and was turned away.");
   for (const StreamIntake::LinkReport& link : numbers.links) {

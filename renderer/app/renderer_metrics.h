@@ -60,6 +60,7 @@ class RendererMetrics {
     std::array<uint64_t, kRefusalCount> refusals{};
     std::vector<StreamNumbers> streams;
     state::EditFaults edit_faults;
+    uint64_t image_requests = 0, image_requests_refused = 0;
   };
   RendererMetrics() = default;
   void write_page(metrics::Exposition& page) const;  // the server's thread

@@ -12,6 +12,7 @@ constexpr size_t kMostAnswerBytes = 1024;  // an answer must fit what every link
 void StreamIntake::tell_refused(Peer peer, const wire::ImageRefused& refused) {
   wire::ImageRefused answer = refused;
   answer.message = wire::printable(refused.message, kMostAnswerBytes);
+  ++refused_image_requests_;
   reply(peer, wire::encode(answer));
 }
 

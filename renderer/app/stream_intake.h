@@ -61,6 +61,7 @@ class StreamIntake {
     return images_ && images_->is_open(asker, request);
   }
   size_t open_image_requests() const { return images_ ? images_->count() : 0; }
+  uint64_t refused_image_requests() const { return refused_image_requests_; }
 
   // Another scene is shown: tells the adapters whose names have other nodes now.
   void tell_bindings();
@@ -141,6 +142,7 @@ class StreamIntake {
   bool had_streams_ = false;
   std::array<uint64_t, kRefusalCount> refusals_{};
   std::optional<state::ImageBook> images_;
+  uint64_t refused_image_requests_ = 0;
   std::map<state::ImageBook::Asker, Peer> peer_of_asker_;
   state::ImageBook::Asker last_asker_ = 0;
 };

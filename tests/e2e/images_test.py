@@ -15,6 +15,7 @@ import barcode
 import fire3dv
 from harness import HANG_S, Program, main, vulkan_environment, wait_until
 from pictures import check, read_png
+from prometheus import scrape, url_of
 
 LINKS = ("shm", "tcp")
 REQUESTS = 1000
@@ -298,7 +299,7 @@ def expect_refused(call, text):
 
 def refusals(test, link):
     uri = test.fresh_uri(link)
-    renderer = renderer_of(test, uri, "--on-request")
+    renderer = renderer_of(test, uri, "--on-request", "--metrics", "127.0.0.1:0")
     with open_stream(uri) as stream:
         stream.publish(1000, barcode.poses_of(1))
         expect_refused(lambda: stream.request_image(8, 8, node="nobody").wait(HANG_S), '"nobody"')
@@ -308,6 +309,10 @@ def refusals(test, link):
         # Nobody is worse off by it.
         with stream.request_image(*barcode.SIZE, node=barcode.CAMERA).wait(HANG_S) as image:
             check_image(image, 1, 1)
+        counted = {"fire3dv_image_requests_refused_total": 3, "fire3dv_listener_images_sent_total": 1,
+                   "fire3dv_listener_images_dropped_total": 0, "fire3dv_image_requests": 0}
+        wait_until(lambda: f"the metrics {counted}",
+                   lambda: all(scrape(url_of(renderer)).total(name) == count for name, count in counted.items()))
     stop(renderer)
 
 
