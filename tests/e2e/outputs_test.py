@@ -102,6 +102,26 @@ def planes_alone(test):
     check("file" not in frame and len(frame["boxes2d"]) == 3 and "boxes3d" not in frame, f"{frame}")
 
 
+def views(test):
+    """A view shows the scene that planes beside it tell of, and needs what it is made from."""
+    renderer = test.renderer("--frames", "1", "--view", "normals", "--outputs", "color,instance", "--samples", "1")
+    renderer.expect_exit(0)
+    frame, = renderer.frames()
+    picture = renderer.picture(frame)
+    instance = read_npy(os.path.join(renderer.folder, frame["planes"]["instance"]))
+    for y in range(SIZE[1]):
+        for x in range(SIZE[0]):
+            seen, wanted = picture.pixel(x, y), (15, 15, 15) if instance[y][x] == (0,) else (128, 128, 255)
+            check(all(abs(a - b) <= 1 for a, b in zip(seen, wanted)), f"{x}, {y} is {seen}, not {wanted}")
+    for arguments, code, says in ((["--view", "sideways"], 2, "--view: .*sideways"),
+                                  (["--view", "depth", "--outputs", "depth"], 2, "--view .*needs color"),
+                                  (["--view", "depth", "--raster", "forward"], 1, "--view: .*leave --raster forward out"),
+                                  (["--view", "shadow-doubt", "--shadows", "map"], 1, "--view: .*found by shadow maps")):
+        renderer = test.renderer("--frames", "1", *arguments)
+        renderer.expect_exit(code)
+        check(renderer.find_err(says), renderer.stderr_text())
+
+
 def refusals(test):
     for arguments, says in ((["--outputs", "depth,dept"], 'no output "dept"'),
                             (["--outputs", "depth,depth"], '"depth" is named twice')):
@@ -114,4 +134,4 @@ def refusals(test):
 
 
 if __name__ == "__main__":
-    main({"all": all_outputs, "alone": planes_alone, "refusals": refusals}, ["fire3dv"])
+    main({"all": all_outputs, "alone": planes_alone, "views": views, "refusals": refusals}, ["fire3dv"])
