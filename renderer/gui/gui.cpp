@@ -73,6 +73,7 @@ struct Gui::Panels {
   FramePanel frame;
   StreamsPanel streams;
   TreePanel tree;
+  CamerasPanel cameras;
   MaterialsPanel materials;
   LightsPanel lights;
   LogPanel log;
@@ -189,7 +190,7 @@ void Gui::Panels::lay_out(const Context& c) {
     const float tree_height = std::max(std::floor(room), ui.points(kLeastTreePt));
     tree.draw(c, tree_height);
     draw_node_panel(c);
-    draw_cameras_panel(c);
+    cameras.draw(c);
     const bool tree_is_open = c.layout.is_open(Panel::tree);
     if (tree_is_open) left_rest_px = ImGui::GetCursorPosY() - top - tree_height;
   }
@@ -235,7 +236,9 @@ float Gui::Panels::bottom(const Context& c, float left, float right, float heigh
 void Gui::Panels::edges(const Context& c, float left, float right, float bottom_y) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float thick = ui.points(kEdgePt), half = std::floor(thick / 2);
-  constexpr ImGuiWindowFlags kEdge = kFixed | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoScrollbar |
+  // In front of the columns, which have it; ImGui puts what is not to come to the front behind all others.
+  constexpr ImGuiWindowFlags kEdge = (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) |
+                                     ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoScrollbar |
                                      ImGuiWindowFlags_NoFocusOnAppearing;
   const auto edge = [&](const char* name, bool upright, const Rect& rect) {
     ImGui::SetNextWindowPos({rect.low.x, rect.low.y});

@@ -84,7 +84,15 @@ class TreePanel {
 };
 
 void draw_node_panel(const Context& context);
-void draw_cameras_panel(const Context& context);
+
+class CamerasPanel {
+ public:
+  void draw(const Context& context);
+
+ private:
+  std::vector<uint32_t> nodes_;  // of the scene with this number
+  uint64_t scene_number_ = UINT64_MAX;
+};
 
 class MaterialsPanel {
  public:

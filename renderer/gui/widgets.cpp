@@ -54,6 +54,7 @@ bool Ui::header(const char* title, bool& open) {
   const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight() + points(8);
   ImDrawList* const list = ImGui::GetWindowDrawList();
   if (ImGui::InvisibleButton(title, {width, height})) open = !open;
+  ImGui::SetItemAllowOverlap();  // a panel may have buttons in its title
   note_control(Control::Kind::header, title);
   const bool hovered = ImGui::IsItemHovered();
   list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::kLine);

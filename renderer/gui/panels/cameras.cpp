@@ -3,17 +3,20 @@
 
 namespace fire3dv::gui {
 
-void draw_cameras_panel(const Context& context) {
+void CamerasPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Cameras", context.layout.is_open(Panel::cameras))) return;
   Viewer& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
   const std::optional<size_t> now = context.facts.camera;
-  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  if (scene_number_ != context.shown.scene_number) {
+    scene_number_ = context.shown.scene_number;
+    nodes_ = scene::camera_nodes(scene);  // asks every node
+  }
   if (ui.row("Free camera", !now)) viewer.commands.free_camera = true;
-  for (size_t i = 0; i < nodes.size(); ++i) {
+  for (size_t i = 0; i < nodes_.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
-    std::string text = node_label(scene, nodes[i]);
+    std::string text = node_label(scene, nodes_[i]);
     if (i < 9) text = std::to_string(i + 1) + "  " + text;  // the key that chooses it
     if (ui.row(text.c_str(), now == i)) viewer.commands.camera = i;
     ImGui::PopID();

@@ -11,17 +11,19 @@ struct Line {
 constexpr Line kLines[] = {
     {nullptr, "Camera"},
     {"left drag", "orbit"},
-    {"right drag", "pan"},
+    {"right or Shift drag", "pan"},
     {"wheel", "zoom to the cursor"},
     {"W A S D  Q E", "fly"},
     {"Ctrl wheel", "faster, slower"},
-    {"1 - 9", "cameras of the scene"},
+    {"1 - 9, 0", "cameras of the scene, the free one"},
     {"Home", "all of the scene"},
-    {"F", "the selection"},
+    {"F", "all of the selection"},
     {nullptr, "Scene"},
     {"click", "select a body"},
     {"H", "hide it, or show it again"},
+    {"Shift H", "show everything"},
     {"I", "isolate it"},
+    {"T", "the camera follows it"},
     {"Esc", "select nothing; then close"},
     {nullptr, "Window"},
     {"F1", "this help"},
@@ -42,6 +44,7 @@ void draw_help(const Context& context) {
                                       ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize;
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {ui.points(18), ui.points(14)});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, ui.points(6));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1);
   if (ImGui::Begin("help", nullptr, kFlags)) {
     ui.enter("Help");
     for (const Line& line : kLines) {
@@ -58,7 +61,7 @@ void draw_help(const Context& context) {
     if (ui.button("Close##help")) context.viewer.help = false;
   }
   ImGui::End();
-  ImGui::PopStyleVar(2);
+  ImGui::PopStyleVar(3);
 }
 
 }  // namespace fire3dv::gui

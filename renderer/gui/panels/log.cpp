@@ -1,4 +1,5 @@
 // What the program has said, as on the terminal.
+#include <algorithm>
 #include <cstdio>
 
 #include "renderer/gui/panels.h"
@@ -13,7 +14,7 @@ void LogPanel::draw(const Context& context) {
   const uint64_t first = facts.log_lines - facts.log.size();
   const size_t from = cleared_ > first ? static_cast<size_t>(cleared_ - first) : 0;
   const size_t count = facts.log.size() - std::min(from, facts.log.size());
-  const float buttons = ui.points(120);
+  const float buttons = ImGui::CalcTextSize("CopyClear").x + ui.points(4 + 4 * 6);
   const ImVec2 back = ImGui::GetCursorPos();
   ImGui::SetCursorPos(
       {ImGui::GetWindowContentRegionMax().x - buttons, back.y - ImGui::GetTextLineHeight() - ui.points(10)});
@@ -36,7 +37,8 @@ void LogPanel::draw(const Context& context) {
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
       const LogLine& line = facts.log[from + static_cast<size_t>(i)];
       char time[32];
-      std::snprintf(time, sizeof time, "%8.1f", line.time_s);
+      std::snprintf(time, sizeof time, "%.1f", line.time_s);
+      ImGui::SetCursorPosX(std::max(0.0f, ui.points(48) - ImGui::CalcTextSize(time).x));
       ImGui::PushStyleColor(ImGuiCol_Text, theme::kFaint);
       ImGui::TextUnformatted(time);
       ImGui::PopStyleColor();
