@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "adapters/mujoco/image_names.h"
 #include "adapters/mujoco/pace.h"
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
@@ -246,6 +247,31 @@ TEST(Pace, NothingIsDueBeforeItsTimeHoweverFarAwayItIs) {
     EXPECT_EQ(pace.sleep_before(100, now), 0s);
   }
   EXPECT_EQ(Pace(0).sleep_before(1e9, start), 0s);
+}
+
+TEST(ImageNames, CamerasMayHaveColonsAndSizes) {
+  const auto wish = [](const std::string& text) {
+    const Result<ImageWish> parsed = image_wish(text);
+    return parsed
+               ? parsed->camera + " " + std::to_string(parsed->width) + " " + std::to_string(parsed->height)
+               : parsed.error().message;
+  };
+  EXPECT_EQ(wish("wrist"), "wrist 640 480");
+  EXPECT_EQ(wish("wrist:64x48"), "wrist 64 48");
+  EXPECT_EQ(wish("left:wrist:64x48"), "left:wrist 64 48");
+  for (const char* no_size : {"a:b", "a:64", "a:64x", "a:x48", "a:64x48x2", "a:-1x48", "a:64x 48", "a:"})
+    EXPECT_EQ(wish(no_size), std::string(no_size) + " 640 480");
+  EXPECT_NE(wish("a:0x48").find("1 to 8192"), std::string::npos);
+  EXPECT_NE(wish("a:64x8193").find("1 to 8192"), std::string::npos);
+  EXPECT_NE(wish(":64x48").find("names no camera"), std::string::npos);
+  EXPECT_NE(wish("").find("names no camera"), std::string::npos);
+}
+
+TEST(ImageNames, OutputsAreThoseOfTheRenderer) {
+  EXPECT_EQ(*image_outputs("color"), uint32_t{FIRE3DV_IMAGE_COLOR_SRGB8});
+  EXPECT_EQ(*image_outputs("color,linear,depth,instance,semantic,normal,motion,boxes2d,boxes3d"), 511u);
+  for (const char* wrong : {"", "colour", "color,", ",color", "color,color", "Depth", "color depth"})
+    EXPECT_FALSE(image_outputs(wrong).ok()) << wrong;
 }
 
 // All that comes over a link, frame by frame.
