@@ -181,7 +181,7 @@ bool FrameLoop::done() {
 }
 
 void FrameLoop::steer() {
-  window_->steer();
+  window_->steer(facts_, timeline_);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
 }

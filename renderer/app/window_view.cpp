@@ -34,6 +34,8 @@ Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed)
 
 WindowView::WindowView(const Borrowed& borrowed)
     : borrowed_(borrowed), captures_(borrowed.device, borrowed.options.screenshots) {
+  if (borrowed.options.panels && borrowed.options.right_camera.empty())
+    panels_.emplace(borrowed.device, borrowed.viewer);
   measure();
   borrowed_.scene.tell_replaced([this](const scene::Scene& before, const scene::Scene& after) {
     keep_by_path(borrowed_.viewer, before, after);
@@ -53,11 +55,11 @@ void WindowView::measure() {
   image_extent_ = {std::max(extent.width / columns(), 1u), extent.height};
 }
 
-void WindowView::steer() {
+void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timeline) {
   sinks::Window::poll_events();
   const auto now = std::chrono::steady_clock::now();
   const float seconds = std::chrono::duration<float>(now - std::exchange(steered_, now)).count();
-  steer_first(seconds);
+  steer_first(seconds, facts, timeline);
   std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
     if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;
     const sinks::Window* const closed = &other->window();
@@ -65,19 +67,29 @@ void WindowView::steer() {
     return true;
   });
   borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+  for (const auto& [epoch, wish] : borrowed_.viewer.streams)
+    borrowed_.intake.play(epoch, wish.interpolate, wish.delay_ns);
 }
 
-void WindowView::steer_first(float seconds) {
+void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline) {
   measure();
   gui::Viewer& viewer = borrowed_.viewer;
   const sinks::WindowInput input = first().take_input();
-  CameraMoves moves = input_.take(input, {}, viewer);
+  const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
+  ViewerInput::Owners owners;
+  if (panels_) {
+    const LiveScene& scene = borrowed_.scene;
+    owners =
+        panels_->take(first(), input, image_px, seconds, facts,
+                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline}, viewer);
+  }
+  CameraMoves moves = input_.take(input, owners, viewer);
   // Where two images stand side by side, the one below the cursor is moved.
   const auto width = static_cast<float>(image_extent_.width);
   const bool right = right_camera_ && moves.cursor_px.x >= width;
   if (right) moves.cursor_px.x -= width;
   CameraRig& camera = right ? *right_camera_ : borrowed_.camera;
-  move_camera(camera, moves, viewer, borrowed_.poses, {image_extent_.width, image_extent_.height}, seconds);
+  move_camera(camera, moves, viewer, borrowed_.poses, image_px, seconds);
 
   gui::Commands& commands = viewer.commands;
   if (std::exchange(commands.screenshot, false)) captures_.take_screenshot();
@@ -90,6 +102,7 @@ void WindowView::steer_first(float seconds) {
 void WindowView::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, Captures::Tag shown) {
   passes::SceneRenderer& renderer = borrowed_.renderer;
   captures_.record(recorder, renderer.image(), std::move(shown));
+  if (panels_) panels_->record(recorder, belt, renderer.image());
   first().record(recorder, renderer.image(), 0, columns());
   if (!right_camera_) return;
   const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
@@ -112,6 +125,7 @@ void WindowView::draw_others() {
 
 std::vector<std::string> WindowView::take_notes() {
   std::vector<std::string> notes = captures_.take_notes();
+  if (panels_) std::ranges::move(panels_->take_notes(), std::back_inserter(notes));
   for (const std::unique_ptr<sinks::Window>& window : borrowed_.windows) {
     if (std::optional<std::string> note = window->take_note()) notes.push_back(std::move(*note));
   }

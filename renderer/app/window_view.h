@@ -14,7 +14,9 @@
 #include "renderer/app/captures.h"
 #include "renderer/app/live_scene.h"
 #include "renderer/app/options.h"
+#include "renderer/app/stream_intake.h"
 #include "renderer/app/viewer_input.h"
+#include "renderer/app/window_panels.h"
 #include "renderer/gui/viewer.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/window.h"
@@ -31,6 +33,7 @@ class WindowView {
     gpu::Device& device;
     passes::SceneRenderer& renderer;
     state::PoseState& poses;
+    StreamIntake& intake;
     LiveScene& scene;
     CameraRig& camera;
     Windows& windows;
@@ -43,11 +46,15 @@ class WindowView {
   WindowView(const WindowView&) = delete;
   WindowView& operator=(const WindowView&) = delete;
 
-  void steer();  // what the user has done, on cameras and the scene
+  // What the user has done, on cameras and the scene. facts: for panels. timeline: null where nothing is
+  // replayed.
+  void steer(const gui::Facts& facts, replay::TimelineControl* timeline);
   bool should_close() const { return closing_ || first().should_close(); }
   std::optional<std::filesystem::path> take_opened() { return std::exchange(opened_, std::nullopt); }
   // Sentences for the user since the last call.
   std::vector<std::string> take_notes();
+
+  bool records_video() const { return captures_.records_video(); }
 
   VkExtent2D image_extent() const { return image_extent_; }  // of each image in the first window
   bool acquire() { return first().acquire(); }               // false: nothing can be shown now
@@ -66,7 +73,7 @@ class WindowView {
   explicit WindowView(const Borrowed& borrowed);
   sinks::Window& first() const { return *borrowed_.windows.front(); }
   uint32_t columns() const { return right_camera_ ? 2 : 1; }
-  void steer_first(float seconds);
+  void steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline);
   void measure();
 
   const Borrowed borrowed_;
@@ -74,6 +81,7 @@ class WindowView {
   std::optional<CameraRig> right_camera_;  // of the second image in the first window
   std::vector<std::unique_ptr<CameraWindow>> others_;
   Captures captures_;
+  std::optional<WindowPanels> panels_;
   VkExtent2D image_extent_{};
   bool closing_ = false;
   std::optional<std::filesystem::path> opened_;

@@ -4,11 +4,16 @@ windows of their own, files are dropped, and a load ends when the window is clos
 import glob
 import json
 import os
+import re
+import shlex
 import struct
+import sys
 
-from harness import HANG_S, check_tags, main, wait_until
+from harness import HANG_S, Program, check_tags, main, wait_until
 from pictures import check, read_png, write_scene
 from screen import SIZE, all_squares, on_a_screen
+
+TOUR = os.path.join(os.path.dirname(__file__), "..", "..", "docs", "tour.md")
 
 # Where the squares are at rest, in pixels of a window of SIZE.
 AT = {"red": (292, 30), "green": (292, 70), "blue": (292, 110)}
@@ -99,7 +104,7 @@ def drop(test, screen):
     write_scene(other, {"red": ((1, 0, 0), 30)})
     with open(broken, "wb") as file:
         file.write(b"glTF no more")
-    renderer = test.viewer(test.scene, env=screen.env, size=SIZE)
+    renderer = test.viewer(test.scene, "--gui", "off", env=screen.env, size=SIZE)
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     screen.x11.drop(int(window), broken, HANG_S)
@@ -122,6 +127,30 @@ def closed_while_loading(test, screen):
     screen.x11.close(int(window))
     renderer.expect_exit(0)
     check(not renderer.frames(), "it drew the scene first")
+
+
+def tour(test, screen):
+    """docs/tour.md's commands, as they stand there, but for addresses and the size."""
+    with open(TOUR, encoding="utf-8") as file:
+        blocks = re.findall(r"```sh\n(.*?)```", file.read(), re.S)
+    commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
+    check(len(commands) > 4 and all(c[0].startswith("./") for c in commands), f"{commands}")
+    uri, names = test.fresh_uri("shm"), {"arm.glb": test.path("arm.glb"), "pictures": test.path("pictures")}
+
+    def start(command):
+        arguments = [names.get(word, uri if word.startswith("shm://") else word) for word in command[1:]]
+        name = command[0].removeprefix("./")
+        if name == "fire3dv":
+            arguments += ["--size", "320x180", "--cache", "off", "--validation", "--frames", "3"]
+        return Program(test, name, [test.programs_at[name], *arguments], env=screen.env)
+    simulator = None
+    for command in commands:
+        program = start(command)
+        if "--to" in command:
+            simulator = program
+        else:
+            program.expect_exit(0)
+    check(simulator and simulator.alive(), "the simulator ended")
 
 
 def write_large_scene(path):
@@ -150,6 +179,10 @@ def write_large_scene(path):
 
 
 CASES = {f.__name__: on_a_screen(f) for f in (captures, several, stereo, drop, closed_while_loading)}
+CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv", "publisher"])
+    if len(sys.argv) > 3 and sys.argv[3] == "tour":
+        main(CASES_OF_THE_TOUR, ["fire3dv", "bullet_arm"])
+    else:
+        main(CASES, ["fire3dv", "publisher"])
