@@ -189,8 +189,8 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
   NextShow next(show, stage.places);
   if (window) {
     Result<std::unique_ptr<WindowView>> made =
-        WindowView::create({stage.device, renderer, poses, intake, live, *camera, stage.windows, stage.viewer,
-                            options, stage.first});
+        WindowView::create({stage.device, stage.renderer, poses, intake, live, *camera, stage.windows,
+                            stage.viewer, options, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
   }

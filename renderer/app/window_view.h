@@ -31,7 +31,7 @@ class WindowView {
   // least one; those that the user closes are taken out.
   struct Borrowed {
     gpu::Device& device;
-    passes::SceneRenderer& renderer;
+    std::optional<passes::SceneRenderer>& renderer;  // there is one
     state::PoseState& poses;
     StreamIntake& intake;
     LiveScene& scene;
@@ -60,13 +60,15 @@ class WindowView {
   bool acquire() { return first().acquire(); }               // false: nothing can be shown now
   static void wait_events(double timeout_s) { sinks::Window::wait_events(timeout_s); }
 
+  // Of the window's next image.
+  passes::Inspection take_inspection();
   // Behind the passes of the window's image: to where it is looked at. Draws what else the window shows.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, Captures::Tag shown);
   std::array<gpu::SemaphoreSignal, 1> waits() const { return first().waits(); }
   std::array<gpu::SemaphoreSignal, 1> signals() const { return first().signals(); }
   void present(uint64_t timeline_value);
   void draw_others();  // the other windows, each in a submission of its own
-  void deliver() { captures_.deliver(); }
+  void deliver();      // pictures to files, and what was clicked
   void finish() { captures_.finish(); }
 
  private:
@@ -75,6 +77,9 @@ class WindowView {
   uint32_t columns() const { return right_camera_ ? 2 : 1; }
   void steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline);
   void measure();
+  void do_wishes();
+  void draw_as_wished();
+  passes::SceneRenderer& renderer() { return *borrowed_.renderer; }
 
   const Borrowed borrowed_;
   ViewerInput input_;
@@ -83,7 +88,10 @@ class WindowView {
   Captures captures_;
   std::optional<WindowPanels> panels_;
   VkExtent2D image_extent_{};
+  std::optional<glm::vec2> clicked_px_, clicked_right_px_;
+  passes::DrawSettings drawn_;  // as they could be had last
   bool closing_ = false;
+  std::vector<std::string> notes_;
   std::optional<std::filesystem::path> opened_;
   std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();
 };
