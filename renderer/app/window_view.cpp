@@ -126,8 +126,9 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   CameraRig& camera = right ? *right_camera_ : borrowed_.camera;
   if (moves.click_px) {
     if (Result<void> can = renderer().can_inspect(); !can) notes_.push_back(can.error().message);
-    if (right) moves.click_px->x -= width;
-    (right ? clicked_right_px_ : clicked_px_) = moves.click_px;
+    const bool on_right = right_camera_ && moves.click_px->x >= width;
+    if (on_right) moves.click_px->x -= width;
+    (on_right ? clicked_right_px_ : clicked_px_) = moves.click_px;
   }
   move_camera(camera, moves, viewer, borrowed_.poses, image_px, seconds);
 

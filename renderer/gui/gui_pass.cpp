@@ -33,7 +33,8 @@ GuiPass::GuiPass(gpu::Device& device) : device_(device) {
 void GuiPass::upload_fonts(gpu::Recorder& recorder, gpu::UploadBelt& belt, const ImFontAtlas& fonts) {
   const VkExtent2D extent{static_cast<uint32_t>(fonts.TexWidth), static_cast<uint32_t>(fonts.TexHeight)};
   FIRE3DV_ASSERT(fonts.TexPixelsAlpha8);
-  fonts_ = gpu::create_image(device_, {VK_FORMAT_R8_UNORM, extent, VK_IMAGE_USAGE_SAMPLED_BIT});
+  fonts_ = gpu::create_image(
+      device_, {VK_FORMAT_R8_UNORM, extent, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   const gpu::UploadBelt::Piece piece =
       belt.write(std::span<const uint8_t>(fonts.TexPixelsAlpha8, size_t{extent.width} * extent.height));
   recorder.pass("gui", {Use(fonts_, access::transfer_write, true)}, [&](VkCommandBuffer commands) {

@@ -30,6 +30,48 @@ def open_viewer(test, screen, *arguments, **options):
     return renderer, window
 
 
+def selects(test, screen):
+    """A click selects a body, keys hide it and show it alone, Escape takes the selection away and then the window."""
+    renderer, window = open_viewer(test, screen)
+    at_rest = screen.picture(window).rows
+
+    def click(x, y):
+        screen.xdotool("mousemove", "--window", window, x, y, "click", 1)
+
+    def shows(names):
+        wait_until(lambda: f"{names} on the screen, not {seen(screen.picture(window))}",
+                   lambda: seen(screen.picture(window)) == set(names))
+
+    click(*AT["green"])
+    wait_until("an outline", lambda: screen.picture(window).rows != at_rest)
+    outlined = screen.picture(window)
+    check(seen(outlined) == set(AT), f"selecting changed what is seen: {seen(outlined)}")
+    changed = {y for y in range(SIZE[1]) if outlined.rows[y] != at_rest[y]}
+    check(changed and all(abs(y - AT["green"][1]) < 16 for y in changed), f"the outline is in rows {sorted(changed)}")
+    screen.xdotool("key", "h")
+    shows({"red", "blue"})
+    screen.xdotool("key", "h")
+    shows(AT)
+    screen.xdotool("key", "i")
+    shows({"green"})
+    screen.xdotool("key", "shift+h")
+    shows(AT)
+    click(*AT["red"])
+    wait_until("the other to be outlined", lambda: screen.picture(window).rows[AT["green"][1] - 12:] == at_rest[AT["green"][1] - 12:])
+    screen.xdotool("key", "h")
+    shows({"green", "blue"})
+    screen.xdotool("key", "h", "key", "f")
+    wait_until("red in the middle", lambda: abs((screen.picture(window).row_of("red") or 0) - SIZE[1] / 2) < 3)
+    screen.xdotool("key", "1", "key", "Escape")
+    wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
+    click(*AT["blue"])
+    wait_until("an outline again", lambda: screen.picture(window).rows != at_rest)
+    click(100, 90)  # nothing is there
+    wait_until("no outline", lambda: screen.picture(window).rows == at_rest)
+    screen.xdotool("key", "Escape")
+    renderer.expect_exit(0)
+
+
 def captures(test, screen):
     """P takes pictures that say what they show and never replace one, V a video."""
     folder = test.path("taken")
@@ -178,7 +220,7 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (captures, several, stereo, drop, closed_while_loading)}
+CASES = {f.__name__: on_a_screen(f) for f in (selects, captures, several, stereo, drop, closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 
 if __name__ == "__main__":
