@@ -120,6 +120,12 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(EnvironmentPush, lod);
   EXPECT_SAME_OFFSET(ForwardPush, globals);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
+  EXPECT_SAME_OFFSET(PickedSurface, node);
+  EXPECT_SAME_OFFSET(PickPush, y);
+  EXPECT_SAME_OFFSET(DepthRange, farthest);
+  EXPECT_SAME_OFFSET(DebugViewPush, view);
+  EXPECT_SAME_OFFSET(ShadowDoubtPush, marks);
+  EXPECT_SAME_OFFSET(OutlinePush, selected);
 }
 
 // shaders/common/lanes.glsl reads these records as words, each at its number.
