@@ -19,7 +19,8 @@ class CameraWindow {
   // What the user does here, with wishes that hold everywhere. False: it is to be closed.
   bool steer(gui::Viewer& viewer, const state::PoseState& poses, float seconds);
   // Where it can be shown now.
-  void draw(passes::SceneRenderer& renderer, const state::PoseState& poses, MarkHeld mark_held);
+  void draw(passes::SceneRenderer& renderer, const state::PoseState& poses, const gui::Viewer& viewer,
+            uint64_t scene_number, MarkHeld mark_held);
 
   const sinks::Window& window() const { return window_; }
   CameraRig& camera() { return camera_; }
@@ -29,6 +30,7 @@ class CameraWindow {
   CameraRig camera_;
   ViewerInput input_;
   gpu::FrameRing frames_;
+  std::optional<glm::vec2> clicked_px_;
 };
 
 }  // namespace fire3dv::app

@@ -181,7 +181,7 @@ bool FrameLoop::done() {
 }
 
 void FrameLoop::steer() {
-  window_->steer();
+  window_->steer(facts_, timeline_);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
 }
@@ -203,13 +203,16 @@ void FrameLoop::draw() {
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   const std::vector<state::FrameTag> shown = poses_.shown();
 
-  renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_, {options_.debug_view});
+  const passes::Inspection inspection =
+      window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
+  renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_, inspection);
   if (taken_.color_srgb8)
     renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
   if (wants_pixels()) read_back(recorder, {images_, view.camera, shown, {}});
   if (window_) window_->record(recorder, frames_.belt(), {images_, view.camera, shown});
   const uint64_t done_at = window_ ? frames_.submit(window_->waits(), window_->signals()) : frames_.submit();
   if (window_) window_->present(done_at);
+  renderer_.submitted(done_at);
   readback_.submitted(done_at);
   unacknowledged_.emplace_back(done_at, shown);
   note_cost(shown, begun);

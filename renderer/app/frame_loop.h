@@ -87,6 +87,7 @@ class FrameLoop {
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
   NextShow* next_ = nullptr;
+  gui::Facts facts_;
   const Options& options_;
 
   gpu::FrameRing frames_;

@@ -34,6 +34,11 @@ void LiveScene::set_user_edits(const UserEdits& edits) {
   user_changed_ = true;
 }
 
+void LiveScene::renderer_is_new() {
+  renderer_.set_edits(edits_);
+  renderer_.set_scene(scene(), shown().derived);
+}
+
 bool LiveScene::follow() {
   const bool built = !build_.idle() && show_built();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
@@ -65,6 +70,7 @@ void LiveScene::resolve(const std::vector<state::WantedNode>& wanted) {
   for (const uint32_t node : user_.hidden) edits[node].hidden = true;
   for (const auto& [node, light] : user_.lights) edits[node].light = light;
   edits_.set(scene(), std::move(edits), user_.isolated);
+  edits_.set_materials(user_.materials);
 }
 
 void LiveScene::build_if_other(std::vector<state::WantedNode> wanted) {

@@ -25,6 +25,7 @@ struct UserEdits {
   std::set<uint32_t> hidden;                // with what is below them
   uint32_t isolated = scene::kNone;         // only this one and what is below it is drawn
   std::map<uint32_t, scene::Light> lights;  // instead of the file's and of streams'
+  scene::MaterialEdits materials;
   bool operator==(const UserEdits&) const = default;
 };
 
@@ -42,6 +43,9 @@ class LiveScene {
   void tell_replaced(Replaced replaced) { on_replaced_ = std::move(replaced); }
   // Is in effect after the next follow().
   void set_user_edits(const UserEdits& edits);
+
+  // Another renderer has taken the place of the one that was given, at the same address.
+  void renderer_is_new();
 
   // Between two frames: does what streams have asked for since the last call. Returns true when there is a
   // new pose frame to show, which had waited for that.

@@ -175,6 +175,10 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
           ->allow_extra_args(false);
   std::string stereo;
   app.add_option("--stereo", stereo, "two cameras side by side in one window")->type_name("LEFT,RIGHT");
+  std::string gui = "on";
+  app.add_option("--gui", gui, "panels over the window's image, which Tab shows and hides: on or off")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   std::string present = "vsync";
   app.add_option("--present", present,
                  "when the window shows an image: vsync, in step with the display; mailbox, the newest then; "
@@ -353,6 +357,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (options.on_request && options.frames != 0)
     return usage_error(
         "--frames counts images that are drawn unasked, and --on-request draws none: leave one out");
+  options.panels = gui == "on";
   if (const auto wrong = take_window_options(stereo, present, options)) return usage_error(*wrong);
   if (options.headless && (!stereo.empty() || windows->count() > 0 || screenshots->count() > 0))
     return usage_error("--window, --stereo and --screenshots need a window: leave --headless out");

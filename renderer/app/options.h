@@ -33,6 +33,7 @@ struct Options {
   bool headless = false;
   bool on_request = false;  // draws nothing but images that simulators ask for
   uint32_t width = 1280, height = 720;
+  bool panels = true;  // over the window's image
   sinks::Present present = sinks::Present::vsync;
   std::vector<std::string> window_cameras;  // of each window, beginning with the first; empty: one, by camera
   std::string right_camera;                 // beside camera in the same window; empty: none

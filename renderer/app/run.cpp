@@ -188,8 +188,9 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
   std::unique_ptr<WindowView> view;
   NextShow next(show, stage.places);
   if (window) {
-    Result<std::unique_ptr<WindowView>> made = WindowView::create(
-        {stage.device, renderer, poses, live, *camera, stage.windows, stage.viewer, options, stage.first});
+    Result<std::unique_ptr<WindowView>> made =
+        WindowView::create({stage.device, stage.renderer, poses, intake, live, *camera, stage.windows,
+                            stage.viewer, options, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
   }

@@ -114,6 +114,22 @@ void StreamIntake::wait(std::chrono::nanoseconds timeout) {
   for (const auto& listener : listeners_) listener->wait(timeout / static_cast<int64_t>(listeners_.size()));
 }
 
+void StreamIntake::play(uint64_t epoch, bool interpolate, std::optional<int64_t> delay_ns) {
+  if (lockstep_) return;
+  for (auto& [peer, stream] : stream_of_peer_) {
+    if (stream.epoch != epoch) continue;
+    const bool same_delay = !interpolate || stream.delay_ns == delay_ns;
+    if (stream.interpolated == interpolate && same_delay) return;
+    stream.interpolated = interpolate;
+    stream.delay_ns = delay_ns;
+    if (interpolate) {
+      poses_.interpolate(stream.id, delay_ns);
+    } else {
+      poses_.show_newest(stream.id, static_cast<int64_t>(monotonic_now_ns()));
+    }
+  }
+}
+
 // Clocks of other machines are asked often at first, then often enough for their drift.
 void StreamIntake::ask_for_time(int64_t now_ns) {
   constexpr int64_t kFirstEveryNs = 100'000'000, kLaterEveryNs = 1'000'000'000;
@@ -266,7 +282,8 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
       !lockstep_ &&
       (play_.mode == PlayOptions::Mode::interpolate ||
        (play_.mode == PlayOptions::Mode::by_clock && !their_boot.empty() && their_boot != boot_id()));
-  if (stream.interpolated) poses_.interpolate(id, play_.delay_ns);
+  stream.delay_ns = play_.delay_ns;
+  if (stream.interpolated) poses_.interpolate(id, stream.delay_ns);
   had_streams_ = true;
 
   const state::Stream& bound = poses_.streams()[id];

@@ -45,6 +45,8 @@ class StreamIntake {
   bool poll();
   // Waits until there may be something, at most this long.
   void wait(std::chrono::nanoseconds timeout);
+  // How this stream is shown in time from now on, instead of what the options say. Not in lockstep.
+  void play(uint64_t epoch, bool interpolate, std::optional<int64_t> delay_ns);
   // Tells the adapters of these streams that an image of these frames is finished.
   void acknowledge(const std::vector<state::FrameTag>& shown);
 
@@ -105,6 +107,7 @@ class StreamIntake {
     std::vector<std::string> conflicts_told, unmatched_told;  // as of the last Welcome
     std::vector<std::string> contests_told;                   // as of the last Status
     bool interpolated = false;
+    std::optional<int64_t> delay_ns;  // where it is fixed
     state::ClockOffset clock;
     uint64_t pings = 0;  // asked so far, which are their ids
     int64_t next_ping_ns = 0;

@@ -62,7 +62,21 @@ void forget_scene(gui::Viewer& viewer) {
 }
 
 UserEdits edits_of(const gui::Viewer& viewer) {
-  return {viewer.hidden, viewer.isolated, viewer.lights};
+  UserEdits edits{viewer.hidden, viewer.isolated, viewer.lights, {}};
+  for (const auto& [number, material] : viewer.materials)
+    edits.materials.emplace(number, scene::factors_of(material));
+  return edits;
+}
+
+passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::vec2>& clicked_px,
+                                 glm::uvec2 image_px, uint64_t scene_number) {
+  passes::Inspection inspection{viewer.debug_view, viewer.selected, {}};
+  const auto clicked = std::exchange(clicked_px, std::nullopt);
+  if (!clicked || clicked->x < 0 || clicked->y < 0) return inspection;
+  const glm::uvec2 pixel(*clicked);
+  if (pixel.x < image_px.x && pixel.y < image_px.y)
+    inspection.pick = passes::Pick{pixel.x, pixel.y, scene_number};
+  return inspection;
 }
 
 void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,

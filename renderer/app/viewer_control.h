@@ -7,6 +7,7 @@
 #include "renderer/app/live_scene.h"
 #include "renderer/app/viewer_input.h"
 #include "renderer/gui/viewer.h"
+#include "renderer/passes/inspection.h"
 
 namespace fire3dv::app {
 
@@ -19,6 +20,11 @@ void forget_scene(gui::Viewer& viewer);
 
 // What of it changes the scene.
 UserEdits edits_of(const gui::Viewer& viewer);
+
+// What an image shows of it, and whether somebody has clicked there. scene_number: comes back with what was
+// found, whose numbers are those of that scene.
+passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::vec2>& clicked_px,
+                                 glm::uvec2 image_px, uint64_t scene_number);
 
 // Moves the camera as the user does, and does the commands that are for cameras. seconds: since the last
 // call.

@@ -34,7 +34,7 @@ CameraMoves ViewerInput::take(const sinks::WindowInput& input, const Owners& own
   CameraMoves moves;
   scale_ = input.scale;
   for (const InputEvent& event : input.events) {
-    if (event.kind != InputEvent::Kind::leave) moves.cursor_px = event.cursor_px;
+    if (event.kind != InputEvent::Kind::leave) cursor_px_ = event.cursor_px;
     switch (event.kind) {
       case InputEvent::Kind::move:
         move(event, moves);
@@ -74,6 +74,7 @@ CameraMoves ViewerInput::take(const sinks::WindowInput& input, const Owners& own
         break;
     }
   }
+  moves.cursor_px = cursor_px_;
   const auto axis = [&](char plus, char minus) {
     return static_cast<float>(held_.contains(sinks::letter(plus))) -
            static_cast<float>(held_.contains(sinks::letter(minus)));

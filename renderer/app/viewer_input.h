@@ -35,7 +35,7 @@ class ViewerInput {
   std::optional<sinks::Button> dragging_;  // began on the view
   bool dragged_ = false;                   // farther than a hand trembles in a click
   bool pans_ = false;
-  glm::vec2 pressed_px_{0}, last_px_{0};
+  glm::vec2 cursor_px_{0}, pressed_px_{0}, last_px_{0};
   float scale_ = 1;
 };
 

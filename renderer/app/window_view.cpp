@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "renderer/app/image_service.h"
 #include "renderer/app/mark_held.h"
 #include "renderer/app/viewer_control.h"
 
@@ -33,7 +34,11 @@ Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed)
 }
 
 WindowView::WindowView(const Borrowed& borrowed)
-    : borrowed_(borrowed), captures_(borrowed.device, borrowed.options.screenshots) {
+    : borrowed_(borrowed),
+      captures_(borrowed.device, borrowed.options.screenshots),
+      drawn_(borrowed.viewer.draw) {
+  if (borrowed.options.panels && borrowed.options.right_camera.empty())
+    panels_.emplace(borrowed.device, borrowed.viewer);
   measure();
   borrowed_.scene.tell_replaced([this](const scene::Scene& before, const scene::Scene& after) {
     keep_by_path(borrowed_.viewer, before, after);
@@ -53,31 +58,79 @@ void WindowView::measure() {
   image_extent_ = {std::max(extent.width / columns(), 1u), extent.height};
 }
 
-void WindowView::steer() {
+void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timeline) {
   sinks::Window::poll_events();
   const auto now = std::chrono::steady_clock::now();
   const float seconds = std::chrono::duration<float>(now - std::exchange(steered_, now)).count();
-  steer_first(seconds);
+  steer_first(seconds, facts, timeline);
   std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
     if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;
     const sinks::Window* const closed = &other->window();
     std::erase_if(borrowed_.windows, [&](const auto& window) { return window.get() == closed; });
     return true;
   });
-  borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+  do_wishes();
 }
 
-void WindowView::steer_first(float seconds) {
+void WindowView::do_wishes() {
+  borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+  draw_as_wished();
+  passes::DebugView& view = borrowed_.viewer.debug_view;
+  if (Result<void> can = renderer().can_show(view); !can) {
+    notes_.push_back(can.error().message);
+    view = passes::DebugView::none;
+  }
+  for (const auto& [epoch, wish] : borrowed_.viewer.streams)
+    borrowed_.intake.play(epoch, wish.interpolate, wish.delay_ns);
+}
+
+// What needs another renderer waits for the GPU: the user has asked for it, and a frame more or less is no
+// matter.
+void WindowView::draw_as_wished() {
+  passes::DrawSettings& wished = borrowed_.viewer.draw;
+  wished.most_textures = renderer().most_textures();
+  if (renderer().needs_new_renderer(wished)) {
+    if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.intake.open_image_requests() != 0) {
+      notes_.push_back(
+          "samples, raster path and shadows stay while --outputs or a simulator wants images of one kind");
+      wished = drawn_;
+      return;
+    }
+    borrowed_.device.wait(borrowed_.device.last_submitted());
+    borrowed_.renderer.emplace(borrowed_.device, wished);
+    borrowed_.scene.renderer_is_new();
+    borrowed_.intake.offer_images(image_abilities(renderer()));
+    renderer().set_size(image_extent_);
+  }
+  renderer().apply(wished);
+  drawn_ = wished;
+}
+
+void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline) {
   measure();
   gui::Viewer& viewer = borrowed_.viewer;
   const sinks::WindowInput input = first().take_input();
-  CameraMoves moves = input_.take(input, {}, viewer);
+  const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
+  ViewerInput::Owners owners;
+  if (panels_) {
+    const LiveScene& scene = borrowed_.scene;
+    owners =
+        panels_->take(first(), input, image_px, seconds, facts,
+                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline}, viewer);
+  }
+  CameraMoves moves = input_.take(input, owners, viewer);
   // Where two images stand side by side, the one below the cursor is moved.
   const auto width = static_cast<float>(image_extent_.width);
   const bool right = right_camera_ && moves.cursor_px.x >= width;
   if (right) moves.cursor_px.x -= width;
   CameraRig& camera = right ? *right_camera_ : borrowed_.camera;
-  move_camera(camera, moves, viewer, borrowed_.poses, {image_extent_.width, image_extent_.height}, seconds);
+  if (moves.click_px) {
+    if (Result<void> can = renderer().can_inspect(); !can) notes_.push_back(can.error().message);
+    const bool on_right = right_camera_ && moves.click_px->x >= width;
+    if (on_right) moves.click_px->x -= width;
+    (on_right ? clicked_right_px_ : clicked_px_) = moves.click_px;
+  }
+  move_camera(camera, moves, viewer, borrowed_.poses, image_px, seconds);
 
   gui::Commands& commands = viewer.commands;
   if (std::exchange(commands.screenshot, false)) captures_.take_screenshot();
@@ -88,13 +141,16 @@ void WindowView::steer_first(float seconds) {
 }
 
 void WindowView::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, Captures::Tag shown) {
-  passes::SceneRenderer& renderer = borrowed_.renderer;
+  passes::SceneRenderer& renderer = *borrowed_.renderer;
   captures_.record(recorder, renderer.image(), std::move(shown));
+  if (panels_) panels_->record(recorder, belt, renderer.image());
   first().record(recorder, renderer.image(), 0, columns());
   if (!right_camera_) return;
   const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
   const passes::View view = right_camera_->view(borrowed_.poses, aspect);
-  renderer.record(recorder, belt, borrowed_.poses, std::span(&view, 1), {}, {}, passes::OfFrame::further);
+  renderer.record(recorder, belt, borrowed_.poses, std::span(&view, 1), {}, {}, passes::OfFrame::further,
+                  inspection_of(borrowed_.viewer, clicked_right_px_,
+                                {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()));
   renderer.mark_held(recorder,
                      condition_to_mark(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
   first().record(recorder, renderer.image(), 1, columns());
@@ -107,11 +163,27 @@ void WindowView::present(uint64_t timeline_value) {
 
 void WindowView::draw_others() {
   for (const std::unique_ptr<CameraWindow>& other : others_)
-    other->draw(borrowed_.renderer, borrowed_.poses, borrowed_.options.play.mark_held);
+    other->draw(renderer(), borrowed_.poses, borrowed_.viewer, borrowed_.scene.replaced(),
+                borrowed_.options.play.mark_held);
+}
+
+passes::Inspection WindowView::take_inspection() {
+  return inspection_of(borrowed_.viewer, clicked_px_, {image_extent_.width, image_extent_.height},
+                       borrowed_.scene.replaced());
+}
+
+void WindowView::deliver() {
+  captures_.deliver();
+  for (const passes::Picked& picked : renderer().take_picked()) {
+    // What was clicked in another scene is nobody's wish in this one.
+    if (picked.tag == borrowed_.scene.replaced()) borrowed_.viewer.selected = picked.node;
+  }
 }
 
 std::vector<std::string> WindowView::take_notes() {
-  std::vector<std::string> notes = captures_.take_notes();
+  std::vector<std::string> notes = std::exchange(notes_, {});
+  std::ranges::move(captures_.take_notes(), std::back_inserter(notes));
+  if (panels_) std::ranges::move(panels_->take_notes(), std::back_inserter(notes));
   for (const std::unique_ptr<sinks::Window>& window : borrowed_.windows) {
     if (std::optional<std::string> note = window->take_note()) notes.push_back(std::move(*note));
   }

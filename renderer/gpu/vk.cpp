@@ -34,7 +34,12 @@ const char* result_name(VkResult result) {
 // "vkCreateBuffer(device, ...)" is of use to us, the name alone to a user.
 static std::string describe(VkResult code, const char* call) {
   const std::string text = call;
-  return text.substr(0, text.find('(')) + ": " + result_name(code) + " (" + std::to_string(code) + ")";
+  const char* const remedy = code == VK_ERROR_DEVICE_LOST
+                                 ? "; the GPU was reset or is gone: start it again, and "
+                                   "look into the system's log where that comes back"
+                                 : "";
+  return text.substr(0, text.find('(')) + ": " + result_name(code) + " (" + std::to_string(code) + ")" +
+         remedy;
 }
 
 VulkanFailure::VulkanFailure(VkResult code, const char* call)

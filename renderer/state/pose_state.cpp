@@ -148,8 +148,20 @@ void PoseState::set_rest(const RestPose& rest) {
 
 void PoseState::interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns) {
   if (id >= streams_.size() || !streams_[id].active) return;
+  Wish& wish = wishes_[id];
+  // What partial frames stand on from now on.
+  if (!wish.playout && wish.newest_sequence != 0) wish.newest_poses = streams_[id].poses;
   streams_[id].interpolated = true;
-  wishes_[id].playout.emplace(fixed_delay_ns);
+  wish.playout.emplace(fixed_delay_ns);
+}
+
+void PoseState::show_newest(StreamId id, int64_t now_ns) {
+  if (id >= streams_.size() || !wishes_[id].playout) return;
+  constexpr int64_t kLongAfterAllNs = 60'000'000'000;
+  if (const auto last = wishes_[id].playout->at(now_ns + kLongAfterAllNs); last && last->changed)
+    show(id, last->header, last->poses);
+  wishes_[id].playout.reset();
+  streams_[id].interpolated = false;
 }
 
 bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {

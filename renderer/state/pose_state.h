@@ -117,7 +117,10 @@ class PoseState {
 
   // A stream whose frames come unevenly: from now on they are shown a little late, with what lies between
   // them. The delay follows the jitter unless it is given.
+  // May be called again, with another delay.
   void interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns);
+  // The opposite: the newest frame at once, from now on.
+  void show_newest(StreamId id, int64_t now_ns);
   // As push, with the times, on this machine's monotonic clock, at which the frame was published (as far as
   // that is known) and came.
   bool push(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns);

@@ -125,7 +125,7 @@ class Renderer(Program):
         self._frames, self._log_at = [], 0
         command = [test.programs_at["fire3dv"], scene or test.scene, "--validation", "--tone-map", "none",
                    "--size", f"{size[0]}x{size[1]}", "--out", self.folder]
-        command += ["--headless"] if headless else []
+        command += ["--headless"] if headless else ["--gui", "off"]
         command += [] if "--cache" in arguments else ["--cache", "off"]  # a test leaves nothing behind
         for uri in listen:
             command += ["--listen", uri]

@@ -81,6 +81,14 @@ class Picture:
     def columns(self, first, count):
         return Picture(count, self.height, [row[3 * first:3 * (first + count)] for row in self.rows], self.text)
 
+    def row_of(self, name):
+        """The middle of the rows in which this colour is seen, or None."""
+        wanted = SQUARES[name][0]
+        rows = [y for y, row in enumerate(self.rows) if any(
+            all((row[3 * x + i] > 200) if wanted[i] else (row[3 * x + i] < 60) for i in range(3))
+            for x in range(self.width))]
+        return (rows[0] + rows[-1] + 1) / 2 if rows else None
+
     def place_of_square(self, name):
         """Middle of the square in units along x, or None when it is not in the picture."""
         wanted = SQUARES[name][0]

@@ -4,11 +4,16 @@ windows of their own, files are dropped, and a load ends when the window is clos
 import glob
 import json
 import os
+import re
+import shlex
 import struct
+import sys
 
-from harness import HANG_S, check_tags, main, wait_until
+from harness import HANG_S, Program, check_tags, main, wait_until
 from pictures import check, read_png, write_scene
 from screen import SIZE, all_squares, on_a_screen
+
+TOUR = os.path.join(os.path.dirname(__file__), "..", "..", "docs", "tour.md")
 
 # Where the squares are at rest, in pixels of a window of SIZE.
 AT = {"red": (292, 30), "green": (292, 70), "blue": (292, 110)}
@@ -23,6 +28,48 @@ def open_viewer(test, screen, *arguments, **options):
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     return renderer, window
+
+
+def selects(test, screen):
+    """A click selects a body, keys hide it and show it alone, Escape takes the selection away and then the window."""
+    renderer, window = open_viewer(test, screen)
+    at_rest = screen.picture(window).rows
+
+    def click(x, y):
+        screen.xdotool("mousemove", "--window", window, x, y, "click", 1)
+
+    def shows(names):
+        wait_until(lambda: f"{names} on the screen, not {seen(screen.picture(window))}",
+                   lambda: seen(screen.picture(window)) == set(names))
+
+    click(*AT["green"])
+    wait_until("an outline", lambda: screen.picture(window).rows != at_rest)
+    outlined = screen.picture(window)
+    check(seen(outlined) == set(AT), f"selecting changed what is seen: {seen(outlined)}")
+    changed = {y for y in range(SIZE[1]) if outlined.rows[y] != at_rest[y]}
+    check(changed and all(abs(y - AT["green"][1]) < 16 for y in changed), f"the outline is in rows {sorted(changed)}")
+    screen.xdotool("key", "h")
+    shows({"red", "blue"})
+    screen.xdotool("key", "h")
+    shows(AT)
+    screen.xdotool("key", "i")
+    shows({"green"})
+    screen.xdotool("key", "shift+h")
+    shows(AT)
+    click(*AT["red"])
+    wait_until("the other to be outlined", lambda: screen.picture(window).rows[AT["green"][1] - 12:] == at_rest[AT["green"][1] - 12:])
+    screen.xdotool("key", "h")
+    shows({"green", "blue"})
+    screen.xdotool("key", "h", "key", "f")
+    wait_until("red in the middle", lambda: abs((screen.picture(window).row_of("red") or 0) - SIZE[1] / 2) < 3)
+    screen.xdotool("key", "1", "key", "Escape")
+    wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
+    click(*AT["blue"])
+    wait_until("an outline again", lambda: screen.picture(window).rows != at_rest)
+    click(100, 90)  # nothing is there
+    wait_until("no outline", lambda: screen.picture(window).rows == at_rest)
+    screen.xdotool("key", "Escape")
+    renderer.expect_exit(0)
 
 
 def captures(test, screen):
@@ -99,7 +146,7 @@ def drop(test, screen):
     write_scene(other, {"red": ((1, 0, 0), 30)})
     with open(broken, "wb") as file:
         file.write(b"glTF no more")
-    renderer = test.viewer(test.scene, env=screen.env, size=SIZE)
+    renderer = test.viewer(test.scene, "--gui", "off", env=screen.env, size=SIZE)
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     screen.x11.drop(int(window), broken, HANG_S)
@@ -122,6 +169,30 @@ def closed_while_loading(test, screen):
     screen.x11.close(int(window))
     renderer.expect_exit(0)
     check(not renderer.frames(), "it drew the scene first")
+
+
+def tour(test, screen):
+    """docs/tour.md's commands, as they stand there, but for addresses and the size."""
+    with open(TOUR, encoding="utf-8") as file:
+        blocks = re.findall(r"```sh\n(.*?)```", file.read(), re.S)
+    commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
+    check(len(commands) > 4 and all(c[0].startswith("./") for c in commands), f"{commands}")
+    uri, names = test.fresh_uri("shm"), {"arm.glb": test.path("arm.glb"), "pictures": test.path("pictures")}
+
+    def start(command):
+        arguments = [names.get(word, uri if word.startswith("shm://") else word) for word in command[1:]]
+        name = command[0].removeprefix("./")
+        if name == "fire3dv":
+            arguments += ["--size", "320x180", "--cache", "off", "--validation", "--frames", "3"]
+        return Program(test, name, [test.programs_at[name], *arguments], env=screen.env)
+    simulator = None
+    for command in commands:
+        program = start(command)
+        if "--to" in command:
+            simulator = program
+        else:
+            program.expect_exit(0)
+    check(simulator and simulator.alive(), "the simulator ended")
 
 
 def write_large_scene(path):
@@ -149,7 +220,11 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (captures, several, stereo, drop, closed_while_loading)}
+CASES = {f.__name__: on_a_screen(f) for f in (selects, captures, several, stereo, drop, closed_while_loading)}
+CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv", "publisher"])
+    if len(sys.argv) > 3 and sys.argv[3] == "tour":
+        main(CASES_OF_THE_TOUR, ["fire3dv", "bullet_arm"])
+    else:
+        main(CASES, ["fire3dv", "publisher"])

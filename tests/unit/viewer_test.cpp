@@ -379,5 +379,50 @@ TEST(Viewers, ADroppedFileTakesThePlaceOfItsKind) {
   EXPECT_TRUE(other.scene.empty());
 }
 
+// A stream whose way of being shown is changed while it runs: no frame is lost or shown half.
+TEST(Viewers, AStreamIsShownInAnotherWayFromNowOn) {
+  const scene::Scene scene = boxes_at({{0, 0, 0}, {1, 0, 0}});
+  state::PoseState poses(scene);
+  wire::StreamDescription description;
+  description.adapter_name = "arm";
+  description.epoch = 7;
+  description.node_names = {"box0", "box1"};
+  const state::StreamId id = poses.add_stream(description);
+  constexpr int64_t kMs = 1'000'000;
+  const auto push = [&](uint64_t sequence, std::vector<float> x, std::vector<uint32_t> nodes = {}) {
+    std::vector<wire::Affine3x4> frame(x.size());
+    for (size_t i = 0; i < x.size(); ++i) frame[i].m[3] = x[i];
+    wire::PoseFrameView view;
+    view.header.epoch = 7;
+    view.header.sequence = sequence;
+    const auto at = static_cast<int64_t>(sequence) * 10 * kMs;
+    view.header.sim_time_ns = at;
+    view.node_count = 2;
+    view.poses = frame;
+    view.node_indices = nodes;
+    return poses.push(id, view, at, at);
+  };
+  const auto x = [&](uint32_t node) { return poses.world_from_node(node)[3].x; };
+  EXPECT_TRUE(push(1, {1, 10}));
+  EXPECT_EQ(x(1), 1);
+
+  poses.interpolate(id, 20 * kMs);
+  EXPECT_FALSE(push(2, {2}, {0}));  // a partial frame right after
+  EXPECT_EQ(x(1), 1);               // its time has not come
+  poses.advance(40 * kMs);
+  EXPECT_EQ(x(1), 2);
+  EXPECT_EQ(x(2), 10);
+
+  push(3, {3, 30});
+  poses.interpolate(id, 500 * kMs);  // another delay
+  push(4, {4}, {0});
+  poses.show_newest(id, 45 * kMs);  // what was still to come is shown at once
+  EXPECT_EQ(x(1), 4);
+  EXPECT_EQ(x(2), 30);
+  EXPECT_TRUE(push(5, {5}, {0}));
+  EXPECT_EQ(x(1), 5);
+  EXPECT_EQ(x(2), 30);
+}
+
 }  // namespace
 }  // namespace fire3dv::app
