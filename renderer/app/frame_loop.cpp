@@ -70,6 +70,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       sink_(sink),
       window_(window),
       stats_(stats),
+      facts_(options.begun),
       options_(options),
       frames_(device),
       renderer_(renderer),
@@ -143,8 +144,11 @@ Result<void> FrameLoop::run() {
 }
 
 void FrameLoop::say_notes() {
-  const auto say = [](const std::vector<std::string>& notes) {
-    for (const std::string& note : notes) std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
+  const auto say = [this](const std::vector<std::string>& notes) {
+    for (const std::string& note : notes) {
+      std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
+      if (window_) facts_.note(note);
+    }
   };
   say(intake_.take_notes());
   say(scene_.take_notes());
@@ -181,7 +185,9 @@ bool FrameLoop::done() {
 }
 
 void FrameLoop::steer() {
-  window_->steer(facts_, timeline_);
+  window_->steer(facts_.gather(scene_.scene(), scene_.replaced(), intake_, poses_, renderer_, device_,
+                               camera_.node(), window_->records_video()),
+                 timeline_);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
 }
@@ -244,6 +250,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
   }
   stats_.add(cost);
   if (metrics_) metrics_->drawn(shown, intake_, cost);
+  if (window_) facts_.drawn(cost);
 }
 
 Result<void> FrameLoop::deliver() {
@@ -267,6 +274,7 @@ Result<void> FrameLoop::deliver() {
   for (const gpu::FrameTimes& times : frames_.take_finished()) {
     stats_.add(times);
     if (metrics_) metrics_->add(times);
+    if (window_) facts_.add(times);
   }
   return {};
 }

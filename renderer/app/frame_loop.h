@@ -18,6 +18,7 @@
 #include "renderer/app/renderer_metrics.h"
 #include "renderer/app/show.h"
 #include "renderer/app/stream_intake.h"
+#include "renderer/app/viewer_facts.h"
 #include "renderer/app/window_view.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/readback_belt.h"
@@ -87,7 +88,7 @@ class FrameLoop {
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
   NextShow* next_ = nullptr;
-  gui::Facts facts_;
+  ViewerFacts facts_;  // for panels, where there is a window
   const Options& options_;
 
   gpu::FrameRing frames_;

@@ -41,6 +41,10 @@ double seconds(const timeval& time) {
 
 }  // namespace
 
+uint64_t resident_bytes() {
+  return memory_use().resident_bytes;
+}
+
 void write_process_use(Exposition& exposition) {
   const Memory memory = memory_use();
   rusage use{};

@@ -19,8 +19,15 @@ void Liveness::on_frame(int64_t received_ns) {
     const double usual_ns = std::min(static_cast<double>(std::min(gap_ns, last_gap_ns_)), kMostIntervalNs);
     interval_ns_ += (usual_ns - interval_ns_) / 4;
   }
+  if (last_ns_ != 0) gaps_ms_[gaps_++ % kGapsKept] = static_cast<float>(static_cast<double>(gap_ns) * 1e-6);
   last_gap_ns_ = last_ns_ != 0 ? gap_ns : 0;
   last_ns_ = received_ns;
+}
+
+std::vector<float> Liveness::gaps_ms() const {
+  std::vector<float> gaps;
+  for (size_t i = gaps_ - std::min(gaps_, kGapsKept); i < gaps_; ++i) gaps.push_back(gaps_ms_[i % kGapsKept]);
+  return gaps;
 }
 
 int64_t Liveness::late_after_ns() const {

@@ -164,6 +164,10 @@ void PoseState::show_newest(StreamId id, int64_t now_ns) {
   streams_[id].interpolated = false;
 }
 
+int64_t PoseState::delay_ns(StreamId id) const {
+  return wishes_[id].playout ? wishes_[id].playout->delay_ns() : 0;
+}
+
 bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
   return push(id, frame, 0, 0);
 }

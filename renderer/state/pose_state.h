@@ -121,6 +121,10 @@ class PoseState {
   void interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns);
   // The opposite: the newest frame at once, from now on.
   void show_newest(StreamId id, int64_t now_ns);
+  // How late they are shown; 0 where they are not.
+  int64_t delay_ns(StreamId id) const;
+  // As Liveness::gaps_ms.
+  std::vector<float> gaps_ms(StreamId id) const { return wishes_[id].liveness.gaps_ms(); }
   // As push, with the times, on this machine's monotonic clock, at which the frame was published (as far as
   // that is known) and came.
   bool push(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns);

@@ -6,12 +6,14 @@
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
+#include "tools/bench/panel_facts.h"
 
 namespace fire3dv::bench {
 namespace {
 
 using transport::monotonic_ns;
 
+constexpr uint64_t kImagesBefore = 160;  // panels' histories are full by then
 constexpr int64_t kWarmUpNs = 150'000'000;
 constexpr int64_t kPatienceNs = 30'000'000'000;  // for poses; a hang limit
 
@@ -35,6 +37,7 @@ passes::View first_camera_view(const scene::Scene& scene, VkExtent2D extent) {
 
 FrameBench::FrameBench(gpu::Device& device, const scene::Scene& scene, VkExtent2D extent)
     : device_(device),
+      scene_(scene),
       view_(first_camera_view(scene, extent)),
       poses_(scene),
       intake_(poses_, false),
@@ -90,11 +93,35 @@ Result<double> FrameBench::take_new_poses() {
 
 uint64_t FrameBench::submit_frame(gpu::Recorder& recorder, bool read_back) {
   renderer_->record(recorder, frames_.belt(), poses_, view_);
+  if (panels_) draw_panels(recorder);
   if (read_back) readback_.record(recorder, renderer_->image(), 0);
   const uint64_t done_at = frames_.submit();
   ++drawn_;
   readback_.submitted(done_at);
   return done_at;
+}
+
+void FrameBench::show_panels(float scale) {
+  panels_ = std::make_unique<Panels>(device_);
+  panels_->scale = scale;
+  panels_->viewer.selected = 0;
+  for (uint64_t i = 0; i < kImagesBefore; ++i) lay_out_panels(i);
+}
+
+const ImDrawData& FrameBench::lay_out_panels(uint64_t image) {
+  const VkExtent2D extent = renderer_->extent();
+  gui::Input input;
+  input.display_px = {extent.width, extent.height};
+  input.scale = panels_->scale;
+  input.delta_s = 1.0f / 60;
+  const gui::Facts facts = panel_facts(image, {extent.width, extent.height});
+  return panels_->gui.frame(input, facts, {scene_, poses_}, panels_->viewer);
+}
+
+void FrameBench::draw_panels(gpu::Recorder& recorder) {
+  const ImDrawData& laid_out = lay_out_panels(kImagesBefore + drawn_);
+  panels_->pass.record(recorder, frames_.belt(), renderer_->image(), laid_out, panels_->gui.fonts(),
+                       panels_->gui.fonts_number());
 }
 
 Result<void> FrameBench::time_frame(FrameSamples& samples) {

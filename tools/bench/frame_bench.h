@@ -9,6 +9,8 @@
 
 #include "renderer/app/stream_intake.h"
 #include "renderer/gpu/device.h"
+#include "renderer/gui/gui.h"
+#include "renderer/gui/gui_pass.h"
 #include "renderer/passes/readback_belt.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
@@ -50,6 +52,9 @@ class FrameBench {
   // milliseconds.
   Result<std::vector<double>> measure_images(const Condition& condition, uint32_t warm_up, uint32_t frames);
 
+  // From now on with panels over the images, of this scale.
+  void show_panels(float scale);
+
   passes::SceneRenderer& renderer() { return *renderer_; }
   double load_s() const { return load_s_; }  // from the scene in memory to the scene on the GPU
 
@@ -61,7 +66,11 @@ class FrameBench {
   Result<void> time_frame(FrameSamples& samples);  // all but the GPU's times
   uint64_t submit_frame(gpu::Recorder& recorder, bool read_back);
 
+  const ImDrawData& lay_out_panels(uint64_t image);
+  void draw_panels(gpu::Recorder& recorder);
+
   gpu::Device& device_;
+  const scene::Scene& scene_;
   passes::View view_;
   state::PoseState poses_;
   app::StreamIntake intake_;
@@ -69,7 +78,15 @@ class FrameBench {
   gpu::FrameRing frames_;
   std::optional<passes::SceneRenderer> renderer_;
   passes::ReadbackBelt<int> readback_;
-  uint64_t drawn_ = 0;  // which is the index of the frame to come
+  struct Panels {
+    explicit Panels(gpu::Device& device) : pass(device) {}
+    gui::Gui gui;
+    gui::GuiPass pass;
+    gui::Viewer viewer;
+    float scale = 1;
+  };
+  std::unique_ptr<Panels> panels_;  // null: none are drawn
+  uint64_t drawn_ = 0;              // which is the index of the frame to come
   int64_t last_submit_ns_ = 0;
   double load_s_ = 0;
 };

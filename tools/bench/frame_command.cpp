@@ -106,6 +106,7 @@ Result<SceneReport> measure_scene(const FrameOptions& options, gpu::Device& devi
       FrameBench::open(device, made.scene, made.body_names, pose_at, draw_settings(options.draw),
                        {options.draw.width, options.draw.height});
   if (!bench) return bench.error();
+  if (options.gui) (*bench)->show_panels(options.gui_scale);
   scene.load_s = (*bench)->load_s();
   describe_drawing((*bench)->renderer(), report);
   std::fprintf(stderr, "%s: %llu triangles, %llu in memory, %u bodies, made in %.1f s, loaded in %.1f s\n",

@@ -99,6 +99,10 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
                  "product: culling and levels of detail as --cull and --lod say; paper: neither; all: both")
       ->check(CLI::IsMember({"all", "product", "paper"}))
       ->capture_default_str();
+  app.add_flag("--gui", options.gui, "draw the window's panels over the images, as they are at first");
+  app.add_option("--gui-scale", options.gui_scale, "of the panels, 2 on a display of twice the density")
+      ->check(CLI::Range(0.5, 4.0))
+      ->capture_default_str();
   app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")
       ->capture_default_str();
   app.add_option("--name", options.name, "of these files")->capture_default_str();

@@ -37,6 +37,8 @@ struct FrameOptions {
   uint32_t lights = 2;
   uint32_t texture_side = 1024;
   uint32_t frames = 100, warm_up = 30;
+  bool gui = false;
+  float gui_scale = 1;
   std::string conditions = "all";  // all, product or paper
   std::filesystem::path out = "docs/benchmarks", images;
   std::string name = "frame";  // of the files in out
