@@ -5,6 +5,8 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include "renderer/sinks/window_keys.h"
+
 namespace fire3dv::sinks {
 namespace {
 
@@ -20,73 +22,6 @@ gpu::Semaphore create_semaphore(gpu::Device& device) {
 }
 
 int windows_open = 0;  // GLFW ends with the last one
-
-Key key_of(int glfw) {
-  const auto at = [&](Key first, int glfw_first) {
-    return static_cast<Key>(static_cast<int>(first) + glfw - glfw_first);
-  };
-  if (glfw >= GLFW_KEY_0 && glfw <= GLFW_KEY_9) return at(Key::digit_0, GLFW_KEY_0);
-  if (glfw >= GLFW_KEY_KP_0 && glfw <= GLFW_KEY_KP_9) return at(Key::digit_0, GLFW_KEY_KP_0);
-  if (glfw >= GLFW_KEY_A && glfw <= GLFW_KEY_Z) return at(Key::a, GLFW_KEY_A);
-  if (glfw >= GLFW_KEY_F1 && glfw <= GLFW_KEY_F12) return at(Key::f1, GLFW_KEY_F1);
-  switch (glfw) {
-    case GLFW_KEY_SPACE:
-      return Key::space;
-    case GLFW_KEY_ESCAPE:
-      return Key::escape;
-    case GLFW_KEY_ENTER:
-    case GLFW_KEY_KP_ENTER:
-      return Key::enter;
-    case GLFW_KEY_TAB:
-      return Key::tab;
-    case GLFW_KEY_BACKSPACE:
-      return Key::backspace;
-    case GLFW_KEY_INSERT:
-      return Key::insert;
-    case GLFW_KEY_DELETE:
-      return Key::remove;
-    case GLFW_KEY_LEFT:
-      return Key::left;
-    case GLFW_KEY_RIGHT:
-      return Key::right;
-    case GLFW_KEY_UP:
-      return Key::up;
-    case GLFW_KEY_DOWN:
-      return Key::down;
-    case GLFW_KEY_PAGE_UP:
-      return Key::page_up;
-    case GLFW_KEY_PAGE_DOWN:
-      return Key::page_down;
-    case GLFW_KEY_HOME:
-      return Key::home;
-    case GLFW_KEY_END:
-      return Key::end;
-    case GLFW_KEY_MINUS:
-    case GLFW_KEY_KP_SUBTRACT:
-      return Key::minus;
-    case GLFW_KEY_EQUAL:
-    case GLFW_KEY_KP_ADD:
-      return Key::equal;
-    case GLFW_KEY_LEFT_SHIFT:
-      return Key::left_shift;
-    case GLFW_KEY_RIGHT_SHIFT:
-      return Key::right_shift;
-    case GLFW_KEY_LEFT_CONTROL:
-      return Key::left_control;
-    case GLFW_KEY_RIGHT_CONTROL:
-      return Key::right_control;
-    case GLFW_KEY_LEFT_ALT:
-      return Key::left_alt;
-    case GLFW_KEY_RIGHT_ALT:
-      return Key::right_alt;
-    case GLFW_KEY_LEFT_SUPER:
-      return Key::left_super;
-    case GLFW_KEY_RIGHT_SUPER:
-      return Key::right_super;
-    default:
-      return Key::other;
-  }
-}
 
 std::string glfw_error() {
   const char* text = nullptr;
@@ -110,8 +45,9 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2
   if (!window->window_) return no_window();
   GLFWwindow* const glfw = window->window_;
   glfwSetWindowUserPointer(glfw, window.get());
+  glfwGetCursorPos(glfw, &window->cursor_x_, &window->cursor_y_);
   glfwSetInputMode(glfw, GLFW_LOCK_KEY_MODS, GLFW_FALSE);
-  glfwSetCursorPosCallback(glfw, [](GLFWwindow* w, double, double) { self(w)->add_event({}); });
+  glfwSetCursorPosCallback(glfw, [](GLFWwindow* w, double x, double y) { self(w)->on_cursor(x, y); });
   glfwSetMouseButtonCallback(glfw, [](GLFWwindow* w, int button, int action, int) {
     if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
     InputEvent event{.kind = InputEvent::Kind::button, .down = action == GLFW_PRESS};
@@ -229,13 +165,11 @@ float Window::scale() const {
 
 // Cursors are told in the display's coordinates, which are not pixels everywhere.
 void Window::add_event(InputEvent event) {
-  double x = 0, y = 0;
   int width = 0, height = 0;
-  glfwGetCursorPos(window_, &x, &y);
   glfwGetWindowSize(window_, &width, &height);
   const VkExtent2D extent = framebuffer_extent();
   if (width > 0 && height > 0)
-    event.cursor_px = glm::vec2(x * extent.width / width, y * extent.height / height);
+    event.cursor_px = glm::vec2(cursor_x_ * extent.width / width, cursor_y_ * extent.height / height);
   const auto held = [&](int left, int right) {
     return glfwGetKey(window_, left) == GLFW_PRESS || glfwGetKey(window_, right) == GLFW_PRESS;
   };
@@ -243,6 +177,13 @@ void Window::add_event(InputEvent event) {
       held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT), held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL),
       held(GLFW_KEY_LEFT_ALT, GLFW_KEY_RIGHT_ALT), held(GLFW_KEY_LEFT_SUPER, GLFW_KEY_RIGHT_SUPER)};
   input_.events.push_back(event);
+}
+
+// Where it was at an event, not where it is by now: frames may be slow.
+void Window::on_cursor(double x, double y) {
+  cursor_x_ = x;
+  cursor_y_ = y;
+  add_event({});
 }
 
 void Window::on_key(int key, int action) {

@@ -71,6 +71,7 @@ class Window {
   void lose_surface();
   bool is_surface_lost(VkResult result);  // then a new one is made with the next acquire()
   void add_event(InputEvent event);
+  void on_cursor(double x, double y);
   void on_key(int key, int action);
 
   GLFWwindow* window_ = nullptr;
@@ -92,6 +93,7 @@ class Window {
   WindowInput input_;
   std::array<GLFWcursor*, 5> cursors_{};
   Cursor cursor_ = Cursor::arrow;
+  double cursor_x_ = 0, cursor_y_ = 0;  // of the last event, in the display's coordinates
 };
 
 }  // namespace fire3dv::sinks

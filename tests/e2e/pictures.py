@@ -28,8 +28,8 @@ def place_of(sequence):
 
 # --- the scene -------------------------------------------------------------------------------------------------------
 
-def write_scene(path, squares=None):
-    """A glb of unlit squares, three unless given, before a camera that maps a unit to a pixel."""
+def write_scene(path, squares=None, sun=False):
+    """A glb of squares, three unless given, before a camera that maps a unit to a pixel; unlit, or lit by a sun."""
     h = HALF_SQUARE
     binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
 
@@ -47,16 +47,19 @@ def write_scene(path, squares=None):
                         {"componentType": 5126, "count": 4, "type": "VEC3",
                          "min": [-h, row - h, 0], "max": [h, row + h, 0]})
         normals = add(struct.pack("<3f", 0, 0, 1) * 4, {"componentType": 5126, "count": 4, "type": "VEC3"})
-        materials.append({"name": name, "extensions": {"KHR_materials_unlit": {}},
+        materials.append({"name": name, "extensions": {} if sun else {"KHR_materials_unlit": {}},
                           "pbrMetallicRoughness": {"baseColorFactor": [*colour, 1]}})
         meshes.append({"name": name, "primitives": [{"attributes": {"POSITION": positions, "NORMAL": normals},
                                                      "indices": indices, "material": len(materials) - 1}]})
         nodes.append({"name": name, "mesh": len(meshes) - 1, "translation": [PLACE_AT_REST, 0, 0]})
     nodes.append({"name": "front", "camera": 0, "translation": [0, 0, 50]})
+    lights = {"extensions": {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 1}]}}} if sun else {}
+    if sun:
+        nodes.append({"name": "sun", "extensions": {"KHR_lights_punctual": {"light": 0}}})
     document = {
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes,
         "meshes": meshes, "materials": materials, "accessors": accessors, "bufferViews": views,
-        "buffers": [{"byteLength": len(binary)}], "extensionsUsed": ["KHR_materials_unlit"],
+        "buffers": [{"byteLength": len(binary)}], "extensionsUsed": ["KHR_lights_punctual" if sun else "KHR_materials_unlit"], **lights,
         "cameras": [{"name": "camera of front", "type": "orthographic",
                      "orthographic": {"xmag": SIZE[0] / 2, "ymag": SIZE[1] / 2, "znear": 1, "zfar": 100}}]}
     text = json.dumps(document).encode()
