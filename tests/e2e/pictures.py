@@ -28,7 +28,7 @@ def place_of(sequence):
 
 # --- the scene -------------------------------------------------------------------------------------------------------
 
-def write_scene(path, squares=None, sun=False):
+def write_scene(path, squares=None, sun=False, place=PLACE_AT_REST):
     """A glb of squares, three unless given, before a camera that maps a unit to a pixel; unlit, or lit by a sun."""
     h = HALF_SQUARE
     binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
@@ -51,7 +51,7 @@ def write_scene(path, squares=None, sun=False):
                           "pbrMetallicRoughness": {"baseColorFactor": [*colour, 1]}})
         meshes.append({"name": name, "primitives": [{"attributes": {"POSITION": positions, "NORMAL": normals},
                                                      "indices": indices, "material": len(materials) - 1}]})
-        nodes.append({"name": name, "mesh": len(meshes) - 1, "translation": [PLACE_AT_REST, 0, 0]})
+        nodes.append({"name": name, "mesh": len(meshes) - 1, "translation": [place, 0, 0]})
     nodes.append({"name": "front", "camera": 0, "translation": [0, 0, 50]})
     lights = {"extensions": {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 1}]}}} if sun else {}
     if sun:

@@ -72,6 +72,49 @@ def selects(test, screen):
     renderer.expect_exit(0)
 
 
+# Where the panels' controls are in a window of this size, with the lights' panel alone open.
+PANELS_SIZE = (640, 400)
+FRAME_HEADER, LIGHTS_ROW, COLOUR, INTENSITY, DARKER = (470, 24), (475, 135), (570, 155), (572, 178), (535, 178)
+
+
+def panels(test, screen):
+    """A light's slider is dragged and the light changes, the view does not; Tab hides panels; their arrangement is kept."""
+    scene, arrangement = test.path("sun.glb"), test.path("config/fire3dv/window.conf")
+    write_scene(scene, sun=True, place=0)
+    os.makedirs(os.path.dirname(arrangement))
+    with open(arrangement, "w", encoding="ascii") as file:
+        for panel in ("scene", "node", "cameras", "frame", "streams", "materials", "render", "log"):
+            file.write(f"{panel} = closed\n")
+        file.write("lights = open\n")
+    renderer = test.viewer(scene, env=screen.env, size=PANELS_SIZE)
+    window = screen.window(renderer)
+
+    def pixel(x, y):
+        return screen.picture(window).pixel(x, y)
+    red = (320, 66)
+    wait_until("the red square between the panels", lambda: pixel(*red)[0] > 150 and pixel(*red)[1] < 60)
+    before, panel = pixel(*red)[0], pixel(600, 300)
+    screen.xdotool("mousemove", "--window", window, *LIGHTS_ROW, "click", 1)
+    wait_until("the light's colour, which is white", lambda: min(pixel(*COLOUR)) > 200)
+    screen.xdotool("mousemove", "--window", window, *INTENSITY, "mousedown", 1)
+    for x in range(INTENSITY[0], DARKER[0], -6):
+        screen.xdotool("mousemove", "--window", window, x, INTENSITY[1])
+    screen.xdotool("mouseup", 1)
+    wait_until("a darker square where it was", lambda: 20 < pixel(*red)[0] < before - 20)
+    check(pixel(red[0], red[1] + 30)[0] == pixel(red[0] + 40, red[1])[0], "the view moved")
+    screen.xdotool("key", "Tab")
+    wait_until("no panels", lambda: pixel(600, 300) != panel)
+    screen.xdotool("key", "Tab")
+    wait_until("panels again", lambda: pixel(600, 300) == panel)
+    screen.xdotool("mousemove", "--window", window, *FRAME_HEADER, "click", 1)
+    wait_until("the other panel to open above it", lambda: min(pixel(*COLOUR)) < 200)
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+    with open(arrangement, encoding="ascii") as file:
+        text = file.read()
+    check("frame = open" in text and "streams = closed" in text, f"what was kept:\n{text}")
+
+
 def captures(test, screen):
     """P takes pictures that say what they show and never replace one, V a video."""
     folder = test.path("taken")
@@ -220,7 +263,7 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (selects, captures, several, stereo, drop, closed_while_loading)}
+CASES = {f.__name__: on_a_screen(f) for f in (selects, panels, captures, several, stereo, drop, closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 
 if __name__ == "__main__":
