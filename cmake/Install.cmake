@@ -1,6 +1,6 @@
 # Programs and papers. The client library installs itself (adapters/generic/install.cmake, component "client").
 # Programs find the library beside them, wherever the prefix is moved to.
-foreach(program fire3dv fire3dv-bench fire3dv-contact-sheet fire3dv-convert fire3dv-impair fire3dv-inspect fire3dv-motion fire3dv-mujoco fire3dv-record fire3dv-replay
+foreach(program fire3dv fire3dv-bench fire3dv-contact-sheet fire3dv-convert fire3dv-impair fire3dv-inspect fire3dv-motion fire3dv-mujoco fire3dv-mujoco-compare fire3dv-record fire3dv-replay
         bullet_arm)
   if(TARGET ${program})
     file(RELATIVE_PATH lib_from_bin /prefix/${CMAKE_INSTALL_BINDIR} /prefix/${CMAKE_INSTALL_LIBDIR})
