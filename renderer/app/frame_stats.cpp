@@ -14,7 +14,8 @@ constexpr const char* kColumns[] = {
     "light views", "clear",       "cull",        "raster",     "expand",   "tiles",         "farthest depth",
     "late cull",   "late raster", "late expand", "late tiles", "surfaces", "classify",      "shade",
     "tlas wait",   "trace",       "shade again", "depth",      "forward",  "post",          "fxaa",
-    "held mark",   "read-back",   "window"};
+    "labels",      "outputs",     "keep poses",  "debug view", "pick",     "outline",       "held mark",
+    "gui",         "lens colors", "lens",        "read-back",  "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
