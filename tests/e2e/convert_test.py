@@ -292,7 +292,8 @@ def moved_mjcf(test):
         print("not tried: built without MuJoCo", flush=True)
         return
     with open(os.path.join(ROBOTS, "arm.xml"), encoding="utf-8") as file:
-        text = file.read().replace('"arm_description/', f'"{ROBOTS}/arm_description/')
+        text = file.read()
+    shutil.copytree(os.path.join(ROBOTS, "arm_description"), test.path("arm_description"))
     rest = write(test, "rest.xml", text)
     posed = write(test, "posed.xml", text.replace('qpos="0.5 0.9 0.03 0.03', 'qpos="-0.4 1.6 0.03 0.03'))
     move(test, rest, posed, ["upper arm", "forearm"])  # fingers follow
@@ -303,7 +304,8 @@ def moved_panda(test):
         print("not tried: built without MuJoCo, or without shared/assets/robots", flush=True)
         return
     with open(os.path.join(PANDA, "panda.xml"), encoding="utf-8") as file:
-        text = file.read().replace('meshdir="assets"', f'meshdir="{PANDA}/assets"')
+        text = file.read()
+    shutil.copytree(os.path.join(PANDA, "assets"), test.path("assets"))
     rest = write(test, "rest.xml", text)
     posed, count = re.subn(r"(<key [^>]*qpos=['\"])[^'\"]*", r"\g<1>0.5 0.3 -0.4 -1.2 0.3 2 0.4 0.01 0.01", text)
     check(count == 1, "the model's keyframe")
