@@ -8,6 +8,7 @@ import re
 import shlex
 import struct
 import sys
+import time
 
 from harness import HANG_S, Program, check_tags, main, wait_until
 from pictures import check, read_png, write_scene
@@ -77,6 +78,20 @@ PANELS_SIZE = (640, 400)
 FRAME_HEADER, LIGHTS_ROW, COLOUR, INTENSITY, DARKER = (470, 24), (475, 135), (570, 155), (572, 178), (535, 178)
 
 
+def drag(screen, window, begin, end):
+    """As a hand does it: it rests where it presses, and images pass while it moves."""
+    screen.xdotool("mousemove", "--window", window, *begin)
+    time.sleep(0.3)
+    screen.xdotool("mousedown", 1)
+    time.sleep(0.3)
+    steps = max(abs(end[0] - begin[0]) // 6, 1)
+    for step in range(1, steps + 1):
+        x, y = (b + (e - b) * step // steps for b, e in zip(begin, end))
+        screen.xdotool("mousemove", "--window", window, x, y)
+        time.sleep(0.05)
+    screen.xdotool("mouseup", 1)
+
+
 def panels(test, screen):
     """A light's slider is dragged and the light changes, the view does not; Tab hides panels; their arrangement is kept."""
     scene, arrangement = test.path("sun.glb"), test.path("config/fire3dv/window.conf")
@@ -96,10 +111,7 @@ def panels(test, screen):
     before, panel = pixel(*red)[0], pixel(600, 300)
     screen.xdotool("mousemove", "--window", window, *LIGHTS_ROW, "click", 1)
     wait_until("the light's colour, which is white", lambda: min(pixel(*COLOUR)) > 200)
-    screen.xdotool("mousemove", "--window", window, *INTENSITY, "mousedown", 1)
-    for x in range(INTENSITY[0], DARKER[0], -6):
-        screen.xdotool("mousemove", "--window", window, x, INTENSITY[1])
-    screen.xdotool("mouseup", 1)
+    drag(screen, window, INTENSITY, DARKER)
     wait_until("a darker square where it was", lambda: 20 < pixel(*red)[0] < before - 20)
     check(pixel(red[0], red[1] + 30)[0] == pixel(red[0] + 40, red[1])[0], "the view moved")
     screen.xdotool("key", "Tab")
