@@ -237,7 +237,7 @@ TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
   const fs::path below = write("model/model.xml", "<mujoco>" + folder("meshdir", "assets") +
                                                       mesh("../late.OBJ") + "<worldbody/></mujoco>");
   EXPECT_FALSE(read_mjcf(below, {}).ok()) << "its materials lie outside";
-  write("model/late.OBJ", library + std::string(kTetrahedron));
+  write("model/late.OBJ", library + "\n" + std::string(kTetrahedron));
   EXPECT_TRUE(read_mjcf(below, {}).ok());
   // Trees of links, as package managers make them: the model's own place counts beside the link's.
   fs::create_directories(folder_.path() / "tree/assets");
