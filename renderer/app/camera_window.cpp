@@ -18,8 +18,7 @@ void CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState&
   constexpr uint64_t kPatienceNs = 10'000'000;  // a hidden one must not hold the others up
   if (!window_.acquire(kPatienceNs)) return;
   const VkExtent2D extent = window_.framebuffer_extent();
-  if (renderer.extent().width != extent.width || renderer.extent().height != extent.height)
-    renderer.set_size(extent);
+  renderer.set_size(extent);
   gpu::Recorder& recorder = frames_.begin();
   const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
   const passes::Inspection inspection =

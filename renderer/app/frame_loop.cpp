@@ -201,8 +201,7 @@ void FrameLoop::animate() {
 void FrameLoop::draw() {
   if (window_) own_extent_ = window_->image_extent();
   const VkExtent2D extent = own_extent_;
-  if (renderer_.extent().width != extent.width || renderer_.extent().height != extent.height)
-    renderer_.set_size(extent);
+  renderer_.set_size(extent);  // images for simulators have theirs
   gpu::Recorder& recorder = frames_.begin();
   const Clock::time_point begun = Clock::now();
   const passes::View view =

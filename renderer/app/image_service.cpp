@@ -127,7 +127,6 @@ bool ImageService::make_room(std::span<const Asked> together) {
   const glm::uvec2 size = together[0].camera.pinhole.image_px;
   const VkExtent2D extent{size.x, size.y}, before = renderer_.extent();
   const auto views = static_cast<uint32_t>(together.size()), views_before = renderer_.views();
-  if (before.width == extent.width && before.height == extent.height && views_before == views) return true;
   try {
     renderer_.set_size(extent, views);
     return true;

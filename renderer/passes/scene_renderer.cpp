@@ -120,6 +120,11 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
 }
 
 void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
+  const bool as_it_is = targets_ && targets_->extent.width == extent.width &&
+                        targets_->extent.height == extent.height && targets_->views == views;
+  if (as_it_is) return;
+  targets_ = nullptr;  // where memory does not suffice, only some passes have the new ones: then a size has
+                       // to be set again
   Targets& targets = targets_of(extent, views);
   if (visibility_) visibility_->set_targets(targets);
   shadows_.set_targets(targets);

@@ -171,9 +171,10 @@ def all_outputs(test, link):
 
 
 def many_cameras(test, link):
-    """Cameras of several sizes and kinds that are due at once: each image has the bytes that it has alone."""
+    """Cameras of several sizes and kinds that are due at once: each image has the bytes that it has alone. Between them the
+    renderer draws its own images, of the size of some of them."""
     uri = test.fresh_uri(link)
-    renderer = renderer_of(test, uri, "--on-request", "--lockstep")
+    renderer = renderer_of(test, uri, "--lockstep")
     fx = 4 * barcode.DISTANCE
     kinds = [(barcode.SIZE, ["depth_f32", "instance_u32"]), ((40, 30), ["depth_f32", "instance_u32"]),
              ((40, 30), ["color_srgb8"]), ((40, 30), ["color_srgb8", "normal", "boxes2d"]), ((33, 7), ["color_linear_f16"])]
