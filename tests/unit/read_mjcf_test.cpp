@@ -167,6 +167,42 @@ TEST_F(Mjcf, WhatIsWrongIsToldWithTheFilesName) {
             std::string::npos);
 }
 
+// libmujoco would read beyond the mesh's end.
+TEST_F(Mjcf, MeshesHaveAllThatTheirFacesName) {
+  constexpr const char* kModel = "<mujoco><asset><mesh name='m' file='m.obj'/></asset><worldbody/></mujoco>";
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", sides = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";
+  const auto fault = [&](const std::string& last, const std::string& first = "") {
+    folder_.write("m.obj", std::string_view(first + corners + sides + last));
+    const auto model = try_read(kModel);
+    return model.ok() ? std::string("none") : model.error().message;
+  };
+  EXPECT_EQ(fault("f 2 3 4\n"), "none");
+  EXPECT_EQ(fault("\t f -3 -2 -1\r\n"), "none");
+  EXPECT_EQ(fault("f 5 6 4\nv 1 0 0\nv 0 1 0\n"), "none");  // they come later
+  const std::string whole =
+      "vt 0 0\nvn 0 0 1\n" + corners + "f 1/1/1 3/1/1 2/1/1\nf 1/1/1 2/1/1 4/1/1\nf 1/1/1 4/1/1 3/1/1\n";
+  folder_.write("m.obj", std::string_view(whole + "f 2/1/1 3/-1/-1 4/1/1\n"));
+  EXPECT_TRUE(try_read(kModel).ok());
+  const struct {
+    const char *face, *named;
+  } cases[] = {{"f 2 3 5", "names corner 5 of 4"},
+               {"f 2 3 99999999999999999999", "names corner"},
+               {"f -5 3 4", "names corner -1 of 4"},
+               {"f -2147483648 3 4", "names corner"},
+               {"\r\t f\t2 3 \v9", "names corner 9 of 4"},
+               {"l 2 7", "names corner 7 of 4"},
+               {"f 2/1 3/1 4/1", "names texture coordinate 1 of 0"},
+               {"vt 0 0\nf 2/1 3/1 4/2/", "names texture coordinate 2 of 1"},
+               {"f 2//1 3//1 4//1", "names normal 1 of 0"},
+               {"vt 0 0\nvn 0 0 1\nf 2/1/1 3/1/1 4/1/-2", "names normal -1 of 1"},
+               {"vt 0 0\nf 2/1 3/1 4/1", "has a texture coordinate for some corners"},
+               {"vn 0 0 1\nf 2 3 4", "has a normal for some corners"}};
+  for (const auto& [face, named] : cases) {
+    const std::string told = fault(face);
+    EXPECT_NE(told.find("m.obj\" " + std::string(named)), std::string::npos) << face << ": " << told;
+  }
+}
+
 // A model of a stranger's names files of ours: none of them is read, however its name is disguised.
 TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
   namespace fs = std::filesystem;

@@ -3,10 +3,12 @@
 #include <tinyxml.h>
 
 #include <set>
+#include <string_view>
 
 #include "renderer/scene/files.h"
 #include "tools/convert/description_kind.h"
 #include "tools/convert/local_files.h"
+#include "tools/convert/obj_faces.h"
 #include "tools/convert/obj_materials.h"
 
 namespace fire3dv::convert {
@@ -73,9 +75,22 @@ class Files {
     if (sources_.all().size() > kMostFiles)
       return Error{"it names more than " + std::to_string(kMostFiles) + " files"};
     if (Result<void> done = may_read(path); !done) return done;
-    if (!is_obj(path)) return {};
-    const Result<std::vector<std::string>> libraries = obj_material_files(path);
-    if (!libraries) return libraries.error();
+    return is_obj(path) ? look_into_obj(path) : Result<void>();
+  }
+
+  Result<void> look_into_obj(const fs::path& path) {
+    constexpr uint64_t kMostBytes = uint64_t{4} << 30;
+    std::error_code error;
+    if (!fs::is_regular_file(path, error)) return {};
+    const Result<scene::Bytes> bytes = scene::read_file(path, kMostBytes);
+    if (!bytes) return bytes.error();
+    const std::string_view text(reinterpret_cast<const char*>(bytes->view().data()), bytes->view().size());
+    const auto told = [&](const Error& fault) {
+      return Error{scene::quote(path.string()) + " " + fault.message};
+    };
+    if (Result<void> whole = check_obj_faces(text); !whole) return told(whole.error());
+    const Result<std::vector<std::string>> libraries = obj_material_files(text);
+    if (!libraries) return told(libraries.error());
     for (const std::string& library : *libraries) {
       const fs::path beside = path.parent_path() / fs::path(library).relative_path();
       if (Result<void> done = may_read(beside); !done) return done;

@@ -2,10 +2,6 @@
 
 #include <strings.h>
 
-#include <string_view>
-
-#include "renderer/scene/files.h"
-
 namespace fire3dv::convert {
 namespace {
 
@@ -35,16 +31,10 @@ bool is_obj(const std::filesystem::path& file) {
   return strcasecmp(file.extension().c_str(), ".obj") == 0;
 }
 
-Result<std::vector<std::string>> obj_material_files(const std::filesystem::path& file) {
-  constexpr uint64_t kMostBytes = uint64_t{4} << 30;
+Result<std::vector<std::string>> obj_material_files(std::string_view text) {
   constexpr size_t kMostNames = 1000;
   constexpr std::string_view kWord = "mtllib";
   std::vector<std::string> names;
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return names;
-  const Result<scene::Bytes> bytes = scene::read_file(file, kMostBytes);
-  if (!bytes) return bytes.error();
-  const std::string_view text(reinterpret_cast<const char*>(bytes->view().data()), bytes->view().size());
   for (size_t at = text.find(kWord); at != text.npos; at = text.find(kWord, at + 1)) {
     size_t begin = at;
     while (begin > 0 && (text[begin - 1] == ' ' || text[begin - 1] == '\t')) --begin;
@@ -53,8 +43,7 @@ Result<std::vector<std::string>> obj_material_files(const std::filesystem::path&
     if (rest.empty() || (rest[0] != ' ' && rest[0] != '\t')) continue;
     add_names(rest.substr(1, rest.find_first_of("\r\n") - 1), names);
     if (names.size() > kMostNames)
-      return Error{scene::quote(file.string()) + " names more than " + std::to_string(kMostNames) +
-                   " files of materials"};
+      return Error{"names more than " + std::to_string(kMostNames) + " files of materials"};
   }
   return names;
 }
