@@ -30,7 +30,7 @@ class Faces {
     }
     if ((line[0] == 'f' || line[0] == 'l' || line[0] == 'p') && is_blank(line[1])) {
       rest_ = line.substr(2);
-      for (skip_blanks(); !rest_.empty(); skip_blanks()) take_corner();
+      for (skip_blanks(); !rest_.empty(); skip_blanks()) take_corner(line[0] == 'f');
     }
   }
 
@@ -54,7 +54,7 @@ class Faces {
   void skip_blanks() { rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t"), rest_.size())); }
 
   // "1", "1/2", "1/2/3" or "1//3".
-  void take_corner() {
+  void take_corner(bool of_face) {
     std::array<bool, 3> has{};
     has[corners] = take_number(corners);
     if (take_slash()) {
@@ -62,7 +62,7 @@ class Faces {
       has[texture_places] = !none && take_number(texture_places);
       has[normals] = (none || take_slash()) && take_number(normals);
     }
-    for (const Kind kind : {texture_places, normals}) lacks_[kind] = lacks_[kind] || !has[kind];
+    for (const Kind kind : {texture_places, normals}) lacks_[kind] = lacks_[kind] || (of_face && !has[kind]);
   }
 
   bool take_slash() {
@@ -95,7 +95,7 @@ class Faces {
 
   std::string_view rest_;  // of the line
   std::array<int64_t, 3> count_{}, lowest_{}, highest_{-1, -1, -1};
-  std::array<bool, 3> lacks_{};  // some corner has none
+  std::array<bool, 3> lacks_{};  // some corner of a face has none
 };
 
 }  // namespace
