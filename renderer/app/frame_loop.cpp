@@ -134,7 +134,7 @@ Result<void> FrameLoop::run() {
     if (Result<void> delivered = deliver(); !delivered) return delivered;
     progress_.update(images_, options_.frames);
   }
-  device_.wait(device_.last_submitted());
+  image_service_.wait(image_service_.submitted());
   if (Result<void> delivered = deliver(); !delivered) return delivered;
   if (window_) window_->finish();
   say_notes();
@@ -160,8 +160,8 @@ void FrameLoop::say_notes() {
 // With no image of our own: a frame has been shown when what was asked of it is drawn.
 Result<void> FrameLoop::finish_served(bool served) {
   const bool is_news = std::exchange(undrawn_, false);
-  if (is_news) unacknowledged_.emplace_back(device_.last_submitted(), poses_.shown());
-  if (!served && image_service_.in_flight()) device_.wait(device_.last_submitted());
+  if (is_news) unacknowledged_.push_back({image_service_.submitted(), poses_.shown()});
+  if (!served && image_service_.in_flight()) image_service_.wait(image_service_.submitted());
   if (Result<void> delivered = deliver(); !delivered) return delivered;
   if (!served && !is_news) intake_.wait(std::chrono::milliseconds(1));
   return {};
@@ -219,7 +219,7 @@ void FrameLoop::draw() {
   if (window_) window_->present(done_at);
   renderer_.submitted(done_at);
   readback_.submitted(done_at);
-  unacknowledged_.emplace_back(done_at, shown);
+  unacknowledged_.push_back({image_service_.submitted(), shown});
   note_cost(shown, begun);
   if (window_) window_->draw_others();
   images_++;
@@ -254,7 +254,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
 
 Result<void> FrameLoop::deliver() {
   // In lockstep the adapter waits for this image, so the GPU is waited for too; else it comes when it comes.
-  if (options_.lockstep) device_.wait(device_.last_submitted());
+  if (options_.lockstep) image_service_.wait(image_service_.submitted());
   Result<void> result;
   readback_.poll([&](ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels) {
     if (result) result = hand_over(std::move(tag), extent, pixels);
@@ -262,12 +262,9 @@ Result<void> FrameLoop::deliver() {
   if (!result) return result;
   image_service_.deliver();
   if (window_) window_->deliver();
-  const uint64_t done = device_.completed();
-  if (!unacknowledged_.empty() && unacknowledged_.front().first <= done && !first_finished_) {
-    first_finished_ = Clock::now();
-  }
-  while (!unacknowledged_.empty() && unacknowledged_.front().first <= done) {
-    intake_.acknowledge(unacknowledged_.front().second);
+  while (!unacknowledged_.empty() && image_service_.is_done(unacknowledged_.front().drawn)) {
+    if (!first_finished_) first_finished_ = Clock::now();
+    intake_.acknowledge(unacknowledged_.front().shown);
     unacknowledged_.erase(unacknowledged_.begin());
   }
   for (const gpu::FrameTimes& times : frames_.take_finished()) {

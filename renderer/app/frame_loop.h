@@ -48,6 +48,10 @@ class FrameLoop {
   // Borrowed; null: nothing is replayed, or recorded. Before run().
   void follow(replay::TimelineControl* timeline) { timeline_ = timeline; }
   void record_with(Recording* recording) { recording_ = recording; }
+  // Borrowed: these draw images for simulators, too, as the settings say at any time. Before run().
+  void spread_images_over(FurtherDevices& further, const passes::DrawSettings& settings) {
+    image_service_.spread_over(further, settings);
+  }
   // Ends run() when it is ready.
   void go_on_with(NextShow* next) { next_ = next; }
   Result<void> run();
@@ -101,7 +105,11 @@ class FrameLoop {
   std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the list's scene
   uint64_t images_ = 0;                       // drawn
   bool undrawn_ = false;  // lockstep: a pose frame is shown that no image has been drawn of yet
-  std::vector<std::pair<uint64_t, std::vector<state::FrameTag>>> unacknowledged_;  // timeline value, frames
+  struct Unacknowledged {
+    ImageService::Mark drawn;
+    std::vector<state::FrameTag> shown;
+  };
+  std::vector<Unacknowledged> unacknowledged_;  // until what was drawn of these frames is done
   const std::chrono::steady_clock::time_point started_;
   std::optional<std::chrono::steady_clock::time_point> first_finished_;
   std::chrono::steady_clock::time_point last_image_;

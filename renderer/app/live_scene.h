@@ -54,6 +54,7 @@ class LiveScene {
   bool settled() const { return build_.idle(); }
 
   const scene::Scene& scene() const { return shown().scene; }
+  const scene::LoadedScene& loaded() const { return shown(); }
   const scene::SceneEdits& edits() const { return edits_; }
   const state::EditFaults& faults() const { return book_.faults(); }
   uint64_t replaced() const { return replaced_; }  // how often the scene was

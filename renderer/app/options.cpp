@@ -217,7 +217,14 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
       ->type_name("[auto|beside|off|FOLDER]")
       ->capture_default_str();
 
-  app.add_option("--device", options.device, "Vulkan device by index or part of its name");
+  CLI::Option* const device =
+      app.add_option("--device", options.device, "Vulkan device by index or part of its name");
+  app.add_option(
+         "--devices", options.devices,
+         "several, separated by commas, or all: images that simulators ask for are spread over them; the "
+         "first one draws all else")
+      ->type_name("[LIST|all]")
+      ->excludes(device);
   std::string async_compute = "auto";
   app.add_option(
          "--async-compute", async_compute,
@@ -352,6 +359,8 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (!options.recording.record.empty() && !receives)
     return usage_error("--record needs a --listen URI or a --replay file");
   if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);
+  if (!options.devices.empty() && options.listen.empty())
+    return usage_error("--devices spreads images that simulators ask for: it needs a --listen URI");
   if (options.on_request && (!options.headless || options.listen.empty() || !options.out.empty()))
     return usage_error("--on-request needs --headless and a --listen URI, and excludes --out");
   if (options.on_request && options.frames != 0)

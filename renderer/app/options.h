@@ -49,6 +49,7 @@ struct Options {
   std::filesystem::path stats;   // CSV of times per frame; empty = none
 
   std::string device;
+  std::string devices;  // that draw images for simulators, the first of them all else; empty: only `device`
   gpu::AsyncCompute async_compute = gpu::AsyncCompute::automatic;
   bool list_devices = false;
   bool validation = false;

@@ -9,6 +9,7 @@
 #include "protocol/transport/open.h"
 #include "renderer/app/cache_places.h"
 #include "renderer/app/frame_loop.h"
+#include "renderer/app/further_devices.h"
 #include "renderer/app/image_service.h"
 #include "renderer/app/pipeline_file.h"
 #include "renderer/app/recording.h"
@@ -98,6 +99,7 @@ struct Stage {
   const CachePlaces& places;
   Windows& windows;
   gui::Viewer& viewer;
+  FurtherDevices& further;
   bool first = true;  // nothing has been shown yet
 
   void note_start(const char* what) const {
@@ -179,6 +181,7 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
   if (Result<void> enough = make_room(stage.device, stage.viewer.draw, *scene, stage.renderer); !enough)
     return enough.error();
   passes::SceneRenderer& renderer = *stage.renderer;
+  stage.further.forget_scene();
   renderer.set_scene(*scene, (*loaded)->derived);
   stage.note_start("scene on the device");
   LiveScene live(**loaded, poses, renderer, *camera,
@@ -200,6 +203,7 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
   loop.follow(timeline);
   loop.record_with(recording->get());
   loop.go_on_with(&next);
+  loop.spread_images_over(stage.further, stage.viewer.draw);
   Result<void> finished = loop.run();
   if (*recording) say((*recording)->finish());
   if (const std::optional<Error> fault = load.finish_keeping()) say_of_cache(*fault);
@@ -242,16 +246,19 @@ int run(const Options& options) {
     if (!environment) return fail(environment.error());
 
     // The scene loads while the device opens and its pipelines are made.
-    Result<std::unique_ptr<gpu::Device>> device = open_device(**instance, options);
+    Result<OpenDevices> devices = open_devices(**instance, options);
     if (show->load().has_failed()) return fail(show->load().wait().error());
-    if (!device) return fail(device.error());
-    PipelineFile pipelines(**device, places.pipelines);
+    if (!devices) return fail(devices.error());
+    gpu::Device& device = *devices->first;
+    PipelineFile pipelines(device, places.pipelines);
     if (pipelines.note()) say(*pipelines.note());
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
-    std::optional<passes::SceneRenderer> renderer(std::in_place, **device, viewer.draw);
-    Stage stage{**instance, **device, renderer, *stats, places, *windows, viewer, true, options.begun};
+    FurtherDevices further(**instance, devices->further, options.async_compute, places, viewer.draw);
+    std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
+    Stage stage{**instance, device, renderer, *stats, places, *windows, viewer, further, true, options.begun};
     stage.note_start("renderer");
+    if (Result<void> opened = further.finish_opening(*renderer); !opened) return fail(opened.error());
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
       return fail(Error{"--outputs: " + can.error().message});
     if (Result<void> can = renderer->can_show(options.debug_view); !can)

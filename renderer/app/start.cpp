@@ -33,6 +33,32 @@ Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const 
   return gpu::Device::create(instance, choice->index, !options.headless, options.async_compute);
 }
 
+Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options) {
+  OpenDevices open;
+  if (options.devices.empty()) {
+    Result<std::unique_ptr<gpu::Device>> device = open_device(instance, options);
+    if (!device) return device.error();
+    open.first = std::move(*device);
+    return open;
+  }
+  const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
+  Result<std::vector<gpu::DeviceChoice>> choices = gpu::choose_devices(reports, options.devices);
+  if (!choices) return choices.error();
+  for (const gpu::DeviceChoice& choice : *choices) {
+    for (const std::string& note : choice.notes) say("device: " + note);
+    say("device " + gpu::describe(reports[choice.index]));
+    if (reports[choice.index].name != reports[choices->front().index].name)
+      say("device: images by " + reports[choice.index].name + " and " + reports[choices->front().index].name +
+          " may differ a little, as those of other devices do");
+    if (&choice != &choices->front()) open.further.push_back(choice.index);
+  }
+  Result<std::unique_ptr<gpu::Device>> device =
+      gpu::Device::create(instance, choices->front().index, !options.headless, options.async_compute);
+  if (!device) return device.error();
+  open.first = std::move(*device);
+  return open;
+}
+
 void describe(const std::filesystem::path& path, const scene::Scene& scene) {
   constexpr size_t kWarningsShown = 20;
   for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)

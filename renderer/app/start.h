@@ -25,6 +25,14 @@ void say_of_cache(const Error& error);
 Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options,
                                                  gpu::DeviceReport* report = nullptr);
 
+// Of the devices that --devices names the first, and after it the indices of the others.
+struct OpenDevices {
+  std::unique_ptr<gpu::Device> first;
+  std::vector<uint32_t> further;
+};
+// All that the options want.
+Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options);
+
 // Warnings, and what is in the scene.
 void describe(const std::filesystem::path& path, const scene::Scene& scene);
 

@@ -59,8 +59,9 @@ class StreamIntake {
   bool send_image(state::ImageBook::Asker asker, const wire::ImageFrame& frame,
                   const transport::ListenerLink::FillPixels& fill);
   wire::Affine3x4d world_from_stream(state::ImageBook::Asker asker) const;
-  bool is_image_request_open(state::ImageBook::Asker asker, uint64_t request) const {
-    return images_ && images_->is_open(asker, request);
+  // Asker and id of each, in their order.
+  std::vector<std::pair<state::ImageBook::Asker, uint64_t>> image_requests() const {
+    return images_ ? images_->open() : std::vector<std::pair<state::ImageBook::Asker, uint64_t>>();
   }
   size_t open_image_requests() const { return images_ ? images_->count() : 0; }
   uint64_t refused_image_requests() const { return refused_image_requests_; }

@@ -245,4 +245,32 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
   return choice;
 }
 
+Result<std::vector<DeviceChoice>> choose_devices(const std::vector<DeviceReport>& reports,
+                                                 std::string_view wanted) {
+  std::vector<DeviceChoice> choices;
+  if (wanted == "all") {
+    Result<DeviceChoice> best = choose_device(reports, "");
+    if (!best) return best.error();
+    choices.push_back(std::move(*best));
+    const DeviceType type = reports[choices[0].index].type;
+    for (const DeviceReport& report : reports) {
+      if (report.usable() && report.type == type && report.index != choices[0].index)
+        choices.push_back({report.index, {}});
+    }
+    return choices;
+  }
+  for (size_t begin = 0; begin <= wanted.size();) {
+    const size_t end = std::min(wanted.find(',', begin), wanted.size());
+    const std::string_view one = wanted.substr(begin, end - begin);
+    if (one.empty())
+      return Error{"--devices " + std::string(wanted) +
+                   ": name devices by index or part of the name, separated by commas, such as 0,1, or all"};
+    Result<DeviceChoice> choice = choose_device(reports, one);
+    if (!choice) return choice.error();
+    choices.push_back(std::move(*choice));
+    begin = end + 1;
+  }
+  return choices;
+}
+
 }  // namespace fire3dv::gpu

@@ -127,6 +127,10 @@ std::optional<std::string> check_drawing(const app::Options& drawing) {
     return "--replay, --stream and --loop are for watching a recording; the one to render is named first";
   if (!drawing.recording.record.empty()) return none("--record");
   if (drawing.lockstep) return none("--lockstep");
+  if (!drawing.devices.empty())
+    return "--devices spreads images that simulators ask for: name one with --device, and draw a part on "
+           "each "
+           "with --shard";
   if (!drawing.metrics.empty()) return none("--metrics");
   if (drawing.exit_when_done) return none("--exit-when-done");
   if (drawing.frames != 0) return "--frames: choose a part with --start and --end";

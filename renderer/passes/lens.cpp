@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace fire3dv::passes {
@@ -68,7 +69,7 @@ std::optional<glm::dvec2> undistort(const Lens& lens, const glm::dvec2& distorte
 
 // What is seen through the lens, and how large at most.
 struct Seen {
-  glm::dvec2 low{0}, high{0};
+  glm::dvec2 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
   double most_enlarged = 1;
 };
 void add(Seen& seen, const Lens& lens, const glm::dvec2& point) {
@@ -145,6 +146,8 @@ std::optional<glm::dvec2> undistort(const Lens& lens, const glm::dvec2& distorte
 
 Result<Intrinsics> pinhole_behind(const Intrinsics& intrinsics, const Lens& lens, uint32_t most_side) {
   const Seen seen = seen_through(intrinsics, lens);
+  if (!(seen.low.x <= seen.high.x))
+    return Error{"the lens shows nothing at all within the image: look at cx, cy and its coefficients"};
   const glm::dvec2 size = seen.high - seen.low;
   const glm::dvec2 focal(intrinsics.fx_px, intrinsics.fy_px);
   const glm::dvec2 wanted = kPixelsForOne * seen.most_enlarged * focal * size;  // pixels

@@ -34,7 +34,6 @@ LensPass::LensPass(gpu::Device& device)
       pipeline_(gpu::create_compute_pipeline(device, layout_.get(), "lens.comp", gpu::Make::when_used)) {}
 
 void LensPass::copy_color(gpu::Recorder& recorder, gpu::Image& color) {
-  grow(device_, color_, VkDeviceSize{4} * color.extent.width * color.extent.height);
   recorder.pass("lens colors", {Use(color, access::transfer_read), Use(color_, access::transfer_write)},
                 [&](VkCommandBuffer commands) {
                   VkBufferImageCopy copy{};
@@ -84,12 +83,18 @@ gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wan
   return w;
 }
 
-void LensPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Source& source,
-                      const Wanted& wanted) {
-  const glm::uvec2 size = wanted.camera.image_px;
+void LensPass::make_room(const Intrinsics& pinhole, const Wanted& wanted) {
+  const glm::uvec2 size = wanted.camera.image_px, behind = pinhole.image_px;
   places_ = place_planes(with_sources(wanted.outputs), size.x, size.y);
   result_bytes_ = (wanted.outputs.color_srgb8 ? uint64_t{4} * size.x * size.y : 0) + bytes_of(places_);
   grow(device_, result_, result_bytes_);
+  if (wanted.outputs.color_srgb8) grow(device_, color_, VkDeviceSize{4} * behind.x * behind.y);
+}
+
+void LensPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Source& source,
+                      const Wanted& wanted) {
+  const glm::uvec2 size = wanted.camera.image_px;
+  make_room(source.pinhole, wanted);
   if (source.color) copy_color(recorder, *source.color);
   const gpu_types::LensWanted described = describe(source, wanted);
   const gpu_types::LensPush push{belt.write(std::span<const gpu_types::LensWanted>(&described, 1)).address};

@@ -31,6 +31,8 @@ class LensPass {
     const Lens& lens;
     const ImageOutputs& outputs;
   };
+  // So that a record() of these that follows takes no more memory.
+  void make_room(const Intrinsics& pinhole, const Wanted& wanted);
   // Into result(): colours, 4 bytes a pixel, where they are wanted, and behind them the planes as
   // place_planes() has them.
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Source& source, const Wanted& wanted);

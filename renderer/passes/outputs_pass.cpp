@@ -1,10 +1,20 @@
 #include "renderer/passes/outputs_pass.h"
 
+#include <algorithm>
+
 namespace fire3dv::passes {
 namespace {
 
 using gpu::Use;
 namespace access = gpu::access;
+
+// Of places that histories hold: so many frames', at least.
+constexpr VkDeviceSize kMostPlacesBytes = VkDeviceSize{256} << 20;
+constexpr size_t kLeastPlacesKept = 8;
+
+VkDeviceSize bytes_of_places(const GpuScene& scene) {
+  return scene.node_facts_offset;
+}
 
 std::vector<gpu_types::PartLabels> labels_of_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<gpu_types::PartLabels> labels(gpu_scene.part_count);
@@ -26,8 +36,29 @@ OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t 
           device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Make::when_used)),
       samples_(samples) {}
 
-void OutputsPass::begin(const ImageOutputs& outputs, VkExtent2D extent, uint32_t views) {
+bool OutputsPass::can_keep_places(const GpuScene& scene) const {
+  if (places_now_) return true;
+  const auto held = static_cast<size_t>(std::count_if(kept_places_.begin(), kept_places_.end(),
+                                                      [](const auto& kept) { return kept.use_count() > 1; }));
+  return held < kLeastPlacesKept || held * bytes_of_places(scene) < kMostPlacesBytes;
+}
+
+// Not held by anybody but us.
+std::shared_ptr<gpu::Buffer> OutputsPass::free_places(VkDeviceSize bytes) {
+  std::erase_if(kept_places_, [&](const auto& kept) {
+    return kept.use_count() == 1 && kept->size_bytes < bytes;  // of another scene
+  });
+  for (const std::shared_ptr<gpu::Buffer>& kept : kept_places_) {
+    if (kept.use_count() == 1) return kept;
+  }
+  return kept_places_.emplace_back(std::make_shared<gpu::Buffer>(
+      gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device)));
+}
+
+void OutputsPass::begin(const ImageOutputs& outputs, const GpuScene& scene, VkExtent2D extent,
+                        uint32_t views) {
   extent_ = extent;
+  if (outputs[Plane::motion_f32] && !places_now_) (void)free_places(bytes_of_places(scene));
   places_ = place_planes(outputs, extent.width, extent.height * views);
   const VkDeviceSize bytes = bytes_of(places_);
   if (bytes == 0 || (planes_ && planes_.size_bytes >= bytes)) return;
@@ -68,7 +99,7 @@ gpu_types::OutputsWanted OutputsPass::wanted_of(const Taken& taken, uint32_t vie
   wanted.normal = address(Plane::normal_f16);
   wanted.motion = address(Plane::motion_f32);
   wanted.labels = labels_.address;
-  wanted.last_world_from_node = last ? last->world_from_node.address : 0;
+  wanted.last_world_from_node = last ? last->world_from_node->address : 0;
   wanted.last_clip_from_world = last ? last->clip_from_world : glm::mat4(1);
   wanted.look_world = taken.views[view].look_world;
   wanted.orthographic = taken.views[view].orthographic ? 1 : 0;
@@ -86,7 +117,8 @@ void OutputsPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const T
   for (uint32_t view = 0; view < taken.views.size(); ++view) {
     CameraHistory* const last =
         view < histories.size() && histories[view].scene == scenes_ ? &histories[view] : nullptr;
-    if (last) uses.emplace_back(last->world_from_node, access::compute_read);
+    const bool listed = last && view > 0 && histories[view - 1].world_from_node == last->world_from_node;
+    if (last && !listed) uses.emplace_back(*last->world_from_node, access::compute_read);
     const gpu_types::OutputsWanted wanted = wanted_of(taken, view, last);
     pushes.push_back({taken.globals[view], taken.visibility.address + view * view_bytes,
                       belt.write(std::span<const gpu_types::OutputsWanted>(&wanted, 1)).address});
@@ -105,25 +137,22 @@ void OutputsPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const T
 
 void OutputsPass::keep_histories(gpu::Recorder& recorder, const Taken& taken,
                                  std::span<CameraHistory> histories) {
-  gpu::Buffer& now = taken.gpu_scene.world_from_node;
-  const VkDeviceSize bytes = taken.gpu_scene.node_facts_offset;
-  std::vector<Use> uses{Use(now, access::transfer_read)};
-  for (size_t view = 0; view < histories.size(); ++view) {
-    CameraHistory& history = histories[view];
-    if (!history.world_from_node || history.world_from_node.size_bytes < bytes) {
-      history.world_from_node =
-          gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  if (histories.empty()) return;
+  const VkDeviceSize bytes = bytes_of_places(taken.gpu_scene);
+  if (!places_now_) {
+    places_now_ = free_places(bytes);
+    gpu::Buffer& now = taken.gpu_scene.world_from_node;
+    if (bytes != 0) {
+      recorder.pass("keep poses",
+                    {Use(now, access::transfer_read), Use(*places_now_, access::transfer_write)},
+                    [&](VkCommandBuffer commands) {
+                      const VkBufferCopy copy{0, 0, bytes};
+                      vkCmdCopyBuffer(commands, now.get(), places_now_->get(), 1, &copy);
+                    });
     }
-    history.clip_from_world = taken.views[view].clip_from_world;
-    history.scene = scenes_;
-    uses.emplace_back(history.world_from_node, access::transfer_write);
   }
-  if (bytes == 0) return;
-  recorder.pass("keep poses", uses, [&](VkCommandBuffer commands) {
-    const VkBufferCopy copy{0, 0, bytes};
-    for (const CameraHistory& history : histories)
-      vkCmdCopyBuffer(commands, now.get(), history.world_from_node.get(), 1, &copy);
-  });
+  for (size_t view = 0; view < histories.size(); ++view)
+    histories[view] = {places_now_, taken.views[view].clip_from_world, scenes_};
 }
 
 }  // namespace fire3dv::passes

@@ -51,6 +51,9 @@ class ReadbackBelt {
     recorded_.push_back(std::move(pending));
   }
 
+  // So that a record() of so many bytes that follows takes no more memory.
+  void make_room(VkDeviceSize bytes) { free_.push_back(take_buffer(bytes)); }
+
   void submitted(uint64_t timeline_value) {
     for (Pending& pending : recorded_) {
       pending.done_at = timeline_value;

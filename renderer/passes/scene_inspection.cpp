@@ -50,10 +50,10 @@ void SceneRenderer::inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, cons
 
 // Over the finished image.
 void SceneRenderer::mark(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
-                         VkDeviceAddress globals, const Inspection& inspection) {
+                         VkDeviceAddress globals, const Inspection& inspection, bool masked) {
   const SeenView seen{*scene_, *gpu_scene_, targets_->visibility, view, globals, targets_->extent};
   if (inspection.debug_view == DebugView::shadow_doubt)
-    inspector_->debug_views().mark_doubt(recorder, seen, shadows_, shadows_on_, image());
+    inspector_->debug_views().mark_doubt(recorder, seen, shadows_, masked, image());
   if (inspection.selected != scene::kNone)
     inspector_->outline(recorder, belt, seen, inspection.selected, image());
 }

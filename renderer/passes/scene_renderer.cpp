@@ -126,8 +126,13 @@ void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
   targets_ = nullptr;  // where memory does not suffice, only some passes have the new ones: then a size has
                        // to be set again
   Targets& targets = targets_of(extent, views);
-  if (visibility_) visibility_->set_targets(targets);
-  shadows_.set_targets(targets);
+  try {
+    if (visibility_) visibility_->set_targets(targets);
+    shadows_.set_targets(targets);
+  } catch (const gpu::VulkanFailure&) {
+    kept_targets_.erase(kept_targets_.begin());  // half of it is of no use
+    throw;
+  }
   targets_ = &targets;
   drop_old_targets();
 }
@@ -146,6 +151,14 @@ Targets& SceneRenderer::targets_of(VkExtent2D extent, uint32_t views) {
     kept.insert(kept.begin(), std::move(made));
   }
   return *kept.front();
+}
+
+void SceneRenderer::make_room(const ImageOutputs& outputs) {
+  if (outputs_) outputs_->begin(outputs, *gpu_scene_, targets_->extent, targets_->views);
+}
+
+bool SceneRenderer::can_keep_places() const {
+  return !outputs_ || outputs_->can_keep_places(*gpu_scene_);
 }
 
 void SceneRenderer::drop_old_targets() {
@@ -183,6 +196,7 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
 void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& belt,
                                       const state::PoseState& poses) {
   rays_meet_frame_ = false;
+  if (outputs_) outputs_->places_are_new();
   // What has been edited of the scene.
   if (edits_ && edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_))
     deform_.vertices_written();
@@ -216,7 +230,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   for (const View& view : views) globals.push_back(upload_globals(belt, view, masked));
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
   const Sees sees{(compute && shaded) || masked || surfaces || inspects, compute && shows_levels(), lit};
-  if (outputs_) outputs_->begin(outputs, targets_->extent, targets_->views);
+  make_room(outputs);
   find_visible(recorder, belt, views, globals, sees);
   // What that is, how far away it is and where it goes.
   if (surfaces)
@@ -230,7 +244,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
     if (sees.camera) visibility_->merge_surfaces(recorder, *gpu_scene_, globals);
     shade(recorder, belt, poses, views, globals, how);
   }
-  if (inspects) mark(recorder, belt, views[0], globals[0], inspection);
+  if (inspects) mark(recorder, belt, views[0], globals[0], inspection, masked);
 }
 
 void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,

@@ -72,7 +72,12 @@ class SceneRenderer {
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
   // views: images of this size that are taken at once. Going back and forth between a few sizes is cheap, as
   // long as these are not large.
+  // Throws VulkanFailure where memory does not suffice: a size has to be set again then.
   void set_size(VkExtent2D extent, uint32_t views = 1);
+  // Takes the memory that a record() of these needs at this size, which takes it else.
+  void make_room(const ImageOutputs& outputs);
+  // False: so many histories hold the places of so many frames that there is no room for this one's.
+  bool can_keep_places() const;
 
   // One sentence when these cannot be had here, from so many cameras at once.
   Result<void> can_take(const ImageOutputs& outputs, uint32_t views = 1) const;
@@ -111,8 +116,8 @@ class SceneRenderer {
   }
   gpu::Buffer& planes() { return outputs_->planes(); }
   const std::vector<PlanePlace>& plane_places() const { return outputs_->places(); }
-  VkExtent2D extent() const { return targets_->extent; }
-  uint32_t views() const { return targets_->views; }
+  VkExtent2D extent() const { return targets_ ? targets_->extent : VkExtent2D{}; }  // 0: none is set
+  uint32_t views() const { return targets_ ? targets_->views : 1; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
   const ShadowWay& shadow_way() const { return shadow_way_; }
@@ -164,7 +169,7 @@ class SceneRenderer {
   void inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
                const Inspection& inspection);
   void mark(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
-            const Inspection& inspection);
+            const Inspection& inspection, bool masked);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
   void expect_shading(const scene::Scene& scene);
   bool shows_levels() const;

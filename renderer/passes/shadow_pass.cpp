@@ -166,10 +166,9 @@ void ShadowPass::make_room_for_mask() {
   const VkDeviceSize words =
       VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan_.mask_words;
   if (targets_->shadow_mask && targets_->shadow_mask.size_bytes == words * sizeof(uint32_t)) return;
-  targets_->shadow_mask = gpu::create_buffer(device_, words * sizeof(uint32_t),
-                                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-  targets_->shadow_entries = gpu::create_buffer(device_, words * sizeof(gpu_types::RayEntry),
-                                                VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  gpu::Buffer mask = table(device_, words * sizeof(uint32_t));
+  targets_->shadow_entries = table(device_, words * sizeof(gpu_types::RayEntry));
+  targets_->shadow_mask = std::move(mask);
 }
 
 void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {

@@ -27,7 +27,7 @@ struct Targets {
   VkImageView held_mark_view = VK_NULL_HANDLE, overlay_view = VK_NULL_HANDLE;  // of the last two
 };
 
-// About so much memory of the device, without the shadows' part.
+// About so much memory of the device.
 VkDeviceSize bytes_of(const Targets& targets);
 
 }  // namespace fire3dv::passes

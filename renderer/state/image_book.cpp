@@ -51,9 +51,11 @@ std::optional<ImageBook::Refused> ImageBook::ask(Asker asker, const wire::ImageR
     return refuse(asker, request, Refusal::not_supported,
                   "this renderer does not know the lens " + std::to_string(static_cast<int>(lens)) +
                       "; ask for images without one");
-  // Boxes are bounded by what is seen.
-  const uint64_t bytes =
-      wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, request.outputs, 0);
+  // Boxes are bounded by what is seen, and are found in the plane of instances, which has to be made for
+  // them.
+  const uint32_t boxes = request.outputs & (wire::kBoxes2d | wire::kBoxes3d);
+  const uint32_t drawn = request.outputs | (boxes != 0 ? uint32_t{wire::kInstanceU32} : 0);
+  const uint64_t bytes = wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, drawn, 0);
   if (bytes > abilities_.most_pixel_bytes)
     return refuse(asker, request, Refusal::too_large,
                   "an image of " + std::to_string(request.intrinsics.width) + " x " +
@@ -134,11 +136,12 @@ std::vector<ImageBook::Due> ImageBook::take_due(const std::function<std::optiona
   return due;
 }
 
-bool ImageBook::is_open(Asker asker, uint64_t id) const {
-  const auto places = requests_.find(asker);
-  if (places == requests_.end()) return false;
-  return std::any_of(places->second.begin(), places->second.end(),
-                     [&](const auto& entry) { return entry.second.request.id == id; });
+std::vector<std::pair<ImageBook::Asker, uint64_t>> ImageBook::open() const {
+  std::vector<std::pair<Asker, uint64_t>> open;
+  for (const auto& [asker, places] : requests_)
+    for (const auto& [place, entry] : places) open.emplace_back(asker, entry.request.id);
+  std::ranges::sort(open);
+  return open;
 }
 
 size_t ImageBook::count() const {

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/wire/image.h"
@@ -53,13 +54,14 @@ class ImageBook {
   // The request cannot be served: it is over.
   void drop(Asker asker, uint64_t id);
 
-  // What is due, images of one size and kind together, and is marked as made by this call. Requests that cannot
-  // be met any more are over, and their answers stand in `refused`. shown: nothing for a stream that is not
-  // known.
+  // What is due, images of one size and kind together, and is marked as made by this call. Requests that
+  // cannot be met any more are over, and their answers stand in `refused`. shown: nothing for a stream that
+  // is not known.
   std::vector<Due> take_due(const std::function<std::optional<Shown>(Asker)>& shown, int64_t now_ns,
                             std::vector<Refused>& refused);
 
-  bool is_open(Asker asker, uint64_t id) const;
+  // Asker and id of each request that is open, in their order.
+  std::vector<std::pair<Asker, uint64_t>> open() const;
   size_t count() const;
   uint64_t refused() const { return refused_; }
 

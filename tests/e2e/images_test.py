@@ -76,9 +76,9 @@ def random_depth(test, link):
     stop(renderer)
 
 
-def lockstep(test, link):
+def lockstep(test, link, *arguments):
     uri = test.fresh_uri(link)
-    renderer = renderer_of(test, uri, "--on-request", "--lockstep")
+    renderer = renderer_of(test, uri, "--on-request", "--lockstep", *arguments)
     with open_stream(uri) as stream:
         with stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth") as camera:
             for number in range(1, STEPS + 1):
@@ -173,8 +173,31 @@ def all_outputs(test, link):
 def many_cameras(test, link):
     """Cameras of several sizes and kinds that are due at once: each image has the bytes that it has alone. Between them the
     renderer draws its own images, of the size of some of them."""
+    many_cameras_of(test, link)
+    many_cameras_of(test, link, "--fxaa", "off")  # then colours are drawn together, too
+
+
+def several_devices(test, link):
+    """The same of two devices, which are one device opened twice here; each request's images come in their order."""
+    many_cameras_of(test, link, "--fxaa", "off", "--devices", "0,0")
+    lockstep(test, link, "--devices", "0,0")
     uri = test.fresh_uri(link)
-    renderer = renderer_of(test, uri, "--lockstep")
+    renderer = renderer_of(test, uri, "--on-request", "--lockstep", "--devices", "0,0,0")
+    with open_stream(uri) as stream:
+        cameras = [stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth", outputs=["color_srgb8", "motion"])
+                   for _ in range(5)]
+        for number in range(1, 31):
+            for image in stream.step(1000 * number, barcode.poses_of(number), cameras, HANG_S):
+                check_image(image, number, number)
+                check(image.lost == 0, f"{image.lost} images were lost in lockstep")
+                moved = numpy.isnan(image["motion"]).any()
+                check(moved == (number > 1), f"frame {number}: motion {'' if moved else 'does not '}show who came")
+    stop(renderer)
+
+
+def many_cameras_of(test, link, *arguments):
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--lockstep", *arguments)
     fx = 4 * barcode.DISTANCE
     kinds = [(barcode.SIZE, ["depth_f32", "instance_u32"]), ((40, 30), ["depth_f32", "instance_u32"]),
              ((40, 30), ["color_srgb8"]), ((40, 30), ["color_srgb8", "normal", "boxes2d"]), ((33, 7), ["color_linear_f16"])]
@@ -392,5 +415,5 @@ def example(test, link):
 
 if __name__ == "__main__":
     main({f"{case.__name__}_{link}": lambda test, c=case, l=link: c(test, l)
-          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, lenses, refusals, killed_clients, restarted_renderer, example)
+          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, several_devices, lenses, refusals, killed_clients, restarted_renderer, example)
           for link in LINKS}, ["fire3dv"])

@@ -64,6 +64,29 @@ TEST(DeviceChoice, AWishIsMetOrAnError) {
   EXPECT_FALSE(choose_device(reports, "1x").ok());  // not an index, and no name has it
 }
 
+std::vector<uint32_t> indices_of(const Result<std::vector<DeviceChoice>>& choices) {
+  std::vector<uint32_t> indices;
+  for (const DeviceChoice& choice : choices.value()) indices.push_back(choice.index);
+  return indices;
+}
+
+TEST(DeviceChoice, SeveralAreNamedInTheirOrderOrAllOfTheBestKind) {
+  const std::vector<DeviceReport> reports{
+      report(0, "llvmpipe", DeviceType::software), report(1, "Big GPU", DeviceType::discrete),
+      report(2, "Old GPU", DeviceType::discrete, {"Vulkan 1.3"}), report(3, "Big GPU", DeviceType::discrete)};
+  using Indices = std::vector<uint32_t>;
+  EXPECT_EQ(indices_of(choose_devices(reports, "all")), (Indices{1, 3}));
+  EXPECT_EQ(indices_of(choose_devices(reports, "3,1")), (Indices{3, 1}));
+  EXPECT_EQ(indices_of(choose_devices(reports, "big,0,0")), (Indices{1, 0, 0}));
+  EXPECT_FALSE(choose_devices(reports, "1,2").ok()) << "that one cannot be used";
+  for (const char* wrong : {"1,,3", "1,", ",", "1,9", "1,all"}) {
+    const auto choices = choose_devices(reports, wrong);
+    ASSERT_FALSE(choices.ok()) << wrong;
+    EXPECT_TRUE(mentions(choices.error().message, "--device")) << choices.error().message;
+  }
+  EXPECT_FALSE(choose_devices({}, "all").ok());
+}
+
 TEST(DeviceChoice, AGpuWithoutADriverIsNamed) {
   const std::vector<DeviceReport> software{report(0, "llvmpipe", DeviceType::software)};
   const auto choice = choose_device(software, "", {0x10de});

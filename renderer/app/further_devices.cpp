@@ -1,0 +1,125 @@
+#include "renderer/app/further_devices.h"
+
+#include "renderer/app/pipeline_file.h"
+#include "renderer/app/start.h"
+
+namespace fire3dv::app {
+
+FurtherDevice::FurtherDevice(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
+                             const CachePlaces& places, const passes::DrawSettings& settings)
+    : thread_([this](const std::stop_token& stop) { work(stop); }) {
+  begin([this, &instance, index, async_compute, &places, settings] {
+    result_ = open(instance, index, async_compute, places, settings);
+  });
+}
+
+// What is on its way ends first.
+FurtherDevice::~FurtherDevice() {
+  thread_.request_stop();
+  changed_.notify_all();
+  thread_.join();
+}
+
+void FurtherDevice::work(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, stop, [&] { return job_ != nullptr; });
+    if (!job_) return;
+    const std::function<void()> job = std::exchange(job_, nullptr);
+    lock.unlock();
+    try {
+      job();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    lock.lock();
+    busy_ = false;
+    changed_.notify_all();
+  }
+}
+
+void FurtherDevice::begin(std::function<void()> job) {
+  const std::scoped_lock lock(mutex_);
+  FIRE3DV_ASSERT(!busy_);
+  job_ = std::move(job);
+  busy_ = true;
+  changed_.notify_all();
+}
+
+Result<void> FurtherDevice::finish() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return !busy_; });
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  return std::exchange(result_, Result<void>());
+}
+
+Result<void> FurtherDevice::open(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
+                                 const CachePlaces& places, const passes::DrawSettings& settings) {
+  Result<std::unique_ptr<gpu::Device>> device =
+      gpu::Device::create(instance, index, /*present=*/false, async_compute);
+  if (!device) return device.error();
+  device_ = std::move(*device);
+  // What it compiles is kept by the first device, where that is of the same kind.
+  const PipelineFile pipelines(*device_, places.pipelines);
+  renderer_.emplace(*device_, settings);
+  frames_.emplace(*device_);
+  maker_.emplace(*device_, *renderer_);
+  return {};
+}
+
+void FurtherDevice::begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
+                                  const ImageMaker::Moment& moment) {
+  begin([this, &live, &settings, &moment] {
+    result_ = show(live, settings);
+    if (result_) maker_->draw(*frames_, moment);
+    (void)frames_->take_finished();
+  });
+}
+
+Result<void> FurtherDevice::show(const LiveScene& live, const passes::DrawSettings& settings) {
+  const bool other_renderer = renderer_->needs_new_renderer(settings);
+  if (shown_scene_ == live.replaced() && !other_renderer) {
+    renderer_->apply(settings);
+    return {};
+  }
+  shown_scene_.reset();
+  if (other_renderer) {
+    device_->wait(device_->last_submitted());
+    renderer_.emplace(*device_, settings);
+  }
+  if (Result<void> room = make_room(*device_, settings, live.scene(), renderer_); !room) return room;
+  renderer_->apply(settings);
+  renderer_->set_edits(live.edits());
+  renderer_->set_scene(live.scene(), live.loaded().derived);
+  shown_scene_ = live.replaced();
+  return {};
+}
+
+FurtherDevices::FurtherDevices(gpu::Instance& instance, std::span<const uint32_t> indices,
+                               gpu::AsyncCompute async_compute, const CachePlaces& places,
+                               const passes::DrawSettings& settings) {
+  for (const uint32_t index : indices)
+    devices_.push_back(std::make_unique<FurtherDevice>(instance, index, async_compute, places, settings));
+}
+
+Result<void> FurtherDevices::finish_opening(const passes::SceneRenderer& first) {
+  for (const std::unique_ptr<FurtherDevice>& each : devices_) {
+    if (Result<void> opened = each->finish(); !opened) return opened;
+    const passes::SceneRenderer& renderer = each->renderer();
+    const bool alike = renderer.raster_path() == first.raster_path() &&
+                       renderer.samples() == first.samples() && renderer.shadow_way() == first.shadow_way() &&
+                       image_abilities(renderer).outputs == image_abilities(first).outputs;
+    if (!alike)
+      return Error{
+          "--devices: " + each->device().report().name +
+          " draws by other means than the first device, so that its images would differ: name devices "
+          "of one kind, or set --raster, --samples and --shadows to what all of them have"};
+  }
+  return {};
+}
+
+void FurtherDevices::forget_scene() {
+  for (const std::unique_ptr<FurtherDevice>& each : devices_) each->forget_scene();
+}
+
+}  // namespace fire3dv::app
