@@ -6,25 +6,18 @@
 #include "protocol/transport/clock.h"
 #include "renderer/passes/readback_belt.h"
 #include "renderer/scene/load_gltf.h"
+#include "tools/bench/circle_of_cameras.h"
 #include "tools/bench/open_device.h"
+#include "tools/bench/served_cameras.h"
 #include "tools/bench/statistics.h"
 
 namespace fire3dv::bench {
 namespace {
 
-// Cameras on a circle around the scene, each of which sees all of it.
 std::vector<passes::View> around(const scene::Scene& scene, uint32_t count, float aspect) {
   std::vector<passes::View> views;
-  const scene::Camera camera;
-  const glm::vec3 middle = 0.5f * (scene.bounds_min + scene.bounds_max);
-  const glm::mat4 first = passes::framing_camera_pose(camera, aspect, scene.bounds_min, scene.bounds_max);
-  const glm::vec3 from = glm::vec3(first[3]) - middle;
-  for (uint32_t i = 0; i < count; ++i) {
-    const float angle = 6.2831853f * static_cast<float>(i) / static_cast<float>(count);
-    const float c = std::cos(angle), s = std::sin(angle);
-    const glm::vec3 turned(c * from.x + s * from.z, from.y, c * from.z - s * from.x);
-    views.push_back(passes::make_view(camera, passes::look_at_pose(middle + turned, middle), aspect));
-  }
+  for (const glm::mat4& world_from_camera : circle_of_cameras(scene, count, aspect))
+    views.push_back(passes::make_view(scene::Camera(), world_from_camera, aspect));
   return views;
 }
 
@@ -141,6 +134,9 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
   app.add_option("--cameras", options.cameras, "how many, several times with commas between them")
       ->delimiter(',')
       ->check(CLI::Range(1, 100'000));
+  app.add_option("--to", options.to,
+                 "ask the fire3dv that listens at this URI, with --lockstep, for them, instead of drawing "
+                 "here; how it draws is told it then");
   app.add_option("--outputs", options.outputs, "of each image, as fire3dv takes them")->capture_default_str();
   app.add_option("--frames", options.frames, "timed rounds")
       ->check(CLI::Range(1, 100'000))
@@ -151,7 +147,7 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
 }
 
 int run_cameras(const CamerasOptions& options) {
-  const Result<void> measured = measure_all(options);
+  const Result<void> measured = options.to.empty() ? measure_all(options) : measure_served(options);
   if (measured) return 0;
   std::fprintf(stderr, "fire3dv-bench: %s\n", measured.error().message.c_str());
   return 1;

@@ -10,6 +10,7 @@ struct CamerasOptions {
   std::filesystem::path scene;
   std::vector<uint32_t> cameras{1, 8, 64};
   std::string outputs = "color,depth";
+  std::string to;  // URI of a fire3dv that is asked for them; empty: they are drawn here
   uint32_t frames = 30, warm_up = 3;
 };
 void add_cameras_options(CLI::App& app, CamerasOptions& options);
