@@ -91,6 +91,10 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     for (const std::string& camera : cameras) {
       Result<ImageWish> wish = image_wish(camera);
       if (!wish) throw CLI::ValidationError("--images", wish.error().message);
+      for (const ImageWish& other : options.images) {
+        if (other.camera == wish->camera)
+          throw CLI::ValidationError("--images", "the camera \"" + wish->camera + "\" stands there twice");
+      }
       wish->outputs = *bits;
       options.images.push_back(std::move(*wish));
     }

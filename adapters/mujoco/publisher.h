@@ -55,7 +55,7 @@ class Publisher {
   // Asks the renderer of the first URI for an image of each frame that is published from now on. Returns the
   // request's number for the two below. Waits for nobody.
   Result<uint64_t> ask_images(const mjModel& model, const ImageWish& wish);
-  // Lockstep: the image of the frame published last. Empty once stop is set.
+  // Lockstep: the image of the frame published last; older ones count as lost. Empty once stop is set.
   Result<Image> wait_image(uint64_t id, double timeout_s, const std::atomic<bool>& stop);
   // The next image that has come, or an empty one. A newer one takes the place of one that was not taken.
   Result<Image> take_image(uint64_t id);

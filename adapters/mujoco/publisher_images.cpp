@@ -44,17 +44,23 @@ Result<uint64_t> Publisher::ask_images(const mjModel& model, const ImageWish& wi
 
 Result<Image> Publisher::wait_image(uint64_t id, double timeout_s, const std::atomic<bool>& stop) {
   const auto deadline = Clock::now() + std::chrono::duration<double>(timeout_s);
-  Image image;
-  while (!stop && !(image && image->sequence == sequence_)) {
-    if (!image && Clock::now() >= deadline)
-      return Error{"no renderer on " + targets_[0].uri + " has sent an image of frame " +
-                   std::to_string(sequence_) + " in time: start one that listens there, or wait longer"};
+  uint64_t lost = 0;  // what is passed over here, too
+  while (!stop) {
+    Image image;
     const Result<void> waited = told("no images from", targets_[0].uri, [&] {
       image = targets_[0].stream.wait_image(id, std::chrono::milliseconds(100));  // short: stop is heard
     });
     if (!waited) return waited.error();
+    if (image && image->sequence == sequence_) {
+      image->lost += lost;
+      return image;
+    }
+    if (image) lost += image->lost + (image->sequence > 0 ? 1 : 0);  // 0: it shows no frame
+    if (!image && Clock::now() >= deadline)
+      return Error{"no renderer on " + targets_[0].uri + " has sent an image of frame " +
+                   std::to_string(sequence_) + " in time: start one that listens there, or wait longer"};
   }
-  return image;
+  return Image();
 }
 
 Result<Image> Publisher::take_image(uint64_t id) {

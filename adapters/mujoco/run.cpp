@@ -86,7 +86,8 @@ class Runner {
     if (!options_.lockstep) wait_until_due();
     const Result<bool> sent = publisher_.publish(simulation_.model(), simulation_.data());
     if (!sent) return sent.error();
-    if (options_.lockstep && requests_.empty()) {  // else its images say that it was shown
+    // The one renderer that there is says by its images that it was shown.
+    if (options_.lockstep && (requests_.empty() || options_.publish.uris.size() > 1)) {
       if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop); !shown) return shown;
     }
     if (Result<void> done = keep_images(); !done) return done;

@@ -5,12 +5,16 @@ dataset.py --write-scene SCENE.glb
 dataset.py [--to URI] [--out FOLDER] [--images N] [--size WxH] [--seed N]"""
 import argparse
 import os
+import sys
 
 import numpy as np
 
 import fire3dv
 import labels
 import scene
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "common"))
+from example_common import count, expect, looking, positive, run, size, whole, write_png
 
 OUTPUTS = ("color_srgb8", "depth_f32", "instance_u32", "boxes2d")
 
@@ -21,14 +25,6 @@ def turned(source):
     return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
                      [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
                      [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
-
-
-def looking(eye, target):
-    """world_from_camera or world_from_light, (3, 4): along its -Z, +Y is up."""
-    back = (eye - target) / np.linalg.norm(eye - target)
-    right = np.cross([0, 1, 0], back)
-    right /= np.linalg.norm(right)
-    return np.column_stack([right, np.cross(back, right), back, eye])
 
 
 def above(source, distance_m):
@@ -60,15 +56,15 @@ def main():
     parser.add_argument("--write-scene", metavar="SCENE.glb", help="write the scene for fire3dv, and nothing else")
     parser.add_argument("--to", default="shm://demo", help="where fire3dv listens (default: %(default)s)")
     parser.add_argument("--out", default="dataset", help="folder of the data set (default: %(default)s)")
-    parser.add_argument("--images", type=int, default=100)
-    parser.add_argument("--size", default="320x240")
-    parser.add_argument("--seed", type=int, default=1, help="the same number gives the same data set")
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds to wait for an image")
+    parser.add_argument("--images", type=count, default=100)
+    parser.add_argument("--size", type=size, default="320x240")
+    parser.add_argument("--seed", type=whole, default=1, help="the same number gives the same data set")
+    parser.add_argument("--timeout", type=positive, default=60.0, help="seconds to wait for an image")
     options = parser.parse_args()
     if options.write_scene:
         scene.write_scene(options.write_scene)
         return
-    width, height = (int(side) for side in options.size.split("x"))
+    width, height = options.size
     for folder in ("images", "depth"):
         os.makedirs(os.path.join(options.out, folder), exist_ok=True)
     source = np.random.default_rng(options.seed)
@@ -83,9 +79,9 @@ def main():
             request = stream.request_image(width, height, outputs=OUTPUTS, fx=source.uniform(0.8, 1.3) * width,
                                            parent_from_camera=looking(above(source, source.uniform(2, 3.5)), np.zeros(3)))
             with request.wait(options.timeout) as image:
-                assert image.sequence == sequence
+                expect(image.sequence == sequence, f"the image shows frame {image.sequence}, not {sequence}")
                 files = f"images/{number:06}.png", f"depth/{number:06}.npy"
-                labels.write_png(os.path.join(options.out, files[0]), image["color_srgb8"][..., :3])
+                write_png(os.path.join(options.out, files[0]), image["color_srgb8"][..., :3])
                 np.save(os.path.join(options.out, files[1]), image["depth_f32"])
                 coco.add(image, *files)
     coco.write(os.path.join(options.out, "instances.json"))
@@ -93,4 +89,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

@@ -1,21 +1,7 @@
-"""Images and their labels as files that others read: PNG, and COCO's list of instances."""
+"""Labels as a file that others read: COCO's list of instances."""
 import json
-import struct
-import zlib
 
 import numpy as np
-
-
-def write_png(path, color):
-    """color: (height, width, 3) uint8."""
-    height, width, _ = color.shape
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), color.reshape(height, -1)], axis=1)  # 0: rows as they are
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
-                   chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b""))
 
 
 def run_lengths(mask):

@@ -6,12 +6,14 @@ stereo_endoscope.py [--to URI] [--out FOLDER] [--frames N] [--size WxH] [--cente
 import argparse
 import json
 import os
-import struct
-import zlib
+import sys
 
 import numpy as np
 
 import fire3dv
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "common"))
+from example_common import count, expect, looking, place, positive, run, size, write_png
 
 BASELINE_M = 0.005  # between the two lenses
 # What a calibration of such lenses finds: k1 k2 p1 p2 k3, OpenCV's plumb_bob.
@@ -27,22 +29,7 @@ def tip_pose(frame, frames, center, distance):
     """world_from_endoscope, (3, 4): it swings about what it looks at, along its -Z, +Y up."""
     angle = np.radians(25) * np.sin(2 * np.pi * frame / frames)
     eye = center + distance * np.array([np.sin(angle), 0.3, np.cos(angle)])
-    back = (eye - center) / np.linalg.norm(eye - center)
-    right = np.cross([0, 1, 0], back)
-    right /= np.linalg.norm(right)
-    return np.column_stack([right, np.cross(back, right), back, eye]).astype(np.float32)
-
-
-def write_png(path, color):
-    """color: (height, width, 3) uint8."""
-    height, width, _ = color.shape
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), color.reshape(height, -1)], axis=1)  # 0: rows as they are
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
-                   chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b""))
+    return looking(eye, center).astype(np.float32)
 
 
 def write_calibration(path, width, height):
@@ -58,14 +45,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--to", default="shm://demo", help="where fire3dv listens (default: %(default)s)")
     parser.add_argument("--out", default="stereo", help="folder of the images (default: %(default)s)")
-    parser.add_argument("--frames", type=int, default=30)
-    parser.add_argument("--size", default="640x480")
-    parser.add_argument("--center", default="0,0.5,0", help="what it looks at, in metres")
-    parser.add_argument("--distance", type=float, default=2.0)
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds to wait for an image")
+    parser.add_argument("--frames", type=count, default=30)
+    parser.add_argument("--size", type=size, default="640x480")
+    parser.add_argument("--center", type=place, default="0,0.5,0", help="what it looks at, in metres")
+    parser.add_argument("--distance", type=positive, default=2.0)
+    parser.add_argument("--timeout", type=positive, default=60.0, help="seconds to wait for an image")
     options = parser.parse_args()
-    width, height = (int(side) for side in options.size.split("x"))
-    center = np.array([float(x) for x in options.center.split(",")])
+    width, height = options.size
     os.makedirs(options.out, exist_ok=True)
     write_calibration(os.path.join(options.out, "calibration.json"), width, height)
     fx, fy, cx, cy = camera_matrix(width, height)
@@ -81,19 +67,21 @@ def main():
                 fx=fx, fy=fy, cx=cx, cy=cy, near_m=0.01, lens="plumb_bob", lens_coefficients=LENS[side])
         for frame in range(options.frames):
             sim_time_ns = frame * 33_000_000
-            pose = tip_pose(frame, options.frames, center, options.distance)
+            pose = tip_pose(frame, options.frames, options.center, options.distance)
             images = stream.step(sim_time_ns, [pose], list(cameras.values()), options.timeout)
             places = []
             for side, image in zip(cameras, images):
                 with image:
-                    assert (image.sequence, image.sim_time_ns, image.lost) == (stream.sequence, sim_time_ns, 0)
-                    assert image.lens == "plumb_bob" and np.allclose(image.lens_coefficients, LENS[side])
+                    expect((image.sequence, image.sim_time_ns, image.lost) == (stream.sequence, sim_time_ns, 0),
+                           f"the {side} image shows frame {image.sequence}, not {stream.sequence}")
+                    expect(image.lens == "plumb_bob" and np.allclose(image.lens_coefficients, LENS[side]),
+                           f"the {side} image has another lens")
                     places.append(np.reshape(image.world_from_camera, (3, 4))[:, 3])
                     write_png(os.path.join(options.out, f"{side}_{frame:03}.png"), image["color_srgb8"][..., :3])
             apart = np.linalg.norm(places[1] - places[0])
-            assert abs(apart - BASELINE_M) < 1e-5, f"the cameras are {apart} m apart"
+            expect(abs(apart - BASELINE_M) < 1e-5, f"the cameras are {apart} m apart, not {BASELINE_M}")
     print(f"{options.out}: {options.frames} pairs, each of one frame")
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

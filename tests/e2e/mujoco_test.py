@@ -132,6 +132,7 @@ def images(test):
     chased = [f for f in asked if f["camera"] == "chaser"]
     check([f["frame"] for f in chased] == [1, 2, 3, 4] == [f["frame"] for f in asked if f["camera"] == "free camera"],
           f"images of frames {asked}")
+    check(len(own) == len(chased), f"{len(own)} images of the renderer's own, {len(chased)} that were asked for")
     for mine, frame in zip(chased, own):
         tag, truth = shown(mine, "mujoco"), shown(frame, "mujoco")
         check([tag[k] for k in ("epoch", "sequence", "sim_time_ns")] == [truth[k] for k in ("epoch", "sequence", "sim_time_ns")],
@@ -140,11 +141,12 @@ def images(test):
         picture = read_png(os.path.join(folder, mine["file"]))
         check(picture.text["SimTimeNs"] == str(tag["sim_time_ns"]) and picture.rows == renderer.picture(frame).rows,
               f"{mine['file']} is another picture")
-        check(plane(folder, mine, "instance", "I") == plane(renderer.folder, frame, "instance", "I"), f"{mine} has other labels")
+        labels, depths, true_depths = (plane(where, which, name, kind) for where, which, name, kind in (
+            (folder, mine, "instance", "I"), (folder, mine, "depth", "f"), (renderer.folder, frame, "depth", "f")))
+        check(len(labels) == len(depths) == len(true_depths) == size[0] * size[1], f"{mine} lacks pixels")
+        check(labels == plane(renderer.folder, frame, "instance", "I"), f"{mine} has other labels")
         # The lens went through pixels and back.
-        check(all(math.isclose(a, b, rel_tol=1e-6)
-                  for a, b in zip(plane(folder, mine, "depth", "f"), plane(renderer.folder, frame, "depth", "f"))),
-              f"{mine} has other depths")
+        check(all(math.isclose(a, b, rel_tol=1e-6) for a, b in zip(depths, true_depths)), f"{mine} has other depths")
     cameras = lines_of(os.path.join(folder, "cameras.jsonl"))
     check(len(cameras) == 8 and [c["world_from_camera"] for c in cameras if c["camera"] == "free camera"][0][7] > 0.1,
           f"{cameras}")
@@ -162,6 +164,11 @@ def images(test):
     check(lines_of(listed)[0]["frame"] == 1, "an image shows no frame of the simulation")
     program.signal(signal.SIGINT)
     program.expect_exit(0)
+    # In lockstep one that sends no images is waited for, too.
+    program = simulator(test, CRANE, "--to", uri, "--to", test.fresh_uri("shm"), "--images", "chaser:48x36", "--out", test.path("two"),
+                        "--lockstep", "--ack-timeout", "2", "--duration", "0.1")
+    program.expect_exit(1)
+    program.wait_err("has shown frame 1")
     renderer.signal(signal.SIGTERM)
     renderer.expect_exit(0)
 
@@ -182,6 +189,7 @@ def refused(test):
             ([CRANE, "--scene", test.path("x.glb"), "--images", "chaser", "--out", test.path("o")], 2, "--to URI"),
             ([CRANE, "--to", "shm://x", "--images", "chaser", "--out", "o", "--outputs", "color,colour"], 2, '"colour" is none of'),
             ([CRANE, "--to", "shm://x", "--images", "chaser:0x9", "--out", "o"], 2, "1 to 8192"),
+            ([CRANE, "--to", "shm://x", "--images", "chaser", "--images", "chaser:8x8", "--out", "o"], 2, '"chaser" stands there twice'),
             ([CRANE, "--to", test.fresh_uri("shm"), "--images", "nobody", "--out", test.path("o")], 1,
              'no camera "nobody"; it has "free camera", "chaser", "rider"'),
             ([CRANE, "--to", test.fresh_uri("shm"), "--images", "0:8x8", "--out", test.path("o"), "--lockstep",

@@ -32,6 +32,14 @@ def python(test, example, *arguments):
     return program
 
 
+def refuses(test, example, *arguments):
+    """A mistake is told in a sentence, not by Python's own trace."""
+    script = os.path.join(EXAMPLES, example, f"{example}.py")
+    program = Program(test, example, [sys.executable, script, *arguments], dict(os.environ))
+    program.expect_exit(2)
+    check(f"error: argument {arguments[0]}: '{arguments[1]}'" in program.stderr_text(), program.stderr_text())
+
+
 def renderer_of(test, words, scene, uri):
     words = [{"shm://demo": uri}.get(word, word) for word in words[1:]]
     renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], scene, "--validation", "--cache", "off", *words],
@@ -59,6 +67,7 @@ def mask_of(segmentation):
 def dataset(test):
     write, draw, ask = readme("dataset")
     scene, uri = test.path(write[1]), test.fresh_uri("shm")
+    refuses(test, "dataset", "--size", "abc")
     python(test, "dataset", write[0], scene)
     renderer = renderer_of(test, draw, scene, uri)
     size, count = (96, 72), 4
@@ -100,6 +109,7 @@ def dataset(test):
 def stereo_endoscope(test):
     write, draw, ask = readme("stereo_endoscope")
     scene, uri, folder = test.path(write[1]), test.fresh_uri("tcp"), test.path("stereo")
+    refuses(test, "stereo_endoscope", "--center", "1,2")
     arm = Program(test, "bullet_arm", [test.programs_at["bullet_arm"], write[0], scene])
     arm.expect_exit(0)
     renderer = renderer_of(test, draw, scene, uri)

@@ -2,13 +2,19 @@
 // what was asked for, and what MuJoCo gives up on ends nothing but the call.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <map>
+#include <optional>
+#include <span>
 
 #include "adapters/mujoco/image_names.h"
 #include "adapters/mujoco/pace.h"
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
+#include "protocol/wire/image_block.h"
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/client_fixture.h"
@@ -283,8 +289,10 @@ struct Seen {
     link->poll([&](const transport::LinkEvent& event) {
       using Kind = transport::LinkEvent::Kind;
       if (event.kind != Kind::pose && event.kind != Kind::control) return;
+      peer = event.peer;
       const auto message = decoder.decode(event.message);
       ASSERT_TRUE(message.ok()) << message.error().message;
+      if (const auto* m = std::get_if<wire::ImageRequest>(&*message)) request = *m;
       if (const auto* m = std::get_if<wire::StreamDescription>(&*message)) description = *m;
       if (const auto* m = std::get_if<wire::SceneEdit>(&*message)) edits.push_back(*m);
       if (const auto* m = std::get_if<wire::PoseFrameView>(&*message)) {
@@ -292,6 +300,23 @@ struct Seen {
         poses.assign(m->poses.begin(), m->poses.end());
       }
     });
+  }
+  // An image of that frame, all black.
+  bool answer(uint64_t number, uint64_t sequence) {
+    wire::ImageFrame frame;
+    frame.request = request->id;
+    frame.number = number;
+    frame.epoch = request->epoch;
+    frame.sequence = sequence;
+    frame.intrinsics = request->intrinsics;
+    frame.intrinsics.fx = frame.intrinsics.fy =
+        10;  // the camera's own, which the request leaves to the renderer
+    frame.intrinsics.near_m = 0.1f;
+    const uint32_t width = frame.intrinsics.width, height = frame.intrinsics.height;
+    frame.planes = {{0, wire::ImageFormat::rgba8, width, height, 4 * width, 0, 4 * width * height}};
+    frame.pixel_bytes = (frame.planes[0].bytes + 63) / 64 * 64;
+    return link->send_image(peer, frame.request, wire::encode(frame), frame.pixel_bytes,
+                            [](std::span<std::byte> pixels) { std::ranges::fill(pixels, std::byte{}); });
   }
   bool wait_for(uint64_t sequence) {
     return test::repeat_until([&] {
@@ -301,6 +326,8 @@ struct Seen {
   }
 
   std::unique_ptr<transport::ListenerLink> link;
+  transport::PeerId peer = 0;
+  std::optional<wire::ImageRequest> request;
   wire::Decoder decoder;
   wire::StreamDescription description;
   std::vector<wire::SceneEdit> edits;
@@ -367,6 +394,55 @@ TEST(MujocoAdapter, WhatIsPublishedComesWithRateResetsAndLooks) {
     ASSERT_EQ(seen.edits.size(), 4u) << "it is seen again, in the colour that it has got";
     EXPECT_TRUE(std::get<wire::Visible>(seen.edits[2].value).visible);
     EXPECT_EQ(std::get<wire::BaseColor>(seen.edits[3].value).rgba[0], 0);
+  }
+}
+
+// An image that came too late for its frame is lost, and counted: it is not the frame's that is waited for.
+TEST(MujocoAdapter, OnlyTheImageOfTheLastFrameIsWaitedFor) {
+  for (const bool is_stopped : {false, true}) {
+    Seen seen(test::listener_uri("tcp"));
+    Simulation simulation = loaded(in_tree(kCrane));
+    Result<Publisher> publisher = Publisher::open(simulation.model(), {.uris = {seen.link->uri()}});
+    ASSERT_TRUE(publisher.ok()) << publisher.error().message;
+    const Result<uint64_t> id =
+        publisher->ask_images(simulation.model(), {.camera = "chaser", .width = 8, .height = 4});
+    ASSERT_TRUE(id.ok()) << id.error().message;
+    ASSERT_TRUE(test::repeat_until([&] {
+      seen.poll();
+      return (*publisher->poll())[0].status.renderers == 1;
+    }));
+    for (uint64_t frame = 1; frame <= 2; ++frame) {
+      publisher->jump();
+      ASSERT_TRUE(publisher->publish(simulation.model(), simulation.data()).ok());
+    }
+    ASSERT_TRUE(seen.wait_for(2));
+    ASSERT_TRUE(test::repeat_until([&] {
+      seen.poll();
+      return seen.request.has_value();
+    }));
+    ASSERT_TRUE(seen.answer(1, 1));
+    std::atomic<bool> stop{false};
+    auto waited = std::async(std::launch::async, [&] { return publisher->wait_image(*id, 60, stop); });
+    // Long enough to take the first one; whether it does is the same to what comes of it.
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(300);
+    while (std::chrono::steady_clock::now() < end) seen.poll();
+    if (is_stopped)
+      stop = true;
+    else
+      ASSERT_TRUE(seen.answer(2, 2));
+    ASSERT_TRUE(test::repeat_until([&] {
+      seen.poll();
+      return waited.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    }));
+    const Result<Image> image = waited.get();
+    ASSERT_TRUE(image.ok()) << image.error().message;
+    if (is_stopped) {
+      EXPECT_EQ(*image, nullptr) << "an image of another frame";
+    } else {
+      ASSERT_NE(*image, nullptr);
+      EXPECT_EQ((*image)->sequence, 2u);
+      EXPECT_EQ((*image)->lost, 1u);
+    }
   }
 }
 

@@ -2,9 +2,11 @@
 // lights.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/mesh_file_bytes.h"
 #include "tests/unit/model_looks.h"
 #include "tools/convert/readers.h"
 
@@ -233,6 +235,10 @@ TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
   };
   write("model/above.obj", library + "../ours/key.mtl\n" + std::string(kTetrahedron));
   write("model/late.OBJ", std::string(kTetrahedron) + "\r \tmtllib\tlink/key.mtl\r\n");
+  // What reads OBJ takes a backslash for a slash; libmujoco asks for no dot before "obj".
+  write("model/link\\t.obj", "mtllib key.mtl\n" + std::string(kTetrahedron));
+  write("model/.obj", "mtllib link/key.mtl\n" + std::string(kTetrahedron));
+  write("model/teapotobj", "mtllib link/key.mtl\n" + std::string(kTetrahedron));
   write("model/sub.xml", "<mujoco>" + mesh("../ours/t.obj") + "</mujoco>");
   const struct {
     std::string text, named;
@@ -253,8 +259,12 @@ TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
       {"<include file='../ours/parts.xml'/>", "ours/parts.xml"},
       {"<include file='link/parts.xml'/>", "link/parts.xml"},
       {"<include file='sub.xml'/>", "ours/t.obj"},
+      {"<Include file='sub.xml'/>", "ours/t.obj"},
       {mesh("above.obj"), "ours/key.mtl"},
       {mesh("late.OBJ"), "link/key.mtl"},
+      {mesh("link\\t.obj"), "link/key.mtl"},
+      {mesh(".obj"), "link/key.mtl"},
+      {mesh("teapotobj"), "link/key.mtl"},
   };
   ReadOptions named;
   named.package_folders = {ours};
@@ -280,6 +290,145 @@ TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
   fs::create_symlink(below, folder_.path() / "tree/model.xml");
   fs::create_symlink(model / "late.OBJ", folder_.path() / "tree/late.OBJ");
   EXPECT_TRUE(read_mjcf(folder_.path() / "tree/model.xml", {}).ok());
+}
+
+// libmujoco joins folders and names as texts, and has its own mind of what is absolute.
+TEST_F(Mjcf, WhereTheProgramWasStartedLiesOutsideToo) {
+  namespace fs = std::filesystem;
+  constexpr std::string_view kTetrahedron =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  for (const char* name : {"model/a:start", "start/d:", "start/start"})
+    fs::create_directories(folder_.path() / name);
+  const auto write = [&](const char* name, const std::string& text) {
+    return folder_.write(name, std::string_view(text));
+  };
+  const fs::path key = write("start/key.mtl", "newmtl secret\n");
+  const fs::path parts = write("start/parts.xml", "<mujoco><option/></mujoco>");
+  write("start/start/key.mtl", "newmtl secret\n");
+  write("start/d:/t.obj", std::string(kTetrahedron));
+  write("model/a:start/t.obj", "mtllib key.mtl\n" + std::string(kTetrahedron));
+  write("model/t.obj", "mtllib " + key.string() + "\n" + std::string(kTetrahedron));
+  const fs::path before = fs::current_path();
+  const auto refusal = [&](const char* from, const char* model, const std::string& text) {
+    write("model/model.xml", "<mujoco>" + text + "<worldbody/></mujoco>");
+    fs::current_path(folder_.path() / from);
+    const Result<Model> read = read_mjcf(model, {});
+    fs::current_path(before);
+    return read.ok() ? std::string("none") : read.error().message;
+  };
+  const auto mesh = [](const std::string& file) {
+    return "<asset><mesh name='m' file='" + file + "'/></asset>";
+  };
+  const struct {
+    const char *from, *model;
+    std::string text, named;
+  } cases[] = {
+      {"start", "../model/model.xml", mesh("d:/t.obj"), "d:/t.obj"},
+      {"start", "../model/model.xml", "<compiler meshdir='d:'/>" + mesh("t.obj"), "d:/t.obj"},
+      {"start", "../model/model.xml", mesh("a:start/t.obj"), "start/key.mtl"},
+      {"model", "model.xml", mesh("t.obj"), "start/key.mtl"},
+      {"model", "model.xml", "<include file='" + parts.string() + "'/>", "start/parts.xml"},
+  };
+  for (const auto& [from, model, text, named] : cases) {
+    const std::string told = refusal(from, model, text);
+    EXPECT_NE(told.find(named + "\", which lies outside"), std::string::npos) << text << ": " << told;
+  }
+  EXPECT_NE(refusal("model", "model.xml", mesh("t&#10;.obj")).find("control characters"), std::string::npos);
+  const fs::path split = write("model/a\\b.xml", "<mujoco><worldbody/></mujoco>");
+  const Result<Model> read = read_mjcf(split, {});
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("holds a backslash"), std::string::npos) << read.error().message;
+}
+
+// libmujoco would multiply what they say in 32 bits, and read and write by it.
+TEST_F(Mjcf, CountsAreThoseOfWhatIsThere) {
+  const auto bytes = [](std::initializer_list<uint32_t> words) {
+    std::string text;
+    for (const uint32_t word : words) text += test::raw(word);
+    return text;
+  };
+  const auto fault = [&](const std::string& assets, const std::string& file = "",
+                         const std::string& data = "") {
+    if (!file.empty()) folder_.write(file, std::string_view(data));
+    const auto model =
+        try_read("<mujoco><asset>" + assets + "</asset><worldbody><body name='b'/></worldbody></mujoco>");
+    return model.ok() ? std::string("none") : model.error().message;
+  };
+  const auto mesh = [&](const std::string& file, const std::string& data) {
+    return fault("<mesh name='m' file='" + file + "'/>", file, data);
+  };
+  const uint32_t one = std::bit_cast<uint32_t>(1.0f), nan = 0x7fc00000;
+  const std::string corners = bytes({0, 0, 0, one, 0, 0, 0, one, 0, 0, 0, one});
+  const std::string sides = bytes({0, 2, 1, 0, 1, 3, 0, 3, 2}), last = bytes({1, 2, 3});
+  const std::string msh = bytes({4, 0, 0, 4}) + corners + sides;
+  EXPECT_EQ(mesh("m.msh", msh + last), "none");
+  EXPECT_EQ(mesh("m.msh", bytes({4, 0, 0, 0}) + corners), "none") << "its hull";
+  const std::string lies = "\" says that it holds more or less than it does";
+  const struct {
+    std::string data, told;
+  } meshes[] = {{msh, lies},
+                {msh + last + "more", lies},
+                {bytes({4, 0}), lies},
+                {bytes({0x80000000, 0, 0, 0}), lies},
+                {bytes({0x55555556, 0, 0, 0, 0, 0}), lies},  // three times it is 2
+                {msh + bytes({1, 2, 4}), "\" has a face that names corner 4 of 4"},
+                {msh + bytes({1, 2, 0xffffffff}), "\" has a face that names corner -1 of 4"},
+                {bytes({4, 0, 0, 0, nan}) + corners.substr(4), "\" has a corner that is not finite"}};
+  for (const auto& [data, told] : meshes)
+    EXPECT_NE(mesh("m.MSH", data).find("m.MSH" + told), std::string::npos) << mesh("m.MSH", data);
+  // These libmujoco counts right by itself.
+  const std::string stl = test::binary_stl();
+  EXPECT_NE(mesh("m.stl", stl.substr(0, stl.size() - 1)).find("wrong size"), std::string::npos);
+  EXPECT_NE(mesh("m.stl", stl.substr(0, 80) + bytes({0x51eb851f}) + stl.substr(84)).find("faces"),
+            std::string::npos);
+
+  const auto skin = [&](const std::string& data) {
+    return fault("<skin name='s' file='s.skn'/>", "s.skn", data);
+  };
+  const std::string bone = "b" + std::string(39, '\0') + bytes({0, 0, 0, one, 0, 0, 0});
+  const std::string skn = bytes({4, 0, 4, 1}) + corners + sides + last + bone;
+  const std::string moved = bytes({0, 1, 2, 3, one, one, one, one});
+  EXPECT_EQ(skin(skn + bytes({4}) + moved), "none");
+  for (const std::string& data : {skn + bytes({5}) + moved, skn + bytes({0x40000001}) + moved,
+                                  bytes({4, 0, 0x15555556, 1}) + corners, bytes({0, 0, 0, 0x7fffffff})})
+    EXPECT_NE(skin(data).find("s.skn" + lies), std::string::npos) << skin(data);
+  EXPECT_NE(skin(bytes({4, 0, 4, 0}) + corners + sides + bytes({1, 2, 7})).find("corner 7 of 4"),
+            std::string::npos);
+
+  const auto field = [&](const std::string& data) {
+    return fault("<hfield name='h' file='h.bin' size='1 1 1 1'/>", "h.bin", data);
+  };
+  EXPECT_EQ(field(bytes({2, 1, 0, one})), "none");
+  EXPECT_NE(field(bytes({0x10001, 0x10000, 0, 0})).find("h.bin" + lies), std::string::npos);
+  EXPECT_NE(field("short").find("h.bin" + lies), std::string::npos);
+  const auto picture = [&](const std::string& type, const std::string& file, const std::string& data) {
+    return fault("<texture name='t' type='" + type + "' file='" + file + "'/>", file, data);
+  };
+  EXPECT_EQ(picture("2d", "t.bin", bytes({2, 2}) + std::string(12, 'c')), "none");
+  EXPECT_NE(picture("2d", "t.bin", bytes({0x55555556, 1, 0})).find("t.bin" + lies), std::string::npos);
+  EXPECT_NE(picture("2d", "t.bin", "x").find("t.bin" + lies), std::string::npos);
+  // A picture whose head alone is read: libmujoco's cube of it has six sides.
+  const std::string head = "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\x0dIHDR\0\0\x40\0\0\0\x40\0", 16);
+  EXPECT_NE(picture("cube", "t.png", head).find("t.png\" has, with the textures"), std::string::npos);
+  EXPECT_EQ(picture("2d", "t.png", head).find("with the textures"), std::string::npos);
+
+  const struct {
+    const char *assets, *told;
+  } own[] = {
+      {"<mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 1 999999'/>", "corner 999999 of 4"},
+      {"<mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 1 -1'/>", "corner -1 of 4"},
+      {"<mesh name='m' file='m.msh' face='0 1 2'/>", "its mesh \"m\" has a file and faces of its own"},
+      {"<skin name='s' vertex='0 0 0' face='0 1 2'/>", "its skin \"s\" has a face that names corner 1 of 1"},
+      {"<hfield name='h' nrow='65537' ncol='65536' size='1 1 1 1'/>",
+       "its hfield \"h\" has, with the height fields"},
+      {"<texture name='t' builtin='flat' width='15447' height='1'/>",
+       "its texture \"t\" has, with the textures"},
+      {"<texture name='t' type='2d' builtin='flat' width='40000' height='40000'/>",
+       "more than 2147483647 numbers"}};
+  for (const auto& [assets, told] : own)
+    EXPECT_NE(fault(assets).find(told), std::string::npos) << fault(assets);
+  EXPECT_EQ(fault("<mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 2 1 0 1 3 0 3 2 1 2 3'/>"),
+            "none");
 }
 
 #else

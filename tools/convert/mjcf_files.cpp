@@ -1,13 +1,20 @@
 #include "tools/convert/mjcf_files.h"
 
+#include <strings.h>
 #include <tinyxml.h>
 
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <map>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "renderer/scene/files.h"
 #include "tools/convert/description_kind.h"
 #include "tools/convert/local_files.h"
+#include "tools/convert/mjcf_counts.h"
 #include "tools/convert/obj_faces.h"
 #include "tools/convert/obj_materials.h"
 
@@ -18,20 +25,33 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostFiles = 100'000, kMostIncludes = 1000;
 
-// What names of one kind are looked for: libmujoco takes the last folder that any compiler element gives.
-struct Named {
-  std::set<std::string> names, folders;
+enum class Use { mesh, skin, field, flat_texture, cube, further_side };
 
-  void add(const std::string& value) {
-    names.insert(value);
-    names.insert(value.substr(value.find_last_of("/\\") + 1));  // what strippath leaves
-  }
-};
+bool is_texture(Use use) {
+  return use == Use::flat_texture || use == Use::cube || use == Use::further_side;
+}
+
+// As libmujoco tells what a file is: no dot needs to stand before it.
+bool ends_with(const std::string& name, const char* ending) {
+  const size_t length = std::strlen(ending);
+  return name.size() >= length && strcasecmp(name.c_str() + name.size() - length, ending) == 0;
+}
+
+bool is_separator(char c) {
+  return c == '/' || c == '\\';
+}
+
+// What libmujoco takes for one, of Windows as well; it leads to where this program was started, then.
+bool is_absolute(const std::string& name) {
+  return (!name.empty() && is_separator(name.front())) || name.find(":/") != name.npos ||
+         name.find(":\\") != name.npos;
+}
 
 class Files {
  public:
-  Files(const fs::path& model, const std::vector<fs::path>& folders) : folder_(model.parent_path()) {
-    allowed_.add(folder_);
+  Files(const fs::path& model, const std::vector<fs::path>& folders)
+      : folder_(model.string().substr(0, model.string().rfind('/') + 1)) {
+    allowed_.add(model.parent_path());
     std::error_code error;
     const fs::path own = fs::canonical(model, error);  // where a link to it leads
     if (!error) allowed_.add(own.parent_path());
@@ -46,14 +66,15 @@ class Files {
     return {};
   }
 
+  // libmujoco takes the last folder that any compiler element gives: it may be any of them.
   Result<Sources> found() {
-    for (const Named* kind : {&meshes_, &textures_}) {
-      for (const std::string& name : kind->names) {
-        for (const std::string& below : kind->folders)
-          if (Result<void> done = look(name, below); !done) return done.error();
-        if (!kind->folders.empty()) continue;
-        if (Result<void> done = look(name, ""); !done) return done.error();
-      }
+    for (const auto& [named, times] : names_) {
+      const auto& [use, name] = named;
+      const std::set<std::string>& folders = is_texture(use) ? texture_folders_ : mesh_folders_;
+      for (const std::string& below : folders)
+        if (Result<void> done = look(use, name, below, times); !done) return done.error();
+      if (!folders.empty()) continue;
+      if (Result<void> done = look(use, name, "", times); !done) return done.error();
     }
     return std::move(sources_);
   }
@@ -64,43 +85,64 @@ class Files {
     sources_.add(file);
   }
 
-  Result<void> look(const std::string& name, const std::string& below) {
-    // A name that begins like one of Windows is absolute for libmujoco, and so leads to where this program
-    // was started.
-    const fs::path path = is_absolute(name)    ? fs::path(name)
-                          : is_absolute(below) ? fs::path(below) / name
-                                               : folder_ / below / name;
-    if (sources_.contains(path)) return {};
+  void add(Use use, const std::string& value) {
+    ++names_[{use, value}];
+    const std::string stripped = value.substr(value.find_last_of("/\\") + 1);  // what strippath leaves
+    if (stripped != value) ++names_[{use, stripped}];
+  }
+
+  Result<void> look(Use use, const std::string& name, std::string below, uint64_t times) {
+    if (!below.empty() && !is_separator(below.back())) below += '/';
+    const fs::path path = is_absolute(name)    ? name
+                          : is_absolute(below) ? below + name
+                                               : folder_ + below + name;
     sources_.add(path);
     if (sources_.all().size() > kMostFiles)
       return Error{"it names more than " + std::to_string(kMostFiles) + " files"};
     if (Result<void> done = may_read(path); !done) return done;
-    return is_obj(path) ? look_into_obj(path) : Result<void>();
+    return look_into(use, path, times);
   }
 
-  Result<void> look_into_obj(const fs::path& path) {
+  // What libmujoco would not look at before it believes it.
+  Result<void> look_into(Use use, const fs::path& path, uint64_t times) {
     constexpr uint64_t kMostBytes = uint64_t{4} << 30;
+    const std::string& name = path.native();
+    const bool is_obj = use == Use::mesh && ends_with(name, "obj"),
+               is_msh = use == Use::mesh && ends_with(name, "msh"), is_png = ends_with(name, ".png");
     std::error_code error;
-    if (!fs::is_regular_file(path, error)) return {};
+    if ((use == Use::mesh && !is_obj && !is_msh) || !fs::is_regular_file(path, error)) return {};
     const Result<scene::Bytes> bytes = scene::read_file(path, kMostBytes);
     if (!bytes) return bytes.error();
     const std::string_view text(reinterpret_cast<const char*>(bytes->view().data()), bytes->view().size());
-    const auto told = [&](const Error& fault) {
-      return Error{scene::quote(path.string()) + " " + fault.message};
+    const auto told = [&](const Result<void>& done) {
+      return done ? done : Error{scene::quote(path.string()) + " " + done.error().message};
     };
-    if (Result<void> whole = check_obj_faces(text); !whole) return told(whole.error());
-    const Result<std::vector<std::string>> libraries = obj_material_files(text);
-    if (!libraries) return told(libraries.error());
-    for (const std::string& library : *libraries) {
-      const fs::path beside = path.parent_path() / fs::path(library).relative_path();
-      if (Result<void> done = may_read(beside); !done) return done;
-      sources_.add(beside);
+    if (is_obj) {
+      const Result<void> whole = told(check_obj_faces(text));
+      return whole ? look_at_materials(path, text) : whole;
     }
-    return {};
+    if (is_msh) return told(check_msh(text));
+    if (use == Use::skin) return told(check_skn(text));
+    if (use == Use::field) return told(amounts_.add_field(text, is_png, times));
+    return told(amounts_.add_texture(text, is_png, texture_kind(use), times));
   }
 
-  static bool is_absolute(const std::string& name) {
-    return name.starts_with('/') || name.starts_with('\\') || (name.size() > 1 && name[1] == ':');
+  static MjcfAmounts::Texture texture_kind(Use use) {
+    return use == Use::flat_texture ? MjcfAmounts::Texture::flat
+           : use == Use::cube       ? MjcfAmounts::Texture::cube
+                                    : MjcfAmounts::Texture::further_side;
+  }
+
+  Result<void> look_at_materials(const fs::path& path, std::string_view text) {
+    const Result<std::vector<std::string>> libraries = obj_material_files(text);
+    if (!libraries) return Error{scene::quote(path.string()) + " " + libraries.error().message};
+    for (const std::string& library : *libraries) {
+      for (const fs::path& place : obj_material_places(path.string(), library)) {
+        if (Result<void> done = may_read(place); !done) return done;
+        sources_.add(place);
+      }
+    }
+    return {};
   }
 
   // What is not there may be read: libmujoco says that it is missing.
@@ -126,35 +168,48 @@ class Files {
     if (!root_name) return Error{scene::quote(file.string()) + ": " + root_name.error().message};
     if (root_name->empty()) return Error{scene::quote(file.string()) + " holds no XML element"};
     TiXmlDocument document;
-    document.Parse(text->c_str());
+    document.Parse(text->c_str(), nullptr,
+                   TIXML_ENCODING_UTF8);  // as libmujoco does, whatever it says itself
     if (document.Error()) {
       return Error{scene::quote(file.string()) + ", line " + std::to_string(document.ErrorRow()) + ": " +
                    document.ErrorDesc()};
     }
-    if (const TiXmlElement* root = document.RootElement()) return visit(*root);
-    return Error{scene::quote(file.string()) + " holds no XML element"};
+    const TiXmlElement* const root = document.RootElement();
+    if (!root) return Error{scene::quote(file.string()) + " holds no XML element"};
+    if (Result<void> done = visit(*root); !done)
+      return Error{scene::quote(file.string()) + ": " + done.error().message};
+    return {};
   }
 
   Result<void> visit(const TiXmlElement& element) {  // no deeper than xml_root() lets pass
     const std::string_view kind = element.Value();
+    const bool is_include =
+        strcasecmp(element.Value(), "include") == 0;  // libmujoco knows its own in any case
+    bool has_cube = false;
     for (const TiXmlAttribute* a = element.FirstAttribute(); a; a = a->Next()) {
       const std::string name = a->Name(), value = a->Value();
-      if (kind == "compiler") {
-        if (name == "meshdir" || name == "assetdir") meshes_.folders.insert(value);
-        if (name == "texturedir" || name == "assetdir") textures_.folders.insert(value);
-      }
-      if (!name.starts_with("file") || value.empty()) continue;
-      if (kind == "include") {
-        const fs::path path = folder_ / fs::path(value).relative_path();  // libmujoco knows no other
+      const bool is_folder = kind == "compiler" && name.ends_with("dir"), is_file = name.starts_with("file");
+      if (!is_folder && (!is_file || value.empty())) continue;
+      // Two readers of XML may understand it in two ways.
+      if (std::any_of(value.begin(), value.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+        return Error{"it names " + scene::quote(value) + ", a name with control characters: rename it"};
+      if (is_folder) {
+        if (name == "meshdir" || name == "assetdir") mesh_folders_.insert(value);
+        if (name == "texturedir" || name == "assetdir") texture_folders_.insert(value);
+      } else if (is_include) {
+        const fs::path path = folder_ + value;  // libmujoco knows no other
         if (sources_.contains(path)) continue;  // libmujoco refuses it with a reason
         if (includes_.size() == kMostIncludes)
           return Error{"it includes more than " + std::to_string(kMostIncludes) + " files"};
         if (Result<void> done = may_read(path); !done) return done;
         include(path);
+      } else if (kind == "texture") {
+        add(texture_use(element, name, std::exchange(has_cube, true)), value);
       } else {
-        (kind == "texture" ? textures_ : meshes_).add(value);
+        add(kind == "skin" ? Use::skin : kind == "hfield" ? Use::field : Use::mesh, value);
       }
     }
+    if (Result<void> done = check_numbers(element); !done) return done;
     for (const TiXmlElement* child = element.FirstChildElement(); child;
          child = child->NextSiblingElement()) {
       if (Result<void> done = visit(*child); !done) return done;
@@ -162,11 +217,46 @@ class Files {
     return {};
   }
 
-  fs::path folder_;
+  static Use texture_use(const TiXmlElement& element, const std::string& attribute, bool has_cube) {
+    if (attribute_of(element, "type") == "2d") return Use::flat_texture;
+    return attribute != "file" && has_cube ? Use::further_side : Use::cube;
+  }
+
+  static std::string attribute_of(const TiXmlElement& element, const char* name) {
+    const char* const value = element.Attribute(name);
+    return value ? value : "";
+  }
+
+  // What elements give themselves of what files hold otherwise.
+  Result<void> check_numbers(const TiXmlElement& element) {
+    const std::string_view kind = element.Value();
+    const auto number = [&](const char* name) {  // as libmujoco reads it, to the bit
+      return static_cast<int>(std::strtol(attribute_of(element, name).c_str(), nullptr, 10));
+    };
+    const auto told = [&](const Result<void>& done) {
+      return done ? done
+                  : Error{"its " + std::string(kind) + " " + scene::quote(attribute_of(element, "name")) +
+                          " " + done.error().message};
+    };
+    if (kind == "hfield") return told(amounts_.add_field(number("nrow"), number("ncol")));
+    if (kind == "texture") {
+      const bool is_flat = attribute_of(element, "type") == "2d";
+      return told(amounts_.add_texture(number("width"), number("height"),
+                                       is_flat ? MjcfAmounts::Texture::flat : MjcfAmounts::Texture::cube));
+    }
+    if ((kind != "mesh" && kind != "skin") || !element.Attribute("face")) return {};
+    if (element.Attribute("file"))
+      return told(Error{"has a file and faces of its own: leave out one of them"});
+    return told(check_own_faces(attribute_of(element, "vertex"), attribute_of(element, "face")));
+  }
+
+  std::string folder_;  // what libmujoco puts before names
   AllowedFolders allowed_;
   std::vector<fs::path> includes_;
   Sources sources_;
-  Named meshes_, textures_;
+  std::map<std::pair<Use, std::string>, uint64_t> names_;  // how often each is used
+  std::set<std::string> mesh_folders_, texture_folders_;
+  MjcfAmounts amounts_;
 };
 
 }  // namespace
@@ -176,6 +266,8 @@ Result<Sources> mjcf_files(const std::filesystem::path& model,
   const auto told = [&](const Error& error) {
     return Error{scene::quote(model.string()) + ": " + error.message};
   };
+  if (model.filename().native().find('\\') != std::string::npos)  // libmujoco would take a folder from it
+    return told(Error{"its name holds a backslash: rename it"});
   Files files(model, folders);
   if (Result<void> done = files.read(model); !done) return done.error();
   Result<Sources> found = files.found();

@@ -1,6 +1,6 @@
 #include "tools/convert/obj_materials.h"
 
-#include <strings.h>
+#include <sstream>
 
 namespace fire3dv::convert {
 namespace {
@@ -27,10 +27,6 @@ void add_names(std::string_view line, std::vector<std::string>& names) {
 
 }  // namespace
 
-bool is_obj(const std::filesystem::path& file) {
-  return strcasecmp(file.extension().c_str(), ".obj") == 0;
-}
-
 Result<std::vector<std::string>> obj_material_files(std::string_view text) {
   constexpr size_t kMostNames = 1000;
   constexpr std::string_view kWord = "mtllib";
@@ -46,6 +42,18 @@ Result<std::vector<std::string>> obj_material_files(std::string_view text) {
       return Error{"names more than " + std::to_string(kMostNames) + " files of materials"};
   }
   return names;
+}
+
+std::vector<std::filesystem::path> obj_material_places(const std::string& mesh, const std::string& name) {
+  const size_t end = mesh.find_last_of("/\\");
+  if (end == mesh.npos || end == 0) return {name};
+  std::istringstream folders(mesh.substr(0, end) + "/");
+  std::vector<std::filesystem::path> places;
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const bool needs_slash = !folder.empty() && folder.back() != '/';
+    places.emplace_back(folder + (needs_slash ? "/" : "") + name);
+  }
+  return places;
 }
 
 }  // namespace fire3dv::convert

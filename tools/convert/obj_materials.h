@@ -11,11 +11,12 @@
 
 namespace fire3dv::convert {
 
-bool is_obj(const std::filesystem::path& file);
-
-// As they stand in such a text, relative to the mesh's folder whatever they begin with. Readers differ in
-// what a backslash before a blank means: names come in both readings. The error is the end of a sentence
-// about it.
+// As they stand in such a text. Readers differ in what a backslash before a blank means: names come in both
+// readings. The error is the end of a sentence about it.
 Result<std::vector<std::string>> obj_material_files(std::string_view text);
+
+// Where that reader looks for such a file, for a mesh that it was told to read from `mesh`: in the folder
+// before the last slash or backslash, which it takes for a list with colons.
+std::vector<std::filesystem::path> obj_material_places(const std::string& mesh, const std::string& name);
 
 }  // namespace fire3dv::convert

@@ -18,9 +18,10 @@ void say(const std::string& text) {
   std::fprintf(stderr, "fire3dv-mujoco-compare: %s\n", text.c_str());
 }
 
+// Counts steps: where MuJoCo resets what became unstable, its time begins anew.
 Result<void> step(Simulation& simulation, double seconds) {
-  const double until_s = simulation.data().time + seconds;
-  while (simulation.data().time < until_s - simulation.model().opt.timestep / 2)
+  const double steps = seconds / simulation.model().opt.timestep;
+  for (double taken = 0; taken + 0.5 < steps; ++taken)
     if (Result<void> done = simulation.step(); !done) return done;
   return simulation.place();
 }
