@@ -92,7 +92,8 @@ Gui::Gui(const Layout& layout, Clipboard clipboard)
   ImGui::SetCurrentContext(panels_->context);
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = io.LogFilename = nullptr;  // what is kept is in layout_file.h
-  io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors;
+  // Lists may have more corners than their 16-bit indices count: gui_tiles.h takes offsets.
+  io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors | ImGuiBackendFlags_RendererHasVtxOffset;
   tell_keys(io);
   io.ClipboardUserData = this;
   io.GetClipboardTextFn = [](void* user) -> const char* {
@@ -145,7 +146,8 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   Panels& panels = *panels_;
   ImGui::SetCurrentContext(panels.context);
   ImGuiIO& io = ImGui::GetIO();
-  const float scale = std::clamp(std::round(input.scale * 4) / 4, 0.5f, 4.0f);
+  const float wanted = std::isfinite(input.scale) ? input.scale : 1.0f;
+  const float scale = std::clamp(std::round(wanted * 4) / 4, 0.5f, 4.0f);
   if (panels.scale != scale) {
     panels.scale = scale;
     apply_theme(scale);
@@ -173,14 +175,16 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   panels.wants_mouse = io.WantCaptureMouse;
   panels.wants_keyboard = io.WantTextInput;
   panels.cursor = cursor_of(ImGui::GetMouseCursor());
+  layout_.camera_speed = viewer.camera_speed;  // keys set it, too
   return *ImGui::GetDrawData();
 }
 
 void Gui::Panels::lay_out(const Context& c) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  // A small window is shared: the image keeps a third of it.
-  const float left = std::min(ui.points(c.layout.left_pt), std::floor(display.x / 3));
-  const float right = std::min(ui.points(c.layout.right_pt), std::floor(display.x / 3));
+  // A small window is shared: the image keeps a third of it. ImGui would choose a size itself instead of 0.
+  const float third = std::max(std::floor(display.x / 3), 1.0f);
+  const float left = std::min(ui.points(c.layout.left_pt), third);
+  const float right = std::min(ui.points(c.layout.right_pt), third);
 
   ImGui::SetNextWindowPos({0, 0});
   ImGui::SetNextWindowSize({left, display.y});
@@ -222,7 +226,7 @@ float Gui::Panels::bottom(const Context& c, float left, float right, float heigh
     wanted += header;
     if (c.layout.is_open(Panel::timeline)) wanted += 2 * ImGui::GetFrameHeightWithSpacing();
   }
-  wanted = std::min(std::round(wanted), std::floor(height / 2));
+  wanted = std::min(std::round(wanted), std::max(std::floor(height / 2), 1.0f));
   ImGui::SetNextWindowPos({left, height - wanted});
   ImGui::SetNextWindowSize({std::max(right - left, 1.0f), wanted});
   if (ImGui::Begin("bottom", nullptr, kFixed | ImGuiWindowFlags_NoScrollbar)) {
@@ -242,7 +246,8 @@ void Gui::Panels::edges(const Context& c, float left, float right, float bottom_
                                      ImGuiWindowFlags_NoFocusOnAppearing;
   const auto edge = [&](const char* name, bool upright, const Rect& rect) {
     ImGui::SetNextWindowPos({rect.low.x, rect.low.y});
-    ImGui::SetNextWindowSize({rect.high.x - rect.low.x, rect.high.y - rect.low.y});
+    ImGui::SetNextWindowSize(
+        {std::max(rect.high.x - rect.low.x, 1.0f), std::max(rect.high.y - rect.low.y, 1.0f)});
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
     float moved = 0;
     if (ImGui::Begin(name, nullptr, kEdge)) {

@@ -23,7 +23,20 @@ float decoded(float srgb) {
   return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
 }
 
+// ImGui takes no button without an area, and windows may be as small as a pixel.
+bool invisible_button(const char* name, float width, float height) {
+  return ImGui::InvisibleButton(name, {std::max(width, 1.0f), std::max(height, 1.0f)});
+}
+
 }  // namespace
+
+std::string one_line(std::string_view text) {
+  std::string line(text);
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return line;
+}
 
 void Ui::begin_frame(float display_scale) {
   scale = display_scale;
@@ -53,7 +66,7 @@ bool Ui::header(const char* title, bool& open) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight() + points(8);
   ImDrawList* const list = ImGui::GetWindowDrawList();
-  if (ImGui::InvisibleButton(title, {width, height})) open = !open;
+  if (invisible_button(title, width, height)) open = !open;
   ImGui::SetItemAllowOverlap();  // a panel may have buttons in its title
   note_control(Control::Kind::header, title);
   const bool hovered = ImGui::IsItemHovered();
@@ -200,10 +213,17 @@ bool Ui::text(const char* name, const char* hint_text, std::string& value) {
 }
 
 bool Ui::row(const char* text, bool chosen, ImU32 text_color, float width) {
-  ImGui::PushStyleColor(ImGuiCol_Text, text_color);
-  const bool clicked = ImGui::Selectable(text, chosen, ImGuiSelectableFlags_AllowItemOverlap, {width, 0});
-  ImGui::PopStyleColor();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  ImGui::PushID(text);
+  const bool clicked = ImGui::Selectable("##", chosen, ImGuiSelectableFlags_AllowItemOverlap, {width, 0});
+  ImGui::PopID();
   note_control(Control::Kind::row, text);
+  if (!ImGui::IsItemVisible()) return clicked;
+  // Not as the item's label: of that, ImGui shows nothing from ## on, and files name as they like.
+  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+  const ImVec4 clip{low.x, low.y, width > 0 ? at.x + width : high.x, high.y};
+  ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, text_color,
+                                      one_line(text).c_str(), nullptr, 0, &clip);
   return clicked;
 }
 
@@ -211,7 +231,7 @@ bool Ui::sign(const char* name, const char* glyph, ImU32 color, float width) {
   ImGui::PushID(name);
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float height = ImGui::GetTextLineHeight();
-  const bool clicked = ImGui::InvisibleButton("##", {width, height});
+  const bool clicked = invisible_button("##", width, height);
   note_control(Control::Kind::button, name);
   const ImVec2 size = ImGui::CalcTextSize(glyph);
   ImGui::GetWindowDrawList()->AddText({std::round(at.x + (width - size.x) / 2), at.y},
@@ -223,7 +243,7 @@ bool Ui::sign(const char* name, const char* glyph, ImU32 color, float width) {
 
 float Ui::edge(const char* name, bool upright, const Rect& rect) {
   ImGui::SetCursorScreenPos({rect.low.x, rect.low.y});
-  ImGui::InvisibleButton(name, {rect.high.x - rect.low.x, rect.high.y - rect.low.y});
+  invisible_button(name, rect.high.x - rect.low.x, rect.high.y - rect.low.y);
   note_control(Control::Kind::edge, name);
   const bool active = ImGui::IsItemActive();
   if (active || ImGui::IsItemHovered()) {
@@ -246,6 +266,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const ImVec2 size{ImGui::GetContentRegionAvail().x, points(height_pt)};
   ImGui::Dummy(size);
+  if (!ImGui::IsItemVisible()) return;  // many streams have many
   ImDrawList* const list = ImGui::GetWindowDrawList();
   list->AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::kWell);
   float top = least_top;

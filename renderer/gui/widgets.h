@@ -7,12 +7,16 @@
 #include <glm/glm.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/gui/gui.h"
 #include "renderer/gui/theme.h"
 
 namespace fire3dv::gui {
+
+// Rows are as high as one line: what would break it becomes a blank.
+std::string one_line(std::string_view text);
 
 class Ui {
  public:

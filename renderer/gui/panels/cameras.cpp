@@ -29,9 +29,8 @@ void CamerasPanel::draw(const Context& context) {
     ui.value("Follows", theme::kAccent, node_label(scene, viewer.followed));
     if (ui.button("Stop following")) viewer.followed = scene::kNone;
   }
-  if (ui.slider("Speed", viewer.camera_speed, {0.05f, 20, "%.2f x", true},
-                "Times what follows from the scene's size"))
-    context.layout.camera_speed = viewer.camera_speed;
+  ui.slider("Speed", viewer.camera_speed, {0.05f, 20, "%.2f x", true},
+            "Times what follows from the scene's size");
 }
 
 }  // namespace fire3dv::gui

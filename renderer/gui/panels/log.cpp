@@ -43,7 +43,7 @@ void LogPanel::draw(const Context& context) {
       ImGui::TextUnformatted(time);
       ImGui::PopStyleColor();
       ImGui::SameLine(0, ui.points(8));
-      ImGui::TextUnformatted(line.text.c_str());
+      ImGui::TextUnformatted(one_line(line.text).c_str());
     }
   }
   if (follows && seen_ != facts.log_lines) ImGui::SetScrollHereY(1);

@@ -49,7 +49,7 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   ImGui::GetWindowDrawList()->AddCircleFilled({at.x + radius, at.y + ImGui::GetTextLineHeight() / 2}, radius,
                                               color_of(stream.condition));
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + 2 * radius + ui.points(5));
-  ImGui::TextUnformatted(stream.name.c_str());
+  ImGui::TextUnformatted(one_line(stream.name).c_str());
   ImGui::SameLine();
   ImGui::PushStyleColor(ImGuiCol_Text, color_of(stream.condition));
   ImGui::TextUnformatted(state::condition_name(stream.condition));

@@ -1,0 +1,150 @@
+// Panels where they are not at home: more streams than fit, windows of a few pixels, names with anything in
+// them.
+#include <gtest/gtest.h>
+#include <imgui.h>
+
+#include <limits>
+
+#include "renderer/gui/gui_tiles.h"
+#include "renderer/gui/widgets.h"
+#include "tests/unit/gui_world.h"
+
+namespace fire3dv::test {
+namespace {
+
+using Kind = gui::Control::Kind;
+
+// All panels, and a second scene of names that ImGui or rows could take for something else.
+struct OddWorld : GuiWorld {
+  explicit OddWorld(scene::Scene shown = gui_scene()) : GuiWorld(std::move(shown)) {
+    gui.note_controls(true);
+    settle();
+    for (const char* title : {"Lights", "Materials"}) open(title);
+  }
+  void open(const std::string& title) {
+    display_px = {1600, 3000};
+    settle();
+    for (const gui::Control& control : gui.controls()) {
+      if (control.kind != Kind::header || control.name != title) continue;
+      const glm::vec2 at = (control.rect.low + control.rect.high) * 0.5f;
+      frame({gui::MouseMoved{at}, gui::MouseButton{gui::Button::left, true}});
+      frame({gui::MouseButton{gui::Button::left, false}, gui::MouseLeft{}});
+      break;
+    }
+    settle();
+  }
+  gui::Rect rect_of(const std::string& panel, const std::string& name) {
+    for (const gui::Control& control : gui.controls()) {
+      if (control.panel == panel && control.name == name && control.kind == Kind::row) return control.rect;
+    }
+    ADD_FAILURE() << panel << "/" << name << " is not there";
+    return {};
+  }
+};
+
+// Letters and other things with a picture whose middle lies there.
+size_t glyphs_in(const ImDrawData& data, const gui::Rect& rect) {
+  gui::GuiTiles tiles;
+  tiles.build(data, {1600, 3000});
+  size_t count = 0;
+  for (const gpu_types::GuiPrimitive& p : tiles.primitives()) {
+    const glm::vec2 middle = (glm::vec2(p.a) + glm::vec2(p.b)) * 0.5f;
+    const bool is_letter = p.a.z != p.b.z && p.a.w != p.b.w;
+    const bool is_inside =
+        middle.x > rect.low.x && middle.x < rect.high.x && middle.y > rect.low.y && middle.y < rect.high.y;
+    count += is_letter && is_inside;
+  }
+  return count;
+}
+
+TEST(GuiLimits, TwoHundredStreamsHaveTheirPanel) {
+  OddWorld world;
+  const gui::StreamFact one = world.facts.streams.at(0);
+  for (uint64_t i = 0; i < 200; ++i) {
+    gui::StreamFact stream = one;
+    stream.epoch = 0x1000 + i;
+    stream.name += std::to_string(i);
+    world.facts.streams.push_back(std::move(stream));
+  }
+  // In a window that shows few of them, and in one with room for all: then a list has more corners than 16
+  // bits count, and each command's indices begin anew.
+  world.display_px = {1280, 720};
+  const int corners_of_few = world.settle().TotalVtxCount;
+  world.display_px = {1600, 60'000};
+  const ImDrawData& data = world.settle();
+  EXPECT_GT(data.TotalVtxCount, 10 * corners_of_few);
+  size_t offsets = 0;
+  for (int l = 0; l < data.CmdListsCount; ++l) {
+    const ImDrawList& list = *data.CmdLists[l];
+    for (const ImDrawCmd& command : list.CmdBuffer) {
+      offsets += command.VtxOffset > 0;
+      for (unsigned i = 0; i < command.ElemCount; ++i) {
+        const auto at = static_cast<size_t>(list.IdxBuffer[static_cast<int>(command.IdxOffset + i)]);
+        ASSERT_LT(command.VtxOffset + at, static_cast<size_t>(list.VtxBuffer.Size));
+      }
+    }
+  }
+  EXPECT_GT(offsets, 0u);
+}
+
+TEST(GuiLimits, AWindowMayBeOfAnySize) {
+  OddWorld world;
+  for (const float scale : {1.0f, 1.25f, 2.0f}) {
+    world.scale = scale;
+    for (float height = 1; height <= 100; height += 33) {
+      for (float width = 1; width <= 200; width += scale == 1 ? 1 : 7) {
+        world.display_px = {width, height};
+        world.viewer.help = static_cast<int>(width) % 2 == 0;
+        world.frame();
+        const gui::Rect image = world.gui.image_rect();
+        ASSERT_LE(image.high.x, width);
+        ASSERT_LE(image.high.y, height);
+      }
+    }
+  }
+  world.display_px = {16, 200};
+  world.settle();
+}
+
+TEST(GuiLimits, AScaleThatIsNoNumberIsOne) {
+  OddWorld world;
+  const uint64_t fonts = world.gui.fonts_number();
+  for (const float scale :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    world.scale = scale;
+    world.settle();
+  }
+  EXPECT_EQ(world.gui.fonts_number(), fonts);
+}
+
+TEST(GuiLimits, NamesAreShownWholeAndInOneLine) {
+  scene::Scene scene = gui_scene();
+  const std::string plain = "xxxxxxxx", marked = "xx##xxxx", broken = "xx\nxxx\rx";
+  scene.nodes[0].name = plain;
+  scene.nodes[1].name = marked;
+  scene.nodes[2].name = broken;
+  OddWorld world(std::move(scene));
+  const ImDrawData& data = world.settle();
+  const gui::Rect first = world.rect_of("Scene", plain);
+  const size_t letters = glyphs_in(data, first);
+  EXPECT_GE(letters, plain.size());
+  EXPECT_EQ(glyphs_in(data, world.rect_of("Scene", marked)), letters);
+  EXPECT_EQ(glyphs_in(data, world.rect_of("Scene", broken)), letters - 2);  // blanks have no picture
+  for (const std::string& name : {marked, broken}) {
+    const gui::Rect rect = world.rect_of("Scene", name);
+    EXPECT_FLOAT_EQ(rect.high.y - rect.low.y, first.high.y - first.low.y);
+  }
+  EXPECT_EQ(gui::one_line("a\nb\tc\x7f"
+                          "d\xc3\xa9"),
+            "a b c d\xc3\xa9");
+}
+
+TEST(GuiLimits, WhatKeysSetIsKeptToo) {
+  OddWorld world;
+  world.viewer.camera_speed = 2.5f;
+  world.settle();
+  EXPECT_FLOAT_EQ(world.gui.layout().camera_speed, 2.5f);
+}
+
+}  // namespace
+}  // namespace fire3dv::test
