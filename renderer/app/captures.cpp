@@ -110,6 +110,11 @@ void Captures::toggle_video() {
 // A video passes as the user saw it, however unevenly images come.
 uint64_t Captures::video_frames_due(VkExtent2D extent) {
   if (!video_ || video_ending_) return 0;
+  if (extent.width < 2 || extent.height < 2) {
+    note("the video ends: a side of the window has less than 2 pixels; make it larger");
+    video_ending_ = true;
+    return 0;
+  }
   if (video_frames_ == 0) {
     video_extent_ = extent;
     video_begun_ = Clock::now();

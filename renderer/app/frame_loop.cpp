@@ -177,8 +177,8 @@ bool FrameLoop::take_in() {
 
 bool FrameLoop::done() {
   if (stop_requested || (window_ && window_->should_close())) return true;
-  if (next_ && next_->is_ready()) return true;
   if (options_.frames && images_ >= options_.frames) return true;
+  if (next_ && next_->is_ready()) return goes_on_ = true;
   if (!options_.exit_when_done || intake_.active_streams() != 0) return false;
   // A recording may have streams that come when others have gone, or none at all.
   return timeline_ ? timeline_->timeline().at_end && !undrawn_ : intake_.had_streams();

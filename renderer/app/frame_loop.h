@@ -55,6 +55,7 @@ class FrameLoop {
   // Ends run() when it is ready.
   void go_on_with(NextShow* next) { next_ = next; }
   Result<void> run();
+  bool goes_on() const { return goes_on_; }  // with that one: it is why run() has ended
   uint64_t images() const { return images_; }
 
  private:
@@ -92,6 +93,7 @@ class FrameLoop {
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
   NextShow* next_ = nullptr;
+  bool goes_on_ = false;
   ViewerFacts facts_;  // for panels, where there is a window
   const Options& options_;
 

@@ -35,7 +35,8 @@ int list_devices(const gpu::Instance& instance) {
   return 0;
 }
 
-Result<void> open_listeners(const Options& options, StreamIntake& intake) {
+// insist: on each. Those that another scene cannot have again are said, and it is shown without.
+Result<void> open_listeners(const Options& options, bool insist, StreamIntake& intake, NextShow& notes) {
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
     const bool wants_all = options.lockstep || !options.recording.record.empty();
@@ -45,6 +46,10 @@ Result<void> open_listeners(const Options& options, StreamIntake& intake) {
     listener_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
     Result<std::unique_ptr<transport::ListenerLink>> listener =
         transport::open_listener(uri, listener_options);
+    if (!listener && !insist) {
+      notes.note(listener.error().message + "; no simulator can connect there now");
+      continue;
+    }
     if (!listener) return listener.error();
     say("listening on " + (*listener)->uri());
     intake.add(std::move(*listener));
@@ -85,7 +90,8 @@ Result<Windows> open_windows(const Options& options) {
         "FIRE-3DV" + (named ? " " + options.window_cameras[windows.size()] : std::string()),
         {options.width, options.height}, options.present);
     if (!opened) return opened.error();
-    windows.push_back(std::move(*opened));
+    const size_t number = windows.size();
+    windows.push_back({std::move(*opened), named ? options.window_cameras[number] : std::string()});
   } while (windows.size() < options.window_cameras.size());
   return windows;
 }
@@ -100,7 +106,8 @@ struct Stage {
   Windows& windows;
   gui::Viewer& viewer;
   FurtherDevices& further;
-  bool first = true;  // nothing has been shown yet
+  std::unique_ptr<RendererMetrics> metrics;  // null: nobody wants to know
+  bool first = true;                         // nothing has been shown yet
 
   void note_start(const char* what) const {
     if (!first) return;
@@ -120,10 +127,32 @@ Result<Value> make_or_default(const Stage& stage, Options& options, std::string 
   return make(options);
 }
 
-// Until it ends, or the user wants to see another: that one, or null.
-Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
+// What was dropped may need more memory than the device has: then there is a new renderer, without a scene.
+Result<void> put_on_device(const Stage& stage, const scene::LoadedScene& loaded) {
+  try {
+    if (Result<void> enough = make_room(stage.device, stage.viewer.draw, loaded.scene, stage.renderer);
+        !enough)
+      return enough;
+    stage.renderer->set_scene(loaded.scene, loaded.derived);
+    return {};
+  } catch (const gpu::VulkanFailure& failure) {
+    const bool is_memory =
+        failure.result == VK_ERROR_OUT_OF_DEVICE_MEMORY || failure.result == VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (stage.first || !is_memory) throw;
+  }
+  stage.device.wait(stage.device.last_submitted());
+  stage.renderer.reset();
+  stage.device.retire_all_now();
+  stage.renderer.emplace(stage.device, stage.viewer.draw);
+  return Error{loaded.scene.source.string() + ": the device has no memory for it"};
+}
+
+// Until it ends, or the user wants to see another: that one, or null. before: what was shown, as long as an
+// error means that it can be shown again.
+Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Show>& before,
+                                   const std::string& why_again) {
   Options options = show.options();
-  sinks::Window* const window = stage.windows.empty() ? nullptr : stage.windows.front().get();
+  sinks::Window* const window = stage.windows.empty() ? nullptr : stage.windows.front().window.get();
   SceneLoad& load = show.load();
   Result<const scene::LoadedScene*> loaded = load.wait([&] {
     if (!window) return;
@@ -148,7 +177,10 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
   state::PoseState poses(*scene);
   StreamIntake intake(poses, options.lockstep, options.play);
   intake.offer_images(image_abilities(*stage.renderer));
-  if (Result<void> listening = open_listeners(options, intake); !listening) return listening.error();
+  NextShow next(show, stage.places, [&](const scene::Scene& other) { return can_show(stage.device, other); });
+  if (!why_again.empty()) next.note(why_again);
+  if (Result<void> listening = open_listeners(options, stage.first, intake, next); !listening)
+    return listening.error();
   Result<std::unique_ptr<Recording>> recording = open_recording(options, show.scene_path());
   if (!recording) return recording.error();
   if (*recording) {
@@ -161,8 +193,11 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
     say("replaying " + timeline->uri());
     intake.add(std::move(replayed));
   }
-  Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options);
-  if (!metrics) return metrics.error();
+  if (stage.first) {  // they count on from scene to scene
+    Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options);
+    if (!metrics) return metrics.error();
+    stage.metrics = std::move(*metrics);
+  }
   Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
   if (!sink) return sink.error();
 
@@ -170,26 +205,23 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
   struct Detach {
     const Windows& windows;
     ~Detach() {
-      for (const std::unique_ptr<sinks::Window>& window : windows) window->detach();
+      for (const OpenWindow& open : windows) open.window->detach();
     }
   } detach_at_end{stage.windows};
-  for (const std::unique_ptr<sinks::Window>& each : stage.windows) {
-    if (Result<void> attached = each->attach(stage.instance, stage.device); !attached)
+  for (const OpenWindow& open : stage.windows) {
+    if (Result<void> attached = open.window->attach(stage.instance, stage.device); !attached)
       return attached.error();
   }
 
-  if (Result<void> enough = make_room(stage.device, stage.viewer.draw, *scene, stage.renderer); !enough)
-    return enough.error();
+  if (Result<void> placed = put_on_device(stage, **loaded); !placed) return placed.error();
   passes::SceneRenderer& renderer = *stage.renderer;
   stage.further.forget_scene();
-  renderer.set_scene(*scene, (*loaded)->derived);
   stage.note_start("scene on the device");
   LiveScene live(**loaded, poses, renderer, *camera,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.most_textures()});
   if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
   load.begin_keeping();
   std::unique_ptr<WindowView> view;
-  NextShow next(show, stage.places);
   if (window) {
     Result<std::unique_ptr<WindowView>> made =
         WindowView::create({stage.device, stage.renderer, poses, intake, live, *camera, stage.windows,
@@ -199,18 +231,19 @@ Result<std::unique_ptr<Show>> play(const Stage& stage, Show& show) {
   }
   FrameLoop loop(stage.device, renderer, poses, intake, live, *animations ? &*(*animations)->player : nullptr,
                  *camera, **sink, view.get(), stage.stats, options);
-  loop.report_to(metrics->get());
+  loop.report_to(stage.metrics.get());
   loop.follow(timeline);
   loop.record_with(recording->get());
   loop.go_on_with(&next);
   loop.spread_images_over(stage.further, stage.viewer.draw);
+  before.reset();
   Result<void> finished = loop.run();
   if (*recording) say((*recording)->finish());
   if (const std::optional<Error> fault = load.finish_keeping()) say_of_cache(*fault);
   say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) +
       "\n" + stage.stats.summary());
   if (!finished) return finished.error();
-  return next.is_ready() ? next.take() : nullptr;
+  return loop.goes_on() ? next.take() : nullptr;
 }
 
 }  // namespace
@@ -222,7 +255,7 @@ int run(const Options& options) {
   if (!windows) return fail(windows.error());
   gpu::InstanceOptions instance_options;
   instance_options.validation = options.validation;
-  if (!windows->empty()) instance_options.window_extensions = windows->front()->instance_extensions();
+  if (!windows->empty()) instance_options.window_extensions = windows->front().window->instance_extensions();
   // What there is to show, before anything that takes long.
   const CachePlaces places = cache_places(options.cache, [](const char* name) { return std::getenv(name); });
   std::unique_ptr<Show> show;
@@ -256,7 +289,8 @@ int run(const Options& options) {
     viewer.draw = draw_settings(options, std::move(*environment));
     FurtherDevices further(**instance, devices->further, options.async_compute, places, viewer.draw);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
-    Stage stage{**instance, device, renderer, *stats, places, *windows, viewer, further, true, options.begun};
+    Stage stage{**instance, device,  renderer, *stats, places,       *windows,
+                viewer,     further, nullptr,  true,   options.begun};
     stage.note_start("renderer");
     if (Result<void> opened = further.finish_opening(*renderer); !opened) return fail(opened.error());
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
@@ -264,10 +298,21 @@ int run(const Options& options) {
     if (Result<void> can = renderer->can_show(options.debug_view); !can)
       return fail(Error{"--view: " + can.error().message});
     viewer.debug_view = options.debug_view;
+    std::unique_ptr<Show> before;
+    std::string note;
     while (show) {
-      Result<std::unique_ptr<Show>> next = play(stage, *show);
-      if (!next) exit_code = fail(next.error());
-      show = next ? std::move(*next) : nullptr;
+      Result<std::unique_ptr<Show>> next = play(stage, *show, before, note);
+      note.clear();
+      if (next) {
+        before = std::exchange(show, std::move(*next));
+      } else if (before) {
+        note = next.error().message + "; what was shown is shown again";
+        show = std::move(before);
+        if (Result<void> again = show->begin_again(); !again) note += ", but " + again.error().message;
+      } else {
+        exit_code = fail(next.error());
+        show.reset();
+      }
       stage.first = false;
       forget_scene(viewer);
     }

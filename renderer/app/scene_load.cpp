@@ -115,7 +115,7 @@ Result<const scene::LoadedScene*> SceneLoad::wait(const std::function<void()>& m
 }
 
 void SceneLoad::begin_keeping() {
-  if (was_kept_) return;
+  if (was_kept_ || std::exchange(keeps_, true)) return;
   thread_ = std::jthread([this] {
     try {
       if (Result<void> done = cache_.keep(gltf_, **result_, sources_); !done) keeping_error_ = done.error();

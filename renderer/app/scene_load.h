@@ -33,8 +33,8 @@ class SceneLoad {
   // it.
   const std::vector<std::string>& notes() const { return notes_; }
   bool was_kept() const { return was_kept_; }
-  // After wait(): keeps a scene that was not, on a thread. finish_keeping() waits for that; it has a sentence
-  // where something went wrong.
+  // After wait(): keeps a scene that was not, on a thread, once. finish_keeping() waits for that; it has a
+  // sentence where something went wrong.
   void begin_keeping();
   std::optional<Error> finish_keeping();
 
@@ -52,7 +52,7 @@ class SceneLoad {
   scene::Levels levels_;
   std::vector<scene::SourceFile> sources_;
   std::vector<std::string> notes_;
-  bool was_kept_ = false;
+  bool was_kept_ = false, keeps_ = false;
   std::optional<Error> keeping_error_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -47,6 +47,13 @@ Result<std::unique_ptr<Show>> Show::open(const Options& options, const CachePlac
   return show;
 }
 
+Result<void> Show::begin_again() {
+  Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options_);
+  if (!replay) return replay.error();
+  replay_ = std::move(*replay);
+  return {};
+}
+
 Options with_file(const Options& options, const std::filesystem::path& file) {
   Options other = options;
   other.recording = {};
@@ -75,16 +82,16 @@ void NextShow::open(const std::filesystem::path& file) {
     if (!now.scene.empty()) opened = Show::open(options, places_);
   }
   if (!opened) return notes_.push_back(opened.error().message);
-  file_ = file;
   next_ = std::move(*opened);
   notes_.push_back("loading " + file.string());
 }
 
 bool NextShow::is_ready() {
   if (!next_ || !next_->load().is_done()) return false;
-  if (!next_->load().has_failed()) return true;
-  if (Result<const scene::LoadedScene*> loaded = next_->load().wait(); !loaded)
-    notes_.push_back(loaded.error().message);
+  const Result<const scene::LoadedScene*> loaded = next_->load().wait();
+  const Result<void> can = loaded ? can_show_((*loaded)->scene) : Result<void>(loaded.error());
+  if (can) return true;
+  notes_.push_back(can.error().message);
   next_.reset();
   return false;
 }

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,6 +30,8 @@ class Show {
   const std::filesystem::path& scene_path() const { return scene_path_; }
   SceneLoad& load() { return *load_; }
   std::unique_ptr<replay::ReplayLink> take_replay() { return std::move(replay_); }  // null: none
+  // It is shown once more: the recording from its beginning.
+  Result<void> begin_again();
   // Nobody wants to see it any more: loading ends early.
   void abandon() { abandoned_ = true; }
 
@@ -46,18 +49,22 @@ class Show {
 // The one that the user wants to see instead.
 class NextShow {
  public:
+  // What is known before it takes the place of what is shown.
+  using CanShow = std::function<Result<void>(const scene::Scene& scene)>;
   // Both are borrowed, and are of what is shown.
-  NextShow(const Show& now, const CachePlaces& places) : now_(now), places_(places) {}
+  NextShow(const Show& now, const CachePlaces& places, CanShow can_show)
+      : now_(now), places_(places), can_show_(std::move(can_show)) {}
 
   void open(const std::filesystem::path& file);
   bool is_ready();  // or says why it will never be
+  void note(std::string text) { notes_.push_back(std::move(text)); }
   std::unique_ptr<Show> take() { return std::move(next_); }
   std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
 
  private:
   const Show& now_;
   const CachePlaces& places_;
-  std::filesystem::path file_;
+  const CanShow can_show_;
   std::unique_ptr<Show> next_;
   std::vector<std::string> notes_;
 };

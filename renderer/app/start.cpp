@@ -74,14 +74,18 @@ void describe(const std::filesystem::path& path, const scene::Scene& scene) {
       " textures");
 }
 
+Result<void> can_show(const gpu::Device& device, const scene::Scene& scene) {
+  const uint32_t most = gpu::BindlessTextures::most(device);
+  if (scene.textures.size() <= most) return {};
+  return Error{scene.source.string() + " has " + std::to_string(scene.textures.size()) + " textures, but " +
+               device.report().name + " takes " + std::to_string(most) +
+               " at most: split the file, or choose another device with --device"};
+}
+
 Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
                        std::optional<passes::SceneRenderer>& renderer) {
   if (scene.textures.size() <= settings.most_textures) return {};
-  if (scene.textures.size() > gpu::BindlessTextures::most(device)) {
-    return Error{scene.source.string() + " has " + std::to_string(scene.textures.size()) + " textures, but " +
-                 device.report().name + " takes " + std::to_string(gpu::BindlessTextures::most(device)) +
-                 " at most: split the file, or choose another device with --device"};
-  }
+  if (Result<void> can = can_show(device, scene); !can) return can;
   settings.most_textures = static_cast<uint32_t>(scene.textures.size());
   renderer.reset();
   renderer.emplace(device, settings);

@@ -36,6 +36,9 @@ Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options
 // Warnings, and what is in the scene.
 void describe(const std::filesystem::path& path, const scene::Scene& scene);
 
+// What can be known before its scene takes the place of another.
+Result<void> can_show(const gpu::Device& device, const scene::Scene& scene);
+
 // Few scenes have so many textures that the renderer has to be made anew for them.
 Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
                        std::optional<passes::SceneRenderer>& renderer);

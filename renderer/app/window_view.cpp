@@ -25,10 +25,10 @@ Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed)
     view->right_camera_.emplace(std::move(*right));
   }
   for (size_t i = 1; i < borrowed.windows.size(); ++i) {
-    Result<CameraRig> camera = make_camera(borrowed.options.window_cameras[i]);
+    Result<CameraRig> camera = make_camera(borrowed.windows[i].camera);
     if (!camera) return camera.error();
     view->others_.push_back(
-        std::make_unique<CameraWindow>(borrowed.device, *borrowed.windows[i], std::move(*camera)));
+        std::make_unique<CameraWindow>(borrowed.device, *borrowed.windows[i].window, std::move(*camera)));
   }
   return view;
 }
@@ -66,7 +66,7 @@ void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timelin
   std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
     if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;
     const sinks::Window* const closed = &other->window();
-    std::erase_if(borrowed_.windows, [&](const auto& window) { return window.get() == closed; });
+    std::erase_if(borrowed_.windows, [&](const OpenWindow& open) { return open.window.get() == closed; });
     return true;
   });
   do_wishes();
@@ -184,8 +184,8 @@ std::vector<std::string> WindowView::take_notes() {
   std::vector<std::string> notes = std::exchange(notes_, {});
   std::ranges::move(captures_.take_notes(), std::back_inserter(notes));
   if (panels_) std::ranges::move(panels_->take_notes(), std::back_inserter(notes));
-  for (const std::unique_ptr<sinks::Window>& window : borrowed_.windows) {
-    if (std::optional<std::string> note = window->take_note()) notes.push_back(std::move(*note));
+  for (const OpenWindow& open : borrowed_.windows) {
+    if (std::optional<std::string> note = open.window->take_note()) notes.push_back(std::move(*note));
   }
   return notes;
 }

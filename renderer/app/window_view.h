@@ -23,7 +23,11 @@
 
 namespace fire3dv::app {
 
-using Windows = std::vector<std::unique_ptr<sinks::Window>>;
+struct OpenWindow {
+  std::unique_ptr<sinks::Window> window;
+  std::string camera;  // as the options name it; empty: they do not
+};
+using Windows = std::vector<OpenWindow>;
 
 class WindowView {
  public:
@@ -73,7 +77,7 @@ class WindowView {
 
  private:
   explicit WindowView(const Borrowed& borrowed);
-  sinks::Window& first() const { return *borrowed_.windows.front(); }
+  sinks::Window& first() const { return *borrowed_.windows.front().window; }
   uint32_t columns() const { return right_camera_ ? 2 : 1; }
   void steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline);
   void measure();

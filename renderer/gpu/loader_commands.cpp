@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 
 namespace fire3dv::gpu {
 namespace {
@@ -23,7 +24,8 @@ LoaderCommands::LoaderCommands(Device& device) : device_(device) {
 }
 
 LoaderCommands::~LoaderCommands() {
-  if (recorder_) finish();
+  // What is thrown leaves its work undone: part of what it was to fill is gone.
+  if (recorder_ && std::uncaught_exceptions() == 0) finish();
 }
 
 Recorder& LoaderCommands::recorder() {

@@ -28,8 +28,9 @@ def place_of(sequence):
 
 # --- the scene -------------------------------------------------------------------------------------------------------
 
-def write_scene(path, squares=None, sun=False, place=PLACE_AT_REST):
-    """A glb of squares, three unless given, before a camera that maps a unit to a pixel; unlit, or lit by a sun."""
+def write_scene(path, squares=None, sun=False, place=PLACE_AT_REST, away=False):
+    """A glb of squares, three unless given, before a camera that maps a unit to a pixel; unlit, or lit by a sun.
+    away: a second camera sees nothing of them."""
     h = HALF_SQUARE
     binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
 
@@ -53,6 +54,8 @@ def write_scene(path, squares=None, sun=False, place=PLACE_AT_REST):
                                                      "indices": indices, "material": len(materials) - 1}]})
         nodes.append({"name": name, "mesh": len(meshes) - 1, "translation": [place, 0, 0]})
     nodes.append({"name": "front", "camera": 0, "translation": [0, 0, 50]})
+    if away:
+        nodes.append({"name": "away", "camera": 0, "translation": [0, 10000, 50]})
     lights = {"extensions": {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 1}]}}} if sun else {}
     if sun:
         nodes.append({"name": "sun", "extensions": {"KHR_lights_punctual": {"light": 0}}})

@@ -181,6 +181,37 @@ def several(test, screen):
     renderer.expect_exit(0)
 
 
+def cameras_of_windows(test, screen):
+    """A window keeps its camera when another scene is shown, also where one before it was closed."""
+    scene, other = test.path("three cameras.glb"), test.path("red.glb")
+    write_scene(scene, away=True)
+    write_scene(other, {"red": ((1, 0, 0), 30)}, away=True)
+    cameras = ("front", "away", "camera of front")
+    renderer = test.viewer(scene, "--gui", "off", *(a for c in cameras for a in ("--window", c)), env=screen.env, size=SIZE)
+    first, second, third = (screen.window(renderer, f"^FIRE-3DV {camera}$") for camera in cameras)
+    screen.xdotool("windowmove", third, 300, 240)
+    wait_until("all squares in the third", lambda: all_squares(screen.picture(third)))
+    screen.x11.close(int(second))
+    wait_until("two windows", lambda: second not in screen.windows())
+    screen.x11.drop(int(first), other, HANG_S)
+    for window in (first, third):
+        wait_until("red alone", lambda w=window: seen(screen.picture(w)) == {"red"})
+    screen.x11.close(int(first))
+    renderer.expect_exit(0)
+
+
+def tiny(test, screen):
+    """A window that is a pixel wide has its panels all the same, and no video."""
+    folder = test.path("taken")
+    renderer = test.viewer(test.scene, "--screenshots", folder, env=screen.env, size=(1, 200))
+    window = screen.window(renderer)
+    screen.xdotool("mousemove", "--window", window, 0, 100, "key", "v")
+    renderer.wait_err(r"the video ends: a side of the window")
+    wait_until("no file of it", lambda: not os.listdir(folder))
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+
+
 def stereo(test, screen):
     """Two cameras side by side, each moved where the mouse is."""
     renderer = test.renderer("--stereo", "front,camera of front", headless=False, size=(640, 180), env=screen.env)
@@ -196,12 +227,15 @@ def stereo(test, screen):
 
 
 def drop(test, screen):
-    """A scene that is dropped is shown instead; one that cannot be leaves what is shown."""
-    other, broken = test.path("other scene.glb"), test.path("broken.glb")
+    """A scene that is dropped is shown instead; one that cannot be leaves what is shown. An address that cannot be had again
+    is said."""
+    other, broken, key = test.path("other scene.glb"), test.path("broken.glb"), test.path("key")
+    with open(os.open(key, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="ascii") as file:
+        file.write("0123456789abcdef" * 4 + "\n")
     write_scene(other, {"red": ((1, 0, 0), 30)})
     with open(broken, "wb") as file:
         file.write(b"glTF no more")
-    renderer = test.viewer(test.scene, "--gui", "off", env=screen.env, size=SIZE)
+    renderer = test.viewer(test.scene, "--gui", "off", "--listen", test.fresh_uri("udp"), "--key-file", key, env=screen.env, size=SIZE)
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     screen.x11.drop(int(window), broken, HANG_S)
@@ -209,8 +243,10 @@ def drop(test, screen):
     check(all_squares(screen.picture(window)), "a broken file took the scene away")
     screen.x11.drop(int(window), other, HANG_S)
     wait_until("red alone", lambda: seen(screen.picture(window)) == {"red"})
+    os.unlink(key)
     screen.x11.drop(int(window), test.scene, HANG_S)
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
+    renderer.wait_err(r"key file .*no simulator can connect there now")
     screen.x11.close(int(window))
     renderer.expect_exit(0)
 
@@ -275,7 +311,8 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (selects, panels, captures, several, stereo, drop, closed_while_loading)}
+CASES = {f.__name__: on_a_screen(f) for f in (selects, panels, captures, several, cameras_of_windows, tiny, stereo, drop,
+                                              closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 
 if __name__ == "__main__":

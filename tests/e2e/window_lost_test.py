@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""A display that takes the window's surface away gets another one; a GPU that is gone ends the program in words."""
+"""A display that takes the window's surface away gets another one; a GPU that is gone ends the program in words, and one
+without memory for what is dropped leaves what is shown."""
 import os
 
-from harness import main, wait_until
-from pictures import check
+from harness import HANG_S, main, wait_until
+from pictures import check, write_scene
 from screen import SIZE, all_squares, on_a_screen
 
 
-def environment(test, screen, what):
-    return {**screen.env, "LD_PRELOAD": os.path.abspath(test.programs_at["lose"]), "LOSE": what, "LOSE_AT": "4"}
+def environment(test, screen, what, at="4"):
+    return {**screen.env, "LD_PRELOAD": os.path.abspath(test.programs_at["lose"]), "LOSE": what, "LOSE_AT": at}
 
 
 def surface(test, screen):
@@ -25,7 +26,25 @@ def device(test, screen):
     check(renderer.find_err(r"device lost.*start it again"), renderer.stderr_text())
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (surface, device)}
+def memory(test, screen):
+    other, full = test.path("other.glb"), test.path("full")
+    write_scene(other, {"red": ((1, 0, 0), 30)})
+    renderer = test.viewer(test.scene, "--gui", "off", size=SIZE, env=environment(test, screen, "memory", full))
+    window = screen.window(renderer)
+    wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
+    with open(full, "wb"):
+        pass
+    screen.x11.drop(int(window), other, HANG_S)
+    renderer.wait_err(r"other\.glb: the device has no memory for it; what was shown is shown again")
+    wait_until("all squares again", lambda: all_squares(screen.picture(window)))
+    check(not os.path.exists(full), "nothing was lost")
+    screen.x11.drop(int(window), other, HANG_S)
+    wait_until("red alone", lambda: not all_squares(screen.picture(window)))
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+
+
+CASES = {f.__name__: on_a_screen(f) for f in (surface, device, memory)}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv", "lose"])
