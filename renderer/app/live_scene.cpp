@@ -14,6 +14,15 @@ std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::Want
 
 }  // namespace
 
+std::optional<scene::LightType> kind_of_light(const scene::Scene& scene, const scene::NodeEdits& edits,
+                                              uint32_t node) {
+  if (const auto edit = edits.find(node); edit != edits.end() && edit->second.light)
+    return edit->second.light->type;
+  const uint32_t light = node < scene.nodes.size() ? scene.nodes[node].light : scene::kNone;
+  if (light >= scene.lights.size()) return std::nullopt;
+  return scene.lights[light].type;
+}
+
 LiveScene::LiveScene(const scene::LoadedScene& base, state::PoseState& poses, passes::SceneRenderer& renderer,
                      CameraRig& camera, AssetSettings assets)
     : base_(base), poses_(poses), renderer_(renderer), camera_(camera), build_(base, std::move(assets)) {
@@ -68,7 +77,11 @@ void LiveScene::resolve(const std::vector<state::WantedNode>& wanted) {
     if (index != scene::kNone) edits[index].removed = true;
   }
   for (const uint32_t node : user_.hidden) edits[node].hidden = true;
-  for (const auto& [node, light] : user_.lights) edits[node].light = light;
+  // A light that a stream has taken away, or made another kind of, is not what the user has changed.
+  for (const auto& [node, light] : user_.lights) {
+    const std::optional<scene::LightType> there = kind_of_light(scene(), edits, node);
+    if (there == light.type) edits[node].light = light;
+  }
   edits_.set(scene(), std::move(edits), user_.isolated);
   edits_.set_materials(user_.materials);
 }

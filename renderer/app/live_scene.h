@@ -29,6 +29,10 @@ struct UserEdits {
   bool operator==(const UserEdits&) const = default;
 };
 
+// Of a node's light as these edits and the file have it; nothing: it has none.
+std::optional<scene::LightType> kind_of_light(const scene::Scene& scene, const scene::NodeEdits& edits,
+                                              uint32_t node);
+
 class LiveScene {
  public:
   // All is borrowed, and of this scene.

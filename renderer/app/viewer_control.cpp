@@ -30,6 +30,40 @@ class NodesByPath {
   std::unordered_map<std::string_view, uint32_t> node_of_path_;
 };
 
+// The first node that wears each material; kNone: none does.
+std::vector<uint32_t> wearers(const scene::Scene& scene) {
+  std::vector<uint32_t> first(scene.materials.size(), scene::kNone);
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    if (scene.nodes[n].mesh == scene::kNone) continue;
+    const scene::Mesh& mesh = scene.meshes[scene.nodes[n].mesh];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      uint32_t& wearer = first[scene.primitives[p].material];
+      if (wearer == scene::kNone) wearer = n;
+    }
+  }
+  return first;
+}
+
+// Those without a name are known by who wears them.
+std::map<uint32_t, scene::Material> kept_materials(std::map<uint32_t, scene::Material> materials,
+                                                   const scene::Scene& before, const scene::Scene& after) {
+  std::vector<uint32_t> worn_before, worn_after;
+  std::erase_if(materials, [&](const auto& entry) {
+    const uint32_t m = entry.first;
+    if (m >= before.materials.size() || m >= after.materials.size() ||
+        before.materials[m].name != after.materials[m].name)
+      return true;
+    if (!before.materials[m].name.empty()) return false;
+    if (worn_before.empty()) {
+      worn_before = wearers(before);
+      worn_after = wearers(after);
+    }
+    const uint32_t then = worn_before[m], now = worn_after[m];
+    return then == scene::kNone || now == scene::kNone || before.nodes[then].path != after.nodes[now].path;
+  });
+  return materials;
+}
+
 }  // namespace
 
 void keep_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after) {
@@ -42,14 +76,12 @@ void keep_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::
   viewer.hidden = std::move(hidden);
   std::map<uint32_t, scene::Light> lights;
   for (auto& [node, light] : viewer.lights) {
-    if (const uint32_t now = moved(node); now != scene::kNone) lights.emplace(now, std::move(light));
+    const uint32_t now = moved(node);
+    if (now != scene::kNone && kind_of_light(before, {}, node) == kind_of_light(after, {}, now))
+      lights.emplace(now, std::move(light));
   }
   viewer.lights = std::move(lights);
-  std::erase_if(viewer.materials, [&](const auto& entry) {
-    const uint32_t m = entry.first;
-    return m >= before.materials.size() || m >= after.materials.size() ||
-           before.materials[m].name != after.materials[m].name;
-  });
+  viewer.materials = kept_materials(std::move(viewer.materials), before, after);
 }
 
 void forget_scene(gui::Viewer& viewer) {
@@ -113,6 +145,15 @@ void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewe
     const float step_s = std::clamp(seconds, 0.0f, kLongestStep_s);
     camera.fly(poses, moves.fly, kRadiiPerSecond * camera.scene_radius_m() * viewer.camera_speed * step_s);
   }
+}
+
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,
+                  const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
+  const auto width = static_cast<float>(image_px.x);
+  const bool is_right = right && moves.cursor_px.x >= width;
+  if (is_right) moves.cursor_px.x -= width;
+  move_camera(is_right ? *right : left, moves, viewer, poses, image_px, seconds);
+  if (right) (is_right ? left : *right).follow(poses, viewer.followed);
 }
 
 }  // namespace fire3dv::app

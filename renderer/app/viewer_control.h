@@ -12,7 +12,8 @@
 namespace fire3dv::app {
 
 // Nodes that have the same paths in the other scene stay what they are; the others are forgotten. So it is
-// with materials of the same place and name.
+// with lights where the file has one of the same kind, with materials of the same place and name, and with
+// those of the same place without a name that the same node wears.
 void keep_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after);
 
 // Nothing of one scene holds for another that has nothing to do with it.
@@ -30,5 +31,10 @@ passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::v
 // call.
 void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
                  const state::PoseState& poses, glm::uvec2 image_px, float seconds);
+
+// Of two images of that size side by side the one below the cursor is moved; both go with what is followed.
+// right: null where there is one image.
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,
+                  const state::PoseState& poses, glm::uvec2 image_px, float seconds);
 
 }  // namespace fire3dv::app

@@ -50,16 +50,15 @@ gui::Layout load(const std::optional<std::filesystem::path>& file, std::vector<s
 
 }  // namespace
 
-gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, float seconds) {
+gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, float seconds,
+                       sinks::Modifiers& held) {
   using Kind = sinks::InputEvent::Kind;
   gui::Input panel;
   panel.display_px = glm::vec2(image_px);
   panel.scale = input.scale;
   panel.delta_s = seconds;
   for (const sinks::InputEvent& event : input.events) {
-    panel.ctrl = event.modifiers.control;
-    panel.shift = event.modifiers.shift;
-    panel.alt = event.modifiers.alt;
+    held = event.modifiers;
     switch (event.kind) {
       case Kind::move:
         panel.events.emplace_back(gui::MouseMoved{event.cursor_px});
@@ -85,15 +84,18 @@ gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, flo
         break;
     }
   }
+  panel.ctrl = held.control;
+  panel.shift = held.shift;
+  panel.alt = held.alt;
   return panel;
 }
 
-WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer)
+WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first)
     : file_(place_of_layout()),
       kept_(load(file_, notes_)),
       gui_(kept_, {sinks::Window::clipboard, sinks::Window::set_clipboard}),
       pass_(device) {
-  viewer.camera_speed = kept_.camera_speed;
+  if (first) viewer.camera_speed = kept_.camera_speed;
 }
 
 WindowPanels::~WindowPanels() {
@@ -104,7 +106,7 @@ WindowPanels::~WindowPanels() {
 ViewerInput::Owners WindowPanels::take(sinks::Window& window, const sinks::WindowInput& input,
                                        glm::uvec2 image_px, float seconds, const gui::Facts& facts,
                                        const gui::Shown& shown, gui::Viewer& viewer) {
-  laid_out_ = &gui_.frame(panel_input(input, image_px, seconds), facts, shown, viewer);
+  laid_out_ = &gui_.frame(panel_input(input, image_px, seconds, held_), facts, shown, viewer);
   window.set_cursor(static_cast<sinks::Window::Cursor>(gui_.cursor()));
   return {!gui_.wants_mouse(), !gui_.wants_keyboard()};
 }

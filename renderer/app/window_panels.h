@@ -15,7 +15,8 @@ namespace fire3dv::app {
 
 class WindowPanels {
  public:
-  WindowPanels(gpu::Device& device, gui::Viewer& viewer);
+  // first: as long as the program runs. Later ones take what the viewer has by now.
+  WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first);
   ~WindowPanels();  // keeps the arrangement, where it is another one
   WindowPanels(const WindowPanels&) = delete;
   WindowPanels& operator=(const WindowPanels&) = delete;
@@ -35,10 +36,12 @@ class WindowPanels {
   gui::Layout kept_;
   gui::Gui gui_;
   gui::GuiPass pass_;
+  sinks::Modifiers held_;
   const ImDrawData* laid_out_ = nullptr;
 };
 
-// What a window's input is for panels.
-gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, float seconds);
+// What a window's input is for panels. held: as the last event told, which is how it stays until the next.
+gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, float seconds,
+                       sinks::Modifiers& held);
 
 }  // namespace fire3dv::app

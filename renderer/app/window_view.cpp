@@ -38,7 +38,7 @@ WindowView::WindowView(const Borrowed& borrowed)
       captures_(borrowed.device, borrowed.options.screenshots),
       drawn_(borrowed.viewer.draw) {
   if (borrowed.options.panels && borrowed.options.right_camera.empty())
-    panels_.emplace(borrowed.device, borrowed.viewer);
+    panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist);
   measure();
   borrowed_.scene.tell_replaced([this](const scene::Scene& before, const scene::Scene& after) {
     keep_by_path(borrowed_.viewer, before, after);
@@ -119,18 +119,15 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
                       {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline}, viewer);
   }
   CameraMoves moves = input_.take(input, owners, viewer);
-  // Where two images stand side by side, the one below the cursor is moved.
-  const auto width = static_cast<float>(image_extent_.width);
-  const bool right = right_camera_ && moves.cursor_px.x >= width;
-  if (right) moves.cursor_px.x -= width;
-  CameraRig& camera = right ? *right_camera_ : borrowed_.camera;
   if (moves.click_px) {
+    const auto width = static_cast<float>(image_extent_.width);
     if (Result<void> can = renderer().can_inspect(); !can) notes_.push_back(can.error().message);
     const bool on_right = right_camera_ && moves.click_px->x >= width;
     if (on_right) moves.click_px->x -= width;
     (on_right ? clicked_right_px_ : clicked_px_) = moves.click_px;
   }
-  move_camera(camera, moves, viewer, borrowed_.poses, image_px, seconds);
+  move_cameras(borrowed_.camera, right_camera_ ? &*right_camera_ : nullptr, moves, viewer, borrowed_.poses,
+               image_px, seconds);
 
   gui::Commands& commands = viewer.commands;
   if (std::exchange(commands.screenshot, false)) captures_.take_screenshot();

@@ -1,9 +1,9 @@
-// What the user of a window does, without a window: keys and mouse as wishes, the camera's moves, what is
-// left of wishes when another scene is shown.
+// What the user of a window does, without a window: keys and mouse as wishes, the camera's moves.
 #include <gtest/gtest.h>
 
-#include "renderer/app/show.h"
 #include "renderer/app/viewer_control.h"
+#include "renderer/app/window_panels.h"
+#include "tests/unit/boxes_scene.h"
 
 namespace fire3dv::app {
 namespace {
@@ -15,45 +15,6 @@ using Kind = InputEvent::Kind;
 
 constexpr float kAspect = 1.5f;
 constexpr glm::uvec2 kImage{900, 600};
-
-// A box of 2 m at each of the places, as "box0", "box1", ... below "top"; a camera at 10 m in front of all.
-scene::Scene boxes_at(const std::vector<glm::vec3>& places) {
-  scene::Scene scene;
-  scene.materials.emplace_back();
-  scene::Primitive cube;
-  cube.index_count = 36;
-  cube.bounds_min = glm::vec3(-1);
-  cube.bounds_max = glm::vec3(1);
-  scene.primitives.push_back(cube);
-  scene.meshes.push_back({"cube", 0, 1, 0});
-  scene.cameras.emplace_back();
-  scene::Node top;
-  top.name = top.path = "top";
-  scene.nodes.push_back(top);
-  for (size_t i = 0; i < places.size(); ++i) {
-    scene::Node box;
-    box.name = "box" + std::to_string(i);
-    box.path = "top/" + box.name;
-    box.parent = 0;
-    box.translation = places[i];
-    box.mesh = 0;
-    scene.nodes.push_back(box);
-  }
-  scene::Node eye;
-  eye.name = eye.path = "eye";
-  eye.translation = {0, 0, 10};
-  eye.camera = 0;
-  scene.nodes.push_back(eye);
-  for (scene::Node& node : scene.nodes) {
-    node.parent_from_node = scene::parent_from_parts(node.translation, node.rotation, node.scale);
-    node.world_from_node = node.parent == scene::kNone
-                               ? node.parent_from_node
-                               : scene.nodes[node.parent].world_from_node * node.parent_from_node;
-  }
-  scene.bounds_min = glm::vec3(-5);
-  scene.bounds_max = glm::vec3(5);
-  return scene;
-}
 
 glm::vec2 ndc_of(const passes::View& view, const glm::vec3& world) {
   const glm::vec4 clip = view.clip_from_world * glm::vec4(world, 1);
@@ -148,6 +109,35 @@ TEST_F(Cameras, ASceneCameraStaysWhereItIsWhileANodeIsFollowed) {
   rig_.follow(poses_, 1);
   EXPECT_FALSE(rig_.is_free());
   EXPECT_EQ(rig_.view(poses_, kAspect).eye_world, before);
+}
+
+// Wherever the mouse is: what is followed is so in both.
+TEST_F(Cameras, BothOfTwoSideBySideGoWithANodeAndOneIsMoved) {
+  CameraRig left = rig_, right = rig_;
+  left.let_go(poses_);
+  right.let_go(poses_);
+  gui::Viewer viewer;
+  viewer.followed = 1;
+  CameraMoves moves;
+  moves.cursor_px = {1.5f * kImage.x, 10};  // on the right one
+  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  const glm::vec3 left_before = left.view(poses_, kAspect).eye_world;
+  const glm::vec3 right_before = right.view(poses_, kAspect).eye_world;
+  scene::Scene moved = scene_;
+  for (scene::Node& node : moved.nodes) node.world_from_node[3] += glm::vec4(1, 2, 3, 0);
+  moved.nodes[0].parent_from_node[3] += glm::vec4(1, 2, 3, 0);
+  poses_.set_rest(state::rest_pose(moved));
+  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  for (const glm::vec3 step : {left.view(poses_, kAspect).eye_world - left_before,
+                               right.view(poses_, kAspect).eye_world - right_before})
+    EXPECT_NEAR(glm::length(step - glm::vec3(1, 2, 3)), 0, 1e-5f);
+  moves.pan_px = {30, 0};
+  const glm::vec3 left_stays = left.view(poses_, kAspect).eye_world;
+  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  EXPECT_EQ(left.view(poses_, kAspect).eye_world, left_stays);
+  moves.cursor_px.x = 5;
+  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  EXPECT_NE(left.view(poses_, kAspect).eye_world, left_stays);
 }
 
 TEST_F(Cameras, FlyingFollowsTheScenesSizeAndTheUsersSpeed) {
@@ -312,6 +302,21 @@ TEST_F(Inputs, KeysHideIsolateFollowAndShowAgain) {
   EXPECT_EQ(viewer_.isolated, scene::kNone);
 }
 
+// Between events, too: panels look at every frame.
+TEST_F(Inputs, AModifierThatIsHeldIsSoInEveryFrame) {
+  sinks::Modifiers held;
+  modifiers_.shift = true;
+  key(Key::left_shift);
+  EXPECT_TRUE(panel_input(std::exchange(pending_, {}), kImage, 0, held).shift);
+  const gui::Input without_events = panel_input({}, kImage, 0, held);
+  EXPECT_TRUE(without_events.shift);
+  EXPECT_FALSE(without_events.ctrl);
+  modifiers_.shift = false;
+  key(Key::left_shift, false);
+  EXPECT_FALSE(panel_input(std::exchange(pending_, {}), kImage, 0, held).shift);
+  EXPECT_FALSE(panel_input({}, kImage, 0, held).shift);
+}
+
 TEST_F(Inputs, TheWheelZoomsAndWithControlSetsTheSpeed) {
   add({.kind = Kind::wheel, .wheel = {0, 2}});
   EXPECT_EQ(take().zoom_notches, 2);
@@ -322,106 +327,6 @@ TEST_F(Inputs, TheWheelZoomsAndWithControlSetsTheSpeed) {
   for (int i = 0; i < 100; ++i) add({.kind = Kind::wheel, .wheel = {0, -10}});
   take();
   EXPECT_GT(viewer_.camera_speed, 0.01f);
-}
-
-TEST(Viewers, KeepWhatHasTheSamePathInAnotherScene) {
-  const scene::Scene before = boxes_at({{0, 0, 0}, {1, 0, 0}});
-  scene::Scene after = boxes_at({{0, 0, 0}});
-  after.nodes[0].path = "other";           // in the place of "top"
-  after.nodes.push_back(before.nodes[2]);  // "top/box1" is the last now
-  gui::Viewer viewer;
-  viewer.selected = 2;
-  viewer.isolated = 0;
-  viewer.followed = 99;
-  viewer.hidden = {0, 1, 2};
-  viewer.lights[2] = {};
-  viewer.materials[0] = {};
-  viewer.materials[7] = {};
-  keep_by_path(viewer, before, after);
-  EXPECT_EQ(viewer.selected, 3u);
-  EXPECT_EQ(viewer.isolated, scene::kNone);
-  EXPECT_EQ(viewer.followed, scene::kNone);
-  EXPECT_EQ(viewer.hidden, (std::set<uint32_t>{1, 3}));
-  EXPECT_TRUE(viewer.lights.contains(3));
-  EXPECT_EQ(viewer.materials.size(), 1u);
-}
-
-TEST(Viewers, IsolatingHidesAllElseAndTakingItBackNothing) {
-  const scene::Scene scene = boxes_at({{0, 0, 0}, {1, 0, 0}});
-  scene::SceneEdits edits;
-  scene::NodeEdits of_streams;
-  of_streams[2].hidden = true;
-  edits.set(scene, of_streams, 1);
-  EXPECT_TRUE(edits.is_hidden(0));
-  EXPECT_FALSE(edits.is_hidden(1));
-  EXPECT_TRUE(edits.is_hidden(2));
-  edits.set(scene, of_streams, 0);
-  EXPECT_FALSE(edits.is_hidden(1));
-  EXPECT_TRUE(edits.is_hidden(2));  // a stream hides it still
-  EXPECT_FALSE(edits.is_removed(2));
-  edits.set(scene, {});
-  EXPECT_TRUE(edits.hidden().empty());
-}
-
-TEST(Viewers, ADroppedFileTakesThePlaceOfItsKind) {
-  Options options;
-  options.scene = "arm.glb";
-  options.recording.replay = "run.mcap";
-  options.recording.start_s = 5;
-  options.listen = {"shm://demo"};
-  Options other = with_file(options, "other.gltf");
-  EXPECT_EQ(other.scene, "other.gltf");
-  EXPECT_EQ(other.recording.replay, "");
-  EXPECT_EQ(other.listen, options.listen);
-  other = with_file(options, "later.mcap");
-  EXPECT_EQ(other.recording.replay, "later.mcap");
-  EXPECT_EQ(other.recording.start_s, 0);
-  EXPECT_TRUE(other.scene.empty());
-}
-
-// A stream whose way of being shown is changed while it runs: no frame is lost or shown half.
-TEST(Viewers, AStreamIsShownInAnotherWayFromNowOn) {
-  const scene::Scene scene = boxes_at({{0, 0, 0}, {1, 0, 0}});
-  state::PoseState poses(scene);
-  wire::StreamDescription description;
-  description.adapter_name = "arm";
-  description.epoch = 7;
-  description.node_names = {"box0", "box1"};
-  const state::StreamId id = poses.add_stream(description);
-  constexpr int64_t kMs = 1'000'000;
-  const auto push = [&](uint64_t sequence, std::vector<float> x, std::vector<uint32_t> nodes = {}) {
-    std::vector<wire::Affine3x4> frame(x.size());
-    for (size_t i = 0; i < x.size(); ++i) frame[i].m[3] = x[i];
-    wire::PoseFrameView view;
-    view.header.epoch = 7;
-    view.header.sequence = sequence;
-    const auto at = static_cast<int64_t>(sequence) * 10 * kMs;
-    view.header.sim_time_ns = at;
-    view.node_count = 2;
-    view.poses = frame;
-    view.node_indices = nodes;
-    return poses.push(id, view, at, at);
-  };
-  const auto x = [&](uint32_t node) { return poses.world_from_node(node)[3].x; };
-  EXPECT_TRUE(push(1, {1, 10}));
-  EXPECT_EQ(x(1), 1);
-
-  poses.interpolate(id, 20 * kMs);
-  EXPECT_FALSE(push(2, {2}, {0}));  // a partial frame right after
-  EXPECT_EQ(x(1), 1);               // its time has not come
-  poses.advance(40 * kMs);
-  EXPECT_EQ(x(1), 2);
-  EXPECT_EQ(x(2), 10);
-
-  push(3, {3, 30});
-  poses.interpolate(id, 500 * kMs);  // another delay
-  push(4, {4}, {0});
-  poses.show_newest(id, 45 * kMs);  // what was still to come is shown at once
-  EXPECT_EQ(x(1), 4);
-  EXPECT_EQ(x(2), 30);
-  EXPECT_TRUE(push(5, {5}, {0}));
-  EXPECT_EQ(x(1), 5);
-  EXPECT_EQ(x(2), 30);
 }
 
 }  // namespace

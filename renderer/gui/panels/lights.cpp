@@ -60,8 +60,9 @@ void LightsPanel::draw(const Context& context) {
   constexpr size_t kMost = 64;  // further ones would be scrolled past for ever
   for (size_t i = 0; i < lights.size() && i < kMost; ++i) {
     const auto wished = context.viewer.lights.find(lights[i].node);
-    draw_light(context, lights[i].node,
-               wished != context.viewer.lights.end() ? wished->second : lights[i].light);
+    const bool is_of_this =
+        wished != context.viewer.lights.end() && wished->second.type == lights[i].light.type;
+    draw_light(context, lights[i].node, is_of_this ? wished->second : lights[i].light);
   }
   if (lights.size() > kMost) ui.note("and " + grouped(lights.size() - kMost) + " more");
   if (ui.button("Reset all##lights", !context.viewer.lights.empty(), "All lights as files and streams say"))
