@@ -4,6 +4,7 @@
 
 #include "renderer/app/image_size.h"
 #include "renderer/passes/draw_names.h"
+#include "tools/check_number.h"
 
 namespace fire3dv::bench {
 namespace {
@@ -101,14 +102,7 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
       ->capture_default_str();
   app.add_flag("--gui", options.gui, "draw the window's panels over the images, as they are at first");
   app.add_option("--gui-scale", options.gui_scale, "of the panels, 2 on a display of twice the density")
-      ->check([](const std::string& text) {
-        float scale = 0;
-        const char* const end = text.data() + text.size();
-        const auto [stop, error] = std::from_chars(text.data(), end, scale);
-        const bool is_scale =
-            error == std::errc() && stop == end && scale >= 0.5f && scale <= 4;  // no NaN is
-        return is_scale ? std::string() : text + " is no number between 0.5 and 4";
-      })
+      ->check(number_between(0.5, 4))
       ->capture_default_str();
   app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")
       ->capture_default_str();
