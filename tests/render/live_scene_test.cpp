@@ -150,6 +150,36 @@ wire::NodeAdded sail_at(const glm::mat4& parent_from_node) {
   return sail;
 }
 
+class UsersLights : public ValidationIsSilent {};
+
+// The user changes lights that are there, and makes none where a stream has taken its own away.
+TEST_F(UsersLights, CountWhereThereIsOneOfTheirKind) {
+  Show show(kWays[1]);
+  const uint32_t block = show.poses().names().find("block");
+  ASSERT_NE(block, scene::kNone);
+  scene::Light bulb;
+  bulb.intensity = 7;
+  show.live().set_user_edits({{}, scene::kNone, {{block, bulb}}, {}});
+  const auto shines = [&] {
+    show.live().follow();
+    const scene::NodeEdits& edits = show.live().edits().nodes();
+    const auto edit = edits.find(block);
+    return edit != edits.end() && edit->second.light ? edit->second.light->intensity : 0.0f;
+  };
+  EXPECT_EQ(shines(), 0);
+  show.join({"block"});
+  wire::Light of_stream;
+  of_stream.kind = wire::LightKind::point;
+  of_stream.intensity = 3;
+  show.edit("block", wire::Property::light, of_stream);
+  EXPECT_EQ(shines(), 7);
+  of_stream.kind = wire::LightKind::spot;
+  show.edit("block", wire::Property::light, of_stream);
+  EXPECT_EQ(shines(), 3);
+  show.edit("block", wire::Property::light, wire::Cleared{});
+  EXPECT_EQ(shines(), 0);
+}
+
 TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
   Show show(GetParam());
   const sinks::FrameImage before = show.draw();
