@@ -177,7 +177,13 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
   state::PoseState poses(*scene);
   StreamIntake intake(poses, options.lockstep, options.play);
   intake.offer_images(image_abilities(*stage.renderer));
-  NextShow next(show, stage.places, [&](const scene::Scene& other) { return can_show(stage.device, other); });
+  NextShow next(show, stage.places, [&](const scene::Scene& other) {
+    Result<void> can = can_show(stage.device, other);
+    for (const std::unique_ptr<FurtherDevice>& each : stage.further.all()) {
+      if (can) can = can_show(each->device(), other);
+    }
+    return can;
+  });
   if (!why_again.empty()) next.note(why_again);
   if (Result<void> listening = open_listeners(options, stage.first, intake, next); !listening)
     return listening.error();
