@@ -56,6 +56,7 @@ Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest 
   Open& open = open_[last_id_];
   open.request = std::move(request);
   open.block_bytes = block_bytes;
+  most_block_bytes_ = longest;
   return last_id_;
 }
 
@@ -71,14 +72,17 @@ void Images::forget_let_go() {
   std::erase_if(held_, [](const auto& memory) { return memory.expired(); });
 }
 
-size_t Images::most_block_bytes() const {
-  size_t most = 0;
-  for (const auto& [id, open] : open_) most = std::max(most, open.block_bytes);
-  return most;
+size_t Images::most_block_bytes() {
+  if (!most_block_bytes_) {
+    most_block_bytes_ = 0;
+    for (const auto& [id, open] : open_) most_block_bytes_ = std::max(*most_block_bytes_, open.block_bytes);
+  }
+  return *most_block_bytes_;
 }
 
 void Images::close(std::map<uint64_t, Open>::iterator open) {
   free_places_.push_back(open->second.request.place);
+  if (most_block_bytes_ == open->second.block_bytes) most_block_bytes_.reset();
   open_.erase(open);
 }
 

@@ -61,8 +61,9 @@ class Images {
   std::vector<uint32_t> free_places_;
   uint32_t next_place_ = 0;
   uint64_t last_id_ = 0;
+  std::optional<size_t> most_block_bytes_ = 0;  // of open_; nothing: to be found anew
   size_t requests_to_make_room_for();
-  size_t most_block_bytes() const;
+  size_t most_block_bytes();
   void bound_arrived();
   void forget_let_go();
 
