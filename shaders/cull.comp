@@ -67,13 +67,15 @@ void main() {
     masked = (part.flags & FIRE3DV_PART_MASK) != 0;
 #ifdef FIRE3DV_LIGHTS
     wanted = (part.flags & FIRE3DV_PART_NO_SHADOW) == 0 && !is_sheet(globals, instance.part);
+    const bool looks = masked;  // a texture cuts holes
 #else
     wanted = (part.flags & FIRE3DV_PART_ON_TOP) == 0;
+    const bool looks = true;
 #endif
     const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
     const RasterView view = RasterViewRef(set.views).at[view_index];
     const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
-    wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node);
+    wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node, looks);
     one_side = wanted && draws_one_side(globals, instance.part, part);
     if (set.cull != 0) {
       const vec4 sphere = sphere_of_cluster(globals, part, cluster, world_from_node);

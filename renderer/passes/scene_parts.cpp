@@ -55,7 +55,8 @@ std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeom
 std::vector<gpu_types::LevelGroupRecord> level_group_records(const scene::ClusteredGeometry& geometry) {
   std::vector<gpu_types::LevelGroupRecord> records;
   records.reserve(geometry.level_groups.size());
-  for (const scene::LevelGroup& g : geometry.level_groups) records.push_back({g.center, g.radius, g.error});
+  for (const scene::LevelGroup& g : geometry.level_groups)
+    records.push_back({g.center, g.radius, g.error, g.surface_error});
   return records;
 }
 

@@ -123,7 +123,7 @@ class Comparison {
   }
 
   void take(const Look& sample) {
-    float best = INFINITY, distance = INFINITY, nearest = INFINITY;
+    float best = INFINITY, nearest = INFINITY;
     grid_.visit(
         sample.position,
         [&](uint32_t t) {
@@ -141,12 +141,11 @@ class Comparison {
           const float looks = difference(sample, look_at(corner, facet.at, b), facet, here);
           if (looks >= best) return;
           best = looks;
-          distance = here;
         },
         // Far away there is nothing that resembles it more, only something that happens to look alike.
         [&] { return std::min(best, 2 * nearest + grid_.cell()); });
     error_.looks = std::max(error_.looks, best);
-    error_.surface = std::max(error_.surface, distance);
+    error_.surface = std::max(error_.surface, nearest);
   }
 
   LevelError error() const { return error_; }

@@ -35,7 +35,7 @@ struct SurfacePiece {
 
 struct LevelError {
   float looks = 0;    // all of the above, node space
-  float surface = 0;  // the distance alone
+  float surface = 0;  // from the farthest sample to the simplification, however that looks there
 };
 
 // simplified: indices into the vertices of `original`.

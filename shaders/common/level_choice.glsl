@@ -11,8 +11,10 @@ const float kLevelTexels = 0.25;
 // distance r from the eye, is at most e * r / z^2 long in the image plane at depth 1. Spheres and errors of coarser groups
 // hold those of finer ones, so when it says yes to a group it says yes to what was made from it; if rounding should undo
 // that, a piece of surface is drawn at two levels, and never at none.
-bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_node, float stretch) {
-  const float error = group.error * stretch * view.level_scale;
+// looks: the view shows normals, colours and textures; else only where the surface is (twice, for what the samples of an error
+// miss). Both errors hold those of finer groups.
+bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_node, float stretch, bool looks) {
+  const float error = (looks ? group.error : 2 * group.surface_error) * stretch * view.level_scale;
   if (view.eye_world.w == 0) return error > 1;
   const vec3 center = transform_point(world_from_node, group.center);
   const float radius = group.radius * stretch * 1.0001;
@@ -21,13 +23,13 @@ bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_
   return error * (distance(center, view.eye_world.xyz) + radius) > depth * depth;
 }
 
-bool is_chosen_level(GlobalsRef globals, RasterView view, ClusterRecord cluster, AffineRows world_from_node) {
+bool is_chosen_level(GlobalsRef globals, RasterView view, ClusterRecord cluster, AffineRows world_from_node, bool looks) {
   if (view.level_scale == 0) return cluster.made_by == FIRE3DV_NO_INDEX;
   if (cluster.made_by == FIRE3DV_NO_INDEX && cluster.merged_by == FIRE3DV_NO_INDEX) return true;
   const float stretch = largest_stretch(world_from_node);
   LevelGroupRef groups = LevelGroupRef(globals.value.level_groups);
-  if (cluster.made_by != FIRE3DV_NO_INDEX && shows_error(view, groups.at[cluster.made_by], world_from_node, stretch)) return false;
-  return cluster.merged_by == FIRE3DV_NO_INDEX || shows_error(view, groups.at[cluster.merged_by], world_from_node, stretch);
+  if (cluster.made_by != FIRE3DV_NO_INDEX && shows_error(view, groups.at[cluster.made_by], world_from_node, stretch, looks)) return false;
+  return cluster.merged_by == FIRE3DV_NO_INDEX || shows_error(view, groups.at[cluster.merged_by], world_from_node, stretch, looks);
 }
 
 #endif

@@ -65,6 +65,7 @@ struct LevelGroupRecord {
   vec3 center;
   float radius;
   float error;
+  float surface_error;
 };
 
 // A cluster of a part. Its number, plus one and times 128, plus the triangle is the id in the visibility

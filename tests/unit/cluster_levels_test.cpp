@@ -296,6 +296,40 @@ TEST(ClusterLevels, TheSurfaceIsNoFartherAwayThanItSays) {
   }
 }
 
+// As lights' maps choose, which show nothing but where the surface is: neither side is farther from the other
+// than allowed, though samples alone were looked at.
+TEST(ClusterLevels, WhatIsChosenByItsSurfaceAloneIsCoarserAndCloseEnough) {
+  const Scene scene = scene_of(ball_triangles(1, 72, 0.02f));
+  const ClusteredGeometry geometry = levels_of(scene);
+  std::vector<glm::vec3> own;
+  for (uint32_t index : scene.indices) own.push_back(scene.positions[index]);
+  const auto distance_to = [](const std::vector<glm::vec3>& corners, const glm::vec3& p) {
+    float nearest = INFINITY;
+    for (size_t t = 0; t < corners.size(); t += 3)
+      nearest = std::min(nearest, distance_to_triangle(p, &corners[t]));
+    return nearest;
+  };
+  const auto corners_of = [&](const std::vector<uint32_t>& clusters) {
+    std::vector<glm::vec3> corners;
+    for (uint32_t c : clusters)
+      each_triangle(scene, geometry, geometry.clusters[c],
+                    [&](const glm::vec3* corner) { corners.insert(corners.end(), corner, corner + 3); });
+    return corners;
+  };
+  for (float allowed : {0.02f, 0.06f}) {
+    const auto by_looks =
+        corners_of(chosen(geometry, [&](const LevelGroup& g) { return g.error > allowed; }));
+    const auto by_surface =
+        corners_of(chosen(geometry, [&](const LevelGroup& g) { return 2 * g.surface_error > allowed; }));
+    EXPECT_LE(by_surface.size(), by_looks.size() / 2) << allowed;
+    for (const glm::vec3& p : scene.positions) ASSERT_LE(distance_to(by_surface, p), allowed);
+    for (size_t t = 0; t < by_surface.size(); t += 3) {
+      const glm::vec3 middle = (by_surface[t] + by_surface[t + 1] + by_surface[t + 2]) / 3.0f;
+      ASSERT_LE(distance_to(own, middle), allowed);
+    }
+  }
+}
+
 float largest_error(const ClusteredGeometry& geometry, float LevelGroup::*error) {
   float largest = 0;
   for (const LevelGroup& group : geometry.level_groups) largest = std::max(largest, group.*error);
