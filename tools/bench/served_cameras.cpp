@@ -52,6 +52,17 @@ Result<Stream> open_stream(const std::string& uri) {
   return stream;
 }
 
+// FNV-1a over all bytes: images of other devices, or of several, can be held against one another.
+uint64_t digest_of(uint64_t digest, const fire3dv_image& image) {
+  for (size_t i = 0; i < image.plane_count; ++i) {
+    const fire3dv_image_plane& plane = image.planes[i];
+    const auto* bytes = static_cast<const uint8_t*>(plane.data);
+    for (size_t at = 0; at < size_t{plane.row_stride} * plane.height; ++at)
+      digest = (digest ^ bytes[at]) * 0x100000001b3;
+  }
+  return digest;
+}
+
 // A byte of each 64.
 uint64_t look_at(const fire3dv_image& image) {
   uint64_t sum = 0;
@@ -95,7 +106,7 @@ Result<void> measure(fire3dv_stream* stream, const CamerasOptions& options, cons
   auto ids = ask(stream, options, circle_of_cameras(scene, count, aspect), outputs);
   if (!ids) return ids.error();
   std::vector<double> seconds;
-  uint64_t seen = 0, lost = 0;
+  uint64_t seen = 0, lost = 0, digest = 0xcbf29ce484222325;
   const float pose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   for (uint32_t frame = 0; frame < options.warm_up + options.frames; ++frame) {
     const int64_t begin_ns = transport::monotonic_ns();
@@ -104,6 +115,7 @@ Result<void> measure(fire3dv_stream* stream, const CamerasOptions& options, cons
       fire3dv_image* image = nullptr;
       if (fire3dv_wait_image(stream, id, kWaitMs, &image) != FIRE3DV_OK) return client_error("image");
       seen += look_at(*image);
+      if (frame == 0) digest = digest_of(digest, *image);
       lost += image->lost;
       fire3dv_release_image(&image);
     }
@@ -113,9 +125,9 @@ Result<void> measure(fire3dv_stream* stream, const CamerasOptions& options, cons
   for (const uint64_t id : *ids) fire3dv_cancel_image(stream, id);
   if (seen == 0) return Error{"the images are blank, so no time is reported"};
   const Summary summary = summarise(seconds);
-  std::printf("| %u | %ux%u | %s | %.3f | %.0f | %llu |\n", count, options.draw.width, options.draw.height,
-              options.outputs.c_str(), 1e3 * summary.median, count / summary.median,
-              static_cast<unsigned long long>(lost));
+  std::printf("| %u | %ux%u | %s | %.3f | %.0f | %llu | %016llx |\n", count, options.draw.width,
+              options.draw.height, options.outputs.c_str(), 1e3 * summary.median, count / summary.median,
+              static_cast<unsigned long long>(lost), static_cast<unsigned long long>(digest));
   std::fflush(stdout);
   return {};
 }
@@ -130,8 +142,8 @@ Result<void> measure_served(const CamerasOptions& options) {
   Result<Stream> stream = open_stream(options.to);
   if (!stream) return stream.error();
   std::printf(
-      "| cameras | size | outputs | ms for all | images a second | lost |\n"
-      "|---|---|---|---|---|---|\n");
+      "| cameras | size | outputs | ms for all | images a second | lost | digest |\n"
+      "|---|---|---|---|---|---|---|\n");
   for (const uint32_t cameras : options.cameras) {
     if (Result<void> done = measure(stream->get(), options, *scene, cameras, app::bits_of(*outputs)); !done)
       return done;
