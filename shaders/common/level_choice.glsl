@@ -11,10 +11,10 @@ const float kLevelTexels = 0.25;
 // distance r from the eye, is at most e * r / z^2 long in the image plane at depth 1. Spheres and errors of coarser groups
 // hold those of finer ones, so when it says yes to a group it says yes to what was made from it; if rounding should undo
 // that, a piece of surface is drawn at two levels, and never at none.
-// looks: the view shows normals, colours and textures; else only where the surface is (twice, for what the samples of an error
-// miss). Both errors hold those of finer groups.
+// looks: the view shows normals, colours and textures; else only where the surface is. Both errors hold those of finer
+// groups; added up over the levels they are about twice what they claim, which covers what samples of them miss.
 bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_node, float stretch, bool looks) {
-  const float error = (looks ? group.error : 2 * group.surface_error) * stretch * view.level_scale;
+  const float error = (looks ? group.error : group.surface_error) * stretch * view.level_scale;
   if (view.eye_world.w == 0) return error > 1;
   const vec3 center = transform_point(world_from_node, group.center);
   const float radius = group.radius * stretch * 1.0001;

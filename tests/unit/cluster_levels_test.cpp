@@ -320,7 +320,7 @@ TEST(ClusterLevels, WhatIsChosenByItsSurfaceAloneIsCoarserAndCloseEnough) {
     const auto by_looks =
         corners_of(chosen(geometry, [&](const LevelGroup& g) { return g.error > allowed; }));
     const auto by_surface =
-        corners_of(chosen(geometry, [&](const LevelGroup& g) { return 2 * g.surface_error > allowed; }));
+        corners_of(chosen(geometry, [&](const LevelGroup& g) { return g.surface_error > allowed; }));
     EXPECT_LE(by_surface.size(), by_looks.size() / 2) << allowed;
     for (const glm::vec3& p : scene.positions) ASSERT_LE(distance_to(by_surface, p), allowed);
     for (size_t t = 0; t < by_surface.size(); t += 3) {
