@@ -56,7 +56,7 @@ Result<Image> Publisher::wait_image(uint64_t id, double timeout_s, const std::at
       return image;
     }
     if (image) lost += image->lost + (image->sequence > 0 ? 1 : 0);  // 0: it shows no frame
-    if (!image && Clock::now() >= deadline)
+    if (Clock::now() >= deadline)
       return Error{"no renderer on " + targets_[0].uri + " has sent an image of frame " +
                    std::to_string(sequence_) + " in time: start one that listens there, or wait longer"};
   }

@@ -21,7 +21,7 @@ def main():
     parser.add_argument("--out", default="images", help="folder for .npy files (default: %(default)s)")
     parser.add_argument("--images", type=count, default=8)
     parser.add_argument("--size", type=size, default="320x240")
-    parser.add_argument("--center", type=place, default="0,0.5,0", help="what the camera looks at, in metres")
+    parser.add_argument("--center", type=place, default="0,0.5,0", help="what the camera looks at, in metres; --center=-1,0,0 where it begins with a minus")
     parser.add_argument("--distance", type=positive, default=3.0)
     parser.add_argument("--timeout", type=positive, default=60.0, help="seconds to wait for an image")
     options = parser.parse_args()

@@ -47,7 +47,7 @@ def main():
     parser.add_argument("--out", default="stereo", help="folder of the images (default: %(default)s)")
     parser.add_argument("--frames", type=count, default=30)
     parser.add_argument("--size", type=size, default="640x480")
-    parser.add_argument("--center", type=place, default="0,0.5,0", help="what it looks at, in metres")
+    parser.add_argument("--center", type=place, default="0,0.5,0", help="what it looks at, in metres; --center=-1,0,0 where it begins with a minus")
     parser.add_argument("--distance", type=positive, default=2.0)
     parser.add_argument("--timeout", type=positive, default=60.0, help="seconds to wait for an image")
     options = parser.parse_args()

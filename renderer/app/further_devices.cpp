@@ -1,5 +1,7 @@
 #include "renderer/app/further_devices.h"
 
+#include <algorithm>
+
 #include "renderer/app/pipeline_file.h"
 #include "renderer/app/start.h"
 
@@ -76,23 +78,41 @@ void FurtherDevice::begin_drawing(const LiveScene& live, const passes::DrawSetti
   });
 }
 
-Result<void> FurtherDevice::show(const LiveScene& live, const passes::DrawSettings& settings) {
+// A scene that does not fit costs the images that were asked for: it is tried again with the next ones.
+Result<void> FurtherDevice::show(const LiveScene& live, passes::DrawSettings settings) {
+  // One that was made for more textures stays.
+  settings.most_textures = std::max(settings.most_textures, renderer_->most_textures());
   const bool other_renderer = renderer_->needs_new_renderer(settings);
   if (shown_scene_ == live.replaced() && !other_renderer) {
     renderer_->apply(settings);
     return {};
   }
-  shown_scene_.reset();
-  if (other_renderer) {
-    device_->wait(device_->last_submitted());
-    renderer_.emplace(*device_, settings);
+  forget_scene();
+  try {
+    if (other_renderer) make_renderer(settings);
+    if (Result<void> room = make_room(*device_, settings, live.scene(), renderer_); !room) return room;
+    renderer_->apply(settings);
+    renderer_->set_edits(live.edits());
+    renderer_->set_scene(live.scene(), live.loaded().derived);
+    shown_scene_ = live.replaced();
+    return {};
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
   }
-  if (Result<void> room = make_room(*device_, settings, live.scene(), renderer_); !room) return room;
-  renderer_->apply(settings);
-  renderer_->set_edits(live.edits());
-  renderer_->set_scene(live.scene(), live.loaded().derived);
-  shown_scene_ = live.replaced();
-  return {};
+  make_renderer(settings);
+  return Error{device_->report().name + " has no memory for the scene"};
+}
+
+void FurtherDevice::make_renderer(const passes::DrawSettings& settings) {
+  device_->wait(device_->last_submitted());
+  renderer_.reset();
+  device_->retire_all_now();
+  renderer_.emplace(*device_, settings);
+}
+
+void FurtherDevice::forget_scene() {
+  shown_scene_.reset();
+  maker_->forget_histories();
 }
 
 FurtherDevices::FurtherDevices(gpu::Instance& instance, std::span<const uint32_t> indices,

@@ -40,14 +40,15 @@ class FurtherDevice {
   const passes::SceneRenderer& renderer() const { return *renderer_; }
   ImageMaker& maker() { return *maker_; }
   // The scene that was shown is about to go.
-  void forget_scene() { shown_scene_.reset(); }
+  void forget_scene();
 
  private:
   void begin(std::function<void()> job);
   void work(const std::stop_token& stop);
   Result<void> open(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
                     const CachePlaces& places, const passes::DrawSettings& settings);
-  Result<void> show(const LiveScene& live, const passes::DrawSettings& settings);
+  Result<void> show(const LiveScene& live, passes::DrawSettings settings);
+  void make_renderer(const passes::DrawSettings& settings);
 
   std::unique_ptr<gpu::Device> device_;
   std::optional<passes::SceneRenderer> renderer_;

@@ -40,6 +40,18 @@ passes::ImageOutputs outputs_behind(const ImageMaker::Asked& asked) {
   return has_lens(asked.camera) ? passes::behind_lens(outputs) : outputs;
 }
 
+// Takes memory; false: there is none. Nothing else is to fail.
+template <typename Take>
+bool has_room_for(Take&& take) {
+  try {
+    take();
+    return true;
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    return false;
+  }
+}
+
 VkExtent2D extent_of(glm::uvec2 size) {
   return {size.x, size.y};
 }
@@ -118,26 +130,27 @@ bool ImageMaker::make_room(std::span<const Asked> together) {
   const wire::ImageRequest& request = first.due.request;
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px), before = renderer_.extent();
   const auto views = static_cast<uint32_t>(together.size()), views_before = renderer_.views();
+  if (of_frame_ == passes::OfFrame::first) renderer_.begin_frame();
   if (wants_motion(request) && !renderer_.can_keep_places()) {
     refuse(together, wire::ImageRefusal::too_many,
            "the device keeps where everything was for images of other frames that want motion, and has no "
            "room for more; ask for motion with every frame, or in fewer requests");
     return false;
   }
-  try {
+  const auto set_back = [&] {
+    if (before.width != 0) renderer_.set_size(before, views_before);
+  };
+  const bool has_room = has_room_for([&] {
     renderer_.set_size(extent, views);
     renderer_.make_room(outputs_behind(first));
     if (has_lens(first.camera))
       lens_.make_room(first.camera.pinhole,
                       {first.camera.intrinsics, first.camera.lens, drawn_outputs(request)});
     readback_.make_room(read_back_bytes(request, views));
-    return true;
-  } catch (const gpu::VulkanFailure& failure) {
-    const bool is_memory =
-        failure.result == VK_ERROR_OUT_OF_DEVICE_MEMORY || failure.result == VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (!is_memory) throw;
-  }
-  if (before.width != 0) renderer_.set_size(before, views_before);
+  });
+  if (has_room) return true;
+  // For whoever draws with it, too. Without room for that either it has no size until one is set.
+  (void)has_room_for(set_back);
   refuse(together, wire::ImageRefusal::too_large,
          "the device has no memory for an image of " + std::to_string(extent.width) + " x " +
              std::to_string(extent.height) + "; ask for a smaller one");

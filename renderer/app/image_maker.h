@@ -67,6 +67,8 @@ class ImageMaker {
   // What is kept for other requests than these goes. By asker and id, in their order.
   using Key = std::pair<state::ImageBook::Asker, uint64_t>;
   void keep_only(std::span<const Key> open);
+  // Another scene is drawn.
+  void forget_histories() { histories_.clear(); }
 
  private:
   struct Image {

@@ -127,24 +127,35 @@ Result<Value> make_or_default(const Stage& stage, Options& options, std::string 
   return make(options);
 }
 
-// What was dropped may need more memory than the device has: then there is a new renderer, without a scene.
-Result<void> put_on_device(const Stage& stage, const scene::LoadedScene& loaded) {
+// With what images of this size are drawn into.
+Result<void> place_scene(const Stage& stage, const scene::LoadedScene& loaded, VkExtent2D extent) {
   try {
     if (Result<void> enough = make_room(stage.device, stage.viewer.draw, loaded.scene, stage.renderer);
         !enough)
       return enough;
     stage.renderer->set_scene(loaded.scene, loaded.derived);
+    stage.renderer->set_size(extent);
     return {};
   } catch (const gpu::VulkanFailure& failure) {
-    const bool is_memory =
-        failure.result == VK_ERROR_OUT_OF_DEVICE_MEMORY || failure.result == VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (stage.first || !is_memory) throw;
+    if (!gpu::is_out_of_memory(failure)) throw;
+    return Error{loaded.scene.source.string() + ": the device has no memory for it"};
   }
-  stage.device.wait(stage.device.last_submitted());
-  stage.renderer.reset();
-  stage.device.retire_all_now();
-  stage.renderer.emplace(stage.device, stage.viewer.draw);
-  return Error{loaded.scene.source.string() + ": the device has no memory for it"};
+}
+
+// What was dropped may need more memory than the device has beside what is shown: then it is tried without
+// that, and then there is a new renderer, without a scene.
+Result<void> put_on_device(const Stage& stage, const scene::LoadedScene& loaded, VkExtent2D extent) {
+  if (stage.first) return place_scene(stage, loaded, extent);
+  Result<void> placed;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    placed = place_scene(stage, loaded, extent);
+    if (placed) break;
+    stage.device.wait(stage.device.last_submitted());
+    stage.renderer.reset();
+    stage.device.retire_all_now();
+    stage.renderer.emplace(stage.device, stage.viewer.draw);
+  }
+  return placed;
 }
 
 // Until it ends, or the user wants to see another: that one, or null. before: what was shown, as long as an
@@ -219,7 +230,9 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
       return attached.error();
   }
 
-  if (Result<void> placed = put_on_device(stage, **loaded); !placed) return placed.error();
+  VkExtent2D extent{options.width, options.height};
+  if (window && window->framebuffer_extent().width != 0) extent = window->framebuffer_extent();
+  if (Result<void> placed = put_on_device(stage, **loaded, extent); !placed) return placed.error();
   passes::SceneRenderer& renderer = *stage.renderer;
   stage.further.forget_scene();
   stage.note_start("scene on the device");
@@ -307,8 +320,8 @@ int run(const Options& options) {
     std::unique_ptr<Show> before;
     std::string note;
     while (show) {
-      Result<std::unique_ptr<Show>> next = play(stage, *show, before, note);
-      note.clear();
+      const std::string why_again = std::exchange(note, {});
+      Result<std::unique_ptr<Show>> next = play(stage, *show, before, why_again);
       if (next) {
         before = std::exchange(show, std::move(*next));
       } else if (before) {
@@ -316,6 +329,7 @@ int run(const Options& options) {
         show = std::move(before);
         if (Result<void> again = show->begin_again(); !again) note += ", but " + again.error().message;
       } else {
+        if (!why_again.empty()) say(why_again);
         exit_code = fail(next.error());
         show.reset();
       }

@@ -42,7 +42,8 @@ Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options
     return open;
   }
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
-  Result<std::vector<gpu::DeviceChoice>> choices = gpu::choose_devices(reports, options.devices);
+  Result<std::vector<gpu::DeviceChoice>> choices =
+      gpu::choose_devices(reports, options.devices, gpu::graphics_vendors_present());
   if (!choices) return choices.error();
   for (const gpu::DeviceChoice& choice : *choices) {
     for (const std::string& note : choice.notes) say("device: " + note);

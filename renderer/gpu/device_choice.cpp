@@ -246,10 +246,11 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
 }
 
 Result<std::vector<DeviceChoice>> choose_devices(const std::vector<DeviceReport>& reports,
-                                                 std::string_view wanted) {
+                                                 std::string_view wanted,
+                                                 const std::vector<uint32_t>& vendors_present) {
   std::vector<DeviceChoice> choices;
   if (wanted == "all") {
-    Result<DeviceChoice> best = choose_device(reports, "");
+    Result<DeviceChoice> best = choose_device(reports, "", vendors_present);
     if (!best) return best.error();
     choices.push_back(std::move(*best));
     const DeviceType type = reports[choices[0].index].type;
@@ -266,7 +267,7 @@ Result<std::vector<DeviceChoice>> choose_devices(const std::vector<DeviceReport>
       return Error{"--devices " + std::string(wanted) +
                    ": name devices by index or part of the name, separated by commas, such as 0,1, or all"};
     Result<DeviceChoice> choice = choose_device(reports, one);
-    if (!choice) return choice.error();
+    if (!choice) return Error{"--devices " + std::string(wanted) + ": " + choice.error().message};
     choices.push_back(std::move(*choice));
     begin = end + 1;
   }

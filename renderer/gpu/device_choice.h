@@ -65,6 +65,7 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
 // Several: wished as above, separated by commas, in that order, or "all" of the best type there is. One that
 // is named twice is taken twice.
 Result<std::vector<DeviceChoice>> choose_devices(const std::vector<DeviceReport>& reports,
-                                                 std::string_view wanted);
+                                                 std::string_view wanted,
+                                                 const std::vector<uint32_t>& vendors_present = {});
 
 }  // namespace fire3dv::gpu

@@ -129,11 +129,11 @@ void ClusterRaster::read_counts() {
 }
 
 // A number for each tile of the image, or of all maps one behind the other.
-VkDeviceSize ClusterRaster::tile_list_bytes() const {
-  const VkExtent2D tiles = tiles_of(job_.extent);
-  const VkDeviceSize texels = job_.target->size_bytes / sizeof(uint32_t);
+VkDeviceSize ClusterRaster::tile_list_bytes(const Job& job) const {
+  const VkExtent2D tiles = tiles_of(job.extent);
+  const VkDeviceSize texels = job.target->size_bytes / sizeof(uint32_t);
   const VkDeviceSize count = is_of_lights(kind_) ? texels / (kTileSide * kTileSide)
-                                                 : VkDeviceSize{tiles.width} * tiles.height * job_.view_count;
+                                                 : VkDeviceSize{tiles.width} * tiles.height * job.view_count;
   return count * sizeof(uint32_t);
 }
 
@@ -149,10 +149,10 @@ void ClusterRaster::make_room(const Job& job) {
   grow(device_, prepared_, VkDeviceSize{kPreparedCapacity} * sizeof(gpu_types::PreparedTriangle));
   grow(device_, tile_entries_, VkDeviceSize{kTileCapacity} * sizeof(gpu_types::TileEntry));
   if (tile_by_tile_) {
-    grow(device_, tile_lists_, 2 * tile_list_bytes());
+    grow(device_, tile_lists_, 2 * tile_list_bytes(job));
     grow(device_, tile_next_, VkDeviceSize{kTileCapacity} * sizeof(uint32_t));
   }
-  if (round_count_ == 2) {
+  if (leaves_out_hidden(job)) {
     nothing_seen_ |= grow(device_, was_seen_, instances * sizeof(uint32_t));
     grow(device_, farthest_, farthest_count(job.extent) * sizeof(float));
   }
@@ -182,7 +182,7 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   for (uint32_t round = 0; round < round_count_; ++round) {
     set.work = work_.address + round * job.view_count * sizeof(gpu_types::ViewWork);
     set.large = large_.address + round * sizeof(gpu_types::LargeWork);
-    if (tile_by_tile_) set.tile_lists = tile_lists_.address + round * tile_list_bytes();
+    if (tile_by_tile_) set.tile_lists = tile_lists_.address + round * tile_list_bytes(job);
     set.round = round_count_ == 1 ? FIRE3DV_ROUND_ONLY
                 : round == 0      ? FIRE3DV_ROUND_EARLY
                                   : FIRE3DV_ROUND_LATE;

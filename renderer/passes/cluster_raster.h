@@ -54,7 +54,9 @@ class ClusterRaster {
       return levels_of_detail ? scene->cluster_instance_count : scene->own_cluster_instance_count;
     }
   };
-  // Sizes the lists for the job and uploads what the stages share.
+  // Sizes the lists for the job.
+  void make_room(const Job& job);
+  // That, and uploads what the stages share.
   void begin(gpu::UploadBelt& belt, const Job& job);
 
   // Of the first view, in a frame that is finished.
@@ -68,8 +70,7 @@ class ClusterRaster {
   static void record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets);
 
  private:
-  VkDeviceSize tile_list_bytes() const;
-  void make_room(const Job& job);
+  VkDeviceSize tile_list_bytes(const Job& job) const;
   void add_uses(std::vector<gpu::Use>& uses);
   void clear(VkCommandBuffer commands);
   void bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round, uint32_t view) const;

@@ -97,6 +97,7 @@ bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
 
 void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived) {
   scene_ = &scene;
+  may_have_on_top_ = any_on_top(scene);
   edit_follower_.forget();
   transforms_.forget();
   deform_.forget();
@@ -130,7 +131,10 @@ void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
     if (visibility_) visibility_->set_targets(targets);
     shadows_.set_targets(targets);
   } catch (const gpu::VulkanFailure&) {
-    kept_targets_.erase(kept_targets_.begin());  // half of it is of no use
+    // Half of it is of no use.
+    if (visibility_) visibility_->forget_targets();
+    shadows_.forget_targets();
+    kept_targets_.erase(kept_targets_.begin());
     throw;
   }
   targets_ = &targets;
@@ -153,8 +157,13 @@ Targets& SceneRenderer::targets_of(VkExtent2D extent, uint32_t views) {
   return *kept.front();
 }
 
+void SceneRenderer::begin_frame() {
+  if (outputs_) outputs_->places_are_new();
+}
+
 void SceneRenderer::make_room(const ImageOutputs& outputs) {
   if (outputs_) outputs_->begin(outputs, *gpu_scene_, targets_->extent, targets_->views);
+  if (visibility_) visibility_->make_room(*gpu_scene_, settings_.cull, shows_levels());
 }
 
 bool SceneRenderer::can_keep_places() const {
@@ -173,7 +182,8 @@ void SceneRenderer::drop_old_targets() {
 
 Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views) const {
   if (views > 1) {
-    const bool alone = path_ != RasterPath::visibility || gpu_scene_->has_on_top;
+    // What is hidden may be shown by the frame that is recorded.
+    const bool alone = path_ != RasterPath::visibility || may_have_on_top_;
     if (alone || outputs[Plane::color_linear_f16])
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
@@ -196,7 +206,7 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
 void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& belt,
                                       const state::PoseState& poses) {
   rays_meet_frame_ = false;
-  if (outputs_) outputs_->places_are_new();
+  begin_frame();
   // What has been edited of the scene.
   if (edits_ && edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_))
     deform_.vertices_written();
@@ -230,7 +240,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   for (const View& view : views) globals.push_back(upload_globals(belt, view, masked));
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
   const Sees sees{(compute && shaded) || masked || surfaces || inspects, compute && shows_levels(), lit};
-  make_room(outputs);
+  if (outputs_) outputs_->begin(outputs, *gpu_scene_, targets_->extent, targets_->views);
   find_visible(recorder, belt, views, globals, sees);
   // What that is, how far away it is and where it goes.
   if (surfaces)

@@ -74,7 +74,11 @@ class SceneRenderer {
   // long as these are not large.
   // Throws VulkanFailure where memory does not suffice: a size has to be set again then.
   void set_size(VkExtent2D extent, uint32_t views = 1);
-  // Takes the memory that a record() of these needs at this size, which takes it else.
+  // Everything has moved: the next record() is a frame's first. It says so itself; before that, make_room()
+  // and can_keep_places() have to be told.
+  void begin_frame();
+  // Takes most of the memory that a record() of these needs at this size, which takes it else: planes,
+  // places, lists of clusters.
   void make_room(const ImageOutputs& outputs);
   // False: so many histories hold the places of so many frames that there is no room for this one's.
   bool can_keep_places() const;
@@ -200,6 +204,7 @@ class SceneRenderer {
   std::unique_ptr<Inspector> inspector_;  // made when something is first inspected
   Environment environment_;  // last: it waits for the GPU, and meanwhile the pipelines above are made
   const scene::Scene* scene_ = nullptr;
+  bool may_have_on_top_ = false;  // something of it, hidden or not, only the forward pass draws
   const scene::SceneEdits* edits_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;
   std::vector<std::unique_ptr<Targets>> kept_targets_;  // of the last sizes, the newest first

@@ -94,7 +94,8 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   lights_ = lights;
   light_count_ = static_cast<uint32_t>(lights.size());
   ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray, map_sizes());
-  if (light_shadows_ && plan == plan_) return;
+  if (lights_placed_ && light_shadows_ && plan == plan_) return;
+  lights_placed_ = false;
   plan_ = std::move(plan);
   view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
   // New ones: frames in flight read the old ones.
@@ -104,6 +105,7 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   make_room_for_mask();
   if (view_count_) maps_ = table(device_, VkDeviceSize{plan_.texels} * sizeof(uint32_t));
   place_views();
+  lights_placed_ = true;
 }
 
 void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -157,7 +159,8 @@ void ShadowPass::upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt) 
 
 void ShadowPass::set_targets(Targets& targets) {
   targets_ = &targets;
-  if (light_shadows_ && map_sizes() != plan_.sizes) set_lights(std::vector(lights_));
+  const bool other_maps = light_shadows_ && map_sizes() != plan_.sizes;
+  if (other_maps || !lights_placed_) set_lights(std::vector(lights_));
   make_room_for_mask();
 }
 

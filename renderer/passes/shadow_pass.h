@@ -56,6 +56,7 @@ class ShadowPass {
   void upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt);
   // Borrowed: what is drawn into from now on.
   void set_targets(Targets& targets);
+  void forget_targets() { targets_ = nullptr; }
   // masked: shading reads the mask; else it traces where it shades, or reads maps.
   void describe_to(gpu_types::Globals& globals, bool masked) const;
 
@@ -103,6 +104,7 @@ class ShadowPass {
   gpu::RayPipeline trace_pipeline_;
   std::optional<ClusterRaster> map_raster_;
   bool needs_maps_ = false;
+  bool lights_placed_ = true;  // false: memory did not suffice for what they need
   uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, part_count_ = 0;
   ShadowPlan plan_;
   Targets* targets_ = nullptr;

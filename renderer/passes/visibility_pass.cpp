@@ -88,6 +88,21 @@ void VisibilityPass::bind(Targets& targets) const {
   vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
 }
 
+ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, Cull cull, bool levels_of_detail) const {
+  ClusterRaster::Job job;
+  job.scene = &scene;
+  job.target = &targets_->visibility;
+  job.view_count = targets_->views;
+  job.extent = extent_;
+  job.cull = cull;
+  job.levels_of_detail = levels_of_detail;
+  return job;
+}
+
+void VisibilityPass::make_room(GpuScene& scene, Cull cull, bool levels_of_detail) {
+  raster_.make_room(job_of(scene, cull, levels_of_detail));
+}
+
 ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, std::span<const View> views,
                                        VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
   std::vector<gpu_types::RasterView> rasters;
@@ -99,15 +114,9 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, s
     rasters.back().first_texel = first_sample;
     rasters.back().first_tile = static_cast<uint32_t>(rasters.size() - 1) * tiles.width * tiles.height;
   }
-  ClusterRaster::Job job;
-  job.scene = &scene;
-  job.target = &targets_->visibility;
+  ClusterRaster::Job job = job_of(scene, cull, levels_of_detail);
   job.views = belt.write(std::span<const gpu_types::RasterView>(rasters)).address;
-  job.view_count = static_cast<uint32_t>(rasters.size());
   job.globals = globals;
-  job.extent = extent_;
-  job.cull = cull;
-  job.levels_of_detail = levels_of_detail;
   raster_.begin(belt, job);
   return raster_;
 }

@@ -31,6 +31,9 @@ class VisibilityPass {
 
   // Borrowed: what is drawn into from now on.
   void set_targets(Targets& targets);
+  void forget_targets() { targets_ = nullptr; }
+  // So that a prepare() of as many views as the targets have takes no more memory.
+  void make_room(GpuScene& scene, Cull cull, bool levels_of_detail);
   // The cameras' part of ClusterRaster::record: as many views as the targets hold.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, std::span<const View> views,
                          VkDeviceAddress globals, Cull cull, bool levels_of_detail);
@@ -64,6 +67,7 @@ class VisibilityPass {
  private:
   enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
 
+  ClusterRaster::Job job_of(GpuScene& scene, Cull cull, bool levels_of_detail) const;
   void bind(Targets& targets) const;
   gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index, const PostSettings& settings) const;
   gpu::Pipeline& shade_pipeline(const Shading& shading);
@@ -79,7 +83,7 @@ class VisibilityPass {
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
   std::array<gpu::Pipeline, 8> shade_;  // made when they are expected or first used
-  Targets* targets_ = nullptr;
+  Targets* targets_ = nullptr;          // null: none that are whole
   VkExtent2D extent_{};
   VkDeviceSize view_bytes_ = 0;
 };

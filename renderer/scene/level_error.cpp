@@ -61,6 +61,7 @@ struct Look {
 struct Facet {
   glm::vec3 corner[3];
   const VertexAttributes* at[3];
+  glm::vec3 normal;  // of any length
   glm::vec3 middle;
   float reach;   // from the middle to the corners
   float side_m;  // of a square of twice its area
@@ -112,6 +113,7 @@ class Comparison {
         facet.at[c] = original.attributes[simplified[3 * t + c]];
       }
       const glm::vec3 n = glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
+      facet.normal = n;
       facet.middle = (facet.corner[0] + facet.corner[1] + facet.corner[2]) / 3.0f;
       facet.reach = 0;
       for (const glm::vec3& corner : facet.corner)
@@ -123,7 +125,7 @@ class Comparison {
   }
 
   void take(const Look& sample) {
-    float best = INFINITY, nearest = INFINITY;
+    float best = INFINITY, distance = INFINITY, nearest = INFINITY, nearest_facing = INFINITY;
     grid_.visit(
         sample.position,
         [&](uint32_t t) {
@@ -137,15 +139,18 @@ class Comparison {
           const glm::vec3 q = b.x * *corner[0] + b.y * *corner[1] + b.z * *corner[2];
           const float here = glm::length(q - sample.position);
           nearest = std::min(nearest, here);
+          if (glm::dot(sample.normal, facet.normal) > 0) nearest_facing = std::min(nearest_facing, here);
           if (here >= best) return;
           const float looks = difference(sample, look_at(corner, facet.at, b), facet, here);
           if (looks >= best) return;
           best = looks;
+          distance = here;
         },
         // Far away there is nothing that resembles it more, only something that happens to look alike.
         [&] { return std::min(best, 2 * nearest + grid_.cell()); });
     error_.looks = std::max(error_.looks, best);
-    error_.surface = std::max(error_.surface, nearest);
+    // The other side of a thin plate is not where this side has gone.
+    error_.surface = std::max(error_.surface, std::min(nearest_facing, distance));
   }
 
   LevelError error() const { return error_; }

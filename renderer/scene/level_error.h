@@ -35,7 +35,7 @@ struct SurfacePiece {
 
 struct LevelError {
   float looks = 0;    // all of the above, node space
-  float surface = 0;  // from the farthest sample to the simplification, however that looks there
+  float surface = 0;  // from the farthest sample to what faces its way there, however that looks
 };
 
 // simplified: indices into the vertices of `original`.

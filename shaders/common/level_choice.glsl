@@ -12,7 +12,7 @@ const float kLevelTexels = 0.25;
 // hold those of finer ones, so when it says yes to a group it says yes to what was made from it; if rounding should undo
 // that, a piece of surface is drawn at two levels, and never at none.
 // looks: the view shows normals, colours and textures; else only where the surface is. Both errors hold those of finer
-// groups; added up over the levels they are about twice what they claim, which covers what samples of them miss.
+// groups, added up; a map reaches a part of a texel farther than these say, since they were found by samples.
 bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_node, float stretch, bool looks) {
   const float error = (looks ? group.error : group.surface_error) * stretch * view.level_scale;
   if (view.eye_world.w == 0) return error > 1;

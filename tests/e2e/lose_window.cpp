@@ -1,10 +1,12 @@
 // Stands before Vulkan's loader (LD_PRELOAD): the image of number LOSE_AT that is presented is not, since the
-// display has taken the surface away (LOSE=surface), or the GPU is gone (LOSE=device). LOSE=memory: for the
-// first buffer that is made when there is a file LOSE_AT, and that file goes.
+// display has taken the surface away (LOSE=surface), or the GPU is gone (LOSE=device). LOSE=memory: while
+// there is a file LOSE_AT, for buffers of as many bytes as it says (lowest and highest) and as often as it
+// says (0: always).
 #include <dlfcn.h>
 #include <unistd.h>
 #include <vulkan/vulkan.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
@@ -20,13 +22,26 @@ vkQueuePresentKHR(VkQueue queue, const VkPresentInfoKHR* info) {
   return std::strcmp(what, "surface") == 0 ? VK_ERROR_SURFACE_LOST_KHR : VK_ERROR_DEVICE_LOST;
 }
 
+static bool is_lost(unsigned long long bytes) {
+  const char* const at = std::getenv("LOSE_AT");
+  const char* const what = std::getenv("LOSE");
+  if (!at || !what || std::strcmp(what, "memory") != 0) return false;
+  std::FILE* const file = std::fopen(at, "r");
+  if (!file) return false;
+  unsigned long long low = 0, high = 0;
+  int most = 0;
+  const bool says = std::fscanf(file, "%llu %llu %d", &low, &high, &most) == 3;
+  std::fclose(file);
+  if (!says || bytes < low || bytes > high) return false;
+  static int lost = 0;
+  if (most != 0 && ++lost >= most) ::unlink(at);
+  return true;
+}
+
 extern "C" __attribute__((visibility("default"))) VKAPI_ATTR VkResult VKAPI_CALL
 vkCreateBuffer(VkDevice device, const VkBufferCreateInfo* info, const VkAllocationCallbacks* callbacks,
                VkBuffer* buffer) {
   static const auto loaders = reinterpret_cast<PFN_vkCreateBuffer>(::dlsym(RTLD_NEXT, "vkCreateBuffer"));
-  const char* const at = std::getenv("LOSE_AT");
-  const char* const what = std::getenv("LOSE");
-  if (at && what && std::strcmp(what, "memory") == 0 && ::unlink(at) == 0)
-    return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  if (is_lost(info->size)) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
   return loaders(device, info, callbacks, buffer);
 }

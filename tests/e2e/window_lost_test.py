@@ -28,18 +28,32 @@ def device(test, screen):
 
 def memory(test, screen):
     other, full = test.path("other.glb"), test.path("full")
-    write_scene(other, {"red": ((1, 0, 0), 30)})
+    # Beside the red square so many out of sight that the buffer of their corners is as large as no other.
+    write_scene(other, {"red": ((1, 0, 0), 30), **{f"far {i}": ((0, 1, 0), 100_000 + 100 * i) for i in range(3000)}})
+    corners = 12 * 4 * 3001
+
+    def lose(times):
+        with open(full + ".new", "w", encoding="ascii") as file:
+            file.write(f"{corners} {corners + 64} {times}")
+        os.rename(full + ".new", full)
+
+    def shows_red_alone():
+        picture = screen.picture(window)
+        return picture.place_of_square("red") is not None and not all_squares(picture)
+
     renderer = test.viewer(test.scene, "--gui", "off", size=SIZE, env=environment(test, screen, "memory", full))
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
-    with open(full, "wb"):
-        pass
+    lose(0)
     screen.x11.drop(int(window), other, HANG_S)
     renderer.wait_err(r"other\.glb: the device has no memory for it; what was shown is shown again")
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
-    check(not os.path.exists(full), "nothing was lost")
+    os.remove(full)
+    # Where it is there without what is shown.
+    lose(1)
     screen.x11.drop(int(window), other, HANG_S)
-    wait_until("red alone", lambda: not all_squares(screen.picture(window)))
+    wait_until("red alone", shows_red_alone)
+    check(not os.path.exists(full), "nothing was lost")
     screen.x11.close(int(window))
     renderer.expect_exit(0)
 

@@ -160,6 +160,14 @@ TEST_F(MoreCameras, WhatTheyCannotTakeIsSaid) {
   RenderBench bench(scene, kExtent);
   EXPECT_TRUE(bench.renderer().can_take({}, 1));
   EXPECT_FALSE(bench.renderer().can_take({}, 2));
+  // What is hidden may be shown again by the very frame that is recorded next.
+  scene::SceneEdits edits;
+  scene::NodeEdits hidden;
+  hidden[0].hidden = true;
+  edits.set(scene, std::move(hidden), scene::kNone);
+  bench.renderer().set_edits(edits);
+  bench.draw(state::PoseState(scene), views()[0]);
+  EXPECT_FALSE(bench.renderer().can_take({}, 2));
 }
 
 }  // namespace

@@ -205,6 +205,22 @@ TEST_F(Mjcf, MeshesHaveAllThatTheirFacesName) {
   }
 }
 
+// Then libmujoco makes a hull of the corners, and takes what else there is for all of them.
+TEST_F(Mjcf, MeshesWithoutFacesHaveWhatAHullNeeds) {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  const auto fault = [&](const std::string& text) {
+    folder_.write("m.obj", std::string_view(text));
+    const auto model = try_read(
+        "<mujoco><asset><mesh name='m' file='m.obj' scale='2 2 2'/></asset><worldbody><geom type='mesh' "
+        "mesh='m'/></worldbody></mujoco>");
+    return model.ok() ? std::string("none") : model.error().message;
+  };
+  EXPECT_EQ(fault(corners), "none");
+  EXPECT_NE(fault("v 0 0 0\nv 1 0 0\nv 0 1 0\n").find("has no faces and only 3 corners"), std::string::npos);
+  for (const char* one : {"vn 0 0 1\n", "vt 0 0\n"})
+    EXPECT_NE(fault(corners + one).find("has no faces, 4 corners, and 1"), std::string::npos) << one;
+}
+
 // A model of a stranger's names files of ours: none of them is read, however its name is disguised.
 TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
   namespace fs = std::filesystem;

@@ -29,6 +29,7 @@ class Faces {
       if (line[1] == 'n') ++count_[normals];
     }
     if ((line[0] == 'f' || line[0] == 'l' || line[0] == 'p') && is_blank(line[1])) {
+      has_faces_ = has_faces_ || line[0] == 'f';
       rest_ = line.substr(2);
       for (skip_blanks(); !rest_.empty(); skip_blanks()) take_corner(line[0] == 'f');
     }
@@ -47,10 +48,25 @@ class Faces {
                      " for some corners of faces, and none for others; " +
                      "export the mesh with all or without any"};
     }
-    return {};
+    return has_faces_ ? Result<void>() : check_points();
   }
 
  private:
+  // Without faces a reader takes the corners as they stand, and of what else there is one for each.
+  Result<void> check_points() const {
+    constexpr int64_t kLeastCorners = 4;  // of which a hull is made
+    if (count_[corners] < kLeastCorners)
+      return Error{"has no faces and only " + std::to_string(count_[corners]) +
+                   " corners; export the mesh with its faces"};
+    for (const Kind kind : {texture_places, normals}) {
+      if (count_[kind] != 0 && count_[kind] != count_[corners])
+        return Error{"has no faces, " + std::to_string(count_[corners]) + " corners, and " +
+                     std::to_string(count_[kind]) + " of the kind " + kNames[kind] +
+                     "; export the mesh with its faces"};
+    }
+    return {};
+  }
+
   void skip_blanks() { rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t"), rest_.size())); }
 
   // "1", "1/2", "1/2/3" or "1//3".
@@ -96,6 +112,7 @@ class Faces {
   std::string_view rest_;  // of the line
   std::array<int64_t, 3> count_{}, lowest_{}, highest_{-1, -1, -1};
   std::array<bool, 3> lacks_{};  // some corner of a face has none
+  bool has_faces_ = false;
 };
 
 }  // namespace

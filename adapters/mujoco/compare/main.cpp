@@ -20,7 +20,11 @@ void say(const std::string& text) {
 
 // Counts steps: where MuJoCo resets what became unstable, its time begins anew.
 Result<void> step(Simulation& simulation, double seconds) {
+  constexpr double kMostSteps = 1e9;
   const double steps = seconds / simulation.model().opt.timestep;
+  if (!(steps < kMostSteps))
+    return Error{std::to_string(seconds) + " s are too many steps of " +
+                 std::to_string(simulation.model().opt.timestep) + " s: choose a smaller --every"};
   for (double taken = 0; taken + 0.5 < steps; ++taken)
     if (Result<void> done = simulation.step(); !done) return done;
   return simulation.place();
