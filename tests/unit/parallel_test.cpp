@@ -5,8 +5,10 @@
 #include <sched.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "renderer/scene/derived.h"
@@ -54,10 +56,18 @@ TEST(Parallel, EachTurnOnce) {
 
 TEST(Parallel, AnExceptionComesThroughAndEndsTheRest) {
   std::atomic<size_t> begun{0};
+  std::atomic<bool> thrown{false};
   EXPECT_THROW(parallel_for(100'000,
                             [&](size_t i) {
                               ++begun;
-                              if (i == 3) throw std::runtime_error("no");
+                              if (i < 3) return;
+                              if (i == 3) {
+                                thrown = true;
+                                throw std::runtime_error("no");
+                              }
+                              // The others are slow, so that they are still at it when that comes through.
+                              while (!thrown) std::this_thread::yield();
+                              std::this_thread::sleep_for(std::chrono::microseconds(100));
                             }),
                std::runtime_error);
   EXPECT_LT(begun, 100'000u);
