@@ -115,27 +115,26 @@ void FurtherDevice::forget_scene() {
   maker_->forget_histories();
 }
 
-FurtherDevices::FurtherDevices(gpu::Instance& instance, std::span<const uint32_t> indices,
-                               gpu::AsyncCompute async_compute, const CachePlaces& places,
-                               const passes::DrawSettings& settings) {
-  for (const uint32_t index : indices)
-    devices_.push_back(std::make_unique<FurtherDevice>(instance, index, async_compute, places, settings));
-}
-
-Result<void> FurtherDevices::finish_opening(const passes::SceneRenderer& first) {
-  for (const std::unique_ptr<FurtherDevice>& each : devices_) {
-    if (Result<void> opened = each->finish(); !opened) return opened;
-    const passes::SceneRenderer& renderer = each->renderer();
+Result<FurtherDevices> FurtherDevices::open(gpu::Instance& instance, std::span<const uint32_t> indices,
+                                            gpu::AsyncCompute async_compute, const CachePlaces& places,
+                                            const passes::DrawSettings& settings,
+                                            const passes::SceneRenderer& first) {
+  FurtherDevices further;
+  for (const uint32_t index : indices) {
+    FurtherDevice& each = *further.devices_.emplace_back(
+        std::make_unique<FurtherDevice>(instance, index, async_compute, places, settings));
+    if (Result<void> opened = each.finish(); !opened) return opened.error();
+    const passes::SceneRenderer& renderer = each.renderer();
     const bool alike = renderer.raster_path() == first.raster_path() &&
                        renderer.samples() == first.samples() && renderer.shadow_way() == first.shadow_way() &&
                        image_abilities(renderer).outputs == image_abilities(first).outputs;
     if (!alike)
       return Error{
-          "--devices: " + each->device().report().name +
+          "--devices: " + each.device().report().name +
           " draws by other means than the first device, so that its images would differ: name devices "
           "of one kind, or set --raster, --samples and --shadows to what all of them have"};
   }
-  return {};
+  return further;
 }
 
 void FurtherDevices::forget_scene() {

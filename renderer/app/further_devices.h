@@ -68,12 +68,13 @@ class FurtherDevice {
 // All of them.
 class FurtherDevices {
  public:
-  // Begins to open these. indices: as the instance lists them.
-  FurtherDevices(gpu::Instance& instance, std::span<const uint32_t> indices, gpu::AsyncCompute async_compute,
-                 const CachePlaces& places, const passes::DrawSettings& settings);
-
-  // Waits until all are open. They have to make of requests what the first device makes.
-  Result<void> finish_opening(const passes::SceneRenderer& first);
+  // Opens these, one after the other: a driver has been seen to stand still for ever when it made pipelines
+  // for four devices at once. indices: as the instance lists them. They have to make of requests what the
+  // first device makes.
+  static Result<FurtherDevices> open(gpu::Instance& instance, std::span<const uint32_t> indices,
+                                     gpu::AsyncCompute async_compute, const CachePlaces& places,
+                                     const passes::DrawSettings& settings,
+                                     const passes::SceneRenderer& first);
   void forget_scene();
   std::span<const std::unique_ptr<FurtherDevice>> all() const { return devices_; }
 

@@ -306,12 +306,13 @@ int run(const Options& options) {
     if (pipelines.note()) say(*pipelines.note());
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
-    FurtherDevices further(**instance, devices->further, options.async_compute, places, viewer.draw);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
-    Stage stage{**instance, device,  renderer, *stats, places,       *windows,
-                viewer,     further, nullptr,  true,   options.begun};
+    Result<FurtherDevices> further = FurtherDevices::open(**instance, devices->further, options.async_compute,
+                                                          places, viewer.draw, *renderer);
+    if (!further) return fail(further.error());
+    Stage stage{**instance, device,   renderer, *stats, places,       *windows,
+                viewer,     *further, nullptr,  true,   options.begun};
     stage.note_start("renderer");
-    if (Result<void> opened = further.finish_opening(*renderer); !opened) return fail(opened.error());
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
       return fail(Error{"--outputs: " + can.error().message});
     if (Result<void> can = renderer->can_show(options.debug_view); !can)

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstring>
+#include <mutex>
 #include <vector>
 
 namespace fire3dv::gpu {
@@ -9,6 +10,12 @@ namespace {
 
 VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment) {
   return (value + alignment - 1) / alignment * alignment;
+}
+
+// Drivers that trace by compute share more between devices than they say.
+std::mutex& making() {
+  static std::mutex mutex;
+  return mutex;
 }
 
 }  // namespace
@@ -42,8 +49,11 @@ RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_vi
   info.maxPipelineRayRecursionDepth = 1;
   info.layout = layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(
-      device.handle(), VK_NULL_HANDLE, device.pipeline_cache(), 1, &info, nullptr, &pipeline));
+  {
+    const std::scoped_lock one_device(making());
+    FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(
+        device.handle(), VK_NULL_HANDLE, device.pipeline_cache(), 1, &info, nullptr, &pipeline));
+  }
   pipeline_ = Pipeline(device, pipeline);
 
   const auto& limits = device.ray_pipeline_limits();
