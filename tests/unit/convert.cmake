@@ -6,5 +6,5 @@ if(TARGET fire3dv_convert_glb)
   fire3dv_test(description_kind_test SOURCES description_kind_test.cpp
                LINK fire3dv_description_kind fire3dv_test_support LABELS unit)
   fire3dv_test(read_urdf_test SOURCES read_urdf_test.cpp LINK fire3dv_urdf fire3dv_test_support LABELS unit)
-  fire3dv_test(read_mjcf_test SOURCES read_mjcf_test.cpp LINK fire3dv_mjcf fire3dv_test_support LABELS unit)
+  fire3dv_test(read_mjcf_test SOURCES read_mjcf_test.cpp read_mjcf_counts_test.cpp LINK fire3dv_mjcf fire3dv_test_support LABELS unit)
 endif()
