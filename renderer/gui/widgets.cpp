@@ -291,14 +291,13 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
       return ImVec2{first_x + step_x * static_cast<float>(i), y};
     };
     const ImU32 fill = (curve.color & ~IM_COL32_A_MASK) | 0x30u << IM_COL32_A_SHIFT;
-    list->PathClear();
-    for (size_t i = 0; i < count; ++i) {
-      if (i + 1 < count) {
-        const ImVec2 a = place(i), b = place(i + 1);
-        list->AddQuadFilled({a.x, at.y + size.y}, a, b, {b.x, at.y + size.y}, fill);
-      }
-      list->PathLineTo(place(i));
+    // Each of these is a path of its own to ImGui, so that the line comes after all of them.
+    for (size_t i = 0; i + 1 < count; ++i) {
+      const ImVec2 a = place(i), b = place(i + 1);
+      list->AddQuadFilled({a.x, at.y + size.y}, a, b, {b.x, at.y + size.y}, fill);
     }
+    list->PathClear();
+    for (size_t i = 0; i < count; ++i) list->PathLineTo(place(i));
     list->PathStroke(curve.color, 0, points(1));
   }
   char label[48];

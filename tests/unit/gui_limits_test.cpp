@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 #include <imgui.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <span>
 
 #include "renderer/gui/gui_tiles.h"
 #include "renderer/gui/widgets.h"
@@ -55,6 +58,40 @@ size_t glyphs_in(const ImDrawData& data, const gui::Rect& rect) {
     count += is_letter && is_inside;
   }
   return count;
+}
+
+// Below a level curve of many values all is filled once: no piece of one column reaches into another.
+TEST(GuiPlots, ALevelCurveIsFilledAsARectangleIs) {
+  OddWorld world;
+  world.facts.streams.at(0).gaps_ms.assign(9, 4.0f);
+  world.facts.streams.resize(1);
+  const ImDrawData& data = world.settle();
+  constexpr ImU32 kFillAlpha = 0x30;
+  ImVec2 low{1e9f, 1e9f}, high{-1e9f, -1e9f};
+  double area = 0;
+  for (const ImDrawList* list : std::span(data.CmdLists, static_cast<size_t>(data.CmdListsCount))) {
+    for (const ImDrawCmd& command : list->CmdBuffer) {
+      for (unsigned i = 0; i + 2 < command.ElemCount; i += 3) {
+        ImDrawVert corner[3];
+        bool is_fill = true;
+        for (unsigned c = 0; c < 3; ++c) {
+          const ImDrawIdx index = list->IdxBuffer[static_cast<int>(command.IdxOffset + i + c)];
+          corner[c] = list->VtxBuffer[static_cast<int>(command.VtxOffset + index)];
+          is_fill &= corner[c].col >> IM_COL32_A_SHIFT == kFillAlpha;
+        }
+        if (!is_fill) continue;
+        const ImVec2 a = corner[0].pos, b = corner[1].pos, d = corner[2].pos;
+        area += 0.5 * std::abs((b.x - a.x) * (d.y - a.y) - (b.y - a.y) * (d.x - a.x));
+        for (const ImDrawVert& v : corner) {
+          low = {std::min(low.x, v.pos.x), std::min(low.y, v.pos.y)};
+          high = {std::max(high.x, v.pos.x), std::max(high.y, v.pos.y)};
+        }
+      }
+    }
+  }
+  const double all = (high.x - low.x) * (high.y - low.y);
+  ASSERT_GT(all, 500) << "no curve is there";
+  EXPECT_NEAR(area / all, 1, 0.1);  // edges are soft
 }
 
 TEST(GuiLimits, TwoHundredStreamsHaveTheirPanel) {
