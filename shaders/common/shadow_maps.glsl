@@ -80,19 +80,20 @@ uint map_verdict(GlobalsRef globals, RasterView view, uint part, vec3 point_worl
   if (max(place.reach.x, place.reach.y) > 0.5) return kUnknown;
   const ivec2 texel = ivec2(floor(place.texel));
   const ivec2 low = ivec2(floor(place.texel - place.reach)), high = ivec2(floor(place.texel + place.reach));
-  float outer = 0;
-  for (int y = low.y; y <= high.y; ++y) {
-    for (int x = low.x; x <= high.x; ++x) outer = max(outer, map_depth(globals, place.view, ivec2(x, y), true));
+  // Less than a texel, so these are all. Mostly it is one; loops would take longer than they read.
+  float outer = map_depth(globals, place.view, low, true);
+  if (low != high) {
+    outer = max(max(outer, map_depth(globals, place.view, ivec2(high.x, low.y), true)),
+                max(map_depth(globals, place.view, ivec2(low.x, high.y), true), map_depth(globals, place.view, high, true)));
   }
   if (outer == 0 || outer < place.depth - place.rounding) return sheet ? kUnknown : kLit;
   const float clearly_m = 2 * slope_m(place, plane_normal, light.to_light);
-  for (int y = -1; y <= 1; ++y) {
-    for (int x = -1; x <= 1; ++x) {
-      const float depth = map_depth(globals, place.view, texel + ivec2(x, y), false);
-      if (depth == 0 || nearer_by_m(place, depth) < clearly_m) return kUnknown;
-    }
+  float farthest = map_depth(globals, place.view, texel, false);
+  for (int i = 0; i < 4; ++i) {
+    const ivec2 aside = ivec2(i < 3 ? -1 : 0, i < 3 ? i - 1 : -1);  // and its opposite
+    farthest = min(farthest, min(map_depth(globals, place.view, texel + aside, false), map_depth(globals, place.view, texel - aside, false)));
   }
-  return kShadowed;
+  return farthest != 0 && nearer_by_m(place, farthest) >= clearly_m ? kShadowed : kUnknown;
 }
 
 // Where there are no rays: the share of four texels around the point that are lit, weighted by how near they are.
