@@ -1,6 +1,7 @@
 #include "renderer/gpu/recorder.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/error.h"
 
@@ -52,13 +53,68 @@ Dependency depend(UseState& state, const Access& next, bool changes_layout) {
 
 void Recorder::pass(const char* name, std::span<const Use> uses,
                     const std::function<void(VkCommandBuffer)>& record) {
+  copy_what_is_overwritten(uses);
   barriers(uses);
   const std::optional<uint32_t> begin_query = write_timestamps_begin();
   record(commands_);
   write_timestamps_end(name, begin_query);
 }
 
+void Recorder::copy_at_end(const Buffer& from, Buffer& into, std::vector<VkBufferCopy> regions) {
+  const bool again = std::any_of(copies_at_end_.begin(), copies_at_end_.end(),
+                                 [&](const CopyAtEnd& copy) { return copy.into == &into; });
+  if (again) record_copies();
+  copies_at_end_.push_back({from.get(), &into, std::move(regions)});
+}
+
+void Recorder::copy_what_is_overwritten(std::span<const Use> uses) {
+  const auto is_copied = [&](const Use& use) {
+    return use.buffer && use.access.writes &&
+           std::any_of(copies_at_end_.begin(), copies_at_end_.end(),
+                       [&](const CopyAtEnd& copy) { return copy.from == use.buffer->get(); });
+  };
+  if (!copies_at_end_.empty() && std::any_of(uses.begin(), uses.end(), is_copied)) record_copies();
+}
+
+// What is copied may have another buffer in its place by now, so its state is not asked: all that came before
+// is waited for, and all that comes later waits.
+void Recorder::record_copies() {
+  if (copies_at_end_.empty()) return;
+  const std::vector<CopyAtEnd> copies = std::exchange(copies_at_end_, {});
+  std::vector<Use> written, told;
+  for (const CopyAtEnd& copy : copies) {
+    written.emplace_back(*copy.into, access::transfer_write);
+    told.emplace_back(*copy.into, access::host_read);
+  }
+  barriers(written);
+  barrier_for_all(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT,
+                  access::transfer_read.stages, access::transfer_read.access);
+  const std::optional<uint32_t> begin_query = write_timestamps_begin();
+  for (const CopyAtEnd& copy : copies) {
+    vkCmdCopyBuffer(commands_, copy.from, copy.into->get(), static_cast<uint32_t>(copy.regions.size()),
+                    copy.regions.data());
+  }
+  write_timestamps_end("counts", begin_query);
+  barriers(told);
+  barrier_for_all(access::transfer_read.stages, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                  VK_ACCESS_2_NONE);
+}
+
+void Recorder::barrier_for_all(VkPipelineStageFlags2 src_stages, VkAccessFlags2 src_access,
+                               VkPipelineStageFlags2 dst_stages, VkAccessFlags2 dst_access) {
+  VkMemoryBarrier2 memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
+  memory.srcStageMask = src_stages;
+  memory.srcAccessMask = src_access;
+  memory.dstStageMask = dst_stages;
+  memory.dstAccessMask = dst_access;
+  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
+  info.memoryBarrierCount = 1;
+  info.pMemoryBarriers = &memory;
+  vkCmdPipelineBarrier2(commands_, &info);
+}
+
 void Recorder::transition(std::initializer_list<Use> uses) {
+  copy_what_is_overwritten(uses);
   barriers(std::span<const Use>(uses.begin(), uses.size()));
 }
 
@@ -74,6 +130,7 @@ void Recorder::aside(const char* wait_name, const std::function<void()>& record)
 }
 
 std::optional<ForkedCommands> Recorder::finish() {
+  record_copies();
   if (piece_ == Piece::beside) join();
   FIRE3DV_VK(vkEndCommandBuffer(commands_));
   if (piece_ == Piece::before) return std::nullopt;

@@ -98,6 +98,10 @@ class Recorder {
     pass(name, std::span<const Use>(uses.begin(), uses.size()), record);
   }
   void pass(const char* name, std::span<const Use> uses, const std::function<void(VkCommandBuffer)>& record);
+  // For the host, at the end of the frame, all together: between passes each copy would hold them up. Or
+  // before one of both is written again, if that comes first. `into` is borrowed until finish(). Timed as the
+  // pass "counts".
+  void copy_at_end(const Buffer& from, Buffer& into, std::vector<VkBufferCopy> regions);
   // Only the barriers: hands a resource to someone outside the passes (the host, a presentation engine).
   void transition(std::initializer_list<Use> uses);
 
@@ -115,7 +119,17 @@ class Recorder {
  private:
   enum class Piece : uint8_t { before, aside, beside, after };
 
+  struct CopyAtEnd {
+    VkBuffer from;
+    Buffer* into;
+    std::vector<VkBufferCopy> regions;
+  };
+
   void barriers(std::span<const Use> uses);
+  void record_copies();
+  void barrier_for_all(VkPipelineStageFlags2 src_stages, VkAccessFlags2 src_access,
+                       VkPipelineStageFlags2 dst_stages, VkAccessFlags2 dst_access);
+  void copy_what_is_overwritten(std::span<const Use> uses);
   bool touches_aside(std::span<const Use> uses) const;
   bool is_ordered_by_fork(UseState& state, const Access& next);
   void join();
@@ -131,6 +145,7 @@ class Recorder {
   const char* wait_name_ = nullptr;
   uint32_t next_query_ = 0;
   std::vector<PassTimestamps> timestamps_;
+  std::vector<CopyAtEnd> copies_at_end_;
 };
 
 }  // namespace fire3dv::gpu

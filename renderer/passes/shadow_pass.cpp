@@ -245,7 +245,6 @@ void ShadowPass::bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPip
 void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
                         VkDeviceAddress globals) {
   if (!traces()) return;
-  begin_list(recorder);
   std::vector<Use> uses{Use(visibility.buffer, access::compute_read), Use(list_, access::compute_write),
                         Use(entries(), access::compute_write), Use(mask(), access::compute_write)};
   scene.add_reads(uses, access::compute_read);
@@ -258,7 +257,8 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibili
   trace(recorder, scene, visibility, globals);
 }
 
-void ShadowPass::begin_list(gpu::Recorder& recorder) {
+void ShadowPass::empty_list(gpu::Recorder& recorder) {
+  if (!traces()) return;
   recorder.transition({Use(list_, access::transfer_write)});
   vkCmdFillBuffer(recorder.commands(), list_.get(), 0, VK_WHOLE_SIZE, 0);
 }
@@ -289,10 +289,7 @@ void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, const Visibilit
   gpu_types::RayList last;
   std::memcpy(&last, seen.mapped, sizeof(last));
   rays_traced_ = last.rays;
-  recorder.transition({Use(list_, access::transfer_read), Use(seen, access::transfer_write)});
-  const VkBufferCopy copy{0, 0, sizeof(gpu_types::RayList)};
-  vkCmdCopyBuffer(recorder.commands(), list_.get(), seen.get(), 1, &copy);
-  recorder.transition({Use(seen, access::host_read)});
+  recorder.copy_at_end(list_, seen, {{0, 0, sizeof(gpu_types::RayList)}});
 }
 
 void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {

@@ -72,10 +72,10 @@ class ShadowPass {
   // From there to the mask.
   void record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
               VkDeviceAddress globals);
-  // Or shading itself asks the maps and lists the pixels that need rays: an empty list for that, and the
-  // rays.
+  // Or shading itself asks the maps and lists the pixels that need rays; then come the rays.
   bool found_while_shading() const;
-  void begin_list(gpu::Recorder& recorder);
+  // Before each view's.
+  void empty_list(gpu::Recorder& recorder);
   void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals);
   gpu::Buffer& list() { return list_; }  // gpu_types::RayList
   gpu::Buffer& entries() { return targets_->shadow_entries; }

@@ -24,6 +24,7 @@ constexpr PassStage kTable[] = {
     {"trace", Stage::shadow},      {"shade", Stage::shading},       {"shade again", Stage::shading},
     {"forward", Stage::shading},   {"post", Stage::post},           {"fxaa", Stage::post},
     {"gui", Stage::gui},           {"read-back", Stage::readback},  {"held mark", Stage::gui},
+    {"counts", Stage::post},  // what the host is told of the frame
 };
 
 }  // namespace
