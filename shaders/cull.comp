@@ -22,17 +22,17 @@ void append(bool wanted, uint view, bool masked, uint entry) {
   uint base = 0;
   ViewWorkRef work = ViewWorkRef(set.work);
   if (subgroupElect()) {
-    // Rows of 65535 groups: no device has fewer.
-    if (masked) {
+    // All of a view's count in one place: more than one atomic would be what culling waits for.
+    if (set.one_row != 0) {
+      base = masked ? atomicAdd(work.at[view].masked.groups_x, count) : atomicAdd(work.at[view].solid.groups_x, count);
+    } else if (masked) {
       base = atomicAdd(work.at[view].masked.count, count);
       atomicMax(work.at[view].masked.groups_x, min(base + count, 65535u));
       atomicMax(work.at[view].masked.groups_y, (base + count - 1) / 65535 + 1);
-      work.at[view].masked.groups_z = 1;
     } else {
       base = atomicAdd(work.at[view].solid.count, count);
       atomicMax(work.at[view].solid.groups_x, min(base + count, 65535u));
       atomicMax(work.at[view].solid.groups_y, (base + count - 1) / 65535 + 1);
-      work.at[view].solid.groups_z = 1;
     }
   }
   base = subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
@@ -54,10 +54,25 @@ bool is_this_rounds(RasterSet set, uint index, bool in_view, ScreenBounds bounds
 }
 #endif
 
+layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer QuadsRef { uvec4 at[]; };
+
+// What is drawn into next, beside the culling, which waits for reads most of the time.
+void clear_target(RasterSet set, uint group) {
+  for (uint i = 0; i < FIRE3DV_CLEAR_QUADS; ++i) {
+    const uint quad = (group * FIRE3DV_CLEAR_QUADS + i) * 64 + gl_LocalInvocationIndex;
+    if (quad < set.clear_quads) QuadsRef(set.target).at[quad] = uvec4(0);
+  }
+}
+
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
-  const uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (65535 * 64);
+  const uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
+  if (group >= set.cull_groups) {
+    if (gl_WorkGroupID.z == 0) clear_target(set, group - set.cull_groups);
+    return;
+  }
+  const uint index = group * 64 + gl_LocalInvocationIndex;
   const uint view_index = gl_GlobalInvocationID.z;
   bool wanted = index < set.instance_count;
   bool masked = false, one_side = false;

@@ -2,6 +2,8 @@
 // Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #include "common/clip_polygon.glsl"
 #include "common/culling.glsl"
 #include "common/large_triangles.glsl"
@@ -27,15 +29,30 @@ void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTria
                  pixel_reach(view), size, low, high);
   if (low.x > high.x || low.y > high.y) return;
   const ivec2 first = low >> kTileShift, tiles = (high >> kTileShift) - first + 1;
-  for (int i = int(gl_LocalInvocationIndex); i < tiles.x * tiles.y; i += 64) {
-    const ivec2 tile = first + ivec2(i % tiles.x, i / tiles.x);
-    const ivec2 origin = tile << kTileShift;
-    if (!reaches_box(prepared, origin, origin + (1 << kTileShift) - 1)) continue;
-    if (place != FIRE3DV_NO_INDEX && emit_tile(set, place, tile, view)) continue;
-    // No room left: slow, but the same image.
-    const TileTriangle triangle = tile_triangle(prepared);
-    for (int p = 0; p < 1 << (2 * kTileShift); ++p) {
-      draw_tile_pixel(globals, set, view, triangle, origin + ivec2(p & ((1 << kTileShift) - 1), p >> kTileShift));
+  const int count = tiles.x * tiles.y;
+  for (int from = 0; from < count; from += 32 * 64) {
+    uint reached = 0;  // of the lane's tiles, each 64 after the one before, as bits
+    for (int i = 0; i < 32; ++i) {
+      const int number = from + 64 * i + int(gl_LocalInvocationIndex);
+      if (number >= count) break;
+      const ivec2 origin = (first + ivec2(number % tiles.x, number / tiles.x)) << kTileShift;
+      if (reaches_box(prepared, origin, origin + (1 << kTileShift) - 1)) reached |= 1u << i;
+    }
+    // A subgroup's take their places at once.
+    const uint own = bitCount(reached), all = subgroupAdd(own);
+    uint entry = 0;
+    if (subgroupElect() && place != FIRE3DV_NO_INDEX && all != 0) entry = places_for_tiles(set, all);
+    entry = subgroupBroadcastFirst(entry) + subgroupExclusiveAdd(own);
+    for (; reached != 0; reached &= reached - 1, ++entry) {
+      const int number = from + 64 * findLSB(reached) + int(gl_LocalInvocationIndex);
+      const ivec2 tile = first + ivec2(number % tiles.x, number / tiles.x);
+      if (place != FIRE3DV_NO_INDEX && emit_tile(set, entry, place, tile, view)) continue;
+      // No room left: slow, but the same image.
+      const TileTriangle triangle = tile_triangle(prepared);
+      const ivec2 origin = tile << kTileShift;
+      for (int p = 0; p < 1 << (2 * kTileShift); ++p) {
+        draw_tile_pixel(globals, set, view, triangle, origin + ivec2(p & ((1 << kTileShift) - 1), p >> kTileShift));
+      }
     }
   }
 }

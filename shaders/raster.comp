@@ -1,79 +1,21 @@
 // One cluster for each workgroup: a vertex, then a triangle for each thread. Small triangles are drawn by their thread;
 // larger ones go to the tiles.
 // Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS draws lights' maps, with FIRE3DV_MIDDLES_ALONE not
-// the outer ones; FIRE3DV_ALPHA_MASK tests the surface's alpha.
+// the outer ones; FIRE3DV_ALPHA_MASK tests the surface's alpha; FIRE3DV_NARROW has half as many threads, with two of each, which
+// takes less time where there are clusters enough to fill the device.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#ifdef FIRE3DV_LIGHTS
-#include "common/light_raster.glsl"
-#else
-#include "common/camera_raster.glsl"
-#endif
-#include "common/culling.glsl"
 #include "common/large_triangles.glsl"
+#include "common/small_triangles.glsl"
 
+#ifdef FIRE3DV_NARROW
+const uint kThreads = 64;
+layout(local_size_x = 64) in;
+#else
+const uint kThreads = 128;
 layout(local_size_x = 128) in;
+#endif
 layout(push_constant, scalar) uniform Push { RasterPush push; };
-
-#ifndef FIRE3DV_CPU
-shared ivec2 corner_xy[128];
-shared float corner_z[128];
-shared vec3 corner_world[128];
-#endif
-
-const int kMostPixels = 256;            // of a box that one thread walks through
-const int kMostExtent = 64 * kSubpixels;  // so that edge functions fit 32 bits
-
-void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Corner b, Corner c, int area, uint id,
-                ivec2 low, ivec2 high) {
-  const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
-  const ivec3 bias = ivec3(edge_bias(b.xy, c.xy), edge_bias(c.xy, a.xy), edge_bias(a.xy, b.xy));
-  precise const float inverse_area = 1 / float(area);
-#ifdef FIRE3DV_LIGHTS
-  const MapTarget target = map_target(set, view);
-#ifndef FIRE3DV_MIDDLES_ALONE
-  const bool has_area = area > 0;
-  const bool is_broad = is_broad_triangle(float(area), ab, bc, ca);
-  const int reach = reach_of(view);
-#endif
-#endif
-#ifdef FIRE3DV_ALPHA_MASK
-  const VisibleTriangle triangle = seen_from(visible_triangle(globals, id), view);
-#endif
-#ifdef FIRE3DV_CPU
-  // One loop: in two, every row would take as long as the widest triangle of a vector.
-  for (int x = low.x, y = low.y; y <= high.y; y += x == high.x ? 1 : 0, x = x == high.x ? low.x : x + 1) {
-    {
-#else
-  for (int y = low.y; y <= high.y; ++y) {
-    for (int x = low.x; x <= high.x; ++x) {
-#endif
-#ifdef FIRE3DV_LIGHTS
-      const ivec2 texel = ivec2(x, y);
-      FIRE3DV_COVER_TEXEL(int, ivec2)
-#ifndef FIRE3DV_MIDDLES_ALONE
-      if (!touches) continue;
-      put_nearest(target, texel, true, nearest_possible(view, outer));
-#endif
-#ifdef FIRE3DV_ALPHA_MASK
-      if (!is_solid_at(globals, triangle, vec2(texel) + 0.5, vec2(view.width))) continue;
-#endif
-      if (middle) put_nearest(target, texel, false, z);
-#else
-      const ivec2 pixel = ivec2(x, y);
-      FIRE3DV_COVER_PIXEL(int, ivec2)
-      if (covered == 0) continue;
-#ifdef FIRE3DV_ALPHA_MASK
-      if (!is_solid_at(globals, triangle, tested_place(pixel, covered), vec2(view.width, view.height))) continue;
-#endif
-      const uint first = view.first_texel + uint(y * int(view.width) + x) * FIRE3DV_SAMPLES;
-      for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-        if ((covered & (1u << s)) != 0) put(set.target, first + s, depth[s], id, false);
-      }
-#endif
-    }
-  }
-}
 
 // kNowhere: of a triangle that has to be cut first.
 Corner corner_of(RasterView view, vec3 world) {
@@ -83,102 +25,70 @@ Corner corner_of(RasterView view, vec3 world) {
   return project(clip, size);
 }
 
-void main() {
-  GlobalsRef globals = globals_at(push.globals);
-  RasterSet set = RasterSetRef(push.set).value;
-  uint entry = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
+uint cluster_count(RasterSet set) {
 #ifdef FIRE3DV_ALPHA_MASK
-  const uint count = ViewWorkRef(set.work).at[push.view].masked.count;
+  const ClusterList list = ViewWorkRef(set.work).at[push.view].masked;
 #else
-  const uint count = ViewWorkRef(set.work).at[push.view].solid.count;
+  const ClusterList list = ViewWorkRef(set.work).at[push.view].solid;
 #endif
-#ifdef FIRE3DV_CPU
-  entry = min(entry, count - 1);  // drawn again, which changes nothing: outside of branches reading costs less
-#else
-  if (entry >= count) return;  // the whole group
-#endif
+  return max(list.groups_x, list.count);
+}
 
+// The number of a cluster, and FIRE3DV_LISTED_ONE_SIDE.
+uint listed_at(RasterSet set, uint entry) {
 #ifdef FIRE3DV_ALPHA_MASK
   const uint place = set.instance_count - 1 - entry;
 #else
   const uint place = entry;
 #endif
-  const uint listed = UintsRef(set.lists).at[push.view * set.instance_count + place];
-  const uint cluster_index = listed & ~FIRE3DV_LISTED_ONE_SIDE;
-  const bool one_side = (listed & FIRE3DV_LISTED_ONE_SIDE) != 0;
-  const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[cluster_index];
-#ifdef FIRE3DV_CPU
-  const PartRecord part = part_for_all(globals.value.parts, instance.part);
-  const ClusterRecord cluster = cluster_for_all(globals.value.clusters, instance.cluster);
-  const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, part.node);
-  const RasterView view = view_for_all(set.views, push.view);
-#else
-  const PartRecord part = PartRef(globals.value.parts).at[instance.part];
-  const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
-  const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
-  const RasterView view = RasterViewRef(set.views).at[push.view];
-#endif
-  const ivec2 size = ivec2(view.width, view.height);
-  const uint thread = gl_LocalInvocationIndex;
+  return UintsRef(set.lists).at[push.view * set.instance_count + place];
+}
 
-#ifdef FIRE3DV_CPU
-  // Each lane finds its three corners: waiting for the others takes longer.
-  if (thread >= cluster.triangle_count) return;
-  const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + thread];
-  const uvec3 corners = cluster.first_vertex + uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
-  const vec3 wa = world_position(world_from_node, PositionRef(globals.value.positions).at[corners.x]);
-  const vec3 wb = world_position(world_from_node, PositionRef(globals.value.positions).at[corners.y]);
-  const vec3 wc = world_position(world_from_node, PositionRef(globals.value.positions).at[corners.z]);
-  Corner a = corner_of(view, wa), b = corner_of(view, wb), c = corner_of(view, wc);
-#else
-  if (thread < cluster.vertex_count) {
-    const vec3 world = world_position(world_from_node, PositionRef(globals.value.positions).at[cluster.first_vertex + thread]);
-    const Corner corner = corner_of(view, world);
-    corner_xy[thread] = corner.xy;
-    corner_z[thread] = corner.z;
-    corner_world[thread] = world;
-  }
-  // Asked for before the others are waited for.
-  uint packed = 0;
-  if (thread < cluster.triangle_count) packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + thread];
-  barrier();
-  if (thread >= cluster.triangle_count) return;
+struct ShownCluster {
+  uint number;
+  bool one_side;
+  bool mirrored;
+};
 
-  const uvec3 local = uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
-  Corner a = Corner(corner_xy[local.x], corner_z[local.x]);
-  Corner b = Corner(corner_xy[local.y], corner_z[local.y]);
-  Corner c = Corner(corner_xy[local.z], corner_z[local.z]);
-  const vec3 wa = corner_world[local.x], wb = corner_world[local.y], wc = corner_world[local.z];
+ShownCluster shown_cluster(uint listed, AffineRows world_from_node) {
+  return ShownCluster(listed & ~FIRE3DV_LISTED_ONE_SIDE, (listed & FIRE3DV_LISTED_ONE_SIDE) != 0, is_mirroring(world_from_node));
+}
+
+#ifdef FIRE3DV_LIGHTS
+// Of a part of which a map holds the sides that are turned away from the light. What is nearly edge-on belongs to both sides, since
+// nothing may be missing: corners have moved by half a step each way, so twice the area by less than this.
+bool faces_light(ivec2 ab, ivec2 ac, bool mirrored) {
+  const int64_t area = int64_t(ab.x) * ac.y - int64_t(ab.y) * ac.x;
+  return (mirrored ? area : -area) > abs(ab.x) + abs(ab.y) + abs(ac.x) + abs(ac.y) + 2;
+}
 #endif
-  const uint id = ((cluster_index + 1) << 7) | thread;
+
+void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownCluster cluster, uint number, Corner a, Corner b,
+                   Corner c) {
+  const uint id = ((cluster.number + 1) << 7) | number;
   if (a.xy == kNowhere || b.xy == kNowhere || c.xy == kNowhere) {
     emit_huge(set, HugeTriangle(id, push.view));
     return;
   }
-
   ivec2 low, high;
   const ivec2 low_corner = min(a.xy, min(b.xy, c.xy)), high_corner = max(a.xy, max(b.xy, c.xy));
-  covered_pixels(low_corner, high_corner, pixel_reach(view), size, low, high);
+  covered_pixels(low_corner, high_corner, pixel_reach(view), ivec2(view.width, view.height), low, high);
   if (low.x > high.x || low.y > high.y) return;
 
-  const vec3 r0 = world_from_node.row0.xyz, r1 = world_from_node.row1.xyz, r2 = world_from_node.row2.xyz;
-  const bool mirrored = dot(r0, cross(r1, r2)) < 0;
-  const vec3 normal = cross(wb - wa, wc - wa);
-  if (one_side && !shows_side(view, mirrored ? -normal : normal, wa)) return;
+  const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy, extent = high_corner - low_corner, box = high - low + 1;
 #ifdef FIRE3DV_LIGHTS
+  if (cluster.one_side && faces_light(ab, ac, cluster.mirrored)) return;
   const bool double_sided = true;
 #else
-  const bool double_sided = (part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
+  const bool double_sided = !cluster.one_side;
 #endif
-  const ivec2 extent = high_corner - low_corner, box = high - low + 1;
   if (max(extent.x, extent.y) > kMostExtent || box.x * box.y > kMostPixels) {
-    emit_large(set, HugeTriangle(id, push.view), a, b, c, mirrored, double_sided, low, high, view);
+    emit_large(set, HugeTriangle(id, push.view), a, b, c, cluster.mirrored, double_sided, low, high, view);
     return;
   }
-  const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;
   int area = ab.x * ac.y - ab.y * ac.x;
 #ifndef FIRE3DV_KEEPS_LINES
-  if (area == 0 || (!double_sided && (area > 0) != mirrored)) return;  // counter-clockwise is the front
+  if (area == 0 || (!double_sided && (area > 0) != cluster.mirrored)) return;  // counter-clockwise is the front
 #endif
   if (area < 0) {
     const Corner swapped = b;
@@ -188,3 +98,60 @@ void main() {
   }
   draw_small(globals, set, view, a, b, c, area, id, low, high);
 }
+
+#ifdef FIRE3DV_CPU
+// Each lane finds its three corners: waiting for the others takes longer.
+void main() {
+  GlobalsRef globals = globals_at(push.globals);
+  RasterSet set = RasterSetRef(push.set).value;
+  // Beyond the last one that is drawn again, which changes nothing: outside of branches reading costs less.
+  const uint listed = listed_at(set, min(gl_WorkGroupID.x + gl_WorkGroupID.y * 65535, cluster_count(set) - 1));
+  const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, listed & ~FIRE3DV_LISTED_ONE_SIDE);
+  const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, instance.node);
+  const RasterView view = view_for_all(set.views, push.view);
+  const uint thread = gl_LocalInvocationIndex;
+  if (thread >= instance.counts >> 16) return;
+  const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + thread];
+  const uvec3 at = instance.first_vertex + uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
+  PositionRef positions = PositionRef(globals.value.positions);
+  draw_triangle(globals, set, view, shown_cluster(listed, world_from_node), thread,
+                corner_of(view, world_position(world_from_node, positions.at[at.x])),
+                corner_of(view, world_position(world_from_node, positions.at[at.y])),
+                corner_of(view, world_position(world_from_node, positions.at[at.z])));
+}
+#else
+shared ivec2 corner_xy[128];
+shared float corner_z[128];
+
+void main() {
+  GlobalsRef globals = globals_at(push.globals);
+  RasterSet set = RasterSetRef(push.set).value;
+  const uint entry = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535, thread = gl_LocalInvocationIndex;
+  if (entry >= cluster_count(set)) return;  // the whole group
+  const uint listed = listed_at(set, entry);
+  const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[listed & ~FIRE3DV_LISTED_ONE_SIDE];
+  const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[instance.node];
+  const RasterView view = RasterViewRef(set.views).at[push.view];
+  const uint vertex_count = instance.counts & 0xffff, triangle_count = instance.counts >> 16;
+  uint packed[128 / kThreads];
+  for (uint i = 0; i < 128 / kThreads; ++i) {  // asked for before others are waited for
+    const uint number = thread + i * kThreads;
+    if (number < triangle_count) packed[i] = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + number];
+  }
+  for (uint vertex = thread; vertex < vertex_count; vertex += kThreads) {
+    const vec3 node = PositionRef(globals.value.positions).at[instance.first_vertex + vertex];
+    const Corner corner = corner_of(view, world_position(world_from_node, node));
+    corner_xy[vertex] = corner.xy;
+    corner_z[vertex] = corner.z;
+  }
+  barrier();
+  const ShownCluster cluster = shown_cluster(listed, world_from_node);
+  for (uint i = 0; i < 128 / kThreads; ++i) {
+    const uint number = thread + i * kThreads;
+    if (number >= triangle_count) return;
+    const uvec3 at = uvec3(packed[i] & 255, (packed[i] >> 8) & 255, (packed[i] >> 16) & 255);
+    draw_triangle(globals, set, view, cluster, number, Corner(corner_xy[at.x], corner_z[at.x]),
+                  Corner(corner_xy[at.y], corner_z[at.y]), Corner(corner_xy[at.z], corner_z[at.z]));
+  }
+}
+#endif

@@ -14,15 +14,14 @@ layout(push_constant, scalar) uniform Push { SurfacesPush push; };
 const float kLeastCosine = 0.9945;  // 6 degrees
 const float kMostPixels = 5;       // along each side of the image
 
-vec3 world_normal(GlobalsRef globals, uint cluster, uint triangle, PartRecord part) {
-  const ClusterRecord record = ClusterRef(globals.value.clusters).at[cluster];
-  const uint packed = UintRef(globals.value.cluster_triangles).at[record.first_triangle + triangle];
+vec3 world_normal(GlobalsRef globals, ClusterInstance instance, uint triangle) {
+  const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + triangle];
   PositionRef positions = PositionRef(globals.value.positions);
-  const vec3 a = positions.at[record.first_vertex + (packed & 255)];
-  const vec3 b = positions.at[record.first_vertex + ((packed >> 8) & 255)];
-  const vec3 c = positions.at[record.first_vertex + ((packed >> 16) & 255)];
-  return normal_direction(AffineRowsRef(globals.value.world_from_node).at[part.node],
-                          UintRef(globals.value.node_facts).at[part.node], cross(b - a, c - a));
+  const vec3 a = positions.at[instance.first_vertex + (packed & 255)];
+  const vec3 b = positions.at[instance.first_vertex + ((packed >> 8) & 255)];
+  const vec3 c = positions.at[instance.first_vertex + ((packed >> 16) & 255)];
+  return normal_direction(AffineRowsRef(globals.value.world_from_node).at[instance.node],
+                          UintRef(globals.value.node_facts).at[instance.node], cross(b - a, c - a));
 }
 
 // Of the triangle's plane at a place of the image.
@@ -82,7 +81,7 @@ void main() {
         normal = cross(triangle.world[1] - triangle.world[0], triangle.world[2] - triangle.world[0]);
         if ((triangle.node_facts & FIRE3DV_NODE_MIRRORED) != 0) normal = -normal;
       }
-      const vec3 other_normal = world_normal(globals, instance.cluster, other & 127, triangle.part);
+      const vec3 other_normal = world_normal(globals, instance, other & 127);
       if (!(dot(normal, other_normal) > kLeastCosine * sqrt(dot(normal, normal) * dot(other_normal, other_normal)))) continue;
       for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
         if ((same & (1u << s)) == 0) continue;

@@ -16,6 +16,12 @@ void main() {
   const RasterView view = RasterViewRef(set.views).at[prepared.view];
   const TileTriangle triangle = tile_triangle(prepared);
   const ivec2 origin = ivec2(entry.tile & 0xffffu, entry.tile >> 16) << kTileShift;
+#ifndef FIRE3DV_LIGHTS
+  if (!is_masked(globals, triangle.id)) {
+    draw_tile_rows(set, view, triangle, origin, gl_LocalInvocationIndex);
+    return;
+  }
+#endif
   for (uint i = gl_LocalInvocationIndex; i < 1u << (2 * kTileShift); i += 128) {
     draw_tile_pixel(globals, set, view, triangle,
                     origin + ivec2(i & ((1 << kTileShift) - 1), i >> kTileShift));

@@ -17,6 +17,9 @@ namespace access = gpu::access;
 constexpr uint32_t kPreparedCapacity = 1u << 18;
 constexpr uint32_t kTileCapacity = 1u << 20;
 constexpr uint32_t kTileSide = 1u << FIRE3DV_TILE_SHIFT;
+// From here on narrow groups take less time, by measurements on an H200: there are enough to fill it, and
+// hardly a triangle is more than some pixels large.
+constexpr uint32_t kManyInMaps = 1u << 14, kManyInImages = 1u << 17;
 constexpr uint32_t kHugeAtFirst = 1u << 22;  // 32 MiB, of scenes that large
 constexpr gpu::Access kArgumentsAndCompute{
     VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
@@ -59,6 +62,19 @@ struct Counts {
   gpu_types::ViewWork work[2];
 };
 
+uint32_t clusters_in(const gpu_types::ViewWork& work) {
+  return std::max(work.solid.groups_x, work.solid.count) + std::max(work.masked.groups_x, work.masked.count);
+}
+
+// In ClusterRaster::work_: what is large, of both rounds; then each view's clusters, of the first round and
+// of the second.
+VkDeviceSize large_work_at(uint32_t round) {
+  return round * sizeof(gpu_types::LargeWork);
+}
+VkDeviceSize view_work_at(uint32_t round, uint32_t view_count) {
+  return large_work_at(2) + VkDeviceSize{round} * view_count * sizeof(gpu_types::ViewWork);
+}
+
 // One pass for all sets.
 template <typename AddUses, typename CommandsOf>
 void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* const> sets,
@@ -92,6 +108,8 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
                                                  : counting         ? "_1.comp"
                                                                     : suffix));
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
+  if (!tile_by_tile_ && !counting)
+    raster_narrow_ = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
   raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix, gpu::Make::when_used);
   expand_ = gpu::create_compute_pipeline(device, layout, "expand" + suffix);
   tiles_ = gpu::create_compute_pipeline(device, layout, "tiles" + suffix);
@@ -122,8 +140,8 @@ void ClusterRaster::read_counts() {
   while (huge_count > huge_capacity_ && huge_capacity_ < (1u << 27)) huge_capacity_ *= 2;
   const uint32_t rounds = rounds_counted_[frame_ % gpu::kFramesInFlight];
   rounds_counted_[frame_ % gpu::kFramesInFlight] = 0;
-  drawn_.late_clusters = counts.work[1].solid.count + counts.work[1].masked.count;
-  drawn_.clusters = counts.work[0].solid.count + counts.work[0].masked.count + drawn_.late_clusters;
+  drawn_.late_clusters = clusters_in(counts.work[1]);
+  drawn_.clusters = clusters_in(counts.work[0]) + drawn_.late_clusters;
   if (rounds == 1) clusters_in_view_ = drawn_.clusters;
   if (rounds == 2) clusters_not_hidden_ = drawn_.clusters;
 }
@@ -143,8 +161,7 @@ void ClusterRaster::make_room(const Job& job) {
   while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles)
     huge_capacity_ *= 2;
   grow(device_, lists_, entries * sizeof(uint32_t));
-  grow(device_, work_, 2 * job.view_count * sizeof(gpu_types::ViewWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
-  grow(device_, large_, 2 * sizeof(gpu_types::LargeWork), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+  grow(device_, work_, view_work_at(2, job.view_count), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
   grow(device_, huge_, VkDeviceSize{huge_capacity_} * sizeof(gpu_types::HugeTriangle));
   grow(device_, prepared_, VkDeviceSize{kPreparedCapacity} * sizeof(gpu_types::PreparedTriangle));
   grow(device_, tile_entries_, VkDeviceSize{kTileCapacity} * sizeof(gpu_types::TileEntry));
@@ -180,9 +197,12 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   set.cull = job.cull == Cull::off ? 0 : 1;
   set.look_first = device_.report().type == gpu::DeviceType::software ? 1 : 0;
   for (uint32_t round = 0; round < round_count_; ++round) {
-    set.work = work_.address + round * job.view_count * sizeof(gpu_types::ViewWork);
-    set.large = large_.address + round * sizeof(gpu_types::LargeWork);
+    set.work = work_.address + view_work_at(round, job.view_count);
+    set.large = work_.address + large_work_at(round);
     if (tile_by_tile_) set.tile_lists = tile_lists_.address + round * tile_list_bytes(job);
+    set.one_row = device_.limits().maxComputeWorkGroupCount[0] >= job.instance_count() ? 1 : 0;
+    set.cull_groups = cull_groups();
+    set.clear_quads = static_cast<uint32_t>(clear_quads(round));
     set.round = round_count_ == 1 ? FIRE3DV_ROUND_ONLY
                 : round == 0      ? FIRE3DV_ROUND_EARLY
                                   : FIRE3DV_ROUND_LATE;
@@ -195,7 +215,6 @@ void ClusterRaster::add_uses(std::vector<Use>& uses) {
   if (job_.views_written) uses.emplace_back(*job_.views_written, access::compute_read);
   uses.emplace_back(work_, kArgumentsAndCompute);
   uses.emplace_back(lists_, access::compute_write);
-  uses.emplace_back(large_, kArgumentsAndCompute);
   uses.emplace_back(huge_, access::compute_write);
   uses.emplace_back(prepared_, access::compute_write);
   uses.emplace_back(tile_entries_, access::compute_write);
@@ -205,9 +224,18 @@ void ClusterRaster::add_uses(std::vector<Use>& uses) {
 }
 
 void ClusterRaster::clear(VkCommandBuffer commands) {
-  vkCmdFillBuffer(commands, work_.get(), 0, VK_WHOLE_SIZE, 0);
-  vkCmdFillBuffer(commands, large_.get(), 0, VK_WHOLE_SIZE, 0);
-  vkCmdFillBuffer(commands, job_.target->get(), 0, VK_WHOLE_SIZE, 0);
+  vkCmdFillBuffer(commands, work_.get(), 0, view_work_at(0, job_.view_count), 0);
+  constexpr gpu_types::ClusterList kEmpty{0, 1, 1, 0};
+  constexpr VkDeviceSize kMostAtOnce = 65536 / sizeof(gpu_types::ViewWork);  // bytes that Vulkan takes
+  const std::vector<gpu_types::ViewWork> empty(2 * job_.view_count, {kEmpty, kEmpty});
+  for (VkDeviceSize i = 0; i < empty.size(); i += kMostAtOnce) {
+    const VkDeviceSize count = std::min(kMostAtOnce, empty.size() - i), bytes = sizeof(gpu_types::ViewWork);
+    vkCmdUpdateBuffer(commands, work_.get(), view_work_at(0, job_.view_count) + i * bytes, count * bytes,
+                      &empty[i]);
+  }
+  const VkDeviceSize cleared_later = clear_quads(0) * 16;
+  if (cleared_later < job_.target->size_bytes)
+    vkCmdFillBuffer(commands, job_.target->get(), cleared_later, VK_WHOLE_SIZE, 0);
   if (tile_by_tile_) vkCmdFillBuffer(commands, tile_lists_.get(), 0, VK_WHOLE_SIZE, 0);
   if (round_count_ == 2 && nothing_seen_) {
     vkCmdFillBuffer(commands, was_seen_.get(), 0, VK_WHOLE_SIZE, 0);
@@ -224,16 +252,29 @@ void ClusterRaster::bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
 }
 
+uint32_t ClusterRaster::cull_groups() const {
+  return (job_.instance_count() + 63) / 64;
+}
+
+// What is drawn into is emptied beside that; on a CPU by whom the driver thinks best.
+VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
+  return round == 0 && !tile_by_tile_ ? job_.target->size_bytes / 16 : 0;
+}
+
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
   bind(commands, cull_, round, 0);
-  const uint32_t groups = (job_.instance_count() + 63) / 64;
+  constexpr uint32_t kQuadsOfGroup = 64 * FIRE3DV_CLEAR_QUADS;
+  const uint32_t groups =
+      cull_groups() + static_cast<uint32_t>((clear_quads(round) + kQuadsOfGroup - 1) / kQuadsOfGroup);
   if (groups) vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, job_.view_count);
 }
 
 void ClusterRaster::raster(VkCommandBuffer commands, uint32_t round) const {
+  const bool narrow =
+      raster_narrow_ && job_.instance_count() >= (is_of_lights(kind_) ? kManyInMaps : kManyInImages);
   for (uint32_t view = 0; view < job_.view_count; ++view) {
-    const VkDeviceSize work = (round * job_.view_count + view) * sizeof(gpu_types::ViewWork);
-    bind(commands, raster_, round, view);
+    const VkDeviceSize work = view_work_at(round, job_.view_count) + view * sizeof(gpu_types::ViewWork);
+    bind(commands, narrow ? raster_narrow_ : raster_, round, view);
     vkCmdDispatchIndirect(commands, work_.get(), work + offsetof(gpu_types::ViewWork, solid));
     if (!job_.scene->has_masked) continue;
     bind(commands, raster_mask_, round, view);
@@ -244,7 +285,7 @@ void ClusterRaster::raster(VkCommandBuffer commands, uint32_t round) const {
 void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
                                 VkDeviceSize arguments) const {
   bind(commands, pipeline, round, 0);
-  vkCmdDispatchIndirect(commands, large_.get(), round * sizeof(gpu_types::LargeWork) + arguments);
+  vkCmdDispatchIndirect(commands, work_.get(), large_work_at(round) + arguments);
 }
 
 void ClusterRaster::draw_tiles(VkCommandBuffer commands, uint32_t round) const {
@@ -265,8 +306,9 @@ void ClusterRaster::find_farthest(VkCommandBuffer commands) const {
 void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets,
                                  uint32_t round) {
   const RoundNames& names = kRoundNames[round];
-  auto list_uses = [](ClusterRaster& set, std::vector<Use>& uses) {
+  auto list_uses = [round](ClusterRaster& set, std::vector<Use>& uses) {
     set.add_uses(uses);
+    if (set.clear_quads(round)) uses.emplace_back(*set.job_.target, access::compute_write);
     if (set.round_count_ != 2) return;
     uses.emplace_back(set.was_seen_, access::compute_write);
     uses.emplace_back(set.farthest_, access::compute_read);
@@ -297,15 +339,11 @@ void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaste
 void ClusterRaster::keep_counts(gpu::Recorder& recorder) {
   rounds_counted_[frame_ % gpu::kFramesInFlight] = round_count_;
   gpu::Buffer& counts = counts_[frame_++ % gpu::kFramesInFlight];
-  recorder.transition({Use(large_, access::transfer_read), Use(work_, access::transfer_read),
-                       Use(counts, access::transfer_write)});
-  const VkBufferCopy large{0, offsetof(Counts, large), sizeof(Counts::large)};
-  vkCmdCopyBuffer(recorder.commands(), large_.get(), counts.get(), 1, &large);
   const VkDeviceSize one = sizeof(gpu_types::ViewWork);
-  const VkBufferCopy work[2] = {{0, offsetof(Counts, work), one},
-                                {job_.view_count * one, offsetof(Counts, work) + one, one}};
-  vkCmdCopyBuffer(recorder.commands(), work_.get(), counts.get(), 2, work);
-  recorder.transition({Use(counts, access::host_read)});
+  static_assert(offsetof(Counts, work) == sizeof(Counts::large));  // as they lie in `work_`
+  recorder.copy_at_end(work_, counts,
+                       {{0, 0, sizeof(Counts::large) + one},
+                        {view_work_at(1, job_.view_count), offsetof(Counts, work) + one, one}});
 }
 
 void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets) {
@@ -313,7 +351,6 @@ void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* con
       recorder, "clear", sets,
       [](ClusterRaster& set, std::vector<Use>& uses) {
         uses.emplace_back(set.work_, access::transfer_write);
-        uses.emplace_back(set.large_, access::transfer_write);
         uses.emplace_back(*set.job_.target, access::transfer_write);
         if (set.tile_by_tile_) uses.emplace_back(set.tile_lists_, access::transfer_write);
         if (set.round_count_ == 2 && set.nothing_seen_)

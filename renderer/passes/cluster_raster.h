@@ -74,6 +74,8 @@ class ClusterRaster {
   void add_uses(std::vector<gpu::Use>& uses);
   void clear(VkCommandBuffer commands);
   void bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round, uint32_t view) const;
+  uint32_t cull_groups() const;
+  VkDeviceSize clear_quads(uint32_t round) const;
   void cull(VkCommandBuffer commands, uint32_t round) const;
   void raster(VkCommandBuffer commands, uint32_t round) const;
   void large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
@@ -89,11 +91,11 @@ class ClusterRaster {
   VkPipelineLayout layout_;
   const RasterKind kind_;
   const bool tile_by_tile_;  // on a CPU: a workgroup for each tile of the image, not of each triangle
-  gpu::Pipeline cull_, raster_, raster_mask_, expand_, tiles_, farthest_depth_;
+  gpu::Pipeline cull_, raster_, raster_narrow_, raster_mask_, expand_, tiles_, farthest_depth_;
   Job job_;
   uint32_t round_count_ = 1;
   std::array<VkDeviceAddress, 2> round_sets_{};  // RasterSet
-  gpu::Buffer work_, large_;                     // of each round
+  gpu::Buffer work_;                             // LargeWork and ViewWork of each round
   gpu::Buffer lists_, huge_, prepared_, tile_entries_;
   gpu::Buffer tile_lists_, tile_next_;  // where drawn tile by tile
   gpu::Buffer was_seen_, farthest_;

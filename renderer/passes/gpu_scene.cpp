@@ -305,7 +305,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   light_of_node = upload_array(device, loader, light_at_node);
   first_primitive_of_node = upload_array(device, loader, first_primitives);
 
-  Parts all_parts = collect_parts(scene, derived.casters, *this);
+  Parts all_parts = collect_parts(scene, derived.casters, clustered.clusters, *this);
   part_count = static_cast<uint32_t>(all_parts.parts.size());
   planar_parts = std::move(all_parts.planar);
   first_part_of_node = std::move(all_parts.first_of_node);
@@ -316,6 +316,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   }
   cluster_instance_count = static_cast<uint32_t>(all_parts.clusters.size());
   own_cluster_instance_count = all_parts.own_cluster_count;
+  for (uint32_t i = 0; i < own_cluster_instance_count; ++i)
+    own_triangle_count += all_parts.clusters[i].counts >> 16;
   parts = upload_array(device, loader, all_parts.parts);
   cluster_instances = upload_array(device, loader, all_parts.clusters);
 

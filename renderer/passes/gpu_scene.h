@@ -57,6 +57,7 @@ struct GpuScene {
   uint32_t instance_count = 0;              // of the top-level acceleration structure
   uint32_t cluster_instance_count = 0;      // of all levels of detail
   uint32_t own_cluster_instance_count = 0;  // of the file's own, which come first
+  uint64_t own_triangle_count = 0;          // of these
   bool has_on_top = false;                  // something that only the forward pass draws
   bool has_masked = false;
   bool has_extensions = false;  // materials with more than glTF's core

@@ -81,8 +81,17 @@ namespace {
 // An id has 25 bits for it, see gpu_types::ClusterInstance.
 constexpr uint64_t kMostClusterInstances = (uint64_t{1} << 25) - 1;
 
+void add_clusters(Parts& all, std::span<const scene::Cluster> clusters, uint32_t part, uint32_t first,
+                  uint32_t count) {
+  for (uint32_t c = first; c < first + count; ++c) {
+    const scene::Cluster& cluster = clusters[c];
+    all.clusters.push_back({part, c, all.parts[part].node, cluster.first_vertex, cluster.first_triangle,
+                            cluster.vertex_count | cluster.triangle_count << 16});
+  }
+}
+
 // All or none: a cluster whose coarser ones are missing would leave a hole.
-void add_coarser_clusters(const GpuScene& gpu_scene, Parts& all) {
+void add_coarser_clusters(const GpuScene& gpu_scene, std::span<const scene::Cluster> clusters, Parts& all) {
   uint64_t count = all.clusters.size();
   for (const gpu_types::PartRecord& part : all.parts)
     count += gpu_scene.geometry[part.primitive].level_cluster_count;
@@ -90,16 +99,14 @@ void add_coarser_clusters(const GpuScene& gpu_scene, Parts& all) {
   for (uint32_t part = 0; part < all.parts.size(); ++part) {
     if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
     const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
-    for (uint32_t c = 0; c < geometry.level_cluster_count; ++c) {
-      all.clusters.push_back({part, geometry.first_level_cluster + c});
-    }
+    add_clusters(all, clusters, part, geometry.first_level_cluster, geometry.level_cluster_count);
   }
 }
 
 }  // namespace
 
 Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
-                    const GpuScene& gpu_scene) {
+                    std::span<const scene::Cluster> clusters, const GpuScene& gpu_scene) {
   Parts all;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const uint32_t mesh = scene.nodes[n].mesh;
@@ -121,14 +128,12 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
             {part, n, caster.plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
       }
       const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[primitive];
-      for (uint32_t c = 0; c < geometry.cluster_count; ++c) {
-        all.clusters.push_back({part, geometry.first_cluster + c});
-      }
+      add_clusters(all, clusters, part, geometry.first_cluster, geometry.cluster_count);
     }
   }
   // Behind all of the file's own: those keep their numbers, whether there are levels of detail or not.
   all.own_cluster_count = static_cast<uint32_t>(all.clusters.size());
-  add_coarser_clusters(gpu_scene, all);
+  add_coarser_clusters(gpu_scene, clusters, all);
   std::stable_sort(all.planar.begin(), all.planar.end(),
                    [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });
   return all;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "renderer/scene/caster_shape.h"
@@ -31,9 +32,9 @@ struct Parts {
   std::vector<uint32_t> first_of_node;
 };
 
-// casters: of each mesh. gpu_scene: what it knows of primitives at nodes and of their clusters.
+// casters: of each mesh. gpu_scene: what it knows of primitives at nodes; their `clusters`.
 Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
-                    const GpuScene& gpu_scene);
+                    std::span<const scene::Cluster> clusters, const GpuScene& gpu_scene);
 
 // Whether anything of it is drawn by the forward pass alone, on top of the rest.
 bool any_on_top(const scene::Scene& scene);

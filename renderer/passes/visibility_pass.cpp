@@ -15,6 +15,9 @@ namespace access = gpu::access;
 
 // What a level of detail may look different by from what it stands for.
 constexpr float kLevelErrorPixels = 0.25f;
+// Of the scene, for each pixel of the image. Where there are fewer, few pixels show several of one surface,
+// and to find those takes longer than to shade them and to trace their rays.
+constexpr double kTrianglesWorthTracingLess = 0.2, kTrianglesWorthShadingLess = 0.5;
 
 gpu::SetLayout create_image_set_layout(gpu::Device& device) {
   const VkDescriptorSetLayoutBinding bindings[] = {
@@ -122,8 +125,10 @@ ClusterRaster& VisibilityPass::prepare(gpu::UploadBelt& belt, GpuScene& scene, s
 }
 
 void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
-                                    std::span<const VkDeviceAddress> globals) {
-  if (!surfaces_) return;
+                                    std::span<const VkDeviceAddress> globals, bool traced) {
+  const auto pixels = static_cast<double>(extent_.width) * extent_.height;
+  const double least = traced ? kTrianglesWorthTracingLess : kTrianglesWorthShadingLess;
+  if (!surfaces_ || static_cast<double>(scene.own_triangle_count) < least * pixels) return;
   std::vector<Use> uses{Use(targets_->visibility, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("surfaces", uses, [&](VkCommandBuffer commands) {
@@ -229,7 +234,6 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   push.list = shadows.list().address;
   push.entries = shadows.entries().address;
   const std::span<const gpu_types::ShadePush> view(&push, 1);
-  shadows.begin_list(recorder);
   record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, left);
   shadows.trace(recorder, scene, {targets_->visibility, address_of(shaded.first_view)}, globals);
   record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, left);

@@ -38,8 +38,9 @@ class VisibilityPass {
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, std::span<const View> views,
                          VkDeviceAddress globals, Cull cull, bool levels_of_detail);
   // Of what was drawn: makes one surface of neighbouring triangles that share a pixel. Before all that
-  // follows.
-  void merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals);
+  // follows, and where it pays. traced: rays may start from what is merged.
+  void merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals,
+                      bool traced);
   // Some of the views, one after the other.
   struct Shaded {
     uint32_t first_view = 0;

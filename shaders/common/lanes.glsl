@@ -26,10 +26,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Aff
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PartWords { uint at[4]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightWords { uint at[16]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialWords { uint at[56]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterWords { uint at[16]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ViewWords { uint at[52]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PreparedWords { uint at[11]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceWords { uint at[2]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceWords { uint at[6]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexWords { uint at[16]; };
 
 #define FIRE3DV_OWN_WORD(record, first, count) (record).at[min((first) + gl_SubgroupInvocationID, (count) - 1)]
@@ -70,8 +69,9 @@ PartRecord part_for_all(uint64_t parts, uint index) {
 
 ClusterInstance instance_for_all(uint64_t instances, uint index) {
   InstanceWords record = InstanceWords(instances)[index];
-  const uint words = FIRE3DV_OWN_WORD(record, 0, 2);
-  return ClusterInstance(FIRE3DV_WORD(words, 0), FIRE3DV_WORD(words, 1));
+  const uint words = FIRE3DV_OWN_WORD(record, 0, 6);
+  return ClusterInstance(FIRE3DV_WORD(words, 0), FIRE3DV_WORD(words, 1), FIRE3DV_WORD(words, 2), FIRE3DV_WORD(words, 3),
+                         FIRE3DV_WORD(words, 4), FIRE3DV_WORD(words, 5));
 }
 
 // Three vertices' positions are nine words: the lanes read the first eight.
@@ -92,19 +92,6 @@ VertexRecord vertex_for_all(uint64_t vertices, uint index) {
   vertex.uv1 = vec2(FIRE3DV_NUMBER(words, 2), FIRE3DV_NUMBER(words, 3));
   vertex.normal = vec3(FIRE3DV_NUMBER(words, 4), FIRE3DV_NUMBER(words, 5), FIRE3DV_NUMBER(words, 6));
   return vertex;
-}
-
-// Its vertices and triangles alone.
-ClusterRecord cluster_for_all(uint64_t clusters, uint index) {
-  ClusterWords record = ClusterWords(clusters)[index];
-  const uint words = FIRE3DV_OWN_WORD(record, 8, 16);
-  ClusterRecord cluster;
-  cluster.first_vertex = FIRE3DV_WORD(words, 0);
-  cluster.first_triangle = FIRE3DV_WORD(words, 1);
-  cluster.vertex_count = FIRE3DV_WORD(words, 2);
-  cluster.triangle_count = FIRE3DV_WORD(words, 3);
-  cluster.surface_error = FIRE3DV_NUMBER(words, 6);
-  return cluster;
 }
 
 // Without the planes around it.

@@ -57,18 +57,25 @@ bool reaches_box(PreparedTriangle t, ivec2 low_pixel, ivec2 high_pixel) {
   return true;
 }
 
-// True when there was room.
-bool emit_tile(RasterSet set, uint prepared, ivec2 tile, RasterView view) {
+// Places for some more tiles; those from the capacity on are not there.
+uint places_for_tiles(RasterSet set, uint count) {
   LargeWorkRef large = LargeWorkRef(set.large);
-  const uint place = atomicAdd(large.value.tiles.count, 1);
+  const uint first = atomicAdd(large.value.tiles.count, count);
+  const uint all = min(first + count, set.tile_capacity);
+  if (first >= all) return first;
+  atomicMax(large.value.tiles.groups_x, min(all, 65535u));
+  atomicMax(large.value.tiles.groups_y, (all - 1) / 65535 + 1);
+  large.value.tiles.groups_z = 1;
+  return first;
+}
+
+// True when there was room.
+bool emit_tile(RasterSet set, uint place, uint prepared, ivec2 tile, RasterView view) {
   if (place >= set.tile_capacity) return false;
   TileEntryRef(set.tiles).at[place] = TileEntry(prepared, uint(tile.x) | (uint(tile.y) << 16));
   if (set.tile_lists != 0) {
     UintsRef(set.tile_next).at[place] = atomicExchange(UintsRef(set.tile_lists).at[list_of_tile(view, tile)], place + 1);
   }
-  atomicMax(large.value.tiles.groups_x, min(place + 1, 65535u));
-  atomicMax(large.value.tiles.groups_y, place / 65535 + 1);
-  large.value.tiles.groups_z = 1;
   return true;
 }
 
@@ -90,14 +97,17 @@ void emit_large(RasterSet set, HugeTriangle triangle, Corner a, Corner b, Corner
     return;
   }
   PreparedTriangleRef(set.prepared).at[place] = prepared;
-  for (int y = 0; y < tiles.y; ++y) {
-    for (int x = 0; x < tiles.x; ++x) {
-      const ivec2 tile = first + ivec2(x, y);
-      if (!reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1)) continue;
-      if (!emit_tile(set, place, tile, view)) {
-        emit_huge(set, triangle);  // drawn again as a whole: the result is the same
-        return;
-      }
+  uint reached = 0;  // of its tiles, as bits
+  for (uint i = 0; i < count; ++i) {
+    const ivec2 tile = first + ivec2(i % uint(tiles.x), i / uint(tiles.x));
+    if (reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1)) reached |= 1u << i;
+  }
+  uint entry = places_for_tiles(set, bitCount(reached));
+  for (; reached != 0; reached &= reached - 1, ++entry) {
+    const uint i = findLSB(reached);
+    if (!emit_tile(set, entry, place, first + ivec2(i % uint(tiles.x), i / uint(tiles.x)), view)) {
+      emit_huge(set, triangle);  // drawn again as a whole: the result is the same
+      return;
     }
   }
 }

@@ -16,8 +16,9 @@ MapTarget map_target(RasterSet set, RasterView view) {
   return MapTarget(set.target, view.first_texel, view.width, set.look_first != 0);
 }
 
-void put_nearest(MapTarget target, ivec2 texel, bool outer, float depth) {
-  const uint index = target.first_texel + (outer ? target.size * target.size : 0) + uint(texel.y) * target.size + texel.x;
+// place: of the texel, row by row.
+void put_nearest(MapTarget target, uint place, bool outer, float depth) {
+  const uint index = target.first_texel + (outer ? target.size * target.size : 0) + place;
   const uint value = floatBitsToUint(depth);
   UintsRef maps = UintsRef(target.maps);
   if (!target.look_first || maps.at[index] < value) atomicMax(maps.at[index], value);

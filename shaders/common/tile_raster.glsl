@@ -48,7 +48,7 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
   FIRE3DV_COVER_TEXEL(int64_t, i64vec2)
 #ifndef FIRE3DV_MIDDLES_ALONE
   if (!touches) return;
-  put_nearest(target, texel, true, nearest_possible(view, outer));
+  put_nearest(target, uint(texel.y) * view.width + uint(texel.x), true, nearest_possible(view, outer));
 #endif
   if (!middle) return;
 #else
@@ -64,7 +64,7 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
 #endif
   }
 #ifdef FIRE3DV_LIGHTS
-  put_nearest(target, texel, false, z);
+  put_nearest(target, uint(texel.y) * view.width + uint(texel.x), false, z);
 #else
   const uint first = view.first_texel + uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
@@ -72,5 +72,43 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
   }
 #endif
 }
+
+#ifndef FIRE3DV_LIGHTS
+// All rows of a triangle without holes, by a workgroup of 128: a lane for each sample of a row, which goes down from row to row. So
+// those who write at once write next to each other.
+void draw_tile_rows(RasterSet set, RasterView view, TileTriangle t, ivec2 origin, uint lane) {
+  const uint lanes_across = FIRE3DV_SAMPLES << kTileShift, rows_at_once = 128 / lanes_across;
+  const ivec2 size = ivec2(view.width, view.height);
+  const uint s = lane % FIRE3DV_SAMPLES;
+  const Corner a = t.a, b = t.b, c = t.c;
+  ivec2 low, high;
+  covered_pixels(min(a.xy, min(b.xy, c.xy)), max(a.xy, max(b.xy, c.xy)), 0, size, low, high);
+  const ivec2 first = ivec2(origin.x + int(lane % lanes_across) / FIRE3DV_SAMPLES, max(origin.y, low.y) + int(lane / lanes_across));
+  const int last_y = min(origin.y + (1 << kTileShift) - 1, high.y);
+  if (first.x < low.x || first.x > high.x) return;
+  const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
+  precise const float inverse_area = 1 / float(t.area);
+  const ivec2 place = first * kSubpixels + kSamplePosition[s];
+  const ivec2 from_a = place - a.xy, from_b = place - b.xy, from_c = place - c.xy;
+  // Less their bias: a sample is covered where all are positive.
+  int64_t wa = int64_t(bc.x) * from_b.y - int64_t(bc.y) * from_b.x - t.bias.x;
+  int64_t wb = int64_t(ca.x) * from_c.y - int64_t(ca.y) * from_c.x - t.bias.y;
+  int64_t wc = int64_t(ab.x) * from_a.y - int64_t(ab.y) * from_a.x - t.bias.z;
+  const i64vec3 down = i64vec3(bc.x, ca.x, ab.x) * int64_t(kSubpixels * int(rows_at_once));
+  uint index = view.first_texel + uint(first.y * size.x + first.x) * FIRE3DV_SAMPLES + s;
+  for (int y = first.y; y <= last_y; y += int(rows_at_once)) {
+    if ((wa | wb | wc) >= 0) {
+      // As by FIRE3DV_COVER_PIXEL, to the bit.
+      precise const float z =
+          (float(wa + t.bias.x) * a.z + float(wb + t.bias.y) * b.z + float(wc + t.bias.z) * c.z) * inverse_area;
+      put(set.target, index, z, t.id, false);
+    }
+    wa += down.x;
+    wb += down.y;
+    wc += down.z;
+    index += rows_at_once * uint(size.x) * FIRE3DV_SAMPLES;
+  }
+}
+#endif
 
 #endif

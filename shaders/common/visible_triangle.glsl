@@ -25,11 +25,11 @@ uint part_of_id(GlobalsRef globals, uint id) {
 }
 
 // What its part says of a triangle.
-void read_part(GlobalsRef globals, uint part, inout VisibleTriangle t) {
-  t.part = PartRef(globals.value.parts).at[part];
+void read_part(GlobalsRef globals, ClusterInstance instance, inout VisibleTriangle t) {
+  t.part = PartRef(globals.value.parts).at[instance.part];
   t.material = t.part.material;
-  t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[t.part.node];
-  t.node_facts = UintRef(globals.value.node_facts).at[t.part.node];
+  t.world_from_node = AffineRowsRef(globals.value.world_from_node).at[instance.node];
+  t.node_facts = UintRef(globals.value.node_facts).at[instance.node];
 #ifdef FIRE3DV_CPU
   t.material_record = MaterialRef(globals.value.materials).at[t.material];
 #endif
@@ -45,26 +45,25 @@ void place_corners(GlobalsRef globals, inout VisibleTriangle t, vec3 a, vec3 b, 
 
 #ifdef FIRE3DV_CPU
 // The same where no lane is missing: mostly neighbours show the same body.
-void read_part_together(GlobalsRef globals, uint part, inout VisibleTriangle t) {
-  const uint first = subgroupBroadcast(part, 0);
+void read_part_together(GlobalsRef globals, ClusterInstance instance, inout VisibleTriangle t) {
+  const uint first = subgroupBroadcast(instance.part, 0);
   t.part = part_for_all(globals.value.parts, first);
   t.material = t.part.material;
   t.world_from_node = affine_for_all(globals.value.world_from_node, t.part.node);
   t.node_facts = UintRef(globals.value.node_facts).at[t.part.node];
   t.material_record = material_for_all(globals.value.materials, t.material);
-  if (part != first) read_part(globals, part, t);
+  if (instance.part != first) read_part(globals, instance, t);
 }
 
 // Large triangles: all lanes show one, which is read once for them.
 VisibleTriangle triangle_for_all(GlobalsRef globals, uint id) {
   const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, (id >> 7) - 1);
-  const ClusterRecord cluster = cluster_for_all(globals.value.clusters, instance.cluster);
-  const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + (id & 127)];
+  const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + (id & 127)];
   VisibleTriangle t;
   t.for_all = true;
-  t.surface_error = cluster.surface_error;
-  read_part_together(globals, instance.part, t);
-  for (int i = 0; i < 3; ++i) t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
+  t.surface_error = ClusterRef(globals.value.clusters).at[instance.cluster].surface_error;
+  read_part_together(globals, instance, t);
+  for (int i = 0; i < 3; ++i) t.vertex[i] = instance.first_vertex + ((packed >> (8 * i)) & 255);
   vec3 node[3];
   positions_for_all(globals.value.positions, t.vertex, node);
   place_corners(globals, t, node[0], node[1], node[2]);
@@ -79,18 +78,17 @@ MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return Mater
 // together: no lane is missing.
 VisibleTriangle own_triangle(GlobalsRef globals, uint id, const bool together) {
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1];
-  const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
-  const uint packed = UintRef(globals.value.cluster_triangles).at[cluster.first_triangle + (id & 127)];
+  const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + (id & 127)];
   VisibleTriangle t;
-  t.surface_error = cluster.surface_error;
+  t.surface_error = ClusterRef(globals.value.clusters).at[instance.cluster].surface_error;
 #ifdef FIRE3DV_CPU
   t.for_all = false;
   if (together) {
-    read_part_together(globals, instance.part, t);
+    read_part_together(globals, instance, t);
   } else
 #endif
-    read_part(globals, instance.part, t);
-  for (int i = 0; i < 3; ++i) t.vertex[i] = cluster.first_vertex + ((packed >> (8 * i)) & 255);
+    read_part(globals, instance, t);
+  for (int i = 0; i < 3; ++i) t.vertex[i] = instance.first_vertex + ((packed >> (8 * i)) & 255);
   PositionRef positions = PositionRef(globals.value.positions);
   place_corners(globals, t, positions.at[t.vertex[0]], positions.at[t.vertex[1]], positions.at[t.vertex[2]]);
   return t;

@@ -69,10 +69,15 @@ struct LevelGroupRecord {
 };
 
 // A cluster of a part. Its number, plus one and times 128, plus the triangle is the id in the visibility
-// buffer.
+// buffer. What drawing and shading need of the part and the cluster is repeated here, so that they wait for one read instead of
+// two, one after the other.
 struct ClusterInstance {
   uint part;
   uint cluster;
+  uint node;
+  uint first_vertex;
+  uint first_triangle;
+  uint counts;  // vertices | triangles << 16
 };
 
 // One draw of the forward pass.

@@ -24,7 +24,8 @@ struct RasterView {
   uint padding;
 };
 
-// A list of clusters, begun with the arguments of the dispatch that draws them.
+// A list of clusters, begun with the arguments of the dispatch that draws them: one row of groups, and `count` 0, or, where a
+// device has no rows that long, several.
 struct ClusterList {
   uint groups_x;
   uint groups_y;
@@ -73,6 +74,8 @@ struct TileEntry {
 // In a list: triangles of the cluster are drawn on one side alone.
 #define FIRE3DV_LISTED_ONE_SIDE 0x80000000u
 
+#define FIRE3DV_CLEAR_QUADS 8u  // of a target, that a thread empties
+
 // All that the raster shaders share for one set of views.
 struct RasterSet {
   FIRE3DV_ADDRESS views;  // RasterView[]
@@ -97,6 +100,9 @@ struct RasterSet {
   uint cull;        // 0: every cluster is drawn
   uint round;       // FIRE3DV_ROUND_*
   uint look_first;  // 1: a light's texel is read before it is written, where waiting for a read costs less
+  uint one_row;      // 1: see ClusterList
+  uint cull_groups;  // of the dispatch that culls, in x and y; those behind them empty the target
+  uint clear_quads;  // of 16 bytes, that these empty
 };
 
 struct FarthestDepthPush {

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <map>
 #include <random>
 #include <vector>
 
 #include "renderer/gpu/loader_commands.h"
-#include "renderer/gpu/pipeline.h"
 #include "shaders/shared/types.h"
 #include "tests/render/proof_bench.h"
+#include "tests/render/shader_bench.h"
 
 namespace fire3dv::test {
 namespace {
@@ -55,14 +54,6 @@ std::vector<gpu_types::PreparedTriangle> triangles_within(int reach, uint32_t co
   return triangles;
 }
 
-template <typename T>
-gpu::Buffer uploaded(const std::vector<T>& values) {
-  gpu::Buffer buffer = gpu::create_buffer(device(), values.size() * sizeof(T),
-                                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::upload);
-  std::memcpy(buffer.mapped, values.data(), values.size() * sizeof(T));
-  return buffer;
-}
-
 class Tiles : public ValidationIsSilent {
  protected:
   Tiles() {
@@ -71,28 +62,6 @@ class Tiles : public ValidationIsSilent {
     builder.camera_node("camera", {0, 0, 3}, {0, 0, 0});
     scene_ = builder.build();
     bench_ = std::make_unique<RenderBench>(scene_, VkExtent2D{8, 8}, settings_);
-    set_layout_ = gpu::BindlessTextures::create_layout(device(), settings_.most_textures);
-    layout_ = gpu::create_pipeline_layout(device(), std::array{set_layout_.get()});
-  }
-
-  const gpu::Pipeline& pipeline_of(const std::string& shader) {
-    gpu::Pipeline& known = pipelines_[shader];
-    if (!known) known = made(shader);
-    return known;
-  }
-
-  gpu::Pipeline made(const std::string& shader) {
-    const gpu::ShaderModule module = gpu::create_shader_module(device(), shader);
-    VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
-    info.stage = {VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};
-    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
-    info.stage.module = module.get();
-    info.stage.pName = "main";
-    info.layout = layout_.get();
-    VkPipeline pipeline = VK_NULL_HANDLE;
-    EXPECT_EQ(vkCreateComputePipelines(device().handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
-              VK_SUCCESS);
-    return gpu::Pipeline(device(), pipeline);
   }
 
   // The visibility buffer. Every tile gets every triangle, in another order.
@@ -123,9 +92,7 @@ class Tiles : public ValidationIsSilent {
     globals.width = kExtent.width;
     globals.height = kExtent.height;
     const VkDeviceSize bytes = VkDeviceSize{8} * samples * kExtent.width * kExtent.height;
-    gpu::Buffer target =
-        gpu::create_buffer(device(), bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::readback);
-    std::memset(target.mapped, 0, bytes);
+    gpu::Buffer target = written_by_shaders(bytes);
     gpu_types::RasterSet set{};
     set.views = views.address;
     set.large = large.address;
@@ -138,15 +105,15 @@ class Tiles : public ValidationIsSilent {
     const gpu::Buffer all_globals = uploaded(std::vector{globals}), all_sets = uploaded(std::vector{set});
     const gpu_types::RasterPush push{all_globals.address, all_sets.address, 0};
 
-    const gpu::Pipeline& pipeline =
-        pipeline_of("tiles_" + std::to_string(samples) + (tile_by_tile ? "_cpu.comp" : ".comp"));
+    const VkPipeline pipeline =
+        pipelines_.of("tiles_" + std::to_string(samples) + (tile_by_tile ? "_cpu.comp" : ".comp"));
     gpu::LoaderCommands loader(device());
     loader.recorder().pass("tiles", {Use(target, gpu::access::compute_write)}, [&](VkCommandBuffer commands) {
-      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
+      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
       const VkDescriptorSet textures = bench_->renderer().gpu_scene().textures.set();
-      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &textures, 0,
-                              nullptr);
-      vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.layout(), 0, 1, &textures,
+                              0, nullptr);
+      vkCmdPushConstants(commands, pipelines_.layout(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       if (tile_by_tile) {
         vkCmdDispatch(commands, kTilesAcross, kTilesDown, 1);
       } else {
@@ -181,9 +148,7 @@ class Tiles : public ValidationIsSilent {
   passes::DrawSettings settings_ = plain_settings(1);
   scene::Scene scene_;
   std::unique_ptr<RenderBench> bench_;
-  gpu::SetLayout set_layout_;
-  gpu::PipelineLayout layout_;
-  std::map<std::string, gpu::Pipeline> pipelines_;
+  ShaderPipelines pipelines_{settings_.most_textures};
 };
 
 // Some tens of them one over the other, so that most are hidden somewhere.
