@@ -69,7 +69,7 @@ void main() {
   RasterSet set = RasterSetRef(push.set).value;
   const uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
   if (group >= set.cull_groups) {
-    if (gl_WorkGroupID.z == 0) clear_target(set, group - set.cull_groups);
+    clear_target(set, (group - set.cull_groups) * gl_NumWorkGroups.z + gl_WorkGroupID.z);
     return;
   }
   const uint index = group * 64 + gl_LocalInvocationIndex;

@@ -263,9 +263,10 @@ VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
   bind(commands, cull_, round, 0);
-  constexpr uint32_t kQuadsOfGroup = 64 * FIRE3DV_CLEAR_QUADS;
+  // Each view has its groups that cull, and a share of those that empty the target of all.
+  const VkDeviceSize quads_of_row = VkDeviceSize{64} * FIRE3DV_CLEAR_QUADS * job_.view_count;
   const uint32_t groups =
-      cull_groups() + static_cast<uint32_t>((clear_quads(round) + kQuadsOfGroup - 1) / kQuadsOfGroup);
+      cull_groups() + static_cast<uint32_t>((clear_quads(round) + quads_of_row - 1) / quads_of_row);
   if (groups) vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, job_.view_count);
 }
 

@@ -101,7 +101,7 @@ struct RasterSet {
   uint round;       // FIRE3DV_ROUND_*
   uint look_first;  // 1: a light's texel is read before it is written, where waiting for a read costs less
   uint one_row;      // 1: see ClusterList
-  uint cull_groups;  // of the dispatch that culls, in x and y; those behind them empty the target
+  uint cull_groups;  // of the dispatch that culls, in x and y, for each view; those behind them empty the target
   uint clear_quads;  // of 16 bytes, that these empty
 };
 

@@ -67,8 +67,8 @@ class RasterVariants : public ValidationIsSilent {
 
   uint32_t cluster_count() const { return bench_->renderer().gpu_scene().own_cluster_instance_count; }
 
-  // Runs one shader over `groups` groups.
-  void run(const std::string& shader, const gpu_types::RasterSet& set, uint32_t groups,
+  // Runs one shader over so many groups.
+  void run(const std::string& shader, const gpu_types::RasterSet& set, VkExtent3D groups,
            gpu::Buffer& written) {
     const gpu::Buffer globals = uploaded(std::vector{globals_}), sets = uploaded(std::vector{set});
     const gpu_types::RasterPush push{globals.address, sets.address, 0};
@@ -81,7 +81,7 @@ class RasterVariants : public ValidationIsSilent {
           vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.layout(), 0, 1,
                                   &textures, 0, nullptr);
           vkCmdPushConstants(commands, pipelines_.layout(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-          vkCmdDispatch(commands, groups, 1, 1);
+          vkCmdDispatch(commands, groups.width, groups.height, groups.depth);
         });
     loader.recorder().transition({Use(written, gpu::access::host_read)});
     loader.finish();
@@ -114,7 +114,7 @@ class RasterVariants : public ValidationIsSilent {
     set.huge_capacity = kRoom;
     set.prepared_capacity = set.tile_capacity =
         kRoom + 65536;  // it turns to `huge` when less than 65536 are left
-    run(shader, set, cluster_count(), target);
+    run(shader, set, {cluster_count(), 1, 1}, target);
     Drawn result;
     result.target.resize(target.size_bytes / 8);
     std::memcpy(result.target.data(), target.mapped, target.size_bytes);
@@ -140,11 +140,11 @@ class RasterVariants : public ValidationIsSilent {
     }
   }
 
-  // Of an empty list, and a target that is not.
+  // Of the second of two views that are the same, of empty lists, and a target that is not.
   std::vector<uint32_t> listed(bool one_row) {
-    gpu_types::ViewWork work{{0, 1, 1, 0}, {0, 1, 1, 0}};
-    const gpu::Buffer views = uploaded(std::vector{view_}), works = uploaded(std::vector{work});
-    gpu::Buffer lists = written_by_shaders(cluster_count() * sizeof(uint32_t));
+    const gpu_types::ViewWork none{{0, 1, 1, 0}, {0, 1, 1, 0}};
+    const gpu::Buffer views = uploaded(std::vector{view_, view_}), works = uploaded(std::vector{none, none});
+    gpu::Buffer lists = written_by_shaders(2 * cluster_count() * sizeof(uint32_t));
     const gpu::Buffer target = uploaded(std::vector<uint32_t>(4 * 5000, 7));
     gpu_types::RasterSet set{};
     set.views = views.address;
@@ -156,15 +156,17 @@ class RasterVariants : public ValidationIsSilent {
     set.one_row = one_row ? 1 : 0;
     set.cull_groups = (cluster_count() + 63) / 64;
     set.clear_quads = 4999;
-    constexpr uint32_t kQuadsOfGroup = 64 * FIRE3DV_CLEAR_QUADS;
-    run("cull_4.comp", set, set.cull_groups + (set.clear_quads + kQuadsOfGroup - 1) / kQuadsOfGroup, lists);
+    constexpr uint32_t kQuadsOfRow = 2 * 64 * FIRE3DV_CLEAR_QUADS;
+    run("cull_4.comp", set, {set.cull_groups + (set.clear_quads + kQuadsOfRow - 1) / kQuadsOfRow, 1, 2},
+        lists);
     gpu_types::ClusterList seen;
-    std::memcpy(&seen, works.mapped, sizeof(seen));
+    std::memcpy(&seen, works.mapped + sizeof(none), sizeof(seen));
     EXPECT_EQ(seen.groups_y, 1u);
     EXPECT_EQ(seen.groups_z, 1u);
     EXPECT_EQ(seen.count, one_row ? 0 : seen.groups_x);
     std::vector<uint32_t> list(seen.groups_x), left(4 * 5000);
-    std::memcpy(list.data(), lists.mapped, list.size() * sizeof(uint32_t));
+    std::memcpy(list.data(), lists.mapped + cluster_count() * sizeof(uint32_t),
+                list.size() * sizeof(uint32_t));
     std::sort(list.begin(), list.end());
     std::memcpy(left.data(), target.mapped, left.size() * sizeof(uint32_t));
     EXPECT_TRUE(std::all_of(left.begin(), left.end() - 4, [](uint32_t word) { return word == 0; }));
