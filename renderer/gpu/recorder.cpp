@@ -51,6 +51,19 @@ Dependency depend(UseState& state, const Access& next, bool changes_layout) {
 
 }  // namespace
 
+void wait_for(VkCommandBuffer commands, VkPipelineStageFlags2 before, VkPipelineStageFlags2 after) {
+  constexpr VkAccessFlags2 kAnyAccess = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+  VkMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
+  barrier.srcStageMask = before;
+  barrier.srcAccessMask = kAnyAccess;
+  barrier.dstStageMask = after;
+  barrier.dstAccessMask = kAnyAccess;
+  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
+  info.memoryBarrierCount = 1;
+  info.pMemoryBarriers = &barrier;
+  vkCmdPipelineBarrier2(commands, &info);
+}
+
 void Recorder::pass(const char* name, std::span<const Use> uses,
                     const std::function<void(VkCommandBuffer)>& record) {
   copy_what_is_overwritten(uses);
@@ -87,8 +100,7 @@ void Recorder::record_copies() {
     told.emplace_back(*copy.into, access::host_read);
   }
   barriers(written);
-  barrier_for_all(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT,
-                  access::transfer_read.stages, access::transfer_read.access);
+  wait_for(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, access::transfer_read.stages);
   const std::optional<uint32_t> begin_query = write_timestamps_begin();
   for (const CopyAtEnd& copy : copies) {
     vkCmdCopyBuffer(commands_, copy.from, copy.into->get(), static_cast<uint32_t>(copy.regions.size()),
@@ -96,21 +108,7 @@ void Recorder::record_copies() {
   }
   write_timestamps_end("counts", begin_query);
   barriers(told);
-  barrier_for_all(access::transfer_read.stages, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                  VK_ACCESS_2_NONE);
-}
-
-void Recorder::barrier_for_all(VkPipelineStageFlags2 src_stages, VkAccessFlags2 src_access,
-                               VkPipelineStageFlags2 dst_stages, VkAccessFlags2 dst_access) {
-  VkMemoryBarrier2 memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
-  memory.srcStageMask = src_stages;
-  memory.srcAccessMask = src_access;
-  memory.dstStageMask = dst_stages;
-  memory.dstAccessMask = dst_access;
-  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-  info.memoryBarrierCount = 1;
-  info.pMemoryBarriers = &memory;
-  vkCmdPipelineBarrier2(commands_, &info);
+  wait_for(commands_, access::transfer_read.stages, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
 }
 
 void Recorder::transition(std::initializer_list<Use> uses) {

@@ -85,6 +85,10 @@ struct Fork {
   bool times_aside = false;
 };
 
+// Whatever these stages after it do sees all that those before it have done, for resources whose state is not
+// known.
+void wait_for(VkCommandBuffer commands, VkPipelineStageFlags2 before, VkPipelineStageFlags2 after);
+
 class Recorder {
  public:
   // queries may be null: no timestamps then. The pool must be reset and hold max_queries.
@@ -127,8 +131,6 @@ class Recorder {
 
   void barriers(std::span<const Use> uses);
   void record_copies();
-  void barrier_for_all(VkPipelineStageFlags2 src_stages, VkAccessFlags2 src_access,
-                       VkPipelineStageFlags2 dst_stages, VkAccessFlags2 dst_access);
   void copy_what_is_overwritten(std::span<const Use> uses);
   bool touches_aside(std::span<const Use> uses) const;
   bool is_ordered_by_fork(UseState& state, const Access& next);

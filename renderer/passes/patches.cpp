@@ -5,19 +5,7 @@ namespace {
 
 constexpr VkPipelineStageFlags2 kAll = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                                 kTransfer = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
-constexpr VkAccessFlags2 kAnyAccess = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
-
-void wait_for(VkCommandBuffer commands, VkPipelineStageFlags2 before, VkPipelineStageFlags2 after) {
-  VkMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
-  barrier.srcStageMask = before;
-  barrier.srcAccessMask = kAnyAccess;
-  barrier.dstStageMask = after;
-  barrier.dstAccessMask = kAnyAccess;
-  VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-  info.memoryBarrierCount = 1;
-  info.pMemoryBarriers = &barrier;
-  vkCmdPipelineBarrier2(commands, &info);
-}
+using gpu::wait_for;
 
 }  // namespace
 
