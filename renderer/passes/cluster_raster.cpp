@@ -196,12 +196,12 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   set.tile_capacity = kTileCapacity;
   set.cull = job.cull == Cull::off ? 0 : 1;
   set.look_first = device_.report().type == gpu::DeviceType::software ? 1 : 0;
+  set.one_row = device_.limits().maxComputeWorkGroupCount[0] >= job.instance_count() ? 1 : 0;
+  set.cull_groups = cull_groups();
   for (uint32_t round = 0; round < round_count_; ++round) {
     set.work = work_.address + view_work_at(round, job.view_count);
     set.large = work_.address + large_work_at(round);
     if (tile_by_tile_) set.tile_lists = tile_lists_.address + round * tile_list_bytes(job);
-    set.one_row = device_.limits().maxComputeWorkGroupCount[0] >= job.instance_count() ? 1 : 0;
-    set.cull_groups = cull_groups();
     set.clear_quads = static_cast<uint32_t>(clear_quads(round));
     set.round = round_count_ == 1 ? FIRE3DV_ROUND_ONLY
                 : round == 0      ? FIRE3DV_ROUND_EARLY
