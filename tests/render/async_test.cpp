@@ -245,6 +245,33 @@ TEST_F(AsidePasses, AWriterWaitsForWhatIsReadAsideAndAReaderDoesNot) {
   EXPECT_EQ(value(c_), 1u);
 }
 
+// What a frame's end copies for the host is what was there when it was asked for.
+TEST_F(AsidePasses, CopiesComeBeforeWhatTheyReadIsOverwritten) {
+  gpu::Recorder& recorder = begin();
+  fill(recorder, "fill a", a_, 1);
+  recorder.copy_at_end(a_, b_, {{0, 0, kBytes}});
+  fill(recorder, "fill c", c_, 3);
+  fill(recorder, "fill again", a_, 2);
+  EXPECT_EQ(finish(), (Names{"fill a", "fill c", "counts", "fill again"}));
+  EXPECT_EQ(value(a_), 2u);
+  EXPECT_EQ(value(b_), 1u);
+}
+
+TEST_F(AsidePasses, CopiesComeTogetherAtTheEndAndTheLastIntoABufferCounts) {
+  gpu::Recorder& recorder = begin();
+  fill(recorder, "fill a", a_, 1);
+  fill(recorder, "fill b", b_, 2);
+  recorder.copy_at_end(a_, c_, {{0, 0, kBytes / 2}});
+  EXPECT_EQ(finish(), (Names{"fill a", "fill b", "counts"}));
+  EXPECT_EQ(value(c_), 1u);
+
+  gpu::Recorder& next = begin();
+  next.copy_at_end(a_, c_, {{0, 0, kBytes}});
+  next.copy_at_end(b_, c_, {{0, 0, kBytes}});
+  EXPECT_EQ(finish(), (Names{"counts", "counts"}));
+  EXPECT_EQ(value(c_), 2u);
+}
+
 TEST_F(AsidePasses, TheFrameEndsBehindWhatIsAside) {
   gpu::Recorder& recorder = begin();
   recorder.aside("wait", [&] {
