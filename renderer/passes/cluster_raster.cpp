@@ -149,7 +149,7 @@ void ClusterRaster::read_counts() {
 // A number for each tile of the image, or of all maps one behind the other.
 VkDeviceSize ClusterRaster::tile_list_bytes(const Job& job) const {
   const VkExtent2D tiles = tiles_of(job.extent);
-  const VkDeviceSize texels = job.target->size_bytes / sizeof(uint32_t);
+  const VkDeviceSize texels = job.target_bytes / sizeof(uint32_t);
   const VkDeviceSize count = is_of_lights(kind_) ? texels / (kTileSide * kTileSide)
                                                  : VkDeviceSize{tiles.width} * tiles.height * job.view_count;
   return count * sizeof(uint32_t);
@@ -234,8 +234,8 @@ void ClusterRaster::clear(VkCommandBuffer commands) {
                       &empty[i]);
   }
   const VkDeviceSize cleared_later = clear_quads(0) * 16;
-  if (cleared_later < job_.target->size_bytes)
-    vkCmdFillBuffer(commands, job_.target->get(), cleared_later, VK_WHOLE_SIZE, 0);
+  if (cleared_later < job_.target_bytes)
+    vkCmdFillBuffer(commands, job_.target->get(), cleared_later, job_.target_bytes - cleared_later, 0);
   if (tile_by_tile_) vkCmdFillBuffer(commands, tile_lists_.get(), 0, VK_WHOLE_SIZE, 0);
   if (round_count_ == 2 && nothing_seen_) {
     vkCmdFillBuffer(commands, was_seen_.get(), 0, VK_WHOLE_SIZE, 0);
@@ -258,7 +258,7 @@ uint32_t ClusterRaster::cull_groups() const {
 
 // What is drawn into is emptied beside that; on a CPU by whom the driver thinks best.
 VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
-  return round == 0 && !tile_by_tile_ ? job_.target->size_bytes / 16 : 0;
+  return round == 0 && !tile_by_tile_ ? job_.target_bytes / 16 : 0;
 }
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {

@@ -54,6 +54,7 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::UploadBelt& belt, const See
   ClusterRaster::Job job;
   job.scene = &seen.gpu_scene;
   job.target = &counts_;
+  job.target_bytes = counts_.size_bytes;
   job.views = belt.write(std::span<const gpu_types::RasterView>(&view, 1)).address;
   job.globals = seen.globals;
   job.extent = seen.extent;

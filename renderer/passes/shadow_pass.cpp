@@ -78,15 +78,20 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
   }
 }
 
-// With rays behind it, a finer map saves some of them. Without, more texels than the image has pixels show
-// little: a map of 1024 for images of 640 x 480. The outer map is for those who can trace what it cannot
-// tell.
+// Without rays behind it, a map with more texels than the image has pixels shows little: 1024 for images of
+// 640 x 480. With them, a finer map saves rays; but a CPU draws its two maps about as slowly as it traces, and
+// is done soonest when there are about as many texels as pixels. The outer map is for those who can trace what
+// it cannot tell.
 MapSizes ShadowPass::map_sizes() const {
   MapSizes sizes;
   sizes.maps_of_view = way_.hybrid ? 2 : 1;
-  if (way_.method != ShadowMethod::map || !targets_) return sizes;
+  if (!targets_) return sizes;
   const uint32_t pixels = std::max(targets_->extent.width, targets_->extent.height);
-  sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
+  if (way_.method == ShadowMethod::map) {
+    sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
+  } else if (way_.hybrid && device_.report().type == gpu::DeviceType::software) {
+    sizes.side = std::clamp(std::bit_floor(pixels), sizes.side / 8, sizes.side);
+  }
   return sizes;
 }
 
@@ -98,12 +103,12 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   lights_placed_ = false;
   plan_ = std::move(plan);
   view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
-  // New ones: frames in flight read the old ones.
+  // New ones: frames in flight read the old ones. Maps are drawn behind them.
   light_shadows_ = table(device_, plan_.shadows.size() * sizeof(plan_.shadows[0]));
   wanted_views_ = table(device_, plan_.views.size() * sizeof(plan_.views[0]));
   lights_chosen_ = true;
   make_room_for_mask();
-  if (view_count_) maps_ = table(device_, VkDeviceSize{plan_.texels} * sizeof(uint32_t));
+  if (view_count_ && maps_.size_bytes < map_bytes()) maps_ = table(device_, map_bytes());
   place_views();
   lights_placed_ = true;
 }
@@ -214,6 +219,7 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
   job.scene = &scene;
   job.views_written = &views_;
   job.target = &maps_;
+  job.target_bytes = map_bytes();
   job.views = views_.address;
   job.globals = globals[0];
   job.view_count = view_count_;

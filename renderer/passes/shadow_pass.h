@@ -91,6 +91,7 @@ class ShadowPass {
  private:
   void place_views();
   MapSizes map_sizes() const;
+  VkDeviceSize map_bytes() const { return VkDeviceSize{plan_.texels} * sizeof(uint32_t); }
   void make_room_for_mask();
   gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,

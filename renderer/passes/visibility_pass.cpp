@@ -95,6 +95,7 @@ ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, Cull cull, bool level
   ClusterRaster::Job job;
   job.scene = &scene;
   job.target = &targets_->visibility;
+  job.target_bytes = targets_->visibility.size_bytes;
   job.view_count = targets_->views;
   job.extent = extent_;
   job.cull = cull;

@@ -140,7 +140,7 @@ TEST_F(RasterLimits, ReloadAndResizeLeaveNothingBehind) {
         bytes_before = device().allocated_bytes();
       }
       bench.renderer().set_scene(i % 2 ? second : dark);
-      bench.renderer().set_size({80 + i % 2, 41 + i % 2});
+      bench.renderer().set_size({1400 + i % 2, 41 + i % 2});  // which has larger shadow maps
       RenderBench(second, {33, 32}, shadowed_by(method)).draw_at_rest();
       bench.renderer().set_scene(first);
       bench.renderer().set_size({64, 48});
