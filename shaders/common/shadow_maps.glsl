@@ -53,6 +53,8 @@ MapPlace map_place(RasterView view, vec3 point_world) {
   return place;
 }
 
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelsRef { vec2 at; };
+
 float map_depth(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
   texel = clamp(texel, ivec2(0), ivec2(view.width - 1));
   const uint index = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
@@ -63,6 +65,13 @@ float map_depth(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
 float nearer_by_m(MapPlace place, float depth) {
   if (place.view.eye_world.w == 0) return (depth - place.depth) * place.view.depth_m;
   return place.view.depth_m / place.depth - place.view.depth_m / max(depth, 1e-20);
+}
+
+// The depth of what is that much nearer to the light than the place.
+float depth_nearer_by(MapPlace place, float by_m) {
+  if (place.view.eye_world.w == 0) return place.depth + by_m / place.view.depth_m;
+  const float left_m = place.view.depth_m / place.depth - by_m;
+  return left_m > 0 ? place.view.depth_m / left_m : 1e30;
 }
 
 // Height of the receiver's plane over one texel, along the light's direction.
@@ -101,14 +110,15 @@ float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3
   const MapPlace place = map_place(view, point_world);
   if (!place.inside) return 1;
   const float bias_m = 1.5 * slope_m(place, plane_normal, light.to_light);
-  const vec2 corner = floor(place.texel - 0.5);
-  const vec2 weight = place.texel - 0.5 - corner;
-  float lit[4];
-  for (int i = 0; i < 4; ++i) {
-    const float depth = map_depth(globals, place.view, ivec2(corner) + ivec2(i & 1, i >> 1), false);
-    lit[i] = depth == 0 || nearer_by_m(place, depth) < bias_m ? 1 : 0;
-  }
-  return mix(mix(lit[0], lit[1], weight.x), mix(lit[2], lit[3], weight.x), weight.y);
+  // Rows of two, so that there are two addresses to find instead of four.
+  const ivec2 first = clamp(ivec2(floor(place.texel - 0.5)), ivec2(0), ivec2(view.width - 2));
+  const vec2 weight = clamp(place.texel - 0.5 - vec2(first), 0, 1);
+  const uint64_t row = globals.value.shadow_maps + uint64_t(4 * (view.first_texel + uint(first.y) * view.width + first.x));
+  const vec4 depths = vec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at);
+  // Where there is nothing the depth is 0, and the point may lie beyond what the map reaches.
+  const vec4 lit = vec4(lessThan(depths, vec4(max(depth_nearer_by(place, bias_m), 1e-30))));
+  const vec2 along_x = mix(lit.xz, lit.yw, weight.x);
+  return mix(along_x.x, along_x.y, weight.y);
 }
 
 float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 plane_normal, LightSample light) {
