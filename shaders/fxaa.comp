@@ -6,7 +6,11 @@
 #include "common/buffers.glsl"
 #include "shared/bindings.h"
 
+#ifdef FIRE3DV_CPU
+layout(local_size_x = 8, local_size_y = 1) in;  // each lane goes down a column of the tile, see lanes.glsl
+#else
 layout(local_size_x = 8, local_size_y = 8) in;
+#endif
 layout(push_constant, scalar) uniform Push { FxaaPush push; };
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D image;
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
@@ -19,24 +23,19 @@ const float kStepSizes[kSearchSteps] = float[](1, 1, 1, 1, 1.5, 2, 2, 2, 4, 8);
 
 float luma_of(vec3 color) { return dot(color, vec3(0.299, 0.587, 0.114)); }
 
-float luma_at(ivec2 pixel, ivec2 offset) {
+vec4 color_at(ivec2 pixel, ivec2 offset) {
   const ivec2 last = ivec2(push.width, push.height) - 1;
-  return luma_of(texelFetch(image, clamp(pixel + offset, ivec2(0), last), 0).rgb);
+  return texelFetch(image, clamp(pixel + offset, ivec2(0), last), 0);
 }
 
-void main() {
-  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (pixel.x >= push.width || pixel.y >= push.height) return;
-  const vec4 center = texelFetch(image, pixel, 0);
-  const float m = luma_of(center.rgb);
-  const float n = luma_at(pixel, ivec2(0, -1)), s = luma_at(pixel, ivec2(0, 1));
+float luma_at(ivec2 pixel, ivec2 offset) { return luma_of(color_at(pixel, offset).rgb); }
+
+// n, m and s: luma above, of and below the pixel.
+vec4 smoothed(ivec2 pixel, vec4 center, float n, float m, float s) {
   const float w = luma_at(pixel, ivec2(-1, 0)), e = luma_at(pixel, ivec2(1, 0));
   const float brightest = max(m, max(max(n, s), max(w, e)));
   const float contrast = brightest - min(m, min(min(n, s), min(w, e)));
-  if (contrast < max(kLeastContrast, brightest * kLeastRelativeContrast)) {
-    imageStore(result, pixel, center);
-    return;
-  }
+  if (contrast < max(kLeastContrast, brightest * kLeastRelativeContrast)) return center;
   const float nw = luma_at(pixel, ivec2(-1, -1)), ne = luma_at(pixel, ivec2(1, -1));
   const float sw = luma_at(pixel, ivec2(-1, 1)), se = luma_at(pixel, ivec2(1, 1));
 
@@ -82,5 +81,32 @@ void main() {
   const float around = (2 * (n + s + w + e) + nw + ne + sw + se) / 12;
   const float unlike = smoothstep(0, 1, clamp(abs(around - m) / contrast, 0, 1));
   const float shift = max(edge_shift, unlike * unlike * kSubpixel);
-  imageStore(result, pixel, textureLod(image, uv + across * shift, 0));
+  return textureLod(image, uv + across * shift, 0);
 }
+
+#ifdef FIRE3DV_CPU
+// Of the row below, each pixel is the next one.
+void main() {
+  const ivec2 first = ivec2(gl_WorkGroupID.xy * 8) + ivec2(gl_LocalInvocationID.x, 0);
+  if (first.x >= push.width) return;
+  vec4 center = color_at(first, ivec2(0));
+  float n = luma_at(first, ivec2(0, -1)), m = luma_of(center.rgb);
+  for (int y = 0; y < min(8, push.height - first.y); ++y) {
+    const ivec2 pixel = first + ivec2(0, y);
+    const vec4 below = color_at(pixel, ivec2(0, 1));
+    const float s = luma_of(below.rgb);
+    imageStore(result, pixel, smoothed(pixel, center, n, m, s));
+    center = below;
+    n = m;
+    m = s;
+  }
+}
+#else
+void main() {
+  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  if (pixel.x >= push.width || pixel.y >= push.height) return;
+  const vec4 center = texelFetch(image, pixel, 0);
+  const float n = luma_at(pixel, ivec2(0, -1)), s = luma_at(pixel, ivec2(0, 1));
+  imageStore(result, pixel, smoothed(pixel, center, n, luma_of(center.rgb), s));
+}
+#endif
