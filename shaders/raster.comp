@@ -8,7 +8,10 @@
 #include "common/large_triangles.glsl"
 #include "common/small_triangles.glsl"
 
-#ifdef FIRE3DV_NARROW
+#if defined(FIRE3DV_CPU)
+const uint kThreads = 8;
+layout(local_size_x = 8) in;
+#elif defined(FIRE3DV_NARROW)
 const uint kThreads = 64;
 layout(local_size_x = 64) in;
 #else
@@ -109,15 +112,16 @@ void main() {
   const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, listed & ~FIRE3DV_LISTED_ONE_SIDE);
   const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, instance.node);
   const RasterView view = view_for_all(set.views, push.view);
-  const uint thread = gl_LocalInvocationIndex;
-  if (thread >= instance.counts >> 16) return;
-  const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + thread];
-  const uvec3 at = instance.first_vertex + uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
   PositionRef positions = PositionRef(globals.value.positions);
-  draw_triangle(globals, set, view, shown_cluster(listed, world_from_node), thread,
-                corner_of(view, world_position(world_from_node, positions.at[at.x])),
-                corner_of(view, world_position(world_from_node, positions.at[at.y])),
-                corner_of(view, world_position(world_from_node, positions.at[at.z])));
+  const uint triangle_count = instance.counts >> 16;
+  for (uint number = gl_LocalInvocationIndex; number < triangle_count; number += kThreads) {
+    const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + number];
+    const uvec3 at = instance.first_vertex + uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
+    draw_triangle(globals, set, view, shown_cluster(listed, world_from_node), number,
+                  corner_of(view, world_position(world_from_node, positions.at[at.x])),
+                  corner_of(view, world_position(world_from_node, positions.at[at.y])),
+                  corner_of(view, world_position(world_from_node, positions.at[at.z])));
+  }
 }
 #else
 shared ivec2 corner_xy[128];

@@ -14,7 +14,7 @@
 #endif
 #include "common/tone_map.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 8) in;  // of 64 pixels, see main
 layout(push_constant, scalar) uniform Push { ShadePush push; };
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
 #ifdef FIRE3DV_UNRESOLVED
@@ -123,15 +123,17 @@ vec3 background_of(uvec2 pixel) {
 // Every pixel has a lane, or those have one that were listed. Blocks of 4 x 2 pixels for each vector: fewer of them lie on
 // the border between two bodies than of rows of 8. What is beyond the image or the list repeats the last, so that no lane
 // is missing.
+uint lane_pixel;  // of the group's 64
+
 uvec2 place_of_lane() {
-  const uint i = gl_LocalInvocationID.x;
+  const uint i = lane_pixel;
   return uvec2((i & 3) | ((i >> 1) & 4), ((i >> 2) & 1) | ((i >> 3) & 6));
 }
 
 uvec2 pixel_of_lane() {
   if (push.listed != 0) {
     const uint last = RayListRef(push.list).value.width - 1;
-    const uint index = min((gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + gl_LocalInvocationID.x, last);
+    const uint index = min((gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + lane_pixel, last);
     const uint pixel = RayEntryRef(push.entries).at[index].pixel;
     return uvec2(pixel % globals.value.width, pixel / globals.value.width);
   }
@@ -175,13 +177,10 @@ bool is_own_pixel() {
 }
 #endif
 
-void main() {
-  globals = globals_at(push.globals);
+void shade_pixel() {
   const uvec2 pixel = pixel_of_lane();
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
   const PixelIds ids = pixel_ids(push.visibility, shaded_pixel);
-  hold_lights(globals);
-  hold_shadows();
 #ifdef FIRE3DV_FIND_SHADOWS
   forget_shadows();
 #endif
@@ -219,4 +218,15 @@ void main() {
   if (own && wanted_rays != 0) UintsRef(globals.value.shadow_mask).at[shaded_pixel] = known_shadows;
   append(push.list, push.entries, RayEntry(shaded_pixel, 0, own ? wanted_rays : 0));
 #endif
+}
+
+// What is the same for all pixels is read once for eight vectors of them.
+void main() {
+  globals = globals_at(push.globals);
+  hold_lights(globals);
+  hold_shadows();
+  for (uint i = 0; i < 8; ++i) {
+    lane_pixel = 8 * i + gl_LocalInvocationID.x;
+    shade_pixel();
+  }
 }
