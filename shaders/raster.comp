@@ -1,5 +1,5 @@
 // One cluster for each workgroup: a vertex, then a triangle for each thread. Small triangles are drawn by their thread;
-// larger ones go to the tiles.
+// larger ones go to the tiles. FIRE3DV_CPU: one vector goes through vertices, then triangles.
 // Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_LIGHTS draws lights' maps, with FIRE3DV_MIDDLES_ALONE not
 // the outer ones; FIRE3DV_ALPHA_MASK tests the surface's alpha; FIRE3DV_NARROW has half as many threads, with two of each, which
 // takes less time where there are clusters enough to fill the device.
@@ -102,8 +102,28 @@ void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownClus
   draw_small(globals, set, view, a, b, c, area, id, low, high);
 }
 
+shared ivec2 corner_xy[128];
+shared float corner_z[128];
+
+void find_corners(GlobalsRef globals, RasterView view, ClusterInstance instance, AffineRows world_from_node) {
+  const uint vertex_count = instance.counts & 0xffff;
+  for (uint vertex = gl_LocalInvocationIndex; vertex < vertex_count; vertex += kThreads) {
+    const vec3 node = PositionRef(globals.value.positions).at[instance.first_vertex + vertex];
+    const Corner corner = corner_of(view, world_position(world_from_node, node));
+    corner_xy[vertex] = corner.xy;
+    corner_z[vertex] = corner.z;
+  }
+}
+
+// packed: the numbers of its corners.
+void draw_from_corners(GlobalsRef globals, RasterSet set, RasterView view, ShownCluster cluster, uint number, uint packed) {
+  const uvec3 at = uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
+  draw_triangle(globals, set, view, cluster, number, Corner(corner_xy[at.x], corner_z[at.x]), Corner(corner_xy[at.y], corner_z[at.y]),
+                Corner(corner_xy[at.z], corner_z[at.z]));
+}
+
 #ifdef FIRE3DV_CPU
-// Each lane finds its three corners: waiting for the others takes longer.
+// One vector does it all, so that nobody has to be waited for.
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
@@ -112,21 +132,16 @@ void main() {
   const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, listed & ~FIRE3DV_LISTED_ONE_SIDE);
   const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, instance.node);
   const RasterView view = view_for_all(set.views, push.view);
-  PositionRef positions = PositionRef(globals.value.positions);
+  find_corners(globals, view, instance, world_from_node);
+  subgroupMemoryBarrierShared();
+  const ShownCluster cluster = shown_cluster(listed, world_from_node);
   const uint triangle_count = instance.counts >> 16;
   for (uint number = gl_LocalInvocationIndex; number < triangle_count; number += kThreads) {
     const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + number];
-    const uvec3 at = instance.first_vertex + uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
-    draw_triangle(globals, set, view, shown_cluster(listed, world_from_node), number,
-                  corner_of(view, world_position(world_from_node, positions.at[at.x])),
-                  corner_of(view, world_position(world_from_node, positions.at[at.y])),
-                  corner_of(view, world_position(world_from_node, positions.at[at.z])));
+    draw_from_corners(globals, set, view, cluster, number, packed);
   }
 }
 #else
-shared ivec2 corner_xy[128];
-shared float corner_z[128];
-
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
@@ -136,26 +151,19 @@ void main() {
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[listed & ~FIRE3DV_LISTED_ONE_SIDE];
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[instance.node];
   const RasterView view = RasterViewRef(set.views).at[push.view];
-  const uint vertex_count = instance.counts & 0xffff, triangle_count = instance.counts >> 16;
+  const uint triangle_count = instance.counts >> 16;
   uint packed[128 / kThreads];
   for (uint i = 0; i < 128 / kThreads; ++i) {  // asked for before others are waited for
     const uint number = thread + i * kThreads;
     if (number < triangle_count) packed[i] = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + number];
   }
-  for (uint vertex = thread; vertex < vertex_count; vertex += kThreads) {
-    const vec3 node = PositionRef(globals.value.positions).at[instance.first_vertex + vertex];
-    const Corner corner = corner_of(view, world_position(world_from_node, node));
-    corner_xy[vertex] = corner.xy;
-    corner_z[vertex] = corner.z;
-  }
+  find_corners(globals, view, instance, world_from_node);
   barrier();
   const ShownCluster cluster = shown_cluster(listed, world_from_node);
   for (uint i = 0; i < 128 / kThreads; ++i) {
     const uint number = thread + i * kThreads;
     if (number >= triangle_count) return;
-    const uvec3 at = uvec3(packed[i] & 255, (packed[i] >> 8) & 255, (packed[i] >> 16) & 255);
-    draw_triangle(globals, set, view, cluster, number, Corner(corner_xy[at.x], corner_z[at.x]),
-                  Corner(corner_xy[at.y], corner_z[at.y]), Corner(corner_xy[at.z], corner_z[at.z]));
+    draw_from_corners(globals, set, view, cluster, number, packed[i]);
   }
 }
 #endif
