@@ -133,7 +133,7 @@ void main() {
   const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, instance.node);
   const RasterView view = view_for_all(set.views, push.view);
   find_corners(globals, view, instance, world_from_node);
-  subgroupMemoryBarrierShared();
+  subgroupBarrier();
   const ShownCluster cluster = shown_cluster(listed, world_from_node);
   const uint triangle_count = instance.counts >> 16;
   for (uint number = gl_LocalInvocationIndex; number < triangle_count; number += kThreads) {
