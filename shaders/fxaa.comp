@@ -85,7 +85,7 @@ vec4 smoothed(ivec2 pixel, vec4 center, float n, float m, float s) {
 }
 
 #ifdef FIRE3DV_CPU
-// Of the row below, each pixel is the next one.
+// What is read as the pixel below is the lane's next pixel.
 void main() {
   const ivec2 first = ivec2(gl_WorkGroupID.xy * 8) + ivec2(gl_LocalInvocationID.x, 0);
   if (first.x >= push.width) return;

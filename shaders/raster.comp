@@ -123,7 +123,7 @@ void draw_from_corners(GlobalsRef globals, RasterSet set, RasterView view, Shown
 }
 
 #ifdef FIRE3DV_CPU
-// One vector does it all, so that nobody has to be waited for.
+// One vector does it all.
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
@@ -133,7 +133,7 @@ void main() {
   const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, instance.node);
   const RasterView view = view_for_all(set.views, push.view);
   find_corners(globals, view, instance, world_from_node);
-  subgroupBarrier();
+  subgroupBarrier();  // of one vector: it orders memory, and nobody waits
   const ShownCluster cluster = shown_cluster(listed, world_from_node);
   const uint triangle_count = instance.counts >> 16;
   for (uint number = gl_LocalInvocationIndex; number < triangle_count; number += kThreads) {

@@ -32,6 +32,7 @@ struct HeldShadow {
 
 GlobalsRef globals;
 HeldShadow held_shadows[kHeldLights];  // of the first lights
+uint lane_pixel;  // which of the group's 64 the lane is at
 uint shaded_pixel;
 uint shaded_samples;  // of it, as bits
 #ifdef FIRE3DV_FIND_SHADOWS
@@ -120,11 +121,9 @@ vec3 background_of(uvec2 pixel) {
                                           globals.value.world_from_ndc_origin);
 }
 
-// Every pixel has a lane, or those have one that were listed. Blocks of 4 x 2 pixels for each vector: fewer of them lie on
+// A group shades 8 x 8 pixels, or 64 of those that were listed, in blocks of 4 x 2 for each vector: fewer of these lie on
 // the border between two bodies than of rows of 8. What is beyond the image or the list repeats the last, so that no lane
 // is missing.
-uint lane_pixel;  // of the group's 64
-
 uvec2 place_of_lane() {
   const uint i = lane_pixel;
   return uvec2((i & 3) | ((i >> 1) & 4), ((i >> 2) & 1) | ((i >> 3) & 6));
@@ -220,7 +219,7 @@ void shade_pixel() {
 #endif
 }
 
-// What is the same for all pixels is read once for eight vectors of them.
+// One vector takes all pixels of its group, so that what is the same for them is read once.
 void main() {
   globals = globals_at(push.globals);
   hold_lights(globals);

@@ -43,7 +43,7 @@ class ClusterRaster {
     GpuScene* scene = nullptr;
     gpu::Buffer* views_written = nullptr;  // null when the views were uploaded
     gpu::Buffer* target = nullptr;
-    VkDeviceSize target_bytes = 0;  // of them from its start
+    VkDeviceSize target_bytes = 0;  // how much of it is used, from its start
     VkDeviceAddress views = 0;
     VkDeviceAddress globals = 0;
     uint32_t view_count = 1;

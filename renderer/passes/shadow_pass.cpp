@@ -25,6 +25,7 @@ gpu::Buffer table(gpu::Device& device, VkDeviceSize bytes) {
 
 ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings, bool compute) {
   ShadowWay way;
+  way.map_side = settings.map_side;
   if (settings.method == ShadowMethod::off) return way;
   const gpu::DeviceReport& report = device.report();
   const bool can_trace = report.ray_query || report.ray_tracing_pipeline;
@@ -79,17 +80,18 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
 }
 
 // Without rays behind it, a map with more texels than the image has pixels shows little: 1024 for images of
-// 640 x 480. With them, a finer map saves rays; but a CPU draws its two maps about as slowly as it traces, and
-// is done soonest when there are about as many texels as pixels. The outer map is for those who can trace what
-// it cannot tell.
+// 640 x 480. With them, a finer map saves rays; but a CPU draws its two maps about as slowly as it traces,
+// and is done soonest when there are about as many texels as pixels. The outer map is for those who can trace
+// what it cannot tell.
 MapSizes ShadowPass::map_sizes() const {
   MapSizes sizes;
   sizes.maps_of_view = way_.hybrid ? 2 : 1;
-  if (!targets_) return sizes;
+  if (way_.map_side) sizes.side = way_.map_side;
+  if (way_.map_side || !targets_) return sizes;
   const uint32_t pixels = std::max(targets_->extent.width, targets_->extent.height);
   if (way_.method == ShadowMethod::map) {
     sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
-  } else if (way_.hybrid && device_.report().type == gpu::DeviceType::software) {
+  } else if (device_.report().type == gpu::DeviceType::software) {
     sizes.side = std::clamp(std::bit_floor(pixels), sizes.side / 8, sizes.side);
   }
   return sizes;
@@ -103,7 +105,8 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   lights_placed_ = false;
   plan_ = std::move(plan);
   view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
-  // New ones: frames in flight read the old ones. Maps are drawn behind them.
+  // New ones: frames in flight read the old ones. Maps are kept where they suffice: the next frame draws them
+  // behind a barrier.
   light_shadows_ = table(device_, plan_.shadows.size() * sizeof(plan_.shadows[0]));
   wanted_views_ = table(device_, plan_.views.size() * sizeof(plan_.views[0]));
   lights_chosen_ = true;
@@ -145,6 +148,7 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
                 (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
   part_count_ = gpu_scene.part_count;
   light_shadows_ = {};
+  maps_ = {};
   set_lights(scene::lights_of(scene, nullptr));
   choose_sheets(scene, gpu_scene);
 }

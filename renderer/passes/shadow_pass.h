@@ -27,6 +27,7 @@ struct ShadowSettings {
   ShadowMethod method = ShadowMethod::automatic;
   bool hybrid = true;  // maps first, rays where they cannot tell; false: a ray for every lit surface
   RayBackEnd back_end = RayBackEnd::query;  // used if the device has it, else the other one
+  uint32_t map_side = 0;  // texels along a map, a power of two; 0: as suits the device and the image
   bool operator==(const ShadowSettings&) const = default;
 };
 
@@ -35,6 +36,7 @@ struct ShadowWay {
   ShadowMethod method = ShadowMethod::off;  // never automatic
   RayBackEnd back_end = RayBackEnd::none;
   bool hybrid = false;
+  uint32_t map_side = 0;  // as in the settings
   bool operator==(const ShadowWay&) const = default;
 };
 // compute: the image is drawn from a visibility buffer. Else, where there are ray queries, shading traces by

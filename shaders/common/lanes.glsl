@@ -2,7 +2,8 @@
 // what is the same for all, and a read takes as long as some dozen additions; only what lies at an address that is known
 // without reading is read once for all, and that outside of branches alone. So such a variant copies what it needs of the
 // globals first; and of a record that all lanes want, each reads one word, which the others take from it. There are eight
-// (see pipeline.cpp).
+// (see pipeline.cpp). All loops of an invocation together end after 65535 turns (gallivm's limit, which it keeps to
+// without a word): what an invocation goes through one after the other has to stay far below.
 #ifndef FIRE3DV_LANES_GLSL
 #define FIRE3DV_LANES_GLSL
 

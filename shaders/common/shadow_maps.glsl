@@ -53,6 +53,7 @@ MapPlace map_place(RasterView view, vec3 point_world) {
   return place;
 }
 
+// Two texels of a row, at any texel's address.
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelsRef { vec2 at; };
 
 float map_depth(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {

@@ -219,8 +219,8 @@ class AsidePasses : public ValidationIsSilent {
   gpu::Device& device_;
   gpu::FrameRing frames_;
   gpu::Recorder* recorder_ = nullptr;
-  std::array<gpu::Buffer, 3> buffers_;
-  gpu::Buffer &a_ = buffers_[0], &b_ = buffers_[1], &c_ = buffers_[2];
+  std::array<gpu::Buffer, 4> buffers_;
+  gpu::Buffer &a_ = buffers_[0], &b_ = buffers_[1], &c_ = buffers_[2], &d_ = buffers_[3];
 };
 
 TEST_F(AsidePasses, AReaderWaitsForWhatIsWrittenAside) {
@@ -262,8 +262,10 @@ TEST_F(AsidePasses, CopiesComeTogetherAtTheEndAndTheLastIntoABufferCounts) {
   fill(recorder, "fill a", a_, 1);
   fill(recorder, "fill b", b_, 2);
   recorder.copy_at_end(a_, c_, {{0, 0, kBytes / 2}});
+  recorder.copy_at_end(b_, d_, {{0, 0, kBytes}});
   EXPECT_EQ(finish(), (Names{"fill a", "fill b", "counts"}));
   EXPECT_EQ(value(c_), 1u);
+  EXPECT_EQ(value(d_), 2u);
 
   gpu::Recorder& next = begin();
   next.copy_at_end(a_, c_, {{0, 0, kBytes}});

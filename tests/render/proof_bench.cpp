@@ -21,6 +21,11 @@ passes::DrawSettings shadowed_by(passes::ShadowMethod method, bool hybrid, uint3
   return settings;
 }
 
+passes::DrawSettings with_fine_maps(passes::DrawSettings settings) {
+  settings.shadows.map_side = kFineMapSide;
+  return settings;
+}
+
 ProofBench::ProofBench(VkExtent2D extent, const passes::DrawSettings& settings)
     : nothing_(SceneBuilder().build()), scene_(&nothing_), bench_(nothing_, extent, settings) {}
 

@@ -9,6 +9,9 @@ namespace fire3dv::test {
 
 passes::DrawSettings plain_settings(uint32_t samples = 1);
 passes::DrawSettings shadowed_by(passes::ShadowMethod method, bool hybrid = true, uint32_t samples = 1);
+// By maps as fine as a GPU has them before its rays, whatever draws.
+passes::DrawSettings with_fine_maps(passes::DrawSettings settings);
+constexpr uint32_t kFineMapSide = 2048;
 
 // One renderer, scene after scene.
 class ProofBench {

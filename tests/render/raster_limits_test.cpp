@@ -43,7 +43,7 @@ TEST_F(RasterLimits, FortyPointLights) {
   const sinks::FrameImage all =
       RenderBench(scene, extent, shadowed_by(ShadowMethod::ray, false, 4)).draw_at_rest();
   const sinks::FrameImage hybrid =
-      RenderBench(scene, extent, shadowed_by(ShadowMethod::ray, true, 4)).draw_at_rest();
+      RenderBench(scene, extent, with_fine_maps(shadowed_by(ShadowMethod::ray, true, 4))).draw_at_rest();
   EXPECT_TRUE(matches_image(hybrid, all, "limits_forty", Tolerance::colour()));
   EXPECT_LE(compare_brightness(hybrid, all).brighter, 0u);
   EXPECT_GT(compare_brightness(RenderBench(scene, extent, plain_settings(4)).draw_at_rest(), all).brighter,

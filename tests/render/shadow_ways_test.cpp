@@ -129,7 +129,7 @@ TEST_F(ShadowWays, ABoxsShadowLiesWhereGeometrySays) {
     camera.orthographic = true;
     camera.half_extent_m = {2, 1.5f};
     const sinks::FrameImage image = bench.draw(camera, passes::look_at_pose({0.5f, 10, 0}, {0.5f, 0, 0}));
-    // A texel of the map is about 1.8 m / 2048, far less than half a pixel, which is 12.5 mm.
+    // A texel of the map is at most about 1.8 m / 256 = 7 mm, less than half a pixel, which is 12.5 mm.
     uint32_t wrong = 0;
     for (uint32_t y = 0; y < 120; ++y) {
       for (uint32_t x = 0; x < 160; ++x) {
@@ -316,7 +316,7 @@ TEST_F(ShadowWays, ParallelViewsSeeTheSameSides) {
 // Where a hole is as wide as two texels or more, or opaque for as much, light and shadow come through whole.
 TEST_F(ShadowWays, GrillesLoseLightOnlyInHolesNarrowerThanTwoTexels) {
   // The caster is 2 m wide: a texel of its map is 2.02 m / 2048, a little less than 1 mm.
-  const float texel_m = 2 * 1.01f / 2048 * 1.001f;
+  const float texel_m = 2 * 1.01f / kFineMapSide * 1.001f;
   for (float hole_texels : {0.5f, 1.0f, 2.9f, 4.0f, 8.0f}) {
     SCOPED_TRACE(hole_texels);
     const float hole = hole_texels * texel_m, period = hole + 12 * texel_m;
@@ -347,7 +347,7 @@ TEST_F(ShadowWays, GrillesLoseLightOnlyInHolesNarrowerThanTwoTexels) {
     camera.half_extent_m = {0.75f * period * 4 / 3, 0.75f * period};
     camera.near_m = 0.001f;
     const glm::mat4 pose = passes::look_at_pose({0, 0.2f, 0.3f}, {0, 0, 0.3f});
-    ProofBench hybrid(kExtent, shadowed_by(ShadowMethod::ray, true)),
+    ProofBench hybrid(kExtent, with_fine_maps(shadowed_by(ShadowMethod::ray, true))),
         all(kExtent, shadowed_by(ShadowMethod::ray, false));
     hybrid.show(scene);
     all.show(scene);
