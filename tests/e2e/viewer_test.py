@@ -136,9 +136,8 @@ def captures(test, screen):
     publisher.do("publish 3")
     renderer.wait_frame("a frame of the stream", lambda f: f["streams"])
     screen.xdotool("mousemove", "--window", window, 100, 80)
-    for _ in range(2):
+    for _ in range(2):  # one after the other: keys that come between two images count once
         screen.xdotool("key", "p")
-    for _ in range(2):
         renderer.wait_err(r"screenshot .*\.png")
     pictures = wait_until("two pictures", lambda: (lambda found: len(found) == 2 and found)(
         [path for path in glob.glob(os.path.join(folder, "*.png")) if os.path.getsize(path)]))
