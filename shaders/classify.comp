@@ -27,8 +27,9 @@ Findings look_at(GlobalsRef globals, uint id, uvec2 pixel, uint same, uint word)
     if (shadow.mask_word != word) continue;
     const LightSample light = sample_light(globals, i, point.position_world);
     if (!light_matters(globals, point, light)) continue;
-    const uint verdict =
-        push.hybrid != 0 ? shadow_verdict(globals, shadow, i, light, point, part_of_id(globals, id), body) : kUnknown;
+    uint verdict = kUnknown;
+    vec3 origin;
+    if (push.hybrid != 0) verdict = shadow_verdict(globals, shadow, i, light, point, part_of_id(globals, id), body, origin);
     if (verdict == kLit) continue;
     if (shadow.rays == 1) {
       found.known &= ~(same << shadow.mask_shift);
@@ -73,5 +74,6 @@ void main() {
 #endif
   if (inside) UintsRef(globals.value.shadow_mask).at[entry.pixel * globals.value.mask_words + entry.word] = found.known;
   entry.wanted = found.wanted;
-  append(push.list, push.entries, entry);
+  count_rays(push.lists, bitCount(entry.wanted));
+  append(push.lists, push.entries, entry);
 }

@@ -42,10 +42,16 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
 #ifdef FIRE3DV_FIND_SHADOWS
   if (shadow.rays == 0) return 1;
-  const uint verdict = shadow_verdict(globals, shadow, light_index, light, point, shaded_part, shaded_body);
+  vec3 origin;
+  const uint verdict = shadow_verdict(globals, shadow, light_index, light, point, shaded_part, shaded_body, origin);
   if (verdict == kLit) return 1;
-  known_shadows &= ~(shaded_samples << shadow.mask_shift);
-  if (verdict == kUnknown) wanted_rays |= 1u << (shadow.mask_shift + findLSB(shaded_samples));
+  const uint lit = shaded_samples << shadow.mask_shift;
+  known_shadows &= ~lit;
+  if (verdict == kUnknown) {
+    wanted_rays |= lit & -lit;
+    append(push.lists, push.found, push.found_room, globals.value.width * globals.value.height,
+           FoundRay(origin, light_index, shaded_pixel, lit));
+  }
   return 0;
 #else
   if (globals.value.shadows == FIRE3DV_SHADOWS_MAP) {
@@ -87,7 +93,7 @@ vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
 uvec2 pixel_of_lane(GlobalsRef globals, uint lane) {
   if (push.listed == 0) return gl_WorkGroupID.xy * 8 + uvec2(lane & 7, lane >> 3);
   const uint index = (gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + lane;
-  if (index >= RayListRef(push.list).value.width) return uvec2(FIRE3DV_NO_INDEX);
+  if (index >= RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width) return uvec2(FIRE3DV_NO_INDEX);
   const uint pixel = RayEntryRef(push.entries).at[index].pixel;
   return uvec2(pixel % globals.value.width, pixel / globals.value.width);
 }
@@ -96,7 +102,7 @@ uvec2 pixel_of_lane(GlobalsRef globals, uint lane) {
 // All lanes call it.
 void list_pixel(GlobalsRef globals, uint pixel, bool inside, uint known, uint wanted) {
   if (inside && wanted != 0) UintsRef(globals.value.shadow_mask).at[pixel] = known;
-  append(push.list, push.entries, RayEntry(pixel, 0, inside ? wanted : 0));
+  append(push.lists, push.entries, RayEntry(pixel, 0, inside ? wanted : 0));
 }
 #endif
 

@@ -38,6 +38,7 @@ uint shaded_samples;  // of it, as bits
 #ifdef FIRE3DV_FIND_SHADOWS
 uint shaded_part;
 bool shaded_body;
+bool is_own_surface;  // not one that stands in, see shade_pixel, or of a pixel that another lane has
 uint known_shadows;  // of the pixel, bits as in the mask
 uint wanted_rays;    // as in RayEntry
 #endif
@@ -68,7 +69,8 @@ RasterView view_towards(uint light_index, LightShadow shadow, LightSample light)
 }
 
 #ifdef FIRE3DV_FIND_SHADOWS
-uint verdict_of(uint light_index, LightShadow shadow, LightSample light, SurfacePoint point) {
+uint verdict_of(uint light_index, LightShadow shadow, LightSample light, SurfacePoint point, out vec3 origin) {
+  origin = vec3(0);
   if (shaded_body && is_turned_away(point, light)) return kShadowed;
   LightPlace place;
   if (light_index < kHeldLights) {
@@ -77,6 +79,7 @@ uint verdict_of(uint light_index, LightShadow shadow, LightSample light, Surface
     place = LightPlaceRef(globals.value.light_places).at[light_index];
   }
   const ShadowRay ray = shadow_ray(globals, point, place, light);
+  origin = ray.origin;
   return map_verdict(globals, view_towards(light_index, shadow, ray.light), shaded_part, ray.origin, point.plane_normal_world, ray.light);
 }
 #endif
@@ -91,10 +94,18 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   }
   if (shadow.rays == 0) return 1;
 #ifdef FIRE3DV_FIND_SHADOWS
-  const uint verdict = verdict_of(light_index, shadow, light, point);
+  vec3 origin;
+  const uint verdict = verdict_of(light_index, shadow, light, point, origin);
   if (verdict == kLit) return 1;
-  known_shadows &= ~(shaded_samples << shadow.mask_shift);
-  if (verdict == kUnknown) wanted_rays |= 1u << (shadow.mask_shift + findLSB(shaded_samples));
+  const uint lit = shaded_samples << shadow.mask_shift;
+  known_shadows &= ~lit;
+  if (verdict == kUnknown) {
+    wanted_rays |= lit & -lit;
+    if (is_own_surface) {
+      append(push.lists, push.found, push.found_room, globals.value.width * globals.value.height,
+             FoundRay(origin, light_index, shaded_pixel, lit));
+    }
+  }
   return 0;
 #else
   if (globals.value.shadows != FIRE3DV_SHADOWS_MAP) return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
@@ -131,7 +142,7 @@ uvec2 place_of_lane() {
 
 uvec2 pixel_of_lane() {
   if (push.listed != 0) {
-    const uint last = RayListRef(push.list).value.width - 1;
+    const uint last = RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width - 1;
     const uint index = min((gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + lane_pixel, last);
     const uint pixel = RayEntryRef(push.entries).at[index].pixel;
     return uvec2(pixel % globals.value.width, pixel / globals.value.width);
@@ -189,6 +200,10 @@ void shade_pixel() {
   const uint id = id_of_sample(ids, 0), same = samples_with(ids, id), other_id = largest_of_lanes(id);
   vec3 color = vec3(0);
   shaded_samples = same;
+#ifdef FIRE3DV_FIND_SHADOWS
+  const bool own = is_own_pixel();
+  is_own_surface = own && id != 0;
+#endif
   if (other_id != 0) color = shaded(id != 0 ? id : other_id, place_of_samples(pixel, same), true);
 #ifdef FIRE3DV_FIND_SHADOWS
   if (id == 0) forget_shadows();
@@ -198,6 +213,9 @@ void shade_pixel() {
 
 #if FIRE3DV_SAMPLES == 4
   // The others of pixels on edges.
+#ifdef FIRE3DV_FIND_SHADOWS
+  is_own_surface = own;
+#endif
   uint open = kAllSamples & ~same;
   while (open != 0) {
     const uint further_id = id_of_sample(ids, findLSB(open));
@@ -213,9 +231,8 @@ void shade_pixel() {
 #endif
     imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
 #ifdef FIRE3DV_FIND_SHADOWS
-  const bool own = is_own_pixel();
   if (own && wanted_rays != 0) UintsRef(globals.value.shadow_mask).at[shaded_pixel] = known_shadows;
-  append(push.list, push.entries, RayEntry(shaded_pixel, 0, own ? wanted_rays : 0));
+  append(push.lists, push.entries, RayEntry(shaded_pixel, 0, own ? wanted_rays : 0));
 #endif
 }
 

@@ -18,7 +18,7 @@ void main() {
     imageStore(result, pixel, vec4(vec3(dot(imageLoad(result, pixel).rgb, vec3(0.21, 0.72, 0.07)) * 0.5), 1));
     return;
   }
-  if (index >= RayListRef(push.list).value.width) return;
+  if (index >= RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width) return;
   const uint pixel = RayEntryRef(push.entries).at[index].pixel;
   imageStore(result, ivec2(pixel % push.width, pixel / push.width), kDoubt);
 }

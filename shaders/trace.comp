@@ -1,14 +1,26 @@
-// Shadow rays by ray query. Variants: FIRE3DV_SAMPLES 1 or 4.
+// Shadow rays by ray query. Variants as of trace.rgen.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef FIRE3DV_FOUND_RAYS
+#include "common/trace_found.glsl"
+#else
 #include "common/trace_entry.glsl"
+#endif
 #include "common/shadow_rays.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ShadowPush push; };
 
 void main() {
+#ifdef FIRE3DV_FOUND_RAYS
+  // Groups take what there is in turns: the list says how much, but not to a dispatch.
+  const uint count = count_of_found(push), step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+  for (uint index = gl_GlobalInvocationID.x; index < count; index += step) {
+    trace_found(GlobalsRef(push.globals), FoundRayRef(push.found).at[index]);
+  }
+#else
   const uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (65535 * 64);
-  if (index >= RayListRef(push.list).value.width) return;
+  if (index >= RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width) return;
   trace_entry(GlobalsRef(push.globals), push.visibility, RayEntryRef(push.entries).at[index]);
+#endif
 }

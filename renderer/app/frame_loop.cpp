@@ -80,6 +80,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       started_(Clock::now()),
       last_image_(started_),
       progress_("images:") {
+  frames_.time(gpu::Timed::passes);  // for statistics, metrics and panels
   VkExtent2D extent{options.width, options.height};
   if (window) taken_.color_srgb8 = true;
   if (window) extent = window->image_extent();

@@ -70,7 +70,7 @@ Recorder& FrameRing::begin() {
   slot.frame_index = frame_index_;
   std::optional<Fork> fork;
   if (slot.side_pool) fork = {slot.commands, device_.new_fork_number(), device_.side_timestamp_bits() != 0};
-  return slot.recorder.emplace(slot.commands.before, slot.queries.get(), kMaxTimestamps, fork);
+  return slot.recorder.emplace(slot.commands.before, slot.queries.get(), kMaxTimestamps, fork, timed_);
 }
 
 uint64_t FrameRing::submit(std::span<const SemaphoreSignal> waits, std::span<const SemaphoreSignal> signals) {
@@ -110,9 +110,10 @@ void FrameRing::read_times(Slot& slot) {
     for (const PassTimestamps& pass : passes) {
       const uint64_t pass_begin = ticks[pass.begin_query], pass_end = ticks[pass.end_query];
       const uint32_t bits = pass.aside ? device_.side_timestamp_bits() : device_.timestamp_bits();
-      times.passes.push_back({pass.name,
-                              static_cast<double>(ticks_between(pass_begin, pass_end, bits)) * ms_per_tick,
-                              pass.aside});
+      if (slot.recorder->times_passes()) {
+        const auto ticks_taken = static_cast<double>(ticks_between(pass_begin, pass_end, bits));
+        times.passes.push_back({pass.name, ticks_taken * ms_per_tick, pass.aside});
+      }
       // Vulkan lets only times of one queue be compared. The main one's hold those of the other between them:
       // it begins before that and waits for it.
       if (pass.aside) continue;
@@ -120,7 +121,6 @@ void FrameRing::read_times(Slot& slot) {
       times.total_ms = static_cast<double>(ticks_between(*begin, pass_end, bits)) * ms_per_tick;
     }
   }
-  finished_ = times;
   untaken_.push_back(std::move(times));
   constexpr size_t kKeptWhenNobodyTakes = 1024;
   if (untaken_.size() > kKeptWhenNobodyTakes) untaken_.erase(untaken_.begin());

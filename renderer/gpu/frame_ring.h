@@ -28,13 +28,16 @@ struct PassTime {
 // other passes: all together may sum up to more than the frame.
 struct FrameTimes {
   uint64_t frame_index = 0;
-  std::vector<PassTime> passes;
-  double total_ms = 0;  // from the first pass's begin to the last one's end, on the main queue
+  std::vector<PassTime> passes;  // of frames whose passes were timed
+  double total_ms = 0;           // from the first pass's begin to the last one's end, on the main queue
 };
 
 class FrameRing {
  public:
   explicit FrameRing(Device& device);
+
+  // Of the frames that are begun from now on; at first only frames are timed as a whole.
+  void time(Timed timed) { timed_ = timed; }
 
   // Waits until the slot's earlier frame is done (that is the back-pressure of the whole renderer), frees
   // what retired, and begins recording.
@@ -44,8 +47,6 @@ class FrameRing {
   uint64_t submit(std::span<const SemaphoreSignal> waits = {}, std::span<const SemaphoreSignal> signals = {});
 
   uint64_t frame_index() const { return frame_index_; }  // of the frame being recorded, from 0
-  // Times of the newest frame known to be done; empty before the first.
-  const FrameTimes& finished_times() const { return finished_; }
   // Reads the times of all frames that are done. Called after the last frame, to miss none.
   std::vector<FrameTimes> take_finished();
 
@@ -67,7 +68,7 @@ class FrameRing {
   std::vector<Slot> slots_;
   uint32_t slot_ = 0;
   uint64_t next_frame_ = 0, frame_index_ = 0;
-  FrameTimes finished_;
+  Timed timed_ = Timed::frame;
   std::vector<FrameTimes> untaken_;
 };
 

@@ -68,6 +68,7 @@ void Recorder::pass(const char* name, std::span<const Use> uses,
                     const std::function<void(VkCommandBuffer)>& record) {
   copy_what_is_overwritten(uses);
   barriers(uses);
+  begin_frame_time();
   const std::optional<uint32_t> begin_query = write_timestamps_begin();
   record(commands_);
   write_timestamps_end(name, begin_query);
@@ -130,6 +131,7 @@ void Recorder::aside(const char* wait_name, const std::function<void()>& record)
 std::optional<ForkedCommands> Recorder::finish() {
   record_copies();
   if (piece_ == Piece::beside) join();
+  end_frame_time();
   FIRE3DV_VK(vkEndCommandBuffer(commands_));
   if (piece_ == Piece::before) return std::nullopt;
   return fork_->commands;
@@ -150,8 +152,21 @@ void Recorder::go_on_in(VkCommandBuffer commands, Piece piece) {
   FIRE3DV_VK(vkBeginCommandBuffer(commands_, &info));
 }
 
+// From the main queue's first pass on.
+void Recorder::begin_frame_time() {
+  if (times_passes() || !queries_ || next_query_ != 0 || piece_ == Piece::aside) return;
+  vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, 0);
+  next_query_ = 2;
+}
+
+void Recorder::end_frame_time() {
+  if (times_passes() || next_query_ == 0) return;
+  vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, 1);
+  timestamps_.push_back({"frame", 0, 1, false});
+}
+
 std::optional<uint32_t> Recorder::write_timestamps_begin() {
-  const bool timed = queries_ && next_query_ + 2 <= max_queries_;
+  const bool timed = times_passes() && queries_ && next_query_ + 2 <= max_queries_;
   if (!timed || (piece_ == Piece::aside && !fork_->times_aside)) return std::nullopt;
   vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, next_query_);
   next_query_ += 2;

@@ -1,6 +1,6 @@
 // Records the passes of one frame. A pass says what it reads and writes where it records; the barriers in
 // front of it follow from that, in the order of recording, and so does what it waits for on another queue.
-// Timestamps surround each named pass.
+// Timestamps surround each named pass, or the frame.
 #pragma once
 
 #include <functional>
@@ -78,6 +78,9 @@ struct PassTimestamps {
   bool aside;  // on the side queue
 };
 
+// What timestamps surround. Each makes the passes wait for one another a little longer.
+enum class Timed : uint8_t { frame, passes };
+
 // What it takes to record a piece of a frame for the side queue.
 struct Fork {
   ForkedCommands commands;  // `before` is the buffer that recording begins with
@@ -93,8 +96,12 @@ class Recorder {
  public:
   // queries may be null: no timestamps then. The pool must be reset and hold max_queries.
   Recorder(VkCommandBuffer commands, VkQueryPool queries, uint32_t max_queries,
-           std::optional<Fork> fork = std::nullopt)
-      : commands_(commands), queries_(queries), max_queries_(max_queries), fork_(std::move(fork)) {}
+           std::optional<Fork> fork = std::nullopt, Timed timed = Timed::passes)
+      : commands_(commands),
+        queries_(queries),
+        max_queries_(max_queries),
+        fork_(std::move(fork)),
+        timed_(timed) {}
 
   // name: static storage.
   void pass(const char* name, std::initializer_list<Use> uses,
@@ -119,6 +126,7 @@ class Recorder {
 
   VkCommandBuffer commands() const { return commands_; }
   const std::vector<PassTimestamps>& timestamps() const { return timestamps_; }
+  bool times_passes() const { return timed_ == Timed::passes; }
 
  private:
   enum class Piece : uint8_t { before, aside, beside, after };
@@ -136,6 +144,8 @@ class Recorder {
   bool is_ordered_by_fork(UseState& state, const Access& next);
   void join();
   void go_on_in(VkCommandBuffer commands, Piece piece);
+  void begin_frame_time();
+  void end_frame_time();
   std::optional<uint32_t> write_timestamps_begin();
   void write_timestamps_end(const char* name, std::optional<uint32_t> begin_query);
 
@@ -143,6 +153,7 @@ class Recorder {
   VkQueryPool queries_;
   uint32_t max_queries_;
   std::optional<Fork> fork_;
+  Timed timed_;
   Piece piece_ = Piece::before;
   const char* wait_name_ = nullptr;
   uint32_t next_query_ = 0;

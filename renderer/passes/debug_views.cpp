@@ -108,7 +108,7 @@ void DebugViews::mark_doubt(gpu::Recorder& recorder, const SeenView& seen, Shado
                             gpu::Image& image) {
   if (!doubt_) doubt_ = gpu::create_compute_pipeline(device_, overlay_.layout(), "shadow_doubt.comp");
   const uint32_t pixels = seen.extent.width * seen.extent.height;
-  gpu_types::ShadowDoubtPush push{shadows.list().address, shadows.entries().address, seen.extent.width,
+  gpu_types::ShadowDoubtPush push{shadows.lists().address, shadows.entries().address, seen.extent.width,
                                   seen.extent.height, 0};
   recorder.pass("debug view", {Use(image, access::compute_write)}, [&](VkCommandBuffer commands) {
     overlay_.begin(commands, doubt_, seen.gpu_scene, push);
@@ -121,11 +121,11 @@ void DebugViews::mark_doubt(gpu::Recorder& recorder, const SeenView& seen, Shado
   arguments.stages |= access::indirect_read.stages;
   arguments.access |= access::indirect_read.access;
   recorder.pass("debug view",
-                {Use(shadows.list(), arguments), Use(shadows.entries(), access::compute_read),
+                {Use(shadows.lists(), arguments), Use(shadows.entries(), access::compute_read),
                  Use(image, access::compute_write)},
                 [&](VkCommandBuffer commands) {
                   overlay_.begin(commands, doubt_, seen.gpu_scene, push);
-                  vkCmdDispatchIndirect(commands, shadows.list().get(),
+                  vkCmdDispatchIndirect(commands, shadows.lists().get(),
                                         offsetof(gpu_types::RayList, groups_x));
                 });
 }

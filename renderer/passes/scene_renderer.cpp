@@ -228,7 +228,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const bool lit = shaded && shadows_on_;
   if (of_frame == OfFrame::first) record_what_moves(recorder, belt, poses);
   shadows_.upload_choices(recorder, belt);
-  if (lit) shadows_.empty_list(recorder);  // here, where nothing is held up by it
+  if (lit) shadows_.empty_lists(recorder);  // here, where nothing is held up by it
   // What shadow rays can meet, beside the following, where there is a queue for that.
   if (lit && shadows_.traces() && !std::exchange(rays_meet_frame_, true))
     recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });
@@ -299,7 +299,7 @@ void SceneRenderer::shade_from_visibility(gpu::Recorder& recorder, std::span<con
   }
   // One after the other, since there is one list of rays and one mask.
   for (uint32_t view = 0; view < views.size(); ++view) {
-    if (view > 0) shadows_.empty_list(recorder);
+    if (view > 0) shadows_.empty_lists(recorder);
     const VisibilityPass::Shaded shaded{view, views.subspan(view, 1), globals.subspan(view, 1)};
     if (shadows_.found_while_shading()) {
       visibility_->shade_and_trace(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, left);

@@ -16,6 +16,9 @@ using gpu::Use;
 namespace access = gpu::access;
 
 constexpr size_t kMostSheets = 16;
+constexpr uint32_t kGroupsOfFound = 1024;  // of 64 threads: more than fit on a device at once
+constexpr gpu_types::RayList kEmptyList{0, 1, 1, 0, 1, 1, 0};
+constexpr gpu_types::RayList kEmptyLists[FIRE3DV_RAY_LISTS] = {kEmptyList, kEmptyList, kEmptyList};
 
 gpu::Buffer table(gpu::Device& device, VkDeviceSize bytes) {
   return gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
@@ -26,6 +29,7 @@ gpu::Buffer table(gpu::Device& device, VkDeviceSize bytes) {
 ShadowWay choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings, bool compute) {
   ShadowWay way;
   way.map_side = settings.map_side;
+  way.most_found = settings.most_found;
   if (settings.method == ShadowMethod::off) return way;
   const gpu::DeviceReport& report = device.report();
   const bool can_trace = report.ray_query || report.ray_tracing_pipeline;
@@ -64,18 +68,22 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
   if (way.method != ShadowMethod::ray) return;
   const std::string suffix = samples == 4 ? "_4" : "_1";
   classify_ = gpu::create_compute_pipeline(device, layout, "classify" + suffix + ".comp");
-  if (way.back_end == RayBackEnd::query) {
-    trace_query_ = gpu::create_compute_pipeline(device, layout, "trace" + suffix + ".comp");
-  } else {
-    trace_pipeline_ =
-        gpu::RayPipeline(device, layout, "trace" + suffix + ".rgen", "trace.rmiss", "trace.rahit");
-  }
-  list_ = gpu::create_buffer(device, sizeof(gpu_types::RayList),
-                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
-                             gpu::Memory::device);
-  for (gpu::Buffer& seen : list_seen_) {
-    seen = gpu::create_buffer(device, sizeof(gpu_types::RayList), 0, gpu::Memory::readback);
-    std::memset(seen.mapped, 0, sizeof(gpu_types::RayList));
+  const auto prepare = [&](Tracing& tracing, const std::string& variant) {
+    if (way.back_end == RayBackEnd::query) {
+      tracing.query = gpu::create_compute_pipeline(device, layout, "trace" + variant + ".comp");
+    } else {
+      tracing.pipeline =
+          gpu::RayPipeline(device, layout, "trace" + variant + ".rgen", "trace.rmiss", "trace.rahit");
+    }
+  };
+  prepare(trace_pixels_, suffix);
+  if (way.hybrid) prepare(trace_found_, "_found");
+  lists_ = gpu::create_buffer(device, sizeof(kEmptyLists),
+                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                              gpu::Memory::device);
+  for (gpu::Buffer& seen : lists_seen_) {
+    seen = gpu::create_buffer(device, sizeof(kEmptyLists), 0, gpu::Memory::readback);
+    std::memset(seen.mapped, 0, sizeof(kEmptyLists));
   }
 }
 
@@ -180,6 +188,7 @@ void ShadowPass::make_room_for_mask() {
   if (targets_->shadow_mask && targets_->shadow_mask.size_bytes == words * sizeof(uint32_t)) return;
   gpu::Buffer mask = table(device_, words * sizeof(uint32_t));
   targets_->shadow_entries = table(device_, words * sizeof(gpu_types::RayEntry));
+  if (way_.hybrid) targets_->found_rays = table(device_, found_room() * sizeof(gpu_types::FoundRay));
   targets_->shadow_mask = std::move(mask);
 }
 
@@ -240,7 +249,12 @@ bool ShadowPass::found_while_shading() const {
 }
 
 gpu_types::ShadowPush ShadowPass::push(const Visibility& visibility, VkDeviceAddress globals) const {
-  return {globals, visibility.address, list_.address, targets_->shadow_entries.address,
+  return {globals,
+          visibility.address,
+          lists_.address,
+          targets_->shadow_entries.address,
+          targets_->found_rays.address,
+          found_room(),
           way_.hybrid ? 1u : 0u};
 }
 
@@ -255,7 +269,7 @@ void ShadowPass::bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPip
 void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
                         VkDeviceAddress globals) {
   if (!traces()) return;
-  std::vector<Use> uses{Use(visibility.buffer, access::compute_read), Use(list_, access::compute_write),
+  std::vector<Use> uses{Use(visibility.buffer, access::compute_read), Use(lists_, access::compute_write),
                         Use(entries(), access::compute_write), Use(mask(), access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   add_map_reads(uses, access::compute_read);
@@ -264,42 +278,61 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibili
     vkCmdDispatch(commands, (targets_->extent.width + 7) / 8, (targets_->extent.height + 7) / 8,
                   plan_.mask_words);
   });
-  trace(recorder, scene, visibility, globals);
+  trace(recorder, scene, visibility, globals, false);
 }
 
-void ShadowPass::empty_list(gpu::Recorder& recorder) {
+void ShadowPass::empty_lists(gpu::Recorder& recorder) {
   if (!traces()) return;
-  recorder.transition({Use(list_, access::transfer_write)});
-  vkCmdFillBuffer(recorder.commands(), list_.get(), 0, VK_WHOLE_SIZE, 0);
+  recorder.transition({Use(lists_, access::transfer_write)});
+  vkCmdUpdateBuffer(recorder.commands(), lists_.get(), 0, sizeof(kEmptyLists), kEmptyLists);
+}
+
+uint32_t ShadowPass::found_room() const {
+  if (way_.most_found) return way_.most_found;
+  return std::max(1u, targets_->extent.width * targets_->extent.height / 2);
+}
+
+void ShadowPass::trace_found(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
+                             VkDeviceAddress globals) {
+  trace(recorder, scene, visibility, globals, true);
+}
+
+void ShadowPass::record_trace(VkCommandBuffer commands, const Tracing& tracing, uint32_t list,
+                              GpuScene& scene, const gpu_types::ShadowPush& push) const {
+  const VkDeviceSize offset = list * sizeof(gpu_types::RayList);
+  if (way_.back_end == RayBackEnd::query) {
+    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, tracing.query.get(), scene, push);
+    if (list == FIRE3DV_LIST_FOUND) return vkCmdDispatch(commands, kGroupsOfFound, 1, 1);
+    vkCmdDispatchIndirect(commands, lists_.get(), offset + offsetof(gpu_types::RayList, groups_x));
+  } else {
+    bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, tracing.pipeline.get(), scene, push);
+    tracing.pipeline.trace(commands, lists_.address + offset);
+  }
 }
 
 void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
-                       VkDeviceAddress globals) {
+                       VkDeviceAddress globals, bool found) {
   const bool query = way_.back_end == RayBackEnd::query;
   const gpu::Access read = query ? access::compute_read : access::ray_read;
   const gpu::Access write = query ? access::compute_write : access::ray_write;
   gpu::Access arguments = read;  // the list is argument and input at once
   arguments.stages |= access::indirect_read.stages;
   arguments.access |= access::indirect_read.access;
-  std::vector<Use> uses{Use(visibility.buffer, read), Use(list_, arguments), Use(entries(), read),
+  std::vector<Use> uses{Use(visibility.buffer, read), Use(lists_, arguments), Use(entries(), read),
                         Use(mask(), write),
                         Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
   scene.add_reads(uses, read);
+  if (found) uses.emplace_back(targets_->found_rays, read);
   recorder.pass("trace", uses, [&](VkCommandBuffer commands) {
-    if (query) {
-      bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, trace_query_.get(), scene, push(visibility, globals));
-      vkCmdDispatchIndirect(commands, list_.get(), offsetof(gpu_types::RayList, groups_x));
-    } else {
-      bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, trace_pipeline_.get(), scene,
-           push(visibility, globals));
-      trace_pipeline_.trace(commands, list_.address);
-    }
+    const gpu_types::ShadowPush what = push(visibility, globals);
+    if (found) record_trace(commands, trace_found_, FIRE3DV_LIST_FOUND, scene, what);
+    record_trace(commands, trace_pixels_, found ? FIRE3DV_LIST_LEFT : FIRE3DV_LIST_PIXELS, scene, what);
   });
-  gpu::Buffer& seen = list_seen_[frame_++ % gpu::kFramesInFlight];
-  gpu_types::RayList last;
-  std::memcpy(&last, seen.mapped, sizeof(last));
-  rays_traced_ = last.rays;
-  recorder.copy_at_end(list_, seen, {{0, 0, sizeof(gpu_types::RayList)}});
+  gpu::Buffer& seen = lists_seen_[frame_++ % gpu::kFramesInFlight];
+  gpu_types::RayList last[FIRE3DV_RAY_LISTS];
+  std::memcpy(last, seen.mapped, sizeof(last));
+  rays_traced_ = uint64_t{last[FIRE3DV_LIST_PIXELS].rays} + last[FIRE3DV_LIST_FOUND].width;
+  recorder.copy_at_end(lists_, seen, {{0, 0, sizeof(last)}});
 }
 
 void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {

@@ -27,7 +27,8 @@ struct ShadowSettings {
   ShadowMethod method = ShadowMethod::automatic;
   bool hybrid = true;  // maps first, rays where they cannot tell; false: a ray for every lit surface
   RayBackEnd back_end = RayBackEnd::query;  // used if the device has it, else the other one
-  uint32_t map_side = 0;  // texels along a map, a power of two; 0: as suits the device and the image
+  uint32_t map_side = 0;    // texels along a map, a power of two; 0: as suits the device and the image
+  uint32_t most_found = 0;  // rays that are kept as they are found; 0: one for every other pixel
   bool operator==(const ShadowSettings&) const = default;
 };
 
@@ -36,7 +37,7 @@ struct ShadowWay {
   ShadowMethod method = ShadowMethod::off;  // never automatic
   RayBackEnd back_end = RayBackEnd::none;
   bool hybrid = false;
-  uint32_t map_side = 0;  // as in the settings
+  uint32_t map_side = 0, most_found = 0;  // as in the settings
   bool operator==(const ShadowWay&) const = default;
 };
 // compute: the image is drawn from a visibility buffer. Else, where there are ray queries, shading traces by
@@ -77,10 +78,13 @@ class ShadowPass {
   // Or shading itself asks the maps and lists the pixels that need rays; then come the rays.
   bool found_while_shading() const;
   // Before each view's.
-  void empty_list(gpu::Recorder& recorder);
-  void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals);
-  gpu::Buffer& list() { return list_; }  // gpu_types::RayList
+  void empty_lists(gpu::Recorder& recorder);
+  void trace_found(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
+                   VkDeviceAddress globals);
+  gpu::Buffer& lists() { return lists_; }  // gpu_types::RayList[FIRE3DV_RAY_LISTS]
   gpu::Buffer& entries() { return targets_->shadow_entries; }
+  gpu::Buffer& found() { return targets_->found_rays; }
+  uint32_t found_room() const;  // how many rays there can be; others are traced pixel by pixel
   gpu::Buffer& mask() { return targets_->shadow_mask; }
   // Of whoever shades, with this access.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
@@ -91,11 +95,20 @@ class ShadowPass {
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
 
  private:
+  struct Tracing {
+    gpu::Pipeline query;  // one of both
+    gpu::RayPipeline pipeline;
+  };
+
   void place_views();
   MapSizes map_sizes() const;
   VkDeviceSize map_bytes() const { return VkDeviceSize{plan_.texels} * sizeof(uint32_t); }
   void make_room_for_mask();
   gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
+  void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals,
+             bool found);
+  void record_trace(VkCommandBuffer commands, const Tracing& tracing, uint32_t list, GpuScene& scene,
+                    const gpu_types::ShadowPush& push) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
             const gpu_types::ShadowPush& push) const;
 
@@ -103,8 +116,8 @@ class ShadowPass {
   VkPipelineLayout layout_;
   uint32_t samples_;
   ShadowWay way_;
-  gpu::Pipeline light_views_, classify_, trace_query_;
-  gpu::RayPipeline trace_pipeline_;
+  gpu::Pipeline light_views_, classify_;
+  Tracing trace_pixels_, trace_found_;
   std::optional<ClusterRaster> map_raster_;
   bool needs_maps_ = false;
   bool lights_placed_ = true;  // false: memory did not suffice for what they need
@@ -116,8 +129,8 @@ class ShadowPass {
   VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
   std::vector<gpu_types::SheetRecord> sheet_records_;
   bool lights_chosen_ = false, sheets_chosen_ = false;  // and not uploaded yet
-  gpu::Buffer list_;
-  std::array<gpu::Buffer, gpu::kFramesInFlight> list_seen_;
+  gpu::Buffer lists_;
+  std::array<gpu::Buffer, gpu::kFramesInFlight> lists_seen_;
   uint64_t frame_ = 0, rays_traced_ = 0;
 };
 

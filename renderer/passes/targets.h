@@ -22,6 +22,7 @@ struct Targets {
   gpu::Buffer visibility;      // uint64_t[view][pixel][sample]
   gpu::Buffer shadow_mask;     // uint32_t[pixel][word]
   gpu::Buffer shadow_entries;  // gpu_types::RayEntry[pixel][word]
+  gpu::Buffer found_rays;      // gpu_types::FoundRay[]
   // Each is the pass's that wrote it.
   gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, held_mark_set, overlay_set;
   VkImageView held_mark_view = VK_NULL_HANDLE, overlay_view = VK_NULL_HANDLE;  // of the last two

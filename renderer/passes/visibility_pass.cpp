@@ -184,8 +184,9 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
   if (what == Shades::all_and_lists) {
     shadows.add_map_reads(uses, access::compute_read);
     uses.emplace_back(shadows.mask(), access::compute_write);
-    uses.emplace_back(shadows.list(), access::compute_write);
+    uses.emplace_back(shadows.lists(), access::compute_write);
     uses.emplace_back(shadows.entries(), access::compute_write);
+    uses.emplace_back(shadows.found(), access::compute_write);
   } else {
     shadows.add_reads(uses, access::compute_read);
   }
@@ -193,7 +194,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
     gpu::Access arguments = access::compute_read;
     arguments.stages |= access::indirect_read.stages;
     arguments.access |= access::indirect_read.access;
-    uses.emplace_back(shadows.list(), arguments);
+    uses.emplace_back(shadows.lists(), arguments);
     uses.emplace_back(shadows.entries(), access::compute_read);
   }
   recorder.pass(name, uses, [&](VkCommandBuffer commands) {
@@ -211,7 +212,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
       }
       vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       if (what == Shades::listed) {
-        vkCmdDispatchIndirect(commands, shadows.list().get(), offsetof(gpu_types::RayList, groups_x));
+        vkCmdDispatchIndirect(commands, shadows.lists().get(), offsetof(gpu_types::RayList, groups_x));
       } else {
         vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
       }
@@ -232,11 +233,13 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   FIRE3DV_ASSERT(shaded.views.size() == 1);  // the list of rays is of one view
   const VkDeviceAddress globals = shaded.globals[0];
   gpu_types::ShadePush push = shade_push(shaded, 0, settings);
-  push.list = shadows.list().address;
+  push.lists = shadows.lists().address;
   push.entries = shadows.entries().address;
+  push.found = shadows.found().address;
+  push.found_room = shadows.found_room();
   const std::span<const gpu_types::ShadePush> view(&push, 1);
   record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, left);
-  shadows.trace(recorder, scene, {targets_->visibility, address_of(shaded.first_view)}, globals);
+  shadows.trace_found(recorder, scene, {targets_->visibility, address_of(shaded.first_view)}, globals);
   record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, left);
 }
 

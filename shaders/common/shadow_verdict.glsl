@@ -13,12 +13,14 @@ bool is_turned_away(SurfacePoint point, LightSample light) {
   return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
 }
 
-// body: see is_body; light: as it is seen from the point.
+// body: see is_body; light: as it is seen from the point. origin: of the ray that a hard light's map cannot replace.
 uint shadow_verdict(GlobalsRef globals, LightShadow shadow, uint light_index, LightSample light, SurfacePoint point,
-                    uint part, bool body) {
+                    uint part, bool body, out vec3 origin) {
+  origin = vec3(0);
   if (body && is_turned_away(point, light)) return kShadowed;
   if (shadow.rays != 1) return kUnknown;  // a map knows of one ray
   const ShadowRay ray = shadow_ray(globals, point, light_index, light);
+  origin = ray.origin;
   return map_verdict(globals, view_of(globals, shadow, ray.light), part, ray.origin, point.plane_normal_world, ray.light);
 }
 

@@ -42,8 +42,10 @@ struct SurfacesPush {
 struct ShadePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS list;        // RayList of the pixels that need rays, where shading finds them or `listed`
+  FIRE3DV_ADDRESS lists;       // RayList[FIRE3DV_RAY_LISTS], where shading finds what needs rays or `listed`
   FIRE3DV_ADDRESS entries;     // RayEntry[], one for each pixel
+  FIRE3DV_ADDRESS found;       // FoundRay[]
+  uint found_room;             // how many there can be
   float exposure;
   uint tone_map;
   uint listed;     // 1: only the pixels of the list are shaded

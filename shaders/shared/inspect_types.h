@@ -46,7 +46,7 @@ struct DebugViewPush {
 };
 
 struct ShadowDoubtPush {
-  FIRE3DV_ADDRESS list;     // RayList
+  FIRE3DV_ADDRESS lists;    // RayList[FIRE3DV_RAY_LISTS]
   FIRE3DV_ADDRESS entries;  // RayEntry[]
   uint width;               // of the image
   uint height;

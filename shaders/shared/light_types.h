@@ -73,15 +73,30 @@ struct RayEntry {
   uint wanted;  // bits as in the mask; of a soft light the lowest one of each sample
 };
 
+// One ray, to a hard light, of a pixel whose mask has one word.
+struct FoundRay {
+  vec3 origin_world;
+  uint light;
+  uint pixel;
+  uint lit;  // bits of the mask that are set if the light arrives
+};
+
 struct RayList {
   uint width;  // of vkCmdTraceRaysIndirectKHR: entries
   uint height;
   uint depth;
-  uint groups_x;  // of vkCmdDispatchIndirect
+  uint groups_x;  // of vkCmdDispatchIndirect, for 64 entries each
   uint groups_y;
   uint groups_z;
-  uint rays;  // counted for the statistics
+  uint rays;  // counted for the statistics, where they are not the entries
 };
+
+// The lists of a frame: RayEntry[] of what needs rays; FoundRay[] of its rays, where shading has found them, without
+// groups; and of the first again, at least all of it if there were more rays than room, else none.
+#define FIRE3DV_LIST_PIXELS 0u
+#define FIRE3DV_LIST_FOUND 1u
+#define FIRE3DV_LIST_LEFT 2u
+#define FIRE3DV_RAY_LISTS 3
 
 struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
@@ -106,8 +121,10 @@ struct LightViewWanted {
 struct ShadowPush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS list;        // RayList
+  FIRE3DV_ADDRESS lists;       // RayList[FIRE3DV_RAY_LISTS]
   FIRE3DV_ADDRESS entries;     // RayEntry[]
+  FIRE3DV_ADDRESS found;       // FoundRay[]
+  uint found_room;             // how many there can be
   uint hybrid;                 // 0: every ray is traced
 };
 

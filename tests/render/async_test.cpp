@@ -182,6 +182,7 @@ TEST_F(Async, NothingIsLeftBehind) {
 class AsidePasses : public ValidationIsSilent {
  protected:
   explicit AsidePasses(gpu::Device& on = forking_device()) : device_(on), frames_(on) {
+    frames_.time(gpu::Timed::passes);
     for (gpu::Buffer& buffer : buffers_)
       buffer = gpu::create_buffer(device_, kBytes, 0, gpu::Memory::readback);
   }
@@ -243,6 +244,28 @@ TEST_F(AsidePasses, AWriterWaitsForWhatIsReadAsideAndAReaderDoesNot) {
   EXPECT_EQ(value(a_), 3u);
   EXPECT_EQ(value(b_), 1u);
   EXPECT_EQ(value(c_), 1u);
+}
+
+TEST_F(AsidePasses, AFrameIsTimedAsAWholeOrPassByPass) {
+  const auto draw = [&](bool forks) {
+    gpu::Recorder& recorder = begin();
+    if (forks) recorder.aside("wait", [&] { fill(recorder, "fill a", a_, 1); });
+    fill(recorder, "fill b", b_, 2);
+    copy(recorder, "copy a", a_, c_);
+    device_.wait(frames_.submit());
+    return frames_.take_finished().at(0);
+  };
+  for (const bool forks : {true, false}) {
+    frames_.time(gpu::Timed::frame);
+    const gpu::FrameTimes whole = draw(forks);
+    EXPECT_TRUE(whole.passes.empty());
+    EXPECT_GT(whole.total_ms, 0);
+    frames_.time(gpu::Timed::passes);
+    const gpu::FrameTimes by_pass = draw(forks);
+    EXPECT_EQ(passes_of(by_pass, false),
+              forks ? (Names{"fill b", "wait", "copy a"}) : (Names{"fill b", "copy a"}));
+    EXPECT_GT(by_pass.total_ms, 0);
+  }
 }
 
 // What a frame's end copies for the host is what was there when it was asked for.

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "tests/render/proof_bench.h"
 
 namespace fire3dv::test {
 namespace {
@@ -115,6 +114,57 @@ TEST_F(Post, FxaaImprovesEdgesAndLeavesFlatRegionsAlone) {
   EXPECT_EQ(flat_changed, 0u);
   RecordProperty("edge_error_ratio", std::to_string(error_smoothed / error_plain));
   EXPECT_LT(error_smoothed, 0.75 * error_plain) << error_smoothed / error_plain;
+}
+
+// A pattern that repeats every 13 pixels to the right and every 11 down, whatever groups of threads it falls
+// to.
+TEST_F(Post, FxaaIsTheSameWhereverAPixelLies) {
+  constexpr uint32_t kRight = 13, kDown = 11, kWidth = 8 * kRight, kHeight = 8 * kDown;
+  SceneBuilder builder;
+  std::vector<uint32_t> tiles;
+  for (const float light : {0.9f, 0.3f}) {
+    scene::Material material = matte({0, 0, 0});
+    material.unlit = true;
+    material.double_sided = true;
+    material.base_color = glm::vec4(glm::vec3(light), 1);
+    tiles.push_back(builder.quad(builder.material(material), 1));
+  }
+  for (int x = 0; x < 8; ++x) {
+    for (int z = 0; z < 8; ++z) {
+      const glm::mat4 cell =
+          at({13.0f * static_cast<float>(x) - 45.5f, 0, 11.0f * static_cast<float>(z) - 38.5f});
+      for (size_t i = 0; i < tiles.size(); ++i) {
+        const glm::mat4 place = glm::rotate(cell * at({i ? 2.3f : -2.1f, 0.5f * static_cast<float>(i), 0.7f}),
+                                            i ? 1.1f : 0.23f, glm::vec3(0, 1, 0));
+        builder.mesh_node("tile_" + std::to_string((x * 8 + z) * 2 + static_cast<int>(i)), tiles[i],
+                          glm::scale(place, glm::vec3(i ? 2.2f : 3.1f)));
+      }
+    }
+  }
+  const scene::Scene scene = builder.build();
+  scene::Camera camera;
+  camera.orthographic = true;
+  camera.half_extent_m = {kWidth / 2.0f, kHeight / 2.0f};  // a pixel for each metre
+  passes::DrawSettings settings = plain_settings();
+  const auto image_of = [&](bool fxaa) {
+    settings.post.fxaa = fxaa;
+    ProofBench bench({kWidth, kHeight}, settings);
+    bench.show(scene);
+    return bench.draw(camera, passes::look_at_pose({0, 10, 0}, {0, 0, 0}));
+  };
+  const sinks::FrameImage plain = image_of(false), smoothed = image_of(true);
+  uint32_t changed = 0;
+  for (uint32_t y = kDown; y < kHeight - 2 * kDown; ++y) {
+    for (uint32_t x = kRight; x < kWidth - 2 * kRight; ++x) {
+      for (const auto& [next_x, next_y] : {std::pair(x + kRight, y), std::pair(x, y + kDown)}) {
+        ASSERT_EQ(pixel(plain, x, y), pixel(plain, next_x, next_y)) << "the pattern does not repeat";
+        // Its place is a number with an error of its own.
+        ASSERT_NEAR(pixel(smoothed, x, y).g, pixel(smoothed, next_x, next_y).g, 1) << x << ", " << y;
+      }
+      changed += pixel(smoothed, x, y) != pixel(plain, x, y);
+    }
+  }
+  EXPECT_GT(changed, 500u);
 }
 
 }  // namespace

@@ -57,6 +57,7 @@ std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute) {
 RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings,
                          gpu::Device& on)
     : scene_(scene), frames_(on), renderer_(on, settings), readback_(on) {
+  frames_.time(gpu::Timed::passes);
   renderer_.set_scene(scene);
   renderer_.set_size(extent);
 }

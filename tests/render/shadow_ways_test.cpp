@@ -111,6 +111,28 @@ TEST_F(ShadowWays, HybridTracesFewerRays) {
   EXPECT_GT(rays[1], 0u);
 }
 
+// Of more rays than are kept as they are found all are traced pixel by pixel.
+TEST_F(ShadowWays, RoomForFewRaysLosesNone) {
+  const scene::Scene scene = yard(0);
+  for (RayBackEnd back_end : {RayBackEnd::query, RayBackEnd::pipeline}) {
+    for (uint32_t samples : {1u, 4u}) {
+      SCOPED_TRACE(testing::Message() << static_cast<int>(back_end) << ", " << samples << " samples");
+      passes::DrawSettings settings = shadowed_by(ShadowMethod::ray, true, samples);
+      settings.shadows.back_end = back_end;
+      RenderBench all(scene, kExtent, settings);
+      sinks::FrameImage of_all;
+      for (uint32_t i = 0; i < 2 * gpu::kFramesInFlight; ++i) of_all = all.draw_at_rest();
+      const auto rays = static_cast<uint32_t>(all.renderer().shadow_rays());
+      ASSERT_GT(rays, 100u);
+      for (uint32_t room : {1u, 70u, rays - 1, rays}) {
+        SCOPED_TRACE(room);
+        settings.shadows.most_found = room;
+        EXPECT_TRUE(matches_image(drawn(scene, settings), of_all, "ways_room", Tolerance::exact()));
+      }
+    }
+  }
+}
+
 // A box of 1 m on a ground, the sun at 45 degrees: its shadow reaches 1 m from its side. From straight above,
 // in metres: the image shows 4 x 3 m.
 TEST_F(ShadowWays, ABoxsShadowLiesWhereGeometrySays) {

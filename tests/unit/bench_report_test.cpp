@@ -104,9 +104,9 @@ FrameSamples samples_of(double whole_frame_ms, size_t count) {
   FrameSamples samples;
   for (size_t i = 0; i < count; ++i) {
     StageTimes times;
-    times.frame_ms = whole_frame_ms + static_cast<double>(i);
     times.ms[static_cast<size_t>(Stage::raster)] = whole_frame_ms / 2;
-    samples.gpu.push_back(times);
+    samples.frame_ms.push_back(whole_frame_ms + static_cast<double>(i));
+    samples.stages.push_back(times);
     samples.cpu_ms.push_back(0.25);
     samples.pose_age_ms.push_back(0.5);
     samples.interval_ms.push_back(whole_frame_ms);

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <thread>
+#include <utility>
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
@@ -19,6 +20,10 @@ constexpr int64_t kPatienceNs = 30'000'000'000;  // for poses; a hang limit
 
 double ms_since(int64_t begin_ns) {
   return static_cast<double>(monotonic_ns() - begin_ns) * 1e-6;
+}
+
+gpu::Timed timed_in_turn(uint64_t frame) {
+  return frame % 2 ? gpu::Timed::passes : gpu::Timed::frame;
 }
 
 passes::View first_camera_view(const scene::Scene& scene, VkExtent2D extent) {
@@ -124,18 +129,20 @@ void FrameBench::draw_panels(gpu::Recorder& recorder) {
                        panels_->gui.fonts_number());
 }
 
-Result<void> FrameBench::time_frame(FrameSamples& samples) {
+Result<void> FrameBench::time_frame(gpu::Timed timed, FrameSamples& samples) {
+  frames_.time(timed);
   gpu::Recorder& recorder = frames_.begin();
   const Result<double> taking_ms = take_new_poses();
   if (!taking_ms) return taking_ms.error();
   const int64_t begin_ns = monotonic_ns();
   submit_frame(recorder, false);
   const int64_t submitted_ns = monotonic_ns();
+  const int64_t interval_ns = submitted_ns - std::exchange(last_submit_ns_, submitted_ns);
+  if (timed == gpu::Timed::passes) return {};
   samples.cpu_ms.push_back(*taking_ms + static_cast<double>(submitted_ns - begin_ns) * 1e-6);
   const auto published_ns = static_cast<int64_t>(poses_.shown().at(0).publish_time_ns);
   samples.pose_age_ms.push_back(static_cast<double>(submitted_ns - published_ns) * 1e-6);
-  samples.interval_ms.push_back(static_cast<double>(submitted_ns - last_submit_ns_) * 1e-6);
-  last_submit_ns_ = submitted_ns;
+  samples.interval_ms.push_back(static_cast<double>(interval_ns) * 1e-6);
   return {};
 }
 
@@ -145,7 +152,7 @@ Result<FrameSamples> FrameBench::measure(const Condition& condition, uint32_t wa
   const int64_t begin_ns = monotonic_ns();
   FrameSamples untimed;
   for (uint32_t i = 0; i < warm_up || monotonic_ns() - begin_ns < kWarmUpNs; ++i) {
-    if (Result<void> drawn = time_frame(untimed); !drawn) return drawn.error();
+    if (Result<void> drawn = time_frame(gpu::Timed::frame, untimed); !drawn) return drawn.error();
     frames_.take_finished();
   }
 
@@ -154,19 +161,23 @@ Result<FrameSamples> FrameBench::measure(const Condition& condition, uint32_t wa
   const auto collect = [&]() -> Result<void> {
     for (const gpu::FrameTimes& times : frames_.take_finished()) {
       if (times.frame_index < first_timed) continue;
+      if (timed_in_turn(times.frame_index - first_timed) == gpu::Timed::frame) {
+        samples.frame_ms.push_back(times.total_ms);
+        continue;
+      }
       Result<StageTimes> stages = stage_times(times);
       if (!stages) return stages.error();
-      samples.gpu.push_back(*stages);
+      samples.stages.push_back(*stages);
     }
     return {};
   };
-  for (uint32_t i = 0; i < frames; ++i) {
-    if (Result<void> drawn = time_frame(samples); !drawn) return drawn.error();
+  for (uint32_t i = 0; i < 2 * frames; ++i) {
+    if (Result<void> drawn = time_frame(timed_in_turn(i), samples); !drawn) return drawn.error();
     if (Result<void> collected = collect(); !collected) return collected.error();
   }
   device_.wait(device_.last_submitted());
   if (Result<void> collected = collect(); !collected) return collected.error();
-  FIRE3DV_ASSERT(samples.gpu.size() == frames);
+  FIRE3DV_ASSERT(samples.frame_ms.size() == frames && samples.stages.size() == frames);
   samples.memory = memory_use(device_);
   return samples;
 }

@@ -28,9 +28,10 @@ struct Condition {
   passes::LevelsOfDetail levels_of_detail;
 };
 
-// One of each for each timed frame.
+// Frames are timed as a whole and, by turns, pass by pass, which makes them a little slower. So many of both.
 struct FrameSamples {
-  std::vector<StageTimes> gpu;
+  std::vector<double> frame_ms;     // of the GPU, of the first
+  std::vector<StageTimes> stages;   // of the others; all that follows is of the first
   std::vector<double> cpu_ms;       // taking the poses, recording and submitting; not waiting
   std::vector<double> pose_age_ms;  // from the publisher's call to the frame's submission
   std::vector<double> interval_ms;  // from one submission to the next
@@ -63,7 +64,7 @@ class FrameBench {
   void apply(const Condition& condition);
   // Poses nobody has seen, in the pose state; the time that taking them has cost, without waiting for them.
   Result<double> take_new_poses();
-  Result<void> time_frame(FrameSamples& samples);  // all but the GPU's times
+  Result<void> time_frame(gpu::Timed timed, FrameSamples& samples);  // all but the GPU's times
   uint64_t submit_frame(gpu::Recorder& recorder, bool read_back);
 
   const ImDrawData& lay_out_panels(uint64_t image);

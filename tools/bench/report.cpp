@@ -16,13 +16,14 @@ std::span<const uint8_t> bytes_of(const std::string& text) {
 RunSummary summarise_run(const Condition& condition, const FrameSamples& samples) {
   const auto over_frames = [&](const std::function<double(const StageTimes&)>& value) {
     std::vector<double> values;
-    for (const StageTimes& times : samples.gpu) values.push_back(value(times));
+    for (const StageTimes& times : samples.stages) values.push_back(value(times));
     return summarise(std::move(values));
   };
   RunSummary run;
   run.condition = condition.name;
   run.shadows = condition.shadows;
-  run.frame_ms = over_frames([](const StageTimes& times) { return times.frame_ms; });
+  run.frame_ms = summarise(samples.frame_ms);
+  run.staged_frame_ms = over_frames([](const StageTimes& times) { return times.frame_ms; });
   run.main_pass_ms = over_frames([](const StageTimes& times) { return times.main_pass_ms(); });
   run.aside_ms = over_frames([](const StageTimes& times) { return times.aside_ms; });
   run.between_ms = over_frames([](const StageTimes& times) { return times.between_ms; });

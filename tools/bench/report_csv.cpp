@@ -45,6 +45,7 @@ std::string csv_of(const Report& report) {
     add("", "loaded in", "s", summarise({scene.load_s}));
     for (const RunSummary& run : scene.runs) {
       add(run.condition, "whole frame", "ms", run.frame_ms);
+      add(run.condition, "frame by stages", "ms", run.staged_frame_ms);
       if (!run.shadows) add(run.condition, "main pass", "ms", run.main_pass_ms);
       for (size_t s = 0; s < kStages; ++s)
         add(run.condition, stage_name(static_cast<Stage>(s)), "ms", run.stage_ms[s]);

@@ -103,7 +103,11 @@ std::string about(const Report& report) {
                  report.width, report.height, report.samples, report.lights, report.texture_side,
                  report.fxaa ? "on" : "off") +
          "- Drawn " + report.raster + "; shadows by " + report.shadows + "\n" +
-         text_of("- Each row: %u frames after at least %u for warm-up\n", report.frames, report.warm_up) +
+         text_of(
+             "- Each row: %u frames after at least %u for warm-up, and between them as many that are timed "
+             "stage by "
+             "stage\n",
+             report.frames, report.warm_up) +
          unique + "\n";
 }
 

@@ -23,7 +23,7 @@ struct StageTimes {
   std::array<double, kStages> ms{};
   double aside_ms = 0;    // of the stages' times, what ran on the side queue, beside the others
   double between_ms = 0;  // of the whole frame, what no pass of the main queue has: barriers
-  double frame_ms = 0;
+  double frame_ms = 0;    // from the first pass's begin to the last one's end
   double main_pass_ms() const;  // cull, raster and shading
 };
 Result<StageTimes> stage_times(const gpu::FrameTimes& times);

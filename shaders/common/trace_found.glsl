@@ -1,0 +1,19 @@
+// Traces one ray that shading has found. The including shader defines is_shadowed().
+#ifndef FIRE3DV_TRACE_FOUND_GLSL
+#define FIRE3DV_TRACE_FOUND_GLSL
+#include "common/lights.glsl"
+
+bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m);
+
+uint count_of_found(ShadowPush push) {
+  return min(RayListRef(push.lists).at[FIRE3DV_LIST_FOUND].width, push.found_room);
+}
+
+void trace_found(GlobalsRef globals, FoundRay ray) {
+  const LightSample light = sample_light(globals, ray.light, ray.origin_world);
+  if (is_shadowed(globals, ray.origin_world, light.to_light, light.distance_m)) return;
+  // Other rays of the pixel may be under way.
+  atomicOr(UintsRef(globals.value.shadow_mask).at[ray.pixel], ray.lit);
+}
+
+#endif
