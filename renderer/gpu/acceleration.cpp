@@ -162,12 +162,13 @@ VkAccelerationStructureGeometryKHR instance_geometry(VkDeviceAddress instances) 
   return geometry;
 }
 
-VkAccelerationStructureBuildGeometryInfoKHR top_level_info(
-    const VkAccelerationStructureGeometryKHR& geometry) {
+VkAccelerationStructureBuildGeometryInfoKHR top_level_info(const VkAccelerationStructureGeometryKHR& geometry,
+                                                           Rays rays) {
   VkAccelerationStructureBuildGeometryInfoKHR info{
       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
   info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-  info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+  info.flags = rays == Rays::few ? VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR
+                                 : VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
   info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
   info.geometryCount = 1;
   info.pGeometries = &geometry;
@@ -176,9 +177,9 @@ VkAccelerationStructureBuildGeometryInfoKHR top_level_info(
 
 }  // namespace
 
-TopLevel::TopLevel(Device& device, uint32_t max_instances) : device_(&device) {
+TopLevel::TopLevel(Device& device, uint32_t max_instances, Rays rays) : device_(&device), rays_(rays) {
   const VkAccelerationStructureGeometryKHR geometry = instance_geometry(0);
-  const VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry);
+  const VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry, rays);
   VkAccelerationStructureBuildSizesInfoKHR sizes{
       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
   device.functions().get_build_sizes(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info,
@@ -194,7 +195,7 @@ TopLevel::TopLevel(Device& device, uint32_t max_instances) : device_(&device) {
 
 void TopLevel::record_build(VkCommandBuffer commands, VkDeviceAddress instances, uint32_t count) const {
   const VkAccelerationStructureGeometryKHR geometry = instance_geometry(instances);
-  VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry);
+  VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry, rays_);
   info.dstAccelerationStructure = structure_.handle.get();
   info.scratchData.deviceAddress = scratch_address_;
   const VkAccelerationStructureBuildRangeInfoKHR range{count, 0, 0, 0};

@@ -49,10 +49,14 @@ std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& 
                                                 std::span<const std::vector<TriangleGeometry>> meshes,
                                                 Buffer& positions, Buffer& indices, BlasBuildReport& report);
 
+// What a structure that is built for each frame is best at: it takes less time to build, or rays less to
+// trace.
+enum class Rays : uint8_t { few, many };
+
 class TopLevel {
  public:
   TopLevel() = default;
-  TopLevel(Device& device, uint32_t max_instances);
+  TopLevel(Device& device, uint32_t max_instances, Rays rays);
 
   VkAccelerationStructureKHR handle() const { return structure_.handle.get(); }
   Buffer& storage() { return structure_.storage; }
@@ -62,6 +66,7 @@ class TopLevel {
 
  private:
   Device* device_ = nullptr;
+  Rays rays_ = Rays::many;
   AccelerationStructure structure_;
   Buffer scratch_;
   VkDeviceAddress scratch_address_ = 0;

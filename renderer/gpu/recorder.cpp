@@ -69,45 +69,64 @@ void Recorder::pass(const char* name, std::span<const Use> uses,
   copy_what_is_overwritten(uses);
   barriers(uses);
   begin_frame_time();
+  if (copies_beside_this()) begin_copies();
   const std::optional<uint32_t> begin_query = write_timestamps_begin();
   record(commands_);
   write_timestamps_end(name, begin_query);
 }
 
 void Recorder::copy_at_end(const Buffer& from, Buffer& into, std::vector<VkBufferCopy> regions) {
-  const bool again = std::any_of(copies_at_end_.begin(), copies_at_end_.end(),
-                                 [&](const CopyAtEnd& copy) { return copy.into == &into; });
-  if (again) record_copies();
+  const auto is_same = [&](const CopyAtEnd& copy) { return copy.into == &into; };
+  if (std::any_of(copies_begun_.begin(), copies_begun_.end(), is_same)) end_copies();
+  if (std::any_of(copies_at_end_.begin(), copies_at_end_.end(), is_same)) record_copies();
   copies_at_end_.push_back({from.get(), &into, std::move(regions)});
 }
 
 void Recorder::copy_what_is_overwritten(std::span<const Use> uses) {
-  const auto is_copied = [&](const Use& use) {
-    return use.buffer && use.access.writes &&
-           std::any_of(copies_at_end_.begin(), copies_at_end_.end(),
-                       [&](const CopyAtEnd& copy) { return copy.from == use.buffer->get(); });
+  const auto overwrites = [&](const std::vector<CopyAtEnd>& copies) {
+    return std::any_of(copies.begin(), copies.end(), [&](const CopyAtEnd& copy) {
+      return std::any_of(uses.begin(), uses.end(), [&](const Use& use) {
+        return use.buffer && use.access.writes && copy.from == use.buffer->get();
+      });
+    });
   };
-  if (!copies_at_end_.empty() && std::any_of(uses.begin(), uses.end(), is_copied)) record_copies();
+  if (overwrites(copies_begun_)) end_copies();
+  if (overwrites(copies_at_end_)) record_copies();
+}
+
+bool Recorder::copies_beside_this() const {
+  return copies_beside_next_ && piece_ != Piece::aside && !copies_at_end_.empty();
 }
 
 // What is copied may have another buffer in its place by now, so its state is not asked: all that came before
 // is waited for, and all that comes later waits.
 void Recorder::record_copies() {
   if (copies_at_end_.empty()) return;
-  const std::vector<CopyAtEnd> copies = std::exchange(copies_at_end_, {});
-  std::vector<Use> written, told;
-  for (const CopyAtEnd& copy : copies) {
-    written.emplace_back(*copy.into, access::transfer_write);
-    told.emplace_back(*copy.into, access::host_read);
-  }
+  end_copies();
+  begin_copies();
+  end_copies();
+}
+
+void Recorder::begin_copies() {
+  copies_beside_next_ = false;
+  copies_begun_ = std::exchange(copies_at_end_, {});
+  std::vector<Use> written;
+  for (const CopyAtEnd& copy : copies_begun_) written.emplace_back(*copy.into, access::transfer_write);
   barriers(written);
   wait_for(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, access::transfer_read.stages);
   const std::optional<uint32_t> begin_query = write_timestamps_begin();
-  for (const CopyAtEnd& copy : copies) {
+  for (const CopyAtEnd& copy : copies_begun_) {
     vkCmdCopyBuffer(commands_, copy.from, copy.into->get(), static_cast<uint32_t>(copy.regions.size()),
                     copy.regions.data());
   }
   write_timestamps_end("counts", begin_query);
+}
+
+void Recorder::end_copies() {
+  if (copies_begun_.empty()) return;
+  std::vector<Use> told;
+  for (const CopyAtEnd& copy : std::exchange(copies_begun_, {}))
+    told.emplace_back(*copy.into, access::host_read);
   barriers(told);
   wait_for(commands_, access::transfer_read.stages, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
 }
@@ -130,6 +149,7 @@ void Recorder::aside(const char* wait_name, const std::function<void()>& record)
 
 std::optional<ForkedCommands> Recorder::finish() {
   record_copies();
+  end_copies();
   if (piece_ == Piece::beside) join();
   end_frame_time();
   FIRE3DV_VK(vkEndCommandBuffer(commands_));

@@ -113,6 +113,8 @@ class Recorder {
   // before one of both is written again, if that comes first. `into` is borrowed until finish(). Timed as the
   // pass "counts".
   void copy_at_end(const Buffer& from, Buffer& into, std::vector<VkBufferCopy> regions);
+  // What is to be copied at the end by now: copied beside the next pass of the main queue instead.
+  void copy_beside_next() { copies_beside_next_ = true; }
   // Only the barriers: hands a resource to someone outside the passes (the host, a presentation engine).
   void transition(std::initializer_list<Use> uses);
 
@@ -139,6 +141,9 @@ class Recorder {
 
   void barriers(std::span<const Use> uses);
   void record_copies();
+  void begin_copies();
+  void end_copies();
+  bool copies_beside_this() const;
   void copy_what_is_overwritten(std::span<const Use> uses);
   bool touches_aside(std::span<const Use> uses) const;
   bool is_ordered_by_fork(UseState& state, const Access& next);
@@ -159,6 +164,8 @@ class Recorder {
   uint32_t next_query_ = 0;
   std::vector<PassTimestamps> timestamps_;
   std::vector<CopyAtEnd> copies_at_end_;
+  std::vector<CopyAtEnd> copies_begun_;  // beside a pass; nobody has waited for them yet
+  bool copies_beside_next_ = false;
 };
 
 }  // namespace fire3dv::gpu

@@ -256,9 +256,10 @@ uint32_t ClusterRaster::cull_groups() const {
   return (job_.instance_count() + 63) / 64;
 }
 
-// What is drawn into is emptied beside that; on a CPU by whom the driver thinks best.
+// What the camera draws into is emptied beside that; lights' maps, and all on a CPU, by whom the driver
+// thinks best, see emptying().
 VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
-  return round == 0 && !tile_by_tile_ ? job_.target_bytes / 16 : 0;
+  return round == 0 && !tile_by_tile_ && !is_of_lights(kind_) ? job_.target_bytes / 16 : 0;
 }
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
@@ -347,17 +348,22 @@ void ClusterRaster::keep_counts(gpu::Recorder& recorder) {
                         {view_work_at(1, job_.view_count), offsetof(Counts, work) + one, one}});
 }
 
+ClusterRaster::Emptying ClusterRaster::emptying(std::span<ClusterRaster* const> sets) {
+  Emptying emptying;
+  for (ClusterRaster* set : sets) {
+    emptying.uses.emplace_back(set->work_, access::transfer_write);
+    emptying.uses.emplace_back(*set->job_.target, access::transfer_write);
+    if (set->tile_by_tile_) emptying.uses.emplace_back(set->tile_lists_, access::transfer_write);
+    if (set->round_count_ == 2 && set->nothing_seen_)
+      emptying.uses.emplace_back(set->was_seen_, access::transfer_write);
+  }
+  emptying.commands = [all = std::vector(sets.begin(), sets.end())](VkCommandBuffer commands) {
+    for (ClusterRaster* set : all) set->clear(commands);
+  };
+  return emptying;
+}
+
 void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets) {
-  stage(
-      recorder, "clear", sets,
-      [](ClusterRaster& set, std::vector<Use>& uses) {
-        uses.emplace_back(set.work_, access::transfer_write);
-        uses.emplace_back(*set.job_.target, access::transfer_write);
-        if (set.tile_by_tile_) uses.emplace_back(set.tile_lists_, access::transfer_write);
-        if (set.round_count_ == 2 && set.nothing_seen_)
-          uses.emplace_back(set.was_seen_, access::transfer_write);
-      },
-      [](ClusterRaster& set, VkCommandBuffer commands) { set.clear(commands); });
   record_round(recorder, sets, 0);
 
   std::vector<ClusterRaster*> late;

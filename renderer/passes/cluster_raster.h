@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -67,7 +68,14 @@ class ClusterRaster {
   };
   const Drawn& drawn() const { return drawn_; }
 
-  // Records all stages of several sets.
+  // Of sets that have begun: what empties their lists and targets. It can go beside another pass of the
+  // frame.
+  struct Emptying {
+    std::vector<gpu::Use> uses;
+    std::function<void(VkCommandBuffer)> commands;
+  };
+  static Emptying emptying(std::span<ClusterRaster* const> sets);
+  // Records all stages of several sets that are empty.
   static void record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets);
 
  private:

@@ -62,6 +62,8 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::UploadBelt& belt, const See
   job.levels_of_detail = drawn.levels_of_detail;
   counting_->begin(belt, job);
   ClusterRaster* const set = &*counting_;
+  const ClusterRaster::Emptying emptying = ClusterRaster::emptying({&set, 1});
+  recorder.pass("clear", emptying.uses, emptying.commands);
   ClusterRaster::record(recorder, {&set, 1});
 }
 

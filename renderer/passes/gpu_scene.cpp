@@ -243,7 +243,7 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
 
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
                    VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-                   float anisotropy)
+                   float anisotropy, gpu::Rays rays)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
@@ -350,7 +350,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     }
     instance_count = static_cast<uint32_t>(instance_records.size());
     instances = upload_array(device, loader, instance_records, geometry_usage);
-    top_level = gpu::TopLevel(device, instance_count);
+    top_level = gpu::TopLevel(device, instance_count, rays);
   }
   instance_of_node = upload_array(device, loader, instance_indices);
   scene_textures = upload_textures(device, loader, scene, anisotropy);

@@ -33,7 +33,7 @@ struct GpuScene {
   // textures_layout: see gpu::BindlessTextures.
   GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
            VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-           float anisotropy);
+           float anisotropy, gpu::Rays rays);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,

@@ -104,8 +104,9 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   forward_.forget();
   if (outputs_) outputs_->set_scene();
   expect_shading(scene);
-  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
-                                          environment_.textures(), settings_.anisotropy);
+  gpu_scene_ =
+      std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(), environment_.textures(),
+                                 settings_.anisotropy, shadow_way_.hybrid ? gpu::Rays::few : gpu::Rays::many);
   shadows_.set_scene(scene, *gpu_scene_);
 }
 
@@ -285,6 +286,7 @@ void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const 
     post_.record(recorder, *targets_, post, how.linear,
                  how.compute && visibility_->shows_the_rest(*gpu_scene_) ? left : whole);
   } else {
+    recorder.copy_beside_next();
     post_.smooth(recorder, *targets_, post);
   }
 }
@@ -327,11 +329,18 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
     sets.push_back(
         &visibility_->prepare(belt, *gpu_scene_, views, globals[0], settings_.cull, sees.levels_of_detail));
   }
-  ClusterRaster* maps = sees.lights
-                            ? shadows_.prepare_maps(recorder, belt, *gpu_scene_, globals, settings_.cull,
-                                                    sees.levels_of_detail && levels_in_maps())
-                            : nullptr;
-  if (maps) sets.push_back(maps);
+  const bool asks_maps = sees.lights && shadows_.needs_maps(),
+             coarse = sees.levels_of_detail && levels_in_maps();
+  if (asks_maps) {
+    ClusterRaster* maps = shadows_.prepare_maps(belt, *gpu_scene_, globals[0], settings_.cull, coarse);
+    if (maps) sets.push_back(maps);
+  }
+  ClusterRaster::Emptying emptying = ClusterRaster::emptying(sets);
+  if (asks_maps) {
+    shadows_.place_maps(recorder, belt, *gpu_scene_, globals, coarse, std::move(emptying));
+  } else if (!sets.empty()) {
+    recorder.pass("clear", emptying.uses, emptying.commands);
+  }
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
 }
 

@@ -207,11 +207,30 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
                                                        : FIRE3DV_SHADOWS_INLINE;
 }
 
-ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                                        std::span<const VkDeviceAddress> globals, Cull cull,
-                                        bool levels_of_detail) {
-  if (!needs_maps_) return nullptr;
-  std::vector<Use> uses{Use(views_, access::compute_write)};
+ClusterRaster* ShadowPass::prepare_maps(gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals,
+                                        Cull cull, bool levels_of_detail) {
+  if (view_count_ == 0) return nullptr;
+  ClusterRaster::Job job;
+  job.scene = &scene;
+  job.views_written = &views_;
+  job.target = &maps_;
+  job.target_bytes = map_bytes();
+  job.views = views_.address;
+  job.globals = globals;
+  job.view_count = view_count_;
+  for (const gpu_types::LightViewWanted& view : plan_.views)
+    job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
+  job.cull = cull;
+  job.levels_of_detail = levels_of_detail;
+  map_raster_->begin(belt, job);
+  return &*map_raster_;
+}
+
+void ShadowPass::place_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
+                            std::span<const VkDeviceAddress> globals, bool levels_of_detail,
+                            ClusterRaster::Emptying beside) {
+  std::vector<Use> uses = std::move(beside.uses);
+  uses.emplace_back(views_, access::compute_write);
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
@@ -226,22 +245,8 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt
     push.camera_count = static_cast<uint32_t>(globals.size());
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     vkCmdDispatch(commands, view_count_ + (scene.part_count + 63) / 64, 1, 1);
+    beside.commands(commands);
   });
-  if (view_count_ == 0) return nullptr;
-  ClusterRaster::Job job;
-  job.scene = &scene;
-  job.views_written = &views_;
-  job.target = &maps_;
-  job.target_bytes = map_bytes();
-  job.views = views_.address;
-  job.globals = globals[0];
-  job.view_count = view_count_;
-  for (const gpu_types::LightViewWanted& view : plan_.views)
-    job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
-  job.cull = cull;
-  job.levels_of_detail = levels_of_detail;
-  map_raster_->begin(belt, job);
-  return &*map_raster_;
 }
 
 bool ShadowPass::found_while_shading() const {

@@ -63,10 +63,15 @@ class ShadowPass {
   // masked: shading reads the mask; else it traces where it shades, or reads maps.
   void describe_to(gpu_types::Globals& globals, bool masked) const;
 
-  // The lights' maps, to be drawn beside the camera's view; null when no map is needed.
-  // globals: of each camera.
-  ClusterRaster* prepare_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
-                              std::span<const VkDeviceAddress> globals, Cull cull, bool levels_of_detail);
+  bool needs_maps() const { return needs_maps_; }
+  // The lights' maps, to be drawn beside the camera's view; null when there is no light.
+  ClusterRaster* prepare_maps(gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals, Cull cull,
+                              bool levels_of_detail);
+  // Where they look, and what else maps and those who ask them need to know of the scene; `beside` that,
+  // which hardly occupies a GPU, what is drawn into is emptied. globals: of each camera.
+  void place_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene& scene,
+                  std::span<const VkDeviceAddress> globals, bool levels_of_detail,
+                  ClusterRaster::Emptying beside);
   // The visibility buffer of one view.
   struct Visibility {
     gpu::Buffer& buffer;

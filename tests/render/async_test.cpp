@@ -280,6 +280,21 @@ TEST_F(AsidePasses, CopiesComeBeforeWhatTheyReadIsOverwritten) {
   EXPECT_EQ(value(b_), 1u);
 }
 
+// Or beside a pass that does not write it; whoever does so later waits.
+TEST_F(AsidePasses, CopiesGoBesideTheNextPass) {
+  gpu::Recorder& recorder = begin();
+  fill(recorder, "fill a", a_, 1);
+  recorder.copy_at_end(a_, b_, {{0, 0, kBytes}});
+  recorder.copy_beside_next();
+  fill(recorder, "fill c", c_, 3);
+  fill(recorder, "fill again", a_, 2);
+  recorder.copy_at_end(a_, d_, {{0, 0, kBytes}});
+  EXPECT_EQ(finish(), (Names{"fill a", "counts", "fill c", "fill again", "counts"}));
+  EXPECT_EQ(value(a_), 2u);
+  EXPECT_EQ(value(b_), 1u);
+  EXPECT_EQ(value(d_), 2u);
+}
+
 TEST_F(AsidePasses, CopiesComeTogetherAtTheEndAndTheLastIntoABufferCounts) {
   gpu::Recorder& recorder = begin();
   fill(recorder, "fill a", a_, 1);

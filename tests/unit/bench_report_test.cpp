@@ -165,7 +165,7 @@ TEST(Csv, HasARowForEachQuantityAndNothingOfADeviceNameBreaksIt) {
         line.find("7M,7000000,9,\"product\",whole frame,ms,5,9,10.8,9,1.58114,7,11") != std::string::npos;
   }
   EXPECT_TRUE(found);
-  EXPECT_EQ(rows, 2 * (2 + 4 * (1 + kStages + 5 + 2) + 2));  // two of the four conditions have a main pass
+  EXPECT_EQ(rows, 2 * (2 + 4 * (2 + kStages + 5 + 2) + 2));  // two of the four conditions have a main pass
 }
 
 TEST(Markdown, SaysWhatWasMeasured) {
