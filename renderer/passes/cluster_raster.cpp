@@ -140,7 +140,7 @@ void ClusterRaster::read_counts() {
   while (huge_count > huge_capacity_ && huge_capacity_ < (1u << 27)) huge_capacity_ *= 2;
   const uint32_t rounds = rounds_counted_[frame_ % gpu::kFramesInFlight];
   rounds_counted_[frame_ % gpu::kFramesInFlight] = 0;
-  drawn_.late_clusters = clusters_in(counts.work[1]);
+  drawn_.late_clusters = rounds == 2 ? clusters_in(counts.work[1]) : 0;
   drawn_.clusters = clusters_in(counts.work[0]) + drawn_.late_clusters;
   if (rounds == 1) clusters_in_view_ = drawn_.clusters;
   if (rounds == 2) clusters_not_hidden_ = drawn_.clusters;
@@ -343,9 +343,10 @@ void ClusterRaster::keep_counts(gpu::Recorder& recorder) {
   gpu::Buffer& counts = counts_[frame_++ % gpu::kFramesInFlight];
   const VkDeviceSize one = sizeof(gpu_types::ViewWork);
   static_assert(offsetof(Counts, work) == sizeof(Counts::large));  // as they lie in `work_`
-  recorder.copy_at_end(work_, counts,
-                       {{0, 0, sizeof(Counts::large) + one},
-                        {view_work_at(1, job_.view_count), offsetof(Counts, work) + one, one}});
+  std::vector<VkBufferCopy> regions{{0, 0, sizeof(Counts::large) + one}};
+  if (round_count_ == 2)
+    regions.push_back({view_work_at(1, job_.view_count), offsetof(Counts, work) + one, one});
+  recorder.copy_at_end(work_, counts, std::move(regions));
 }
 
 ClusterRaster::Emptying ClusterRaster::emptying(std::span<ClusterRaster* const> sets) {
