@@ -5,11 +5,11 @@
 #include "common/sheets.glsl"
 #include "common/level_choice.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = FIRE3DV_LIGHT_VIEW_THREADS) in;
 layout(push_constant, scalar) uniform Push { LightViewsPush push; };
 
-shared vec3 low_of_thread[64];
-shared vec3 high_of_thread[64];
+shared vec3 low_of_thread[FIRE3DV_LIGHT_VIEW_THREADS];
+shared vec3 high_of_thread[FIRE3DV_LIGHT_VIEW_THREADS];
 
 // Places of sheets are being found beside this.
 bool is_listed_sheet(GlobalsRef globals, uint part) {
@@ -20,7 +20,7 @@ bool is_listed_sheet(GlobalsRef globals, uint part) {
 }
 
 void look_at_parts(GlobalsRef globals, uint group) {
-  const uint index = group * 64 + gl_LocalInvocationIndex;
+  const uint index = group * FIRE3DV_LIGHT_VIEW_THREADS + gl_LocalInvocationIndex;
   if (index < globals.value.part_count) {
     const PartRecord part = PartRef(globals.value.parts).at[index];
     bool far_sides = finds_far_sides(globals, part);
@@ -39,7 +39,7 @@ void look_at_parts(GlobalsRef globals, uint group) {
 void bound_casters(GlobalsRef globals, mat3 axes, out vec3 low, out vec3 high) {
   low = vec3(1e30);
   high = vec3(-1e30);
-  for (uint i = gl_LocalInvocationIndex; i < globals.value.part_count; i += 64) {
+  for (uint i = gl_LocalInvocationIndex; i < globals.value.part_count; i += FIRE3DV_LIGHT_VIEW_THREADS) {
     const PartRecord part = PartRef(globals.value.parts).at[i];
     if ((part.flags & FIRE3DV_PART_NO_SHADOW) != 0 || is_listed_sheet(globals, i)) continue;
     const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
@@ -53,7 +53,7 @@ void bound_casters(GlobalsRef globals, mat3 axes, out vec3 low, out vec3 high) {
   low_of_thread[gl_LocalInvocationIndex] = low;
   high_of_thread[gl_LocalInvocationIndex] = high;
   barrier();
-  for (uint step = 32; step > 0; step /= 2) {
+  for (uint step = FIRE3DV_LIGHT_VIEW_THREADS / 2; step > 0; step /= 2) {
     if (gl_LocalInvocationIndex < step) {
       low_of_thread[gl_LocalInvocationIndex] = min(low_of_thread[gl_LocalInvocationIndex], low_of_thread[gl_LocalInvocationIndex + step]);
       high_of_thread[gl_LocalInvocationIndex] = max(high_of_thread[gl_LocalInvocationIndex], high_of_thread[gl_LocalInvocationIndex + step]);

@@ -244,7 +244,8 @@ void ShadowPass::place_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuS
     push.levels_of_detail = levels_of_detail ? 1 : 0;
     push.camera_count = static_cast<uint32_t>(globals.size());
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdDispatch(commands, view_count_ + (scene.part_count + 63) / 64, 1, 1);
+    constexpr uint32_t kThreads = FIRE3DV_LIGHT_VIEW_THREADS;
+    vkCmdDispatch(commands, view_count_ + (scene.part_count + kThreads - 1) / kThreads, 1, 1);
     beside.commands(commands);
   });
 }

@@ -1,7 +1,6 @@
 // The lists of what rays have to tell.
 #ifndef FIRE3DV_RAY_LIST_GLSL
 #define FIRE3DV_RAY_LIST_GLSL
-#extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #include "common/buffers.glsl"
 
@@ -18,24 +17,16 @@ void count_rays(uint64_t lists, uint rays) {
   if (sum != 0 && subgroupElect()) atomicAdd(RayListRef(lists).at[FIRE3DV_LIST_PIXELS].rays, sum);
 }
 
-// All lanes call it; only entries that want rays are written.
-void append(uint64_t lists, uint64_t entries, RayEntry entry) {
-  const bool wanted = entry.wanted != 0;
-  const uvec4 ballot = subgroupBallot(wanted);
-  const uint count = subgroupBallotBitCount(ballot);
-  if (count == 0) return;
-  uint base = 0;
-  if (subgroupElect()) {
-    base = atomicAdd(RayListRef(lists).at[FIRE3DV_LIST_PIXELS].width, count);
-    // Whoever begins a group says so.
-    if ((base + count + 63) / 64 != (base + 63) / 64) widen(RayListRef(lists), FIRE3DV_LIST_PIXELS, base + count);
-  }
-  base = subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
-  if (wanted) RayEntryRef(entries).at[base] = entry;
+// Lane by lane, since drivers gather that better than it could be done here.
+void append(uint64_t lists_address, uint64_t entries, RayEntry entry) {
+  if (entry.wanted == 0) return;
+  RayListRef lists = RayListRef(lists_address);
+  const uint place = atomicAdd(lists.at[FIRE3DV_LIST_PIXELS].width, 1);
+  if ((place & 63) == 0) widen(lists, FIRE3DV_LIST_PIXELS, place + 1);  // whoever begins a group says so
+  RayEntryRef(entries).at[place] = entry;
 }
 
-// Where not all can be written, all of the image's pixels are `left`: their entries tell of all rays, too. Lane by lane,
-// since drivers gather that better than it could be done here, between a light and the next.
+// Where not all can be written, all of the image's pixels are `left`: their entries tell of all rays, too.
 void append(uint64_t lists_address, uint64_t found, uint room, uint pixels, FoundRay ray) {
   RayListRef lists = RayListRef(lists_address);
   const uint place = atomicAdd(lists.at[FIRE3DV_LIST_FOUND].width, 1);

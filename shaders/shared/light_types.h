@@ -98,6 +98,8 @@ struct RayList {
 #define FIRE3DV_LIST_LEFT 2u
 #define FIRE3DV_RAY_LISTS 3
 
+#define FIRE3DV_LIGHT_VIEW_THREADS 256u  // that look at parts together: a power of two
+
 struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS cameras;  // address of the globals of each camera: FIRE3DV_ADDRESS[]
