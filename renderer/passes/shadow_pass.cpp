@@ -16,7 +16,9 @@ using gpu::Use;
 namespace access = gpu::access;
 
 constexpr size_t kMostSheets = 16;
-constexpr uint32_t kGroupsOfFound = 1024;  // of 64 threads: more than fit on a device at once
+// Of 64 threads, that take found rays in turns: more than fit on a GPU at once; on a CPU, whose threads get
+// groups in advance, few that all have the same share.
+constexpr uint32_t kGroupsOfFound = 1024, kGroupsOfFoundOnCpu = 32;
 constexpr gpu_types::RayList kEmptyList{0, 1, 1, 0, 1, 1, 0};
 constexpr gpu_types::RayList kEmptyLists[FIRE3DV_RAY_LISTS] = {kEmptyList, kEmptyList, kEmptyList};
 
@@ -308,7 +310,10 @@ void ShadowPass::record_trace(VkCommandBuffer commands, const Tracing& tracing, 
   const VkDeviceSize offset = list * sizeof(gpu_types::RayList);
   if (way_.back_end == RayBackEnd::query) {
     bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, tracing.query.get(), scene, push);
-    if (list == FIRE3DV_LIST_FOUND) return vkCmdDispatch(commands, kGroupsOfFound, 1, 1);
+    if (list == FIRE3DV_LIST_FOUND) {
+      const bool cpu = device_.report().type == gpu::DeviceType::software;
+      return vkCmdDispatch(commands, cpu ? kGroupsOfFoundOnCpu : kGroupsOfFound, 1, 1);
+    }
     vkCmdDispatchIndirect(commands, lists_.get(), offset + offsetof(gpu_types::RayList, groups_x));
   } else {
     bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, tracing.pipeline.get(), scene, push);

@@ -2,6 +2,7 @@
 #ifndef FIRE3DV_RAY_LIST_GLSL
 #define FIRE3DV_RAY_LIST_GLSL
 #extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #include "common/buffers.glsl"
 
 // The dispatch is as large as a list of so many needs.
@@ -17,19 +18,31 @@ void count_rays(uint64_t lists, uint rays) {
   if (sum != 0 && subgroupElect()) atomicAdd(RayListRef(lists).at[FIRE3DV_LIST_PIXELS].rays, sum);
 }
 
-// Lane by lane, since drivers gather that better than it could be done here.
+// Of this lane's entry. A GPU's driver gathers what its lanes add better than it could be done here; a CPU's does not.
+uint next_place(RayListRef lists, uint list) {
+#ifdef FIRE3DV_CPU
+  const uvec4 here = subgroupBallot(true);
+  uint first = 0;
+  if (subgroupElect()) first = atomicAdd(lists.at[list].width, subgroupBallotBitCount(here));
+  return subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(here);
+#else
+  return atomicAdd(lists.at[list].width, 1);
+#endif
+}
+
 void append(uint64_t lists_address, uint64_t entries, RayEntry entry) {
   if (entry.wanted == 0) return;
   RayListRef lists = RayListRef(lists_address);
-  const uint place = atomicAdd(lists.at[FIRE3DV_LIST_PIXELS].width, 1);
-  if ((place & 63) == 0) widen(lists, FIRE3DV_LIST_PIXELS, place + 1);  // whoever begins a group says so
+  const uint place = next_place(lists, FIRE3DV_LIST_PIXELS);
+  // Whoever begins a group says so.
+  if ((place & 63) == 0) widen(lists, FIRE3DV_LIST_PIXELS, place + 1);
   RayEntryRef(entries).at[place] = entry;
 }
 
 // Where not all can be written, all of the image's pixels are `left`: their entries tell of all rays, too.
 void append(uint64_t lists_address, uint64_t found, uint room, uint pixels, FoundRay ray) {
   RayListRef lists = RayListRef(lists_address);
-  const uint place = atomicAdd(lists.at[FIRE3DV_LIST_FOUND].width, 1);
+  const uint place = next_place(lists, FIRE3DV_LIST_FOUND);
   if (place < room) {
     FoundRayRef(found).at[place] = ray;
   } else if (place == room) {
