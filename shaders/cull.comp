@@ -56,7 +56,7 @@ bool is_this_rounds(RasterSet set, uint index, bool in_view, ScreenBounds bounds
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer QuadsRef { uvec4 at[]; };
 
-// What is drawn into next, beside the culling, which waits for reads most of the time.
+// What the camera draws into next, beside the culling, which waits for reads most of the time.
 void clear_target(RasterSet set, uint group) {
   for (uint i = 0; i < FIRE3DV_CLEAR_QUADS; ++i) {
     const uint quad = (group * FIRE3DV_CLEAR_QUADS + i) * 64 + gl_LocalInvocationIndex;

@@ -99,7 +99,6 @@ uvec2 pixel_of_lane(GlobalsRef globals, uint lane) {
 }
 
 #ifdef FIRE3DV_FIND_SHADOWS
-// All lanes call it.
 void list_pixel(GlobalsRef globals, uint pixel, bool inside, uint known, uint wanted) {
   if (inside && wanted != 0) UintsRef(globals.value.shadow_mask).at[pixel] = known;
   append(push.lists, push.entries, RayEntry(pixel, 0, inside ? wanted : 0));

@@ -106,8 +106,16 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   expect_shading(scene);
   gpu_scene_ =
       std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(), environment_.textures(),
-                                 settings_.anisotropy, shadow_way_.hybrid ? gpu::Rays::few : gpu::Rays::many);
+                                 settings_.anisotropy, expected_rays(scene));
   shadows_.set_scene(scene, *gpu_scene_);
+}
+
+// Maps save most rays, but to lights that have a size.
+gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
+  const std::vector<scene::PlacedLight> lights = scene::lights_of(scene, nullptr);
+  const bool soft = std::any_of(lights.begin(), lights.end(),
+                                [](const scene::PlacedLight& placed) { return is_soft(placed.light); });
+  return shadow_way_.hybrid && !soft ? gpu::Rays::few : gpu::Rays::many;
 }
 
 // What record() will most likely ask for, while the scene is copied.
@@ -286,7 +294,7 @@ void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const 
     post_.record(recorder, *targets_, post, how.linear,
                  how.compute && visibility_->shows_the_rest(*gpu_scene_) ? left : whole);
   } else {
-    recorder.copy_beside_next();
+    if (post.fxaa) recorder.copy_beside_next();
     post_.smooth(recorder, *targets_, post);
   }
 }

@@ -176,6 +176,7 @@ class SceneRenderer {
             const Inspection& inspection, bool masked);
   VkDeviceAddress upload_globals(gpu::UploadBelt& belt, const View& view, bool masked);
   void expect_shading(const scene::Scene& scene);
+  gpu::Rays expected_rays(const scene::Scene& scene) const;
   bool shows_levels() const;
   bool levels_in_maps() const;
   void record_what_rays_meet(gpu::Recorder& recorder);

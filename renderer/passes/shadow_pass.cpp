@@ -185,12 +185,13 @@ void ShadowPass::set_targets(Targets& targets) {
 
 void ShadowPass::make_room_for_mask() {
   if (way_.method != ShadowMethod::ray || !targets_) return;
+  if (way_.hybrid && plan_.all_hard() && plan_.mask_words == 1 && !targets_->found_rays)
+    targets_->found_rays = table(device_, found_room() * sizeof(gpu_types::FoundRay));
   const VkDeviceSize words =
       VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan_.mask_words;
   if (targets_->shadow_mask && targets_->shadow_mask.size_bytes == words * sizeof(uint32_t)) return;
   gpu::Buffer mask = table(device_, words * sizeof(uint32_t));
   targets_->shadow_entries = table(device_, words * sizeof(gpu_types::RayEntry));
-  if (way_.hybrid) targets_->found_rays = table(device_, found_room() * sizeof(gpu_types::FoundRay));
   targets_->shadow_mask = std::move(mask);
 }
 

@@ -28,7 +28,7 @@ struct ShadowSettings {
   bool hybrid = true;  // maps first, rays where they cannot tell; false: a ray for every lit surface
   RayBackEnd back_end = RayBackEnd::query;  // used if the device has it, else the other one
   uint32_t map_side = 0;    // texels along a map, a power of two; 0: as suits the device and the image
-  uint32_t most_found = 0;  // rays that are kept as they are found; 0: one for every other pixel
+  uint32_t most_found = 0;  // rays that are kept as they are found; 0: as many as half of the pixels
   bool operator==(const ShadowSettings&) const = default;
 };
 
@@ -80,7 +80,7 @@ class ShadowPass {
   // From there to the mask.
   void record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
               VkDeviceAddress globals);
-  // Or shading itself asks the maps and lists the pixels that need rays; then come the rays.
+  // Or shading itself asks the maps and lists the pixels that need rays, and these; then they are traced.
   bool found_while_shading() const;
   // Before each view's.
   void empty_lists(gpu::Recorder& recorder);

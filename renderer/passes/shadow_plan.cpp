@@ -13,10 +13,6 @@ constexpr uint32_t kSmallestSide = 64;
 // A spot that is wider than this has no map of one piece.
 constexpr float kWidestSpotRad = 1.2f;
 
-bool is_soft(const scene::Light& light) {
-  return light.type == scene::LightType::directional ? light.angular_radius_rad > 0 : light.radius_m > 0;
-}
-
 bool needs_cube(const scene::Light& light) {
   return light.type == scene::LightType::point ||
          (light.type == scene::LightType::spot && light.outer_cone_rad > kWidestSpotRad);
@@ -54,6 +50,10 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
 bool ShadowPlan::operator==(const ShadowPlan& other) const {
   return same_bytes(views, other.views) && same_bytes(shadows, other.shadows) &&
          mask_words == other.mask_words && sizes == other.sizes && texels == other.texels;
+}
+
+bool is_soft(const scene::Light& light) {
+  return light.type == scene::LightType::directional ? light.angular_radius_rad > 0 : light.radius_m > 0;
 }
 
 bool ShadowPlan::all_hard() const {

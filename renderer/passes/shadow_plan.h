@@ -14,6 +14,9 @@ struct MapSizes {
   bool operator==(const MapSizes&) const = default;
 };
 
+// Has a size, and so a penumbra.
+bool is_soft(const scene::Light& light);
+
 struct ShadowPlan {
   MapSizes sizes;  // asked for; many maps are smaller
   std::vector<gpu_types::LightViewWanted> views;

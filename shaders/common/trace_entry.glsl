@@ -31,8 +31,8 @@ void trace_entry(GlobalsRef globals, uint64_t visibility, RayEntry entry) {
       }
     }
   }
-  // Where there was no room for all rays that were found, some of them may be under way beside this.
-  if (lit != 0) atomicOr(UintsRef(globals.value.shadow_mask).at[entry.pixel * globals.value.mask_words + entry.word], lit);
+  // The word belongs to this entry alone.
+  if (lit != 0) UintsRef(globals.value.shadow_mask).at[entry.pixel * globals.value.mask_words + entry.word] |= lit;
 }
 
 #endif

@@ -5,8 +5,10 @@
 
 bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m);
 
+// None where there were more than room: which of them got it differs from run to run, so all pixels are left then.
 uint count_of_found(ShadowPush push) {
-  return min(RayListRef(push.lists).at[FIRE3DV_LIST_FOUND].width, push.found_room);
+  const uint count = RayListRef(push.lists).at[FIRE3DV_LIST_FOUND].width;
+  return count > push.found_room ? 0 : count;
 }
 
 void trace_found(GlobalsRef globals, FoundRay ray) {
