@@ -36,7 +36,7 @@ class FrameRing {
  public:
   explicit FrameRing(Device& device);
 
-  // Of the frames that are begun from now on; at first only frames are timed as a whole.
+  // Of the frames that are begun from now on; before the first call each is timed as a whole.
   void time(Timed timed) { timed_ = timed; }
 
   // Waits until the slot's earlier frame is done (that is the back-pressure of the whole renderer), frees

@@ -282,17 +282,25 @@ TEST_F(AsidePasses, CopiesComeBeforeWhatTheyReadIsOverwritten) {
 
 // Or beside a pass that does not write it; whoever does so later waits.
 TEST_F(AsidePasses, CopiesGoBesideTheNextPass) {
-  gpu::Recorder& recorder = begin();
-  fill(recorder, "fill a", a_, 1);
-  recorder.copy_at_end(a_, b_, {{0, 0, kBytes}});
-  recorder.copy_beside_next();
-  fill(recorder, "fill c", c_, 3);
-  fill(recorder, "fill again", a_, 2);
-  recorder.copy_at_end(a_, d_, {{0, 0, kBytes}});
-  EXPECT_EQ(finish(), (Names{"fill a", "counts", "fill c", "fill again", "counts"}));
-  EXPECT_EQ(value(a_), 2u);
-  EXPECT_EQ(value(b_), 1u);
-  EXPECT_EQ(value(d_), 2u);
+  uint32_t number = 0;
+  for (const gpu::Timed timed : {gpu::Timed::frame, gpu::Timed::passes}) {
+    frames_.time(timed);
+    gpu::Recorder& recorder = begin();
+    fill(recorder, "fill a", a_, ++number);
+    recorder.copy_at_end(a_, b_, {{0, 0, kBytes}});
+    recorder.copy_beside_next();
+    fill(recorder, "fill c", c_, 100);
+    fill(recorder, "fill again", a_, ++number);
+    recorder.copy_at_end(a_, d_, {{0, 0, kBytes}});
+    const Names passes = finish();
+    if (timed == gpu::Timed::passes) {
+      EXPECT_EQ(passes, (Names{"fill a", "counts", "fill c", "fill again", "counts"}));
+    }
+    EXPECT_EQ(value(a_), number);
+    EXPECT_EQ(value(b_), number - 1);
+    EXPECT_EQ(value(c_), 100u);
+    EXPECT_EQ(value(d_), number);
+  }
 }
 
 TEST_F(AsidePasses, CopiesComeTogetherAtTheEndAndTheLastIntoABufferCounts) {

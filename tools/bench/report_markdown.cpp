@@ -67,7 +67,7 @@ std::string stages(const Report& report, const char* condition, Show show) {
   for (size_t s = 0; s < kStages; ++s) {
     if (static_cast<Stage>(s) != Stage::readback) columns.emplace_back(stage_name(static_cast<Stage>(s)));
   }
-  columns.insert(columns.end(), {"beside", "between", "whole frame", "main pass"});
+  columns.insert(columns.end(), {"beside", "between", "sum", "whole frame", "main pass"});
   const auto cell = [show](const Summary& summary) {
     if (summary.most <= 0) return std::string("-");  // no such pass
     if (show == Show::median) return ms_text(summary.median);
@@ -83,6 +83,7 @@ std::string stages(const Report& report, const char* condition, Show show) {
     }
     cells.push_back(cell(run->aside_ms));
     cells.push_back(cell(run->between_ms));
+    cells.push_back(cell(run->staged_frame_ms));
     cells.push_back(cell(run->frame_ms));
     // With shadows on, cull and raster hold the lights' maps too.
     cells.push_back(run->shadows ? "" : cell(run->main_pass_ms));
