@@ -58,7 +58,7 @@ void main() {
   const uint lane = gl_LocalInvocationIndex;
   pixel_known[lane] = found.known;
   pixel_wanted[lane] = found.wanted;
-  list_surfaces(push.visibility, entry.pixel, inside);
+  list_surfaces(globals, push.visibility, entry.pixel, inside);
   for (uint place = lane; place < surface_count(); place += kPixels) {
     const PixelSurface surface = surface_at(place);
     if (surface.id == 0) continue;
@@ -69,7 +69,7 @@ void main() {
   barrier();
   found = Findings(pixel_known[lane], pixel_wanted[lane]);
 #else
-  const uint id = inside ? pixel_ids(push.visibility, entry.pixel) : 0;
+  const uint id = inside ? pixel_ids(globals, push.visibility, entry.pixel) : 0;
   if (id != 0) found = look_at(globals, id, own_pixel, 1, entry.word);
 #endif
   if (inside) UintsRef(globals.value.shadow_mask).at[entry.pixel * globals.value.mask_words + entry.word] = found.known;

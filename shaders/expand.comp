@@ -9,7 +9,8 @@
 #include "common/large_triangles.glsl"
 #include "common/tile_raster.glsl"
 
-layout(local_size_x = 64) in;
+const int kThreads = 512;  // a ground lies in as many tiles as the image
+layout(local_size_x = kThreads) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 shared uint shared_place;
@@ -30,10 +31,10 @@ void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTria
   if (low.x > high.x || low.y > high.y) return;
   const ivec2 first = low >> kTileShift, tiles = (high >> kTileShift) - first + 1;
   const int count = tiles.x * tiles.y;
-  for (int from = 0; from < count; from += 32 * 64) {
-    uint reached = 0;  // of the lane's tiles, each 64 after the one before, as bits
+  for (int from = 0; from < count; from += 32 * kThreads) {
+    uint reached = 0;  // of the lane's tiles, each kThreads after the one before, as bits
     for (int i = 0; i < 32; ++i) {
-      const int number = from + 64 * i + int(gl_LocalInvocationIndex);
+      const int number = from + kThreads * i + int(gl_LocalInvocationIndex);
       if (number >= count) break;
       const ivec2 origin = (first + ivec2(number % tiles.x, number / tiles.x)) << kTileShift;
       if (reaches_box(prepared, origin, origin + (1 << kTileShift) - 1)) reached |= 1u << i;
@@ -44,7 +45,7 @@ void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTria
     if (subgroupElect() && place != FIRE3DV_NO_INDEX && all != 0) entry = places_for_tiles(set, all);
     entry = subgroupBroadcastFirst(entry) + subgroupExclusiveAdd(own);
     for (; reached != 0; reached &= reached - 1, ++entry) {
-      const int number = from + 64 * findLSB(reached) + int(gl_LocalInvocationIndex);
+      const int number = from + kThreads * findLSB(reached) + int(gl_LocalInvocationIndex);
       const ivec2 tile = first + ivec2(number % tiles.x, number / tiles.x);
       if (place != FIRE3DV_NO_INDEX && emit_tile(set, entry, place, tile, view)) continue;
       // No room left: slow, but the same image.

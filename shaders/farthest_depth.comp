@@ -20,7 +20,7 @@ void main() {
     if (pixel.x >= size.x || pixel.y >= size.y) continue;
     const uint sample_index = uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
     for (uint s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      farthest = min(farthest, uintBitsToFloat(SampleRef(push.visibility).at[sample_index + s].y));
+      farthest = min(farthest, depth_kept(SampleRef(push.visibility).at[sample_index + s].y, push.generation));
     }
   }
   farthest_of_thread[thread.y][thread.x] = farthest;

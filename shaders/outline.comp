@@ -20,7 +20,7 @@ const float kLineReach = 2.5, kRimReach = 3.5;
 float share_of(GlobalsRef globals, ivec2 pixel) {
   const ivec2 last = ivec2(globals.value.width, globals.value.height) - 1;
   const uvec2 at = uvec2(clamp(pixel, ivec2(0), last));  // what goes on beyond the image ends in no line there
-  const PixelIds ids = pixel_ids(push.visibility, at.y * globals.value.width + at.x);
+  const PixelIds ids = pixel_ids(globals, push.visibility, at.y * globals.value.width + at.x);
   float count = 0;
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
     const uint id = id_of_sample(ids, s);

@@ -113,7 +113,7 @@ void main() {
   const uint index = pixel.y * globals.value.width + pixel.x;
   uint id = 0;
   if (inside) {
-    id = pixel_ids(push.visibility, index);
+    id = pixel_ids(globals, push.visibility, index);
     const vec3 color = color_of(globals, id, pixel, 1);
 #ifdef FIRE3DV_UNRESOLVED
     imageStore(hdr, ivec2(pixel), vec4(color, 1));
@@ -143,7 +143,7 @@ void main() {
   pixel_known[lane] = FIRE3DV_NO_INDEX;
   pixel_wanted[lane] = 0;
 #endif
-  const OwnSurfaces own = list_surfaces(push.visibility, own_index, inside);
+  const OwnSurfaces own = list_surfaces(globals, push.visibility, own_index, inside);
   for (uint place = lane; place < surface_count(); place += kPixels) {
     const PixelSurface surface = surface_at(place);
     if (surface.samples == 0) continue;

@@ -190,7 +190,7 @@ bool is_own_pixel() {
 void shade_pixel() {
   const uvec2 pixel = pixel_of_lane();
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
-  const PixelIds ids = pixel_ids(push.visibility, shaded_pixel);
+  const PixelIds ids = pixel_ids(globals, push.visibility, shaded_pixel);
 #ifdef FIRE3DV_FIND_SHADOWS
   forget_shadows();
 #endif

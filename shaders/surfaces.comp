@@ -56,10 +56,10 @@ void main() {
   const uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;
   const uint index = pixel.y * globals.value.width + pixel.x;
-  PixelIds ids = pixel_ids(push.visibility, index);
+  PixelIds ids = pixel_ids(globals, push.visibility, index);
   uint open = kAllSamples & ~samples_with(ids, 0);
   if (open == 0 || (open & ~samples_with(ids, id_of_sample(ids, findLSB(open)))) == 0) return;  // one triangle
-  const vec4 depth = pixel_depths(push.visibility, index);
+  const vec4 depth = pixel_depths(globals, push.visibility, index);
   const vec2 size = vec2(globals.value.width, globals.value.height);
   while (bitCount(open) > 1) {
     const int leader = leader_of(ids, open);

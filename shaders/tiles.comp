@@ -3,7 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/tile_raster.glsl"
 
-layout(local_size_x = 128) in;
+layout(local_size_x = kTileThreads) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 void main() {
@@ -22,7 +22,7 @@ void main() {
     return;
   }
 #endif
-  for (uint i = gl_LocalInvocationIndex; i < 1u << (2 * kTileShift); i += 128) {
+  for (uint i = gl_LocalInvocationIndex; i < 1u << (2 * kTileShift); i += kTileThreads) {
     draw_tile_pixel(globals, set, view, triangle,
                     origin + ivec2(i & ((1 << kTileShift) - 1), i >> kTileShift));
   }

@@ -11,6 +11,7 @@ layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 GlobalsRef globals;
 uint64_t visibility;
+uint generation;
 RasterView view;
 uint first_sample;  // of the view's
 ivec2 image_size;
@@ -78,7 +79,7 @@ void put_lane(LaneTriangle t, bool covered, ivec2 pixel, float depth, inout floa
   if (depth < 0) return;  // beyond the far plane
   VisibilityRef seen = VisibilityRef(visibility);
   const uint place = first_sample + uint(pixel.y * image_size.x + pixel.x) * FIRE3DV_SAMPLES + own_sample;
-  const uint64_t value = (uint64_t(floatBitsToUint(depth)) << 32) | t.id;
+  const uint64_t value = seen_value(depth, t.id, generation);
   if (seen.at[place] >= value) return;
   if (t.masked) {
     const VisibleTriangle triangle = seen_from(visible_triangle(globals, t.id), view);
@@ -156,6 +157,7 @@ void main() {
   view = view_for_all(set.views, gl_WorkGroupID.z);
   first_sample = view.first_texel;
   visibility = set.target;
+  generation = set.generation;
   image_size = ivec2(view.width, view.height);
   const ivec2 tile = ivec2(gl_WorkGroupID.xy);
   tile_pixel = tile << kTileShift;

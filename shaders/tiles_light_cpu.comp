@@ -61,7 +61,7 @@ LaneTriangle lane_triangle(TileTriangle whole) {
 void put_alone(ivec2 texel, const bool outer, float depth) {
   UintsRef maps = UintsRef(set.target);
   const uint place = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
-  const uint value = floatBitsToUint(depth);
+  const uint value = kept_depth(depth, set.generation);
   if (maps.at[place] < value) maps.at[place] = value;
 }
 

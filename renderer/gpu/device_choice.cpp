@@ -12,6 +12,8 @@
 namespace fire3dv::gpu {
 namespace {
 
+constexpr uint32_t kMostThreads = 512;  // of a workgroup, in the shaders
+
 DeviceType device_type(const VkPhysicalDeviceProperties& properties) {
   switch (properties.deviceType) {
     case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
@@ -120,6 +122,9 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   DeviceFeatures features;
   vkGetPhysicalDeviceFeatures2(device, features.query_chain(device));
   report.missing = features.missing_required();
+  const VkPhysicalDeviceLimits& limits = properties.properties.limits;
+  if (std::min(limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0]) < kMostThreads)
+    report.missing.push_back("workgroups of " + std::to_string(kMostThreads) + " threads");
   report.ray_query = features.has_ray_query();
   report.ray_tracing_pipeline = features.has_ray_tracing_pipeline();
   report.int64_atomics = features.vulkan12.shaderBufferInt64Atomics;

@@ -187,7 +187,8 @@ void ClusterRaster::begin(gpu::UploadBelt& belt, const Job& job) {
   set.prepared = prepared_.address;
   set.tiles = tile_entries_.address;
   set.tile_next = tile_next_.address;
-  set.target = job.target->address;
+  set.target = job.target->buffer.address;
+  set.generation = job.target->generation();
   set.was_seen = was_seen_.address;
   set.farthest = farthest_.address;
   set.instance_count = job.instance_count();
@@ -234,8 +235,8 @@ void ClusterRaster::clear(VkCommandBuffer commands) {
                       &empty[i]);
   }
   const VkDeviceSize cleared_later = clear_quads(0) * 16;
-  if (cleared_later < job_.target_bytes)
-    vkCmdFillBuffer(commands, job_.target->get(), cleared_later, job_.target_bytes - cleared_later, 0);
+  if (job_.target->must_be_emptied() && cleared_later < job_.target_bytes)
+    vkCmdFillBuffer(commands, job_.target->buffer.get(), cleared_later, job_.target_bytes - cleared_later, 0);
   if (tile_by_tile_) vkCmdFillBuffer(commands, tile_lists_.get(), 0, VK_WHOLE_SIZE, 0);
   if (round_count_ == 2 && nothing_seen_) {
     vkCmdFillBuffer(commands, was_seen_.get(), 0, VK_WHOLE_SIZE, 0);
@@ -259,7 +260,8 @@ uint32_t ClusterRaster::cull_groups() const {
 // What the camera draws into is emptied beside that; lights' maps, and all on a CPU, by whom the driver
 // thinks best, see emptying().
 VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
-  return round == 0 && !tile_by_tile_ && !is_of_lights(kind_) ? job_.target_bytes / 16 : 0;
+  const bool here = job_.target->must_be_emptied() && !tile_by_tile_ && !is_of_lights(kind_);
+  return round == 0 && here ? job_.target_bytes / 16 : 0;
 }
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
@@ -299,8 +301,8 @@ void ClusterRaster::draw_tiles(VkCommandBuffer commands, uint32_t round) const {
 
 void ClusterRaster::find_farthest(VkCommandBuffer commands) const {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, farthest_depth_.get());
-  const gpu_types::FarthestDepthPush push{job_.target->address, farthest_.address, job_.extent.width,
-                                          job_.extent.height};
+  const gpu_types::FarthestDepthPush push{job_.target->buffer.address, farthest_.address,
+                                          job_.target->generation(), job_.extent.width, job_.extent.height};
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   vkCmdDispatch(commands, (job_.extent.width + 63) / 64, (job_.extent.height + 63) / 64, 1);
 }
@@ -310,21 +312,21 @@ void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaste
   const RoundNames& names = kRoundNames[round];
   auto list_uses = [round](ClusterRaster& set, std::vector<Use>& uses) {
     set.add_uses(uses);
-    if (set.clear_quads(round)) uses.emplace_back(*set.job_.target, access::compute_write);
+    if (set.clear_quads(round)) uses.emplace_back(set.job_.target->buffer, access::compute_write);
     if (set.round_count_ != 2) return;
     uses.emplace_back(set.was_seen_, access::compute_write);
     uses.emplace_back(set.farthest_, access::compute_read);
   };
   auto first_uses = [](ClusterRaster& set, std::vector<Use>& uses) {
     set.add_uses(uses);
-    uses.emplace_back(*set.job_.target, access::compute_write);
+    uses.emplace_back(set.job_.target->buffer, access::compute_write);
   };
   // The target is not declared from stage to stage: the largest value wins in any order, and atomics need no
   // barrier. Where tiles are drawn one by one, what was drawn before has to be there.
   auto later_uses = [](ClusterRaster& set, std::vector<Use>& uses) { set.add_uses(uses); };
   auto tile_uses = [](ClusterRaster& set, std::vector<Use>& uses) {
     set.add_uses(uses);
-    if (set.tile_by_tile_) uses.emplace_back(*set.job_.target, access::compute_write);
+    if (set.tile_by_tile_) uses.emplace_back(set.job_.target->buffer, access::compute_write);
   };
 
   stage(recorder, names.cull, sets, list_uses,
@@ -353,7 +355,8 @@ ClusterRaster::Emptying ClusterRaster::emptying(std::span<ClusterRaster* const> 
   Emptying emptying;
   for (ClusterRaster* set : sets) {
     emptying.uses.emplace_back(set->work_, access::transfer_write);
-    emptying.uses.emplace_back(*set->job_.target, access::transfer_write);
+    if (set->job_.target->must_be_emptied())
+      emptying.uses.emplace_back(set->job_.target->buffer, access::transfer_write);
     if (set->tile_by_tile_) emptying.uses.emplace_back(set->tile_lists_, access::transfer_write);
     if (set->round_count_ == 2 && set->nothing_seen_)
       emptying.uses.emplace_back(set->was_seen_, access::transfer_write);
@@ -374,7 +377,7 @@ void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* con
     stage(
         recorder, "farthest depth", late,
         [](ClusterRaster& set, std::vector<Use>& uses) {
-          uses.emplace_back(*set.job_.target, access::compute_read);
+          uses.emplace_back(set.job_.target->buffer, access::compute_read);
           uses.emplace_back(set.farthest_, access::compute_write);
         },
         [](ClusterRaster& set, VkCommandBuffer commands) { set.find_farthest(commands); });

@@ -13,6 +13,7 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipeline.h"
+#include "renderer/passes/cluster_target.h"
 #include "renderer/passes/gpu_scene.h"
 
 namespace fire3dv::passes {
@@ -43,8 +44,8 @@ class ClusterRaster {
   struct Job {
     GpuScene* scene = nullptr;
     gpu::Buffer* views_written = nullptr;  // null when the views were uploaded
-    gpu::Buffer* target = nullptr;
-    VkDeviceSize target_bytes = 0;  // how much of it is used, from its start
+    ClusterTarget* target = nullptr;       // that has begun with target_bytes
+    VkDeviceSize target_bytes = 0;
     VkDeviceAddress views = 0;
     VkDeviceAddress globals = 0;
     uint32_t view_count = 1;

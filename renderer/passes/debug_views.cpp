@@ -48,13 +48,15 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::UploadBelt& belt, const See
                        const Drawn& drawn) {
   if (!counting_) counting_.emplace(device_, layout_, RasterKind::camera_counts);
   const VkDeviceSize bytes = VkDeviceSize{8} * seen.extent.width * seen.extent.height;
-  if (!counts_ || counts_.size_bytes != bytes)
-    counts_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  if (!counts_.buffer || counts_.buffer.size_bytes != bytes)
+    counts_.buffer =
+        gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  counts_.begin_empty(bytes);
   const gpu_types::RasterView view = raster_view(seen.view, seen.extent, drawn.levels_of_detail);
   ClusterRaster::Job job;
   job.scene = &seen.gpu_scene;
   job.target = &counts_;
-  job.target_bytes = counts_.size_bytes;
+  job.target_bytes = bytes;
   job.views = belt.write(std::span<const gpu_types::RasterView>(&view, 1)).address;
   job.globals = seen.globals;
   job.extent = seen.extent;
@@ -90,7 +92,7 @@ void DebugViews::show(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Seen
   gpu_types::DebugViewPush push{};
   push.globals = seen.globals;
   push.visibility = seen.visibility.address;
-  push.counts = counts_.address;
+  push.counts = counts_.buffer.address;
   push.range = range_.address;
   push.look_world = seen.view.look_world;
   push.orthographic = seen.view.orthographic ? 1 : 0;
@@ -98,7 +100,7 @@ void DebugViews::show(gpu::Recorder& recorder, gpu::UploadBelt& belt, const Seen
   if (view == DebugView::depth) find_range(recorder, seen, view_, push, image);
   std::vector<Use> uses{Use(seen.visibility, access::compute_read), Use(range_, access::compute_read),
                         Use(image, access::compute_write, true)};
-  if (view == DebugView::overdraw) uses.emplace_back(counts_, access::compute_read);
+  if (view == DebugView::overdraw) uses.emplace_back(counts_.buffer, access::compute_read);
   seen.gpu_scene.add_reads(uses, access::compute_read);
   recorder.pass("debug view", uses, [&](VkCommandBuffer commands) {
     overlay_.begin(commands, view_, seen.gpu_scene, push);

@@ -38,7 +38,7 @@ class DebugViews {
   uint32_t samples_;
   gpu::Pipeline view_, doubt_;
   std::optional<ClusterRaster> counting_;  // made when overdraw is first shown
-  gpu::Buffer counts_;                     // uint64_t[pixel]
+  ClusterTarget counts_;                   // uint64_t[pixel]
   gpu::Buffer range_;                      // DepthRange
 };
 

@@ -196,7 +196,7 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const F
                               Use(scene.draws, access::draw_read),
                               Use(frame.targets.depth, access::depth_target, true)};
   scene.add_reads(depth_uses, access::draw_read);
-  if (frame.visibility) depth_uses.emplace_back(*frame.visibility, access::draw_read);
+  if (frame.visibility) depth_uses.emplace_back(frame.visibility->buffer, access::draw_read);
   std::vector<Use> color_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
                               Use(scene.draws, access::draw_read),
                               Use(frame.targets.depth, access::depth_target),
@@ -233,7 +233,8 @@ void ForwardPass::draw_visible_depth(VkCommandBuffer commands, const Frame& fram
     info.depth_compare = VK_COMPARE_OP_ALWAYS;
     visible_depth_ = gpu::create_graphics_pipeline(device_, layout_, info);
   }
-  const gpu_types::VisibleDepthPush push{frame.visibility->address, frame.targets.extent.width};
+  const gpu_types::VisibleDepthPush push{frame.visibility->buffer.address, frame.visibility->generation(),
+                                         frame.targets.extent.width};
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   draw_fullscreen(commands, visible_depth_);
 }

@@ -30,7 +30,7 @@ class ForwardPass {
     VkDeviceAddress globals;
     const Background& background;
     ShadowPass* shadows;  // null: none, or rays in the fragment shader
-    gpu::Buffer* visibility =
+    ClusterTarget* visibility =
         nullptr;    // given: only what goes on top of this, whose colour is in the target already
     VkRect2D area;  // of the image, beyond which nothing is drawn
   };

@@ -41,7 +41,7 @@ void SceneRenderer::inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, cons
     inspector_ = std::make_unique<Inspector>(device_, layout_.get(), scene_set_layout_.get(),
                                              samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
   inspector_->draw_on(*targets_, image());
-  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility, view, globals, targets_->extent};
+  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility.buffer, view, globals, targets_->extent};
   if (inspection.pick) inspector_->pick(recorder, seen, *inspection.pick);
   if (!replaces_shading(inspection.debug_view)) return;
   inspector_->debug_views().show(recorder, belt, seen, inspection.debug_view,
@@ -51,7 +51,7 @@ void SceneRenderer::inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, cons
 // Over the finished image.
 void SceneRenderer::mark(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view,
                          VkDeviceAddress globals, const Inspection& inspection, bool masked) {
-  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility, view, globals, targets_->extent};
+  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility.buffer, view, globals, targets_->extent};
   if (inspection.debug_view == DebugView::shadow_doubt)
     inspector_->debug_views().mark_doubt(recorder, seen, shadows_, masked, image());
   if (inspection.selected != scene::kNone)

@@ -246,10 +246,12 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
       path_ == RasterPath::visibility && (!gpu_scene_->has_on_top || visibility_->can_leave_samples());
   const bool masked = lit && shadow_way_.method == ShadowMethod::ray &&
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
-  std::vector<VkDeviceAddress> globals;
-  for (const View& view : views) globals.push_back(upload_globals(belt, view, masked));
   // The forward path draws everything as the file has it, and takes the mask of exactly that.
   const Sees sees{(compute && shaded) || masked || surfaces || inspects, compute && shows_levels(), lit};
+  if (sees.camera) visibility_->begin();
+  if (sees.lights && shadows_.needs_maps()) shadows_.begin_maps();
+  std::vector<VkDeviceAddress> globals;
+  for (const View& view : views) globals.push_back(upload_globals(belt, view, masked));
   if (outputs_) outputs_->begin(outputs, *gpu_scene_, targets_->extent, targets_->views);
   find_visible(recorder, belt, views, globals, sees);
   // What that is, how far away it is and where it goes.
@@ -288,7 +290,7 @@ void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const 
   if ((!how.compute || on_top) && on_top_area.extent.width != 0) {
     forward_.record(recorder, belt,
                     {*gpu_scene_, *scene_, poses, *targets_, views[0], globals[0], settings_.background,
-                     &shadows_, how.compute ? &visibility_->buffer() : nullptr, on_top_area});
+                     &shadows_, how.compute ? &targets_->visibility : nullptr, on_top_area});
   }
   if (!how.compute || leave_samples) {
     post_.record(recorder, *targets_, post, how.linear,
@@ -401,6 +403,7 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.part_count = scene.part_count;
   shadows_.describe_to(globals, masked);
   if (!shadows_on_) globals.shadows = FIRE3DV_SHADOWS_OFF;
+  globals.visibility_generation = targets_->visibility.generation();
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;
   return belt.write(std::span<const gpu_types::Globals>(&globals, 1)).address;

@@ -121,7 +121,11 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   wanted_views_ = table(device_, plan_.views.size() * sizeof(plan_.views[0]));
   lights_chosen_ = true;
   make_room_for_mask();
-  if (view_count_ && maps_.size_bytes < map_bytes()) maps_ = table(device_, map_bytes());
+  if (view_count_ && maps_.buffer.size_bytes < map_bytes()) {
+    gpu::Buffer maps = table(device_, map_bytes());
+    maps_ = {};
+    maps_.buffer = std::move(maps);
+  }
   place_views();
   lights_placed_ = true;
 }
@@ -198,7 +202,8 @@ void ShadowPass::make_room_for_mask() {
 void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
   globals.light_shadows = light_shadows_.address;
   globals.light_views = views_.address;
-  globals.shadow_maps = maps_.address;
+  globals.shadow_maps = maps_.buffer.address;
+  globals.map_generation = maps_.generation();
   globals.shadow_mask = targets_->shadow_mask.address;
   globals.sheets = views_.address + sheets_offset_;
   globals.far_sides = views_.address + far_sides_offset_;
@@ -354,7 +359,7 @@ void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {
 
 void ShadowPass::add_map_reads(std::vector<Use>& uses, const gpu::Access& access) {
   if (needs_maps_) uses.emplace_back(views_, access);
-  if (view_count_) uses.emplace_back(maps_, access);
+  if (view_count_) uses.emplace_back(maps_.buffer, access);
 }
 
 }  // namespace fire3dv::passes

@@ -64,6 +64,8 @@ class ShadowPass {
   void describe_to(gpu_types::Globals& globals, bool masked) const;
 
   bool needs_maps() const { return needs_maps_; }
+  // Before what describes this frame's maps.
+  void begin_maps() { maps_.begin(map_bytes()); }
   // The lights' maps, to be drawn beside the camera's view; null when there is no light.
   ClusterRaster* prepare_maps(gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals, Cull cull,
                               bool levels_of_detail);
@@ -130,7 +132,8 @@ class ShadowPass {
   ShadowPlan plan_;
   Targets* targets_ = nullptr;
   std::vector<scene::PlacedLight> lights_;
-  gpu::Buffer light_shadows_, wanted_views_, views_, sheets_, maps_;
+  gpu::Buffer light_shadows_, wanted_views_, views_, sheets_;
+  ClusterTarget maps_;
   VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
   std::vector<gpu_types::SheetRecord> sheet_records_;
   bool lights_chosen_ = false, sheets_chosen_ = false;  // and not uploaded yet

@@ -26,7 +26,7 @@ Targets::Targets(gpu::Device& device, VkExtent2D size, uint32_t view_count,
 VkDeviceSize bytes_of(const Targets& targets) {
   const VkDeviceSize pixels = VkDeviceSize{targets.extent.width} * targets.extent.height * targets.views;
   const VkDeviceSize sample_bytes = targets.hdr ? 8 + 4 : 0, finished_bytes = targets.smoothed ? 4 + 4 : 4;
-  return pixels * (targets.samples * sample_bytes + finished_bytes) + targets.visibility.size_bytes +
+  return pixels * (targets.samples * sample_bytes + finished_bytes) + targets.visibility.buffer.size_bytes +
          targets.shadow_mask.size_bytes + targets.shadow_entries.size_bytes + targets.found_rays.size_bytes;
 }
 

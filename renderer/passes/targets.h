@@ -4,6 +4,7 @@
 
 #include "renderer/gpu/descriptors.h"
 #include "renderer/gpu/resources.h"
+#include "renderer/passes/cluster_target.h"
 
 namespace fire3dv::passes {
 
@@ -19,7 +20,7 @@ struct Targets {
   gpu::Image smoothed;  // the same after FXAA
 
   // Of VisibilityPass and ShadowPass, where there are any.
-  gpu::Buffer visibility;      // uint64_t[view][pixel][sample]
+  ClusterTarget visibility;    // uint64_t[view][pixel][sample]
   gpu::Buffer shadow_mask;     // uint32_t[pixel][word]
   gpu::Buffer shadow_entries;  // gpu_types::RayEntry[pixel][word]
   gpu::Buffer found_rays;      // gpu_types::FoundRay[]

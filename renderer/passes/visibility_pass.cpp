@@ -65,9 +65,9 @@ VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
 void VisibilityPass::set_targets(Targets& targets) {
   const VkExtent2D extent = targets.extent;
   const VkDeviceSize view_bytes = VkDeviceSize{8} * samples_ * extent.width * extent.height;
-  if (!targets.visibility) {
-    targets.visibility = gpu::create_buffer(device_, view_bytes * targets.views,
-                                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  if (!targets.visibility.buffer) {
+    targets.visibility.buffer = gpu::create_buffer(device_, view_bytes * targets.views,
+                                                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
     bind(targets);
   }
   targets_ = &targets;
@@ -95,7 +95,7 @@ ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, Cull cull, bool level
   ClusterRaster::Job job;
   job.scene = &scene;
   job.target = &targets_->visibility;
-  job.target_bytes = targets_->visibility.size_bytes;
+  job.target_bytes = targets_->visibility.buffer.size_bytes;
   job.view_count = targets_->views;
   job.extent = extent_;
   job.cull = cull;
@@ -130,7 +130,7 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
   const auto pixels = static_cast<double>(extent_.width) * extent_.height;
   const double least = traced ? kTrianglesWorthTracingLess : kTrianglesWorthShadingLess;
   if (!surfaces_ || static_cast<double>(scene.own_triangle_count) < least * pixels) return;
-  std::vector<Use> uses{Use(targets_->visibility, access::compute_write)};
+  std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("surfaces", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, surfaces_.get());
@@ -176,7 +176,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
   const VkPipeline pipeline =
       shade_pipeline({!scene.has_extensions, leave_samples, what == Shades::all_and_lists}).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
-  std::vector<Use> uses{Use(targets_->visibility, access::compute_read),
+  std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
                         Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
   if (leave_samples && shows_the_rest(scene))
     uses.emplace_back(targets.display, access::compute_write, is_first);
@@ -239,7 +239,7 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   push.found_room = shadows.found_room();
   const std::span<const gpu_types::ShadePush> view(&push, 1);
   record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, left);
-  shadows.trace_found(recorder, scene, {targets_->visibility, address_of(shaded.first_view)}, globals);
+  shadows.trace_found(recorder, scene, {targets_->visibility.buffer, address_of(shaded.first_view)}, globals);
   record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, left);
 }
 

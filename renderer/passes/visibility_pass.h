@@ -34,6 +34,8 @@ class VisibilityPass {
   void forget_targets() { targets_ = nullptr; }
   // So that a prepare() of as many views as the targets have takes no more memory.
   void make_room(GpuScene& scene, Cull cull, bool levels_of_detail);
+  // Before what describes what this frame draws.
+  void begin() { targets_->visibility.begin(targets_->visibility.buffer.size_bytes); }
   // The cameras' part of ClusterRaster::record: as many views as the targets hold.
   ClusterRaster& prepare(gpu::UploadBelt& belt, GpuScene& scene, std::span<const View> views,
                          VkDeviceAddress globals, Cull cull, bool levels_of_detail);
@@ -59,9 +61,9 @@ class VisibilityPass {
     return !scene.has_extensions && gpu::takes_cpu_variants(device_);
   }
   bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
-  gpu::Buffer& buffer() { return targets_->visibility; }
+  gpu::Buffer& buffer() { return targets_->visibility.buffer; }
   VkDeviceAddress address_of(uint32_t view) const {
-    return targets_->visibility.address + view * view_bytes_;
+    return targets_->visibility.buffer.address + view * view_bytes_;
   }
   const ClusterRaster::Drawn& drawn() const { return raster_.drawn(); }
 

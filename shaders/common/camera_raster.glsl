@@ -4,17 +4,22 @@
 #ifndef FIRE3DV_CAMERA_RASTER_GLSL
 #define FIRE3DV_CAMERA_RASTER_GLSL
 #extension GL_EXT_shader_atomic_int64 : require
+#include "common/generations.glsl"
 #include "common/visible_triangle.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer VisibilityRef { uint64_t at[]; };
 
-void put(uint64_t target, uint sample_index, float depth, uint id, bool look_first) {
+uint64_t seen_value(float depth, uint id, uint generation) {
+  return (uint64_t(kept_depth(depth, generation)) << 32) | id;
+}
+
+void put(RasterSet set, uint sample_index, float depth, uint id, bool look_first) {
   if (depth < 0) return;  // beyond the far plane
 #ifdef FIRE3DV_COUNT
-  atomicAdd(VisibilityRef(target).at[sample_index], uint64_t(1));
+  atomicAdd(VisibilityRef(set.target).at[sample_index], uint64_t(1));
 #else
-  const uint64_t value = (uint64_t(floatBitsToUint(depth)) << 32) | id;
-  VisibilityRef visibility = VisibilityRef(target);
+  const uint64_t value = seen_value(depth, id, set.generation);
+  VisibilityRef visibility = VisibilityRef(set.target);
   // A read saves the atomic where much is hidden, and costs more than it saves where little is.
   if (look_first && visibility.at[sample_index] >= value) return;
   atomicMax(visibility.at[sample_index], value);

@@ -2,6 +2,7 @@
 // Variant FIRE3DV_MIDDLES_ALONE leaves out the outer map, which nobody looks into where there are no rays.
 #ifndef FIRE3DV_LIGHT_RASTER_GLSL
 #define FIRE3DV_LIGHT_RASTER_GLSL
+#include "common/generations.glsl"
 #include "common/visible_triangle.glsl"
 #include "common/level_choice.glsl"
 
@@ -10,16 +11,17 @@ struct MapTarget {
   uint first_texel;
   uint size;
   bool look_first;
+  uint generation;
 };
 
 MapTarget map_target(RasterSet set, RasterView view) {
-  return MapTarget(set.target, view.first_texel, view.width, set.look_first != 0);
+  return MapTarget(set.target, view.first_texel, view.width, set.look_first != 0, set.generation);
 }
 
 // place: of the texel, row by row.
 void put_nearest(MapTarget target, uint place, bool outer, float depth) {
   const uint index = target.first_texel + (outer ? target.size * target.size : 0) + place;
-  const uint value = floatBitsToUint(depth);
+  const uint value = kept_depth(depth, target.generation);
   UintsRef maps = UintsRef(target.maps);
   if (!target.look_first || maps.at[index] < value) atomicMax(maps.at[index], value);
 }
@@ -48,7 +50,7 @@ int pixel_reach(RasterView view) { return reach_of(view) - kHalfPixel; }
 float nearest_possible(RasterView view, float depth) {
   if (view.level_scale == 0) return depth;
   const float away_m = kLevelTexels * view.texel_m;  // in perspective at a distance of 1 m
-  return view.eye_world.w == 0 ? depth + away_m / view.depth_m : depth * (1 + 1.05 * away_m);
+  return min(view.eye_world.w == 0 ? depth + away_m / view.depth_m : depth * (1 + 1.05 * away_m), kMostKept);
 }
 
 // How far towards the light a triangle may reach in a texel, of which it has depth z at the middle.

@@ -1,10 +1,11 @@
 // What the visibility buffer says of a pixel, triangle by triangle.
 #ifndef FIRE3DV_PIXEL_IDS_GLSL
 #define FIRE3DV_PIXEL_IDS_GLSL
+#include "common/generations.glsl"
 #include "common/raster_rules.glsl"
 #include "common/sample_place.glsl"
 
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };  // id, depth
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };  // id, kept_depth()
 
 // Ids of a pixel's samples; 0 = background. Kept in one vector: an array that is indexed by a variable would live in
 // memory.
@@ -13,16 +14,17 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Sa
 #define PixelIds uvec4
 const uint kAllSamples = 15;
 
-PixelIds pixel_ids(uint64_t visibility, uint pixel) {
+PixelIds pixel_ids(GlobalsRef globals, uint64_t visibility, uint pixel) {
   SamplePairRef pairs = SamplePairRef(visibility);
   const uvec4 low = pairs.at[2 * pixel], high = pairs.at[2 * pixel + 1];
-  return uvec4(low.xz, high.xz);
+  const bvec4 is_new = greaterThanEqual(uvec4(low.yw, high.yw), uvec4(globals.value.visibility_generation));
+  return mix(uvec4(0), uvec4(low.xz, high.xz), is_new);
 }
 
-vec4 pixel_depths(uint64_t visibility, uint pixel) {
+vec4 pixel_depths(GlobalsRef globals, uint64_t visibility, uint pixel) {
   SamplePairRef pairs = SamplePairRef(visibility);
   const uvec4 low = pairs.at[2 * pixel], high = pairs.at[2 * pixel + 1];
-  return uintBitsToFloat(uvec4(low.yw, high.yw));
+  return depth_kept(uvec4(low.yw, high.yw), globals.value.visibility_generation);
 }
 
 uint id_of_sample(PixelIds ids, int s) { return s < 2 ? (s == 0 ? ids.x : ids.y) : (s == 2 ? ids.z : ids.w); }
@@ -35,7 +37,10 @@ uint samples_with(PixelIds ids, uint id) {
 #define PixelIds uint
 const uint kAllSamples = 1;
 
-PixelIds pixel_ids(uint64_t visibility, uint pixel) { return SampleRef(visibility).at[pixel].x; }
+PixelIds pixel_ids(GlobalsRef globals, uint64_t visibility, uint pixel) {
+  const uvec2 seen = SampleRef(visibility).at[pixel];
+  return seen.y >= globals.value.visibility_generation ? seen.x : 0;
+}
 uint id_of_sample(PixelIds ids, int s) { return ids; }
 uint samples_with(PixelIds ids, uint id) { return ids == id ? 1u : 0u; }
 #endif

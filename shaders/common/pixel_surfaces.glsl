@@ -25,14 +25,14 @@ struct OwnSurfaces {
 };
 
 // All lanes call it.
-OwnSurfaces list_surfaces(uint64_t visibility, uint pixel, bool inside) {
+OwnSurfaces list_surfaces(GlobalsRef globals, uint64_t visibility, uint pixel, bool inside) {
   const uint lane = gl_LocalInvocationIndex;
   if (lane == 0) further_surfaces = 0;
   barrier();
   OwnSurfaces own = OwnSurfaces(0, 0);
   uint samples[4], ids[4];
   if (inside) {
-    const PixelIds all = pixel_ids(visibility, pixel);
+    const PixelIds all = pixel_ids(globals, visibility, pixel);
     uint open = kAllSamples;
     for (int i = 0; i < 4; ++i) {
       if (open == 0) break;

@@ -11,6 +11,7 @@
 // - else: unknown, a ray has to tell.
 #ifndef FIRE3DV_SHADOW_MAPS_GLSL
 #define FIRE3DV_SHADOW_MAPS_GLSL
+#include "common/generations.glsl"
 #include "common/lights.glsl"
 #include "common/sheets.glsl"
 
@@ -54,12 +55,13 @@ MapPlace map_place(RasterView view, vec3 point_world) {
 }
 
 // Two texels of a row, at any texel's address.
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelsRef { vec2 at; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelsRef { uvec2 at; };
 
-float map_depth(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
+// A kept_depth(): of several the nearest or farthest is found before it is read as a depth.
+uint map_texel(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
   texel = clamp(texel, ivec2(0), ivec2(view.width - 1));
   const uint index = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
-  return uintBitsToFloat(UintRef(globals.value.shadow_maps).at[index]);
+  return UintRef(globals.value.shadow_maps).at[index];
 }
 
 // How much nearer to the light `depth` is than the place, in metres.
@@ -91,18 +93,20 @@ uint map_verdict(GlobalsRef globals, RasterView view, uint part, vec3 point_worl
   const ivec2 texel = ivec2(floor(place.texel));
   const ivec2 low = ivec2(floor(place.texel - place.reach)), high = ivec2(floor(place.texel + place.reach));
   // Less than a texel, so these are all. Mostly it is one; loops would take longer than they read.
-  float outer = map_depth(globals, place.view, low, true);
+  uint nearest = map_texel(globals, place.view, low, true);
   if (low != high) {
-    outer = max(max(outer, map_depth(globals, place.view, ivec2(high.x, low.y), true)),
-                max(map_depth(globals, place.view, ivec2(low.x, high.y), true), map_depth(globals, place.view, high, true)));
+    nearest = max(max(nearest, map_texel(globals, place.view, ivec2(high.x, low.y), true)),
+                  max(map_texel(globals, place.view, ivec2(low.x, high.y), true), map_texel(globals, place.view, high, true)));
   }
+  const float outer = depth_kept(nearest, globals.value.map_generation);
   if (outer == 0 || outer < place.depth - place.rounding) return sheet ? kUnknown : kLit;
   const float clearly_m = 2 * slope_m(place, plane_normal, light.to_light);
-  float farthest = map_depth(globals, place.view, texel, false);
+  uint least = map_texel(globals, place.view, texel, false);
   for (int i = 0; i < 4; ++i) {
     const ivec2 aside = ivec2(i < 3 ? -1 : 0, i < 3 ? i - 1 : -1);  // and its opposite
-    farthest = min(farthest, min(map_depth(globals, place.view, texel + aside, false), map_depth(globals, place.view, texel - aside, false)));
+    least = min(least, min(map_texel(globals, place.view, texel + aside, false), map_texel(globals, place.view, texel - aside, false)));
   }
+  const float farthest = depth_kept(least, globals.value.map_generation);
   return farthest != 0 && nearer_by_m(place, farthest) >= clearly_m ? kShadowed : kUnknown;
 }
 
@@ -115,7 +119,7 @@ float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3
   const ivec2 first = clamp(ivec2(floor(place.texel - 0.5)), ivec2(0), ivec2(view.width - 2));
   const vec2 weight = clamp(place.texel - 0.5 - vec2(first), 0, 1);
   const uint64_t row = globals.value.shadow_maps + uint64_t(4 * (view.first_texel + uint(first.y) * view.width + first.x));
-  const vec4 depths = vec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at);
+  const vec4 depths = depth_kept(uvec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at), globals.value.map_generation);
   // Where there is nothing the depth is 0, and the point may lie beyond what the map reaches.
   const vec4 lit = vec4(lessThan(depths, vec4(max(depth_nearer_by(place, bias_m), 1e-30))));
   const vec2 along_x = mix(lit.xz, lit.yw, weight.x);

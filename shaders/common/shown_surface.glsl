@@ -104,7 +104,7 @@ Shown shown_by_most(GlobalsRef globals, Eye eye, uvec2 pixel, PixelIds ids) {
 
 Shown shown_in(GlobalsRef globals, Eye eye, uvec2 pixel) {
   const vec2 middle = vec2(pixel) + 0.5;
-  const PixelIds ids = pixel_ids(eye.visibility, pixel.y * globals.value.width + pixel.x);
+  const PixelIds ids = pixel_ids(globals, eye.visibility, pixel.y * globals.value.width + pixel.x);
   const uint id = id_of_sample(ids, 0);
 #if FIRE3DV_SAMPLES == 4
   if (samples_with(ids, id) != kAllSamples) return shown_by_most(globals, eye, pixel, ids);

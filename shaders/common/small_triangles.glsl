@@ -127,12 +127,12 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
     for (uint left = covered; left != 0; left &= left - 1) {
       const int s = findLSB(left);
       const ivec2 place = ivec2(s == 0 ? 96 : s == 1 ? 224 : s == 2 ? 32 : 160, 32 + 64 * s);  // kSamplePosition[s], not from memory
-      put(set.target, first + s, depth_of(walk.at + along_x * place.x + along_y * place.y, a, b, c, inverse_area), id, false);
+      put(set, first + s, depth_of(walk.at + along_x * place.x + along_y * place.y, a, b, c, inverse_area), id, false);
     }
 #else
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
       if ((covered & (1u << s)) == 0) continue;
-      put(set.target, first + s, depth_of(walk.at + to_sample[s] + bias, a, b, c, inverse_area), id, false);
+      put(set, first + s, depth_of(walk.at + to_sample[s] + bias, a, b, c, inverse_area), id, false);
     }
 #endif
   }

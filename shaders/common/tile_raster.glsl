@@ -7,6 +7,8 @@
 #include "common/camera_raster.glsl"
 #endif
 
+const int kTileThreads = 512;  // that draw a tile
+
 struct TileTriangle {
   Corner a, b, c;
   ivec3 bias;
@@ -68,16 +70,16 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
 #else
   const uint first = view.first_texel + uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-    if ((covered & (1u << s)) != 0) put(set.target, first + s, depth[s], t.id, true);
+    if ((covered & (1u << s)) != 0) put(set, first + s, depth[s], t.id, true);
   }
 #endif
 }
 
 #ifndef FIRE3DV_LIGHTS
-// All rows of a triangle without holes, by a workgroup of 128: a lane for each sample of a row, which goes down from row to row. So
+// All rows of a triangle without holes, by kTileThreads: a lane for each sample of a row, which goes down from row to row. So
 // those who write at once write next to each other.
 void draw_tile_rows(RasterSet set, RasterView view, TileTriangle t, ivec2 origin, uint lane) {
-  const uint lanes_across = FIRE3DV_SAMPLES << kTileShift, rows_at_once = 128 / lanes_across;
+  const uint lanes_across = FIRE3DV_SAMPLES << kTileShift, rows_at_once = kTileThreads / lanes_across;
   const ivec2 size = ivec2(view.width, view.height);
   const uint s = lane % FIRE3DV_SAMPLES;
   const Corner a = t.a, b = t.b, c = t.c;
@@ -101,7 +103,7 @@ void draw_tile_rows(RasterSet set, RasterView view, TileTriangle t, ivec2 origin
       // As by FIRE3DV_COVER_PIXEL, to the bit.
       precise const float z =
           (float(wa + t.bias.x) * a.z + float(wb + t.bias.y) * b.z + float(wc + t.bias.z) * c.z) * inverse_area;
-      put(set.target, index, z, t.id, false);
+      put(set, index, z, t.id, true);
     }
     wa += down.x;
     wb += down.y;

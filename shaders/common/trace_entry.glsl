@@ -5,7 +5,7 @@
 #include "common/shadow_points.glsl"
 
 void trace_entry(GlobalsRef globals, uint64_t visibility, RayEntry entry) {
-  const PixelIds ids = pixel_ids(visibility, entry.pixel);
+  const PixelIds ids = pixel_ids(globals, visibility, entry.pixel);
   uint lit = 0;
   uint open = kAllSamples & ~samples_with(ids, 0);
   while (open != 0) {

@@ -60,6 +60,7 @@ struct ShadePush {
 
 struct VisibleDepthPush {
   FIRE3DV_ADDRESS visibility;
+  uint generation;  // of the visibility buffer
   uint width;
 };
 

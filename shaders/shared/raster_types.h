@@ -103,11 +103,18 @@ struct RasterSet {
   uint one_row;      // 1: see ClusterList
   uint cull_groups;  // of the dispatch that culls, in x and y, for each view; those behind them empty the target
   uint clear_quads;  // of 16 bytes, that these empty
+  uint generation;   // of the target
 };
+
+// Steps between the values that depths of one drawing after the other are kept with, as bits on top of their own:
+// see passes::ClusterTarget.
+#define FIRE3DV_GENERATION 0x40000000u
+#define FIRE3DV_LAST_GENERATION 0xc0000000u
 
 struct FarthestDepthPush {
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
   FIRE3DV_ADDRESS farthest;    // float[], written
+  uint generation;             // of the visibility buffer
   uint width;                  // of the image
   uint height;
 };

@@ -35,7 +35,7 @@ struct Globals {
   FIRE3DV_ADDRESS cluster_instances;        // ClusterInstance[]
   FIRE3DV_ADDRESS light_shadows;            // LightShadow[], as lights
   FIRE3DV_ADDRESS light_views;              // RasterView[]
-  FIRE3DV_ADDRESS shadow_maps;  // uint[]: of each view, nearest depths at texels' middles, then outer ones
+  FIRE3DV_ADDRESS shadow_maps;  // uint[], kept_depth(): of each view, at texels' middles, then outer ones
   FIRE3DV_ADDRESS shadow_mask;  // uint[pixel][mask_words]
   FIRE3DV_ADDRESS sheets;       // SheetPlace[]
   FIRE3DV_ADDRESS far_sides;    // uint[part]: 1 = see casts_by_far_sides()
@@ -56,6 +56,8 @@ struct Globals {
   uint shadows;           // FIRE3DV_SHADOWS_*
   uint width;             // of the image
   uint height;
+  uint visibility_generation;  // of what the camera's and the lights' clusters were drawn into:
+  uint map_generation;         // FIRE3DV_GENERATION
   uint mask_words;
   uint sheet_count;
   uint part_count;

@@ -22,8 +22,10 @@ double ms_since(int64_t begin_ns) {
   return static_cast<double>(monotonic_ns() - begin_ns) * 1e-6;
 }
 
+// One of each pair, and of every eight frames each way two even ones and two odd ones: what is drawn into is
+// emptied every fourth frame.
 gpu::Timed timed_in_turn(uint64_t frame) {
-  return frame % 2 ? gpu::Timed::passes : gpu::Timed::frame;
+  return (frame + frame / 4) % 2 ? gpu::Timed::passes : gpu::Timed::frame;
 }
 
 passes::View first_camera_view(const scene::Scene& scene, VkExtent2D extent) {
