@@ -187,24 +187,22 @@ class Builder {
     const LevelError step = measure_error(piece, simpler, levels.looked_at);
     out.group = group_around(levels, members, step);
     // Where it differs by its own size it would be drawn when it is smaller than a pixel, and save nothing.
-    if (!(out.group.error < out.group.radius)) return out;
+    if (!(out.group.error < out.group.radius) || !std::isfinite(out.group.radius)) return out;
 
-    Meshlets cut;
-    cut.cut(simpler, piece.positions.data(), piece.positions.size());
+    const Meshlets cut(simpler, piece.positions);
     std::vector<uint32_t> places;
-    for (size_t m = 0; m < cut.count; ++m) {
-      const meshopt_Meshlet& meshlet = cut.meshlets[m];
-      Cluster cluster = cut.bounded(m, piece.positions.data(), piece.positions.size());
+    for (const GrownClusters::Run& run : cut.grown.runs) {
+      Cluster cluster = cut.bounded(run, piece.positions);
       cluster.first_vertex = static_cast<uint32_t>(out.vertices.size());
       cluster.first_triangle = static_cast<uint32_t>(out.triangles.size());
-      for (uint32_t v = 0; v < meshlet.vertex_count; ++v) {
-        out.vertices.push_back(vertices[cut.vertices[meshlet.vertex_offset + v]]);
+      for (uint32_t v = 0; v < run.vertex_count; ++v) {
+        out.vertices.push_back(vertices[cut.grown.vertices[run.first_vertex + v]]);
       }
       places.clear();
-      for (uint32_t t = 0; t < meshlet.triangle_count; ++t) {
-        const unsigned char* corner = &cut.triangles[meshlet.triangle_offset + size_t{3} * t];
+      for (uint32_t t = 0; t < run.triangle_count; ++t) {
+        const uint8_t* corner = &cut.grown.corners[size_t{3} * (run.first_triangle + t)];
         out.triangles.push_back(corner[0] | uint32_t{corner[1]} << 8 | uint32_t{corner[2]} << 16);
-        for (int c = 0; c < 3; ++c) places.push_back(place[cut.vertices[meshlet.vertex_offset + corner[c]]]);
+        for (int c = 0; c < 3; ++c) places.push_back(place[cut.grown.vertices[run.first_vertex + corner[c]]]);
       }
       out.clusters.push_back(cluster);
       out.edges.push_back(open_edges(places));

@@ -16,22 +16,21 @@ struct Piece {
 
 Piece cut_primitive(const Scene& scene, const Primitive& source) {
   Piece out;
-  Meshlets cut;
-  const glm::vec3* positions = scene.positions.data() + source.first_vertex;
-  cut.cut({scene.indices.data() + source.first_index, source.index_count}, positions, source.vertex_count);
-  out.clusters.reserve(cut.count);
+  const std::span<const glm::vec3> positions(scene.positions.data() + source.first_vertex,
+                                             source.vertex_count);
+  const Meshlets cut({scene.indices.data() + source.first_index, source.index_count}, positions);
+  out.clusters.reserve(cut.grown.runs.size());
   out.indices.reserve(source.index_count);
   out.triangles.reserve(source.index_count / 3);
-  for (size_t m = 0; m < cut.count; ++m) {
-    const meshopt_Meshlet& meshlet = cut.meshlets[m];
-    Cluster cluster = cut.bounded(m, positions, source.vertex_count);
+  for (const GrownClusters::Run& run : cut.grown.runs) {
+    Cluster cluster = cut.bounded(run, positions);
     cluster.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
     cluster.first_triangle = static_cast<uint32_t>(out.triangles.size());
-    for (uint32_t v = 0; v < meshlet.vertex_count; ++v) {
-      out.source_vertices.push_back(source.first_vertex + cut.vertices[meshlet.vertex_offset + v]);
+    for (uint32_t v = 0; v < run.vertex_count; ++v) {
+      out.source_vertices.push_back(source.first_vertex + cut.grown.vertices[run.first_vertex + v]);
     }
-    for (uint32_t t = 0; t < meshlet.triangle_count; ++t) {
-      const unsigned char* corner = &cut.triangles[meshlet.triangle_offset + size_t{3} * t];
+    for (uint32_t t = 0; t < run.triangle_count; ++t) {
+      const uint8_t* corner = &cut.grown.corners[size_t{3} * (run.first_triangle + t)];
       out.triangles.push_back(corner[0] | uint32_t{corner[1]} << 8 | uint32_t{corner[2]} << 16);
       for (int c = 0; c < 3; ++c) out.indices.push_back(cluster.first_vertex + corner[c]);
     }

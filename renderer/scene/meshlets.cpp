@@ -1,44 +1,102 @@
 #include "renderer/scene/meshlets.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace fire3dv::scene {
+namespace {
 
 // Favours clusters that face one way: whole ones are culled when they face away.
 constexpr float kConeWeight = 0.25f;
+// Of a cluster's triangles towards its axis: one that faces away by more is never culled, or hardly ever.
+constexpr double kLeastCosine = 0.1;
 
-void Meshlets::cut(std::span<const uint32_t> indices, const glm::vec3* positions, size_t vertex_count) {
-  count = 0;
-  if (indices.empty()) return;  // the library takes it for a mistake of ours
-  const size_t most = meshopt_buildMeshletsBound(indices.size(), kClusterVertices, kClusterTriangles);
-  meshlets.resize(most);
-  vertices.resize(most * kClusterVertices);
-  triangles.resize(most * kClusterTriangles * 3);
-  count = meshopt_buildMeshlets(meshlets.data(), vertices.data(), triangles.data(), indices.data(),
-                                indices.size(), &positions->x, vertex_count, sizeof(glm::vec3),
-                                kClusterVertices, kClusterTriangles, kConeWeight);
+// In doubles: squares of what a file may hold do not fit floats, nor do those of tiny areas.
+struct Sphere {
+  glm::dvec3 center{0};
+  double radius = 0;
+};
+
+// Around points, hardly larger than need be (Ritter 1990).
+Sphere sphere_around(std::span<const glm::dvec3> points) {
+  if (points.empty()) return {};
+  std::array<glm::dvec3, 3> low, high;
+  low.fill(points[0]);
+  high.fill(points[0]);
+  for (const glm::dvec3& point : points) {
+    for (int i = 0; i < 3; ++i) {
+      const auto axis = static_cast<size_t>(i);
+      if (point[i] < low[axis][i]) low[axis] = point;
+      if (point[i] > high[axis][i]) high[axis] = point;
+    }
+  }
+  size_t widest = 0;
+  for (size_t axis = 1; axis < 3; ++axis) {
+    if (glm::distance(low[axis], high[axis]) > glm::distance(low[widest], high[widest])) widest = axis;
+  }
+  Sphere sphere{0.5 * (low[widest] + high[widest]), 0.5 * glm::distance(low[widest], high[widest])};
+  for (const glm::dvec3& point : points) {
+    const double away = glm::distance(point, sphere.center);
+    if (!(away > sphere.radius)) continue;
+    const double grown = 0.5 * (sphere.radius + away);
+    sphere.center += (point - sphere.center) * ((away - grown) / away);
+    sphere.radius = grown;
+  }
+  return sphere;
 }
 
-Cluster Meshlets::bounded(size_t index, const glm::vec3* positions, size_t vertex_count) const {
-  const meshopt_Meshlet& meshlet = meshlets[index];
-  const meshopt_Bounds bounds =
-      meshopt_computeMeshletBounds(&vertices[meshlet.vertex_offset], &triangles[meshlet.triangle_offset],
-                                   meshlet.triangle_count, &positions->x, vertex_count, sizeof(glm::vec3));
+// Unit normals of those triangles that have one.
+std::vector<glm::dvec3> normals_of(std::span<const uint8_t> corners, std::span<const glm::dvec3> points) {
+  std::vector<glm::dvec3> normals;
+  normals.reserve(corners.size() / 3);
+  for (size_t c = 0; c < corners.size(); c += 3) {
+    const glm::dvec3& a = points[corners[c]];
+    const glm::dvec3 normal = glm::cross(points[corners[c + 1]] - a, points[corners[c + 2]] - a);
+    const double length = std::sqrt(glm::dot(normal, normal));
+    if (length > 0 && std::isfinite(length)) normals.push_back(normal / length);
+  }
+  return normals;
+}
+
+// Around all normals; a cutoff of 1 where they have no side in common.
+void find_cone(Cluster& cluster, std::span<const glm::dvec3> normals) {
+  cluster.cone_cutoff = 1;
+  const glm::dvec3 middle = sphere_around(normals).center;
+  const double length = std::sqrt(glm::dot(middle, middle));
+  if (!(length > 0)) return;
+  cluster.cone_axis = middle / length;
+  double least = 1;
+  for (const glm::dvec3& normal : normals)
+    least = std::min(least, glm::dot(normal, glm::dvec3(cluster.cone_axis)));
+  if (!(least > kLeastCosine)) return;
+  // A little beyond the bound, so that rounding never culls what would be drawn.
+  cluster.cone_cutoff = static_cast<float>(std::min(std::sqrt(1 - least * least) + 1e-3, 1.0));
+}
+
+}  // namespace
+
+Meshlets::Meshlets(std::span<const uint32_t> indices, std::span<const glm::vec3> positions)
+    : grown(grow_clusters(indices, positions, {kClusterVertices, kClusterTriangles, kConeWeight})) {}
+
+Cluster Meshlets::bounded(const GrownClusters::Run& run, std::span<const glm::vec3> positions) const {
+  std::vector<glm::dvec3> points;
+  points.reserve(run.vertex_count);
+  for (uint32_t v = 0; v < run.vertex_count; ++v)
+    points.emplace_back(positions[grown.vertices[run.first_vertex + v]]);
   Cluster cluster;
-  cluster.center = {bounds.center[0], bounds.center[1], bounds.center[2]};
-  // The library leaves out degenerate triangles; the sphere has to hold what is drawn, whatever it is.
-  float radius2 = 0;
-  for (uint32_t v = 0; v < meshlet.vertex_count; ++v) {
-    const glm::vec3 offset = positions[vertices[meshlet.vertex_offset + v]] - cluster.center;
+  cluster.center = sphere_around(points).center;
+  double radius2 = 0;
+  for (const glm::dvec3& point : points) {
+    const glm::dvec3 offset = point - glm::dvec3(cluster.center);
     radius2 = std::max(radius2, glm::dot(offset, offset));
   }
-  cluster.radius = std::sqrt(radius2) * 1.00001f;
-  cluster.cone_axis = {bounds.cone_axis[0], bounds.cone_axis[1], bounds.cone_axis[2]};
-  // A little beyond the library's own bound, so that rounding never culls what would be drawn.
-  cluster.cone_cutoff = std::min(bounds.cone_cutoff + 1e-3f, 1.0f);
-  cluster.vertex_count = meshlet.vertex_count;
-  cluster.triangle_count = meshlet.triangle_count;
+  cluster.radius = static_cast<float>(std::sqrt(radius2) * 1.00001);
+  const std::span<const uint8_t> corners(&grown.corners[size_t{3} * run.first_triangle],
+                                         size_t{3} * run.triangle_count);
+  find_cone(cluster, normals_of(corners, points));
+  cluster.vertex_count = run.vertex_count;
+  cluster.triangle_count = run.triangle_count;
   return cluster;
 }
 
