@@ -26,6 +26,11 @@ layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
 #endif
 
+// How shadows are found, where the pipeline is made for one way: without the others' registers more pixels are shaded at
+// once. Else as the globals say.
+layout(constant_id = 0) const uint kShadows = FIRE3DV_SHADOWS_ANY;
+uint shadows_of(GlobalsRef globals) { return kShadows == FIRE3DV_SHADOWS_ANY ? globals.value.shadows : kShadows; }
+
 // What is being shaded.
 uint shaded_pixel;
 uint shaded_samples;
@@ -38,7 +43,7 @@ uint wanted_rays;    // as in RayEntry
 
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
   GlobalsRef globals = GlobalsRef(push.globals);
-  if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
+  if (shadows_of(globals) == FIRE3DV_SHADOWS_OFF) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
 #ifdef FIRE3DV_FIND_SHADOWS
   if (shadow.rays == 0) return 1;
@@ -54,7 +59,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   }
   return 0;
 #else
-  if (globals.value.shadows == FIRE3DV_SHADOWS_MAP) {
+  if (shadows_of(globals) == FIRE3DV_SHADOWS_MAP) {
     const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
     return map_visibility(globals, shadow, lifted, point.plane_normal_world, light);
   }

@@ -70,14 +70,18 @@ std::string variant_for(const Device& device, std::string_view shader) {
 
 }  // namespace
 
-Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
-                                 Make make) {
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader, Make make,
+                                 std::optional<uint32_t> constant) {
   // On another thread: nothing of Device but its constant handles is touched, nor counted.
   auto making = std::make_shared<PipelineMaking>([device = device.handle(), cache = device.pipeline_cache(),
-                                                  layout, name = variant_for(device, shader)] {
+                                                  layout, constant, name = variant_for(device, shader)] {
     const VkShaderModule module = make_shader_module(device, name);
     VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
     info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
+    const VkSpecializationMapEntry entry{0, 0, sizeof(uint32_t)};
+    const uint32_t value = constant.value_or(0);
+    const VkSpecializationInfo constants{1, &entry, sizeof(value), &value};
+    if (constant) info.stage.pSpecializationInfo = &constants;
     info.layout = layout;
     VkPipeline pipeline = VK_NULL_HANDLE;
     const VkResult result = vkCreateComputePipelines(device, cache, 1, &info, nullptr, &pipeline);

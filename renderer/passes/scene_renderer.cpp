@@ -121,7 +121,8 @@ gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
 // What record() will most likely ask for, while the scene is copied.
 void SceneRenderer::expect_shading(const scene::Scene& scene) {
   if (path_ != RasterPath::visibility) return;
-  VisibilityPass::Shading shading{!any_extended(scene.materials), any_on_top(scene), false};
+  VisibilityPass::Shading shading{!any_extended(scene.materials), any_on_top(scene),
+                                  shadows_.number_of_way(shadow_way_.method == ShadowMethod::ray), false};
   if (shading.leaves_samples && !visibility_->can_leave_samples()) return;
   visibility_->expect(shading);
   if (!shadow_way_.hybrid || scene::lights_of(scene, nullptr).empty()) return;
@@ -306,13 +307,15 @@ void SceneRenderer::shade_from_visibility(gpu::Recorder& recorder, std::span<con
                                           const VkRect2D* left) {
   const PostSettings& post = settings_.post;
   if (!masked) {
-    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, {0, views, globals}, post, left);
+    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_,
+                       {0, views, globals, number_of_shadows(masked)}, post, left);
     return;
   }
   // One after the other, since there is one list of rays and one mask.
   for (uint32_t view = 0; view < views.size(); ++view) {
     if (view > 0) shadows_.empty_lists(recorder);
-    const VisibilityPass::Shaded shaded{view, views.subspan(view, 1), globals.subspan(view, 1)};
+    const VisibilityPass::Shaded shaded{view, views.subspan(view, 1), globals.subspan(view, 1),
+                                        number_of_shadows(masked)};
     if (shadows_.found_while_shading()) {
       visibility_->shade_and_trace(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, left);
       continue;
@@ -321,6 +324,10 @@ void SceneRenderer::shade_from_visibility(gpu::Recorder& recorder, std::span<con
                     globals[view]);
     visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, shaded, post, left);
   }
+}
+
+uint32_t SceneRenderer::number_of_shadows(bool masked) const {
+  return shadows_on_ ? shadows_.number_of_way(masked) : FIRE3DV_SHADOWS_OFF;
 }
 
 bool SceneRenderer::shows_levels() const {
@@ -401,8 +408,8 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.world_from_ndc_origin = view.world_from_ndc_origin;
   globals.half_pixel_depth = half_pixel_depth(view, targets_->extent.height);
   globals.part_count = scene.part_count;
-  shadows_.describe_to(globals, masked);
-  if (!shadows_on_) globals.shadows = FIRE3DV_SHADOWS_OFF;
+  shadows_.describe_to(globals);
+  globals.shadows = number_of_shadows(masked);
   globals.visibility_generation = targets_->visibility.generation();
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;

@@ -169,6 +169,7 @@ class SceneRenderer {
              std::span<const View> views, std::span<const VkDeviceAddress> globals, const Shading& how);
   void shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
                              std::span<const VkDeviceAddress> globals, bool masked, const VkRect2D* left);
+  uint32_t number_of_shadows(bool masked) const;  // FIRE3DV_SHADOWS_*
   Inspection possible_of(Inspection wanted, const ImageOutputs& outputs) const;
   void inspect(gpu::Recorder& recorder, gpu::UploadBelt& belt, const View& view, VkDeviceAddress globals,
                const Inspection& inspection);

@@ -199,7 +199,7 @@ void ShadowPass::make_room_for_mask() {
   targets_->shadow_mask = std::move(mask);
 }
 
-void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
+void ShadowPass::describe_to(gpu_types::Globals& globals) const {
   globals.light_shadows = light_shadows_.address;
   globals.light_views = views_.address;
   globals.shadow_maps = maps_.buffer.address;
@@ -209,10 +209,17 @@ void ShadowPass::describe_to(gpu_types::Globals& globals, bool masked) const {
   globals.far_sides = views_.address + far_sides_offset_;
   globals.sheet_count = sheet_count_;
   globals.mask_words = plan_.mask_words;
-  globals.shadows = way_.method == ShadowMethod::off   ? FIRE3DV_SHADOWS_OFF
-                    : way_.method == ShadowMethod::map ? FIRE3DV_SHADOWS_MAP
-                    : masked                           ? FIRE3DV_SHADOWS_MASK
-                                                       : FIRE3DV_SHADOWS_INLINE;
+}
+
+uint32_t ShadowPass::number_of_way(bool masked) const {
+  switch (way_.method) {
+    case ShadowMethod::off:
+      return FIRE3DV_SHADOWS_OFF;
+    case ShadowMethod::map:
+      return FIRE3DV_SHADOWS_MAP;
+    default:
+      return masked ? FIRE3DV_SHADOWS_MASK : FIRE3DV_SHADOWS_INLINE;
+  }
 }
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals,

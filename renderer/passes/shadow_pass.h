@@ -60,8 +60,9 @@ class ShadowPass {
   // Borrowed: what is drawn into from now on.
   void set_targets(Targets& targets);
   void forget_targets() { targets_ = nullptr; }
-  // masked: shading reads the mask; else it traces where it shades, or reads maps.
-  void describe_to(gpu_types::Globals& globals, bool masked) const;
+  void describe_to(gpu_types::Globals& globals) const;
+  // FIRE3DV_SHADOWS_*. masked: shading reads the mask; else it traces where it shades, or reads maps.
+  uint32_t number_of_way(bool masked) const;
 
   bool needs_maps() const { return needs_maps_; }
   // Before what describes this frame's maps.

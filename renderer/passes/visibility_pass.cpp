@@ -145,14 +145,19 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
 }
 
 gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
-  gpu::Pipeline& pipeline = shade_[(shading.finds_shadows ? 4 : 0) + (shading.core_materials ? 2 : 0) +
-                                   (shading.leaves_samples ? 1 : 0)];
+  // A CPU takes long to make one, and gains nothing by one for each way.
+  const bool any = gpu::takes_cpu_variants(device_);
+  const uint32_t way = shading.finds_shadows ? 3 : any ? 0 : shading.shadows;
+  static_assert(FIRE3DV_SHADOWS_OFF == 0 && FIRE3DV_SHADOWS_MASK == 1 && FIRE3DV_SHADOWS_MAP == 2);
+  gpu::Pipeline& pipeline =
+      shade_.at(4 * way + (shading.core_materials ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
   if (!pipeline) {
     const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
                                (shading.finds_shadows ? "_find" : "") +
                                (shading.leaves_samples ? "_unresolved" : "") +
                                (samples_ == 4 ? "_4.comp" : "_1.comp");
-    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next);
+    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next,
+                                            any ? FIRE3DV_SHADOWS_ANY : shading.shadows);
   }
   return pipeline;
 }
@@ -169,12 +174,12 @@ gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t ind
   return push;
 }
 
-void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
-                                  ShadowPass& shadows, Targets& targets,
+void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what, uint32_t shadow_way,
+                                  GpuScene& scene, ShadowPass& shadows, Targets& targets,
                                   std::span<const gpu_types::ShadePush> views, const VkRect2D* left) {
   const bool leave_samples = left != nullptr;
   const VkPipeline pipeline =
-      shade_pipeline({!scene.has_extensions, leave_samples, what == Shades::all_and_lists}).get();
+      shade_pipeline({!scene.has_extensions, leave_samples, shadow_way, what == Shades::all_and_lists}).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
                         Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
@@ -224,7 +229,7 @@ void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass&
                            const Shaded& shaded, const PostSettings& settings, const VkRect2D* left) {
   std::vector<gpu_types::ShadePush> views;
   for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
-  record_shade(recorder, "shade", Shades::all, scene, shadows, targets, views, left);
+  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, left);
 }
 
 void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
@@ -238,9 +243,9 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   push.found = shadows.found().address;
   push.found_room = shadows.found_room();
   const std::span<const gpu_types::ShadePush> view(&push, 1);
-  record_shade(recorder, "shade", Shades::all_and_lists, scene, shadows, targets, view, left);
+  record_shade(recorder, "shade", Shades::all_and_lists, shaded.shadows, scene, shadows, targets, view, left);
   shadows.trace_found(recorder, scene, {targets_->visibility.buffer, address_of(shaded.first_view)}, globals);
-  record_shade(recorder, "shade again", Shades::listed, scene, shadows, targets, view, left);
+  record_shade(recorder, "shade again", Shades::listed, shaded.shadows, scene, shadows, targets, view, left);
 }
 
 }  // namespace fire3dv::passes

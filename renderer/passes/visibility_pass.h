@@ -25,6 +25,8 @@ class VisibilityPass {
   struct Shading {
     bool core_materials = true;  // none with more than glTF's core
     bool leaves_samples = false;
+    // How shadows are found: FIRE3DV_SHADOWS_OFF, _MASK or _MAP; or by shading itself, which lists rays.
+    uint32_t shadows = FIRE3DV_SHADOWS_OFF;
     bool finds_shadows = false;
   };
   void expect(const Shading& shading) { shade_pipeline(shading); }
@@ -48,6 +50,7 @@ class VisibilityPass {
     uint32_t first_view = 0;
     std::span<const View> views;
     std::span<const VkDeviceAddress> globals;
+    uint32_t shadows = FIRE3DV_SHADOWS_OFF;  // how they are found, as the globals say it
   };
   // Tone-mapped, resolved colour into targets.display; or, where something goes on top, linear samples into
   // targets.hdr, which needs can_leave_samples(). left: where that can be; null: nowhere.
@@ -74,9 +77,9 @@ class VisibilityPass {
   void bind(Targets& targets) const;
   gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index, const PostSettings& settings) const;
   gpu::Pipeline& shade_pipeline(const Shading& shading);
-  void record_shade(gpu::Recorder& recorder, const char* name, Shades what, GpuScene& scene,
-                    ShadowPass& shadows, Targets& targets, std::span<const gpu_types::ShadePush> views,
-                    const VkRect2D* left);
+  void record_shade(gpu::Recorder& recorder, const char* name, Shades what, uint32_t shadow_way,
+                    GpuScene& scene, ShadowPass& shadows, Targets& targets,
+                    std::span<const gpu_types::ShadePush> views, const VkRect2D* left);
 
   gpu::Device& device_;
   uint32_t samples_;
@@ -85,8 +88,8 @@ class VisibilityPass {
   gpu::Pipeline surfaces_;  // of 4 samples
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  std::array<gpu::Pipeline, 8> shade_;  // made when they are expected or first used
-  Targets* targets_ = nullptr;          // null: none that are whole
+  std::array<gpu::Pipeline, 16> shade_;  // made when they are expected or first used
+  Targets* targets_ = nullptr;           // null: none that are whole
   VkExtent2D extent_{};
   VkDeviceSize view_bytes_ = 0;
 };

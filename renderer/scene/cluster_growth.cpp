@@ -180,10 +180,11 @@ class Growth {
     return count;
   }
   bool fits(uint32_t triangle) const {
-    return triangle_count_ < limits_.triangles &&
+    return triangle_count() < limits_.triangles &&
            open_vertices_.size() + new_vertices(triangle) <= limits_.vertices;
   }
-  glm::vec3 middle() const { return middles_ / static_cast<float>(std::max(triangle_count_, 1u)); }
+  uint32_t triangle_count() const { return static_cast<uint32_t>(open_triangles_.size()); }
+  glm::vec3 middle() const { return middles_ / static_cast<float>(std::max(triangle_count(), 1u)); }
 
   void take_next() {
     const float turning = std::sqrt(glm::dot(normals_, normals_));
@@ -219,13 +220,12 @@ class Growth {
     for (const uint32_t vertex : corners(triangle)) neighbours_.take_one(vertex);
     for (const uint32_t vertex : corners(triangle)) {
       if (slot_[vertex] == kNoSlot) open_up(vertex);
-      out_.corners.push_back(slot_[vertex]);
       if (neighbours_.left(vertex) != 1) continue;
       neighbours_.each_left(vertex, taken_, [&](uint32_t other) { candidates_.would_be_alone(other); });
     }
     middles_ += middle_of(triangle);
     normals_ += normal_of(triangle);
-    ++triangle_count_;
+    open_triangles_.push_back(triangle);
   }
 
   // A vertex that the cluster has now.
@@ -242,15 +242,21 @@ class Growth {
   }
 
   void close() {
-    if (triangle_count_ == 0) return;
+    if (open_triangles_.empty()) return;
+    // What is blended over itself looks as the file has it.
+    std::sort(open_triangles_.begin(), open_triangles_.end());
+    const auto first_triangle = static_cast<uint32_t>(out_.corners.size() / 3);
+    for (const uint32_t triangle : open_triangles_) {
+      for (const uint32_t vertex : corners(triangle)) out_.corners.push_back(slot_[vertex]);
+    }
     const auto vertex_count = static_cast<uint32_t>(open_vertices_.size());
-    out_.runs.push_back({static_cast<uint32_t>(out_.vertices.size()), vertex_count,
-                         static_cast<uint32_t>(out_.corners.size() / 3) - triangle_count_, triangle_count_});
+    out_.runs.push_back(
+        {static_cast<uint32_t>(out_.vertices.size()), vertex_count, first_triangle, triangle_count()});
     out_.vertices.insert(out_.vertices.end(), open_vertices_.begin(), open_vertices_.end());
     for (const uint32_t vertex : open_vertices_) slot_[vertex] = kNoSlot;
     open_vertices_.clear();
     candidates_.clear();
-    triangle_count_ = 0;
+    open_triangles_.clear();
     middles_ = normals_ = glm::vec3(0);
   }
 
@@ -262,10 +268,10 @@ class Growth {
     return next_on_curve_ < curve_.size() ? curve_[next_on_curve_] : kNowhere;
   }
   bool takes_part(uint32_t triangle) const {
-    if (triangle_count_ == 0) return true;
+    if (open_triangles_.empty()) return true;
     if (!fits(triangle)) return false;
     const glm::vec3 away = middle_of(triangle) - middle();
-    return triangle_count_ < kFewTriangles || glm::dot(away, away) <= kMostRadii * kMostRadii * reach2_;
+    return triangle_count() < kFewTriangles || glm::dot(away, away) <= kMostRadii * kMostRadii * reach2_;
   }
 
   void find_curve() {
@@ -306,8 +312,7 @@ class Growth {
   std::vector<uint8_t> slot_;  // of each vertex, in the open cluster
   float reach2_ = 1;           // of a cluster's radius, as it would be if all were of one size and flat
   // The open cluster.
-  std::vector<uint32_t> open_vertices_;
-  uint32_t triangle_count_ = 0;
+  std::vector<uint32_t> open_vertices_, open_triangles_;
   glm::vec3 middles_{0}, normals_{0};  // sums
   std::vector<uint32_t> curve_;
   size_t next_on_curve_ = 0;

@@ -18,7 +18,7 @@ struct GrownClusters {
   };
   std::vector<Run> runs;
   std::vector<uint32_t> vertices;  // of the list
-  std::vector<uint8_t> corners;    // in the cluster's own vertices
+  std::vector<uint8_t> corners;    // in the cluster's own vertices; triangles in the list's order
 };
 
 struct GrowthLimits {

@@ -1,7 +1,6 @@
 #include "renderer/scene/tangent_groups.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include "renderer/scene/scene.h"
 
@@ -23,17 +22,29 @@ std::vector<uint32_t> opposite_edges(std::span<const uint32_t> vertex_of_corner,
   struct Edge {
     uint32_t low, high, corner;
     bool operator<(const Edge& other) const {
-      return std::tie(low, high, corner) < std::tie(other.low, other.high, other.corner);
+      return high != other.high ? high < other.high : corner < other.corner;
     }
   };
-  std::vector<Edge> edges;
-  edges.reserve(vertex_of_corner.size());
+  // By their lower vertex, and then those few of each.
+  const uint32_t vertex_count =
+      vertex_of_corner.empty() ? 0 : *std::max_element(vertex_of_corner.begin(), vertex_of_corner.end()) + 1;
+  const auto ends = [&](uint32_t corner) {
+    return std::minmax(vertex_of_corner[corner], vertex_of_corner[next_corner(corner)]);
+  };
+  std::vector<uint32_t> first_of_vertex(size_t{vertex_count} + 1, 0);
+  for (uint32_t corner = 0; corner < vertex_of_corner.size(); ++corner) {
+    if (!frames[corner / 3].collapsed) ++first_of_vertex[ends(corner).first + 1];
+  }
+  for (size_t v = 0; v < vertex_count; ++v) first_of_vertex[v + 1] += first_of_vertex[v];
+  std::vector<Edge> edges(first_of_vertex.back());
+  std::vector<uint32_t> next(first_of_vertex.begin(), first_of_vertex.end() - 1);
   for (uint32_t corner = 0; corner < vertex_of_corner.size(); ++corner) {
     if (frames[corner / 3].collapsed) continue;
-    const auto [low, high] = std::minmax(vertex_of_corner[corner], vertex_of_corner[next_corner(corner)]);
-    edges.push_back({low, high, corner});
+    const auto [low, high] = ends(corner);
+    edges[next[low]++] = {low, high, corner};
   }
-  std::sort(edges.begin(), edges.end());
+  for (size_t v = 0; v < vertex_count; ++v)
+    std::sort(edges.begin() + first_of_vertex[v], edges.begin() + first_of_vertex[v + 1]);
 
   std::vector<uint32_t> opposite(vertex_of_corner.size(), kNone);
   const auto rises = [&](const Edge& edge) { return vertex_of_corner[edge.corner] == edge.low; };

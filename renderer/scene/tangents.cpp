@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -56,21 +57,48 @@ class TangentFrames {
     return uv_set_ == 0 ? attributes.uv0 : attributes.uv1;
   }
 
-  // For each vertex the first that equals it in all that frames depend on. Sorted, not hashed: a file cannot
-  // make it slow.
+  using Key = std::array<float, 8>;
+  Key key_of(uint32_t v) const {
+    const glm::vec3 &p = vertices_.positions[v], &n = vertices_.attributes[v].normal;
+    const glm::vec2& t = uv(v);
+    return {p.x, p.y, p.z, n.x, n.y, n.z, t.x, t.y};
+  }
+  // Equal keys have equal ones.
+  static uint64_t mixed(const Key& key) {
+    uint64_t mix = 0;
+    for (const float value : key)
+      mix = (mix ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0x9e3779b97f4a7c15u;  // -0 is 0
+    return mix ^ mix >> 32;
+  }
+
+  // For each vertex the first that equals it in all that frames depend on. Sorted by a number made of that,
+  // and by all of it where numbers are the same by chance or on purpose: a file cannot make it slow.
   std::vector<uint32_t> weld() const {
-    const auto key = [&](uint32_t v) {
-      const glm::vec3 &p = vertices_.positions[v], &n = vertices_.attributes[v].normal;
-      const glm::vec2& t = uv(v);
-      return std::array<float, 8>{p.x, p.y, p.z, n.x, n.y, n.z, t.x, t.y};
+    struct Mixed {
+      uint64_t mix;
+      uint32_t vertex;
+      bool operator<(const Mixed& other) const {
+        return mix != other.mix ? mix < other.mix : vertex < other.vertex;
+      }
     };
-    std::vector<uint32_t> order(vertices_.positions.size()), welded(order.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(),
-              [&](uint32_t a, uint32_t b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });
-    for (size_t i = 0; i < order.size(); ++i) {
-      const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
-      welded[order[i]] = same ? welded[order[i - 1]] : order[i];
+    std::vector<Mixed> order;
+    order.reserve(vertices_.positions.size());
+    for (uint32_t v = 0; v < vertices_.positions.size(); ++v) order.push_back({mixed(key_of(v)), v});
+    std::sort(order.begin(), order.end());
+    std::vector<uint32_t> welded(order.size());
+    for (auto first = order.begin(); first != order.end();) {
+      const auto end = std::find_if(first, order.end(), [&](const Mixed& m) { return m.mix != first->mix; });
+      const Key key = key_of(first->vertex);
+      if (!std::all_of(first, end, [&](const Mixed& m) { return key_of(m.vertex) == key; })) {
+        std::sort(first, end, [&](const Mixed& a, const Mixed& b) {
+          return std::tuple(key_of(a.vertex), a.vertex) < std::tuple(key_of(b.vertex), b.vertex);
+        });
+      }
+      for (auto m = first; m != end; ++m) {
+        const bool same = m != first && key_of(m->vertex) == key_of((m - 1)->vertex);
+        welded[m->vertex] = same ? welded[(m - 1)->vertex] : m->vertex;
+      }
+      first = end;
     }
     return welded;
   }

@@ -7,7 +7,7 @@
 #include "common/camera_raster.glsl"
 #endif
 
-const int kTileThreads = 512;  // that draw a tile
+const int kTileThreads = 256;  // that draw a tile
 
 struct TileTriangle {
   Corner a, b, c;

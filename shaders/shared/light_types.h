@@ -65,6 +65,7 @@ struct SheetPlace {
 #define FIRE3DV_SHADOWS_MASK 1u  // found by rays before shading
 #define FIRE3DV_SHADOWS_MAP 2u
 #define FIRE3DV_SHADOWS_INLINE 3u  // rays traced where the surface is shaded
+#define FIRE3DV_SHADOWS_ANY 4u     // of a pipeline: as the globals say
 
 // A pixel's rays that are to be traced, of one word of its mask.
 struct RayEntry {
