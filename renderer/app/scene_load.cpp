@@ -72,7 +72,7 @@ Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
     // A run that wanted no levels of detail may have kept it.
     was_kept_ = kept && (kept->derived.has_levels || !scene::gets_levels(kept->scene, levels_));
     if (was_kept_) return std::move(*kept);
-    Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_);
+    Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_, cache_.known());
     if (!scene) return scene.error();
     scene::Derived derived = scene::derive(*scene, levels_, progress);
     return scene::LoadedScene{std::move(*scene), std::move(derived)};

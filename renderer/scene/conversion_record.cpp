@@ -1,7 +1,5 @@
 #include "renderer/scene/conversion_record.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <sstream>
 
@@ -12,12 +10,6 @@ namespace {
 
 constexpr std::string_view kFirstLine = "fire3dv conversion 1";
 constexpr uint64_t kMostBytes = uint64_t{256} << 20;
-// File systems stamp with a clock that ticks, and so may be as late as this.
-constexpr int64_t kTick_ns = 20'000'000;
-
-int64_t nanoseconds(const timespec& time) {
-  return int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
 
 std::string escaped(const std::string& text) {
   std::string result;
@@ -61,20 +53,12 @@ bool same_result(FileStamp a, FileStamp b) {
 
 }  // namespace
 
-FileStamp stamp_of(const std::filesystem::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return {};
-  return {true, static_cast<uint64_t>(status.st_size), status.st_ino, nanoseconds(status.st_mtim),
-          nanoseconds(status.st_ctim)};
-}
-
 ConversionRecord record_of(const std::filesystem::path& result,
                            const std::vector<ConversionRecord::Source>& sources, int64_t begun_ns) {
   ConversionRecord record;
   record.result = stamp_of(result);
   for (ConversionRecord::Source source : sources) {
-    if (std::max(source.stamp.modified_ns, source.stamp.changed_ns) + kTick_ns >= begun_ns)
-      source.stamp.inode = 0;  // no file has it
+    if (!source.stamp.is_settled_at(begun_ns)) source.stamp.inode = 0;  // no file has it
     source.file = std::filesystem::absolute(source.file);
     record.sources.push_back(std::move(source));
   }

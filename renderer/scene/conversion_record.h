@@ -8,18 +8,9 @@
 #include <vector>
 
 #include "protocol/error.h"
+#include "renderer/scene/file_stamp.h"
 
 namespace fire3dv::scene {
-
-// Which file it is and when it was written last: cheaper to ask for than what it holds.
-struct FileStamp {
-  bool exists = false;
-  uint64_t size = 0, inode = 0;
-  int64_t modified_ns = 0, changed_ns = 0;  // as the file system's clock had it
-  bool operator==(const FileStamp&) const = default;
-};
-
-FileStamp stamp_of(const std::filesystem::path& file);
 
 struct ConversionRecord {
   FileStamp result;

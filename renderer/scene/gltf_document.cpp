@@ -130,10 +130,11 @@ Result<GltfDocument> document_of(Bytes file, AssetFolder folder, const LoadLimit
 }  // namespace
 
 Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
-                               std::vector<SourceFile>* sources) {
+                               std::vector<SourceFile>* sources, const StampedDigest* known) {
   auto file = read_file(path, limits.max_file_bytes);
   if (!file) return file.error();
-  if (sources) sources->push_back({"", digest_of(file->view())});
+  if (sources)
+    sources->push_back({"", known && known->holds(path) ? known->digest : digest_of(file->view())});
   return document_of(std::move(*file), AssetFolder(path, sources), limits);
 }
 

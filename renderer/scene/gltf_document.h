@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "protocol/error.h"
+#include "renderer/scene/file_stamp.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf_motion.h"
 #include "renderer/scene/load_gltf.h"
@@ -37,7 +38,7 @@ struct GltfDocument {
 };
 
 Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
-                               std::vector<SourceFile>* sources);
+                               std::vector<SourceFile>* sources, const StampedDigest* known = nullptr);
 
 // A .glb in memory, which names no other files.
 Result<GltfDocument> read_glb(std::span<const std::byte> bytes, const LoadLimits& limits);

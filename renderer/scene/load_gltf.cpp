@@ -86,9 +86,10 @@ Result<Scene> load_glb(std::span<const std::byte> file, const std::string& name,
 }
 
 Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits,
-                        const LoadProgress& progress, std::vector<SourceFile>* sources) {
+                        const LoadProgress& progress, std::vector<SourceFile>* sources,
+                        const StampedDigest* known) {
   return guarded(path.string(),
-                 [&] { return load(open_gltf(path, limits, sources), path, limits, progress); });
+                 [&] { return load(open_gltf(path, limits, sources, known), path, limits, progress); });
 }
 
 }  // namespace fire3dv::scene

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "protocol/error.h"
+#include "renderer/scene/file_stamp.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/scene.h"
 
@@ -25,8 +26,10 @@ using LoadProgress = std::function<void(const char* stage, size_t done, size_t t
 
 // The error names the file, the glTF object and what is wrong with it. External files are read only from the
 // asset's folder or below. sources: gets the files that the asset consists of.
+// known: what its own file held shortly before, if that is known.
 Result<Scene> load_gltf(const std::filesystem::path& path, const LoadLimits& limits = {},
-                        const LoadProgress& progress = {}, std::vector<SourceFile>* sources = nullptr);
+                        const LoadProgress& progress = {}, std::vector<SourceFile>* sources = nullptr,
+                        const StampedDigest* known = nullptr);
 
 // The same for a whole .glb in memory, which names no other files. `name` stands for it in errors.
 Result<Scene> load_glb(std::span<const std::byte> file, const std::string& name,

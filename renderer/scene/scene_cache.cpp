@@ -39,9 +39,11 @@ std::filesystem::path SceneCache::place_of(const std::filesystem::path& asset, c
 
 std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, uint64_t max_file_bytes) {
   if (settings_.place == Place::nowhere) return std::nullopt;
-  const auto own = digest_of_file(asset, max_file_bytes);
-  if (!own) return std::nullopt;  // whoever loads it will say why
-  const std::filesystem::path path = place_of(asset, *own);
+  const auto stamped = stamped_digest_of(asset, max_file_bytes);
+  if (!stamped) return std::nullopt;  // whoever loads it will say why
+  known_ = *stamped;
+  const Digest& own = known_->digest;
+  const std::filesystem::path path = place_of(asset, own);
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return std::nullopt;
   const auto unusable = [&](const std::string& why) {
@@ -51,7 +53,7 @@ std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, 
   const auto sources = read_scene_sources(path);
   if (!sources) return unusable(sources.error().message);
   const bool own_is_the_same =
-      !sources->empty() && sources->front().uri.empty() && sources->front().digest == *own;
+      !sources->empty() && sources->front().uri.empty() && sources->front().digest == own;
   if (!own_is_the_same || !others_are_the_same(asset, *sources, max_file_bytes))
     return unusable("files of the scene have changed");
   auto kept = read_scene_file(path);

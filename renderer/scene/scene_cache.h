@@ -30,6 +30,9 @@ class SceneCache {
   Result<void> keep(const std::filesystem::path& asset, const LoadedScene& loaded,
                     const std::vector<SourceFile>& sources) const;
 
+  // Of the asset that was looked for last, where that was found out.
+  const StampedDigest* known() const { return known_ ? &*known_ : nullptr; }
+
   std::vector<std::string> take_notes() { return std::move(notes_); }
 
  private:
@@ -37,6 +40,7 @@ class SceneCache {
 
   SceneCacheSettings settings_;
   std::vector<std::string> notes_;
+  std::optional<StampedDigest> known_;
 };
 
 }  // namespace fire3dv::scene

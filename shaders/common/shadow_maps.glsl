@@ -119,9 +119,10 @@ float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3
   const ivec2 first = clamp(ivec2(floor(place.texel - 0.5)), ivec2(0), ivec2(view.width - 2));
   const vec2 weight = clamp(place.texel - 0.5 - vec2(first), 0, 1);
   const uint64_t row = globals.value.shadow_maps + uint64_t(4 * (view.first_texel + uint(first.y) * view.width + first.x));
-  const vec4 depths = depth_kept(uvec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at), globals.value.map_generation);
-  // Where there is nothing the depth is 0, and the point may lie beyond what the map reaches.
-  const vec4 lit = vec4(lessThan(depths, vec4(max(depth_nearer_by(place, bias_m), 1e-30))));
+  const uvec4 texels = uvec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at);
+  // Compared as they are kept. Where there is nothing the depth is 0, and the point may lie beyond what the map reaches.
+  const float clear = clamp(depth_nearer_by(place, bias_m), 1e-30, kMostKept);
+  const vec4 lit = vec4(lessThan(texels, uvec4(kept_depth(clear, globals.value.map_generation))));
   const vec2 along_x = mix(lit.xz, lit.yw, weight.x);
   return mix(along_x.x, along_x.y, weight.y);
 }

@@ -9,6 +9,7 @@
 
 #include "renderer/scene/atomic_file.h"
 #include "renderer/scene/check_scene.h"
+#include "renderer/scene/file_stamp.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/scene_fields.h"
 #include "tests/support/gltf_builder.h"
@@ -85,6 +86,31 @@ size_t files_in(const fs::path& folder) {
 std::string written(const ScratchFolder& folder, const LoadedScene& scene) {
   EXPECT_TRUE(write_scene_file(folder.path() / "again", scene, {}).ok());
   return bytes_of(folder.path() / "again");
+}
+
+// A digest that is known is taken for the file's, until that is written again.
+TEST(SceneCache, AKnownDigestHoldsUntilTheFileIsWrittenAgain) {
+  const ScratchFolder folder;
+  const fs::path path = folder.write("rich.glb", rich_file().glb());
+  auto known = stamped_digest_of(path, 1 << 30);
+  ASSERT_TRUE(known.ok());
+  EXPECT_EQ(known->digest, load(path).sources.at(0).digest);
+  EXPECT_FALSE(known->holds(path))
+      << "it has just been written: that could happen again within a tick of its clock";
+  known->taken_ns += 1'000'000'000;
+  EXPECT_TRUE(known->holds(path));
+  const Digest other = known->digest;
+  known->digest[0] ^= 1;  // so that its use is seen
+  std::vector<SourceFile> sources;
+  ASSERT_TRUE(load_gltf(path, {}, {}, &sources, &*known).ok());
+  EXPECT_EQ(sources.at(0).digest, known->digest);
+  fs::last_write_time(path, fs::last_write_time(path) + std::chrono::seconds(1));
+  EXPECT_FALSE(known->holds(path));
+  sources.clear();
+  ASSERT_TRUE(load_gltf(path, {}, {}, &sources, &*known).ok());
+  EXPECT_EQ(sources.at(0).digest, other);
+  fs::remove(path);
+  EXPECT_FALSE(known->holds(path));
 }
 
 TEST(SceneCache, WhatComesBackIsWhatWasKept) {
