@@ -9,7 +9,7 @@
 #include "common/large_triangles.glsl"
 #include "common/tile_raster.glsl"
 
-const int kThreads = 512;  // a ground lies in as many tiles as the image
+const int kThreads = 256;  // a ground lies in as many tiles as the image
 layout(local_size_x = kThreads) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 

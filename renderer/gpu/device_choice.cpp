@@ -12,7 +12,7 @@
 namespace fire3dv::gpu {
 namespace {
 
-constexpr uint32_t kMostThreads = 512;  // of a workgroup, in the shaders
+constexpr uint32_t kMostThreads = 256;  // of a workgroup, in the shaders
 
 DeviceType device_type(const VkPhysicalDeviceProperties& properties) {
   switch (properties.deviceType) {

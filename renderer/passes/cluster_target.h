@@ -11,7 +11,7 @@ namespace fire3dv::passes {
 struct ClusterTarget {
   gpu::Buffer buffer;
 
-  // Before so many bytes of it, from its start, are drawn into.
+  // Before so many bytes of it, from its start, are drawn into, by commands that are submitted.
   void begin(VkDeviceSize bytes) {
     const bool start_over = bytes > clean_bytes_ || generation_ == FIRE3DV_LAST_GENERATION;
     generation_ = start_over ? 0 : generation_ + FIRE3DV_GENERATION;
@@ -22,12 +22,15 @@ struct ClusterTarget {
     generation_ = 0;
     clean_bytes_ = bytes;
   }
+  // Whatever it holds, the next drawing finds it empty.
+  void forget() { clean_bytes_ = 0; }
   bool must_be_emptied() const { return generation_ == 0; }  // before it is drawn into, as many bytes
   uint32_t generation() const { return generation_; }        // as in the upper bits of its depths
 
  private:
   uint32_t generation_ = FIRE3DV_LAST_GENERATION;
-  VkDeviceSize clean_bytes_ = 0;  // that have nothing but generations since the last emptying
+  VkDeviceSize clean_bytes_ =
+      0;  // as many as were emptied last: they hold nothing of later generations than this
 };
 
 }  // namespace fire3dv::passes

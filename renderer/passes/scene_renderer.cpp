@@ -103,6 +103,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   deform_.forget();
   forward_.forget();
   if (outputs_) outputs_->set_scene();
+  for (const std::unique_ptr<Targets>& targets : kept_targets_) targets->visibility.forget();  // other ids
   expect_shading(scene);
   gpu_scene_ =
       std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(), environment_.textures(),
@@ -121,9 +122,12 @@ gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
 // What record() will most likely ask for, while the scene is copied.
 void SceneRenderer::expect_shading(const scene::Scene& scene) {
   if (path_ != RasterPath::visibility) return;
-  VisibilityPass::Shading shading{!any_extended(scene.materials), any_on_top(scene),
-                                  shadows_.number_of_way(shadow_way_.method == ShadowMethod::ray), false};
+  VisibilityPass::Shading shading{!any_extended(scene.materials), any_on_top(scene), FIRE3DV_SHADOWS_OFF,
+                                  false};
   if (shading.leaves_samples && !visibility_->can_leave_samples()) return;
+  // The last one is made first. Shadows may be switched off at any time.
+  visibility_->expect(shading);
+  shading.shadows = shadows_.number_of_way(shadow_way_.method == ShadowMethod::ray);
   visibility_->expect(shading);
   if (!shadow_way_.hybrid || scene::lights_of(scene, nullptr).empty()) return;
   shading.finds_shadows = true;

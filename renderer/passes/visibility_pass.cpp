@@ -147,8 +147,10 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
 gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
   // A CPU takes long to make one, and gains nothing by one for each way.
   const bool any = gpu::takes_cpu_variants(device_);
-  const uint32_t way = shading.finds_shadows ? 3 : any ? 0 : shading.shadows;
-  static_assert(FIRE3DV_SHADOWS_OFF == 0 && FIRE3DV_SHADOWS_MASK == 1 && FIRE3DV_SHADOWS_MAP == 2);
+  constexpr uint32_t kWays = 3;  // behind which those lie that find shadows themselves
+  static_assert(FIRE3DV_SHADOWS_OFF < kWays && FIRE3DV_SHADOWS_MASK < kWays && FIRE3DV_SHADOWS_MAP < kWays);
+  FIRE3DV_ASSERT(shading.shadows < kWays);
+  const uint32_t way = shading.finds_shadows ? kWays : any ? 0 : shading.shadows;
   gpu::Pipeline& pipeline =
       shade_.at(4 * way + (shading.core_materials ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
   if (!pipeline) {

@@ -54,8 +54,9 @@ class Neighbours {
 
  private:
   std::vector<uint32_t> first_, triangles_;
-  std::vector<uint32_t> left_,
-      listed_;  // of each vertex: how many are, and how many of its list are looked at
+  // Of each vertex how many are left, and how many its list still has: taken ones are dropped when it is
+  // walked.
+  std::vector<uint32_t> left_, listed_;
 };
 
 // Triangles beside the open cluster.
@@ -137,7 +138,7 @@ class Growth {
         taken_(indices.size() / 3, 0),
         slot_(positions.size(), kNoSlot) {
     double area = 0;
-    for (uint32_t t = 0; t < taken_.size(); ++t) area += 0.5 * glm::length(double_area_normal(t));
+    for (uint32_t t = 0; t < taken_.size(); ++t) area += area_of(t);
     const double of_cluster =
         area / std::max<double>(1, static_cast<double>(taken_.size())) * limits.triangles;
     const auto reach2 = static_cast<float>(0.25 * of_cluster);
@@ -168,6 +169,11 @@ class Growth {
   glm::vec3 double_area_normal(uint32_t triangle) const {
     const Corners c = corners(triangle);
     return glm::cross(positions_[c[1]] - positions_[c[0]], positions_[c[2]] - positions_[c[0]]);
+  }
+  double area_of(uint32_t triangle) const {  // squares of what a file may hold do not fit floats
+    const Corners c = corners(triangle);
+    const glm::dvec3 a(positions_[c[0]]), b(positions_[c[1]]), d(positions_[c[2]]);
+    return 0.5 * glm::length(glm::cross(b - a, d - a));
   }
   glm::vec3 normal_of(uint32_t triangle) const {
     const glm::vec3 normal = double_area_normal(triangle);

@@ -8,7 +8,7 @@
 namespace fire3dv::scene {
 namespace {
 
-constexpr int64_t kTick_ns = 20'000'000;  // at least as long as any file system's
+constexpr int64_t kTick_ns = 20'000'000;  // of most file systems' clocks, and more
 
 int64_t nanoseconds(const timespec& time) {
   return int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;

@@ -14,8 +14,8 @@ struct FileStamp {
   int64_t modified_ns = 0, changed_ns = 0;  // as the file system's clock had it
   bool operator==(const FileStamp&) const = default;
 
-  // File systems stamp with a clock that ticks. What was written so shortly before may be written again
-  // without another stamp.
+  // File systems stamp with a clock that ticks. What was written so shortly before the time may be
+  // written again without another stamp.
   bool is_settled_at(int64_t time_ns) const;
 };
 
@@ -25,10 +25,12 @@ FileStamp stamp_of(const std::filesystem::path& file);
 struct StampedDigest {
   Digest digest{};
   FileStamp stamp;
-  int64_t taken_ns = 0;  // by the system's clock, before the digest was found
-  // Whether that is what whoever has read the file by now has read.
+  int64_t taken_ns = 0;  // by the system's clock, before the stamp was taken, which was before the digest
+  // True only if what was read of the file between taken_ns and now is what the digest is of. Some file
+  // systems' clocks tick every two seconds, and that of a network's server may be ahead of ours.
   bool holds(const std::filesystem::path& file) const {
-    return stamp.exists && stamp.is_settled_at(taken_ns) && stamp_of(file) == stamp;
+    constexpr int64_t kSlowestTick_ns = 5'000'000'000;
+    return stamp.exists && stamp.is_settled_at(taken_ns - kSlowestTick_ns) && stamp_of(file) == stamp;
   }
 };
 

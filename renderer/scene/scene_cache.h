@@ -30,7 +30,7 @@ class SceneCache {
   Result<void> keep(const std::filesystem::path& asset, const LoadedScene& loaded,
                     const std::vector<SourceFile>& sources) const;
 
-  // Of the asset that was looked for last, where that was found out.
+  // Of the asset that was looked for last and could be read.
   const StampedDigest* known() const { return known_ ? &*known_ : nullptr; }
 
   std::vector<std::string> take_notes() { return std::move(notes_); }

@@ -35,6 +35,16 @@ bool can_be_projected(vec4 clip, vec2 size) {
   return clip.w > 0 && clip.z <= clip.w && all(lessThanEqual(abs(clip.xy), guard));
 }
 
+// Of a corner that may come from places that are no numbers: what is drawn has to find depths between 0 and 2, see
+// generations.glsl. For a camera there is something beyond the far plane, which is left out sample by sample.
+float bounded_depth(float z) {
+#ifdef FIRE3DV_LIGHTS
+  return z > 0 ? min(z, 1.0) : 0;
+#else
+  return z > 0 ? min(z, 1.0) : z < 0 ? max(z, -1e30) : z == 0 ? 0 : -1;
+#endif
+}
+
 Corner project(vec4 clip, vec2 size) {
   precise const vec2 ndc = clip.xy / clip.w;
   precise const vec2 pixel = (ndc * 0.5 + 0.5) * size;
@@ -42,7 +52,7 @@ Corner project(vec4 clip, vec2 size) {
   precise const float z = clip.z / clip.w;
   Corner corner;
   corner.xy = ivec2(steps);
-  corner.z = z;
+  corner.z = bounded_depth(z);
   return corner;
 }
 

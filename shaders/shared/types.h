@@ -56,8 +56,8 @@ struct Globals {
   uint shadows;           // FIRE3DV_SHADOWS_*
   uint width;             // of the image
   uint height;
-  uint visibility_generation;  // of what the camera's and the lights' clusters were drawn into:
-  uint map_generation;         // FIRE3DV_GENERATION
+  uint visibility_generation;  // of the depths in it: a multiple of FIRE3DV_GENERATION
+  uint map_generation;         // the same, of shadow_maps
   uint mask_words;
   uint sheet_count;
   uint part_count;

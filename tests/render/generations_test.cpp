@@ -111,6 +111,35 @@ INSTANTIATE_TEST_SUITE_P(Ways, Generations,
                                            Case{4, ShadowMethod::ray, true, true},
                                            Case{4, ShadowMethod::ray, false, false}));
 
+// Where a body is so large that its corners are no numbers, it is gone when it is small again.
+TEST_P(Generations, WhatIsNoNumberIsGoneInTheNextFrame) {
+  const Case& c = GetParam();
+  const scene::Scene scene = yard(c.glass);
+  const passes::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
+  state::PoseState poses(scene);
+  const passes::View view = first_camera_view(scene, poses, kExtent);
+  RenderBench bench(scene, kExtent, settings), fresh(scene, kExtent, settings);
+  const sinks::FrameImage expected = fresh.take(poses, view, {}).image;
+  for (const float size : {1e19f, 1e30f, 3e38f}) {
+    for (int before = 0; before < 4; ++before) {
+      SCOPED_TRACE(testing::Message() << size << ", generation " << before);
+      state::RestPose vast = state::rest_pose(scene);
+      for (size_t n = 0; n < scene.nodes.size(); ++n) {
+        if (scene.nodes[n].mesh != scene::kNone && scene.nodes[n].name != "ground")
+          vast.world_from_node[n] = vast.parent_from_node[n] =
+              glm::rotate(glm::mat4(1), 0.7f, glm::vec3(0.6f, 0.8f, 0)) *
+              glm::scale(glm::mat4(1), glm::vec3(size));
+      }
+      poses.set_rest(vast);
+      (void)bench.take(poses, view, {});
+      poses.set_rest(state::rest_pose(scene));
+      for (int i = 0; i < 4; ++i)
+        EXPECT_TRUE(matches_image(bench.take(poses, view, {}).image, expected, "generations_vast",
+                                  Tolerance::exact()));
+    }
+  }
+}
+
 TEST(ClusterTargets, AreEmptiedWhenGenerationsRunOutAndWhereNoneHasBeen) {
   passes::ClusterTarget target;
   std::vector<bool> emptied;
