@@ -26,11 +26,6 @@ layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
 #endif
 
-// How shadows are found, where the pipeline is made for one way: without the others' registers more pixels are shaded at
-// once. Else as the globals say.
-layout(constant_id = 0) const uint kShadows = FIRE3DV_SHADOWS_ANY;
-uint shadows_of(GlobalsRef globals) { return kShadows == FIRE3DV_SHADOWS_ANY ? globals.value.shadows : kShadows; }
-
 // What is being shaded.
 uint shaded_pixel;
 uint shaded_samples;

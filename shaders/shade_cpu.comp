@@ -44,13 +44,13 @@ uint wanted_rays;    // as in RayEntry
 #endif
 
 void hold_shadows() {
-  if (globals.value.light_count == 0 || globals.value.shadows == FIRE3DV_SHADOWS_OFF) return;
+  if (globals.value.light_count == 0 || shadows_of(globals) == FIRE3DV_SHADOWS_OFF) return;
   for (uint i = 0; i < kHeldLights; ++i) {
     held_shadows[i].shadow = LightShadowRef(globals.value.light_shadows).at[min(i, globals.value.light_count - 1)];
 #ifdef FIRE3DV_FIND_SHADOWS
     const bool asks_maps = true;
 #else
-    const bool asks_maps = globals.value.shadows == FIRE3DV_SHADOWS_MAP;
+    const bool asks_maps = shadows_of(globals) == FIRE3DV_SHADOWS_MAP;
 #endif
     if (asks_maps && held_shadows[i].shadow.view_count != 0) {
       held_shadows[i].view = view_for_all(globals.value.light_views, held_shadows[i].shadow.first_view);
@@ -85,7 +85,7 @@ uint verdict_of(uint light_index, LightShadow shadow, LightSample light, Surface
 #endif
 
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
-  if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
+  if (shadows_of(globals) == FIRE3DV_SHADOWS_OFF) return 1;
   LightShadow shadow;
   if (light_index < kHeldLights) {
     shadow = held_shadows[light_index].shadow;
@@ -108,7 +108,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   }
   return 0;
 #else
-  if (globals.value.shadows != FIRE3DV_SHADOWS_MAP) return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
+  if (shadows_of(globals) != FIRE3DV_SHADOWS_MAP) return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
   const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
   return map_visibility(globals, view_towards(light_index, shadow, light), lifted, point.plane_normal_world, light);
 #endif
@@ -132,12 +132,12 @@ vec3 background_of(uvec2 pixel) {
                                           globals.value.world_from_ndc_origin);
 }
 
-// A group shades 8 x 8 pixels, or 64 of those that were listed, in blocks of 4 x 2 for each vector: fewer of these lie on
-// the border between two bodies than of rows of 8. What is beyond the image or the list repeats the last, so that no lane
-// is missing.
+// A group shades 8 x 8 pixels, or 64 of those that were listed, in blocks of 2 x 4 for each vector: fewer of these lie on
+// the border between two bodies than of rows of 8, and the first two blocks wait for all rows of the visibility buffer at
+// once. What is beyond the image or the list repeats the last, so that no lane is missing.
 uvec2 place_of_lane() {
   const uint i = lane_pixel;
-  return uvec2((i & 3) | ((i >> 1) & 4), ((i >> 2) & 1) | ((i >> 3) & 6));
+  return uvec2((i & 1) | ((i >> 3) & 6), (i >> 1) & 7);
 }
 
 uvec2 pixel_of_lane() {

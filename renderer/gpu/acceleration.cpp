@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "renderer/gpu/touch_ahead.h"
+
 namespace fire3dv::gpu {
 namespace {
 
@@ -11,11 +13,15 @@ VkDeviceAddress align_up(VkDeviceAddress value, VkDeviceAddress alignment) {
   return (value + alignment - 1) / alignment * alignment;
 }
 
-AccelerationStructure create_structure(Device& device, VkAccelerationStructureTypeKHR type,
-                                       VkDeviceSize size) {
+VkDeviceSize scratch_alignment(const Device& device) {
+  return std::max(1u, device.acceleration_limits().minAccelerationStructureScratchOffsetAlignment);
+}
+
+AccelerationStructure create_structure(Device& device, VkAccelerationStructureTypeKHR type, VkDeviceSize size,
+                                       Memory memory = Memory::device) {
   AccelerationStructure structure;
   structure.storage =
-      create_buffer(device, size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, Memory::device);
+      create_buffer(device, size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, memory);
   VkAccelerationStructureCreateInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR};
   info.buffer = structure.storage.get();
   info.size = size;
@@ -62,80 +68,94 @@ MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mes
   return build;
 }
 
-std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& loader,
-                                                std::span<const std::vector<TriangleGeometry>> meshes,
-                                                Buffer& positions, Buffer& indices, BlasBuildReport& report) {
-  std::vector<AccelerationStructure> built(meshes.size());
-  std::vector<MeshBuild> builds;
-  std::vector<uint32_t> mesh_of_build;
+MeshBuilds::MeshBuilds(Device& device, std::span<const std::vector<TriangleGeometry>> meshes,
+                       Buffer& positions, Buffer& indices)
+    : device_(device), loader_(device), built_(meshes.size()) {
+  create(meshes);
+  if (builds_.empty()) return;
+  VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+  info.queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
+  info.queryCount = static_cast<uint32_t>(builds_.size());
+  VkQueryPool queries = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateQueryPool(device.handle(), &info, nullptr, &queries));
+  compact_sizes_ = QueryPool(device, queries);
+  vkResetQueryPool(device.handle(), queries, 0, info.queryCount);
+  for (size_t build = 0; build < builds_.size(); ++build) record(build, positions, indices);
+  loader_.submit();
+}
+
+void MeshBuilds::create(std::span<const std::vector<TriangleGeometry>> meshes) {
+  const bool in_software = device_.report().type == DeviceType::software;
   VkDeviceSize scratch_size = 0;
+  std::vector<std::span<std::byte>> to_be_written;
   for (uint32_t i = 0; i < meshes.size(); ++i) {
     if (meshes[i].empty()) continue;
-    builds.push_back(describe_mesh(device, meshes[i],
-                                   VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
-                                       VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR));
-    mesh_of_build.push_back(i);
-    scratch_size = std::max(scratch_size, builds.back().sizes.buildScratchSize);
+    builds_.push_back(describe_mesh(device_, meshes[i],
+                                    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+                                        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR));
+    mesh_of_build_.push_back(i);
+    const VkAccelerationStructureBuildSizesInfoKHR& sizes = builds_.back().sizes;
+    scratch_size = std::max(scratch_size, sizes.buildScratchSize);
+    built_[i] = create_structure(device_, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                 sizes.accelerationStructureSize, filled_memory(device_));
+    if (in_software) to_be_written.emplace_back(built_[i].storage.mapped, built_[i].storage.size_bytes);
   }
-  if (builds.empty()) return built;
-
+  if (builds_.empty()) return;
+  touching_ = touch_ahead(std::move(to_be_written));
   // One build after the other through one scratch buffer: loading is bound by the disk and the CPU, not by
   // this.
-  const VkDeviceSize alignment =
-      std::max(1u, device.acceleration_limits().minAccelerationStructureScratchOffsetAlignment);
-  Buffer scratch =
-      create_buffer(device, scratch_size + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+  scratch_ = create_buffer(device_, scratch_size + scratch_alignment(device_),
+                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+}
 
-  VkQueryPoolCreateInfo query_info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
-  query_info.queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
-  query_info.queryCount = static_cast<uint32_t>(builds.size());
-  VkQueryPool query_handle = VK_NULL_HANDLE;
-  FIRE3DV_VK(vkCreateQueryPool(device.handle(), &query_info, nullptr, &query_handle));
-  const QueryPool queries(device, query_handle);
-  vkResetQueryPool(device.handle(), query_handle, 0, query_info.queryCount);
-
-  for (size_t b = 0; b < builds.size(); ++b) {
-    MeshBuild& build = builds[b];
-    AccelerationStructure& structure = built[mesh_of_build[b]];
-    structure = create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                                 build.sizes.accelerationStructureSize);
-    report.bytes_built += build.sizes.accelerationStructureSize;
-    build.info.dstAccelerationStructure = structure.handle.get();
-    build.info.pGeometries = build.geometries.data();  // the vector of builds has moved them
-    build.info.scratchData.deviceAddress = align_up(scratch.address, alignment);
-    const VkAccelerationStructureBuildRangeInfoKHR* ranges = build.ranges.data();
-    loader.recorder().pass("blas",
-                           {Use(positions, access::build_input), Use(indices, access::build_input),
-                            Use(scratch, access::build_write), Use(structure.storage, access::build_write)},
-                           [&](VkCommandBuffer commands) {
-                             device.functions().cmd_build_acceleration_structures(commands, 1, &build.info,
+void MeshBuilds::record(size_t build, Buffer& positions, Buffer& indices) {
+  MeshBuild& mesh = builds_[build];
+  AccelerationStructure& structure = built_[mesh_of_build_[build]];
+  mesh.info.dstAccelerationStructure = structure.handle.get();
+  mesh.info.pGeometries = mesh.geometries.data();  // the vector of builds has moved them
+  mesh.info.scratchData.deviceAddress = align_up(scratch_.address, scratch_alignment(device_));
+  const VkAccelerationStructureBuildRangeInfoKHR* ranges = mesh.ranges.data();
+  loader_.recorder().pass("blas",
+                          {Use(positions, access::build_input), Use(indices, access::build_input),
+                           Use(scratch_, access::build_write), Use(structure.storage, access::build_write)},
+                          [&](VkCommandBuffer commands) {
+                            device_.functions().cmd_build_acceleration_structures(commands, 1, &mesh.info,
                                                                                   &ranges);
-                           });
-    loader.recorder().pass(
-        "blas size", {Use(structure.storage, access::build_read)}, [&](VkCommandBuffer commands) {
-          const VkAccelerationStructureKHR handle = structure.handle.get();
-          device.functions().cmd_write_acceleration_structures_properties(
-              commands, 1, &handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, query_handle,
-              static_cast<uint32_t>(b));
-        });
-  }
-  loader.finish();
-  // A software device gives memory page by page to what is written: a copy of much wins nothing and costs as
-  // much again.
-  if (device.report().type == DeviceType::software && report.bytes_built > kMostCopiedInSoftware) {
-    report.bytes_compacted = report.bytes_built;
-    return built;
-  }
+                          });
+  loader_.recorder().pass("blas size", {Use(structure.storage, access::build_read)},
+                          [&](VkCommandBuffer commands) {
+                            const VkAccelerationStructureKHR handle = structure.handle.get();
+                            device_.functions().cmd_write_acceleration_structures_properties(
+                                commands, 1, &handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                                compact_sizes_.get(), static_cast<uint32_t>(build));
+                          });
+}
 
-  std::vector<VkDeviceSize> compacted(builds.size());
-  FIRE3DV_VK(vkGetQueryPoolResults(device.handle(), query_handle, 0, query_info.queryCount,
-                                   compacted.size() * sizeof(VkDeviceSize), compacted.data(),
-                                   sizeof(VkDeviceSize), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
-  for (size_t b = 0; b < builds.size(); ++b) {
-    AccelerationStructure& structure = built[mesh_of_build[b]];
+std::vector<AccelerationStructure> MeshBuilds::finish(BlasBuildReport& report) {
+  loader_.finish();
+  touching_ = {};
+  for (const MeshBuild& build : builds_) report.bytes_built += build.sizes.accelerationStructureSize;
+  // To a software device memory is given page by page when it is written: a copy of much wins nothing and
+  // costs as much again.
+  if (device_.report().type == DeviceType::software && report.bytes_built > kMostCopiedInSoftware) {
+    report.bytes_compacted = report.bytes_built;
+  } else if (!builds_.empty()) {
+    compact(report);
+  }
+  return std::move(built_);
+}
+
+void MeshBuilds::compact(BlasBuildReport& report) {
+  std::vector<VkDeviceSize> sizes(builds_.size());
+  FIRE3DV_VK(vkGetQueryPoolResults(device_.handle(), compact_sizes_.get(), 0,
+                                   static_cast<uint32_t>(sizes.size()), sizes.size() * sizeof(VkDeviceSize),
+                                   sizes.data(), sizeof(VkDeviceSize),
+                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+  for (size_t b = 0; b < builds_.size(); ++b) {
+    AccelerationStructure& structure = built_[mesh_of_build_[b]];
     AccelerationStructure smaller =
-        create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, compacted[b]);
-    loader.recorder().pass(
+        create_structure(device_, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, sizes[b]);
+    loader_.recorder().pass(
         "blas compact",
         {Use(structure.storage, access::build_read), Use(smaller.storage, access::build_write)},
         [&](VkCommandBuffer commands) {
@@ -143,13 +163,12 @@ std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& 
           copy.src = structure.handle.get();
           copy.dst = smaller.handle.get();
           copy.mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
-          device.functions().cmd_copy_acceleration_structure(commands, &copy);
+          device_.functions().cmd_copy_acceleration_structure(commands, &copy);
         });
-    report.bytes_compacted += compacted[b];
+    report.bytes_compacted += sizes[b];
     structure = std::move(smaller);  // the large one retires after the copy
   }
-  loader.finish();
-  return built;
+  loader_.finish();
 }
 
 namespace {
@@ -186,8 +205,7 @@ TopLevel::TopLevel(Device& device, uint32_t max_instances, Rays rays) : device_(
                                      &max_instances, &sizes);
   structure_ = create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                                 std::max<VkDeviceSize>(sizes.accelerationStructureSize, 64));
-  const VkDeviceSize alignment =
-      std::max(1u, device.acceleration_limits().minAccelerationStructureScratchOffsetAlignment);
+  const VkDeviceSize alignment = scratch_alignment(device);
   scratch_ = create_buffer(device, sizes.buildScratchSize + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                            Memory::device);
   scratch_address_ = align_up(scratch_.address, alignment);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <thread>
 #include <vector>
 
 #include "renderer/gpu/loader_commands.h"
@@ -43,11 +44,32 @@ struct BlasBuildReport {
   VkDeviceSize bytes_compacted = 0;
 };
 
-// meshes[i]: the geometries of one mesh; the result has one structure each (null address for a mesh without
-// triangles). positions and indices: the buffers that the geometries point into.
-std::vector<AccelerationStructure> build_meshes(Device& device, LoaderCommands& loader,
-                                                std::span<const std::vector<TriangleGeometry>> meshes,
-                                                Buffer& positions, Buffer& indices, BlasBuildReport& report);
+// The bottom levels of a scene's meshes, built while other things are uploaded.
+class MeshBuilds {
+ public:
+  // meshes[i]: the geometries of one mesh. positions and indices: the buffers that the geometries point into,
+  // filled by what has been submitted; they must live until finish(). Submits without waiting.
+  MeshBuilds(Device& device, std::span<const std::vector<TriangleGeometry>> meshes, Buffer& positions,
+             Buffer& indices);
+
+  // Waits, and makes them compact where that pays. One structure for each mesh; a null address for one
+  // without triangles. Once.
+  std::vector<AccelerationStructure> finish(BlasBuildReport& report);
+
+ private:
+  void create(std::span<const std::vector<TriangleGeometry>> meshes);
+  void record(size_t build, Buffer& positions, Buffer& indices);
+  void compact(BlasBuildReport& report);
+
+  Device& device_;
+  LoaderCommands loader_;
+  std::vector<AccelerationStructure> built_;  // of each mesh
+  std::vector<MeshBuild> builds_;             // of those with triangles
+  std::vector<uint32_t> mesh_of_build_;
+  Buffer scratch_;
+  QueryPool compact_sizes_;  // of each build
+  std::jthread touching_;    // what is built into; after it in order of destruction
+};
 
 // What a structure that is built for each frame is best at: it takes less time to build, or rays less to
 // trace.

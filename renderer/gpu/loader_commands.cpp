@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <utility>
 
 namespace fire3dv::gpu {
 namespace {
@@ -20,16 +21,16 @@ LoaderCommands::LoaderCommands(Device& device) : device_(device) {
   allocate.commandPool = pool_handle;
   allocate.commandBufferCount = 1;
   FIRE3DV_VK(vkAllocateCommandBuffers(device.handle(), &allocate, &commands_));
-  staging_ = create_buffer(device, kStagingBytes, 0, Memory::upload);
 }
 
 LoaderCommands::~LoaderCommands() {
   // What is thrown leaves its work undone: part of what it was to fill is gone.
-  if (recorder_ && std::uncaught_exceptions() == 0) finish();
+  if (std::uncaught_exceptions() == 0) finish();
 }
 
 Recorder& LoaderCommands::recorder() {
   if (!recorder_) {
+    finish();
     FIRE3DV_VK(vkResetCommandPool(device_.handle(), pool_.get(), 0));
     VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
     info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
@@ -39,18 +40,25 @@ Recorder& LoaderCommands::recorder() {
   return *recorder_;
 }
 
-void LoaderCommands::finish() {
+void LoaderCommands::submit() {
   if (!recorder_) return;
   FIRE3DV_VK(vkEndCommandBuffer(commands_));
-  device_.wait(device_.submit(commands_));
-  device_.collect();
+  submitted_ = device_.submit(commands_);
   recorder_.reset();
+}
+
+void LoaderCommands::finish() {
+  submit();
+  if (submitted_ == 0) return;
+  device_.wait(std::exchange(submitted_, 0));
+  device_.collect();
   staged_ = 0;
 }
 
 std::byte* LoaderCommands::stage(VkDeviceSize bytes, VkDeviceSize& offset) {
-  if (staged_ + bytes > staging_.size_bytes) finish();
-  if (bytes > staging_.size_bytes) staging_ = create_buffer(device_, bytes, 0, Memory::upload);
+  if (submitted_ != 0 || staged_ + bytes > staging_.size_bytes) finish();
+  if (bytes > staging_.size_bytes)
+    staging_ = create_buffer(device_, std::max(bytes, kStagingBytes), 0, Memory::upload);
   offset = staged_;
   staged_ = (staged_ + bytes + 15) / 16 * 16;
   return staging_.mapped + offset;
@@ -58,6 +66,7 @@ std::byte* LoaderCommands::stage(VkDeviceSize bytes, VkDeviceSize& offset) {
 
 void LoaderCommands::upload_piece(Buffer& buffer, VkDeviceSize offset, VkDeviceSize size,
                                   const std::function<void(std::span<std::byte>)>& fill) {
+  if (buffer.mapped) return fill({buffer.mapped + offset, size});
   VkBufferCopy copy{0, offset, size};
   std::byte* mapped = stage(size, copy.srcOffset);
   fill({mapped, size});
@@ -78,7 +87,7 @@ void LoaderCommands::upload(Buffer& buffer, VkDeviceSize offset, std::span<const
 
 void LoaderCommands::upload(Buffer& buffer, VkDeviceSize size, VkDeviceSize unit,
                             const std::function<void(VkDeviceSize offset, std::span<std::byte> to)>& fill) {
-  const VkDeviceSize most = kStagingBytes / unit * unit;
+  const VkDeviceSize most = buffer.mapped ? size : kStagingBytes / unit * unit;
   for (VkDeviceSize offset = 0; offset < size; offset += most) {
     upload_piece(buffer, offset, std::min(most, size - offset),
                  [&](std::span<std::byte> to) { fill(offset, to); });

@@ -1,5 +1,5 @@
 // Work on the GPU outside frames: uploads while a scene is loaded, acceleration structures of its meshes.
-// Each call of finish() waits for its own submission; frames never use this.
+// finish() waits for its own submissions; frames never use this.
 #pragma once
 
 #include <functional>
@@ -16,14 +16,15 @@ class LoaderCommands {
   explicit LoaderCommands(Device& device);
   ~LoaderCommands();
 
-  // Copies through staging memory; submits by itself when that is full.
+  // Buffers that are mapped are written in place, so they must be new: no work that uses them may be under
+  // way. Others are copied to through staging memory; when that is full, this submits by itself.
   void upload(Buffer& buffer, VkDeviceSize offset, std::span<const std::byte> bytes);
   template <typename T>
   void upload(Buffer& buffer, std::span<const T> values) {
     upload(buffer, 0, std::as_bytes(values));
   }
-  // Copies what `fill` writes into staging memory, piece by piece: [offset, offset + to.size()) of the
-  // buffer. Pieces begin and end at multiples of unit.
+  // Takes what `fill` writes, piece by piece: [offset, offset + to.size()) of the buffer. Pieces begin and
+  // end at multiples of unit.
   void upload(Buffer& buffer, VkDeviceSize size, VkDeviceSize unit,
               const std::function<void(VkDeviceSize offset, std::span<std::byte> to)>& fill);
   // Fills level 0 and makes the smaller levels from it. Leaves the image ready for sampling.
@@ -33,6 +34,7 @@ class LoaderCommands {
   void upload_level(Image& image, uint32_t level, std::span<const std::byte> bytes);
 
   Recorder& recorder();
+  void submit();  // without waiting; whatever is recorded next waits first
   void finish();  // submits and waits
 
  private:
@@ -46,6 +48,7 @@ class LoaderCommands {
   Buffer staging_;
   VkDeviceSize staged_ = 0;
   std::optional<Recorder> recorder_;
+  uint64_t submitted_ = 0;  // what has not been waited for; 0: none
 };
 
 }  // namespace fire3dv::gpu

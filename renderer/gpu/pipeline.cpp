@@ -71,24 +71,27 @@ std::string variant_for(const Device& device, std::string_view shader) {
 }  // namespace
 
 Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader, Make make,
-                                 std::optional<uint32_t> constant) {
+                                 std::span<const uint32_t> constants) {
+  constexpr uint32_t kWord = sizeof(uint32_t);
   // On another thread: nothing of Device but its constant handles is touched, nor counted.
-  auto making = std::make_shared<PipelineMaking>([device = device.handle(), cache = device.pipeline_cache(),
-                                                  layout, constant, name = variant_for(device, shader)] {
-    const VkShaderModule module = make_shader_module(device, name);
-    VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
-    info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
-    const VkSpecializationMapEntry entry{0, 0, sizeof(uint32_t)};
-    const uint32_t value = constant.value_or(0);
-    const VkSpecializationInfo constants{1, &entry, sizeof(value), &value};
-    if (constant) info.stage.pSpecializationInfo = &constants;
-    info.layout = layout;
-    VkPipeline pipeline = VK_NULL_HANDLE;
-    const VkResult result = vkCreateComputePipelines(device, cache, 1, &info, nullptr, &pipeline);
-    vkDestroyShaderModule(device, module, nullptr);
-    check(result, "vkCreateComputePipelines");
-    return pipeline;
-  });
+  auto making = std::make_shared<PipelineMaking>(
+      [device = device.handle(), cache = device.pipeline_cache(), layout,
+       values = std::vector(constants.begin(), constants.end()), name = variant_for(device, shader)] {
+        const VkShaderModule module = make_shader_module(device, name);
+        VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+        info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
+        std::vector<VkSpecializationMapEntry> entries;
+        for (uint32_t id = 0; id < values.size(); ++id) entries.push_back({id, id * kWord, kWord});
+        const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                                  values.size() * kWord, values.data()};
+        info.stage.pSpecializationInfo = &specialization;
+        info.layout = layout;
+        VkPipeline pipeline = VK_NULL_HANDLE;
+        const VkResult result = vkCreateComputePipelines(device, cache, 1, &info, nullptr, &pipeline);
+        vkDestroyShaderModule(device, module, nullptr);
+        check(result, "vkCreateComputePipelines");
+        return pipeline;
+      });
   if (make == Make::at_once) device.pipeline_makers().add(making);
   if (make == Make::next) device.pipeline_makers().add_first(making);
   return Pipeline(device, std::move(making));

@@ -2,7 +2,6 @@
 // descriptors are left for textures, the acceleration structure and a frame's images.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -25,9 +24,10 @@ bool takes_cpu_variants(const Device& device);
 // It may still be on its way: see pipeline_making.h. One that few scenes need is made when it is first used;
 // one that takes long and is needed for certain is made before those that wait already.
 enum class Make { at_once, next, when_used };
-// constant: of the shader's specialisation constant 0, where it has that.
+// constants: of the shader's specialisation constants 0, 1, ...; those of others are left as the shader has
+// them.
 Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
-                                 Make make = Make::at_once, std::optional<uint32_t> constant = std::nullopt);
+                                 Make make = Make::at_once, std::span<const uint32_t> constants = {});
 
 struct GraphicsPipelineInfo {
   std::string_view vertex_shader;

@@ -23,6 +23,10 @@ ImageView create_view(Device& device, const Image& image, VkImageViewType type,
 
 }  // namespace
 
+Memory filled_memory(const Device& device) {
+  return device.report().type == DeviceType::software ? Memory::shared : Memory::device;
+}
+
 Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags usage, Memory memory) {
   Buffer buffer;
   buffer.size_bytes = std::max<VkDeviceSize>(size_bytes, 64);
@@ -48,6 +52,11 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
   switch (memory) {
     case Memory::device:
       allocation_info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
+      break;
+    case Memory::shared:
+      allocation_info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
+      allocation_info.flags = VMA_ALLOCATION_CREATE_HOST_ACCESS_RANDOM_BIT | VMA_ALLOCATION_CREATE_MAPPED_BIT;
+      allocation_info.requiredFlags = VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
       break;
     case Memory::upload:
       allocation_info.usage = VMA_MEMORY_USAGE_AUTO;

@@ -60,7 +60,11 @@ enum class Memory {
   device,    // fastest for the GPU
   upload,    // written by the CPU in order, read by the GPU; mapped
   readback,  // written by the GPU, read by the CPU; mapped, cached
+  shared,    // `device`, and mapped: for software devices, whose memory all is the CPU's
 };
+
+// Of what is filled once, by LoaderCommands: `device`, or `shared` where it can be.
+Memory filled_memory(const Device& device);
 
 // usage is extended by SHADER_DEVICE_ADDRESS and the transfer bits. A size of 0 becomes a small one, so that
 // an empty scene needs no special case.

@@ -13,7 +13,7 @@ constexpr uint32_t kGroupVertices = 64;  // deform.comp's threads
 template <typename T>
 gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values) {
   gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T),
-                                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+                                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::filled_memory(device));
   loader.upload(buffer, std::span<const T>(values));
   return buffer;
 }

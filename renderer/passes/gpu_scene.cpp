@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 #include "renderer/passes/material_records.h"
 #include "renderer/scene/math.h"
@@ -13,12 +14,12 @@ namespace fire3dv::passes {
 namespace {
 
 using gpu::Access;
-using gpu::Memory;
 
 template <typename T>
 gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values,
                          VkBufferUsageFlags usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) {
-  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T), usage, Memory::device);
+  gpu::Buffer buffer =
+      gpu::create_buffer(device, values.size() * sizeof(T), usage, gpu::filled_memory(device));
   loader.upload(buffer, std::span<const T>(values));
   return buffer;
 }
@@ -30,7 +31,7 @@ gpu::Buffer upload_in_order(gpu::Device& device, gpu::LoaderCommands& loader, co
                             const std::vector<uint32_t>& source, VkBufferUsageFlags usage) {
   constexpr size_t kTurn = 1 << 14;
   const VkDeviceSize bytes = source.size() * sizeof(T);
-  gpu::Buffer buffer = gpu::create_buffer(device, bytes, usage, Memory::device);
+  gpu::Buffer buffer = gpu::create_buffer(device, bytes, usage, gpu::filled_memory(device));
   loader.upload(buffer, bytes, sizeof(T), [&](VkDeviceSize offset, std::span<std::byte> to) {
     const size_t first = offset / sizeof(T), count = to.size() / sizeof(T);
     scene::parallel_for((count + kTurn - 1) / kTurn, [&](size_t turn) {
@@ -264,6 +265,12 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   positions = upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
   indices =
       upload_array(device, loader, clustered.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  // What rays meet takes a software device long, on a thread of its own.
+  std::optional<gpu::MeshBuilds> mesh_builds;
+  if (device.traces_rays()) {
+    loader.submit();
+    mesh_builds.emplace(device, static_geometry(scene, *this), positions, indices);
+  }
   static_assert(sizeof(scene::VertexAttributes) == sizeof(gpu_types::VertexRecord));
   vertices = upload_in_order(device, loader, scene.attributes, clustered.source_vertices,
                              VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
@@ -277,6 +284,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   own_material_count = static_cast<uint32_t>(records.materials.size());
   own_primitive_count = static_cast<uint32_t>(geometry.size());
   has_extensions = !records.extensions.empty();
+  has_textures = any_textured(scene.materials);
   material_extensions = upload_array(device, loader, records.extensions);
 
   primitive_shift_of_node.assign(node_count, 0);
@@ -325,8 +333,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   place_nodes(device, loader);
 
   if (device.traces_rays()) {
-    blas_of_mesh =
-        gpu::build_meshes(device, loader, static_geometry(scene, *this), positions, indices, blas_report);
+    blas_of_mesh = mesh_builds->finish(blas_report);
     deformed.levels = gpu::DeformedLevels(device, deformed_geometry(scene, *this));
     std::vector<VkDeviceAddress> blas_of_node(node_count, 0);
     for (uint32_t n = 0; n < node_count; ++n) {

@@ -61,6 +61,7 @@ struct GpuScene {
   bool has_on_top = false;                  // something that only the forward pass draws
   bool has_masked = false;
   bool has_extensions = false;  // materials with more than glTF's core
+  bool has_textures = false;    // materials with any
 
   gpu::Buffer positions, vertices, indices;  // in cluster order
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances, level_groups;

@@ -109,6 +109,11 @@ bool any_extended(std::span<const scene::Material> materials) {
   return std::any_of(materials.begin(), materials.end(), is_extended);
 }
 
+bool any_textured(std::span<const scene::Material> materials) {
+  return std::any_of(materials.begin(), materials.end(),
+                     [](const scene::Material& material) { return texture_flags(material) != 0; });
+}
+
 MaterialRecords material_records(std::span<const scene::Material> materials, bool anisotropic) {
   MaterialRecords records;
   for (const scene::Material& material : materials) {

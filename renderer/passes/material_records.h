@@ -13,8 +13,9 @@ struct MaterialRecords {
   std::vector<gpu_types::MaterialRecord> materials;
   std::vector<gpu_types::MaterialExtensionRecord> extensions;  // of those that have any
 };
-// anisotropic: samplers that are smooth filter so.
 bool any_extended(std::span<const scene::Material> materials);
+bool any_textured(std::span<const scene::Material> materials);
+// anisotropic: samplers that are smooth filter so.
 MaterialRecords material_records(std::span<const scene::Material> materials, bool anisotropic = false);
 gpu_types::LightRecord light_record(const scene::Light& light, uint32_t node);
 

@@ -122,11 +122,14 @@ gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
 // What record() will most likely ask for, while the scene is copied.
 void SceneRenderer::expect_shading(const scene::Scene& scene) {
   if (path_ != RasterPath::visibility) return;
-  VisibilityPass::Shading shading{!any_extended(scene.materials), any_on_top(scene), FIRE3DV_SHADOWS_OFF,
-                                  false};
+  VisibilityPass::Shading shading;
+  shading.core_materials = !any_extended(scene.materials);
+  shading.textures = any_textured(scene.materials);
+  shading.leaves_samples = any_on_top(scene);
   if (shading.leaves_samples && !visibility_->can_leave_samples()) return;
-  // The last one is made first. Shadows may be switched off at any time.
-  visibility_->expect(shading);
+  // The last one is made first. Shadows may be switched off at any time; a CPU takes too long to have one
+  // ready for that.
+  if (!gpu::takes_cpu_variants(device_)) visibility_->expect(shading);
   shading.shadows = shadows_.number_of_way(shadow_way_.method == ShadowMethod::ray);
   visibility_->expect(shading);
   if (!shadow_way_.hybrid || scene::lights_of(scene, nullptr).empty()) return;

@@ -145,21 +145,19 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
 }
 
 gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
-  // A CPU takes long to make one, and gains nothing by one for each way.
-  const bool any = gpu::takes_cpu_variants(device_);
   constexpr uint32_t kWays = 3;  // behind which those lie that find shadows themselves
   static_assert(FIRE3DV_SHADOWS_OFF < kWays && FIRE3DV_SHADOWS_MASK < kWays && FIRE3DV_SHADOWS_MAP < kWays);
   FIRE3DV_ASSERT(shading.shadows < kWays);
-  const uint32_t way = shading.finds_shadows ? kWays : any ? 0 : shading.shadows;
-  gpu::Pipeline& pipeline =
-      shade_.at(4 * way + (shading.core_materials ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
+  const uint32_t way = shading.finds_shadows ? kWays : shading.shadows;
+  gpu::Pipeline& pipeline = shade_.at(8 * way + (shading.core_materials ? 4 : 0) +
+                                      (shading.textures ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
   if (!pipeline) {
     const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
                                (shading.finds_shadows ? "_find" : "") +
                                (shading.leaves_samples ? "_unresolved" : "") +
                                (samples_ == 4 ? "_4.comp" : "_1.comp");
-    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next,
-                                            any ? FIRE3DV_SHADOWS_ANY : shading.shadows);
+    const uint32_t made_for[] = {shading.shadows, shading.textures ? VK_TRUE : VK_FALSE};
+    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next, made_for);
   }
   return pipeline;
 }
@@ -180,8 +178,9 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                                   GpuScene& scene, ShadowPass& shadows, Targets& targets,
                                   std::span<const gpu_types::ShadePush> views, const VkRect2D* left) {
   const bool leave_samples = left != nullptr;
-  const VkPipeline pipeline =
-      shade_pipeline({!scene.has_extensions, leave_samples, shadow_way, what == Shades::all_and_lists}).get();
+  const VkPipeline pipeline = shade_pipeline({!scene.has_extensions, scene.has_textures, leave_samples,
+                                              shadow_way, what == Shades::all_and_lists})
+                                  .get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
                         Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};

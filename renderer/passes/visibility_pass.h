@@ -24,6 +24,7 @@ class VisibilityPass {
   // Has a pipeline made that frames will be shaded with: on a CPU it takes longer than any other.
   struct Shading {
     bool core_materials = true;  // none with more than glTF's core
+    bool textures = true;        // some material has any
     bool leaves_samples = false;
     // How shadows are found: FIRE3DV_SHADOWS_OFF, _MASK or _MAP; or by shading itself, which lists rays.
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;
@@ -88,7 +89,7 @@ class VisibilityPass {
   gpu::Pipeline surfaces_;  // of 4 samples
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  std::array<gpu::Pipeline, 16> shade_;  // made when they are expected or first used
+  std::array<gpu::Pipeline, 32> shade_;  // made when they are expected or first used
   Targets* targets_ = nullptr;           // null: none that are whole
   VkExtent2D extent_{};
   VkDeviceSize view_bytes_ = 0;

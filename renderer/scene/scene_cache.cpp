@@ -3,6 +3,7 @@
 #include <system_error>
 
 #include "renderer/scene/atomic_file.h"
+#include "renderer/scene/known_digests.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -12,13 +13,13 @@ constexpr std::string_view kEnding = ".scene", kEndingBeside = ".fire3dv-cache";
 
 // Of all files but the asset's own: whether they hold what they held.
 bool others_are_the_same(const std::filesystem::path& asset, const std::vector<SourceFile>& sources,
-                         uint64_t max_file_bytes) {
+                         uint64_t max_file_bytes, KnownDigests& known) {
   const AssetFolder folder(asset);
   for (size_t i = 1; i < sources.size(); ++i) {
     const auto path = folder.resolve(sources[i].uri);
     if (!path) return false;
-    const auto digest = digest_of_file(*path, max_file_bytes);
-    if (!digest || *digest != sources[i].digest) return false;
+    const auto held = known.of(*path, max_file_bytes);
+    if (!held || held->digest != sources[i].digest) return false;
   }
   return true;
 }
@@ -39,7 +40,9 @@ std::filesystem::path SceneCache::place_of(const std::filesystem::path& asset, c
 
 std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, uint64_t max_file_bytes) {
   if (settings_.place == Place::nowhere) return std::nullopt;
-  const auto stamped = stamped_digest_of(asset, max_file_bytes);
+  KnownDigests digests =
+      settings_.place == Place::folder ? KnownDigests(settings_.folder, asset) : KnownDigests();
+  const auto stamped = digests.of(asset, max_file_bytes);
   if (!stamped) return std::nullopt;  // whoever loads it will say why
   known_ = *stamped;
   const Digest& own = known_->digest;
@@ -54,12 +57,13 @@ std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, 
   if (!sources) return unusable(sources.error().message);
   const bool own_is_the_same =
       !sources->empty() && sources->front().uri.empty() && sources->front().digest == own;
-  if (!own_is_the_same || !others_are_the_same(asset, *sources, max_file_bytes))
+  if (!own_is_the_same || !others_are_the_same(asset, *sources, max_file_bytes, digests))
     return unusable("files of the scene have changed");
   auto kept = read_scene_file(path);
   if (!kept) return unusable(kept.error().message);
   if (!same(kept->sources, *sources)) return unusable("it changed while it was read");
   touch(path);
+  digests.keep();
   kept->loaded.scene.source = asset;
   return std::move(kept->loaded);
 }

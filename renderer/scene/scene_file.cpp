@@ -80,7 +80,7 @@ bool read_array(const OpenFile& file, const ArrayEntry& entry, uint64_t offset, 
   array.reserve(entry.count);
 #ifdef MADV_HUGEPAGE
   // Fewer page faults where much is touched for the first time; where it is refused nothing is lost.
-  if (entry.count * sizeof(T) >= (size_t{8} << 20)) {
+  if (entry.count * sizeof(T) >= (size_t{2} << 20)) {
     constexpr uintptr_t kPage = 4096;
     const auto first = (reinterpret_cast<uintptr_t>(array.data()) + kPage - 1) / kPage * kPage;
     madvise(reinterpret_cast<void*>(first), entry.count * sizeof(T) - kPage, MADV_HUGEPAGE);

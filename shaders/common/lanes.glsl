@@ -7,6 +7,8 @@
 #ifndef FIRE3DV_LANES_GLSL
 #define FIRE3DV_LANES_GLSL
 
+#include "common/made_for.glsl"
+
 #ifdef FIRE3DV_CPU
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -173,7 +175,7 @@ MaterialRecord material_for_all(uint64_t materials, uint index) {
   material.alpha_cutoff = FIRE3DV_NUMBER(high, 3);
   material.flags = FIRE3DV_WORD(high, 4);
   material.extension = FIRE3DV_WORD(high, 5);
-  if ((material.flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
+  if (kTextures && (material.flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
     material.base_color_texture = texture_use_for_all(record, 16);
     material.metallic_roughness_texture = texture_use_for_all(record, 24);
     material.normal_texture = texture_use_for_all(record, 32);

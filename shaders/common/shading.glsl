@@ -25,7 +25,7 @@ vec4 surface_base_color(MaterialRecord material, SurfacePoint point) {
 }
 
 vec3 mapped_normal(TextureUse normal_texture, float normal_scale, SurfacePoint point) {
-  if (normal_texture.texture == FIRE3DV_NO_INDEX) return point.normal_world;
+  if (!kTextures || normal_texture.texture == FIRE3DV_NO_INDEX) return point.normal_world;
   vec3 n = sample_or(normal_texture, point.uv, point.uv_dx, point.uv_dy, vec4(0.5, 0.5, 1, 1)).xyz * 2 - 1;
   n.xy *= normal_scale;
   const vec3 t = point.tangent_world.xyz - point.normal_world * dot(point.normal_world, point.tangent_world.xyz);

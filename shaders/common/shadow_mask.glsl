@@ -2,6 +2,9 @@
 #ifndef FIRE3DV_SHADOW_MASK_GLSL
 #define FIRE3DV_SHADOW_MASK_GLSL
 #include "common/buffers.glsl"
+#include "common/made_for.glsl"
+
+uint shadows_of(GlobalsRef globals) { return kShadows == FIRE3DV_SHADOWS_ANY ? globals.value.shadows : kShadows; }
 
 float mask_visibility(GlobalsRef globals, LightShadow shadow, uint pixel, int sample_index) {
   if (shadow.rays == 0) return 1;

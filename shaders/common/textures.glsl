@@ -2,6 +2,7 @@
 #ifndef FIRE3DV_TEXTURES_GLSL
 #define FIRE3DV_TEXTURES_GLSL
 #extension GL_EXT_nonuniform_qualifier : require
+#include "common/made_for.glsl"
 #include "shared/bindings.h"
 
 layout(set = 0, binding = FIRE3DV_BINDING_TEXTURES) uniform sampler2D scene_textures[];
@@ -14,7 +15,7 @@ vec2 texture_uv(TextureUse use, vec4 uv01) {
 // dx, dy: how both sets of coordinates change from this pixel to the next ones, given since not every shader has them
 // from the hardware.
 vec4 sample_or(TextureUse use, vec4 uv01, vec4 dx, vec4 dy, vec4 without) {
-  if (use.texture == FIRE3DV_NO_INDEX) return without;
+  if (!kTextures || use.texture == FIRE3DV_NO_INDEX) return without;
   const vec2 uv = texture_uv(use, uv01), uv_dx = texture_uv(use, dx) - use.uv_offset, uv_dy = texture_uv(use, dy) - use.uv_offset;
   if ((use.uv_set & FIRE3DV_TEXTURE_ANISOTROPIC) != 0) {
     return textureGrad(scene_textures[nonuniformEXT(use.texture)], uv, uv_dx, uv_dy);

@@ -187,7 +187,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const uint flags = material_of(globals, t).flags;
   vec3 b_dx = vec3(0), b_dy = vec3(0);
 #if defined(FIRE3DV_CPU) && !defined(FIRE3DV_FIND_SHADOWS)  // where a branch costs less; the size of a pixel is for those who trace
-  if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0)
+  if (kTextures && (flags & FIRE3DV_MATERIAL_TEXTURED) != 0)
 #endif
     barycentric_changes(t, pixel, size, b_dx, b_dy);
 
@@ -218,7 +218,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   } else
 #endif
   {
-    if ((flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
+    if (kTextures && (flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
       const TriangleUv uv = triangle_uv(globals, t, flags);
       point.uv = uv_at(uv, b);
       point.uv_dx = uv_at(uv, b_dx);
@@ -229,7 +229,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   point.color = color_at(globals, t, b);
   point.normal_world = normalize(normal_direction(t.world_from_node, t.node_facts, normal));
   point.tangent_world = vec4(0);
-  if ((flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
+  if (kTextures && (flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
     const vec4 tangent = vertices.at[t.vertex[0]].tangent * b.x + vertices.at[t.vertex[1]].tangent * b.y +
                          vertices.at[t.vertex[2]].tangent * b.z;
     point.tangent_world = vec4(transform_direction(t.world_from_node, tangent.xyz), tangent.w);

@@ -127,7 +127,7 @@ TEST(SceneCache, WhatComesBackIsWhatWasKept) {
   EXPECT_EQ(kept->scene.source, asset);
   EXPECT_EQ(kept->scene.nodes.size(), loaded.scene.scene.nodes.size());
   EXPECT_EQ(written(folder, *kept), written(folder, loaded.scene));
-  EXPECT_EQ(files_in(settings.folder), 1u);
+  EXPECT_EQ(files_in(settings.folder), 2u) << "the scene, and what its file is known by";
 }
 
 TEST(SceneCache, TheSameBytesAreTheSameSceneWhateverTheirName) {
@@ -263,7 +263,7 @@ TEST(SceneCache, WritersAndReadersAtTheSameTime) {
   }
   EXPECT_EQ(written_well, 40);
   EXPECT_EQ(found, 40);
-  EXPECT_EQ(files_in(settings.folder), 1u);
+  EXPECT_EQ(files_in(settings.folder), 2u) << "the scene, and what its file is known by";
 }
 
 class DamagedSceneFile : public testing::Test {

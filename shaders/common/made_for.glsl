@@ -1,0 +1,10 @@
+// What a pipeline is made for: code for anything else takes registers, and so pixels in flight, and a CPU's time.
+#ifndef FIRE3DV_MADE_FOR_GLSL
+#define FIRE3DV_MADE_FOR_GLSL
+#include "shared/light_types.h"
+
+// How shadows are found, where that is known. Else as the globals say.
+layout(constant_id = 0) const uint kShadows = FIRE3DV_SHADOWS_ANY;
+layout(constant_id = 1) const bool kTextures = true;  // false: for scenes whose materials have none
+
+#endif

@@ -1,0 +1,75 @@
+// Memory is made present and stays what it is, whoever writes it at the time.
+#include "renderer/gpu/touch_ahead.h"
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace fire3dv::gpu {
+namespace {
+
+class TouchAhead : public ::testing::Test {
+ protected:
+  static constexpr size_t kBytes = size_t{64} << 20;
+
+  void SetUp() override {
+    const int file = memfd_create("touch_ahead_test", 0);
+    ASSERT_EQ(ftruncate(file, kBytes), 0);
+    void* const mapped = mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    ::close(file);
+    ASSERT_NE(mapped, MAP_FAILED);
+    memory_ = {static_cast<std::byte*>(mapped), kBytes};
+#ifdef MADV_POPULATE_WRITE
+    void* const page = mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    can_ = madvise(page, 4096, MADV_POPULATE_WRITE) == 0;
+    munmap(page, 4096);
+#endif
+  }
+  void TearDown() override {
+    munmap(memory_.data(), memory_.size());
+  }
+
+  size_t pages_present() const {
+    const size_t page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
+    std::vector<unsigned char> present(kBytes / page);
+    EXPECT_EQ(mincore(memory_.data(), kBytes, present.data()), 0);
+    return static_cast<size_t>(
+               std::count_if(present.begin(), present.end(), [](unsigned char p) { return p & 1; })) *
+           page / 4096;
+  }
+
+  std::span<std::byte> memory_;
+  bool can_ = false;  // the system knows how
+};
+
+TEST_F(TouchAhead, WholePagesOfThePieces) {
+  if (!can_) GTEST_SKIP() << "this system has no MADV_POPULATE_WRITE";
+  // Three pages and parts of two; four pages; none.
+  touch_ahead(
+      {memory_.subspan(100, 4 * 4096), memory_.subspan(1 << 20, 4 * 4096), memory_.subspan(2 << 20, 10)})
+      .join();
+  EXPECT_GE(pages_present(), 3u + 4u);  // more where pages are larger
+  touch_ahead({memory_}).join();
+  EXPECT_EQ(pages_present(), kBytes / 4096);
+}
+
+TEST_F(TouchAhead, WhatIsWrittenMeanwhileStays) {
+  {
+    const std::jthread touching = touch_ahead({memory_});
+    for (size_t i = 0; i < kBytes; i += 4096) std::memcpy(&memory_[i], &i, sizeof(i));
+  }
+  touch_ahead({memory_}).join();
+  for (size_t i = 0; i < kBytes; i += 4096) ASSERT_EQ(std::memcmp(&memory_[i], &i, sizeof(i)), 0) << i;
+}
+
+TEST_F(TouchAhead, NothingToTouch) {
+  touch_ahead({}).join();
+  touch_ahead({std::span<std::byte>{}}).join();
+  EXPECT_EQ(pages_present(), 0u);
+}
+
+}  // namespace
+}  // namespace fire3dv::gpu
