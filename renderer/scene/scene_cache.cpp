@@ -3,7 +3,6 @@
 #include <system_error>
 
 #include "renderer/scene/atomic_file.h"
-#include "renderer/scene/known_digests.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -40,9 +39,8 @@ std::filesystem::path SceneCache::place_of(const std::filesystem::path& asset, c
 
 std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, uint64_t max_file_bytes) {
   if (settings_.place == Place::nowhere) return std::nullopt;
-  KnownDigests digests =
-      settings_.place == Place::folder ? KnownDigests(settings_.folder, asset) : KnownDigests();
-  const auto stamped = digests.of(asset, max_file_bytes);
+  if (settings_.place == Place::folder) digests_ = KnownDigests(settings_.folder, asset);
+  const auto stamped = digests_.of(asset, max_file_bytes);
   if (!stamped) return std::nullopt;  // whoever loads it will say why
   known_ = *stamped;
   const Digest& own = known_->digest;
@@ -57,19 +55,19 @@ std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, 
   if (!sources) return unusable(sources.error().message);
   const bool own_is_the_same =
       !sources->empty() && sources->front().uri.empty() && sources->front().digest == own;
-  if (!own_is_the_same || !others_are_the_same(asset, *sources, max_file_bytes, digests))
+  if (!own_is_the_same || !others_are_the_same(asset, *sources, max_file_bytes, digests_))
     return unusable("files of the scene have changed");
   auto kept = read_scene_file(path);
   if (!kept) return unusable(kept.error().message);
   if (!same(kept->sources, *sources)) return unusable("it changed while it was read");
   touch(path);
-  digests.keep();
+  digests_.keep();
   kept->loaded.scene.source = asset;
   return std::move(kept->loaded);
 }
 
 Result<void> SceneCache::keep(const std::filesystem::path& asset, const LoadedScene& loaded,
-                              const std::vector<SourceFile>& sources) const {
+                              const std::vector<SourceFile>& sources) {
   if (settings_.place == Place::nowhere || sources.empty()) return {};
   const uint64_t bytes = array_bytes(loaded);
   if (bytes < settings_.least_scene_bytes) return {};
@@ -83,6 +81,7 @@ Result<void> SceneCache::keep(const std::filesystem::path& asset, const LoadedSc
     return Error{"cannot make the folder " + quote(settings_.folder.string()) + ": " + error.message()};
   auto written = write_scene_file(place_of(asset, sources.front().digest), loaded, sources);
   remove_oldest(settings_.folder, kEnding, settings_.most_bytes);
+  if (written) digests_.keep();
   return written;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/error.h"
+#include "renderer/scene/known_digests.h"
 #include "renderer/scene/scene_file.h"
 
 namespace fire3dv::scene {
@@ -28,7 +29,7 @@ class SceneCache {
   std::optional<LoadedScene> find(const std::filesystem::path& asset, uint64_t max_file_bytes);
   // Nothing is done where nothing is to be won. The error names the file.
   Result<void> keep(const std::filesystem::path& asset, const LoadedScene& loaded,
-                    const std::vector<SourceFile>& sources) const;
+                    const std::vector<SourceFile>& sources);
 
   // Of the asset that was looked for last and could be read.
   const StampedDigest* known() const { return known_ ? &*known_ : nullptr; }
@@ -40,6 +41,7 @@ class SceneCache {
 
   SceneCacheSettings settings_;
   std::vector<std::string> notes_;
+  KnownDigests digests_;  // of the asset that was looked for last and its files
   std::optional<StampedDigest> known_;
 };
 

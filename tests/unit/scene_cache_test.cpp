@@ -130,6 +130,20 @@ TEST(SceneCache, WhatComesBackIsWhatWasKept) {
   EXPECT_EQ(files_in(settings.folder), 2u) << "the scene, and what its file is known by";
 }
 
+TEST(SceneCache, WhoKeepsASceneKeepsWhatItsFileIsKnownBy) {
+  const ScratchFolder folder;
+  const fs::path asset = folder.write("rich.glb", rich_file().glb());
+  const Loaded loaded = load(asset);
+  const SceneCacheSettings settings = in_folder(folder.path() / "cache");
+  SceneCache cache(settings);
+  EXPECT_FALSE(cache.find(asset, LoadLimits().max_file_bytes));
+  ASSERT_TRUE(cache.keep(asset, loaded.scene, loaded.sources).ok());
+  EXPECT_EQ(files_in(settings.folder), 2u);
+  const auto known = KnownDigests(settings.folder, asset).of(asset, LoadLimits().max_file_bytes);
+  ASSERT_TRUE(known.ok());
+  EXPECT_EQ(known->digest, loaded.sources.at(0).digest);
+}
+
 TEST(SceneCache, TheSameBytesAreTheSameSceneWhateverTheirName) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
