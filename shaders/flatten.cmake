@@ -1,6 +1,6 @@
 # Puts a shader's functions into one and its variables into values. No arithmetic is changed: none of these passes folds or reorders any.
-# With FOLD it may be, where constants meet: for what shades, which nobody compares to the bit, and of which the driver then has half as
-# much to read.
+# With FOLD it may be, where constants meet: for what shades, of which no two variants are compared to the bit, and of which the driver
+# then has half as much to read.
 #
 #   cmake -DSPIRV_OPT=... -DMODULE=file.spv [-DFOLD=ON] -P flatten.cmake
 set(fold "")

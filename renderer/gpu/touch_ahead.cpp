@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <system_error>
+#include <utility>
 
 namespace fire3dv::gpu {
 namespace {
@@ -20,19 +22,25 @@ bool touch([[maybe_unused]] uintptr_t begin, [[maybe_unused]] uintptr_t end) {
 #endif
 }
 
+void touch_all(const std::stop_token& stop, const std::vector<std::span<std::byte>>& pieces) {
+  const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
+  for (const std::span<std::byte> piece : pieces) {
+    const auto first = reinterpret_cast<uintptr_t>(piece.data());
+    const uintptr_t begin = (first + page - 1) / page * page, end = (first + piece.size()) / page * page;
+    for (uintptr_t at = begin; at < end; at += kStep) {
+      if (stop.stop_requested() || !touch(at, std::min(at + kStep, end))) return;
+    }
+  }
+}
+
 }  // namespace
 
 std::jthread touch_ahead(std::vector<std::span<std::byte>> pieces) {
-  return std::jthread([pieces = std::move(pieces)](const std::stop_token& stop) {
-    const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
-    for (const std::span<std::byte> piece : pieces) {
-      const auto first = reinterpret_cast<uintptr_t>(piece.data());
-      const uintptr_t begin = (first + page - 1) / page * page, end = (first + piece.size()) / page * page;
-      for (uintptr_t at = begin; at < end; at += kStep) {
-        if (stop.stop_requested() || !touch(at, std::min(at + kStep, end))) return;
-      }
-    }
-  });
+  try {
+    return std::jthread(touch_all, std::move(pieces));
+  } catch (const std::system_error&) {  // no thread is to be had: the device touches by itself
+    return {};
+  }
 }
 
 }  // namespace fire3dv::gpu

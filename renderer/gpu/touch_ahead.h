@@ -12,7 +12,7 @@ namespace fire3dv::gpu {
 // long as what it writes. Has the pages of these pieces given, one piece after the other, while somebody else
 // may write them; what they hold stays as it is. Ends early when the thread is asked to stop, as its
 // destructor does: the memory must live as long as the thread. Where the system knows no way to do so,
-// nothing happens.
+// or has no thread left, nothing happens.
 std::jthread touch_ahead(std::vector<std::span<std::byte>> pieces);
 
 }  // namespace fire3dv::gpu

@@ -24,8 +24,8 @@ gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const
   return buffer;
 }
 
-// The values in another order, which is found on all cores in staging memory: a second copy of all would have
-// to be paid for page by page.
+// The values in another order, which is found on all cores where they are written: a second copy of all would
+// have to be paid for page by page.
 template <typename T>
 gpu::Buffer upload_in_order(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values,
                             const std::vector<uint32_t>& source, VkBufferUsageFlags usage) {
@@ -333,7 +333,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   place_nodes(device, loader);
 
   if (device.traces_rays()) {
+    loader.submit();  // commands are submitted in the order in which they were recorded
     blas_of_mesh = mesh_builds->finish(blas_report);
+    mesh_builds.reset();
     deformed.levels = gpu::DeformedLevels(device, deformed_geometry(scene, *this));
     std::vector<VkDeviceAddress> blas_of_node(node_count, 0);
     for (uint32_t n = 0; n < node_count; ++n) {

@@ -130,9 +130,9 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   // The last one is made first. Shadows may be switched off at any time; a CPU takes too long to have one
   // ready for that.
   if (!gpu::takes_cpu_variants(device_)) visibility_->expect(shading);
-  shading.shadows = shadows_.number_of_way(shadow_way_.method == ShadowMethod::ray);
+  shading.shadows = number_of_shadows(shadow_way_.method == ShadowMethod::ray);
   visibility_->expect(shading);
-  if (!shadow_way_.hybrid || scene::lights_of(scene, nullptr).empty()) return;
+  if (!shadows_on_ || !shadow_way_.hybrid || scene::lights_of(scene, nullptr).empty()) return;
   shading.finds_shadows = true;
   visibility_->expect(shading);
 }

@@ -30,7 +30,7 @@ struct StampedDigest {
   // systems' clocks tick every two seconds, and that of a network's server may be ahead of ours.
   bool holds(const std::filesystem::path& file) const {
     constexpr int64_t kSlowestTick_ns = 5'000'000'000;
-    return stamp.exists && stamp.is_settled_at(taken_ns - kSlowestTick_ns) && stamp_of(file) == stamp;
+    return stamp.exists && stamp_of(file) == stamp && stamp.is_settled_at(taken_ns - kSlowestTick_ns);
   }
 };
 

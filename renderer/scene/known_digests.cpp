@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <sstream>
+#include <utility>
 
 #include "renderer/scene/atomic_file.h"
 #include "renderer/scene/files.h"
@@ -29,26 +30,39 @@ bool read(std::istream& in, Digest& digest) {
   return true;
 }
 
+std::string end_line(std::string_view text) {
+  Checksum checksum;
+  checksum.add(std::as_bytes(std::span(text)));
+  return "end " + std::to_string(checksum.value()) + "\n";
+}
+
+// Of a record that is whole: what stands before its last line.
+std::string read_whole(const std::filesystem::path& file) {
+  const Result<Bytes> bytes = read_file(file, kMostBytes);
+  if (!bytes) return {};
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data.get()), bytes->size);
+  const size_t end = text.rfind("end ");
+  if (end == std::string_view::npos || text.substr(end) != end_line(text.substr(0, end))) return {};
+  return std::string(text.substr(0, end));
+}
+
 // All lines, or none.
 std::map<std::string, StampedDigest> read_record(const std::filesystem::path& file,
                                                  const std::string& asset) {
-  const Result<Bytes> bytes = read_file(file, kMostBytes);
-  if (!bytes) return {};
-  std::istringstream lines(std::string(reinterpret_cast<const char*>(bytes->data.get()), bytes->size));
+  std::istringstream lines(read_whole(file));
   std::string text;
   if (!std::getline(lines, text) || text != kFirstLine) return {};
   if (!std::getline(lines, text) || unescaped(text) != asset) return {};
   std::map<std::string, StampedDigest> digests;
-  while (std::getline(lines, text) && text != "end") {
+  while (std::getline(lines, text)) {
     std::istringstream line(text);
     StampedDigest known;
     std::string name;
-    if (!read(line, known.stamp) || !(line >> known.taken_ns) || !read(line, known.digest) ||
-        line.get() != ' ' || !std::getline(line, name))
+    if (!read(line, known.stamp) || !(line >> known.taken_ns) || known.taken_ns <= 0 ||
+        !read(line, known.digest) || line.get() != ' ' || !std::getline(line, name))
       return {};
     digests[unescaped(name)] = known;
   }
-  if (text != "end") return {};  // cut short
   return digests;
 }
 
@@ -75,16 +89,16 @@ Result<StampedDigest> KnownDigests::of(const std::filesystem::path& file, uint64
 }
 
 void KnownDigests::keep() {
-  if (record_.empty() || !learnt_) return;
-  learnt_ = false;
+  if (record_.empty()) return;
+  if (!std::exchange(learnt_, false)) return touch(record_);
   std::ostringstream out;
   out << kFirstLine << '\n' << escaped(asset_) << '\n';
   for (const auto& [name, known] : digests_) {
     write(out, known.stamp);
     out << ' ' << known.taken_ns << ' ' << hex(known.digest) << ' ' << escaped(name) << '\n';
   }
-  out << "end\n";
-  const std::string text = std::move(out).str();
+  std::string text = std::move(out).str();
+  text += end_line(text);
   (void)write_atomically(record_, {std::as_bytes(std::span(text))});
   remove_oldest(record_.parent_path(), kEnding, kMostBytes);
 }

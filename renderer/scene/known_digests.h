@@ -1,5 +1,7 @@
 // What files held when they were read last, kept from one start to the next: a large file is hashed once, and
 // again when it has been written.
+// That it has been is told by its size, number and times: who puts another file of the same size in its place
+// on a file system that has no time of change of its own, and gives it the old one's time, is not noticed.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +22,8 @@ class KnownDigests {
   // digest_of_file's.
   Result<StampedDigest> of(const std::filesystem::path& file, uint64_t max_bytes);
 
-  // Writes down what was read since. A fault is no one's concern: the next start reads again.
+  // Writes down what was read since, or that the record was of use. A fault is no one's concern: the next
+  // start reads again.
   void keep();
 
  private:

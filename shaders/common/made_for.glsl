@@ -3,7 +3,7 @@
 #define FIRE3DV_MADE_FOR_GLSL
 #include "shared/light_types.h"
 
-// How shadows are found, where that is known. Else as the globals say.
+// How shadows are found, where that is known. Else, as in pipelines that are not told, as the globals say.
 layout(constant_id = 0) const uint kShadows = FIRE3DV_SHADOWS_ANY;
 layout(constant_id = 1) const bool kTextures = true;  // false: for scenes whose materials have none
 

@@ -28,14 +28,26 @@ class KnownDigestsTest : public ::testing::Test {
     return {std::istreambuf_iterator<char>(file), {}};
   }
 
-  void replace(const std::string& text) { std::ofstream(record(), std::ios::binary) << text; }
+  // Without the line that tells whether it is whole.
+  std::string body() const {
+    const std::string text = this->text();
+    return text.substr(0, text.rfind("end "));
+  }
+
+  void replace_whole(const std::string& text) { std::ofstream(record(), std::ios::binary) << text; }
+
+  void replace(const std::string& body) {
+    Checksum checksum;
+    checksum.add(std::as_bytes(std::span(body)));
+    replace_whole(body + "end " + std::to_string(checksum.value()) + "\n");
+  }
 
   // The record as if the file had been read long after it was written, with a digest whose use is seen.
   void keep_settled() {
     KnownDigests known(cache_, asset_);
     true_ = known.of(asset_, kMost)->digest;
     known.keep();
-    std::string text = this->text();
+    std::string text = body();
     const size_t digest = text.find(hex(true_)), taken = text.rfind(' ', digest - 2) + 1;
     ASSERT_NE(digest, std::string::npos);
     other_ = true_;
@@ -97,35 +109,47 @@ TEST_F(KnownDigestsTest, WhatIsTooLargeByNowIsRefused) {
 TEST_F(KnownDigestsTest, ADamagedRecordIsNone) {
   keep_settled();
   const std::string whole = text();
-  for (size_t length = 0; length + 1 < whole.size(); ++length) {
-    replace(whole.substr(0, length));
+  for (size_t length = 0; length < whole.size(); ++length) {
+    replace_whole(whole.substr(0, length));
     EXPECT_EQ(found(), true_) << length;
   }
-  for (const char* bad :
-       {"", "fire3dv digests 1\n", "fire3dv digests 2\nx\nend\n", "fire3dv digests 1\nx\nend\n"}) {
+  const size_t digit = whole.find(hex(other_)) + 20;
+  std::string flipped = whole;
+  flipped[digit] = flipped[digit] == '0' ? '1' : '0';
+  replace_whole(flipped);
+  EXPECT_EQ(found(), true_);
+  // Whole, but no record.
+  for (const char* bad : {"", "fire3dv digests 1\n", "fire3dv digests 2\nx\n", "fire3dv digests 1\nx\n"}) {
     replace(bad);
     EXPECT_EQ(found(), true_) << bad;
   }
-  std::string not_hex = whole;
-  not_hex[whole.find(hex(other_)) + 20] = 'x';
+  replace_whole(whole);
+  std::string not_hex = body();
+  not_hex[digit] = 'x';
   replace(not_hex);
   EXPECT_EQ(found(), true_);
 }
 
 TEST_F(KnownDigestsTest, AnotherAssetsRecordIsNotBelieved) {
   keep_settled();
-  const fs::path own = record();
-  const fs::path other = folder_.path() / "other.glb";
-  fs::copy_file(asset_, other);
-  KnownDigests known(cache_, other);
-  ASSERT_TRUE(known.of(other, kMost).ok());
-  known.keep();
-  fs::path others;
-  for (const fs::directory_entry& entry : fs::directory_iterator(cache_))
-    if (entry.path() != own) others = entry.path();
-  ASSERT_FALSE(others.empty());
-  fs::copy_file(others, own, fs::copy_options::overwrite_existing);
+  std::string text = body();
+  const size_t line = text.find('\n') + 1;
+  text.replace(line, text.find('\n', line) - line, "/elsewhere.glb");
+  replace(text);
   EXPECT_EQ(found(), true_);
+}
+
+TEST_F(KnownDigestsTest, NoTimeIsTooFarAway) {
+  keep_settled();
+  const std::string whole = body();
+  const size_t digest = whole.find(hex(other_)), taken = whole.rfind(' ', digest - 2) + 1;
+  for (const std::string time :
+       {"-9223372036854775808", "9223372036854775807", "99999999999999999999", "0"}) {
+    std::string text = whole;
+    text.replace(taken, digest - 1 - taken, time);
+    replace(text);
+    EXPECT_EQ(found(), time == "9223372036854775807" ? other_ : true_) << time;
+  }
 }
 
 TEST_F(KnownDigestsTest, WithoutAFolderNothingIsKept) {

@@ -23,9 +23,9 @@ class TouchAhead : public ::testing::Test {
     ASSERT_NE(mapped, MAP_FAILED);
     memory_ = {static_cast<std::byte*>(mapped), kBytes};
 #ifdef MADV_POPULATE_WRITE
-    void* const page = mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    can_ = madvise(page, 4096, MADV_POPULATE_WRITE) == 0;
-    munmap(page, 4096);
+    void* const page = mmap(nullptr, page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    can_ = madvise(page, page_, MADV_POPULATE_WRITE) == 0;
+    munmap(page, page_);
 #endif
   }
   void TearDown() override {
@@ -33,39 +33,39 @@ class TouchAhead : public ::testing::Test {
   }
 
   size_t pages_present() const {
-    const size_t page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
-    std::vector<unsigned char> present(kBytes / page);
+    std::vector<unsigned char> present(kBytes / page_);
     EXPECT_EQ(mincore(memory_.data(), kBytes, present.data()), 0);
     return static_cast<size_t>(
-               std::count_if(present.begin(), present.end(), [](unsigned char p) { return p & 1; })) *
-           page / 4096;
+        std::count_if(present.begin(), present.end(), [](unsigned char p) { return p & 1; }));
   }
 
   std::span<std::byte> memory_;
+  const size_t page_ = static_cast<size_t>(sysconf(_SC_PAGESIZE));
   bool can_ = false;  // the system knows how
 };
 
 TEST_F(TouchAhead, WholePagesOfThePieces) {
   if (!can_) GTEST_SKIP() << "this system has no MADV_POPULATE_WRITE";
   // Three pages and parts of two; four pages; none.
-  touch_ahead(
-      {memory_.subspan(100, 4 * 4096), memory_.subspan(1 << 20, 4 * 4096), memory_.subspan(2 << 20, 10)})
+  touch_ahead({memory_.subspan(100, 4 * page_), memory_.subspan(16 * page_, 4 * page_),
+               memory_.subspan(32 * page_, 10)})
       .join();
-  EXPECT_GE(pages_present(), 3u + 4u);  // more where pages are larger
+  EXPECT_GE(pages_present(), 3u + 4u);  // more where a file's memory comes in larger pieces
   touch_ahead({memory_}).join();
-  EXPECT_EQ(pages_present(), kBytes / 4096);
+  EXPECT_EQ(pages_present(), kBytes / page_);
 }
 
 TEST_F(TouchAhead, WhatIsWrittenMeanwhileStays) {
   {
     const std::jthread touching = touch_ahead({memory_});
-    for (size_t i = 0; i < kBytes; i += 4096) std::memcpy(&memory_[i], &i, sizeof(i));
+    for (size_t i = 0; i < kBytes; i += page_) std::memcpy(&memory_[i], &i, sizeof(i));
   }
   touch_ahead({memory_}).join();
-  for (size_t i = 0; i < kBytes; i += 4096) ASSERT_EQ(std::memcmp(&memory_[i], &i, sizeof(i)), 0) << i;
+  for (size_t i = 0; i < kBytes; i += page_) ASSERT_EQ(std::memcmp(&memory_[i], &i, sizeof(i)), 0) << i;
 }
 
 TEST_F(TouchAhead, NothingToTouch) {
+  if (!can_) GTEST_SKIP() << "this system has no MADV_POPULATE_WRITE";
   touch_ahead({}).join();
   touch_ahead({std::span<std::byte>{}}).join();
   EXPECT_EQ(pages_present(), 0u);
