@@ -68,7 +68,7 @@ def came_from_cache(said):
 
 
 def kept(folder):
-    return sorted(glob.glob(os.path.join(folder, "scenes", "*")))
+    return sorted(glob.glob(os.path.join(folder, "scenes", "*.scene")))
 
 
 def second_start(test):
