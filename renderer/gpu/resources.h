@@ -60,7 +60,7 @@ enum class Memory {
   device,    // fastest for the GPU
   upload,    // written by the CPU in order, read by the GPU; mapped
   readback,  // written by the GPU, read by the CPU; mapped, cached
-  shared,    // `device`, and mapped: for software devices, whose memory all is the CPU's
+  shared,    // `device`, and mapped: for software devices, all of whose memory is the CPU's
 };
 
 // Of what is filled once, by LoaderCommands: `device`, or `shared` where it can be.

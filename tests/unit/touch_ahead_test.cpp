@@ -45,14 +45,15 @@ class TouchAhead : public ::testing::Test {
 };
 
 TEST_F(TouchAhead, WholePagesOfThePieces) {
-  if (!can_) GTEST_SKIP() << "this system has no MADV_POPULATE_WRITE";
   // Three pages and parts of two; four pages; none.
   touch_ahead({memory_.subspan(100, 4 * page_), memory_.subspan(16 * page_, 4 * page_),
                memory_.subspan(32 * page_, 10)})
       .join();
-  EXPECT_GE(pages_present(), 3u + 4u);  // more where a file's memory comes in larger pieces
+  // More where a file's memory comes in larger pieces; none where the system does not know how.
+  const size_t present = pages_present();
+  EXPECT_TRUE(can_ ? present >= 3 + 4 : present == 0) << present;
   touch_ahead({memory_}).join();
-  EXPECT_EQ(pages_present(), kBytes / page_);
+  EXPECT_EQ(pages_present(), can_ ? kBytes / page_ : 0u);
 }
 
 TEST_F(TouchAhead, WhatIsWrittenMeanwhileStays) {
@@ -65,7 +66,6 @@ TEST_F(TouchAhead, WhatIsWrittenMeanwhileStays) {
 }
 
 TEST_F(TouchAhead, NothingToTouch) {
-  if (!can_) GTEST_SKIP() << "this system has no MADV_POPULATE_WRITE";
   touch_ahead({}).join();
   touch_ahead({std::span<std::byte>{}}).join();
   EXPECT_EQ(pages_present(), 0u);
