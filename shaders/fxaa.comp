@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
+#include "common/dealt_groups.glsl"
 #include "shared/bindings.h"
 
 #ifdef FIRE3DV_CPU
@@ -87,7 +88,7 @@ vec4 smoothed(ivec2 pixel, vec4 center, float n, float m, float s) {
 #ifdef FIRE3DV_CPU
 // What is read as the pixel below is the lane's next pixel.
 void main() {
-  const ivec2 first = ivec2(gl_WorkGroupID.xy * 8) + ivec2(gl_LocalInvocationID.x, 0);
+  const ivec2 first = ivec2(image_group() * 8) + ivec2(gl_LocalInvocationID.x, 0);
   if (first.x >= push.width) return;
   vec4 center = color_at(first, ivec2(0));
   float n = luma_at(first, ivec2(0, -1)), m = luma_of(center.rgb);

@@ -5,6 +5,7 @@
 // takes less time where there are clusters enough to fill the device.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/dealt_groups.glsl"
 #include "common/large_triangles.glsl"
 #include "common/small_triangles.glsl"
 
@@ -128,7 +129,7 @@ void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
   // Beyond the last one that is drawn again, which changes nothing: outside of branches reading costs less.
-  const uint listed = listed_at(set, min(gl_WorkGroupID.x + gl_WorkGroupID.y * 65535, cluster_count(set) - 1));
+  const uint listed = listed_at(set, min(list_group(), cluster_count(set) - 1));
   const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, listed & ~FIRE3DV_LISTED_ONE_SIDE);
   const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, instance.node);
   const RasterView view = view_for_all(set.views, push.view);
@@ -145,7 +146,7 @@ void main() {
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
-  const uint entry = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535, thread = gl_LocalInvocationIndex;
+  const uint entry = list_group(), thread = gl_LocalInvocationIndex;
   if (entry >= cluster_count(set)) return;  // the whole group
   const uint listed = listed_at(set, entry);
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[listed & ~FIRE3DV_LISTED_ONE_SIDE];

@@ -2,6 +2,7 @@
 // Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_UNRESOLVED and FIRE3DV_FIND_SHADOWS as there.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/dealt_groups.glsl"
 #include "common/pixel_ids.glsl"
 #include "common/visible_triangle.glsl"
 #include "common/shading.glsl"
@@ -32,7 +33,9 @@ struct HeldShadow {
 
 GlobalsRef globals;
 HeldShadow held_shadows[kHeldLights];  // of the first lights
-uint lane_pixel;  // which of the group's 64 the lane is at
+uvec2 group;        // of the image
+uint first_listed;  // the group's, where pixels were listed
+uint lane_pixel;    // which of the group's 64 the lane is at
 uint shaded_pixel;
 uint shaded_samples;  // of it, as bits
 #ifdef FIRE3DV_FIND_SHADOWS
@@ -143,11 +146,11 @@ uvec2 place_of_lane() {
 uvec2 pixel_of_lane() {
   if (push.listed != 0) {
     const uint last = RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width - 1;
-    const uint index = min((gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + lane_pixel, last);
+    const uint index = min(first_listed + lane_pixel, last);
     const uint pixel = RayEntryRef(push.entries).at[index].pixel;
     return uvec2(pixel % globals.value.width, pixel / globals.value.width);
   }
-  return min(gl_WorkGroupID.xy * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height) - 1);
+  return min(group * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height) - 1);
 }
 
 vec3 sum;  // of the pixel's samples, as they are displayed
@@ -183,7 +186,7 @@ void forget_shadows() {
 
 // Not one that another lane has, too, since the image ends here.
 bool is_own_pixel() {
-  return all(lessThan(gl_WorkGroupID.xy * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height)));
+  return all(lessThan(group * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height)));
 }
 #endif
 
@@ -238,6 +241,8 @@ void shade_pixel() {
 
 // One vector takes all pixels of its group, so that what is the same for them is read once.
 void main() {
+  group = image_group();
+  first_listed = list_group() * 64;
   globals = globals_at(push.globals);
   hold_lights(globals);
   hold_shadows();

@@ -3,6 +3,7 @@
 // Variants: FIRE3DV_SAMPLES 1 or 4.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/dealt_groups.glsl"
 #include "common/large_triangles.glsl"
 #include "common/tile_lanes.glsl"
 
@@ -154,12 +155,13 @@ void draw_vast(TileTriangle whole, LaneTriangle t) {
 void main() {
   globals = globals_at(push.globals);
   const RasterSet set = RasterSetRef(push.set).value;
-  view = view_for_all(set.views, gl_WorkGroupID.z);
+  const uvec3 group = layers_group();
+  view = view_for_all(set.views, group.z);
   first_sample = view.first_texel;
   visibility = set.target;
   generation = set.generation;
   image_size = ivec2(view.width, view.height);
-  const ivec2 tile = ivec2(gl_WorkGroupID.xy);
+  const ivec2 tile = ivec2(group.xy);
   tile_pixel = tile << kTileShift;
   own_pixel = int(gl_SubgroupInvocationID) / FIRE3DV_SAMPLES;
   own_sample = gl_SubgroupInvocationID % FIRE3DV_SAMPLES;

@@ -3,6 +3,7 @@
 // Variant: FIRE3DV_MIDDLES_ALONE.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/dealt_groups.glsl"
 #include "common/large_triangles.glsl"
 #include "common/tile_lanes.glsl"
 
@@ -109,8 +110,9 @@ void draw(LaneTriangle t) {
 void main() {
   globals = globals_at(push.globals);
   set = RasterSetRef(push.set).value;
-  view = view_for_all(set.views, gl_WorkGroupID.z);
-  const ivec2 tile = ivec2(gl_WorkGroupID.xy);
+  const uvec3 group = layers_group();
+  view = view_for_all(set.views, group.z);
+  const ivec2 tile = ivec2(group.xy);
   tile_pixel = tile << kTileShift;
   if (tile_pixel.x >= view.width || tile_pixel.y >= view.height) return;
   uint next = UintRef(set.tile_lists).at[list_of_tile(view, tile)];
