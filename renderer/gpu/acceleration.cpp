@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "renderer/gpu/pipeline.h"
 #include "renderer/gpu/touch_ahead.h"
 
 namespace fire3dv::gpu {
 namespace {
 
+constexpr VkDeviceSize kBoxStride = 32;
 constexpr VkDeviceSize kMostCopiedInSoftware = 8 << 20;
 
 VkDeviceAddress align_up(VkDeviceAddress value, VkDeviceAddress alignment) {
@@ -36,16 +38,36 @@ AccelerationStructure create_structure(Device& device, VkAccelerationStructureTy
   return structure;
 }
 
+// One structure is of the one or of the other.
+bool is_of_boxes(const std::vector<TriangleGeometry>& mesh) {
+  return std::any_of(mesh.begin(), mesh.end(), [](const TriangleGeometry& g) { return g.box_count > 0; });
+}
+
 }  // namespace
+
+bool traces_to_boxes(const Device& device) {
+  return device.ray_query() && takes_cpu_variants(device);
+}
 
 MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mesh,
                         VkBuildAccelerationStructureFlagsKHR flags) {
   MeshBuild build;
-  std::vector<uint32_t> max_triangles;
+  const bool of_boxes = is_of_boxes(mesh);
+  std::vector<uint32_t> max_primitives;
   for (const TriangleGeometry& triangles : mesh) {
     VkAccelerationStructureGeometryKHR geometry{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR};
     geometry.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     geometry.flags = triangles.opaque ? VK_GEOMETRY_OPAQUE_BIT_KHR : 0;
+    if (of_boxes) {
+      geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
+      geometry.geometry.aabbs = {VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR};
+      geometry.geometry.aabbs.data.deviceAddress = triangles.boxes;
+      geometry.geometry.aabbs.stride = kBoxStride;
+      build.geometries.push_back(geometry);
+      build.ranges.push_back({triangles.box_count, 0, 0, 0});
+      max_primitives.push_back(triangles.box_count);
+      continue;
+    }
     VkAccelerationStructureGeometryTrianglesDataKHR& data = geometry.geometry.triangles;
     data = {VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR};
     data.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
@@ -56,7 +78,7 @@ MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mes
     data.indexData.deviceAddress = triangles.indices;
     build.geometries.push_back(geometry);
     build.ranges.push_back({triangles.triangle_count, 0, 0, 0});
-    max_triangles.push_back(triangles.triangle_count);
+    max_primitives.push_back(triangles.triangle_count);
   }
   build.info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
   build.info.flags = flags;
@@ -64,13 +86,13 @@ MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mes
   build.info.geometryCount = static_cast<uint32_t>(build.geometries.size());
   build.info.pGeometries = build.geometries.data();
   device.functions().get_build_sizes(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
-                                     &build.info, max_triangles.data(), &build.sizes);
+                                     &build.info, max_primitives.data(), &build.sizes);
   return build;
 }
 
 MeshBuilds::MeshBuilds(Device& device, std::span<const std::vector<TriangleGeometry>> meshes,
-                       Buffer& positions, Buffer& indices)
-    : device_(device), loader_(device), built_(meshes.size()) {
+                       std::vector<Buffer*> inputs)
+    : device_(device), inputs_(std::move(inputs)), loader_(device), built_(meshes.size()) {
   create(meshes);
   if (builds_.empty()) return;
   VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
@@ -80,7 +102,7 @@ MeshBuilds::MeshBuilds(Device& device, std::span<const std::vector<TriangleGeome
   FIRE3DV_VK(vkCreateQueryPool(device.handle(), &info, nullptr, &queries));
   compact_sizes_ = QueryPool(device, queries);
   vkResetQueryPool(device.handle(), queries, 0, info.queryCount);
-  for (size_t build = 0; build < builds_.size(); ++build) record(build, positions, indices);
+  for (size_t build = 0; build < builds_.size(); ++build) record(build);
   loader_.submit();
 }
 
@@ -108,20 +130,18 @@ void MeshBuilds::create(std::span<const std::vector<TriangleGeometry>> meshes) {
                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
 }
 
-void MeshBuilds::record(size_t build, Buffer& positions, Buffer& indices) {
+void MeshBuilds::record(size_t build) {
   MeshBuild& mesh = builds_[build];
   AccelerationStructure& structure = built_[mesh_of_build_[build]];
   mesh.info.dstAccelerationStructure = structure.handle.get();
   mesh.info.pGeometries = mesh.geometries.data();  // the vector of builds has moved them
   mesh.info.scratchData.deviceAddress = align_up(scratch_.address, scratch_alignment(device_));
   const VkAccelerationStructureBuildRangeInfoKHR* ranges = mesh.ranges.data();
-  loader_.recorder().pass("blas",
-                          {Use(positions, access::build_input), Use(indices, access::build_input),
-                           Use(scratch_, access::build_write), Use(structure.storage, access::build_write)},
-                          [&](VkCommandBuffer commands) {
-                            device_.functions().cmd_build_acceleration_structures(commands, 1, &mesh.info,
-                                                                                  &ranges);
-                          });
+  std::vector<Use> uses{Use(scratch_, access::build_write), Use(structure.storage, access::build_write)};
+  for (Buffer* input : inputs_) uses.emplace_back(*input, access::build_input);
+  loader_.recorder().pass("blas", uses, [&](VkCommandBuffer commands) {
+    device_.functions().cmd_build_acceleration_structures(commands, 1, &mesh.info, &ranges);
+  });
   loader_.recorder().pass("blas size", {Use(structure.storage, access::build_read)},
                           [&](VkCommandBuffer commands) {
                             const VkAccelerationStructureKHR handle = structure.handle.get();

@@ -17,13 +17,22 @@ struct AccelerationStructure {
   VkDeviceAddress address = 0;
 };
 
-// One geometry of triangles: 3 float32 positions per vertex, uint32 indices relative to the first vertex.
+// Whether rays are traced to boxes around a few triangles each, which a shader then meets one by one, where a
+// mesh's are all opaque and keep their shape: llvmpipe makes a tree of the order in which it is given things,
+// whatever that is, and writes 104 bytes for each.
+bool traces_to_boxes(const Device& device);
+
+// One geometry of triangles: 3 float32 positions per vertex, uint32 indices relative to the first vertex. Or
+// of boxes.
 struct TriangleGeometry {
   VkDeviceAddress positions = 0;  // of the first vertex
   VkDeviceAddress indices = 0;    // of the first index
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
   bool opaque = true;  // false: rays stop for a look at alpha
+  VkDeviceAddress boxes =
+      0;  // of the first one, box_stride after each other, each begins with its VkAabbPositionsKHR
+  uint32_t box_count = 0;
 };
 
 // Geometry descriptions of one mesh, with the arrays that Vulkan's build call points to. Whoever moves it
@@ -47,10 +56,10 @@ struct BlasBuildReport {
 // The bottom levels of a scene's meshes, built while other things are uploaded.
 class MeshBuilds {
  public:
-  // meshes[i]: the geometries of one mesh. positions and indices: the buffers that the geometries point into,
-  // filled by what has been submitted; they must live until finish(). Submits without waiting.
-  MeshBuilds(Device& device, std::span<const std::vector<TriangleGeometry>> meshes, Buffer& positions,
-             Buffer& indices);
+  // meshes[i]: the geometries of one mesh. inputs: the buffers that the geometries point into, filled by what
+  // has been submitted; they must live until finish(). Submits without waiting.
+  MeshBuilds(Device& device, std::span<const std::vector<TriangleGeometry>> meshes,
+             std::vector<Buffer*> inputs);
 
   // Waits, and makes them compact where that pays. One structure for each mesh; a null address for one
   // without triangles. Once.
@@ -58,10 +67,11 @@ class MeshBuilds {
 
  private:
   void create(std::span<const std::vector<TriangleGeometry>> meshes);
-  void record(size_t build, Buffer& positions, Buffer& indices);
+  void record(size_t build);
   void compact(BlasBuildReport& report);
 
   Device& device_;
+  std::vector<Buffer*> inputs_;
   LoaderCommands loader_;
   std::vector<AccelerationStructure> built_;  // of each mesh
   std::vector<MeshBuild> builds_;             // of those with triangles

@@ -1,6 +1,7 @@
 #include "renderer/passes/forward_pass.h"
 
 #include <algorithm>
+#include <string>
 
 #include "shaders/shared/types.h"
 
@@ -93,8 +94,8 @@ ForwardPass::ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleC
 const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
   gpu::Pipeline& known = pipelines_[{bin.topology, bin.alpha_mode, stage}];
   if (known) return known;
-  const bool rays = device_.ray_query();
   const bool visible_places = samples_ == VK_SAMPLE_COUNT_4_BIT && device_.report().visible_coverage;
+  std::string fragment_shader;
   gpu::GraphicsPipelineInfo info;
   info.vertex_shader = "forward.vert";
   info.samples = samples_;
@@ -109,15 +110,13 @@ const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
     info.blend = bin.blended();
     info.dual_source = info.blend && device_.report().dual_source_blend;
     if (!info.blend) info.depth_compare = VK_COMPARE_OP_EQUAL;  // depth is there already
-    if (info.dual_source) {
-      info.fragment_shader = rays ? "forward_blend_ray.frag" : "forward_blend.frag";
-    } else if (bin.on_top()) {
-      info.fragment_shader = rays ? "forward_on_top_ray.frag" : "forward_on_top.frag";
-    } else if (visible_places) {
-      info.fragment_shader = rays ? "forward_visible_ray.frag" : "forward_visible.frag";
-    } else {
-      info.fragment_shader = rays ? "forward_ray.frag" : "forward.frag";
-    }
+    fragment_shader = info.dual_source ? "forward_blend"
+                      : bin.on_top()   ? "forward_on_top"
+                      : visible_places ? "forward_visible"
+                                       : "forward";
+    if (device_.ray_query()) fragment_shader += gpu::traces_to_boxes(device_) ? "_ray_boxes" : "_ray";
+    fragment_shader += ".frag";
+    info.fragment_shader = fragment_shader;
   }
   known = gpu::create_graphics_pipeline(device_, layout_, info);
   return known;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/passes/material_records.h"
+#include "renderer/scene/cluster_indices.h"
 #include "renderer/scene/math.h"
 #include "renderer/scene/parallel.h"
 #include "renderer/scene/scene_edits.h"
@@ -43,6 +44,17 @@ gpu::Buffer upload_in_order(gpu::Device& device, gpu::LoaderCommands& loader, co
   return buffer;
 }
 
+gpu::Buffer upload_indices(gpu::Device& device, gpu::LoaderCommands& loader,
+                           const scene::ClusterIndices& indices, uint64_t count, VkBufferUsageFlags usage) {
+  const VkDeviceSize bytes = count * sizeof(uint32_t);
+  gpu::Buffer buffer = gpu::create_buffer(device, bytes, usage, gpu::filled_memory(device));
+  loader.upload(buffer, bytes, sizeof(uint32_t), [&](VkDeviceSize offset, std::span<std::byte> to) {
+    indices.write(offset / sizeof(uint32_t),
+                  {reinterpret_cast<uint32_t*>(to.data()), to.size() / sizeof(uint32_t)});
+  });
+  return buffer;
+}
+
 // first_primitive: of those that stand for the mesh's own.
 std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
                                                    const scene::Mesh& mesh, uint32_t first_primitive) {
@@ -65,6 +77,28 @@ std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, co
   return geometries;
 }
 
+// The same as boxes, where that is how rays are traced and all of it is opaque. Shapes that change keep their
+// triangles.
+std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
+                                                  const scene::Mesh& mesh) {
+  std::vector<gpu::TriangleGeometry> geometries =
+      shadow_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
+  const auto primitive = [&](size_t i) -> const scene::ClusteredPrimitive& {
+    return gpu_scene.geometry[mesh.first_primitive + i];
+  };
+  for (size_t i = 0; i < geometries.size(); ++i) {
+    if (geometries[i].triangle_count > 0 && (!geometries[i].opaque || primitive(i).ray_box_count == 0))
+      return geometries;
+  }
+  for (size_t i = 0; i < geometries.size() && gpu_scene.ray_boxes.get(); ++i) {
+    if (geometries[i].triangle_count == 0) continue;
+    geometries[i].boxes =
+        gpu_scene.ray_boxes.address + uint64_t{primitive(i).first_ray_box} * sizeof(scene::RayBox);
+    geometries[i].box_count = primitive(i).ray_box_count;
+  }
+  return geometries;
+}
+
 // None of a mesh that only deformed nodes show.
 std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Scene& scene,
                                                                 const GpuScene& gpu_scene) {
@@ -72,7 +106,7 @@ std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Sce
   for (const scene::Node& node : scene.nodes) {
     if (node.mesh == scene::kNone || scene::is_deformed(node) || !meshes[node.mesh].empty()) continue;
     const scene::Mesh& mesh = scene.meshes[node.mesh];
-    meshes[node.mesh] = shadow_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
+    meshes[node.mesh] = still_geometry(scene, gpu_scene, mesh);
   }
   return meshes;
 }
@@ -197,7 +231,7 @@ gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const sce
           geometry.first_index,
           geometry.first_vertex,
           scene.primitives[mesh.first_primitive + i].material,
-          0};
+          geometry.first_ray_box};
 }
 
 void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
@@ -244,7 +278,7 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
 
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
                    VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-                   float anisotropy, gpu::Rays rays)
+                   float anisotropy, gpu::Rays rays, bool rays_to_boxes)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
@@ -263,13 +297,20 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
       (device.traces_rays() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
   positions = upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
-  indices =
-      upload_array(device, loader, clustered.indices, geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  indices = upload_indices(device, loader, scene::ClusterIndices(scene, clustered),
+                           scene::index_count(clustered), geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   // What rays meet takes a software device long, on a thread of its own.
   std::optional<gpu::MeshBuilds> mesh_builds;
   if (device.traces_rays()) {
+    std::vector<gpu::Buffer*> inputs{&positions, &indices};
+    static_assert(sizeof(scene::RayBox) == sizeof(gpu_types::RayBoxRecord));
+    if (rays_to_boxes && !clustered.ray_boxes.empty()) {
+      ray_boxes = upload_array(device, loader, clustered.ray_boxes, geometry_usage);
+      inputs.push_back(&ray_boxes);
+      ray_box_count = static_cast<uint32_t>(clustered.ray_boxes.size());
+    }
     loader.submit();
-    mesh_builds.emplace(device, static_geometry(scene, *this), positions, indices);
+    mesh_builds.emplace(device, static_geometry(scene, *this), std::move(inputs));
   }
   static_assert(sizeof(scene::VertexAttributes) == sizeof(gpu_types::VertexRecord));
   vertices = upload_in_order(device, loader, scene.attributes, clustered.source_vertices,

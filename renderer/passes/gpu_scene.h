@@ -30,10 +30,11 @@ struct OwnVertices {
 
 struct GpuScene {
   // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
-  // textures_layout: see gpu::BindlessTextures.
+  // textures_layout: see gpu::BindlessTextures. rays_to_boxes: as gpu::traces_to_boxes() has it, but not for
+  // a ray-tracing pipeline.
   GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
            VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-           float anisotropy, gpu::Rays rays);
+           float anisotropy, gpu::Rays rays, bool rays_to_boxes);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
@@ -53,7 +54,7 @@ struct GpuScene {
   bool is_hidden(uint32_t node) const { return node < hidden.size() && hidden[node]; }
 
   uint32_t node_count = 0;
-  uint32_t light_count = 0, part_count = 0;
+  uint32_t light_count = 0, part_count = 0, ray_box_count = 0;
   uint32_t instance_count = 0;              // of the top-level acceleration structure
   uint32_t cluster_instance_count = 0;      // of all levels of detail
   uint32_t own_cluster_instance_count = 0;  // of the file's own, which come first
@@ -64,6 +65,7 @@ struct GpuScene {
   bool has_textures = false;    // materials with any
 
   gpu::Buffer positions, vertices, indices;  // in cluster order
+  gpu::Buffer ray_boxes;                     // scene::RayBox[], where rays are traced to boxes
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances, level_groups;
   std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene, then of deformed nodes
   std::vector<uint32_t>

@@ -105,9 +105,10 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   if (outputs_) outputs_->set_scene();
   for (const std::unique_ptr<Targets>& targets : kept_targets_) targets->visibility.forget();  // other ids
   expect_shading(scene);
+  const bool rays_to_boxes = gpu::traces_to_boxes(device_) && shadow_way_.back_end != RayBackEnd::pipeline;
   gpu_scene_ =
       std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(), environment_.textures(),
-                                 settings_.anisotropy, expected_rays(scene));
+                                 settings_.anisotropy, expected_rays(scene), rays_to_boxes);
   shadows_.set_scene(scene, *gpu_scene_);
 }
 
@@ -399,6 +400,9 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.clusters = scene.clusters.address;
   globals.level_groups = scene.level_groups.address;
   globals.cluster_triangles = scene.cluster_triangles.address;
+  globals.ray_boxes = scene.ray_boxes.address;
+  globals.ray_box_count = scene.ray_box_count;
+  globals.primitive_count = static_cast<uint32_t>(scene.geometry.size());
   globals.cluster_instances = scene.cluster_instances.address;
   globals.clip_from_world = view.clip_from_world;
   globals.eye_world = view.eye_world;

@@ -174,6 +174,18 @@ bool own_cluster_is_right(const ClusteredGeometry& geometry, const ClusteredPrim
          cluster_is_right(geometry, c);
 }
 
+bool ray_box_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const RayBox& box) {
+  if (!is_finite(box.low) || !is_finite(box.high) || box.first_vertex < p.first_vertex ||
+      box.first_vertex - p.first_vertex >= p.vertex_count ||
+      !in_range(box.first_triangle(), box.triangle_count(), geometry.triangles.size()))
+    return false;
+  const uint32_t vertices = p.vertex_count - (box.first_vertex - p.first_vertex);
+  const auto triangles = std::span(geometry.triangles).subspan(box.first_triangle(), box.triangle_count());
+  return std::all_of(triangles.begin(), triangles.end(), [&](uint32_t t) {
+    return std::max({t & 0xff, t >> 8 & 0xff, t >> 16}) < vertices;
+  });
+}
+
 bool vertices_are_of(const ClusteredGeometry& geometry, uint32_t first, uint32_t count,
                      const Primitive& source) {
   for (const uint32_t vertex : std::span(geometry.source_vertices).subspan(first, count)) {
@@ -182,20 +194,34 @@ bool vertices_are_of(const ClusteredGeometry& geometry, uint32_t first, uint32_t
   return true;
 }
 
+// Those of its clusters together, or, where it is not cut, its vertices as they are.
+bool has_all_triangles(const ClusteredGeometry& geometry, const ClusteredPrimitive& p,
+                       const Primitive& source) {
+  if (source.topology != Topology::triangles) return p.vertex_count == source.vertex_count;
+  uint64_t corners = 0;
+  for (const Cluster& c : std::span(geometry.clusters).subspan(p.first_cluster, p.cluster_count)) {
+    corners += uint64_t{3} * c.triangle_count;
+  }
+  return corners == p.index_count;
+}
+
 bool geometry_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p,
                        const Primitive& source) {
-  if (!in_range(p.first_index, p.index_count, geometry.indices.size()) ||
-      p.index_count != source.index_count ||
+  if (p.index_count != source.index_count ||
       !in_range(p.first_vertex, p.vertex_count, geometry.source_vertices.size()) ||
-      !in_range(p.first_cluster, p.cluster_count, geometry.clusters.size()) ||
-      !all_below(std::span(geometry.indices).subspan(p.first_index, p.index_count), p.vertex_count))
+      !in_range(p.first_cluster, p.cluster_count, geometry.clusters.size()))
     return false;
+  if (!has_all_triangles(geometry, p, source)) return false;
   if (!vertices_are_of(geometry, p.first_vertex, p.vertex_count, source) ||
-      !in_range(p.first_level_cluster, p.level_cluster_count, geometry.clusters.size()))
+      !in_range(p.first_level_cluster, p.level_cluster_count, geometry.clusters.size()) ||
+      !in_range(p.first_ray_box, p.ray_box_count, geometry.ray_boxes.size()))
     return false;
   const auto own = std::span(geometry.clusters).subspan(p.first_cluster, p.cluster_count);
   const auto coarser = std::span(geometry.clusters).subspan(p.first_level_cluster, p.level_cluster_count);
-  return std::all_of(own.begin(), own.end(),
+  const auto boxes = std::span(geometry.ray_boxes).subspan(p.first_ray_box, p.ray_box_count);
+  return std::all_of(boxes.begin(), boxes.end(),
+                     [&](const RayBox& b) { return ray_box_is_right(geometry, p, b); }) &&
+         std::all_of(own.begin(), own.end(),
                      [&](const Cluster& c) { return own_cluster_is_right(geometry, p, c); }) &&
          std::all_of(coarser.begin(), coarser.end(), [&](const Cluster& c) {
            return cluster_is_right(geometry, c) &&
@@ -274,6 +300,11 @@ Result<void> check_derived(const Scene& scene, const Derived& derived) {
     return geometry_is_right(geometry, geometry.primitives[i], scene.primitives[i]);
   };
   if (auto done = check_all("clusters", scene.primitives.size(), primitive); !done) return done;
+  uint64_t next_index = 0;
+  for (const ClusteredPrimitive& p : geometry.primitives) {
+    if (p.first_index != next_index) return Error{"its clusters are not right"};
+    next_index += p.index_count;
+  }
   const auto group = [&](size_t i) {
     const LevelGroup& g = geometry.level_groups[i];
     return is_finite(g.center) && is_finite(g.radius) && is_finite(g.error) && is_finite(g.surface_error);

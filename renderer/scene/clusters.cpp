@@ -10,9 +10,25 @@ namespace {
 
 // What one primitive is cut into, with offsets into its own arrays.
 struct Piece {
-  std::vector<uint32_t> source_vertices, triangles, indices;
+  std::vector<uint32_t> source_vertices, triangles;
   std::vector<Cluster> clusters;
+  std::vector<RayBox> ray_boxes;
 };
+
+// In the order in which rays meet them.
+std::vector<Corners> triangles_of(const Meshlets& cut, const GrownClusters::Run& run,
+                                  std::span<const glm::vec3> positions) {
+  std::vector<glm::vec3> vertices;
+  for (uint32_t v = 0; v < run.vertex_count; ++v)
+    vertices.push_back(positions[cut.grown.vertices[run.first_vertex + v]]);
+  std::vector<Corners> triangles;
+  for (uint32_t t = 0; t < run.triangle_count; ++t) {
+    const uint8_t* corner = &cut.grown.corners[size_t{3} * (run.first_triangle + t)];
+    triangles.push_back({corner[0], corner[1], corner[2]});
+  }
+  order_for_ray_boxes(triangles, vertices);
+  return triangles;
+}
 
 Piece cut_primitive(const Scene& scene, const Primitive& source) {
   Piece out;
@@ -20,7 +36,6 @@ Piece cut_primitive(const Scene& scene, const Primitive& source) {
                                              source.vertex_count);
   const Meshlets cut({scene.indices.data() + source.first_index, source.index_count}, positions);
   out.clusters.reserve(cut.grown.runs.size());
-  out.indices.reserve(source.index_count);
   out.triangles.reserve(source.index_count / 3);
   for (const GrownClusters::Run& run : cut.grown.runs) {
     Cluster cluster = cut.bounded(run, positions);
@@ -29,13 +44,12 @@ Piece cut_primitive(const Scene& scene, const Primitive& source) {
     for (uint32_t v = 0; v < run.vertex_count; ++v) {
       out.source_vertices.push_back(source.first_vertex + cut.grown.vertices[run.first_vertex + v]);
     }
-    for (uint32_t t = 0; t < run.triangle_count; ++t) {
-      const uint8_t* corner = &cut.grown.corners[size_t{3} * (run.first_triangle + t)];
-      out.triangles.push_back(corner[0] | uint32_t{corner[1]} << 8 | uint32_t{corner[2]} << 16);
-      for (int c = 0; c < 3; ++c) out.indices.push_back(cluster.first_vertex + corner[c]);
+    for (const Corners& corners : triangles_of(cut, run, positions)) {
+      out.triangles.push_back(corners[0] | uint32_t{corners[1]} << 8 | uint32_t{corners[2]} << 16);
     }
     out.clusters.push_back(cluster);
   }
+  out.ray_boxes = ray_boxes_of(out.clusters, out.triangles, out.source_vertices, scene.positions);
   return out;
 }
 
@@ -46,33 +60,40 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 
 ClusteredPrimitive append(ClusteredGeometry& out, Piece piece) {
   ClusteredPrimitive primitive;
-  primitive.first_index = static_cast<uint32_t>(out.indices.size());
   primitive.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
   primitive.first_cluster = static_cast<uint32_t>(out.clusters.size());
-  primitive.index_count = static_cast<uint32_t>(piece.indices.size());
   primitive.vertex_count = static_cast<uint32_t>(piece.source_vertices.size());
   primitive.cluster_count = static_cast<uint32_t>(piece.clusters.size());
+  primitive.first_ray_box = static_cast<uint32_t>(out.ray_boxes.size());
+  primitive.ray_box_count = static_cast<uint32_t>(piece.ray_boxes.size());
   const auto first_triangle = static_cast<uint32_t>(out.triangles.size());
   for (Cluster& cluster : piece.clusters) {
     cluster.first_vertex += primitive.first_vertex;
     cluster.first_triangle += first_triangle;
   }
+  for (RayBox& box : piece.ray_boxes) {
+    box.first_vertex += primitive.first_vertex;
+    box.triangles += first_triangle;
+  }
+  append(out.ray_boxes, piece.ray_boxes);
   append(out.source_vertices, piece.source_vertices);
   append(out.clusters, piece.clusters);
   append(out.triangles, piece.triangles);
-  append(out.indices, piece.indices);
   return primitive;
 }
 
-void copy_primitive(const Scene& scene, const Primitive& source, ClusteredGeometry& out,
-                    ClusteredPrimitive& primitive) {
-  primitive.first_index = static_cast<uint32_t>(out.indices.size());
+void drop_ray_boxes(ClusteredGeometry& out) {
+  out.ray_boxes = {};
+  for (ClusteredPrimitive& primitive : out.primitives) primitive.first_ray_box = primitive.ray_box_count = 0;
+}
+
+// Its vertices as they are.
+ClusteredPrimitive copy_primitive(const Primitive& source, ClusteredGeometry& out) {
+  ClusteredPrimitive primitive;
   primitive.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
-  primitive.index_count = source.index_count;
   primitive.vertex_count = source.vertex_count;
-  const auto first = scene.indices.begin() + source.first_index;
-  out.indices.insert(out.indices.end(), first, first + source.index_count);
   for (uint32_t v = 0; v < source.vertex_count; ++v) out.source_vertices.push_back(source.first_vertex + v);
+  return primitive;
 }
 
 }  // namespace
@@ -89,16 +110,17 @@ ClusteredGeometry cut_clusters(const Scene& scene, const std::function<void(size
       },
       progress);
   out.primitives.resize(count);
-  out.indices.reserve(scene.indices.size());
   out.triangles.reserve(scene.indices.size() / 3);
   out.source_vertices.reserve(scene.positions.size() + scene.positions.size() / 2);
+  uint32_t next_index = 0;
   for (size_t p = 0; p < count; ++p) {
-    if (is_cut(p)) out.primitives[p] = append(out, std::exchange(pieces[p], {}));
+    const Primitive& source = scene.primitives[p];
+    out.primitives[p] = is_cut(p) ? append(out, std::exchange(pieces[p], {})) : copy_primitive(source, out);
+    out.primitives[p].first_index = next_index;
+    out.primitives[p].index_count = source.index_count;
+    next_index += source.index_count;
   }
-  // Behind all triangles, so that those keep their place beside the clusters'.
-  for (size_t p = 0; p < count; ++p) {
-    if (!is_cut(p)) copy_primitive(scene, scene.primitives[p], out, out.primitives[p]);
-  }
+  if (out.triangles.size() > kMostRayBoxTriangles) drop_ray_boxes(out);
   return out;
 }
 

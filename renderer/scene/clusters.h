@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "renderer/scene/ray_boxes.h"
 #include "renderer/scene/scene.h"
 
 namespace fire3dv::scene {
@@ -43,19 +44,19 @@ struct LevelGroup {
 };
 
 struct ClusteredPrimitive {
-  uint32_t first_index = 0, index_count = 0;
+  uint32_t first_index = 0, index_count = 0;  // of the list that cluster_indices.h writes
   uint32_t first_vertex = 0, vertex_count = 0;
   uint32_t first_cluster = 0, cluster_count = 0;              // none for lines and points
   uint32_t first_level_cluster = 0, level_cluster_count = 0;  // the coarser ones
+  uint32_t first_ray_box = 0, ray_box_count = 0;  // none, too, where the scene has more than boxes can name
 };
 
 struct ClusteredGeometry {
   std::vector<uint32_t> source_vertices;  // [vertex here] = vertex of the scene
   std::vector<Cluster> clusters;          // in the order of the primitives
   std::vector<LevelGroup> level_groups;
+  std::vector<RayBox> ray_boxes;    // around the file's own triangles, in the order of the primitives
   std::vector<uint32_t> triangles;  // three 8-bit vertex numbers inside the cluster, lowest first
-  // Relative to the primitive's first vertex; triangle t of the file's own is at 3t.
-  std::vector<uint32_t> indices;
   std::vector<ClusteredPrimitive> primitives;  // as Scene::primitives; behind them deformed_copies.h's
 };
 

@@ -15,6 +15,8 @@ void copy_primitive(ClusteredGeometry& geometry, uint32_t index) {
   copy.first_vertex = static_cast<uint32_t>(geometry.source_vertices.size());
   copy.first_cluster = static_cast<uint32_t>(geometry.clusters.size());
   copy.first_level_cluster = copy.level_cluster_count = 0;
+  copy.first_ray_box = copy.ray_box_count =
+      0;  // those around what moves would have to be found anew in each frame
   for (uint32_t v = 0; v < copy.vertex_count; ++v) {
     geometry.source_vertices.push_back(geometry.source_vertices[source_vertex + v]);
   }

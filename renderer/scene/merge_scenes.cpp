@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "renderer/scene/cluster_indices.h"
 #include "renderer/scene/deformed_copies.h"
 
 namespace fire3dv::scene {
@@ -42,9 +43,10 @@ Result<void> check_room(const LoadedScene& to, const LoadedScene& asset) {
                     fits(a.joint_bounds, b.joint_bounds) && fits(a.joints, b.joints) &&
                     fits(a.morph_weights, b.morph_weights) && fits(a.vertex_sources, b.vertex_sources) &&
                     fits(a.primitives, b.primitives) && fits(a.materials, b.materials) &&
-                    fits(c.source_vertices, d.source_vertices) && fits(c.triangles, d.triangles) &&
-                    fits(c.indices, d.indices) && fits(c.clusters, d.clusters);
-  if (!room) return Error{"the scene would have more vertices or triangles than 32-bit indices can name"};
+                    fits(c.source_vertices, d.source_vertices) &&
+                    fits(c.triangles, d.triangles, kMostRayBoxTriangles) &&
+                    index_count(c) + index_count(d) <= kNone && fits(c.clusters, d.clusters);
+  if (!room) return Error{"the scene would have more vertices or triangles than can be numbered"};
   return {};
 }
 
@@ -127,11 +129,13 @@ void add_looks(Scene& to, const Scene& from) {
 void add_derived(Derived& to, const Derived& from, uint32_t first_vertex) {
   ClusteredGeometry& a = to.clusters;
   const ClusteredGeometry& b = from.clusters;
+  const auto first_index = static_cast<uint32_t>(index_count(a));
   for (ClusteredPrimitive p : b.primitives) {
-    p.first_index += size_of(a.indices);
+    p.first_index += first_index;
     p.first_vertex += size_of(a.source_vertices);
     p.first_cluster += size_of(a.clusters);
     p.first_level_cluster += size_of(a.clusters);
+    p.first_ray_box += size_of(a.ray_boxes);
     a.primitives.push_back(p);
   }
   for (Cluster cluster : b.clusters) {
@@ -141,10 +145,14 @@ void add_derived(Derived& to, const Derived& from, uint32_t first_vertex) {
     move(cluster.merged_by, size_of(a.level_groups));
     a.clusters.push_back(cluster);
   }
+  for (RayBox box : b.ray_boxes) {
+    box.first_vertex += size_of(a.source_vertices);
+    box.triangles += size_of(a.triangles);
+    a.ray_boxes.push_back(box);
+  }
   for (const uint32_t vertex : b.source_vertices) a.source_vertices.push_back(vertex + first_vertex);
   append(a.level_groups, b.level_groups);
   append(a.triangles, b.triangles);
-  append(a.indices, b.indices);
   append(to.casters, from.casters);
   to.has_levels |= from.has_levels;
 }

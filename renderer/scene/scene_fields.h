@@ -31,8 +31,8 @@ void visit_arrays(Derived& derived, Visit&& visit) {
   visit(clusters.source_vertices);
   visit(clusters.clusters);
   visit(clusters.level_groups);
+  visit(clusters.ray_boxes);
   visit(clusters.triangles);
-  visit(clusters.indices);
   visit(clusters.primitives);
 }
 

@@ -1,9 +1,12 @@
 // Hard shadows by ray query. Opaque surfaces stop a ray; masked ones stop it where they are opaque; blended ones cast
-// no shadow.
+// no shadow. With FIRE3DV_RAY_BOXES some meshes are traced to boxes, see ray_boxes.glsl.
 #ifndef FIRE3DV_SHADOW_RAYS_GLSL
 #define FIRE3DV_SHADOW_RAYS_GLSL
 #extension GL_EXT_ray_query : require
 #include "common/masked_hit.glsl"
+#ifdef FIRE3DV_RAY_BOXES
+#include "common/ray_boxes.glsl"
+#endif
 
 layout(set = 0, binding = FIRE3DV_BINDING_TOP_LEVEL) uniform accelerationStructureEXT top_level;
 
@@ -11,7 +14,17 @@ bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance
   rayQueryEXT query;
   rayQueryInitializeEXT(query, top_level, gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0, direction, distance_m);
   while (rayQueryProceedEXT(query)) {
-    if (rayQueryGetIntersectionTypeEXT(query, false) != gl_RayQueryCandidateIntersectionTriangleEXT) continue;
+    if (rayQueryGetIntersectionTypeEXT(query, false) != gl_RayQueryCandidateIntersectionTriangleEXT) {
+#ifdef FIRE3DV_RAY_BOXES
+      if (meets_box(globals, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
+                    rayQueryGetIntersectionGeometryIndexEXT(query, false), rayQueryGetIntersectionPrimitiveIndexEXT(query, false),
+                    rayQueryGetIntersectionObjectRayOriginEXT(query, false),
+                    rayQueryGetIntersectionObjectRayDirectionEXT(query, false), distance_m)) {
+        return true;
+      }
+#endif
+      continue;
+    }
     if (masked_hit_is_solid(globals, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
                             rayQueryGetIntersectionGeometryIndexEXT(query, false),
                             rayQueryGetIntersectionPrimitiveIndexEXT(query, false),

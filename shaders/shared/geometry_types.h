@@ -23,8 +23,16 @@ struct PrimitiveRecord {
   uint first_index;
   uint first_vertex;
   uint material;
-  uint padding;
+  uint first_ray_box;  // where rays are traced to boxes
 };
+
+// scene::RayBox on the GPU; vertices and triangles are absolute.
+struct RayBoxRecord {
+  vec3 low, high;
+  uint first_vertex;
+  uint triangles;  // the first one; above FIRE3DV_RAY_BOX_COUNT_SHIFT how many, less one
+};
+#define FIRE3DV_RAY_BOX_COUNT_SHIFT 28
 
 // A primitive at a node, in the order of the scene: what clusters, ids and draws refer to.
 struct PartRecord {

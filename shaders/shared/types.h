@@ -33,6 +33,7 @@ struct Globals {
   FIRE3DV_ADDRESS level_groups;             // LevelGroupRecord[]
   FIRE3DV_ADDRESS cluster_triangles;        // uint[], scene::ClusteredGeometry::triangles
   FIRE3DV_ADDRESS cluster_instances;        // ClusterInstance[]
+  FIRE3DV_ADDRESS ray_boxes;                // RayBoxRecord[], where rays are traced to boxes
   FIRE3DV_ADDRESS light_shadows;            // LightShadow[], as lights
   FIRE3DV_ADDRESS light_views;              // RasterView[]
   FIRE3DV_ADDRESS shadow_maps;  // uint[], kept_depth(): of each view, at texels' middles, then outer ones
@@ -61,6 +62,8 @@ struct Globals {
   uint mask_words;
   uint sheet_count;
   uint part_count;
+  uint primitive_count;
+  uint ray_box_count;
 };
 
 #ifdef __cplusplus

@@ -95,7 +95,7 @@ TEST(Parallel, ClustersAndCastersDoNotDependOnTheNumberOfCores) {
   EXPECT_TRUE(same_bytes(many.clusters.source_vertices, one.clusters.source_vertices));
   EXPECT_TRUE(same_bytes(many.clusters.clusters, one.clusters.clusters));
   EXPECT_TRUE(same_bytes(many.clusters.triangles, one.clusters.triangles));
-  EXPECT_TRUE(same_bytes(many.clusters.indices, one.clusters.indices));
+  EXPECT_TRUE(same_bytes(many.clusters.ray_boxes, one.clusters.ray_boxes));
   EXPECT_TRUE(same_bytes(many.clusters.primitives, one.clusters.primitives));
   ASSERT_EQ(many.casters.size(), scene.meshes.size());
   for (size_t m = 0; m < scene.meshes.size(); ++m) {

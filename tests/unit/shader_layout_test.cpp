@@ -95,6 +95,9 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(VertexRecord, color);
   EXPECT_SAME_OFFSET(PrimitiveRecord, material);
   EXPECT_SAME_OFFSET(PrimitiveRecord, mesh_radius);
+  EXPECT_SAME_OFFSET(PrimitiveRecord, first_ray_box);
+  EXPECT_SAME_OFFSET(RayBoxRecord, high);
+  EXPECT_SAME_OFFSET(RayBoxRecord, triangles);
   EXPECT_SAME_OFFSET(InfluenceRecord, weights);
   EXPECT_SAME_OFFSET(JointRecord, node);
   EXPECT_SAME_OFFSET(JointBoundsRecord, high);

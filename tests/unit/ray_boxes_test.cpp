@@ -1,0 +1,161 @@
+// Boxes that rays are traced to hold each triangle of the file's own once, within its box, and lie in the
+// order of a tree that is worth walking.
+#include "renderer/scene/ray_boxes.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <span>
+
+#include "renderer/scene/cluster_levels.h"
+#include "renderer/scene/merge_scenes.h"
+#include "tests/unit/mesh_scenes.h"
+
+namespace fire3dv::test {
+namespace {
+
+using scene::ClusteredGeometry;
+using scene::ClusteredPrimitive;
+using scene::RayBox;
+using scene::Scene;
+
+Scene scene_of_all_kinds() {
+  Scene scene;
+  add_primitive(scene, ball_triangles(1, 96, 0.3f));
+  for (size_t v = 0; v < scene.positions.size(); ++v)
+    scene.attributes[v].normal = glm::normalize(scene.positions[v]);
+  add_primitive(scene, {});
+  add_primitive(scene, {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, {0, 1, 1, 2}}, 0,
+                scene::Topology::lines);
+  add_mesh(scene);
+  add_primitive(scene, box_triangles({1, 2, 3}));
+  Triangles soup;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-1, 1);
+  for (uint32_t i = 0; i < 3000; ++i) {
+    soup.positions.emplace_back(place(random), place(random), place(random));
+    soup.indices.push_back(i);
+  }
+  add_primitive(scene, soup);
+  add_mesh(scene);
+  for (uint32_t mesh = 0; mesh < 2; ++mesh) scene.nodes.emplace_back().mesh = mesh;
+  return scene;
+}
+
+using Boxed = std::map<std::pair<uint32_t, uint32_t>, int>;  // how often a triangle of a cluster is in a box
+
+// Of one primitive, and that each lies within its box.
+Boxed boxed_triangles(const Scene& scene, const ClusteredGeometry& geometry,
+                      const ClusteredPrimitive& primitive) {
+  Boxed found;
+  for (uint32_t b = primitive.first_ray_box; b < primitive.first_ray_box + primitive.ray_box_count; ++b) {
+    const RayBox& box = geometry.ray_boxes[b];
+    EXPECT_LE(box.triangle_count(), scene::kRayBoxTriangles);
+    for (uint32_t t = box.first_triangle(); t < box.first_triangle() + box.triangle_count(); ++t) {
+      ++found[{box.first_vertex, t}];
+      for (int corner = 0; corner < 3; ++corner) {
+        const uint32_t vertex = box.first_vertex + (geometry.triangles[t] >> (8 * corner) & 255);
+        const glm::vec3 place = scene.positions[geometry.source_vertices[vertex]];
+        EXPECT_EQ(glm::min(place, box.low), box.low);
+        EXPECT_EQ(glm::max(place, box.high), box.high);
+      }
+    }
+  }
+  return found;
+}
+
+void expect_each_triangle_once(const Scene& scene, const ClusteredGeometry& geometry) {
+  for (size_t p = 0; p < scene.primitives.size(); ++p) {
+    SCOPED_TRACE(p);
+    const ClusteredPrimitive& primitive = geometry.primitives[p];
+    Boxed wanted;
+    for (uint32_t c = primitive.first_cluster; c < primitive.first_cluster + primitive.cluster_count; ++c) {
+      const scene::Cluster& cluster = geometry.clusters[c];
+      for (uint32_t t = 0; t < cluster.triangle_count; ++t)
+        wanted[{cluster.first_vertex, cluster.first_triangle + t}] = 1;
+    }
+    EXPECT_EQ(boxed_triangles(scene, geometry, primitive), wanted);
+    EXPECT_EQ(primitive.ray_box_count == 0, primitive.cluster_count == 0);
+  }
+}
+
+TEST(RayBoxes, HoldEachTriangleOnce) {
+  const Scene scene = scene_of_all_kinds();
+  const ClusteredGeometry geometry = scene::cut_clusters(scene);
+  EXPECT_GT(geometry.ray_boxes.size(), 300u);
+  expect_each_triangle_once(scene, geometry);
+}
+
+TEST(RayBoxes, AreTheFilesOwnTrianglesWhereThereAreCoarserOnes) {
+  const Scene scene = scene_of_all_kinds();
+  ClusteredGeometry geometry = scene::cut_clusters(scene);
+  scene::add_cluster_levels(scene, geometry);
+  ASSERT_GT(geometry.primitives[0].level_cluster_count, 0u);
+  expect_each_triangle_once(scene, geometry);
+}
+
+TEST(RayBoxes, AreMovedWithWhatTheyHoldWhenAnAssetJoins) {
+  scene::LoadedScene both{scene_of_all_kinds(), {}};
+  both.derived.clusters = scene::cut_clusters(both.scene);
+  scene::add_cluster_levels(both.scene, both.derived.clusters);  // their triangles lie behind the file's own
+  const scene::LoadedScene asset = both;
+  const uint32_t below = scene::add_node(both.scene, "asset", 0, glm::mat4(1));
+  ASSERT_TRUE(scene::add_below(both, asset, below).ok());
+  ASSERT_EQ(both.derived.clusters.ray_boxes.size(), 2 * asset.derived.clusters.ray_boxes.size());
+  expect_each_triangle_once(both.scene, both.derived.clusters);
+}
+
+double surface_of(std::span<const RayBox> boxes) {
+  glm::dvec3 low(1e30), high(-1e30);
+  for (const RayBox& box : boxes) {
+    low = glm::min(low, glm::dvec3(box.low));
+    high = glm::max(high, glm::dvec3(box.high));
+  }
+  const glm::dvec3 size = high - low;
+  return 2 * (size.x * size.y + size.y * size.z + size.z * size.x);
+}
+
+// Of all nodes of a tree that halves its boxes in the order in which they are given: what rays have to come
+// past.
+double surface_of_tree(std::span<const RayBox> boxes) {
+  if (boxes.size() < 2) return surface_of(boxes);
+  const size_t half = (boxes.size() + 1) / 2;
+  return surface_of(boxes) + surface_of_tree(boxes.first(half)) + surface_of_tree(boxes.subspan(half));
+}
+
+TEST(RayBoxes, LieInAnOrderThatKeepsTheTreesBoxesSmall) {
+  Scene scene;
+  add_primitive(scene, ball_triangles(1, 256));
+  add_mesh(scene);
+  const ClusteredGeometry geometry = scene::cut_clusters(scene);
+  std::vector<RayBox> boxes = geometry.ray_boxes;
+  const double ordered = surface_of_tree(boxes);
+  std::shuffle(boxes.begin(), boxes.end(), std::mt19937(1));
+  EXPECT_LT(8 * ordered, surface_of_tree(boxes));
+}
+
+double surface_of_each(std::span<const RayBox> boxes) {
+  double surface = 0;
+  for (const RayBox& box : boxes) surface += surface_of({&box, 1});
+  return surface;
+}
+
+TEST(RayBoxes, HoldNeighbours) {
+  Scene scene;
+  add_primitive(scene, ball_triangles(1, 256));
+  add_mesh(scene);
+  const ClusteredGeometry geometry = scene::cut_clusters(scene);
+  std::vector<uint32_t> triangles = geometry.triangles;
+  std::mt19937 random(1);
+  for (const scene::Cluster& cluster : geometry.clusters) {
+    const auto first = triangles.begin() + cluster.first_triangle;
+    std::shuffle(first, first + cluster.triangle_count, random);
+  }
+  const std::vector<RayBox> any =
+      scene::ray_boxes_of(geometry.clusters, triangles, geometry.source_vertices, scene.positions);
+  EXPECT_LT(2 * surface_of_each(geometry.ray_boxes), surface_of_each(any));
+}
+
+}  // namespace
+}  // namespace fire3dv::test
