@@ -8,7 +8,6 @@
 namespace fire3dv::gpu {
 namespace {
 
-constexpr VkDeviceSize kBoxStride = 32;
 constexpr VkDeviceSize kMostCopiedInSoftware = 8 << 20;
 
 VkDeviceAddress align_up(VkDeviceAddress value, VkDeviceAddress alignment) {
@@ -40,7 +39,7 @@ AccelerationStructure create_structure(Device& device, VkAccelerationStructureTy
 
 // One structure is of the one or of the other.
 bool is_of_boxes(const std::vector<TriangleGeometry>& mesh) {
-  return std::any_of(mesh.begin(), mesh.end(), [](const TriangleGeometry& g) { return g.box_count > 0; });
+  return std::any_of(mesh.begin(), mesh.end(), [](const TriangleGeometry& g) { return g.boxes != 0; });
 }
 
 }  // namespace

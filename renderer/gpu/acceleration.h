@@ -22,6 +22,8 @@ struct AccelerationStructure {
 // whatever that is, and writes 104 bytes for each.
 bool traces_to_boxes(const Device& device);
 
+constexpr VkDeviceSize kBoxStride = 32;
+
 // One geometry of triangles: 3 float32 positions per vertex, uint32 indices relative to the first vertex. Or
 // of boxes.
 struct TriangleGeometry {
@@ -30,8 +32,8 @@ struct TriangleGeometry {
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
   bool opaque = true;  // false: rays stop for a look at alpha
-  VkDeviceAddress boxes =
-      0;  // of the first one, box_stride after each other, each begins with its VkAabbPositionsKHR
+  // Each kBoxStride after the one before, and begins with its VkAabbPositionsKHR. 0: triangles.
+  VkDeviceAddress boxes = 0;
   uint32_t box_count = 0;
 };
 

@@ -91,9 +91,9 @@ std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, con
       return geometries;
   }
   for (size_t i = 0; i < geometries.size() && gpu_scene.ray_boxes.get(); ++i) {
+    geometries[i].boxes = gpu_scene.ray_boxes.address;
     if (geometries[i].triangle_count == 0) continue;
-    geometries[i].boxes =
-        gpu_scene.ray_boxes.address + uint64_t{primitive(i).first_ray_box} * sizeof(scene::RayBox);
+    geometries[i].boxes += uint64_t{primitive(i).first_ray_box} * gpu::kBoxStride;
     geometries[i].box_count = primitive(i).ray_box_count;
   }
   return geometries;
@@ -303,7 +303,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   std::optional<gpu::MeshBuilds> mesh_builds;
   if (device.traces_rays()) {
     std::vector<gpu::Buffer*> inputs{&positions, &indices};
-    static_assert(sizeof(scene::RayBox) == sizeof(gpu_types::RayBoxRecord));
+    static_assert(sizeof(scene::RayBox) == sizeof(gpu_types::RayBoxRecord) &&
+                  sizeof(scene::RayBox) == gpu::kBoxStride);
     if (rays_to_boxes && !clustered.ray_boxes.empty()) {
       ray_boxes = upload_array(device, loader, clustered.ray_boxes, geometry_usage);
       inputs.push_back(&ray_boxes);

@@ -17,7 +17,7 @@ namespace access = gpu::access;
 
 constexpr size_t kMostSheets = 16;
 // Of 64 threads, that take found rays in turns: more than fit on a GPU at once; on a CPU, whose threads get
-// groups in advance, few that all have the same share.
+// groups in advance, few that all have the same share, but of not too many turns (lanes.glsl).
 constexpr uint32_t kGroupsOfFound = 1024, kGroupsOfFoundOnCpu = 64;
 constexpr gpu_types::RayList kEmptyList{0, 1, 1, 0, 1, 1, 0};
 constexpr gpu_types::RayList kEmptyLists[FIRE3DV_RAY_LISTS] = {kEmptyList, kEmptyList, kEmptyList};
