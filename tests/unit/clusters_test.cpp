@@ -40,14 +40,8 @@ Scene mixed_scene() {
   add_primitive(scene, {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, {0, 1, 1, 2}}, 0,
                 scene::Topology::lines);
   add_primitive(scene, ball_triangles(0.01f, 48, 0.3f));
-  Triangles soup;  // no two triangles share a vertex: the limit on vertices is met first
-  std::mt19937 random(7);
-  std::uniform_real_distribution<float> place(-1, 1);
-  for (uint32_t i = 0; i < 3000; ++i) {
-    soup.positions.emplace_back(place(random), place(random), place(random));
-    soup.indices.push_back(i);
-  }
-  add_primitive(scene, soup);
+  // The limit on vertices is met first.
+  add_primitive(scene, soup_triangles(3000));
   Triangles fan;  // many triangles at one vertex
   fan.positions.emplace_back(0, 0, 0);
   for (int i = 0; i <= 1000; ++i) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <glm/glm.hpp>
+#include <random>
 #include <vector>
 
 #include "renderer/scene/scene.h"
@@ -70,6 +71,18 @@ inline Triangles ball_triangles(float radius, uint32_t segments, float bump = 0)
     }
   }
   return ball;
+}
+
+// No two triangles share a vertex, and all lie anywhere.
+inline Triangles soup_triangles(uint32_t corners) {
+  Triangles soup;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-1, 1);
+  for (uint32_t i = 0; i < corners; ++i) {
+    soup.positions.emplace_back(place(random), place(random), place(random));
+    soup.indices.push_back(i);
+  }
+  return soup;
 }
 
 inline void add_primitive(scene::Scene& scene, const Triangles& triangles, uint32_t material = 0,

@@ -31,14 +31,7 @@ Scene scene_of_all_kinds() {
                 scene::Topology::lines);
   add_mesh(scene);
   add_primitive(scene, box_triangles({1, 2, 3}));
-  Triangles soup;
-  std::mt19937 random(7);
-  std::uniform_real_distribution<float> place(-1, 1);
-  for (uint32_t i = 0; i < 3000; ++i) {
-    soup.positions.emplace_back(place(random), place(random), place(random));
-    soup.indices.push_back(i);
-  }
-  add_primitive(scene, soup);
+  add_primitive(scene, soup_triangles(3000));
   add_mesh(scene);
   for (uint32_t mesh = 0; mesh < 2; ++mesh) scene.nodes.emplace_back().mesh = mesh;
   return scene;
@@ -125,10 +118,15 @@ double surface_of_tree(std::span<const RayBox> boxes) {
   return surface_of(boxes) + surface_of_tree(boxes.first(half)) + surface_of_tree(boxes.subspan(half));
 }
 
-TEST(RayBoxes, LieInAnOrderThatKeepsTheTreesBoxesSmall) {
+Scene large_ball() {
   Scene scene;
   add_primitive(scene, ball_triangles(1, 256));
   add_mesh(scene);
+  return scene;
+}
+
+TEST(RayBoxes, LieInAnOrderThatKeepsTheTreesBoxesSmall) {
+  const Scene scene = large_ball();
   const ClusteredGeometry geometry = scene::cut_clusters(scene);
   std::vector<RayBox> boxes = geometry.ray_boxes;
   const double ordered = surface_of_tree(boxes);
@@ -143,9 +141,7 @@ double surface_of_each(std::span<const RayBox> boxes) {
 }
 
 TEST(RayBoxes, HoldNeighbours) {
-  Scene scene;
-  add_primitive(scene, ball_triangles(1, 256));
-  add_mesh(scene);
+  const Scene scene = large_ball();
   const ClusteredGeometry geometry = scene::cut_clusters(scene);
   std::vector<uint32_t> triangles = geometry.triangles;
   std::mt19937 random(1);
