@@ -3,6 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/joint_matrix.glsl"
+#include "common/vertices.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { DeformPush push; };
@@ -11,7 +12,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Inf
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DeltaRef { MorphDeltaRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer FloatRef { float at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PositionsRef { vec3 at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) buffer VerticesRef { VertexRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) buffer FramesRef { FrameRecord at[]; };
 
 AffineRows blended_matrix(DeformRecord record, uint source) {
   if (record.first_influence == FIRE3DV_NO_INDEX) return AffineRowsRef(push.world_from_node).at[record.node];
@@ -56,8 +57,10 @@ void main() {
   const uint source = UintRef(push.sources).at[record.first_source + vertex];
 
   vec3 position = PositionsRef(push.positions).at[record.rest_vertex + vertex];
-  vec3 normal = VerticesRef(push.vertices).at[record.rest_vertex + vertex].normal;
-  vec3 tangent = VerticesRef(push.vertices).at[record.rest_vertex + vertex].tangent.xyz;
+  const FrameRecord rest = FramesRef(push.frames).at[record.rest_vertex + vertex];
+  vec3 normal = normal_of(rest);
+  const vec4 rest_tangent = tangent_of(rest);
+  vec3 tangent = rest_tangent.xyz;
   const vec3 rest_normal = unit_or(normal, vec3(0, 0, 1));
   for (uint target = 0; target < record.target_count; ++target) {
     const float weight = FloatRef(push.weights).at[record.first_weight + target];
@@ -81,6 +84,6 @@ void main() {
   // A triangle with such a corner would drop out of the acceleration structure, which an update may not do.
   if (any(isnan(position)) || any(isinf(position))) position = vec3(0);
   PositionsRef(push.positions).at[record.posed_vertex + vertex] = position;
-  VerticesRef(push.vertices).at[record.posed_vertex + vertex].normal = normal;
-  VerticesRef(push.vertices).at[record.posed_vertex + vertex].tangent.xyz = perpendicular(tangent, normal);
+  FramesRef(push.frames).at[record.posed_vertex + vertex] =
+      packed_frame(normal, perpendicular(tangent, normal), rest_tangent.w);
 }

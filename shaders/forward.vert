@@ -1,7 +1,7 @@
 // Pulls the vertex of one draw and takes it to the world.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "common/buffers.glsl"
+#include "common/vertices.glsl"
 
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
 
@@ -21,15 +21,17 @@ void main() {
   const DrawRecord draw = DrawRef(globals.value.draws).at[gl_InstanceIndex];
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[draw.node];
   const vec3 position_node = PositionRef(globals.value.positions).at[gl_VertexIndex];
-  const VertexRecord vertex = VertexRef(globals.value.vertices).at[gl_VertexIndex];
+  const FrameRecord frame = FrameRef(globals.value.frames).at[gl_VertexIndex];
+  const vec4 tangent = tangent_of(frame);
+  ExtrasRef extras = ExtrasRef(globals.value.extras);
 
   out_position_world = transform_point(world_from_node, position_node);
   out_position_center = out_position_world;
-  out_normal_world = transform_normal(world_from_node, vertex.normal);
-  out_tangent_world = vec4(transform_direction(world_from_node, vertex.tangent.xyz), vertex.tangent.w);
-  out_uv = vec4(vertex.uv0, vertex.uv1);
+  out_normal_world = transform_normal(world_from_node, normal_of(frame));
+  out_tangent_world = vec4(transform_direction(world_from_node, tangent.xyz), tangent.w);
+  out_uv = vec4(UvRef(globals.value.uvs).at[gl_VertexIndex], uv1_of(extras, gl_VertexIndex));
   out_uv_center = out_uv;
-  out_color = vertex.color;
+  out_color = color_of(extras, gl_VertexIndex);
   out_material = PrimitiveRef(globals.value.primitives).at[draw.primitive].material;
   out_part_flags = PartRef(globals.value.parts).at[draw.part].flags;
   gl_PointSize = 1;

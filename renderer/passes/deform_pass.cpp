@@ -54,11 +54,11 @@ void DeformPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene
   push.weights = shapes.weights.address;
   push.world_from_node = scene.world_from_node.address;
   push.positions = scene.positions.address;
-  push.vertices = scene.vertices.address;
+  push.frames = scene.frames.address;
   push.primitives = scene.primitives.address;
   recorder.pass("deform",
                 {Use(shapes.weights, access::compute_read), Use(scene.world_from_node, access::compute_read),
-                 Use(scene.positions, access::compute_write), Use(scene.vertices, access::compute_write),
+                 Use(scene.positions, access::compute_write), Use(scene.frames, access::compute_write),
                  Use(scene.primitives, access::compute_write)},
                 [&](VkCommandBuffer commands) {
                   push.group_count = shapes.group_count;

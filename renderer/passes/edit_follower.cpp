@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/passes/material_records.h"
+#include "renderer/scene/packed_vertices.h"
 #include "renderer/scene/replaced_vertices.h"
 #include "shaders/shared/types.h"
 
@@ -27,16 +28,16 @@ const scene::Mesh* mesh_of(const scene::Scene& scene, uint32_t node) {
 void write_vertices(Patches& patches, const GpuScene& gpu_scene, const OwnVertices& own,
                     const scene::Scene& scene, const scene::PosedVertices& posed) {
   std::vector<glm::vec3> positions;
-  std::vector<scene::VertexAttributes> attributes;
+  std::vector<scene::TangentFrame> frames;
   for (size_t i = 0; i < own.vertices.size(); ++i) {
     positions.push_back(posed.positions[own.mesh_places[i]]);
-    attributes.push_back(scene.attributes[own.vertices[i]]);
-    attributes.back().normal = posed.normals[own.mesh_places[i]];
+    frames.push_back(scene::packed_frame(posed.normals[own.mesh_places[i]],
+                                         scene::tangent_of(scene.frames[own.vertices[i]])));
   }
   patches.write(gpu_scene.positions, own.first_vertex * sizeof(glm::vec3),
                 std::span<const glm::vec3>(positions));
-  patches.write(gpu_scene.vertices, own.first_vertex * sizeof(scene::VertexAttributes),
-                std::span<const scene::VertexAttributes>(attributes));
+  patches.write(gpu_scene.frames, own.first_vertex * sizeof(scene::TangentFrame),
+                std::span<const scene::TangentFrame>(frames));
   const scene::Mesh& mesh = *mesh_of(scene, own.node);
   for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
     const VkDeviceSize primitive = gpu_scene.primitive_at(own.node, mesh.first_primitive + i);

@@ -272,7 +272,7 @@ void GpuScene::place_nodes(gpu::Device& device, gpu::LoaderCommands& loader) {
 }
 
 void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
-  for (gpu::Buffer* written : {&world_from_node, &positions, &vertices, &primitives})
+  for (gpu::Buffer* written : {&world_from_node, &positions, &frames, &primitives})
     uses.emplace_back(*written, access);
 }
 
@@ -313,9 +313,15 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     loader.submit();
     mesh_builds.emplace(device, static_geometry(scene, *this), std::move(inputs));
   }
-  static_assert(sizeof(scene::VertexAttributes) == sizeof(gpu_types::VertexRecord));
-  vertices = upload_in_order(device, loader, scene.attributes, clustered.source_vertices,
-                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+  static_assert(sizeof(scene::TangentFrame) == sizeof(gpu_types::FrameRecord) &&
+                sizeof(scene::VertexExtras) == sizeof(gpu_types::ExtrasRecord));
+  const auto upload_vertices = [&](const auto& values) {
+    return upload_in_order(device, loader, values, clustered.source_vertices,
+                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+  };
+  frames = upload_vertices(scene.frames);
+  uvs = upload_vertices(scene.uvs);
+  if (!scene.extras.empty()) extras = upload_vertices(scene.extras);
   clusters = upload_array(device, loader, cluster_records(clustered));
   level_groups = upload_array(device, loader, level_group_records(clustered));
   cluster_triangles = upload_array(device, loader, clustered.triangles);

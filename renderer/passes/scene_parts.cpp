@@ -3,14 +3,16 @@
 #include <algorithm>
 
 #include "renderer/passes/gpu_scene.h"
+#include "renderer/scene/packed_vertices.h"
 
 namespace fire3dv::passes {
 namespace {
 
 bool is_colored(const scene::Scene& scene, const scene::Primitive& primitive) {
-  const auto first = scene.attributes.begin() + primitive.first_vertex;
-  return std::any_of(first, first + primitive.vertex_count,
-                     [](const scene::VertexAttributes& v) { return v.color != glm::vec4(1); });
+  for (uint32_t v = primitive.first_vertex; v < primitive.first_vertex + primitive.vertex_count; ++v) {
+    if (scene::has_color(scene, v)) return true;
+  }
+  return false;
 }
 
 bool is_on_top(const scene::Scene& scene, const scene::Primitive& primitive) {

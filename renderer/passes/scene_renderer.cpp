@@ -394,7 +394,9 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.lights = scene.lights.address;
   globals.light_places = scene.light_places();
   globals.positions = scene.positions.address;
-  globals.vertices = scene.vertices.address;
+  globals.frames = scene.frames.address;
+  globals.uvs = scene.uvs.address;
+  globals.extras = scene.extras.address;
   globals.indices = scene.indices.address;
   globals.parts = scene.parts.address;
   globals.clusters = scene.clusters.address;

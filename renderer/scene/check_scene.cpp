@@ -242,12 +242,20 @@ Result<void> check_all(const char* array, size_t count, const std::function<bool
 }  // namespace
 
 Result<void> check_scene(const Scene& s) {
-  if (s.positions.size() != s.attributes.size() || s.materials.empty()) return Error{"arrays are missing"};
+  const size_t vertices = s.positions.size();
+  if (s.frames.size() != vertices || s.uvs.size() != vertices ||
+      (!s.extras.empty() && s.extras.size() != vertices) || s.materials.empty()) {
+    return Error{"arrays are missing"};
+  }
   const std::span<const float> numbers[] = {
-      floats(s.positions),     floats(s.attributes),  floats(s.morph_deltas), floats(s.joint_bounds),
+      floats(s.positions),     floats(s.uvs),         floats(s.morph_deltas), floats(s.joint_bounds),
       floats(s.morph_weights), floats(s.key_times_s), floats(s.key_values)};
   for (const std::span<const float>& some : numbers) {
     if (!all_finite(some)) return Error{"it holds numbers that are not finite"};
+  }
+  if (!std::all_of(s.extras.begin(), s.extras.end(),
+                   [](const VertexExtras& extras) { return is_finite(extras.uv1); })) {
+    return Error{"it holds texture coordinates that are not finite"};
   }
   if (!is_finite(s.bounds_min) || !is_finite(s.bounds_max)) return Error{"its bounds are not finite"};
   const auto primitive = [&](size_t i) { return primitive_is_right(s, s.primitives[i]); };

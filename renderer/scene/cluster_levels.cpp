@@ -9,6 +9,7 @@
 #include "renderer/scene/deformed_copies.h"
 #include "renderer/scene/level_simplify.h"
 #include "renderer/scene/meshlets.h"
+#include "renderer/scene/packed_vertices.h"
 #include "renderer/scene/parallel.h"
 
 namespace fire3dv::scene {
@@ -178,7 +179,7 @@ class Builder {
     std::vector<uint32_t> place;
     for (uint32_t v : vertices) {
       piece.positions.push_back(scene_.positions[v]);
-      piece.attributes.push_back(&scene_.attributes[v]);
+      piece.attributes.push_back(attributes_of(scene_, v));
       place.push_back(place_of(levels, v));
     }
     Simplified out;

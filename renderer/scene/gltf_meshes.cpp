@@ -9,6 +9,7 @@
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_morphs.h"
 #include "renderer/scene/gltf_skins.h"
+#include "renderer/scene/packed_vertices.h"
 #include "renderer/scene/parallel.h"
 #include "renderer/scene/tangents.h"
 #include "renderer/scene/triangles.h"
@@ -303,12 +304,10 @@ class MeshLoader {
     }
     if (scene_.positions.empty()) {  // the whole of a single large mesh is not copied again
       scene_.positions = std::move(vertices->positions);
-      scene_.attributes = std::move(vertices->attributes);
     } else {
       scene_.positions.insert(scene_.positions.end(), vertices->positions.begin(), vertices->positions.end());
-      scene_.attributes.insert(scene_.attributes.end(), vertices->attributes.begin(),
-                               vertices->attributes.end());
     }
+    append_attributes(scene_, vertices->attributes);
     if (recipe.vertices_stand_alone()) vertices_.emplace(key, range);
     return range;
   }

@@ -110,7 +110,7 @@ class Comparison {
       Facet& facet = facets_[t];
       for (size_t c = 0; c < 3; ++c) {
         facet.corner[c] = original.positions[simplified[3 * t + c]];
-        facet.at[c] = original.attributes[simplified[3 * t + c]];
+        facet.at[c] = &original.attributes[simplified[3 * t + c]];
       }
       const glm::vec3 n = glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
       facet.normal = n;
@@ -210,7 +210,7 @@ LevelError measure_error(const SurfacePiece& original, std::span<const uint32_t>
   // them.
   for (size_t v = 0; v < original.positions.size(); ++v) {
     if (kept[v]) continue;
-    const VertexAttributes& a = *original.attributes[v];
+    const VertexAttributes& a = original.attributes[v];
     comparison.take({original.positions[v], unit(a.normal), unit(glm::vec3(a.tangent)), a.tangent.w, a.uv0,
                      a.uv1, a.color});
   }
@@ -219,7 +219,7 @@ LevelError measure_error(const SurfacePiece& original, std::span<const uint32_t>
     const VertexAttributes* at[3];
     for (size_t c = 0; c < 3; ++c) {
       corner[c] = &original.positions[original.indices[t + c]];
-      at[c] = original.attributes[original.indices[t + c]];
+      at[c] = &original.attributes[original.indices[t + c]];
     }
     comparison.take(look_at(corner, at, glm::vec3(1.0f / 3)));
   }

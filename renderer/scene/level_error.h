@@ -29,7 +29,7 @@ LookedAt looked_at(const Scene& scene, const Primitive& primitive);
 // A piece of surface, its vertices numbered from 0.
 struct SurfacePiece {
   std::vector<glm::vec3> positions;
-  std::vector<const VertexAttributes*> attributes;
+  std::vector<VertexAttributes> attributes;
   std::vector<uint32_t> indices;
 };
 

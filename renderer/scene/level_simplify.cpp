@@ -109,17 +109,17 @@ class Collapser {
     double area = 0, uv_area = 0;
     for (size_t t = 0; t < places_.size(); ++t) {
       area += glm::length(normal_of(places_[t]));
-      const glm::dvec2 uv = piece_.attributes[vertices_[t][0]]->uv0;
-      const glm::dvec2 ab = glm::dvec2(piece_.attributes[vertices_[t][1]]->uv0) - uv,
-                       ac = glm::dvec2(piece_.attributes[vertices_[t][2]]->uv0) - uv;
+      const glm::dvec2 uv = piece_.attributes[vertices_[t][0]].uv0;
+      const glm::dvec2 ab = glm::dvec2(piece_.attributes[vertices_[t][1]].uv0) - uv,
+                       ac = glm::dvec2(piece_.attributes[vertices_[t][2]].uv0) - uv;
       uv_area += std::abs(ab.x * ac.y - ab.y * ac.x);
     }
     const double normal_m =
         looked_at.normals && !places_.empty() ? std::sqrt(area / static_cast<double>(places_.size())) : 0;
     const double uv_m = looked_at.uv0 && uv_area > 0 ? std::sqrt(area / uv_area) : 0;
-    for (const VertexAttributes* at : piece_.attributes) {
-      values_.push_back({normal_m * at->normal.x, normal_m * at->normal.y, normal_m * at->normal.z,
-                         uv_m * at->uv0.x, uv_m * at->uv0.y});
+    for (const VertexAttributes& at : piece_.attributes) {
+      values_.push_back({normal_m * at.normal.x, normal_m * at.normal.y, normal_m * at.normal.z,
+                         uv_m * at.uv0.x, uv_m * at.uv0.y});
     }
     quadrics_.resize(points_.size());
     attribute_quadrics_.resize(values_.size());

@@ -91,8 +91,14 @@ void add_geometry(Scene& to, const Scene& from) {
     move(p.first_vertex_source, size_of(to.vertex_sources));
     to.primitives.push_back(p);
   }
+  if (!to.extras.empty() || !from.extras.empty()) {
+    to.extras.resize(to.positions.size());
+    append(to.extras, from.extras);
+    to.extras.resize(to.positions.size() + from.positions.size());
+  }
   append(to.positions, from.positions);
-  append(to.attributes, from.attributes);
+  append(to.frames, from.frames);
+  append(to.uvs, from.uvs);
   append(to.indices, from.indices);
   append(to.vertex_sources, from.vertex_sources);
   append(to.influences, from.influences);

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "renderer/scene/bounds.h"
+#include "renderer/scene/packed_vertices.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -43,7 +44,7 @@ std::vector<glm::vec3> normals_of(const Scene& scene, const Primitive& primitive
     const float length = glm::length(sum);
     // What belongs to no triangle with an area keeps the file's.
     normals[v] = length > 0 && std::isfinite(length) ? sum / length
-                                                     : scene.attributes[primitive.first_vertex + v].normal;
+                                                     : normal_of(scene.frames[primitive.first_vertex + v]);
   }
   return normals;
 }
@@ -83,7 +84,7 @@ PosedVertices pose_vertices(const Scene& scene, const Mesh& mesh, const Replaced
       const float length = glm::length(replaced.normals[from]);
       posed.normals.push_back(length > 0 && std::isfinite(length)
                                   ? replaced.normals[from] / length
-                                  : scene.attributes[primitive.first_vertex + v].normal);
+                                  : normal_of(scene.frames[primitive.first_vertex + v]));
     }
     if (replaced.normals.empty()) {
       const std::vector<glm::vec3> normals =
@@ -101,7 +102,7 @@ PosedVertices rest_vertices(const Scene& scene, const Mesh& mesh) {
   for (const Primitive& primitive : primitives_of(scene, mesh)) {
     for (uint32_t v = primitive.first_vertex; v < primitive.first_vertex + primitive.vertex_count; ++v) {
       posed.positions.push_back(scene.positions[v]);
-      posed.normals.push_back(scene.attributes[v].normal);
+      posed.normals.push_back(normal_of(scene.frames[v]));
     }
   }
   find_sphere(posed);

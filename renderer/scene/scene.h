@@ -38,16 +38,29 @@ struct Node {
   bool own_vertices = false;        // its mesh's vertices are replaced while it is shown, see scene_edits.h
 };
 
-// Attributes beside the position. The loader generates missing normals, and missing tangents where the
-// material has a normal map.
-// Uploaded as it is: see gpu_types::VertexRecord.
+// What a vertex has beside its position, as files say it and as whoever makes vertices writes it. The loader
+// generates missing normals, and missing tangents where the material has a normal map. A scene keeps it
+// packed: see packed_vertices.h.
 struct VertexAttributes {
   glm::vec4 tangent{1, 0, 0, 1};  // w: sign of the bitangent
-  glm::vec4 color{1};             // linear
+  glm::vec4 color{1};             // linear, 0 to 1
   glm::vec2 uv0{0};
   glm::vec2 uv1{0};
   glm::vec3 normal{0, 0, 1};
-  float padding = 0;
+};
+
+// A unit normal and a unit tangent perpendicular to it, as packed_vertices.h has them.
+struct TangentFrame {
+  std::array<int16_t, 3> normal{0, 0, INT16_MAX};
+  uint16_t tangent = 1;
+  bool operator==(const TangentFrame&) const = default;
+};
+
+// What few files have.
+struct VertexExtras {
+  glm::vec2 uv1{0};
+  std::array<uint16_t, 4> color{UINT16_MAX, UINT16_MAX, UINT16_MAX, UINT16_MAX};  // linear; the most is 1
+  bool operator==(const VertexExtras&) const = default;
 };
 
 // The loader unrolls strips, fans and loops.
@@ -82,7 +95,7 @@ struct Primitive {
   bool lit = true;           // false: lines and points without normals show base colour plus emission
   uint32_t first_index = 0;  // into Scene::indices; values are relative to first_vertex
   uint32_t index_count = 0;
-  uint32_t first_vertex = 0;  // into Scene::positions and Scene::attributes
+  uint32_t first_vertex = 0;  // into Scene::positions and what else there is of vertices
   uint32_t vertex_count = 0;
   uint32_t material = 0;
   // In the mesh's frame, before skinning, with every weight that morph targets have at rest or in an
@@ -245,7 +258,9 @@ struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Primitive> primitives;
   std::vector<glm::vec3> positions;
-  std::vector<VertexAttributes> attributes;
+  std::vector<TangentFrame> frames;  // [vertex]
+  std::vector<glm::vec2> uvs;        // [vertex]: the first set
+  std::vector<VertexExtras> extras;  // [vertex], or empty: no vertex has any
   std::vector<uint32_t> indices;
   std::vector<uint32_t> vertex_sources;
   std::vector<Influences> influences;

@@ -12,7 +12,9 @@ namespace fire3dv::scene {
 template <typename Visit>
 void visit_arrays(Scene& scene, Visit&& visit) {
   visit(scene.positions);
-  visit(scene.attributes);
+  visit(scene.frames);
+  visit(scene.uvs);
+  visit(scene.extras);
   visit(scene.indices);
   visit(scene.vertex_sources);
   visit(scene.influences);

@@ -32,7 +32,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Mat
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ViewWords { uint at[52]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PreparedWords { uint at[11]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceWords { uint at[6]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexWords { uint at[16]; };
 
 #define FIRE3DV_OWN_WORD(record, first, count) (record).at[min((first) + gl_SubgroupInvocationID, (count) - 1)]
 #define FIRE3DV_WORD(own_words, i) subgroupBroadcast(own_words, i)
@@ -86,15 +85,11 @@ void positions_for_all(uint64_t positions, uint vertex[3], out vec3 node[3]) {
   node[2] = vec3(FIRE3DV_NUMBER(words, 6), FIRE3DV_NUMBER(words, 7), uintBitsToFloat(last));
 }
 
-// Its texture coordinates and normal alone.
-VertexRecord vertex_for_all(uint64_t vertices, uint index) {
-  VertexWords record = VertexWords(vertices)[index];
-  const uint words = FIRE3DV_OWN_WORD(record, 8, 16);
-  VertexRecord vertex;
-  vertex.uv0 = vec2(FIRE3DV_NUMBER(words, 0), FIRE3DV_NUMBER(words, 1));
-  vertex.uv1 = vec2(FIRE3DV_NUMBER(words, 2), FIRE3DV_NUMBER(words, 3));
-  vertex.normal = vec3(FIRE3DV_NUMBER(words, 4), FIRE3DV_NUMBER(words, 5), FIRE3DV_NUMBER(words, 6));
-  return vertex;
+// The first two words of records of so many, one for each of three vertices.
+void pairs_for_all(uint64_t records, const uint record_words, uint vertex[3], out uvec2 pair[3]) {
+  const uint lane = gl_SubgroupInvocationID, corner = lane < 2 ? vertex[0] : lane < 4 ? vertex[1] : vertex[2];
+  const uint words = UintRef(records).at[corner * record_words + lane % 2];
+  for (uint i = 0; i < 3; ++i) pair[i] = uvec2(FIRE3DV_WORD(words, 2 * i), FIRE3DV_WORD(words, 2 * i + 1));
 }
 
 // Without the planes around it.

@@ -4,6 +4,7 @@
 #include "common/raster_rules.glsl"
 #include "common/surface_point.glsl"
 #include "common/textures.glsl"
+#include "common/vertices.glsl"
 
 struct VisibleTriangle {
   PartRecord part;
@@ -158,11 +159,11 @@ struct TriangleUv {
 };
 
 TriangleUv triangle_uv(GlobalsRef globals, VisibleTriangle t, uint material_flags) {
-  VertexRef vertices = VertexRef(globals.value.vertices);
   const bool second = (material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0;
   TriangleUv uv;
   for (int i = 0; i < 3; ++i) {
-    uv.at[i] = vec4(vertices.at[t.vertex[i]].uv0, second ? vertices.at[t.vertex[i]].uv1 : vec2(0));
+    uv.at[i] = vec4(UvRef(globals.value.uvs).at[t.vertex[i]],
+                    second ? uv1_of(ExtrasRef(globals.value.extras), t.vertex[i]) : vec2(0));
   }
   return uv;
 }
@@ -171,19 +172,54 @@ vec4 uv_at(TriangleUv uv, vec3 b) { return uv.at[0] * b.x + uv.at[1] * b.y + uv.
 
 vec4 color_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
   if ((t.part.flags & FIRE3DV_PART_COLORED) == 0) return vec4(1);
-  VertexRef vertices = VertexRef(globals.value.vertices);
-  return vertices.at[t.vertex[0]].color * b.x + vertices.at[t.vertex[1]].color * b.y + vertices.at[t.vertex[2]].color * b.z;
+  ExtrasRef extras = ExtrasRef(globals.value.extras);
+  return color_of(extras, t.vertex[0]) * b.x + color_of(extras, t.vertex[1]) * b.y + color_of(extras, t.vertex[2]) * b.z;
 }
 
-vec3 normal_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
-  VertexRef vertices = VertexRef(globals.value.vertices);
-  return vertices.at[t.vertex[0]].normal * b.x + vertices.at[t.vertex[1]].normal * b.y + vertices.at[t.vertex[2]].normal * b.z;
+// Of the three vertices.
+struct TriangleFrames {
+  FrameRecord at[3];
+};
+
+TriangleFrames triangle_frames(GlobalsRef globals, VisibleTriangle t) {
+  TriangleFrames frames;
+  for (int i = 0; i < 3; ++i) frames.at[i] = FrameRef(globals.value.frames).at[t.vertex[i]];
+  return frames;
 }
+
+vec3 normal_at(TriangleFrames frames, vec3 b) {
+  return (long_normal(frames.at[0]) * b.x + long_normal(frames.at[1]) * b.y + long_normal(frames.at[2]) * b.z) *
+         (1 / FIRE3DV_NORMAL_STEPS);
+}
+
+vec4 tangent_at(TriangleFrames frames, vec3 b) {
+  return tangent_of(frames.at[0]) * b.x + tangent_of(frames.at[1]) * b.y + tangent_of(frames.at[2]) * b.z;
+}
+
+#ifdef FIRE3DV_CPU
+// The same where all lanes show one triangle.
+TriangleUv triangle_uv_for_all(GlobalsRef globals, VisibleTriangle t, uint material_flags) {
+  uvec2 first[3], second[3] = uvec2[3](uvec2(0), uvec2(0), uvec2(0));
+  pairs_for_all(globals.value.uvs, 2, t.vertex, first);
+  if ((material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0 && globals.value.extras != 0)
+    pairs_for_all(globals.value.extras, 4, t.vertex, second);
+  TriangleUv uv;
+  for (int i = 0; i < 3; ++i) uv.at[i] = vec4(uintBitsToFloat(first[i]), uintBitsToFloat(second[i]));
+  return uv;
+}
+
+TriangleFrames triangle_frames_for_all(GlobalsRef globals, VisibleTriangle t) {
+  uvec2 words[3];
+  pairs_for_all(globals.value.frames, 2, t.vertex, words);
+  TriangleFrames frames;
+  for (int i = 0; i < 3; ++i) frames.at[i] = FrameRecord(words[i].x, words[i].y);
+  return frames;
+}
+#endif
 
 SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec2 size = vec2(globals.value.width, globals.value.height);
   const vec3 b = nearby(barycentrics_at(t, pixel, size));
-  VertexRef vertices = VertexRef(globals.value.vertices);
   const uint flags = material_of(globals, t).flags;
   vec3 b_dx = vec3(0), b_dy = vec3(0);
 #if defined(FIRE3DV_CPU) && !defined(FIRE3DV_FIND_SHADOWS)  // where a branch costs less; the size of a pixel is for those who trace
@@ -200,38 +236,30 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   // Twice, for what lies between the samples that an error was measured at.
   point.lift_m = t.surface_error > 0 ? 2 * t.surface_error * largest_stretch(t.world_from_node) : 0;
   point.uv = point.uv_dx = point.uv_dy = vec4(0);
-  vec3 normal;
+  TriangleUv uv;
+  TriangleFrames frames;
+  const bool textured = kTextures && (flags & FIRE3DV_MATERIAL_TEXTURED) != 0;
 #ifdef FIRE3DV_CPU
   if (t.for_all) {
-    // Of a vertex both sets and the normal are one read.
-    TriangleUv uv;
-    vec3 normals[3];
-    for (int i = 0; i < 3; ++i) {
-      const VertexRecord vertex = vertex_for_all(globals.value.vertices, t.vertex[i]);
-      uv.at[i] = vec4(vertex.uv0, vertex.uv1);
-      normals[i] = vertex.normal;
-    }
-    point.uv = uv_at(uv, b);
-    point.uv_dx = uv_at(uv, b_dx);
-    point.uv_dy = uv_at(uv, b_dy);
-    normal = normals[0] * b.x + normals[1] * b.y + normals[2] * b.z;
+    if (textured) uv = triangle_uv_for_all(globals, t, flags);
+    frames = triangle_frames_for_all(globals, t);
   } else
 #endif
   {
-    if (kTextures && (flags & FIRE3DV_MATERIAL_TEXTURED) != 0) {
-      const TriangleUv uv = triangle_uv(globals, t, flags);
-      point.uv = uv_at(uv, b);
-      point.uv_dx = uv_at(uv, b_dx);
-      point.uv_dy = uv_at(uv, b_dy);
-    }
-    normal = normal_at(globals, t, b);
+    if (textured) uv = triangle_uv(globals, t, flags);
+    frames = triangle_frames(globals, t);
+  }
+  if (textured) {
+    point.uv = uv_at(uv, b);
+    point.uv_dx = uv_at(uv, b_dx);
+    point.uv_dy = uv_at(uv, b_dy);
   }
   point.color = color_at(globals, t, b);
+  const vec3 normal = normal_at(frames, b);
   point.normal_world = normalize(normal_direction(t.world_from_node, t.node_facts, normal));
   point.tangent_world = vec4(0);
   if (kTextures && (flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
-    const vec4 tangent = vertices.at[t.vertex[0]].tangent * b.x + vertices.at[t.vertex[1]].tangent * b.y +
-                         vertices.at[t.vertex[2]].tangent * b.z;
+    const vec4 tangent = tangent_at(frames, b);
     point.tangent_world = vec4(transform_direction(t.world_from_node, tangent.xyz), tangent.w);
   }
 

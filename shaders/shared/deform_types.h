@@ -68,7 +68,7 @@ struct DeformPush {
   FIRE3DV_ADDRESS weights;          // float[]
   FIRE3DV_ADDRESS world_from_node;  // AffineRows[]
   FIRE3DV_ADDRESS positions;        // vec3[], read and written
-  FIRE3DV_ADDRESS vertices;         // VertexRecord[], read and written
+  FIRE3DV_ADDRESS frames;           // FrameRecord[], read and written
   FIRE3DV_ADDRESS primitives;       // PrimitiveRecord[], spheres written
   uint group_count;                 // of workgroups
 };

@@ -8,13 +8,16 @@ FIRE3DV_SHARED_BEGIN
 // What every pixel reads lies so that it is loaded 16 bytes at a time: structures of their multiples, members
 // that do not cross them, buffer references that say so. Word by word the loads alone would be most of the
 // time.
-struct VertexRecord {
-  vec4 tangent;
-  vec4 color;
-  vec2 uv0;
+// scene::TangentFrame and scene::VertexExtras on the GPU, in words.
+struct FrameRecord {
+  uint normal_xy;
+  uint normal_z_tangent;
+};
+
+struct ExtrasRecord {
   vec2 uv1;
-  vec3 normal;
-  float padding;
+  uint color_rg;
+  uint color_ba;
 };
 
 struct PrimitiveRecord {

@@ -26,7 +26,9 @@ struct Globals {
   FIRE3DV_ADDRESS lights;                   // LightRecord[]
   FIRE3DV_ADDRESS light_places;             // LightPlace[]
   FIRE3DV_ADDRESS positions;                // vec3[], node space
-  FIRE3DV_ADDRESS vertices;                 // VertexRecord[]
+  FIRE3DV_ADDRESS frames;                   // FrameRecord[]
+  FIRE3DV_ADDRESS uvs;                      // vec2[], the first set
+  FIRE3DV_ADDRESS extras;                   // ExtrasRecord[]; 0: no vertex has any
   FIRE3DV_ADDRESS indices;                  // uint[]
   FIRE3DV_ADDRESS parts;                    // PartRecord[]
   FIRE3DV_ADDRESS clusters;                 // ClusterRecord[]

@@ -44,7 +44,7 @@ passes::View view_of(const scene::Scene& scene, const AssetOracle& oracle) {
 
 scene::Scene with_default_materials(scene::Scene scene) {
   for (scene::Material& material : scene.materials) material = {};
-  for (scene::VertexAttributes& vertex : scene.attributes) vertex.color = glm::vec4(1);
+  for (scene::VertexExtras& extras : scene.extras) extras.color = scene::VertexExtras().color;
   return scene;
 }
 

@@ -47,7 +47,9 @@ class RasterVariants : public ValidationIsSilent {
     globals_.world_from_node = scene.world_from_node.address;
     globals_.node_facts = scene.node_facts();
     globals_.positions = scene.positions.address;
-    globals_.vertices = scene.vertices.address;
+    globals_.frames = scene.frames.address;
+    globals_.uvs = scene.uvs.address;
+    globals_.extras = scene.extras.address;
     globals_.primitives = scene.primitives.address;
     globals_.materials = scene.materials.address;
     globals_.parts = scene.parts.address;

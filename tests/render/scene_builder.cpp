@@ -4,6 +4,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "renderer/passes/view.h"
+#include "renderer/scene/packed_vertices.h"
 
 namespace fire3dv::test {
 
@@ -47,7 +48,7 @@ uint32_t SceneBuilder::mesh(uint32_t material, const std::vector<glm::vec3>& pos
     primitive.bounds_max = glm::max(primitive.bounds_max, p);
   }
   scene_.positions.insert(scene_.positions.end(), positions.begin(), positions.end());
-  scene_.attributes.insert(scene_.attributes.end(), attributes.begin(), attributes.end());
+  scene::append_attributes(scene_, attributes);
   scene_.indices.insert(scene_.indices.end(), indices.begin(), indices.end());
   scene_.primitives.push_back(primitive);
   scene_.meshes.push_back({"", static_cast<uint32_t>(scene_.primitives.size() - 1), 1});

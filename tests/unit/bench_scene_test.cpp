@@ -6,6 +6,7 @@
 
 #include "renderer/passes/view.h"
 #include "renderer/scene/caster_shape.h"
+#include "renderer/scene/packed_vertices.h"
 #include "tools/bench/bench_scene.h"
 #include "tools/bench/shapes.h"
 
@@ -61,7 +62,8 @@ TEST(BenchScene, IsTheSameToTheByteEachTime) {
   const BenchScene a = make_bench_scene({50'000}, surfaces(), kAspect);
   const BenchScene b = make_bench_scene({50'000}, make_surfaces(32), kAspect);
   EXPECT_TRUE(same_bytes(a.scene.positions, b.scene.positions));
-  EXPECT_TRUE(same_bytes(a.scene.attributes, b.scene.attributes));
+  EXPECT_TRUE(same_bytes(a.scene.frames, b.scene.frames));
+  EXPECT_TRUE(same_bytes(a.scene.uvs, b.scene.uvs));
   EXPECT_TRUE(same_bytes(a.scene.indices, b.scene.indices));
   ASSERT_EQ(a.scene.images.size(), b.scene.images.size());
   for (size_t i = 0; i < a.scene.images.size(); ++i)
@@ -132,11 +134,12 @@ TEST(BenchScene, MeshesAreClosedAndShadedSmoothly) {
     for (size_t c = 0; c < 3; ++c) {
       const size_t v = primitive->first_vertex + made.scene.indices[3 * i + c];
       corner[c] = made.scene.positions[v];
-      normal += made.scene.attributes[v].normal;
-      EXPECT_NEAR(glm::length(made.scene.attributes[v].normal), 1, 1e-4f);
-      EXPECT_NEAR(glm::length(glm::vec3(made.scene.attributes[v].tangent)), 1, 1e-4f);
-      EXPECT_NEAR(glm::dot(glm::vec3(made.scene.attributes[v].tangent), made.scene.attributes[v].normal), 0,
-                  1e-4f);
+      const glm::vec3 own = scene::normal_of(made.scene.frames[v]);
+      const glm::vec3 tangent(scene::tangent_of(made.scene.frames[v]));
+      normal += own;
+      EXPECT_NEAR(glm::length(own), 1, 1e-4f);
+      EXPECT_NEAR(glm::length(tangent), 1, 1e-4f);
+      EXPECT_NEAR(glm::dot(tangent, own), 0, 1e-4f);
     }
     const glm::vec3 flat = glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
     ASSERT_GT(glm::dot(glm::normalize(flat), glm::normalize(normal)), 0.7f) << "triangle " << i;

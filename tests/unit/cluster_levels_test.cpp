@@ -12,6 +12,7 @@
 #include <set>
 
 #include "tests/unit/mesh_scenes.h"
+#include "tests/unit/vertex_attributes.h"
 
 namespace fire3dv::test {
 namespace {
@@ -33,7 +34,7 @@ void smooth_normals(Scene& scene) {
     }
     for (uint32_t v = 0; v < primitive.vertex_count; ++v) {
       if (glm::dot(sums[v], sums[v]) > 0)
-        scene.attributes[primitive.first_vertex + v].normal = glm::normalize(sums[v]);
+        scene.frames[primitive.first_vertex + v] = scene::packed_frame(glm::normalize(sums[v]), {1, 0, 0, 1});
     }
   }
 }
@@ -336,8 +337,7 @@ float largest_error(const ClusteredGeometry& geometry, float LevelGroup::*error)
 
 TEST(ClusterLevels, WhatCannotBeSeenCostsNothingAndWhatCanDoes) {
   Scene flat = scene_of(grid_triangles(64, [](float, float) { return 0.0f; }));
-  for (size_t v = 0; v < flat.positions.size(); ++v)
-    flat.attributes[v].uv0 = {flat.positions[v].x, flat.positions[v].z};
+  for (size_t v = 0; v < flat.positions.size(); ++v) flat.uvs[v] = {flat.positions[v].x, flat.positions[v].z};
   flat.materials[0].base_color_texture.texture = 0;
   const ClusteredGeometry plain = levels_of(flat);
   EXPECT_GT(plain.level_groups.size(), 4u);
@@ -345,7 +345,9 @@ TEST(ClusterLevels, WhatCannotBeSeenCostsNothingAndWhatCanDoes) {
 
   auto with = [&](const std::function<void(scene::VertexAttributes&, const glm::vec3&)>& change) {
     Scene changed = flat;
-    for (size_t v = 0; v < changed.positions.size(); ++v) change(changed.attributes[v], changed.positions[v]);
+    std::vector<scene::VertexAttributes> attributes = attributes_of(changed);
+    for (size_t v = 0; v < attributes.size(); ++v) change(attributes[v], changed.positions[v]);
+    set_attributes(changed, attributes);
     return levels_of(changed);
   };
   const ClusteredGeometry waves = with([](scene::VertexAttributes& a, const glm::vec3& p) {

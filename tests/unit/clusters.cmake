@@ -1,6 +1,7 @@
 if(TARGET fire3dv_scene)
   fire3dv_test(cluster_growth_test SOURCES cluster_growth_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(clusters_test SOURCES clusters_test.cpp LINK fire3dv_scene LABELS unit)
+  fire3dv_test(packed_vertices_test SOURCES packed_vertices_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(ray_boxes_test SOURCES ray_boxes_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(caster_shape_test SOURCES caster_shape_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(cluster_levels_test SOURCES cluster_levels_test.cpp LINK fire3dv_scene LABELS unit)

@@ -183,7 +183,8 @@ scene::Scene with_triangle(bool own) {
   scene::Scene scene = room();
   scene.materials.emplace_back();
   scene.positions.resize(3);
-  scene.attributes.resize(3);
+  scene.frames.resize(3);
+  scene.uvs.resize(3);
   scene.indices = {0, 1, 2};
   scene::Primitive primitive;
   primitive.index_count = primitive.vertex_count = 3;

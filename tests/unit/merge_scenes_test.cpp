@@ -2,6 +2,7 @@
 #include "renderer/scene/merge_scenes.h"
 
 #include "renderer/scene/check_scene.h"
+#include "renderer/scene/packed_vertices.h"
 #include "renderer/scene/replaced_vertices.h"
 #include "tests/unit/loaded_scene.h"
 
@@ -79,6 +80,25 @@ TEST(MergeScenes, HoldsBothAndIsRight) {
   EXPECT_EQ(clusters.clusters[cut.first_cluster].first_vertex, cut.first_vertex);
 }
 
+TEST(MergeScenes, OfVerticesWithExtrasAndWithoutEachKeepsItsOwn) {
+  const LoadedScene plain = loaded_whole(quad_file());
+  LoadedScene colored = plain;
+  colored.scene.extras.resize(colored.scene.positions.size());
+  colored.scene.extras[2].color = {1, 2, 3, 4};
+  for (const bool onto_plain : {false, true}) {
+    LoadedScene merged = onto_plain ? plain : colored;
+    const uint32_t first = static_cast<uint32_t>(merged.scene.positions.size());
+    ASSERT_TRUE(
+        add_below(merged, onto_plain ? colored : plain, add_node(merged.scene, "asset", 0, moved_by(0)))
+            .ok());
+    EXPECT_TRUE(check_scene(merged.scene).ok());
+    ASSERT_EQ(merged.scene.extras.size(), merged.scene.positions.size());
+    for (uint32_t v = 0; v < merged.scene.extras.size(); ++v)
+      EXPECT_EQ(merged.scene.extras[v],
+                v == (onto_plain ? first : 0) + 2 ? colored.scene.extras[2] : VertexExtras());
+  }
+}
+
 TEST(ReplacedVertices, AreCountedAsTheFileCountsThem) {
   const Scene scene = loaded(quad_file());
   const Mesh& mesh = scene.meshes[0];
@@ -101,7 +121,7 @@ TEST(ReplacedVertices, AreCountedAsTheFileCountsThem) {
   const PosedVertices given = pose_vertices(scene, mesh, replaced);
   EXPECT_EQ(given.normals[0], glm::vec3(0, 1, 0));
   const uint32_t last = scene.primitives[0].first_vertex + 5;
-  EXPECT_EQ(given.normals[5], scene.attributes[last].normal) << "that of the file";
+  EXPECT_EQ(given.normals[5], normal_of(scene.frames[last])) << "that of the file";
   EXPECT_EQ(rest_vertices(scene, mesh).positions, scene.positions);
 }
 

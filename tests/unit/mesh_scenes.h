@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "renderer/scene/packed_vertices.h"
 #include "renderer/scene/scene.h"
 
 namespace fire3dv::test {
@@ -96,7 +97,7 @@ inline void add_primitive(scene::Scene& scene, const Triangles& triangles, uint3
   primitive.vertex_count = static_cast<uint32_t>(triangles.positions.size());
   primitive.material = material;
   scene.positions.insert(scene.positions.end(), triangles.positions.begin(), triangles.positions.end());
-  scene.attributes.resize(scene.positions.size());
+  scene::append_attributes(scene, std::vector<scene::VertexAttributes>(triangles.positions.size()));
   scene.indices.insert(scene.indices.end(), triangles.indices.begin(), triangles.indices.end());
   scene.primitives.push_back(primitive);
 }

@@ -1,6 +1,7 @@
 // Boxes that rays are traced to hold each triangle of the file's own once, within its box, and lie in the
 // order of a tree that is worth walking.
 #include "renderer/scene/ray_boxes.h"
+#include "renderer/scene/packed_vertices.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ Scene scene_of_all_kinds() {
   Scene scene;
   add_primitive(scene, ball_triangles(1, 96, 0.3f));
   for (size_t v = 0; v < scene.positions.size(); ++v)
-    scene.attributes[v].normal = glm::normalize(scene.positions[v]);
+    scene.frames[v] = scene::packed_frame(scene.positions[v], {1, 0, 0, 1});
   add_primitive(scene, {});
   add_primitive(scene, {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, {0, 1, 1, 2}}, 0,
                 scene::Topology::lines);

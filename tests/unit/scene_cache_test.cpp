@@ -341,8 +341,15 @@ TEST_F(DamagedSceneFile, WhatItSaysIsHeldAgainstWhatIsThere) {
   const std::vector<std::pair<const char*, Change>> changes = {
       {"index of a vertex", [](LoadedScene& l) { l.scene.indices[0] = 1000; }},
       {"position", [](LoadedScene& l) { l.scene.positions[0].x = NAN; }},
-      {"attributes", [](LoadedScene& l) { l.scene.attributes.pop_back(); }},
-      {"tangent", [](LoadedScene& l) { l.scene.attributes[0].tangent.w = INFINITY; }},
+      {"tangent frames", [](LoadedScene& l) { l.scene.frames.pop_back(); }},
+      {"texture coordinates", [](LoadedScene& l) { l.scene.uvs.pop_back(); }},
+      {"one texture coordinate", [](LoadedScene& l) { l.scene.uvs[0].y = INFINITY; }},
+      {"extras of some vertices", [](LoadedScene& l) { l.scene.extras.resize(1); }},
+      {"coordinate of the second set",
+       [](LoadedScene& l) {
+         l.scene.extras.resize(l.scene.positions.size());
+         l.scene.extras[0].uv1.x = NAN;
+       }},
       {"first index", [](LoadedScene& l) { l.scene.primitives[0].first_index = UINT32_MAX; }},
       {"index count", [](LoadedScene& l) { l.scene.primitives[0].index_count = 2; }},
       {"vertex count", [](LoadedScene& l) { l.scene.primitives[0].vertex_count = UINT32_MAX; }},

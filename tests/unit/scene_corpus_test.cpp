@@ -71,7 +71,9 @@ void expect_consistent_motion(const Scene& scene, const std::string& file) {
 
 // What later code relies on without looking again.
 void expect_consistent(const Scene& scene, const std::string& file) {
-  ASSERT_EQ(scene.positions.size(), scene.attributes.size()) << file;
+  ASSERT_EQ(scene.positions.size(), scene.frames.size()) << file;
+  ASSERT_EQ(scene.positions.size(), scene.uvs.size()) << file;
+  ASSERT_TRUE(scene.extras.empty() || scene.extras.size() == scene.positions.size()) << file;
   ASSERT_FALSE(scene.materials.empty()) << file;
   for (const Primitive& primitive : scene.primitives) {
     ASSERT_LE(size_t{primitive.first_index} + primitive.index_count, scene.indices.size()) << file;

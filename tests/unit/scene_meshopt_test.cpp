@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/packed_vertices.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/loaded_scene.h"
 
@@ -127,7 +128,7 @@ TEST(SceneMeshopt, OctahedralNormalsOfBothWidths) {
     ASSERT_TRUE(scene.ok()) << scene.error().message;
     for (size_t i = 0; i < 4; ++i) {
       const glm::vec3 expected(normals[i * 4], normals[i * 4 + 1], normals[i * 4 + 2]);
-      EXPECT_NEAR(glm::distance(scene->attributes[i].normal, expected), 0, stride == 4 ? 2e-2 : 1e-4) << i;
+      EXPECT_NEAR(glm::distance(normal_of(scene->frames[i]), expected), 0, stride == 4 ? 2e-2 : 1e-4) << i;
     }
   }
 }

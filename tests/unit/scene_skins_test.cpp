@@ -3,6 +3,7 @@
 
 #include <numeric>
 
+#include "renderer/scene/packed_vertices.h"
 #include "tests/unit/motion_file.h"
 
 namespace fire3dv::scene {
@@ -199,7 +200,7 @@ TEST(SceneMorphs, FlatNormalsAreComputedForEachTarget) {
   const Primitive& primitive = scene.primitives[0];
   // Corner (1, 0, 0) rises to (1, 0, 1): the triangle's normal turns by 45 degrees.
   for (uint32_t v = 0; v < 3; ++v) {
-    const glm::vec3 normal = scene.attributes[primitive.first_vertex + v].normal +
+    const glm::vec3 normal = normal_of(scene.frames[primitive.first_vertex + v]) +
                              scene.morph_deltas[primitive.first_morph_delta + v].normal;
     EXPECT_NEAR(normal.x, -std::sqrt(0.5f), 1e-6f);
     EXPECT_NEAR(normal.y, 0, 1e-6f);

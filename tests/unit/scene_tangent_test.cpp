@@ -1,4 +1,5 @@
 // Generated tangents: against what can be said of small meshes, and against models that bring their own.
+#include "renderer/scene/packed_vertices.h"
 #include "renderer/scene/tangents.h"
 
 #include <gtest/gtest.h>
@@ -307,14 +308,14 @@ TEST(SceneTangents, GeneratedOnlyWhereTheyAreUsed) {
     if (with_normals) attributes["NORMAL"] = builder.add_positions({0, 0, 1, 0, 0, 1, 0, 0, 1});
     if (with_tangents)
       attributes["TANGENT"] =
-          builder.add_data<float>({0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1}, "VEC4", test::kFloat, 4);
+          builder.add_data<float>({-1, 0, 0, 1, -1, 0, 0, 1, -1, 0, 0, 1}, "VEC4", test::kFloat, 4);
     builder.add_mesh({{"attributes", attributes}, {"material", 0}});
     const test::ScratchFolder folder;
     auto scene = load_gltf(folder.write("scene.glb", builder.glb()));
     EXPECT_TRUE(scene.ok()) << scene.error().message;
-    return scene ? scene->attributes.at(0).tangent : glm::vec4(0);
+    return scene ? tangent_of(scene->frames.at(0)) : glm::vec4(0);
   };
-  const glm::vec4 generated(0, 1, 0, 1), given(0, 0, 1, 1), untouched = VertexAttributes().tangent;
+  const glm::vec4 generated(0, 1, 0, 1), given(-1, 0, 0, 1), untouched = VertexAttributes().tangent;
   EXPECT_EQ(load("normalTexture", true, false), generated);
   EXPECT_EQ(load("clearcoat", true, false), generated);
   EXPECT_EQ(load("normalTexture", true, true), given);
@@ -338,10 +339,10 @@ Agreement agreement(const Scene& scene) {
     if (primitive.topology != Topology::triangles) continue;
     List list;
     const auto first = scene.positions.begin() + primitive.first_vertex;
-    const auto first_attributes = scene.attributes.begin() + primitive.first_vertex;
     const auto first_index = scene.indices.begin() + primitive.first_index;
     list.vertices.positions.assign(first, first + primitive.vertex_count);
-    list.vertices.attributes.assign(first_attributes, first_attributes + primitive.vertex_count);
+    for (uint32_t v = 0; v < primitive.vertex_count; ++v)
+      list.vertices.attributes.push_back(attributes_of(scene, primitive.first_vertex + v));
     list.indices.assign(first_index, first_index + primitive.index_count);
     const List given = list;
     generate_tangents(list.vertices, list.indices, 0);
@@ -390,7 +391,7 @@ TEST(SceneTangents, ModelsThatBringTheirOwn) {
     generate_tangents(list.vertices, list.indices, 0);
     Scene scene;
     scene.positions = list.vertices.positions;
-    scene.attributes = list.vertices.attributes;
+    append_attributes(scene, list.vertices.attributes);
     scene.indices = list.indices;
     scene.primitives.push_back({.index_count = static_cast<uint32_t>(list.indices.size()),
                                 .vertex_count = static_cast<uint32_t>(list.vertices.positions.size())});

@@ -90,9 +90,8 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular_texture);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission_texture);
-  EXPECT_SAME_OFFSET(VertexRecord, tangent);
-  EXPECT_SAME_OFFSET(VertexRecord, uv1);
-  EXPECT_SAME_OFFSET(VertexRecord, color);
+  EXPECT_SAME_OFFSET(FrameRecord, normal_z_tangent);
+  EXPECT_SAME_OFFSET(ExtrasRecord, color_ba);
   EXPECT_SAME_OFFSET(PrimitiveRecord, material);
   EXPECT_SAME_OFFSET(PrimitiveRecord, mesh_radius);
   EXPECT_SAME_OFFSET(PrimitiveRecord, first_ray_box);

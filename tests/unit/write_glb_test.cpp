@@ -1,5 +1,6 @@
 // What is written of a model is what our loader reads of it, and what glTF's rules allow.
 #include "tools/convert/write_glb.h"
+#include "renderer/scene/packed_vertices.h"
 
 #include <gtest/gtest.h>
 
@@ -113,7 +114,7 @@ TEST(WriteGlb, MeshesAreSharedAndKeepTheirVertices) {
   EXPECT_EQ(second.bounds_max, glm::vec3(2, 1, 0));
   for (uint32_t v = 0; v < 3; ++v) {
     EXPECT_EQ(scene.positions[second.first_vertex + v], with_all.positions[v]);
-    EXPECT_EQ(scene.attributes[second.first_vertex + v].uv0, with_all.uvs[v]);
+    EXPECT_EQ(scene.uvs[second.first_vertex + v], with_all.uvs[v]);
   }
 }
 
@@ -237,7 +238,7 @@ TEST(WriteGlb, WhatGltfForbidsIsRepairedAndSaid) {
   EXPECT_EQ(scene->nodes[1].name, "caf? \xc3\xa9?");
   EXPECT_EQ(scene->indices.size(), 3u);
   EXPECT_EQ(scene->bounds_max.x, 2);
-  for (uint32_t v = 0; v < 3; ++v) EXPECT_EQ(scene->attributes[v].normal, glm::vec3(0, 0, 1));
+  for (uint32_t v = 0; v < 3; ++v) EXPECT_EQ(scene::normal_of(scene->frames[v]), glm::vec3(0, 0, 1));
 }
 
 TEST(WriteGlb, TheFileKeepsToTheRulesOfTheStandard) {

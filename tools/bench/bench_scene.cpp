@@ -6,6 +6,7 @@
 
 #include "renderer/passes/view.h"
 #include "renderer/scene/bounds.h"
+#include "renderer/scene/packed_vertices.h"
 #include "tools/bench/bench_camera.h"
 #include "tools/bench/parallel.h"
 #include "tools/bench/random.h"
@@ -85,11 +86,8 @@ void add_ground(scene::Scene& out, float half) {
   primitive.bounds_max = {half, 0, half};
   for (const glm::vec3& corner : corners) {
     out.positions.push_back(corner);
-    scene::VertexAttributes attributes;
-    attributes.normal = {0, 1, 0};
-    attributes.tangent = {1, 0, 0, -1};
-    attributes.uv0 = attributes.uv1 = glm::vec2(corner.x, corner.z) / half;
-    out.attributes.push_back(attributes);
+    out.frames.push_back(scene::packed_frame({0, 1, 0}, {1, 0, 0, -1}));
+    out.uvs.push_back(glm::vec2(corner.x, corner.z) / half);
   }
   out.indices = {0, 1, 2, 0, 2, 3};
   out.primitives.push_back(primitive);
@@ -114,14 +112,16 @@ void add_meshes(scene::Scene& out, const Plan& plan) {
     out.primitives.push_back(primitive);
   }
   out.positions.resize(vertices);
-  out.attributes.resize(vertices);
+  out.frames.resize(vertices);
+  out.uvs.resize(vertices);
   out.indices.resize(indices);
   for_each_index(plan.meshes.size(), [&](size_t m) {
     scene::Primitive& primitive = out.primitives[first_primitive + m];
     const std::span<glm::vec3> positions(out.positions.data() + primitive.first_vertex,
                                          primitive.vertex_count);
     make_shape(plan.meshes[m].shape, positions,
-               {out.attributes.data() + primitive.first_vertex, positions.size()},
+               {out.frames.data() + primitive.first_vertex, positions.size()},
+               {out.uvs.data() + primitive.first_vertex, positions.size()},
                {out.indices.data() + primitive.first_index, primitive.index_count});
     scene::Box box;
     for (const glm::vec3& position : positions) box.add(position);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "protocol/error.h"
+#include "renderer/scene/packed_vertices.h"
 #include "tools/bench/random.h"
 
 namespace fire3dv::bench {
@@ -43,18 +44,13 @@ struct Bumps {
   }
 };
 
-scene::VertexAttributes attributes_of(const glm::vec3& normal, const glm::vec3& along_u,
-                                      const glm::vec2& uv) {
-  scene::VertexAttributes attributes;
-  attributes.normal = normal;
-  const glm::vec3 tangent = along_u - glm::dot(along_u, normal) * normal;
-  attributes.tangent = glm::vec4(glm::normalize(tangent), -1);  // v runs downwards on both shapes
-  attributes.uv0 = attributes.uv1 = uv;
-  return attributes;
+scene::TangentFrame frame_of(const glm::vec3& normal, const glm::vec3& along_u) {
+  return scene::packed_frame(normal, glm::vec4(along_u, -1));  // v runs downwards on both shapes
 }
 
 void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
-                       std::span<scene::VertexAttributes> attributes, std::span<uint32_t> indices) {
+                       std::span<scene::TangentFrame> frames, std::span<glm::vec2> uvs,
+                       std::span<uint32_t> indices) {
   const Bumps bumps(shape.seed);
   const uint32_t rings = shape.rings, columns = shape.columns;
   size_t vertex = 0;
@@ -63,8 +59,8 @@ void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
                               std::sin(theta) * std::sin(phi));
     glm::vec3 normal;
     bumps.at(direction, positions[vertex], normal);
-    attributes[vertex++] =
-        attributes_of(normal, glm::vec3(-std::sin(phi), 0, std::cos(phi)), uv * kSphereRepeat);
+    frames[vertex] = frame_of(normal, glm::vec3(-std::sin(phi), 0, std::cos(phi)));
+    uvs[vertex++] = uv * kSphereRepeat;
   };
   // A ring's last vertex lies on its first one, with the other end of the texture.
   for (uint32_t r = 1; r < rings; ++r) {
@@ -75,8 +71,8 @@ void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
       add(v * kPi, u * 2 * kPi, {u, v});
     }
     positions[vertex] = positions[first];
-    attributes[vertex] = attributes[first];
-    attributes[vertex].uv0.x = attributes[vertex].uv1.x = kSphereRepeat.x;
+    frames[vertex] = frames[first];
+    uvs[vertex] = {kSphereRepeat.x, uvs[first].y};
     ++vertex;
   }
   // The poles are one place, with a vertex for each triangle there.
@@ -109,8 +105,8 @@ void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
   FIRE3DV_ASSERT(vertex == positions.size() && index == indices.size());
 }
 
-void make_box(const Shape& shape, std::span<glm::vec3> positions,
-              std::span<scene::VertexAttributes> attributes, std::span<uint32_t> indices) {
+void make_box(const Shape& shape, std::span<glm::vec3> positions, std::span<scene::TangentFrame> frames,
+              std::span<glm::vec2> uvs, std::span<uint32_t> indices) {
   Random random(shape.seed);
   const float x = random.uniform(0.5f, 0.8f), y = random.uniform(0.5f, 0.8f), z = random.uniform(0.5f, 0.8f);
   const glm::vec3 half(x, y, z);
@@ -133,8 +129,8 @@ void make_box(const Shape& shape, std::span<glm::vec3> positions,
           corner[first] = along(i);
           corner[second] = along(j);
           positions[vertex] = corner * half;
-          attributes[vertex++] = attributes_of(
-              normal, along_u, (glm::vec2(corner[first], corner[second]) * 0.5f + 0.5f) * kBoxRepeat);
+          frames[vertex] = frame_of(normal, along_u);
+          uvs[vertex++] = (glm::vec2(corner[first], corner[second]) * 0.5f + 0.5f) * kBoxRepeat;
         }
       }
       for (uint32_t i = 0; i < side; ++i) {
@@ -173,10 +169,10 @@ Shape shape_of(ShapeKind kind, double triangle_goal, uint64_t seed) {
   return shape;
 }
 
-void make_shape(const Shape& shape, std::span<glm::vec3> positions,
-                std::span<scene::VertexAttributes> attributes, std::span<uint32_t> indices) {
-  if (shape.kind == ShapeKind::box) return make_box(shape, positions, attributes, indices);
-  make_bumpy_sphere(shape, positions, attributes, indices);
+void make_shape(const Shape& shape, std::span<glm::vec3> positions, std::span<scene::TangentFrame> frames,
+                std::span<glm::vec2> uvs, std::span<uint32_t> indices) {
+  if (shape.kind == ShapeKind::box) return make_box(shape, positions, frames, uvs, indices);
+  make_bumpy_sphere(shape, positions, frames, uvs, indices);
 }
 
 }  // namespace fire3dv::bench

@@ -28,7 +28,7 @@ Shape shape_of(ShapeKind kind, double triangle_goal, uint64_t seed);
 constexpr float kMostShapeRadiusM = 1.4f;
 
 // The spans have the sizes that the shape says.
-void make_shape(const Shape& shape, std::span<glm::vec3> positions,
-                std::span<scene::VertexAttributes> attributes, std::span<uint32_t> indices);
+void make_shape(const Shape& shape, std::span<glm::vec3> positions, std::span<scene::TangentFrame> frames,
+                std::span<glm::vec2> uvs, std::span<uint32_t> indices);
 
 }  // namespace fire3dv::bench
