@@ -296,7 +296,10 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
       (device.traces_rays() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
+  TextureUploads texture_uploads(device, scene, anisotropy);
+  texture_uploads.submit_some();
   positions = upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
+  texture_uploads.submit_some();
   indices = upload_indices(device, loader, scene::ClusterIndices(scene, clustered),
                            scene::index_count(clustered), geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   // What rays meet takes a software device long, on a thread of its own.
@@ -313,6 +316,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     loader.submit();
     mesh_builds.emplace(device, static_geometry(scene, *this), std::move(inputs));
   }
+  texture_uploads.submit_some();
   static_assert(sizeof(scene::TangentFrame) == sizeof(gpu_types::FrameRecord) &&
                 sizeof(scene::VertexExtras) == sizeof(gpu_types::ExtrasRecord));
   const auto upload_vertices = [&](const auto& values) {
@@ -320,7 +324,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   };
   frames = upload_vertices(scene.frames);
+  texture_uploads.submit_some();
   uvs = upload_vertices(scene.uvs);
+  texture_uploads.submit_some();
   if (!scene.extras.empty()) extras = upload_vertices(scene.extras);
   clusters = upload_array(device, loader, cluster_records(clustered));
   level_groups = upload_array(device, loader, level_group_records(clustered));
@@ -410,7 +416,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     top_level = gpu::TopLevel(device, instance_count, rays);
   }
   instance_of_node = upload_array(device, loader, instance_indices);
-  scene_textures = upload_textures(device, loader, scene, anisotropy);
+  scene_textures = texture_uploads.finish();
   loader.finish();
   textures =
       gpu::BindlessTextures(device, textures_layout, scene_textures.sampled, environment, top_level.handle());

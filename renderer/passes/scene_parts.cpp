@@ -9,6 +9,7 @@ namespace fire3dv::passes {
 namespace {
 
 bool is_colored(const scene::Scene& scene, const scene::Primitive& primitive) {
+  if (scene.extras.empty()) return false;
   for (uint32_t v = primitive.first_vertex; v < primitive.first_vertex + primitive.vertex_count; ++v) {
     if (scene::has_color(scene, v)) return true;
   }

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <map>
 
 namespace fire3dv::passes {
 namespace {
+
+constexpr size_t kTurnBytes = size_t{16} << 20;
 
 VkSamplerAddressMode address_mode(scene::Wrap wrap) {
   switch (wrap) {
@@ -40,35 +41,42 @@ gpu::Sampler create_sampler(gpu::Device& device, const scene::Sampler& wanted, f
 
 }  // namespace
 
-SceneTextures upload_textures(gpu::Device& device, gpu::LoaderCommands& loader, const scene::Scene& scene,
-                              float anisotropy) {
-  std::map<std::pair<uint32_t, bool>, VkImageView> views;
-  std::vector<std::pair<scene::Sampler, VkSampler>> samplers;
-  SceneTextures uploaded;
-  for (const scene::Texture& texture : scene.textures) {
-    VkImageView& view = views[{texture.image, texture.srgb}];
-    if (!view) {
-      const scene::Image& source = scene.images[texture.image];
-      gpu::ImageInfo info;
-      info.format = texture.srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM;
-      info.extent = {source.width, source.height};
-      info.mip_levels = static_cast<uint32_t>(std::bit_width(std::max(source.width, source.height)));
-      info.usage =
-          VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
-      gpu::Image& image = uploaded.images.emplace_back(gpu::create_image(device, info));
-      loader.upload_rgba8(image, source.rgba8);
-      view = image.view.get();
-    }
-    auto sampler = std::find_if(samplers.begin(), samplers.end(),
-                                [&](const auto& known) { return known.first == texture.sampler; });
-    if (sampler == samplers.end()) {
-      uploaded.samplers.push_back(create_sampler(device, texture.sampler, anisotropy));
-      samplers.emplace_back(texture.sampler, uploaded.samplers.back().get());
-      sampler = samplers.end() - 1;
-    }
-    uploaded.sampled.push_back({view, sampler->second});
+VkSampler TextureUploads::sampler_of(const scene::Sampler& wanted) {
+  const auto known = std::find_if(samplers_.begin(), samplers_.end(),
+                                  [&](const auto& sampler) { return sampler.first == wanted; });
+  if (known != samplers_.end()) return known->second;
+  uploaded_.samplers.push_back(create_sampler(device_, wanted, anisotropy_));
+  return samplers_.emplace_back(wanted, uploaded_.samplers.back().get()).second;
+}
+
+void TextureUploads::add(const scene::Texture& texture) {
+  VkImageView& view = views_[{texture.image, texture.srgb}];
+  if (!view) {
+    const scene::Image& source = scene_.images[texture.image];
+    gpu::ImageInfo info;
+    info.format = texture.srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM;
+    info.extent = {source.width, source.height};
+    info.mip_levels = static_cast<uint32_t>(std::bit_width(std::max(source.width, source.height)));
+    info.usage =
+        VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+    gpu::Image& image = uploaded_.images.emplace_back(gpu::create_image(device_, info));
+    loader_.upload_rgba8(image, source.rgba8);
+    turn_bytes_ += source.rgba8.size();
+    view = image.view.get();
   }
-  return uploaded;
+  uploaded_.sampled.push_back({view, sampler_of(texture.sampler)});
+}
+
+void TextureUploads::submit_some() {
+  turn_bytes_ = 0;
+  while (next_ < scene_.textures.size() && turn_bytes_ < kTurnBytes) add(scene_.textures[next_++]);
+  loader_.submit();
+}
+
+SceneTextures TextureUploads::finish() {
+  while (next_ < scene_.textures.size()) submit_some();
+  loader_.finish();
+  return std::move(uploaded_);
 }
 
 }  // namespace fire3dv::passes
