@@ -190,45 +190,37 @@ bool is_own_pixel() {
 }
 #endif
 
+// A loop, though most pixels show one surface: what shades would stand here twice, and its pipeline take twice as long to
+// make.
 void shade_pixel() {
   const uvec2 pixel = pixel_of_lane();
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
   const PixelIds ids = pixel_ids(globals, push.visibility, shaded_pixel);
 #ifdef FIRE3DV_FIND_SHADOWS
   forget_shadows();
+  const bool own = is_own_pixel();
 #endif
   sum = vec3(0);
-
-  // The first surface of all lanes' pixels: where there is none a neighbour's stands in.
-  const uint id = id_of_sample(ids, 0), same = samples_with(ids, id), other_id = largest_of_lanes(id);
-  vec3 color = vec3(0);
-  shaded_samples = same;
-#ifdef FIRE3DV_FIND_SHADOWS
-  const bool own = is_own_pixel();
-  is_own_surface = own && id != 0;
-#endif
-  if (other_id != 0) color = shaded(id != 0 ? id : other_id, place_of_samples(pixel, same), true);
-#ifdef FIRE3DV_FIND_SHADOWS
-  if (id == 0) forget_shadows();
-#endif
-  if (id == 0) color = background_of(pixel);
-  put(pixel, color, same);
-
-#if FIRE3DV_SAMPLES == 4
-  // The others of pixels on edges.
-#ifdef FIRE3DV_FIND_SHADOWS
-  is_own_surface = own;
-#endif
-  uint open = kAllSamples & ~same;
-  while (open != 0) {
-    const uint further_id = id_of_sample(ids, findLSB(open));
-    shaded_samples = samples_with(ids, further_id);
+  uint open = kAllSamples;
+  bool together = true;  // the first surface of all lanes' pixels: where there is none a neighbour's stands in
+  do {
+    const uint id = id_of_sample(ids, findLSB(open)), other = largest_of_lanes(id), shown = together && id == 0 ? other : id;
+    shaded_samples = samples_with(ids, id);
     open &= ~shaded_samples;
-    const vec3 further_color = further_id == 0 ? background_of(pixel)
-                                               : shaded(further_id, place_of_samples(pixel, shaded_samples), false);
-    put(pixel, further_color, shaded_samples);
-  }
+#ifdef FIRE3DV_FIND_SHADOWS
+    is_own_surface = own && id != 0;
 #endif
+    vec3 color = vec3(0);
+    if (shown != 0) color = shaded(shown, place_of_samples(pixel, shaded_samples), together);
+    if (id == 0) {
+#ifdef FIRE3DV_FIND_SHADOWS
+      if (together) forget_shadows();
+#endif
+      color = background_of(pixel);
+    }
+    put(pixel, color, shaded_samples);
+    together = false;
+  } while (FIRE3DV_SAMPLES == 4 && open != 0);
 #ifdef FIRE3DV_UNRESOLVED
   if (!is_left(pixel))
 #endif
