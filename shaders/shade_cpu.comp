@@ -1,5 +1,6 @@
 // shade.comp for a device that is a CPU (see lanes.glsl): the same surfaces by the same text, in an order that suits it.
-// Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_UNRESOLVED and FIRE3DV_FIND_SHADOWS as there.
+// Variants: FIRE3DV_SAMPLES 1 or 4; FIRE3DV_UNRESOLVED and FIRE3DV_FIND_SHADOWS as there, but that the latter shades pixels
+// again, too, that were listed.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/dealt_groups.glsl"
@@ -97,6 +98,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   }
   if (shadow.rays == 0) return 1;
 #ifdef FIRE3DV_FIND_SHADOWS
+  if (push.listed != 0) return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
   vec3 origin;
   const uint verdict = verdict_of(light_index, shadow, light, point, origin);
   if (verdict == kLit) return 1;
@@ -226,6 +228,7 @@ void shade_pixel() {
 #endif
     imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
 #ifdef FIRE3DV_FIND_SHADOWS
+  if (push.listed != 0) return;
   if (own && wanted_rays != 0) UintsRef(globals.value.shadow_mask).at[shaded_pixel] = known_shadows;
   append(push.lists, push.entries, RayEntry(shaded_pixel, 0, own ? wanted_rays : 0));
 #endif

@@ -132,9 +132,7 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   // ready for that.
   if (!gpu::takes_cpu_variants(device_)) visibility_->expect(shading);
   shading.shadows = number_of_shadows(shadow_way_.method == ShadowMethod::ray);
-  visibility_->expect(shading);
-  if (!shadows_on_ || !shadow_way_.hybrid || scene::lights_of(scene, nullptr).empty()) return;
-  shading.finds_shadows = true;
+  shading.finds_shadows = shadows_on_ && shadow_way_.hybrid && !scene::lights_of(scene, nullptr).empty();
   visibility_->expect(shading);
 }
 

@@ -68,8 +68,9 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
     map_raster_.emplace(device, layout, way.hybrid ? RasterKind::lights : RasterKind::lights_middles);
   }
   if (way.method != ShadowMethod::ray) return;
+  // Where shading finds the shadows, as it mostly does, nobody asks; and a CPU takes long to make this ready.
+  if (!way.hybrid || !gpu::takes_cpu_variants(device)) make_classify();
   const std::string suffix = samples == 4 ? "_4" : "_1";
-  classify_ = gpu::create_compute_pipeline(device, layout, "classify" + suffix + ".comp");
   const auto prepare = [&](Tracing& tracing, const std::string& variant) {
     if (way.back_end == RayBackEnd::query) {
       tracing.query = gpu::create_compute_pipeline(device, layout, "trace" + variant + ".comp");
@@ -107,6 +108,11 @@ MapSizes ShadowPass::map_sizes() const {
   return sizes;
 }
 
+void ShadowPass::make_classify() {
+  classify_ =
+      gpu::create_compute_pipeline(device_, layout_, samples_ == 4 ? "classify_4.comp" : "classify_1.comp");
+}
+
 void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   lights_ = lights;
   light_count_ = static_cast<uint32_t>(lights.size());
@@ -114,6 +120,7 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
   if (lights_placed_ && light_shadows_ && plan == plan_) return;
   lights_placed_ = false;
   plan_ = std::move(plan);
+  if (traces() && !found_while_shading() && !classify_) make_classify();
   view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
   // New ones: frames in flight read the old ones. Maps are kept where they suffice: the next frame draws them
   // behind a barrier.

@@ -108,6 +108,7 @@ class ShadowPass {
     gpu::RayPipeline pipeline;
   };
 
+  void make_classify();
   void place_views();
   MapSizes map_sizes() const;
   VkDeviceSize map_bytes() const { return VkDeviceSize{plan_.texels} * sizeof(uint32_t); }

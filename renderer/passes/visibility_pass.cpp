@@ -162,6 +162,14 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
   return pipeline;
 }
 
+void VisibilityPass::expect(const Shading& shading) {
+  Shading listed = shading;
+  listed.finds_shadows = false;
+  // The last one is made first.
+  if (shading.finds_shadows && !shades_listed_by_the_same(shading)) shade_pipeline(listed);
+  shade_pipeline(shading);
+}
+
 gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t index,
                                                 const PostSettings& settings) const {
   const uint32_t view = shaded.first_view + static_cast<uint32_t>(index);
@@ -178,9 +186,10 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                                   GpuScene& scene, ShadowPass& shadows, Targets& targets,
                                   std::span<const gpu_types::ShadePush> views, const VkRect2D* left) {
   const bool leave_samples = left != nullptr;
-  const VkPipeline pipeline = shade_pipeline({!scene.has_extensions, scene.has_textures, leave_samples,
-                                              shadow_way, what == Shades::all_and_lists})
-                                  .get();
+  Shading shading{!scene.has_extensions, scene.has_textures, leave_samples, shadow_way};
+  shading.finds_shadows =
+      what == Shades::all_and_lists || (what == Shades::listed && shades_listed_by_the_same(shading));
+  const VkPipeline pipeline = shade_pipeline(shading).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
                         Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};

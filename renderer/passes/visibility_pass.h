@@ -30,7 +30,7 @@ class VisibilityPass {
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;
     bool finds_shadows = false;
   };
-  void expect(const Shading& shading) { shade_pipeline(shading); }
+  void expect(const Shading& shading);
 
   // Borrowed: what is drawn into from now on.
   void set_targets(Targets& targets);
@@ -78,6 +78,11 @@ class VisibilityPass {
   void bind(Targets& targets) const;
   gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index, const PostSettings& settings) const;
   gpu::Pipeline& shade_pipeline(const Shading& shading);
+  // Whether what finds shadows shades the pixels that are listed, too: a CPU takes long to make a pipeline, a
+  // GPU has less room in flight for one that can do both.
+  bool shades_listed_by_the_same(const Shading& shading) const {
+    return shading.core_materials && gpu::takes_cpu_variants(device_);
+  }
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, uint32_t shadow_way,
                     GpuScene& scene, ShadowPass& shadows, Targets& targets,
                     std::span<const gpu_types::ShadePush> views, const VkRect2D* left);

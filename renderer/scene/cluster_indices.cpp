@@ -43,11 +43,24 @@ void ClusterIndices::write(uint64_t first, std::span<uint32_t> to) const {
 void ClusterIndices::write(const Run& run, uint64_t first, std::span<uint32_t> to) {
   const uint64_t begin = std::max<uint64_t>(run.first_index, first);
   const uint64_t end = std::min<uint64_t>(uint64_t{run.first_index} + run.index_count, first + to.size());
-  for (uint64_t i = begin; i < end; ++i) {
-    const uint64_t own = i - run.first_index;
-    to[i - first] = run.triangles ? run.first_vertex + (run.triangles[own / 3] >> (8 * (own % 3)) & 0xff)
-                                  : run.indices[own];
+  if (!run.triangles) {
+    for (uint64_t i = begin; i < end; ++i) to[i - first] = run.indices[i - run.first_index];
+    return;
   }
+  const auto corner = [&](uint64_t i) {
+    const uint64_t own = i - run.first_index;
+    return run.first_vertex + (run.triangles[own / 3] >> (8 * (own % 3)) & 0xff);
+  };
+  uint64_t i = begin;
+  for (; i < end && (i - run.first_index) % 3 != 0; ++i) to[i - first] = corner(i);
+  for (; i + 3 <= end; i += 3) {  // whole triangles, as all are but where pieces end
+    const uint32_t packed = run.triangles[(i - run.first_index) / 3];
+    uint32_t* const written = &to[i - first];
+    written[0] = run.first_vertex + (packed & 0xff);
+    written[1] = run.first_vertex + (packed >> 8 & 0xff);
+    written[2] = run.first_vertex + (packed >> 16 & 0xff);
+  }
+  for (; i < end; ++i) to[i - first] = corner(i);
 }
 
 }  // namespace fire3dv::scene
