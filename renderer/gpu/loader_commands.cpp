@@ -4,11 +4,22 @@
 #include <cstring>
 #include <exception>
 #include <utility>
+#include <vector>
 
 namespace fire3dv::gpu {
 namespace {
+
 constexpr VkDeviceSize kStagingBytes = 32 << 20;
+
+VkBufferImageCopy level_copy(const Image& image, uint32_t level) {
+  VkBufferImageCopy copy{};
+  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, 1};
+  copy.imageExtent = {std::max(image.extent.width >> level, 1u), std::max(image.extent.height >> level, 1u),
+                      1};
+  return copy;
 }
+
+}  // namespace
 
 LoaderCommands::LoaderCommands(Device& device) : device_(device) {
   VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
@@ -95,10 +106,7 @@ void LoaderCommands::upload(Buffer& buffer, VkDeviceSize size, VkDeviceSize unit
 }
 
 void LoaderCommands::upload_level(Image& image, uint32_t level, std::span<const std::byte> bytes) {
-  VkBufferImageCopy copy{};
-  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, 1};
-  copy.imageExtent = {std::max(image.extent.width >> level, 1u), std::max(image.extent.height >> level, 1u),
-                      1};
+  VkBufferImageCopy copy = level_copy(image, level);
   std::byte* mapped = stage(bytes.size(), copy.bufferOffset);
   std::memcpy(mapped, bytes.data(), bytes.size());
   recorder().pass("upload", {Use(image, access::transfer_write)}, [&](VkCommandBuffer commands) {
@@ -107,51 +115,22 @@ void LoaderCommands::upload_level(Image& image, uint32_t level, std::span<const 
   });
 }
 
-void LoaderCommands::upload_rgba8(Image& image, std::span<const uint8_t> rgba8) {
-  VkBufferImageCopy copy{};
-  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  copy.imageExtent = {image.extent.width, image.extent.height, 1};
-  std::byte* mapped = stage(rgba8.size(), copy.bufferOffset);
-  std::memcpy(mapped, rgba8.data(), rgba8.size());
-
+void LoaderCommands::upload_levels(Image& image, std::span<const std::span<const std::byte>> levels) {
+  VkDeviceSize bytes = 0;
+  for (const std::span<const std::byte>& level : levels) bytes += level.size();
+  VkDeviceSize offset = 0;
+  std::byte* mapped = stage(bytes, offset);
+  std::vector<VkBufferImageCopy> copies;
+  for (uint32_t level = 0; level < levels.size(); ++level) {
+    VkBufferImageCopy& copy = copies.emplace_back(level_copy(image, level));
+    copy.bufferOffset = offset;
+    std::memcpy(mapped, levels[level].data(), levels[level].size());
+    mapped += levels[level].size();
+    offset += levels[level].size();
+  }
   recorder().pass("upload", {Use(image, access::transfer_write, true)}, [&](VkCommandBuffer commands) {
-    vkCmdCopyBufferToImage(commands, staging_.get(), image.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1,
-                           &copy);
-
-    // Each level from the one above. The recorder knows whole images only, so the levels' barriers stand
-    // here.
-    auto level_barrier = [&](uint32_t level, VkAccessFlags2 src, VkAccessFlags2 dst, VkImageLayout to) {
-      VkImageMemoryBarrier2 barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2};
-      barrier.srcStageMask = barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
-      barrier.srcAccessMask = src;
-      barrier.dstAccessMask = dst;
-      barrier.oldLayout = to == VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL
-                                                                     : VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
-      barrier.newLayout = to;
-      barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-      barrier.image = image.get();
-      barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, level, 1, 0, 1};
-      VkDependencyInfo info{VK_STRUCTURE_TYPE_DEPENDENCY_INFO};
-      info.imageMemoryBarrierCount = 1;
-      info.pImageMemoryBarriers = &barrier;
-      vkCmdPipelineBarrier2(commands, &info);
-    };
-    auto side = [](uint32_t extent, uint32_t level) {
-      return static_cast<int32_t>(std::max(extent >> level, 1u));
-    };
-    for (uint32_t level = 1; level < image.mip_levels; ++level) {
-      level_barrier(level - 1, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
-                    VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-      VkImageBlit blit{};
-      blit.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level - 1, 0, 1};
-      blit.srcOffsets[1] = {side(image.extent.width, level - 1), side(image.extent.height, level - 1), 1};
-      blit.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, 1};
-      blit.dstOffsets[1] = {side(image.extent.width, level), side(image.extent.height, level), 1};
-      vkCmdBlitImage(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, image.get(),
-                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &blit, VK_FILTER_LINEAR);
-      level_barrier(level - 1, VK_ACCESS_2_TRANSFER_READ_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
-    }
+    vkCmdCopyBufferToImage(commands, staging_.get(), image.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                           static_cast<uint32_t>(copies.size()), copies.data());
   });
   constexpr Access sample{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
                           VK_ACCESS_2_SHADER_READ_BIT, false, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};

@@ -27,8 +27,9 @@ class LoaderCommands {
   // end at multiples of unit.
   void upload(Buffer& buffer, VkDeviceSize size, VkDeviceSize unit,
               const std::function<void(VkDeviceSize offset, std::span<std::byte> to)>& fill);
-  // Fills level 0 and makes the smaller levels from it. Leaves the image ready for sampling.
-  void upload_rgba8(Image& image, std::span<const uint8_t> rgba8);
+  // Fills a new image, all its levels, texels of a multiple of 4 bytes, rows tightly packed. Leaves it ready
+  // for sampling.
+  void upload_levels(Image& image, std::span<const std::span<const std::byte>> levels);
 
   // Fills one level, its rows tightly packed; whoever fills the last one makes the image ready for its use.
   void upload_level(Image& image, uint32_t level, std::span<const std::byte> bytes);

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
+#include <span>
+
+#include "renderer/scene/mip_levels.h"
 
 namespace fire3dv::passes {
 namespace {
@@ -57,10 +61,12 @@ void TextureUploads::add(const scene::Texture& texture) {
     info.format = texture.srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM;
     info.extent = {source.width, source.height};
     info.mip_levels = static_cast<uint32_t>(std::bit_width(std::max(source.width, source.height)));
-    info.usage =
-        VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+    info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
     gpu::Image& image = uploaded_.images.emplace_back(gpu::create_image(device_, info));
-    loader_.upload_rgba8(image, source.rgba8);
+    const std::vector<std::vector<uint8_t>> smaller = scene::smaller_levels(source, texture.srgb);
+    std::vector<std::span<const std::byte>> levels{std::as_bytes(std::span(source.rgba8))};
+    for (const std::vector<uint8_t>& level : smaller) levels.push_back(std::as_bytes(std::span(level)));
+    loader_.upload_levels(image, levels);
     turn_bytes_ += source.rgba8.size();
     view = image.view.get();
   }

@@ -18,7 +18,7 @@ struct SceneTextures {
   std::vector<gpu::SampledTexture> sampled;  // as scene.textures; refer to the other two
 };
 
-// Takes a scene's textures to the device in turns, so that a queue copies and scales them down while whoever
+// Takes a scene's textures to the device in turns, so that a queue copies them while whoever
 // loads the scene does something else. The scene must live until finish().
 class TextureUploads {
  public:

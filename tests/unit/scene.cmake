@@ -2,6 +2,7 @@ if(TARGET fire3dv_scene)
   fire3dv_test(scene_load_test SOURCES scene_load_test.cpp scene_material_test.cpp scene_material_extensions_test.cpp
                scene_geometry_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(mip_levels_test SOURCES mip_levels_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(scene_instancing_test SOURCES scene_instancing_test.cpp
                LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)
   fire3dv_test(scene_meshopt_test SOURCES scene_meshopt_test.cpp
