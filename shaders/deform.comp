@@ -59,7 +59,7 @@ void main() {
   vec3 position = PositionsRef(push.positions).at[record.rest_vertex + vertex];
   const FrameRecord rest = FramesRef(push.frames).at[record.rest_vertex + vertex];
   vec3 normal = normal_of(rest);
-  const vec4 rest_tangent = tangent_of(rest);
+  const vec4 rest_tangent = tangent_of(rest, tangent_xy_of(UintRef(push.tangents), record.rest_vertex + vertex));
   vec3 tangent = rest_tangent.xyz;
   const vec3 rest_normal = unit_or(normal, vec3(0, 0, 1));
   for (uint target = 0; target < record.target_count; ++target) {
@@ -84,6 +84,7 @@ void main() {
   // A triangle with such a corner would drop out of the acceleration structure, which an update may not do.
   if (any(isnan(position)) || any(isinf(position))) position = vec3(0);
   PositionsRef(push.positions).at[record.posed_vertex + vertex] = position;
-  FramesRef(push.frames).at[record.posed_vertex + vertex] =
-      packed_frame(normal, perpendicular(tangent, normal), rest_tangent.w);
+  tangent = perpendicular(tangent, normal);
+  FramesRef(push.frames).at[record.posed_vertex + vertex] = packed_frame(normal, vec4(tangent, rest_tangent.w));
+  if (push.tangents != 0) UintsRef(push.tangents).at[record.posed_vertex + vertex] = packed_halves(tangent.x, tangent.y);
 }

@@ -22,7 +22,7 @@ void main() {
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[draw.node];
   const vec3 position_node = PositionRef(globals.value.positions).at[gl_VertexIndex];
   const FrameRecord frame = FrameRef(globals.value.frames).at[gl_VertexIndex];
-  const vec4 tangent = tangent_of(frame);
+  const vec4 tangent = tangent_of(frame, tangent_xy_of(UintRef(globals.value.tangents), gl_VertexIndex));
   ExtrasRef extras = ExtrasRef(globals.value.extras);
 
   out_position_world = transform_point(world_from_node, position_node);

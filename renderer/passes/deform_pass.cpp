@@ -55,21 +55,23 @@ void DeformPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuScene
   push.world_from_node = scene.world_from_node.address;
   push.positions = scene.positions.address;
   push.frames = scene.frames.address;
+  push.tangents = scene.tangents.address;
   push.primitives = scene.primitives.address;
-  recorder.pass("deform",
-                {Use(shapes.weights, access::compute_read), Use(scene.world_from_node, access::compute_read),
-                 Use(scene.positions, access::compute_write), Use(scene.frames, access::compute_write),
-                 Use(scene.primitives, access::compute_write)},
-                [&](VkCommandBuffer commands) {
-                  push.group_count = shapes.group_count;
-                  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, deform_.get());
-                  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-                  dispatch(commands, shapes.group_count);
-                  push.group_count = shapes.record_count;
-                  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, bounds_.get());
-                  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-                  dispatch(commands, shapes.record_count);
-                });
+  std::vector<Use> uses{Use(shapes.weights, access::compute_read),
+                        Use(scene.world_from_node, access::compute_read),
+                        Use(scene.positions, access::compute_write), Use(scene.frames, access::compute_write),
+                        Use(scene.primitives, access::compute_write)};
+  if (scene.tangents) uses.emplace_back(scene.tangents, access::compute_write);
+  recorder.pass("deform", uses, [&](VkCommandBuffer commands) {
+    push.group_count = shapes.group_count;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, deform_.get());
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    dispatch(commands, shapes.group_count);
+    push.group_count = shapes.record_count;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, bounds_.get());
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    dispatch(commands, shapes.record_count);
+  });
   levels_behind_ = true;
 }
 

@@ -31,8 +31,8 @@ void write_vertices(Patches& patches, const GpuScene& gpu_scene, const OwnVertic
   std::vector<scene::TangentFrame> frames;
   for (size_t i = 0; i < own.vertices.size(); ++i) {
     positions.push_back(posed.positions[own.mesh_places[i]]);
-    frames.push_back(scene::packed_frame(posed.normals[own.mesh_places[i]],
-                                         scene::tangent_of(scene.frames[own.vertices[i]])));
+    frames.push_back(
+        scene::packed_frame(posed.normals[own.mesh_places[i]], scene::tangent_of(scene, own.vertices[i])));
   }
   patches.write(gpu_scene.positions, own.first_vertex * sizeof(glm::vec3),
                 std::span<const glm::vec3>(positions));

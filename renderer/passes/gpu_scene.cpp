@@ -274,6 +274,7 @@ void GpuScene::place_nodes(gpu::Device& device, gpu::LoaderCommands& loader) {
 void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
   for (gpu::Buffer* written : {&world_from_node, &positions, &frames, &primitives})
     uses.emplace_back(*written, access);
+  if (tangents) uses.emplace_back(tangents, access);
 }
 
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
@@ -325,6 +326,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   };
   frames = upload_vertices(scene.frames);
   texture_uploads.submit_some();
+  if (!scene.tangents.empty()) tangents = upload_vertices(scene.tangents);
   uvs = upload_vertices(scene.uvs);
   texture_uploads.submit_some();
   if (!scene.extras.empty()) extras = upload_vertices(scene.extras);

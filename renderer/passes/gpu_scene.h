@@ -64,8 +64,9 @@ struct GpuScene {
   bool has_extensions = false;  // materials with more than glTF's core
   bool has_textures = false;    // materials with any
 
-  gpu::Buffer positions, frames, uvs, extras,
-      indices;            // in cluster order; extras: null where no vertex has any
+  // Of vertices, in cluster order; tangents and extras: null where no vertex has any.
+  gpu::Buffer positions, frames, tangents, uvs, extras;
+  gpu::Buffer indices;    // of corners, as scene::ClusterIndices
   gpu::Buffer ray_boxes;  // scene::RayBox[], where rays are traced to boxes
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances, level_groups;
   std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene, then of deformed nodes

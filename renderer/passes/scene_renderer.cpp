@@ -393,6 +393,7 @@ VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View&
   globals.light_places = scene.light_places();
   globals.positions = scene.positions.address;
   globals.frames = scene.frames.address;
+  globals.tangents = scene.tangents.address;
   globals.uvs = scene.uvs.address;
   globals.extras = scene.extras.address;
   globals.indices = scene.indices.address;

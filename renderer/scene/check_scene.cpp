@@ -244,6 +244,7 @@ Result<void> check_all(const char* array, size_t count, const std::function<bool
 Result<void> check_scene(const Scene& s) {
   const size_t vertices = s.positions.size();
   if (s.frames.size() != vertices || s.uvs.size() != vertices ||
+      (!s.tangents.empty() && s.tangents.size() != vertices) ||
       (!s.extras.empty() && s.extras.size() != vertices) || s.materials.empty()) {
     return Error{"arrays are missing"};
   }

@@ -76,6 +76,16 @@ void add_nodes(Scene& to, const Scene& from, uint32_t parent) {
   }
 }
 
+// Of what a scene has of all its vertices or of none.
+template <typename T>
+void append_vertices(std::vector<T>& to_values, const std::vector<T>& from_values, const Scene& to,
+                     const Scene& from, const T& without) {
+  if (to_values.empty() && from_values.empty()) return;
+  to_values.resize(to.positions.size(), without);
+  append(to_values, from_values);
+  to_values.resize(to.positions.size() + from.positions.size(), without);
+}
+
 void add_geometry(Scene& to, const Scene& from) {
   for (Mesh mesh : from.meshes) {
     mesh.first_primitive += size_of(to.primitives);
@@ -91,11 +101,8 @@ void add_geometry(Scene& to, const Scene& from) {
     move(p.first_vertex_source, size_of(to.vertex_sources));
     to.primitives.push_back(p);
   }
-  if (!to.extras.empty() || !from.extras.empty()) {
-    to.extras.resize(to.positions.size());
-    append(to.extras, from.extras);
-    to.extras.resize(to.positions.size() + from.positions.size());
-  }
+  append_vertices(to.tangents, from.tangents, to, from, kNoTangent);
+  append_vertices(to.extras, from.extras, to, from, VertexExtras());
   append(to.positions, from.positions);
   append(to.frames, from.frames);
   append(to.uvs, from.uvs);

@@ -8,19 +8,20 @@
 namespace fire3dv::scene {
 namespace {
 
-constexpr float kNormalSteps = 32767, kColorSteps = 65535;
-constexpr float kTangentSteps = 8192;  // along each side of the square
-constexpr uint32_t kTangentMask = 0x7fff;
+constexpr float kSteps = 32767, kTangentZSteps = 16383, kColorSteps = 65535;
 
-struct Basis {
-  glm::vec3 x, y;
-};
+// In double precision: the square of a float may be none.
+glm::dvec3 unit_or(const glm::dvec3& v, const glm::dvec3& otherwise) {
+  const double length = glm::length(v);
+  return length > 0 && std::isfinite(length) ? v / length : otherwise;
+}
 
-Basis basis_around(const TangentFrame& frame) {
-  const glm::vec3 n = normal_of(frame);
-  const float sign = frame.normal[2] >= 0 ? 1.0f : -1.0f;
-  const float a = -1 / (sign + n.z), b = n.x * n.y * a;
-  return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
+glm::dvec3 unit_tangent(const glm::vec4& tangent) {
+  return unit_or(glm::vec3(tangent), {1, 0, 0});
+}
+
+int16_t packed(double x) {
+  return static_cast<int16_t>(std::lround(x * kSteps));
 }
 
 std::array<uint16_t, 4> packed_color(const glm::vec4& color) {
@@ -36,45 +37,38 @@ VertexExtras extras_of(const VertexAttributes& attributes) {
   return {attributes.uv1, packed_color(attributes.color)};
 }
 
+template <typename Test>
+bool any(std::span<const VertexAttributes> attributes, const Test& test) {
+  return std::any_of(attributes.begin(), attributes.end(), test);
+}
+
 }  // namespace
 
 TangentFrame packed_frame(const glm::vec3& normal, const glm::vec4& tangent) {
-  TangentFrame frame;
-  const glm::dvec3 any_length(normal);  // whose square is no float's
-  const double length = glm::length(any_length);
-  if (length > 0 && std::isfinite(length)) {
-    for (int i = 0; i < 3; ++i) {
-      frame.normal[static_cast<size_t>(i)] =
-          static_cast<int16_t>(std::lround(any_length[i] / length * kNormalSteps));
-    }
-  }
-  const Basis basis = basis_around(frame);
-  const float x = glm::dot(basis.x, glm::vec3(tangent)), y = glm::dot(basis.y, glm::vec3(tangent));
-  const float sum = std::abs(x) + std::abs(y);
-  uint32_t place = 0;
-  if (sum > 0 && std::isfinite(sum)) {
-    const float along = y >= 0 ? 1 - x / sum : 3 + x / sum;
-    place = static_cast<uint32_t>(std::lround(along * kTangentSteps)) & kTangentMask;
-  }
-  frame.tangent = static_cast<uint16_t>(place << 1 | (tangent.w < 0 ? 0 : 1));
-  return frame;
+  const glm::dvec3 n = unit_or(normal, {0, 0, 1});
+  const auto z = static_cast<int>(std::lround(unit_tangent(tangent).z * kTangentZSteps));
+  return {{packed(n.x), packed(n.y), packed(n.z)}, static_cast<int16_t>(2 * z + (tangent.w < 0 ? 0 : 1))};
+}
+
+TangentXy packed_tangent(const glm::vec4& tangent) {
+  const glm::dvec3 t = unit_tangent(tangent);
+  return {packed(t.x), packed(t.y)};
 }
 
 glm::vec3 normal_of(const TangentFrame& frame) {
-  return glm::vec3(frame.normal[0], frame.normal[1], frame.normal[2]) / kNormalSteps;
+  return glm::vec3(frame.normal[0], frame.normal[1], frame.normal[2]) / kSteps;
 }
 
-glm::vec4 tangent_of(const TangentFrame& frame) {
-  const float along = static_cast<float>(frame.tangent >> 1) / kTangentSteps;
-  const float x = along <= 2 ? 1 - along : along - 3;
-  const float y = along <= 2 ? 1 - std::abs(1 - along) : std::abs(along - 3) - 1;
-  const Basis basis = basis_around(frame);
-  return {glm::normalize(basis.x * x + basis.y * y), (frame.tangent & 1) != 0 ? 1.0f : -1.0f};
+glm::vec4 tangent_of(const Scene& scene, uint32_t v) {
+  const TangentXy xy = scene.tangents.empty() ? kNoTangent : scene.tangents[v];
+  const int z = scene.frames[v].tangent_z;
+  return {static_cast<float>(xy[0]) / kSteps, static_cast<float>(xy[1]) / kSteps,
+          static_cast<float>(z >> 1) / kTangentZSteps, (z & 1) != 0 ? 1.0f : -1.0f};
 }
 
 VertexAttributes attributes_of(const Scene& scene, uint32_t v) {
   VertexAttributes attributes;
-  attributes.tangent = tangent_of(scene.frames[v]);
+  attributes.tangent = tangent_of(scene, v);
   attributes.normal = normal_of(scene.frames[v]);
   attributes.uv0 = scene.uvs[v];
   if (scene.extras.empty()) return attributes;
@@ -91,10 +85,15 @@ bool has_color(const Scene& scene, uint32_t v) {
 void append_attributes(Scene& scene, std::span<const VertexAttributes> attributes) {
   constexpr size_t kTurn = 1 << 14;
   const size_t first = scene.frames.size(), count = attributes.size();
-  const bool more = std::any_of(attributes.begin(), attributes.end(),
-                                [](const VertexAttributes& a) { return extras_of(a) != VertexExtras(); });
-  if (more) scene.extras.resize(first);
-  const bool extras = more || !scene.extras.empty();
+  const bool tangents = !scene.tangents.empty() || any(attributes, [](const VertexAttributes& a) {
+    return packed_tangent(a.tangent) != kNoTangent;
+  });
+  const bool extras = !scene.extras.empty() || any(attributes, [](const VertexAttributes& a) {
+    return extras_of(a) != VertexExtras();
+  });
+  if (tangents) scene.tangents.resize(first, kNoTangent);
+  if (extras) scene.extras.resize(first);
+  if (tangents) scene.tangents.resize(first + count);
   scene.frames.resize(first + count);
   scene.uvs.resize(first + count);
   if (extras) scene.extras.resize(first + count);
@@ -103,6 +102,7 @@ void append_attributes(Scene& scene, std::span<const VertexAttributes> attribute
       const VertexAttributes& from = attributes[i];
       scene.frames[first + i] = packed_frame(from.normal, from.tangent);
       scene.uvs[first + i] = from.uv0;
+      if (tangents) scene.tangents[first + i] = packed_tangent(from.tangent);
       if (extras) scene.extras[first + i] = extras_of(from);
     }
   });

@@ -1,11 +1,10 @@
-// A scene's vertices beside their positions, in a quarter of the bytes that files have them in: 16 for most.
-// Shaders read the same bytes (shaders/common/vertices.glsl unpacks them the same way).
+// A scene's vertices beside their positions, in a third of the bytes that files have them in, and less where
+// there are no normal maps. Shaders read the same bytes (shaders/common/vertices.glsl unpacks them the same
+// way).
 //
-// Normals are three signed 16-bit numbers of 1 / 32767: off by 0.002 degrees at most, and in need of no
-// square root. A tangent is perpendicular to its normal, so that one number says where it points: the place
-// along a square around the normal, whose corners are the axes of a basis that follows from the normal (Duff
-// et al., Building an Orthonormal Basis, Revisited, 2017), as 15 bits; off by 0.01 degrees at most. The last
-// bit is the bitangent's sign.
+// Directions are three signed numbers, which need no square root to be unpacked: of 16 bits, steps of 1 /
+// 32767; a tangent's z of 15, steps of 1 / 16383, above the bitangent's sign (1: positive). Normals are off
+// by 0.002 degrees at most, tangents by 0.003.
 #pragma once
 
 #include <span>
@@ -14,11 +13,12 @@
 
 namespace fire3dv::scene {
 
-// Of any lengths; of a tangent that is not perpendicular to the normal, the part that is. Where there is
-// none, any perpendicular one.
+// Normals and tangents may have any length; what has none becomes (0, 0, 1) and (1, 0, 0).
 TangentFrame packed_frame(const glm::vec3& normal, const glm::vec4& tangent);
+TangentXy packed_tangent(const glm::vec4& tangent);
+
 glm::vec3 normal_of(const TangentFrame& frame);
-glm::vec4 tangent_of(const TangentFrame& frame);
+glm::vec4 tangent_of(const Scene& scene, uint32_t v);
 
 // All of vertex v; the normal and tangent are those that are shown.
 VertexAttributes attributes_of(const Scene& scene, uint32_t v);

@@ -49,12 +49,14 @@ struct VertexAttributes {
   glm::vec3 normal{0, 0, 1};
 };
 
-// A unit normal and a unit tangent perpendicular to it, as packed_vertices.h has them.
+// A unit normal and what it leaves room for of a unit tangent, as packed_vertices.h has them.
 struct TangentFrame {
   std::array<int16_t, 3> normal{0, 0, INT16_MAX};
-  uint16_t tangent = 1;
+  int16_t tangent_z = 1;
   bool operator==(const TangentFrame&) const = default;
 };
+using TangentXy = std::array<int16_t, 2>;      // the rest of it
+constexpr TangentXy kNoTangent{INT16_MAX, 0};  // of a vertex without one
 
 // What few files have.
 struct VertexExtras {
@@ -259,6 +261,7 @@ struct Scene {
   std::vector<Primitive> primitives;
   std::vector<glm::vec3> positions;
   std::vector<TangentFrame> frames;  // [vertex]
+  std::vector<TangentXy> tangents;   // [vertex], or empty: no vertex has one
   std::vector<glm::vec2> uvs;        // [vertex]: the first set
   std::vector<VertexExtras> extras;  // [vertex], or empty: no vertex has any
   std::vector<uint32_t> indices;

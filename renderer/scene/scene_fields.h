@@ -13,6 +13,7 @@ template <typename Visit>
 void visit_arrays(Scene& scene, Visit&& visit) {
   visit(scene.positions);
   visit(scene.frames);
+  visit(scene.tangents);
   visit(scene.uvs);
   visit(scene.extras);
   visit(scene.indices);

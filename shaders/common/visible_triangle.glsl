@@ -189,11 +189,14 @@ TriangleFrames triangle_frames(GlobalsRef globals, VisibleTriangle t) {
 
 vec3 normal_at(TriangleFrames frames, vec3 b) {
   return (long_normal(frames.at[0]) * b.x + long_normal(frames.at[1]) * b.y + long_normal(frames.at[2]) * b.z) *
-         (1 / FIRE3DV_NORMAL_STEPS);
+         (1 / FIRE3DV_DIRECTION_STEPS);
 }
 
-vec4 tangent_at(TriangleFrames frames, vec3 b) {
-  return tangent_of(frames.at[0]) * b.x + tangent_of(frames.at[1]) * b.y + tangent_of(frames.at[2]) * b.z;
+vec4 tangent_at(GlobalsRef globals, VisibleTriangle t, TriangleFrames frames, vec3 b) {
+  UintRef tangents = UintRef(globals.value.tangents);
+  return tangent_of(frames.at[0], tangent_xy_of(tangents, t.vertex[0])) * b.x +
+         tangent_of(frames.at[1], tangent_xy_of(tangents, t.vertex[1])) * b.y +
+         tangent_of(frames.at[2], tangent_xy_of(tangents, t.vertex[2])) * b.z;
 }
 
 #ifdef FIRE3DV_CPU
@@ -259,7 +262,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   point.normal_world = normalize(normal_direction(t.world_from_node, t.node_facts, normal));
   point.tangent_world = vec4(0);
   if (kTextures && (flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
-    const vec4 tangent = tangent_at(frames, b);
+    const vec4 tangent = tangent_at(globals, t, frames, b);
     point.tangent_world = vec4(transform_direction(t.world_from_node, tangent.xyz), tangent.w);
   }
 

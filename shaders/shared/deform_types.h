@@ -69,6 +69,7 @@ struct DeformPush {
   FIRE3DV_ADDRESS world_from_node;  // AffineRows[]
   FIRE3DV_ADDRESS positions;        // vec3[], read and written
   FIRE3DV_ADDRESS frames;           // FrameRecord[], read and written
+  FIRE3DV_ADDRESS tangents;         // uint[], read and written; 0: there are none
   FIRE3DV_ADDRESS primitives;       // PrimitiveRecord[], spheres written
   uint group_count;                 // of workgroups
 };

@@ -11,7 +11,7 @@ FIRE3DV_SHARED_BEGIN
 // scene::TangentFrame and scene::VertexExtras on the GPU, in words.
 struct FrameRecord {
   uint normal_xy;
-  uint normal_z_tangent;
+  uint normal_z_tangent_z;
 };
 
 struct ExtrasRecord {

@@ -27,6 +27,7 @@ struct Globals {
   FIRE3DV_ADDRESS light_places;             // LightPlace[]
   FIRE3DV_ADDRESS positions;                // vec3[], node space
   FIRE3DV_ADDRESS frames;                   // FrameRecord[]
+  FIRE3DV_ADDRESS tangents;                 // uint[], scene::TangentXy; 0: no vertex has one
   FIRE3DV_ADDRESS uvs;                      // vec2[], the first set
   FIRE3DV_ADDRESS extras;                   // ExtrasRecord[]; 0: no vertex has any
   FIRE3DV_ADDRESS indices;                  // uint[]

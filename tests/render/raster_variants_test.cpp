@@ -48,6 +48,7 @@ class RasterVariants : public ValidationIsSilent {
     globals_.node_facts = scene.node_facts();
     globals_.positions = scene.positions.address;
     globals_.frames = scene.frames.address;
+    globals_.tangents = scene.tangents.address;
     globals_.uvs = scene.uvs.address;
     globals_.extras = scene.extras.address;
     globals_.primitives = scene.primitives.address;

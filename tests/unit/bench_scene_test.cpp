@@ -63,6 +63,7 @@ TEST(BenchScene, IsTheSameToTheByteEachTime) {
   const BenchScene b = make_bench_scene({50'000}, make_surfaces(32), kAspect);
   EXPECT_TRUE(same_bytes(a.scene.positions, b.scene.positions));
   EXPECT_TRUE(same_bytes(a.scene.frames, b.scene.frames));
+  EXPECT_TRUE(same_bytes(a.scene.tangents, b.scene.tangents));
   EXPECT_TRUE(same_bytes(a.scene.uvs, b.scene.uvs));
   EXPECT_TRUE(same_bytes(a.scene.indices, b.scene.indices));
   ASSERT_EQ(a.scene.images.size(), b.scene.images.size());
@@ -135,7 +136,7 @@ TEST(BenchScene, MeshesAreClosedAndShadedSmoothly) {
       const size_t v = primitive->first_vertex + made.scene.indices[3 * i + c];
       corner[c] = made.scene.positions[v];
       const glm::vec3 own = scene::normal_of(made.scene.frames[v]);
-      const glm::vec3 tangent(scene::tangent_of(made.scene.frames[v]));
+      const glm::vec3 tangent(scene::tangent_of(made.scene, static_cast<uint32_t>(v)));
       normal += own;
       EXPECT_NEAR(glm::length(own), 1, 1e-4f);
       EXPECT_NEAR(glm::length(tangent), 1, 1e-4f);

@@ -342,6 +342,7 @@ TEST_F(DamagedSceneFile, WhatItSaysIsHeldAgainstWhatIsThere) {
       {"index of a vertex", [](LoadedScene& l) { l.scene.indices[0] = 1000; }},
       {"position", [](LoadedScene& l) { l.scene.positions[0].x = NAN; }},
       {"tangent frames", [](LoadedScene& l) { l.scene.frames.pop_back(); }},
+      {"tangents of some vertices", [](LoadedScene& l) { l.scene.tangents.resize(1); }},
       {"texture coordinates", [](LoadedScene& l) { l.scene.uvs.pop_back(); }},
       {"one texture coordinate", [](LoadedScene& l) { l.scene.uvs[0].y = INFINITY; }},
       {"extras of some vertices", [](LoadedScene& l) { l.scene.extras.resize(1); }},

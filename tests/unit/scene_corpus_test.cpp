@@ -73,6 +73,7 @@ void expect_consistent_motion(const Scene& scene, const std::string& file) {
 void expect_consistent(const Scene& scene, const std::string& file) {
   ASSERT_EQ(scene.positions.size(), scene.frames.size()) << file;
   ASSERT_EQ(scene.positions.size(), scene.uvs.size()) << file;
+  ASSERT_TRUE(scene.tangents.empty() || scene.tangents.size() == scene.positions.size()) << file;
   ASSERT_TRUE(scene.extras.empty() || scene.extras.size() == scene.positions.size()) << file;
   ASSERT_FALSE(scene.materials.empty()) << file;
   for (const Primitive& primitive : scene.primitives) {

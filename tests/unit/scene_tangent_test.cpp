@@ -313,7 +313,7 @@ TEST(SceneTangents, GeneratedOnlyWhereTheyAreUsed) {
     const test::ScratchFolder folder;
     auto scene = load_gltf(folder.write("scene.glb", builder.glb()));
     EXPECT_TRUE(scene.ok()) << scene.error().message;
-    return scene ? tangent_of(scene->frames.at(0)) : glm::vec4(0);
+    return scene ? tangent_of(*scene, 0) : glm::vec4(0);
   };
   const glm::vec4 generated(0, 1, 0, 1), given(-1, 0, 0, 1), untouched = VertexAttributes().tangent;
   EXPECT_EQ(load("normalTexture", true, false), generated);

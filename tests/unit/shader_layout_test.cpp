@@ -90,7 +90,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular_texture);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission_texture);
-  EXPECT_SAME_OFFSET(FrameRecord, normal_z_tangent);
+  EXPECT_SAME_OFFSET(FrameRecord, normal_z_tangent_z);
   EXPECT_SAME_OFFSET(ExtrasRecord, color_ba);
   EXPECT_SAME_OFFSET(PrimitiveRecord, material);
   EXPECT_SAME_OFFSET(PrimitiveRecord, mesh_radius);

@@ -15,6 +15,7 @@ inline std::vector<scene::VertexAttributes> attributes_of(const scene::Scene& sc
 
 inline void set_attributes(scene::Scene& scene, const std::vector<scene::VertexAttributes>& attributes) {
   scene.frames.clear();
+  scene.tangents.clear();
   scene.uvs.clear();
   scene.extras.clear();
   scene::append_attributes(scene, attributes);

@@ -87,6 +87,7 @@ void add_ground(scene::Scene& out, float half) {
   for (const glm::vec3& corner : corners) {
     out.positions.push_back(corner);
     out.frames.push_back(scene::packed_frame({0, 1, 0}, {1, 0, 0, -1}));
+    out.tangents.push_back(scene::kNoTangent);
     out.uvs.push_back(glm::vec2(corner.x, corner.z) / half);
   }
   out.indices = {0, 1, 2, 0, 2, 3};
@@ -113,16 +114,19 @@ void add_meshes(scene::Scene& out, const Plan& plan) {
   }
   out.positions.resize(vertices);
   out.frames.resize(vertices);
+  out.tangents.resize(vertices);
   out.uvs.resize(vertices);
   out.indices.resize(indices);
   for_each_index(plan.meshes.size(), [&](size_t m) {
     scene::Primitive& primitive = out.primitives[first_primitive + m];
     const std::span<glm::vec3> positions(out.positions.data() + primitive.first_vertex,
                                          primitive.vertex_count);
-    make_shape(plan.meshes[m].shape, positions,
-               {out.frames.data() + primitive.first_vertex, positions.size()},
-               {out.uvs.data() + primitive.first_vertex, positions.size()},
-               {out.indices.data() + primitive.first_index, primitive.index_count});
+    const auto own = [&](auto& values) {
+      return std::span(values).subspan(primitive.first_vertex, primitive.vertex_count);
+    };
+    make_shape(plan.meshes[m].shape,
+               {positions, own(out.frames), own(out.tangents), own(out.uvs),
+                std::span(out.indices).subspan(primitive.first_index, primitive.index_count)});
     scene::Box box;
     for (const glm::vec3& position : positions) box.add(position);
     primitive.bounds_min = box.low;

@@ -44,13 +44,16 @@ struct Bumps {
   }
 };
 
-scene::TangentFrame frame_of(const glm::vec3& normal, const glm::vec3& along_u) {
-  return scene::packed_frame(normal, glm::vec4(along_u, -1));  // v runs downwards on both shapes
+void set_vertex(const ShapeArrays& to, size_t vertex, const glm::vec3& normal, const glm::vec3& along_u,
+                const glm::vec2& uv) {
+  const glm::vec4 tangent(along_u - glm::dot(along_u, normal) * normal,
+                          -1);  // v runs downwards on both shapes
+  to.frames[vertex] = scene::packed_frame(normal, tangent);
+  to.tangents[vertex] = scene::packed_tangent(tangent);
+  to.uvs[vertex] = uv;
 }
 
-void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
-                       std::span<scene::TangentFrame> frames, std::span<glm::vec2> uvs,
-                       std::span<uint32_t> indices) {
+void make_bumpy_sphere(const Shape& shape, const ShapeArrays& to) {
   const Bumps bumps(shape.seed);
   const uint32_t rings = shape.rings, columns = shape.columns;
   size_t vertex = 0;
@@ -58,9 +61,8 @@ void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
     const glm::vec3 direction(std::sin(theta) * std::cos(phi), std::cos(theta),
                               std::sin(theta) * std::sin(phi));
     glm::vec3 normal;
-    bumps.at(direction, positions[vertex], normal);
-    frames[vertex] = frame_of(normal, glm::vec3(-std::sin(phi), 0, std::cos(phi)));
-    uvs[vertex++] = uv * kSphereRepeat;
+    bumps.at(direction, to.positions[vertex], normal);
+    set_vertex(to, vertex++, normal, glm::vec3(-std::sin(phi), 0, std::cos(phi)), uv * kSphereRepeat);
   };
   // A ring's last vertex lies on its first one, with the other end of the texture.
   for (uint32_t r = 1; r < rings; ++r) {
@@ -70,9 +72,10 @@ void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
       const float u = static_cast<float>(c) / static_cast<float>(columns);
       add(v * kPi, u * 2 * kPi, {u, v});
     }
-    positions[vertex] = positions[first];
-    frames[vertex] = frames[first];
-    uvs[vertex] = {kSphereRepeat.x, uvs[first].y};
+    to.positions[vertex] = to.positions[first];
+    to.frames[vertex] = to.frames[first];
+    to.tangents[vertex] = to.tangents[first];
+    to.uvs[vertex] = {kSphereRepeat.x, to.uvs[first].y};
     ++vertex;
   }
   // The poles are one place, with a vertex for each triangle there.
@@ -81,15 +84,15 @@ void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
     for (uint32_t c = 0; c < columns; ++c) {
       const float u = (static_cast<float>(c) + 0.5f) / static_cast<float>(columns);
       add(south ? kPi : 0, u * 2 * kPi, {u, south ? 1 : 0});
-      positions[vertex - 1] = positions[first];
+      to.positions[vertex - 1] = to.positions[first];
     }
   }
 
   size_t index = 0;
   const auto triangle = [&](uint32_t a, uint32_t b, uint32_t c) {
-    indices[index++] = a;
-    indices[index++] = b;
-    indices[index++] = c;
+    to.indices[index++] = a;
+    to.indices[index++] = b;
+    to.indices[index++] = c;
   };
   const uint32_t row = columns + 1, north = (rings - 1) * row, south = north + columns;
   for (uint32_t c = 0; c < columns; ++c) triangle(north + c, c + 1, c);
@@ -102,11 +105,10 @@ void make_bumpy_sphere(const Shape& shape, std::span<glm::vec3> positions,
   }
   const uint32_t last = (rings - 2) * row;
   for (uint32_t c = 0; c < columns; ++c) triangle(last + c, last + c + 1, south + c);
-  FIRE3DV_ASSERT(vertex == positions.size() && index == indices.size());
+  FIRE3DV_ASSERT(vertex == to.positions.size() && index == to.indices.size());
 }
 
-void make_box(const Shape& shape, std::span<glm::vec3> positions, std::span<scene::TangentFrame> frames,
-              std::span<glm::vec2> uvs, std::span<uint32_t> indices) {
+void make_box(const Shape& shape, const ShapeArrays& to) {
   Random random(shape.seed);
   const float x = random.uniform(0.5f, 0.8f), y = random.uniform(0.5f, 0.8f), z = random.uniform(0.5f, 0.8f);
   const glm::vec3 half(x, y, z);
@@ -128,21 +130,21 @@ void make_box(const Shape& shape, std::span<glm::vec3> positions, std::span<scen
           corner[axis] = sign;
           corner[first] = along(i);
           corner[second] = along(j);
-          positions[vertex] = corner * half;
-          frames[vertex] = frame_of(normal, along_u);
-          uvs[vertex++] = (glm::vec2(corner[first], corner[second]) * 0.5f + 0.5f) * kBoxRepeat;
+          to.positions[vertex] = corner * half;
+          set_vertex(to, vertex++, normal, along_u,
+                     (glm::vec2(corner[first], corner[second]) * 0.5f + 0.5f) * kBoxRepeat);
         }
       }
       for (uint32_t i = 0; i < side; ++i) {
         for (uint32_t j = 0; j < side; ++j) {
           const uint32_t a = base + i * row + j;
           for (const uint32_t corner : {a, a + row, a + row + 1, a, a + row + 1, a + 1})
-            indices[index++] = corner;
+            to.indices[index++] = corner;
         }
       }
     }
   }
-  FIRE3DV_ASSERT(vertex == positions.size() && index == indices.size());
+  FIRE3DV_ASSERT(vertex == to.positions.size() && index == to.indices.size());
 }
 
 }  // namespace
@@ -169,10 +171,9 @@ Shape shape_of(ShapeKind kind, double triangle_goal, uint64_t seed) {
   return shape;
 }
 
-void make_shape(const Shape& shape, std::span<glm::vec3> positions, std::span<scene::TangentFrame> frames,
-                std::span<glm::vec2> uvs, std::span<uint32_t> indices) {
-  if (shape.kind == ShapeKind::box) return make_box(shape, positions, frames, uvs, indices);
-  make_bumpy_sphere(shape, positions, frames, uvs, indices);
+void make_shape(const Shape& shape, const ShapeArrays& to) {
+  if (shape.kind == ShapeKind::box) return make_box(shape, to);
+  make_bumpy_sphere(shape, to);
 }
 
 }  // namespace fire3dv::bench

@@ -27,8 +27,15 @@ Shape shape_of(ShapeKind kind, double triangle_goal, uint64_t seed);
 // No vertex of any shape is farther from its centre.
 constexpr float kMostShapeRadiusM = 1.4f;
 
-// The spans have the sizes that the shape says.
-void make_shape(const Shape& shape, std::span<glm::vec3> positions, std::span<scene::TangentFrame> frames,
-                std::span<glm::vec2> uvs, std::span<uint32_t> indices);
+// Of a shape's vertices, and its corners; of the sizes that it says.
+struct ShapeArrays {
+  std::span<glm::vec3> positions;
+  std::span<scene::TangentFrame> frames;
+  std::span<scene::TangentXy> tangents;
+  std::span<glm::vec2> uvs;
+  std::span<uint32_t> indices;
+};
+
+void make_shape(const Shape& shape, const ShapeArrays& to);
 
 }  // namespace fire3dv::bench
