@@ -297,7 +297,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
       (device.traces_rays() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
-  TextureUploads texture_uploads(device, scene, anisotropy);
+  TextureUploads texture_uploads(device, scene, anisotropy);  // a turn after each large array
   texture_uploads.submit_some();
   positions = upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
   texture_uploads.submit_some();

@@ -35,6 +35,11 @@ VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path,
 constexpr VkDeviceSize kMostKeptBytes = VkDeviceSize{256} << 20;
 constexpr size_t kMostKeptSizes = 8;
 
+bool any_soft(const std::vector<scene::PlacedLight>& lights) {
+  return std::any_of(lights.begin(), lights.end(),
+                     [](const scene::PlacedLight& placed) { return is_soft(placed.light); });
+}
+
 }  // namespace
 
 scene::Levels levels_for(LevelsOfDetail wanted) {
@@ -114,10 +119,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
 
 // Maps save most rays, but to lights that have a size.
 gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
-  const std::vector<scene::PlacedLight> lights = scene::lights_of(scene, nullptr);
-  const bool soft = std::any_of(lights.begin(), lights.end(),
-                                [](const scene::PlacedLight& placed) { return is_soft(placed.light); });
-  return shadow_way_.hybrid && !soft ? gpu::Rays::few : gpu::Rays::many;
+  return shadow_way_.hybrid && !any_soft(scene::lights_of(scene, nullptr)) ? gpu::Rays::few : gpu::Rays::many;
 }
 
 // What record() will most likely ask for, while the scene is copied.
@@ -132,7 +134,8 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   // ready for that.
   if (!gpu::takes_cpu_variants(device_)) visibility_->expect(shading);
   shading.shadows = number_of_shadows(shadow_way_.method == ShadowMethod::ray);
-  shading.finds_shadows = shadows_on_ && shadow_way_.hybrid && !scene::lights_of(scene, nullptr).empty();
+  const std::vector<scene::PlacedLight> lights = scene::lights_of(scene, nullptr);
+  shading.finds_shadows = shadows_on_ && shadow_way_.hybrid && !lights.empty() && !any_soft(lights);
   visibility_->expect(shading);
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -75,12 +74,12 @@ uint32_t mean_of(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
 void halve_even_row(const Level& from, bool srgb, uint32_t y, uint8_t* to) {
   const uint8_t* const upper = from.rgba8.data() + size_t{8} * y * from.width;
   const uint8_t* const lower = upper + size_t{4} * from.width;
+  const SrgbTables& tables = srgb_tables();
   for (uint32_t x = 0; x < from.width / 2; ++x, to += 4) {
     const uint32_t mean = mean_of(pixel_at(upper, 2 * x), pixel_at(upper, 2 * x + 1), pixel_at(lower, 2 * x),
                                   pixel_at(lower, 2 * x + 1));
     std::memcpy(to, &mean, sizeof(mean));
     if (!srgb) continue;
-    const SrgbTables& tables = srgb_tables();
     const uint8_t *const a = upper + size_t{8} * x, *const b = lower + size_t{8} * x;
     for (int c = 0; c < 3; ++c) {
       const uint32_t sum =
