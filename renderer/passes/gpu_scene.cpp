@@ -326,7 +326,13 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   };
   frames = upload_vertices(scene.frames);
   texture_uploads.submit_some();
-  if (!scene.tangents.empty()) tangents = upload_vertices(scene.tangents);
+  if (!scene.tangents.empty()) {
+    tangents = upload_vertices(scene.tangents);
+  } else if (deformed.record_count > 0) {
+    // What is deformed may turn tangents that were not worth keeping.
+    const std::vector<scene::TangentXy> room(clustered.source_vertices.size(), scene::kNoTangent);
+    tangents = upload_array(device, loader, room);
+  }
   uvs = upload_vertices(scene.uvs);
   texture_uploads.submit_some();
   if (!scene.extras.empty()) extras = upload_vertices(scene.extras);

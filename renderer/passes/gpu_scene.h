@@ -64,7 +64,8 @@ struct GpuScene {
   bool has_extensions = false;  // materials with more than glTF's core
   bool has_textures = false;    // materials with any
 
-  // Of vertices, in cluster order; tangents and extras: null where no vertex has any.
+  // Of vertices, in cluster order; tangents and extras: null where no vertex has any, nor can come
+  // to one.
   gpu::Buffer positions, frames, tangents, uvs, extras;
   gpu::Buffer indices;    // of corners, as scene::ClusterIndices
   gpu::Buffer ray_boxes;  // scene::RayBox[], where rays are traced to boxes

@@ -297,7 +297,7 @@ void ShadowPass::bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPip
 void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
                         VkDeviceAddress globals) {
   if (!traces()) return;
-  if (!classify_) make_classify();
+  if (!classify_) make_classify();  // for the forward path, which asks whatever shading could find
   std::vector<Use> uses{Use(visibility.buffer, access::compute_read), Use(lists_, access::compute_write),
                         Use(entries(), access::compute_write), Use(mask(), access::compute_write)};
   scene.add_reads(uses, access::compute_read);

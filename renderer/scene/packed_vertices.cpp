@@ -85,11 +85,12 @@ bool has_color(const Scene& scene, uint32_t v) {
 void append_attributes(Scene& scene, std::span<const VertexAttributes> attributes) {
   constexpr size_t kTurn = 1 << 14;
   const size_t first = scene.frames.size(), count = attributes.size();
-  const bool tangents = !scene.tangents.empty() || any(attributes, [](const VertexAttributes& a) {
-    return packed_tangent(a.tangent) != kNoTangent;
+  const VertexAttributes plain;
+  const bool tangents = !scene.tangents.empty() || any(attributes, [&](const VertexAttributes& a) {
+    return glm::vec3(a.tangent) != glm::vec3(plain.tangent);
   });
-  const bool extras = !scene.extras.empty() || any(attributes, [](const VertexAttributes& a) {
-    return extras_of(a) != VertexExtras();
+  const bool extras = !scene.extras.empty() || any(attributes, [&](const VertexAttributes& a) {
+    return a.uv1 != plain.uv1 || a.color != plain.color;
   });
   if (tangents) scene.tangents.resize(first, kNoTangent);
   if (extras) scene.extras.resize(first);

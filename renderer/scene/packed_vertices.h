@@ -1,6 +1,5 @@
-// A scene's vertices beside their positions, in a third of the bytes that files have them in, and less where
-// there are no normal maps. Shaders read the same bytes (shaders/common/vertices.glsl unpacks them the same
-// way).
+// A scene's vertices beside their positions, in 16 bytes for most, 20 where there are normal maps. Shaders
+// read the same bytes (shaders/common/vertices.glsl unpacks them the same way).
 //
 // Directions are three signed numbers, which need no square root to be unpacked: of 16 bits, steps of 1 /
 // 32767; a tangent's z of 15, steps of 1 / 16383, above the bitangent's sign (1: positive). Normals are off

@@ -1,7 +1,9 @@
 // What a normal map shows is what the tilted normals themselves would.
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "renderer/scene/bounds.h"
 #include "tests/render/proof_bench.h"
 #include "tests/support/image_compare.h"
 
@@ -56,6 +58,34 @@ scene::Scene squares(bool by_normal_map, float eye_z) {
   return builder.build();
 }
 
+// A square whose tangents are the ones that a scene need not keep, turned by its joint or by its node.
+scene::Scene turned_square(bool by_joint) {
+  SceneBuilder builder;
+  scene::Material material = matte({0.7f, 0.7f, 0.7f});
+  material.normal_texture.texture =
+      builder.texture(1, 1, false, [](float, float) { return glm::vec4(kTexel / 255.0f, 1); });
+  const std::vector<glm::vec3> positions{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  const uint32_t mesh = builder.mesh(builder.material(material), positions,
+                                     std::vector<scene::VertexAttributes>(4), {0, 1, 2, 0, 2, 3});
+  const glm::mat4 turned = glm::rotate(glm::mat4(1), 1.2f, glm::normalize(glm::vec3(0.2f, 0.3f, 1)));
+  const uint32_t node = builder.mesh_node("square", mesh, by_joint ? glm::mat4(1) : turned);
+  const uint32_t joint = builder.mesh_node("joint", scene::kNone, by_joint ? turned : glm::mat4(1));
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({-0.6f, -0.4f, -1}));
+  builder.camera_node("camera", {0, 0, 4}, {0, 0, 0});
+  scene::Scene scene = builder.build();
+  if (!by_joint) return scene;
+  scene.skins.push_back({"", 0, 1});
+  scene.joints.push_back({joint, glm::mat4(1)});
+  scene.nodes[node].skin = 0;
+  scene::Primitive& primitive = scene.primitives[0];
+  primitive.first_influence = 0;
+  primitive.influence_sets = 1;
+  primitive.joint_limit = 1;
+  scene.influences.assign(positions.size(), {{0, 0, 0, 0}, {1, 0, 0, 0}});
+  scene::bound_deformed_primitives(scene);
+  return scene;
+}
+
 class Tangents : public ValidationIsSilent {};
 
 TEST_F(Tangents, TurnWhatANormalMapSaysIntoTheWorld) {
@@ -70,6 +100,14 @@ TEST_F(Tangents, TurnWhatANormalMapSaysIntoTheWorld) {
                                 Tolerance::colour()));
     }
   }
+}
+
+TEST_F(Tangents, FollowJointsThoughTheSceneKeepsNone) {
+  const scene::Scene posed = turned_square(true), still = turned_square(false);
+  ASSERT_TRUE(posed.tangents.empty());
+  RenderBench bench(posed, kExtent, plain_settings(1)), reference(still, kExtent, plain_settings(1));
+  EXPECT_TRUE(matches_image(bench.draw_at_rest(), reference.draw_at_rest(), "tangents_of_joints",
+                            Tolerance::colour()));
 }
 
 }  // namespace

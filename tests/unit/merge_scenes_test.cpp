@@ -85,6 +85,8 @@ TEST(MergeScenes, OfVerticesWithExtrasAndWithoutEachKeepsItsOwn) {
   LoadedScene colored = plain;
   colored.scene.extras.resize(colored.scene.positions.size());
   colored.scene.extras[2].color = {1, 2, 3, 4};
+  colored.scene.tangents.resize(colored.scene.positions.size(), kNoTangent);
+  colored.scene.tangents[2] = {0, INT16_MAX};
   for (const bool onto_plain : {false, true}) {
     LoadedScene merged = onto_plain ? plain : colored;
     const uint32_t first = static_cast<uint32_t>(merged.scene.positions.size());
@@ -93,9 +95,12 @@ TEST(MergeScenes, OfVerticesWithExtrasAndWithoutEachKeepsItsOwn) {
             .ok());
     EXPECT_TRUE(check_scene(merged.scene).ok());
     ASSERT_EQ(merged.scene.extras.size(), merged.scene.positions.size());
-    for (uint32_t v = 0; v < merged.scene.extras.size(); ++v)
-      EXPECT_EQ(merged.scene.extras[v],
-                v == (onto_plain ? first : 0) + 2 ? colored.scene.extras[2] : VertexExtras());
+    ASSERT_EQ(merged.scene.tangents.size(), merged.scene.positions.size());
+    for (uint32_t v = 0; v < merged.scene.extras.size(); ++v) {
+      const bool other = v == (onto_plain ? first : 0) + 2;
+      EXPECT_EQ(merged.scene.extras[v], other ? colored.scene.extras[2] : VertexExtras());
+      EXPECT_EQ(merged.scene.tangents[v], other ? colored.scene.tangents[2] : kNoTangent);
+    }
   }
 }
 
