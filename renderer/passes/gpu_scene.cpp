@@ -341,7 +341,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   cluster_triangles = upload_array(device, loader, clustered.triangles);
 
   const MaterialRecords records =
-      material_records(scene.materials, anisotropy > 1 && device.report().anisotropy);
+      material_records(scene.materials, texture_facts(scene, anisotropy > 1 && device.report().anisotropy));
   materials = upload_array(device, loader, records.materials);
   own_material_count = static_cast<uint32_t>(records.materials.size());
   own_primitive_count = static_cast<uint32_t>(geometry.size());

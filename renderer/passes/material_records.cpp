@@ -6,14 +6,22 @@
 namespace fire3dv::passes {
 namespace {
 
-gpu_types::TextureUse texture_use(const scene::TextureRef& ref, bool anisotropic) {
+uint32_t packed_facts(const scene::TextureRef& ref, const TextureFacts& textures) {
+  const glm::uvec2 size = ref.texture < textures.sizes.size() ? textures.sizes[ref.texture] : glm::uvec2(1);
+  const glm::uvec2 less_one = glm::min(size - 1u, FIRE3DV_TEXTURE_SIDE_MASK);
+  return (ref.uv_set != 0 ? FIRE3DV_TEXTURE_SECOND_UV : 0) |
+         (textures.anisotropic ? FIRE3DV_TEXTURE_ANISOTROPIC : 0) |
+         less_one.x << FIRE3DV_TEXTURE_WIDTH_SHIFT | less_one.y << FIRE3DV_TEXTURE_HEIGHT_SHIFT;
+}
+
+gpu_types::TextureUse texture_use(const scene::TextureRef& ref, const TextureFacts& textures) {
   // KHR_texture_transform: uv' = translate(offset) * rotate * scale(uv), with the extension's sense of
   // rotation.
   const float c = std::cos(ref.uv_rotation_rad);
   const float s = std::sin(ref.uv_rotation_rad);
   gpu_types::TextureUse use{};
   use.texture = ref.texture;
-  use.uv_set = ref.uv_set | (anisotropic ? FIRE3DV_TEXTURE_ANISOTROPIC : 0);
+  use.facts = packed_facts(ref, textures);
   use.uv_rows = {c * ref.uv_scale.x, s * ref.uv_scale.y, -s * ref.uv_scale.x, c * ref.uv_scale.y};
   use.uv_offset = ref.uv_offset;
   return use;
@@ -55,7 +63,8 @@ bool is_extended(const scene::Material& material) {
           material.specular_color_texture.texture != scene::kNone);
 }
 
-gpu_types::MaterialExtensionRecord extension_record(const scene::Material& material, bool anisotropic) {
+gpu_types::MaterialExtensionRecord extension_record(const scene::Material& material,
+                                                    const TextureFacts& textures) {
   gpu_types::MaterialExtensionRecord record{};
   const float ratio = (material.ior - 1) / (material.ior + 1);
   record.dielectric_f0 = ratio * ratio * material.specular_color;
@@ -66,18 +75,18 @@ gpu_types::MaterialExtensionRecord extension_record(const scene::Material& mater
   record.clearcoat_roughness = material.clearcoat_roughness;
   record.clearcoat_normal_scale = material.clearcoat_normal_scale;
   record.transmission = material.transmission;
-  record.specular_texture = texture_use(material.specular_texture, anisotropic);
-  record.specular_color_texture = texture_use(material.specular_color_texture, anisotropic);
-  record.clearcoat_texture = texture_use(material.clearcoat_texture, anisotropic);
-  record.clearcoat_roughness_texture = texture_use(material.clearcoat_roughness_texture, anisotropic);
-  record.clearcoat_normal_texture = texture_use(material.clearcoat_normal_texture, anisotropic);
-  record.sheen_color_texture = texture_use(material.sheen_color_texture, anisotropic);
-  record.sheen_roughness_texture = texture_use(material.sheen_roughness_texture, anisotropic);
-  record.transmission_texture = texture_use(material.transmission_texture, anisotropic);
+  record.specular_texture = texture_use(material.specular_texture, textures);
+  record.specular_color_texture = texture_use(material.specular_color_texture, textures);
+  record.clearcoat_texture = texture_use(material.clearcoat_texture, textures);
+  record.clearcoat_roughness_texture = texture_use(material.clearcoat_roughness_texture, textures);
+  record.clearcoat_normal_texture = texture_use(material.clearcoat_normal_texture, textures);
+  record.sheen_color_texture = texture_use(material.sheen_color_texture, textures);
+  record.sheen_roughness_texture = texture_use(material.sheen_roughness_texture, textures);
+  record.transmission_texture = texture_use(material.transmission_texture, textures);
   return record;
 }
 
-gpu_types::MaterialRecord material_record(const scene::Material& material, bool anisotropic) {
+gpu_types::MaterialRecord material_record(const scene::Material& material, const TextureFacts& textures) {
   gpu_types::MaterialRecord record{};
   record.base_color = material.base_color;
   record.emissive = material.emissive;
@@ -95,11 +104,11 @@ gpu_types::MaterialRecord material_record(const scene::Material& material, bool 
                  (material.alpha_mode == scene::AlphaMode::blend ? FIRE3DV_MATERIAL_BLEND : 0);
   record.flags |= extension_flags(material) | texture_flags(material);
   record.extension = FIRE3DV_NO_INDEX;
-  record.base_color_texture = texture_use(material.base_color_texture, anisotropic);
-  record.metallic_roughness_texture = texture_use(material.metallic_roughness_texture, anisotropic);
-  record.normal_texture = texture_use(material.normal_texture, anisotropic);
-  record.occlusion_texture = texture_use(material.occlusion_texture, anisotropic);
-  record.emissive_texture = texture_use(material.emissive_texture, anisotropic);
+  record.base_color_texture = texture_use(material.base_color_texture, textures);
+  record.metallic_roughness_texture = texture_use(material.metallic_roughness_texture, textures);
+  record.normal_texture = texture_use(material.normal_texture, textures);
+  record.occlusion_texture = texture_use(material.occlusion_texture, textures);
+  record.emissive_texture = texture_use(material.emissive_texture, textures);
   return record;
 }
 
@@ -114,13 +123,23 @@ bool any_textured(std::span<const scene::Material> materials) {
                      [](const scene::Material& material) { return texture_flags(material) != 0; });
 }
 
-MaterialRecords material_records(std::span<const scene::Material> materials, bool anisotropic) {
+TextureFacts texture_facts(const scene::Scene& scene, bool anisotropic) {
+  TextureFacts facts;
+  facts.anisotropic = anisotropic;
+  for (const scene::Texture& texture : scene.textures) {
+    const scene::Image& image = scene.images[texture.image];
+    facts.sizes.emplace_back(image.width, image.height);
+  }
+  return facts;
+}
+
+MaterialRecords material_records(std::span<const scene::Material> materials, const TextureFacts& textures) {
   MaterialRecords records;
   for (const scene::Material& material : materials) {
-    records.materials.push_back(material_record(material, anisotropic));
+    records.materials.push_back(material_record(material, textures));
     if (!is_extended(material)) continue;
     records.materials.back().extension = static_cast<uint32_t>(records.extensions.size());
-    records.extensions.push_back(extension_record(material, anisotropic));
+    records.extensions.push_back(extension_record(material, textures));
   }
   return records;
 }

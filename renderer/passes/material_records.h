@@ -15,8 +15,14 @@ struct MaterialRecords {
 };
 bool any_extended(std::span<const scene::Material> materials);
 bool any_textured(std::span<const scene::Material> materials);
-// anisotropic: samplers that are smooth filter so.
-MaterialRecords material_records(std::span<const scene::Material> materials, bool anisotropic = false);
+// What a record says of the textures that a material refers to.
+struct TextureFacts {
+  std::vector<glm::uvec2> sizes;  // by number; where there is none a texture counts as one texel
+  bool anisotropic = false;       // samplers that are smooth filter so
+};
+TextureFacts texture_facts(const scene::Scene& scene, bool anisotropic);
+MaterialRecords material_records(std::span<const scene::Material> materials,
+                                 const TextureFacts& textures = {});
 gpu_types::LightRecord light_record(const scene::Light& light, uint32_t node);
 
 }  // namespace fire3dv::passes

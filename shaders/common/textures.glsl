@@ -8,8 +8,13 @@
 layout(set = 0, binding = FIRE3DV_BINDING_TEXTURES) uniform sampler2D scene_textures[];
 
 vec2 texture_uv(TextureUse use, vec4 uv01) {
-  const vec2 uv = (use.uv_set & 1) == 0 ? uv01.xy : uv01.zw;
+  const vec2 uv = (use.facts & FIRE3DV_TEXTURE_SECOND_UV) == 0 ? uv01.xy : uv01.zw;
   return vec2(dot(use.uv_rows.xy, uv), dot(use.uv_rows.zw, uv)) + use.uv_offset;
+}
+
+vec2 texture_size(TextureUse use) {
+  const uint width_less_one = (use.facts >> FIRE3DV_TEXTURE_WIDTH_SHIFT) & FIRE3DV_TEXTURE_SIDE_MASK;
+  return vec2(width_less_one, use.facts >> FIRE3DV_TEXTURE_HEIGHT_SHIFT) + 1;
 }
 
 // dx, dy: how both sets of coordinates change from this pixel to the next ones, given since not every shader has them
@@ -17,11 +22,11 @@ vec2 texture_uv(TextureUse use, vec4 uv01) {
 vec4 sample_or(TextureUse use, vec4 uv01, vec4 dx, vec4 dy, vec4 without) {
   if (!kTextures || use.texture == FIRE3DV_NO_INDEX) return without;
   const vec2 uv = texture_uv(use, uv01), uv_dx = texture_uv(use, dx) - use.uv_offset, uv_dy = texture_uv(use, dy) - use.uv_offset;
-  if ((use.uv_set & FIRE3DV_TEXTURE_ANISOTROPIC) != 0) {
+  if ((use.facts & FIRE3DV_TEXTURE_ANISOTROPIC) != 0) {
     return textureGrad(scene_textures[nonuniformEXT(use.texture)], uv, uv_dx, uv_dy);
   }
   // The level as the standard defines it. Devices come near to that, each in its own way.
-  const vec2 size = vec2(textureSize(scene_textures[nonuniformEXT(use.texture)], 0));
+  const vec2 size = texture_size(use);
   const vec2 along_x = uv_dx * size, along_y = uv_dy * size;
   const float level = 0.5 * log2(max(max(dot(along_x, along_x), dot(along_y, along_y)), 1e-30));
   return textureLod(scene_textures[nonuniformEXT(use.texture)], uv, level);

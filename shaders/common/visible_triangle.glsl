@@ -12,6 +12,11 @@ struct VisibleTriangle {
 #ifdef FIRE3DV_CPU
   MaterialRecord material_record;
   bool for_all;  // no lane is missing, and all show this triangle
+#else
+  // Of its corners, read together with their positions, so that one wait is for all. What nobody uses is not read.
+  FrameRecord frame[3];
+  uint tangent_xy[3];
+  vec2 uv0[3];
 #endif
   uint vertex[3];
   vec3 world[3];
@@ -72,8 +77,28 @@ VisibleTriangle triangle_for_all(GlobalsRef globals, uint id) {
 }
 
 MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return t.material_record; }
+
+// Read where they are needed: a CPU pays for each read, not for waiting.
+FrameRecord frame_of(GlobalsRef globals, VisibleTriangle t, int corner) { return FrameRef(globals.value.frames).at[t.vertex[corner]]; }
+uint tangent_xy_of(GlobalsRef globals, VisibleTriangle t, int corner) {
+  return tangent_xy_of(UintRef(globals.value.tangents), t.vertex[corner]);
+}
+vec2 uv0_of(GlobalsRef globals, VisibleTriangle t, int corner) { return UvRef(globals.value.uvs).at[t.vertex[corner]]; }
 #else
 MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return MaterialRef(globals.value.materials).at[t.material]; }
+
+void read_corners(GlobalsRef globals, inout VisibleTriangle t) {
+  const bool turned = kTextures && globals.value.tangents != 0;
+  for (int i = 0; i < 3; ++i) {
+    t.frame[i] = FrameRef(globals.value.frames).at[t.vertex[i]];
+    t.uv0[i] = kTextures ? UvRef(globals.value.uvs).at[t.vertex[i]] : vec2(0);
+    t.tangent_xy[i] = turned ? UintRef(globals.value.tangents).at[t.vertex[i]] : FIRE3DV_NO_TANGENT;
+  }
+}
+
+FrameRecord frame_of(GlobalsRef globals, VisibleTriangle t, int corner) { return t.frame[corner]; }
+uint tangent_xy_of(GlobalsRef globals, VisibleTriangle t, int corner) { return t.tangent_xy[corner]; }
+vec2 uv0_of(GlobalsRef globals, VisibleTriangle t, int corner) { return t.uv0[corner]; }
 #endif
 
 // together: no lane is missing.
@@ -90,6 +115,9 @@ VisibleTriangle own_triangle(GlobalsRef globals, uint id, const bool together) {
 #endif
     read_part(globals, instance, t);
   for (int i = 0; i < 3; ++i) t.vertex[i] = instance.first_vertex + ((packed >> (8 * i)) & 255);
+#ifndef FIRE3DV_CPU
+  read_corners(globals, t);
+#endif
   PositionRef positions = PositionRef(globals.value.positions);
   place_corners(globals, t, positions.at[t.vertex[0]], positions.at[t.vertex[1]], positions.at[t.vertex[2]]);
   return t;
@@ -162,7 +190,7 @@ TriangleUv triangle_uv(GlobalsRef globals, VisibleTriangle t, uint material_flag
   const bool second = (material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0;
   TriangleUv uv;
   for (int i = 0; i < 3; ++i) {
-    uv.at[i] = vec4(UvRef(globals.value.uvs).at[t.vertex[i]],
+    uv.at[i] = vec4(uv0_of(globals, t, i),
                     second ? uv1_of(ExtrasRef(globals.value.extras), t.vertex[i]) : vec2(0));
   }
   return uv;
@@ -183,7 +211,7 @@ struct TriangleFrames {
 
 TriangleFrames triangle_frames(GlobalsRef globals, VisibleTriangle t) {
   TriangleFrames frames;
-  for (int i = 0; i < 3; ++i) frames.at[i] = FrameRef(globals.value.frames).at[t.vertex[i]];
+  for (int i = 0; i < 3; ++i) frames.at[i] = frame_of(globals, t, i);
   return frames;
 }
 
@@ -193,10 +221,9 @@ vec3 normal_at(TriangleFrames frames, vec3 b) {
 }
 
 vec4 tangent_at(GlobalsRef globals, VisibleTriangle t, TriangleFrames frames, vec3 b) {
-  UintRef tangents = UintRef(globals.value.tangents);
-  return tangent_of(frames.at[0], tangent_xy_of(tangents, t.vertex[0])) * b.x +
-         tangent_of(frames.at[1], tangent_xy_of(tangents, t.vertex[1])) * b.y +
-         tangent_of(frames.at[2], tangent_xy_of(tangents, t.vertex[2])) * b.z;
+  return tangent_of(frames.at[0], tangent_xy_of(globals, t, 0)) * b.x +
+         tangent_of(frames.at[1], tangent_xy_of(globals, t, 1)) * b.y +
+         tangent_of(frames.at[2], tangent_xy_of(globals, t, 2)) * b.z;
 }
 
 #ifdef FIRE3DV_CPU

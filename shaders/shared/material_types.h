@@ -5,11 +5,17 @@
 
 FIRE3DV_SHARED_BEGIN
 
-#define FIRE3DV_TEXTURE_ANISOTROPIC 2u
+// Of TextureUse::facts. The size is that of the largest level, less one, at most what 15 bits hold: a device that is
+// asked for it takes as long as for a texel.
+#define FIRE3DV_TEXTURE_SECOND_UV 1u
+#define FIRE3DV_TEXTURE_ANISOTROPIC 2u  // the sampler is
+#define FIRE3DV_TEXTURE_WIDTH_SHIFT 2
+#define FIRE3DV_TEXTURE_HEIGHT_SHIFT 17
+#define FIRE3DV_TEXTURE_SIDE_MASK 32767u
 
 struct TextureUse {
   uint texture;  // FIRE3DV_NO_INDEX = none
-  uint uv_set;   // 0 or 1; with FIRE3DV_TEXTURE_ANISOTROPIC where the sampler is
+  uint facts;
   vec2 uv_offset;
   vec4 uv_rows;  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) +
                  // offset.y
