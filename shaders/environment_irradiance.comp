@@ -2,6 +2,7 @@
 // cube, every texel of it, so that the sun is not missed.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define FIRE3DV_PACKED_RADIANCE
 #include "common/environment_pass.glsl"
 
 layout(set = 0, binding = FIRE3DV_BINDING_LEVEL_ABOVE, rgba16f) uniform readonly image2DArray radiance;
@@ -21,5 +22,5 @@ void main() {
       }
     }
   }
-  imageStore(level_out, texel, vec4(sum.rgb / sum.a, 1));
+  put_radiance(texel, sum.rgb / sum.a);
 }

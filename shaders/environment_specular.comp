@@ -2,6 +2,7 @@
 // by importance, each sample from a level as blurred as there are few of them (Krivanek and Colbert 2008).
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define FIRE3DV_PACKED_RADIANCE
 #include "common/environment_pass.glsl"
 
 layout(set = 0, binding = FIRE3DV_BINDING_LEVEL_IN) uniform samplerCube radiance;
@@ -11,7 +12,7 @@ void main() {
   if (texel.x >= push.size || texel.y >= push.size) return;
   const vec3 normal = normalize(cube_direction(texel.z, face_point(texel.xy, int(push.size))));
   if (push.roughness == 0) {
-    imageStore(level_out, texel, vec4(textureLod(radiance, normal, 0).rgb, 1));
+    put_radiance(texel, textureLod(radiance, normal, 0).rgb);
     return;
   }
   const float pi = 3.14159265358979;
@@ -33,5 +34,5 @@ void main() {
     const float lod = 0.5 * log2(texels_per_sample / density);
     sum += n_dot_l * vec4(textureLod(radiance, world_from_local * to_light, max(lod, 0)).rgb, 1);
   }
-  imageStore(level_out, texel, vec4(sum.rgb / sum.a, 1));
+  put_radiance(texel, sum.rgb / sum.a);
 }

@@ -28,6 +28,7 @@ CachePlaces cache_places(std::string_view wanted,
       named ? std::optional<std::filesystem::path>(wanted) : user_folder(environment);
   if (folder) {
     places.pipelines = *folder / "pipelines";
+    places.surroundings = *folder / "surroundings";
     places.scenes.place = Place::folder;
     places.scenes.folder = *folder / "scenes";
   }

@@ -1,4 +1,5 @@
-// Where this program keeps what it can make again: scenes it has loaded, pipelines it has compiled.
+// Where this program keeps what it can make again: scenes it has loaded, pipelines it has compiled,
+// surroundings it has prepared.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +14,7 @@ namespace fire3dv::app {
 
 struct CachePlaces {
   scene::SceneCacheSettings scenes;
-  std::optional<std::filesystem::path> pipelines;  // folder
+  std::optional<std::filesystem::path> pipelines, surroundings;  // folders
 };
 
 // wanted: of --cache. "auto" is the folder that the XDG base directory specification names, where the

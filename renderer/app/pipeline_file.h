@@ -4,23 +4,19 @@
 
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "protocol/error.h"
+#include "renderer/app/kept_file.h"
 #include "renderer/gpu/device.h"
-#include "renderer/scene/digest.h"
 
 namespace fire3dv::app {
 
 // What a file of pipelines is for: this device and driver, and the shaders of this build.
 scene::Digest pipeline_kind(const VkPhysicalDeviceProperties& device);
 
-Result<void> write_pipeline_file(const std::filesystem::path& path, const scene::Digest& kind,
-                                 std::span<const std::byte> data);
-Result<std::vector<std::byte>> read_pipeline_file(const std::filesystem::path& path,
-                                                  const scene::Digest& kind);
+extern const KeptFileType kPipelineFiles;
 
 // One run's use of the folder. Without a folder it keeps nothing, but for the run.
 class PipelineFile {
@@ -35,7 +31,7 @@ class PipelineFile {
  private:
   gpu::Device& device_;
   scene::Digest kind_{};
-  std::filesystem::path path_;  // empty: none
+  std::filesystem::path folder_;  // empty: none
   std::vector<std::byte> known_;
   std::optional<std::string> note_;
 };

@@ -8,6 +8,7 @@
 
 #include "protocol/transport/open.h"
 #include "renderer/app/cache_places.h"
+#include "renderer/app/environment_folder.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/further_devices.h"
 #include "renderer/app/image_service.h"
@@ -306,6 +307,7 @@ int run(const Options& options) {
     if (pipelines.note()) say(*pipelines.note());
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
+    viewer.draw.kept_environments = environment_store(places.surroundings);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
     Result<FurtherDevices> further = FurtherDevices::open(**instance, devices->further, options.async_compute,
                                                           places, viewer.draw, *renderer);

@@ -13,7 +13,7 @@ constexpr VkDeviceSize kStagingBytes = 32 << 20;
 
 VkBufferImageCopy level_copy(const Image& image, uint32_t level) {
   VkBufferImageCopy copy{};
-  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, 1};
+  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, image.layers};
   copy.imageExtent = {std::max(image.extent.width >> level, 1u), std::max(image.extent.height >> level, 1u),
                       1};
   return copy;
@@ -135,6 +135,16 @@ void LoaderCommands::upload_levels(Image& image, std::span<const std::span<const
   constexpr Access sample{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
                           VK_ACCESS_2_SHADER_READ_BIT, false, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
   recorder().transition({Use(image, sample)});
+}
+
+void LoaderCommands::download_level(Image& image, uint32_t level, Buffer& to, VkDeviceSize offset) {
+  VkBufferImageCopy copy = level_copy(image, level);
+  copy.bufferOffset = offset;
+  recorder().pass("download", {Use(image, access::transfer_read), Use(to, access::transfer_write)},
+                  [&](VkCommandBuffer commands) {
+                    vkCmdCopyImageToBuffer(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                                           to.get(), 1, &copy);
+                  });
 }
 
 }  // namespace fire3dv::gpu

@@ -27,12 +27,16 @@ class LoaderCommands {
   // end at multiples of unit.
   void upload(Buffer& buffer, VkDeviceSize size, VkDeviceSize unit,
               const std::function<void(VkDeviceSize offset, std::span<std::byte> to)>& fill);
-  // Fills a new image, all its levels, texels of a multiple of 4 bytes, rows tightly packed. Leaves it ready
-  // for sampling.
+  // Fills a new image, all its levels, each with all layers, texels of a multiple of 4 bytes, rows tightly
+  // packed. Leaves it ready for sampling.
   void upload_levels(Image& image, std::span<const std::span<const std::byte>> levels);
 
   // Fills one level, its rows tightly packed; whoever fills the last one makes the image ready for its use.
   void upload_level(Image& image, uint32_t level, std::span<const std::byte> bytes);
+
+  // One level's texels, all its layers, rows tightly packed, to a buffer; whoever asks for the last one makes
+  // the buffer ready for its use.
+  void download_level(Image& image, uint32_t level, Buffer& to, VkDeviceSize offset);
 
   Recorder& recorder();
   void submit();  // without waiting; whatever is recorded next waits first

@@ -9,12 +9,14 @@
 namespace fire3dv::gpu {
 namespace {
 
-ImageView create_view(Device& device, const Image& image, VkImageViewType type,
-                      const VkImageSubresourceRange& range) {
-  VkImageViewCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
+ImageView create_view(Device& device, const Image& image, VkImageViewType type, VkFormat format,
+                      VkImageUsageFlags usage, const VkImageSubresourceRange& range) {
+  VkImageViewUsageCreateInfo usage_info{VK_STRUCTURE_TYPE_IMAGE_VIEW_USAGE_CREATE_INFO};
+  usage_info.usage = usage;
+  VkImageViewCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO, &usage_info};
   info.image = image.get();
   info.viewType = type;
-  info.format = image.format;
+  info.format = format;
   info.subresourceRange = range;
   VkImageView view = VK_NULL_HANDLE;
   FIRE3DV_VK(vkCreateImageView(device.handle(), &info, nullptr, &view));
@@ -87,6 +89,7 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
 Image create_image(Device& device, const ImageInfo& info) {
   Image image;
   image.format = info.format;
+  image.written_as = info.written_as == VK_FORMAT_UNDEFINED ? info.format : info.written_as;
   image.extent = info.extent;
   image.mip_levels = info.mip_levels;
   image.layers = info.cube ? 6 : 1;
@@ -94,7 +97,10 @@ Image create_image(Device& device, const ImageInfo& info) {
   image.aspect = info.format == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 
   VkImageCreateInfo create{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
-  create.flags = info.cube ? VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT : 0;
+  const bool written_as_another = image.written_as != image.format;
+  if (info.cube) create.flags |= VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT;
+  if (written_as_another)
+    create.flags |= VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT | VK_IMAGE_CREATE_EXTENDED_USAGE_BIT;
   create.imageType = VK_IMAGE_TYPE_2D;
   create.format = info.format;
   create.extent = {info.extent.width, info.extent.height, 1};
@@ -110,13 +116,16 @@ Image create_image(Device& device, const ImageInfo& info) {
   FIRE3DV_VK(vmaCreateImage(device.allocator(), &create, &allocation_info, &handle, &allocation, nullptr));
   image.handle = ImageHandle(device, handle, allocation);
 
+  const VkImageUsageFlags usage =
+      written_as_another ? info.usage & ~VkImageUsageFlags{VK_IMAGE_USAGE_STORAGE_BIT} : info.usage;
   image.view = create_view(device, image, info.cube ? VK_IMAGE_VIEW_TYPE_CUBE : VK_IMAGE_VIEW_TYPE_2D,
-                           {image.aspect, 0, info.mip_levels, 0, image.layers});
+                           image.format, usage, {image.aspect, 0, info.mip_levels, 0, image.layers});
   return image;
 }
 
 ImageView create_level_view(Device& device, const Image& image, uint32_t level) {
-  return create_view(device, image, VK_IMAGE_VIEW_TYPE_2D_ARRAY, {image.aspect, level, 1, 0, image.layers});
+  return create_view(device, image, VK_IMAGE_VIEW_TYPE_2D_ARRAY, image.written_as, VK_IMAGE_USAGE_STORAGE_BIT,
+                     {image.aspect, level, 1, 0, image.layers});
 }
 
 }  // namespace fire3dv::gpu

@@ -45,6 +45,7 @@ struct Image {
   ImageHandle handle;
   ImageView view;  // the whole image
   VkFormat format = VK_FORMAT_UNDEFINED;
+  VkFormat written_as = VK_FORMAT_UNDEFINED;  // what shaders write; `format`, unless ImageInfo says another
   VkExtent2D extent{};
   uint32_t mip_levels = 1;
   uint32_t layers = 1;
@@ -77,9 +78,11 @@ struct ImageInfo {
   uint32_t mip_levels = 1;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
   bool cube = false;  // six layers, seen as the faces of a cube
+  // For a format that shaders cannot write: one of as many bits that they can. Undefined: the format itself.
+  VkFormat written_as = VK_FORMAT_UNDEFINED;
 };
 Image create_image(Device& device, const ImageInfo& info);
-// One level as an array of its layers: what a shader can write to.
+// One level as an array of its layers, as it is written: what a shader can write to.
 ImageView create_level_view(Device& device, const Image& image, uint32_t level);
 
 }  // namespace fire3dv::gpu

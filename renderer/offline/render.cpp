@@ -8,6 +8,7 @@
 
 #include "protocol/wire/check.h"
 #include "renderer/app/cache_places.h"
+#include "renderer/app/environment_folder.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/pipeline_file.h"
 #include "renderer/app/progress.h"
@@ -232,7 +233,8 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (!device) return device.error();
   app::PipelineFile pipelines(**device, places_.pipelines);
   if (pipelines.note()) say(*pipelines.note());
-  const passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
+  passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
+  settings.kept_environments = app::environment_store(places_.surroundings);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
   if (auto enough = app::make_room(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();

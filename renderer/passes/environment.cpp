@@ -12,7 +12,15 @@ namespace {
 
 using gpu::Use;
 
-constexpr VkFormat kMapFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+// What is looked up for every pixel takes 4 bytes a texel, which a CPU unpacks for all lanes at once; of 8
+// one by one.
+struct MapFormat {
+  VkFormat sampled, written_as;
+  size_t texel_bytes;
+};
+constexpr MapFormat kPackedRadiance{VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, VK_FORMAT_R32_UINT, 4};
+constexpr MapFormat kHalves{VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT, 8};
+constexpr MapFormat kSpecular = kPackedRadiance, kIrradiance = kPackedRadiance, kAlbedo = kHalves;
 constexpr uint32_t kLeastFace = 64, kMostFace = 512;  // texels along a face of the sharpest reflection
 constexpr uint32_t kRoughestFace = 8, kSmallestFace = 4, kIrradianceFace = 16;
 constexpr uint32_t kAlbedoSide = 64, kAlbedoSamples = 256;
@@ -63,12 +71,15 @@ gpu::Image upload_picture(gpu::Device& device, gpu::LoaderCommands& loader,
   return picture;
 }
 
-gpu::Image create_map(gpu::Device& device, uint32_t side, uint32_t levels, bool cube) {
+gpu::Image create_map(gpu::Device& device, const MapFormat& format, uint32_t side, uint32_t levels,
+                      bool cube) {
   gpu::ImageInfo info;
-  info.format = kMapFormat;
+  info.format = format.sampled;
+  info.written_as = format.written_as;
   info.extent = {side, side};
   info.mip_levels = levels;
-  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT;
+  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+               VK_IMAGE_USAGE_TRANSFER_DST_BIT;
   info.cube = cube;
   return gpu::create_image(device, info);
 }
@@ -97,22 +108,53 @@ uint32_t samples_of_level(uint32_t level) {
 
 }  // namespace
 
-Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& image)
-    : scale_(image.scale),
+Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* kept)
+    : device_(device),
+      scale_(image.scale),
       picture_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT)),
       map_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE)) {
   gpu::LoaderCommands loader(device);
   picture_ = upload_picture(device, loader, image);
-
   const uint32_t face = std::clamp(std::bit_floor(std::max(image.height / 2, 1u)), kLeastFace, kMostFace);
-  const uint32_t radiance_levels = levels_between(face, kSmallestFace);
-  const uint32_t specular_levels = levels_between(face, kRoughestFace);
-  gpu::Image radiance = create_map(device, face, radiance_levels, true);
-  specular_ = create_map(device, face, specular_levels, true);
-  irradiance_ = create_map(device, kIrradianceFace, 1, true);
-  albedo_ = create_map(device, kAlbedoSide, 1, false);
+  specular_ = create_map(device, kSpecular, face, levels_between(face, kRoughestFace), true);
+  irradiance_ = create_map(device, kIrradiance, kIrradianceFace, 1, true);
+  albedo_ = create_map(device, kAlbedo, kAlbedoSide, 1, false);
 
-  EnvironmentSteps steps(device, loader);
+  size_t bytes = 0;
+  for (const Level& level : levels()) bytes += level.bytes;
+  const scene::Digest kind = kept ? environment_kind(device.identity(), image) : scene::Digest{};
+  const auto found = kept ? kept->find(kind, bytes) : std::nullopt;
+  if (found) {
+    upload(loader, *found);
+  } else {
+    prepare(loader, image);
+    if (kept) kept->keep(kind, download(loader));
+  }
+  loader.recorder().transition({Use(picture_, kShading), Use(specular_, kShading), Use(irradiance_, kShading),
+                                Use(albedo_, kShading)});
+  loader.finish();
+}
+
+std::vector<Environment::Level> Environment::levels() {
+  std::vector<Level> levels;
+  const auto add = [&](gpu::Image& image, const MapFormat& format) {
+    for (uint32_t level = 0; level < image.mip_levels; ++level) {
+      const size_t side = image.extent.width >> level;
+      levels.push_back({&image, level, image.layers * side * side * format.texel_bytes});
+    }
+  };
+  add(specular_, kSpecular);
+  add(irradiance_, kIrradiance);
+  add(albedo_, kAlbedo);
+  return levels;
+}
+
+void Environment::prepare(gpu::LoaderCommands& loader, const scene::EnvironmentImage& image) {
+  const uint32_t face = specular_.extent.width;
+  const uint32_t radiance_levels = levels_between(face, kSmallestFace);
+  gpu::Image radiance = create_map(device_, kHalves, face, radiance_levels, true);
+
+  EnvironmentSteps steps(device_, loader);
   const float texels_per_texel = static_cast<float>(image.height) / static_cast<float>(2 * face);
   steps.sample("environment_cube.comp", picture_, picture_sampler_.get(), radiance, 0,
                {0, 0, 0, std::max(std::log2(texels_per_texel), 0.0f)});
@@ -121,14 +163,36 @@ Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& ima
   }
   steps.load("environment_irradiance.comp", radiance, levels_between(face, kIrradianceFace) - 1, irradiance_,
              0, {});
-  for (uint32_t level = 0; level < specular_levels; ++level) {
-    steps.sample("environment_specular.comp", radiance, map_sampler_.get(), specular_, level,
-                 {0, level ? samples_of_level(level) : 1, roughness_of_level(level, specular_levels), 0});
+  for (uint32_t level = 0; level < specular_.mip_levels; ++level) {
+    steps.sample(
+        "environment_specular.comp", radiance, map_sampler_.get(), specular_, level,
+        {0, level ? samples_of_level(level) : 1, roughness_of_level(level, specular_.mip_levels), 0});
   }
   steps.fill("environment_albedo.comp", albedo_, {0, kAlbedoSamples, 0, 0});
-  loader.recorder().transition({Use(picture_, kShading), Use(specular_, kShading), Use(irradiance_, kShading),
-                                Use(albedo_, kShading)});
+  loader.finish();  // what the steps use goes
+}
+
+void Environment::upload(gpu::LoaderCommands& loader, std::span<const std::byte> maps) {
+  for (const Level& level : levels()) {
+    loader.upload_level(*level.image, level.level, maps.first(level.bytes));
+    maps = maps.subspan(level.bytes);
+  }
+}
+
+std::vector<std::byte> Environment::download(gpu::LoaderCommands& loader) {
+  const std::vector<Level> all = levels();
+  size_t bytes = 0;
+  for (const Level& level : all) bytes += level.bytes;
+  gpu::Buffer buffer =
+      gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::Memory::readback);
+  VkDeviceSize offset = 0;
+  for (const Level& level : all) {
+    loader.download_level(*level.image, level.level, buffer, offset);
+    offset += level.bytes;
+  }
+  loader.recorder().transition({Use(buffer, gpu::access::host_read)});
   loader.finish();
+  return {buffer.mapped, buffer.mapped + bytes};
 }
 
 gpu::EnvironmentTextures Environment::textures() const {

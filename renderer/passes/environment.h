@@ -1,12 +1,16 @@
-// What surrounds the scene, as light: prepared on the GPU once, when it is loaded, into what shading looks
-// up. A cube of reflections by roughness, a cube of what matte surfaces scatter, and a table of how much
-// surfaces reflect at all.
+// What surrounds the scene, as light: prepared on the GPU once, when it is loaded or the first time that it
+// is, into what shading looks up. A cube of reflections by roughness, a cube of what matte surfaces scatter,
+// and a table of how much surfaces reflect at all.
 #pragma once
 
 #include <glm/glm.hpp>
+#include <span>
+#include <vector>
 
 #include "renderer/gpu/bindless_textures.h"
+#include "renderer/gpu/loader_commands.h"
 #include "renderer/gpu/resources.h"
+#include "renderer/passes/kept_environment.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/environment.h"
 #include "shaders/shared/types.h"
@@ -21,7 +25,8 @@ struct Background {
 
 class Environment {
  public:
-  Environment(gpu::Device& device, const scene::EnvironmentImage& image);
+  // kept: who may have what it is prepared into, and else is given it; null: nobody.
+  Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* kept);
 
   gpu::EnvironmentTextures textures() const;
   // The look-ups' share of the frame's numbers.
@@ -30,6 +35,18 @@ class Environment {
   float picture_level(const View& view, uint32_t image_height) const;
 
  private:
+  // Of the maps, in the order in which they are kept.
+  struct Level {
+    gpu::Image* image;
+    uint32_t level;
+    size_t bytes;
+  };
+  std::vector<Level> levels();
+  void prepare(gpu::LoaderCommands& loader, const scene::EnvironmentImage& image);
+  void upload(gpu::LoaderCommands& loader, std::span<const std::byte> maps);
+  std::vector<std::byte> download(gpu::LoaderCommands& loader);
+
+  gpu::Device& device_;
   float scale_;
   gpu::Image picture_, specular_, irradiance_, albedo_;
   gpu::Sampler picture_sampler_, map_sampler_;

@@ -74,7 +74,8 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       shadows_(device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, shadow_way_),
       post_(device, samples_),
       held_mark_(device),
-      environment_(device, settings.environment ? *settings.environment : scene::studio_environment()) {
+      environment_(device, settings.environment ? *settings.environment : scene::studio_environment(),
+                   settings.kept_environments.get()) {
   settings_.environment.reset();  // the GPU has it now
 }
 

@@ -50,6 +50,7 @@ struct DrawSettings {
   uint32_t samples = 4;
   ShadowSettings shadows;
   std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio
+  std::shared_ptr<EnvironmentStore> kept_environments;         // null: it is prepared each time
   float environment_intensity = 1;
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;

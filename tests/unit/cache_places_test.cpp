@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 
+#include "renderer/app/environment_folder.h"
 #include "renderer/app/pipeline_file.h"
 #include "tests/support/gltf_builder.h"
 
@@ -25,6 +26,7 @@ CachePlaces places(std::string_view wanted, const std::map<std::string, const ch
 TEST(CachePlaces, FollowTheXdgSpecification) {
   CachePlaces found = places("auto", {{"XDG_CACHE_HOME", "/var/cache/me"}, {"HOME", "/home/me"}});
   EXPECT_EQ(found.pipelines, fs::path("/var/cache/me/fire3dv/pipelines"));
+  EXPECT_EQ(found.surroundings, fs::path("/var/cache/me/fire3dv/surroundings"));
   EXPECT_EQ(found.scenes.place, Place::folder);
   EXPECT_EQ(found.scenes.folder, fs::path("/var/cache/me/fire3dv/scenes"));
   for (const char* ignored : {"", "relative/path"}) {
@@ -37,6 +39,7 @@ TEST(CachePlaces, WithoutAHomeNothingIsKept) {
   for (const auto& environment : {std::map<std::string, const char*>{}, {{"HOME", "not/absolute"}}}) {
     const CachePlaces found = places("auto", environment);
     EXPECT_FALSE(found.pipelines);
+    EXPECT_FALSE(found.surroundings);
     EXPECT_EQ(found.scenes.place, Place::nowhere);
   }
 }
@@ -45,6 +48,8 @@ TEST(CachePlaces, AsTheUserSays) {
   const std::map<std::string, const char*> home = {{"HOME", "/home/me"}};
   EXPECT_EQ(places("off", home).scenes.place, Place::nowhere);
   EXPECT_FALSE(places("off", home).pipelines);
+  EXPECT_FALSE(places("off", home).surroundings);
+  EXPECT_EQ(environment_store(places("off", home).surroundings), nullptr);
   EXPECT_EQ(places("here", home).scenes.folder, fs::path("here/scenes"));
   EXPECT_EQ(places("here", {}).pipelines, fs::path("here/pipelines"));
   EXPECT_EQ(places("beside", home).scenes.place, Place::beside_the_asset);
@@ -66,34 +71,34 @@ class PipelineFiles : public testing::Test {
 };
 
 TEST_F(PipelineFiles, ComeBackAsTheyWere) {
-  ASSERT_TRUE(write_pipeline_file(path_, kind_, data_).ok());
-  const auto read = read_pipeline_file(path_, kind_);
+  ASSERT_TRUE(write_kept_file(path_, kPipelineFiles, kind_, data_).ok());
+  const auto read = read_kept_file(path_, kPipelineFiles, kind_);
   ASSERT_TRUE(read.ok()) << read.error().message;
   EXPECT_EQ(*read, data_);
 }
 
 TEST_F(PipelineFiles, OfAnotherDeviceOrBuildAreRefused) {
-  ASSERT_TRUE(write_pipeline_file(path_, kind_, data_).ok());
-  const auto read = read_pipeline_file(path_, scene::Digest{1, 2, 4});
+  ASSERT_TRUE(write_kept_file(path_, kPipelineFiles, kind_, data_).ok());
+  const auto read = read_kept_file(path_, kPipelineFiles, scene::Digest{1, 2, 4});
   ASSERT_FALSE(read.ok());
   EXPECT_NE(read.error().message.find("another device"), std::string::npos) << read.error().message;
 }
 
 TEST_F(PipelineFiles, DamagedAreRefused) {
-  ASSERT_TRUE(write_pipeline_file(path_, kind_, data_).ok());
+  ASSERT_TRUE(write_kept_file(path_, kPipelineFiles, kind_, data_).ok());
   const std::string good = bytes();
   for (size_t i = 0; i < good.size(); ++i) {
     std::string bad = good;
     bad[i] = static_cast<char>(bad[i] ^ 0x10);
     write(bad);
-    EXPECT_FALSE(read_pipeline_file(path_, kind_).ok()) << i;
+    EXPECT_FALSE(read_kept_file(path_, kPipelineFiles, kind_).ok()) << i;
     write(good.substr(0, i));
-    EXPECT_FALSE(read_pipeline_file(path_, kind_).ok()) << i;
+    EXPECT_FALSE(read_kept_file(path_, kPipelineFiles, kind_).ok()) << i;
   }
   write(good + "x");
-  EXPECT_FALSE(read_pipeline_file(path_, kind_).ok());
+  EXPECT_FALSE(read_kept_file(path_, kPipelineFiles, kind_).ok());
   fs::remove(path_);
-  EXPECT_FALSE(read_pipeline_file(path_, kind_).ok());
+  EXPECT_FALSE(read_kept_file(path_, kPipelineFiles, kind_).ok());
 }
 
 TEST_F(PipelineFiles, TheKindFollowsDeviceAndDriver) {
@@ -105,6 +110,43 @@ TEST_F(PipelineFiles, TheKindFollowsDeviceAndDriver) {
   EXPECT_NE(other_driver, before);
   device.pipelineCacheUUID[3] = 9;
   EXPECT_NE(pipeline_kind(device), other_driver);
+}
+
+class EnvironmentFolders : public PipelineFiles {
+ protected:
+  EnvironmentFolder kept_{folder_.path() / "new" / "surroundings"};
+  fs::path kept_path_ = kept_path(folder_.path() / "new" / "surroundings", kEnvironmentFiles, kind_);
+};
+
+TEST_F(EnvironmentFolders, GiveBackWhatTheyKeep) {
+  EXPECT_FALSE(kept_.find(kind_, data_.size()));
+  kept_.keep(kind_, data_);
+  EXPECT_EQ(kept_.find(kind_, data_.size()), data_);
+  EXPECT_FALSE(kept_.find(scene::Digest{1, 2, 4}, data_.size()));
+  EXPECT_FALSE(kept_.find(kind_, data_.size() + 1));
+}
+
+TEST_F(EnvironmentFolders, GiveNothingThatIsNotTheirs) {
+  // Under the name that it would have: pipelines, another kind, one byte off.
+  fs::create_directories(kept_path_.parent_path());
+  ASSERT_TRUE(write_kept_file(kept_path_, kPipelineFiles, kind_, data_).ok());
+  EXPECT_FALSE(kept_.find(kind_, data_.size()));
+  ASSERT_TRUE(write_kept_file(kept_path_, kEnvironmentFiles, scene::Digest{1, 2, 4}, data_).ok());
+  EXPECT_FALSE(kept_.find(kind_, data_.size()));
+  ASSERT_TRUE(write_kept_file(kept_path_, kEnvironmentFiles, kind_, data_).ok());
+  EXPECT_TRUE(kept_.find(kind_, data_.size()));
+  path_ = kept_path_;
+  std::string bad = bytes();
+  bad.back() = static_cast<char>(bad.back() ^ 1);
+  write(bad);
+  EXPECT_FALSE(kept_.find(kind_, data_.size()));
+}
+
+TEST_F(EnvironmentFolders, AFolderThatCannotBeMadeIsNoFault) {
+  write("a file");
+  EnvironmentFolder in_a_file(path_ / "surroundings");
+  in_a_file.keep(kind_, data_);
+  EXPECT_FALSE(in_a_file.find(kind_, data_.size()));
 }
 
 }  // namespace

@@ -1,0 +1,29 @@
+// What surroundings are prepared into, from one run to the next: preparing them takes a CPU as long as a
+// small scene's first image.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu/device.h"
+#include "renderer/scene/digest.h"
+#include "renderer/scene/environment.h"
+
+namespace fire3dv::passes {
+
+// Whoever keeps it. Called on any thread.
+class EnvironmentStore {
+ public:
+  virtual ~EnvironmentStore() = default;
+  // What was kept for this kind, unless it has another number of bytes.
+  virtual std::optional<std::vector<std::byte>> find(const scene::Digest& kind, size_t bytes) = 0;
+  virtual void keep(const scene::Digest& kind, std::span<const std::byte> maps) = 0;
+};
+
+// What maps are for: the picture, this device and driver, and the shaders of this build that prepare it.
+scene::Digest environment_kind(const VkPhysicalDeviceProperties& device,
+                               const scene::EnvironmentImage& image);
+
+}  // namespace fire3dv::passes
