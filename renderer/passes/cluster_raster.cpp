@@ -86,6 +86,21 @@ void stage(gpu::Recorder& recorder, const char* name, std::span<ClusterRaster* c
   });
 }
 
+std::string suffix_of(RasterKind kind) {
+  switch (kind) {
+    case RasterKind::lights:
+      return "_light.comp";
+    case RasterKind::lights_middles:
+      return "_middles.comp";
+    case RasterKind::camera_4_samples:
+      return "_4.comp";
+    case RasterKind::camera_counts:
+      return "_count.comp";
+    default:
+      return "_1.comp";
+  }
+}
+
 }  // namespace
 
 VkExtent2D tiles_of(VkExtent2D extent) {
@@ -97,11 +112,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
       layout_(layout),
       kind_(kind),
       tile_by_tile_(kind != RasterKind::camera_counts && gpu::takes_cpu_variants(device)) {
-  const std::string suffix = kind == RasterKind::lights             ? "_light.comp"
-                             : kind == RasterKind::lights_middles   ? "_middles.comp"
-                             : kind == RasterKind::camera_4_samples ? "_4.comp"
-                             : kind == RasterKind::camera_counts    ? "_count.comp"
-                                                                    : "_1.comp";
+  const std::string suffix = suffix_of(kind);
   const bool counting = kind == RasterKind::camera_counts;
   cull_ = gpu::create_compute_pipeline(device, layout,
                                        "cull" + (is_of_lights(kind) ? "_light.comp"
@@ -111,14 +122,26 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   if (!tile_by_tile_ && !counting)
     raster_narrow_ = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
   raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix, gpu::Make::when_used);
-  expand_ = gpu::create_compute_pipeline(device, layout, "expand" + suffix);
-  tiles_ = gpu::create_compute_pipeline(device, layout, "tiles" + suffix);
+  large_ = make_large(false);
   if (!is_of_lights(kind) && !counting)
     farthest_depth_ = gpu::create_compute_pipeline(device, layout, "farthest_depth" + suffix);
   for (gpu::Buffer& counts : counts_) {
     counts = gpu::create_buffer(device, sizeof(Counts), 0, gpu::Memory::readback);
     std::memset(counts.mapped, 0, sizeof(Counts));
   }
+}
+
+ClusterRaster::LargePipelines ClusterRaster::make_large(bool masks) const {
+  const uint32_t made_for[] = {FIRE3DV_SHADOWS_ANY, VK_TRUE, masks ? VK_TRUE : VK_FALSE};
+  const auto make = [&](const char* shader) {
+    return gpu::create_compute_pipeline(device_, layout_, shader + suffix_of(kind_), gpu::Make::at_once,
+                                        made_for);
+  };
+  return {make("expand"), make("tiles")};
+}
+
+void ClusterRaster::expect_masks() {
+  if (!large_masked_.tiles) large_masked_ = make_large(true);
 }
 
 // Both ways are tried now and then, and the better one is kept meanwhile. The image is the same.
@@ -156,6 +179,7 @@ VkDeviceSize ClusterRaster::tile_list_bytes(const Job& job) const {
 }
 
 void ClusterRaster::make_room(const Job& job) {
+  if (job.scene->has_masked) expect_masks();
   const VkDeviceSize instances = job.instance_count(), entries = job.view_count * instances;
   // Room for every triangle of a scene that is not vast, so that the first image lacks none.
   while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles)
@@ -293,8 +317,9 @@ void ClusterRaster::large_stage(VkCommandBuffer commands, const gpu::Pipeline& p
 }
 
 void ClusterRaster::draw_tiles(VkCommandBuffer commands, uint32_t round) const {
-  if (!tile_by_tile_) return large_stage(commands, tiles_, round, offsetof(gpu_types::LargeWork, tiles));
-  bind(commands, tiles_, round, 0);
+  if (!tile_by_tile_)
+    return large_stage(commands, large().tiles, round, offsetof(gpu_types::LargeWork, tiles));
+  bind(commands, large().tiles, round, 0);
   const VkExtent2D tiles = tiles_of(job_.extent);
   vkCmdDispatch(commands, tiles.width, tiles.height, job_.view_count);
 }
@@ -334,7 +359,7 @@ void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaste
   stage(recorder, names.raster, sets, first_uses,
         [&](ClusterRaster& set, VkCommandBuffer commands) { set.raster(commands, round); });
   stage(recorder, names.expand, sets, later_uses, [&](ClusterRaster& set, VkCommandBuffer commands) {
-    set.large_stage(commands, set.expand_, round, offsetof(gpu_types::LargeWork, expand));
+    set.large_stage(commands, set.large().expand, round, offsetof(gpu_types::LargeWork, expand));
   });
   stage(recorder, names.tiles, sets, tile_uses,
         [&](ClusterRaster& set, VkCommandBuffer commands) { set.draw_tiles(commands, round); });

@@ -57,6 +57,8 @@ class ClusterRaster {
       return levels_of_detail ? scene->cluster_instance_count : scene->own_cluster_instance_count;
     }
   };
+  // Begins to make what scenes with alpha-masked surfaces need, if it is not made yet.
+  void expect_masks();
   // Sizes the lists for the job.
   void make_room(const Job& job);
   // That, and uploads what the stages share.
@@ -101,7 +103,15 @@ class ClusterRaster {
   VkPipelineLayout layout_;
   const RasterKind kind_;
   const bool tile_by_tile_;  // on a CPU: a workgroup for each tile of the image, not of each triangle
-  gpu::Pipeline cull_, raster_, raster_narrow_, raster_mask_, expand_, tiles_, farthest_depth_;
+  // What draws large triangles tests them itself where they are masked; most scenes have no such thing.
+  struct LargePipelines {
+    gpu::Pipeline expand, tiles;
+  };
+  LargePipelines make_large(bool masks) const;
+  const LargePipelines& large() const { return job_.scene->has_masked ? large_masked_ : large_; }
+
+  gpu::Pipeline cull_, raster_, raster_narrow_, raster_mask_, farthest_depth_;
+  LargePipelines large_, large_masked_;
   Job job_;
   uint32_t round_count_ = 1;
   std::array<VkDeviceAddress, 2> round_sets_{};  // RasterSet

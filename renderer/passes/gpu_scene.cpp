@@ -77,26 +77,44 @@ std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, co
   return geometries;
 }
 
-// The same as boxes, where that is how rays are traced and all of it is opaque. Shapes that change keep their
-// triangles.
+// Whether all of a mesh that rays can meet is opaque and has boxes.
+bool has_boxes_for_all(const scene::Scene& scene, std::span<const scene::ClusteredPrimitive> geometry,
+                       const scene::Mesh& mesh) {
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    if (!casts_shadow(scene, p) || geometry[p].index_count == 0) continue;
+    const scene::Material& material = scene.materials[scene.primitives[p].material];
+    if (scene::drawn_alpha_mode(material) != scene::AlphaMode::opaque || geometry[p].ray_box_count == 0)
+      return false;
+  }
+  return true;
+}
+
+// The same as boxes, where that is how rays are traced. Shapes that change keep their triangles.
 std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
                                                   const scene::Mesh& mesh) {
   std::vector<gpu::TriangleGeometry> geometries =
       shadow_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
-  const auto primitive = [&](size_t i) -> const scene::ClusteredPrimitive& {
-    return gpu_scene.geometry[mesh.first_primitive + i];
-  };
+  if (!gpu_scene.ray_boxes || !has_boxes_for_all(scene, gpu_scene.geometry, mesh)) return geometries;
   for (size_t i = 0; i < geometries.size(); ++i) {
-    if (geometries[i].triangle_count > 0 && (!geometries[i].opaque || primitive(i).ray_box_count == 0))
-      return geometries;
-  }
-  for (size_t i = 0; i < geometries.size() && gpu_scene.ray_boxes.get(); ++i) {
+    const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[mesh.first_primitive + i];
     geometries[i].boxes = gpu_scene.ray_boxes.address;
     if (geometries[i].triangle_count == 0) continue;
-    geometries[i].boxes += uint64_t{primitive(i).first_ray_box} * gpu::kBoxStride;
-    geometries[i].box_count = primitive(i).ray_box_count;
+    geometries[i].boxes += uint64_t{primitive.first_ray_box} * gpu::kBoxStride;
+    geometries[i].box_count = primitive.ray_box_count;
   }
   return geometries;
+}
+
+// What is drawn by the raster pipeline, deformed, or met by rays as triangles. The rest is drawn by clusters.
+bool needs_indices(const scene::Scene& scene, const scene::ClusteredGeometry& clustered,
+                   const SceneUses& uses, bool traces_rays) {
+  if (uses.drawn_forward || any_on_top(scene)) return true;
+  if (std::any_of(scene.nodes.begin(), scene.nodes.end(), scene::is_deformed)) return true;
+  if (!traces_rays) return false;
+  return !uses.rays_to_boxes || clustered.ray_boxes.empty() ||
+         !std::all_of(scene.meshes.begin(), scene.meshes.end(), [&](const scene::Mesh& mesh) {
+           return has_boxes_for_all(scene, clustered.primitives, mesh);
+         });
 }
 
 // None of a mesh that only deformed nodes show.
@@ -279,7 +297,7 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
 
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
                    VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-                   float anisotropy, gpu::Rays rays, bool rays_to_boxes)
+                   const SceneUses& uses)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
   node_count = static_cast<uint32_t>(scene.nodes.size());
@@ -297,19 +315,21 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
       (device.traces_rays() ? VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR : 0);
-  TextureUploads texture_uploads(device, scene, anisotropy);  // a turn after each large array
+  TextureUploads texture_uploads(device, scene, uses.anisotropy);  // a turn after each large array
   texture_uploads.submit_some();
   positions = upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
   texture_uploads.submit_some();
-  indices = upload_indices(device, loader, scene::ClusterIndices(scene, clustered),
-                           scene::index_count(clustered), geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  const uint64_t index_count =
+      needs_indices(scene, clustered, uses, device.traces_rays()) ? scene::index_count(clustered) : 0;
+  indices = upload_indices(device, loader, scene::ClusterIndices(scene, clustered), index_count,
+                           geometry_usage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   // What rays meet takes a software device long, on a thread of its own.
   std::optional<gpu::MeshBuilds> mesh_builds;
   if (device.traces_rays()) {
     std::vector<gpu::Buffer*> inputs{&positions, &indices};
     static_assert(sizeof(scene::RayBox) == sizeof(gpu_types::RayBoxRecord) &&
                   sizeof(scene::RayBox) == gpu::kBoxStride);
-    if (rays_to_boxes && !clustered.ray_boxes.empty()) {
+    if (uses.rays_to_boxes && !clustered.ray_boxes.empty()) {
       ray_boxes = upload_array(device, loader, clustered.ray_boxes, geometry_usage);
       inputs.push_back(&ray_boxes);
       ray_box_count = static_cast<uint32_t>(clustered.ray_boxes.size());
@@ -340,13 +360,14 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   level_groups = upload_array(device, loader, level_group_records(clustered));
   cluster_triangles = upload_array(device, loader, clustered.triangles);
 
-  const MaterialRecords records =
-      material_records(scene.materials, texture_facts(scene, anisotropy > 1 && device.report().anisotropy));
+  const MaterialRecords records = material_records(
+      scene.materials, texture_facts(scene, uses.anisotropy > 1 && device.report().anisotropy));
   materials = upload_array(device, loader, records.materials);
   own_material_count = static_cast<uint32_t>(records.materials.size());
   own_primitive_count = static_cast<uint32_t>(geometry.size());
   has_extensions = !records.extensions.empty();
   has_textures = any_textured(scene.materials);
+  has_second_uv = any_second_uv(scene.materials);
   material_extensions = upload_array(device, loader, records.extensions);
 
   primitive_shift_of_node.assign(node_count, 0);
@@ -421,7 +442,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     }
     instance_count = static_cast<uint32_t>(instance_records.size());
     instances = upload_array(device, loader, instance_records, geometry_usage);
-    top_level = gpu::TopLevel(device, instance_count, rays);
+    top_level = gpu::TopLevel(device, instance_count, uses.rays);
   }
   instance_of_node = upload_array(device, loader, instance_indices);
   scene_textures = texture_uploads.finish();

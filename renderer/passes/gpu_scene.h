@@ -28,13 +28,19 @@ struct OwnVertices {
   std::vector<uint32_t> mesh_places;  // of the same, counted from the mesh's first one
 };
 
+// How a scene is drawn, as far as it says what is kept of it.
+struct SceneUses {
+  float anisotropy = 1;  // most texels that a smooth texture's sample spans along its longer side; 1 = none
+  gpu::Rays rays = gpu::Rays::many;
+  bool rays_to_boxes = false;  // as gpu::traces_to_boxes() has it, but not for a ray-tracing pipeline
+  bool drawn_forward = true;   // all of it, not only what the visibility buffer cannot hold
+};
+
 struct GpuScene {
-  // anisotropy: most texels that a smooth texture's sample spans along its longer side; 1 = none.
-  // textures_layout: see gpu::BindlessTextures. rays_to_boxes: as gpu::traces_to_boxes() has it, but not for
-  // a ray-tracing pipeline.
+  // textures_layout: see gpu::BindlessTextures.
   GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
            VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-           float anisotropy, gpu::Rays rays, bool rays_to_boxes);
+           const SceneUses& uses);
 
   // Sorts the draws anew when poses or bindings have turned a node inside out, or back.
   void follow_senses(gpu::Recorder& recorder, gpu::UploadBelt& belt, const scene::Scene& scene,
@@ -63,11 +69,12 @@ struct GpuScene {
   bool has_masked = false;
   bool has_extensions = false;  // materials with more than glTF's core
   bool has_textures = false;    // materials with any
+  bool has_second_uv = false;   // that a texture takes
 
   // Of vertices, in cluster order; tangents and extras: null where no vertex has any, nor can come
   // to one.
   gpu::Buffer positions, frames, tangents, uvs, extras;
-  gpu::Buffer indices;    // of corners, as scene::ClusterIndices
+  gpu::Buffer indices;    // of corners, as scene::ClusterIndices; none where nobody reads them
   gpu::Buffer ray_boxes;  // scene::RayBox[], where rays are traced to boxes
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances, level_groups;
   std::vector<scene::ClusteredPrimitive> geometry;  // of each primitive of the scene, then of deformed nodes

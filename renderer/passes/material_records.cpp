@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 
 namespace fire3dv::passes {
 namespace {
 
-uint32_t packed_facts(const scene::TextureRef& ref, const TextureFacts& textures) {
-  const glm::uvec2 size = ref.texture < textures.sizes.size() ? textures.sizes[ref.texture] : glm::uvec2(1);
-  const glm::uvec2 less_one = glm::min(size - 1u, FIRE3DV_TEXTURE_SIDE_MASK);
-  return (ref.uv_set != 0 ? FIRE3DV_TEXTURE_SECOND_UV : 0) |
-         (textures.anisotropic ? FIRE3DV_TEXTURE_ANISOTROPIC : 0) |
-         less_one.x << FIRE3DV_TEXTURE_WIDTH_SHIFT | less_one.y << FIRE3DV_TEXTURE_HEIGHT_SHIFT;
+// Halves: beyond 2048 a side is off by one in 2048 at most, and a level by less than a thousandth.
+uint32_t packed_size(uint32_t texture, const TextureFacts& textures) {
+  constexpr float kMostOfAHalf = 65504;
+  const glm::vec2 size = texture < textures.sizes.size() ? glm::vec2(textures.sizes[texture]) : glm::vec2(1);
+  return glm::packHalf2x16(glm::min(size, kMostOfAHalf));
 }
 
 gpu_types::TextureUse texture_use(const scene::TextureRef& ref, const TextureFacts& textures) {
@@ -21,7 +21,9 @@ gpu_types::TextureUse texture_use(const scene::TextureRef& ref, const TextureFac
   const float s = std::sin(ref.uv_rotation_rad);
   gpu_types::TextureUse use{};
   use.texture = ref.texture;
-  use.facts = packed_facts(ref, textures);
+  use.size = packed_size(ref.texture, textures);
+  if (ref.texture != scene::kNone && ref.uv_set != 0) use.texture |= FIRE3DV_TEXTURE_SECOND_UV;
+  if (ref.texture != scene::kNone && textures.anisotropic) use.texture |= FIRE3DV_TEXTURE_ANISOTROPIC;
   use.uv_rows = {c * ref.uv_scale.x, s * ref.uv_scale.y, -s * ref.uv_scale.x, c * ref.uv_scale.y};
   use.uv_offset = ref.uv_offset;
   return use;
@@ -121,6 +123,12 @@ bool any_extended(std::span<const scene::Material> materials) {
 bool any_textured(std::span<const scene::Material> materials) {
   return std::any_of(materials.begin(), materials.end(),
                      [](const scene::Material& material) { return texture_flags(material) != 0; });
+}
+
+bool any_second_uv(std::span<const scene::Material> materials) {
+  return std::any_of(materials.begin(), materials.end(), [](const scene::Material& material) {
+    return (texture_flags(material) & FIRE3DV_MATERIAL_SECOND_UV) != 0;
+  });
 }
 
 TextureFacts texture_facts(const scene::Scene& scene, bool anisotropic) {

@@ -15,6 +15,7 @@ struct MaterialRecords {
 };
 bool any_extended(std::span<const scene::Material> materials);
 bool any_textured(std::span<const scene::Material> materials);
+bool any_second_uv(std::span<const scene::Material> materials);  // by a texture
 // What a record says of the textures that a material refers to.
 struct TextureFacts {
   std::vector<glm::uvec2> sizes;  // by number; where there is none a texture counts as one texel

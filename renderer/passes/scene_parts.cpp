@@ -44,6 +44,13 @@ bool any_on_top(const scene::Scene& scene) {
                      [&](const scene::Primitive& primitive) { return is_on_top(scene, primitive); });
 }
 
+bool any_masked(const scene::Scene& scene) {
+  return std::any_of(
+      scene.primitives.begin(), scene.primitives.end(), [&](const scene::Primitive& primitive) {
+        return scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::mask;
+      });
+}
+
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry) {
   std::vector<gpu_types::ClusterRecord> records;
   records.reserve(geometry.clusters.size());

@@ -38,6 +38,7 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
 
 // Whether anything of it is drawn by the forward pass alone, on top of the rest.
 bool any_on_top(const scene::Scene& scene);
+bool any_masked(const scene::Scene& scene);
 
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry);
 std::vector<gpu_types::LevelGroupRecord> level_group_records(const scene::ClusteredGeometry& geometry);

@@ -111,10 +111,17 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   if (outputs_) outputs_->set_scene();
   for (const std::unique_ptr<Targets>& targets : kept_targets_) targets->visibility.forget();  // other ids
   expect_shading(scene);
-  const bool rays_to_boxes = gpu::traces_to_boxes(device_) && shadow_way_.back_end != RayBackEnd::pipeline;
-  gpu_scene_ =
-      std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(), environment_.textures(),
-                                 settings_.anisotropy, expected_rays(scene), rays_to_boxes);
+  if (any_masked(scene)) {
+    if (visibility_) visibility_->expect_masks();
+    shadows_.expect_masks();
+  }
+  SceneUses uses;
+  uses.anisotropy = settings_.anisotropy;
+  uses.rays = expected_rays(scene);
+  uses.rays_to_boxes = gpu::traces_to_boxes(device_) && shadow_way_.back_end != RayBackEnd::pipeline;
+  uses.drawn_forward = path_ != RasterPath::visibility;
+  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
+                                          environment_.textures(), uses);
   shadows_.set_scene(scene, *gpu_scene_);
 }
 
@@ -129,6 +136,7 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   VisibilityPass::Shading shading;
   shading.core_materials = !any_extended(scene.materials);
   shading.textures = any_textured(scene.materials);
+  shading.second_uv = any_second_uv(scene.materials);
   shading.leaves_samples = any_on_top(scene);
   if (shading.leaves_samples && !visibility_->can_leave_samples()) return;
   // The last one is made first. Shadows may be switched off at any time; a CPU takes too long to have one

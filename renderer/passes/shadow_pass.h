@@ -51,6 +51,10 @@ class ShadowPass {
   ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, const ShadowWay& way);
 
   void set_scene(const scene::Scene& scene, const GpuScene& gpu_scene);
+  // As ClusterRaster has it.
+  void expect_masks() {
+    if (map_raster_) map_raster_->expect_masks();
+  }
   // Other lights, or the same ones with another shape.
   void set_lights(const std::vector<scene::PlacedLight>& lights);
   // Of what is not hidden.

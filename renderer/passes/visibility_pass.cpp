@@ -149,14 +149,15 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
   static_assert(FIRE3DV_SHADOWS_OFF < kWays && FIRE3DV_SHADOWS_MASK < kWays && FIRE3DV_SHADOWS_MAP < kWays);
   FIRE3DV_ASSERT(shading.shadows < kWays);
   const uint32_t way = shading.finds_shadows ? kWays : shading.shadows;
-  gpu::Pipeline& pipeline = shade_.at(8 * way + (shading.core_materials ? 4 : 0) +
-                                      (shading.textures ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
+  gpu::Pipeline& pipeline =
+      shade_.at(16 * way + (shading.core_materials ? 8 : 0) + (shading.textures ? 4 : 0) +
+                (shading.second_uv ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
   if (!pipeline) {
     const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
                                (shading.finds_shadows ? "_find" : "") +
                                (shading.leaves_samples ? "_unresolved" : "") +
                                (samples_ == 4 ? "_4.comp" : "_1.comp");
-    const uint32_t made_for[] = {shading.shadows, shading.textures ? VK_TRUE : VK_FALSE};
+    const uint32_t made_for[] = {shading.shadows, shading.textures, VK_TRUE, shading.second_uv};
     pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next, made_for);
   }
   return pipeline;
@@ -186,7 +187,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                                   GpuScene& scene, ShadowPass& shadows, Targets& targets,
                                   std::span<const gpu_types::ShadePush> views, const VkRect2D* left) {
   const bool leave_samples = left != nullptr;
-  Shading shading{!scene.has_extensions, scene.has_textures, leave_samples, shadow_way};
+  Shading shading{!scene.has_extensions, scene.has_textures, scene.has_second_uv, leave_samples, shadow_way};
   shading.finds_shadows =
       what == Shades::all_and_lists || (what == Shades::listed && shades_listed_by_the_same(shading));
   const VkPipeline pipeline = shade_pipeline(shading).get();

@@ -24,7 +24,8 @@ class VisibilityPass {
   // Has a pipeline made that frames will be shaded with: on a CPU it takes longer than any other.
   struct Shading {
     bool core_materials = true;  // none with more than glTF's core
-    bool textures = true;        // some material has any
+    bool textures = true;        // some material has any,
+    bool second_uv = true;       // and some texture takes the second set of coordinates
     bool leaves_samples = false;
     // How shadows are found: FIRE3DV_SHADOWS_OFF, _MASK or _MAP; or by shading itself, which lists rays.
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;
@@ -70,6 +71,7 @@ class VisibilityPass {
     return targets_->visibility.buffer.address + view * view_bytes_;
   }
   const ClusterRaster::Drawn& drawn() const { return raster_.drawn(); }
+  void expect_masks() { raster_.expect_masks(); }  // as ClusterRaster has it
 
  private:
   enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
@@ -94,7 +96,7 @@ class VisibilityPass {
   gpu::Pipeline surfaces_;  // of 4 samples
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  std::array<gpu::Pipeline, 32> shade_;  // made when they are expected or first used
+  std::array<gpu::Pipeline, 64> shade_;  // made when they are expected or first used
   Targets* targets_ = nullptr;           // null: none that are whole
   VkExtent2D extent_{};
   VkDeviceSize view_bytes_ = 0;

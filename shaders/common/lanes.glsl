@@ -150,7 +150,7 @@ TextureUse texture_use_for_all(MaterialWords record, uint first) {
   const uint words = FIRE3DV_OWN_WORD(record, first, 56);
   TextureUse use;
   use.texture = FIRE3DV_WORD(words, 0);
-  use.facts = FIRE3DV_WORD(words, 1);
+  use.size = FIRE3DV_WORD(words, 1);
   use.uv_offset = vec2(FIRE3DV_NUMBER(words, 2), FIRE3DV_NUMBER(words, 3));
   use.uv_rows = vec4(FIRE3DV_NUMBER(words, 4), FIRE3DV_NUMBER(words, 5), FIRE3DV_NUMBER(words, 6), FIRE3DV_NUMBER(words, 7));
   return use;

@@ -7,35 +7,34 @@
 
 layout(set = 0, binding = FIRE3DV_BINDING_TEXTURES) uniform sampler2D scene_textures[];
 
-vec2 texture_uv(TextureUse use, vec4 uv01) {
-  const vec2 uv = (use.facts & FIRE3DV_TEXTURE_SECOND_UV) == 0 ? uv01.xy : uv01.zw;
-  return vec2(dot(use.uv_rows.xy, uv), dot(use.uv_rows.zw, uv)) + use.uv_offset;
+// Of a difference of coordinates.
+vec2 turned_uv(TextureUse use, vec4 uv01) {
+  const vec2 uv = kSecondUv && (use.texture & FIRE3DV_TEXTURE_SECOND_UV) != 0 ? uv01.zw : uv01.xy;
+  return vec2(dot(use.uv_rows.xy, uv), dot(use.uv_rows.zw, uv));
 }
 
-vec2 texture_size(TextureUse use) {
-  const uint width_less_one = (use.facts >> FIRE3DV_TEXTURE_WIDTH_SHIFT) & FIRE3DV_TEXTURE_SIDE_MASK;
-  return vec2(width_less_one, use.facts >> FIRE3DV_TEXTURE_HEIGHT_SHIFT) + 1;
-}
+vec2 texture_uv(TextureUse use, vec4 uv01) { return turned_uv(use, uv01) + use.uv_offset; }
 
 // dx, dy: how both sets of coordinates change from this pixel to the next ones, given since not every shader has them
 // from the hardware.
 vec4 sample_or(TextureUse use, vec4 uv01, vec4 dx, vec4 dy, vec4 without) {
   if (!kTextures || use.texture == FIRE3DV_NO_INDEX) return without;
-  const vec2 uv = texture_uv(use, uv01), uv_dx = texture_uv(use, dx) - use.uv_offset, uv_dy = texture_uv(use, dy) - use.uv_offset;
-  if ((use.facts & FIRE3DV_TEXTURE_ANISOTROPIC) != 0) {
-    return textureGrad(scene_textures[nonuniformEXT(use.texture)], uv, uv_dx, uv_dy);
+  const vec2 uv = texture_uv(use, uv01), uv_dx = turned_uv(use, dx), uv_dy = turned_uv(use, dy);
+  const uint number = use.texture & FIRE3DV_TEXTURE_NUMBER;
+  if ((use.texture & FIRE3DV_TEXTURE_ANISOTROPIC) != 0) {
+    return textureGrad(scene_textures[nonuniformEXT(number)], uv, uv_dx, uv_dy);
   }
   // The level as the standard defines it. Devices come near to that, each in its own way.
-  const vec2 size = texture_size(use);
+  const vec2 size = unpackHalf2x16(use.size);
   const vec2 along_x = uv_dx * size, along_y = uv_dy * size;
   const float level = 0.5 * log2(max(max(dot(along_x, along_x), dot(along_y, along_y)), 1e-30));
-  return textureLod(scene_textures[nonuniformEXT(use.texture)], uv, level);
+  return textureLod(scene_textures[nonuniformEXT(number)], uv, level);
 }
 
 // For code without derivatives, such as the alpha test of a shadow ray.
 vec4 sample_level0_or(TextureUse use, vec4 uv01, vec4 without) {
   if (use.texture == FIRE3DV_NO_INDEX) return without;
-  return textureLod(scene_textures[nonuniformEXT(use.texture)], texture_uv(use, uv01), 0);
+  return textureLod(scene_textures[nonuniformEXT(use.texture & FIRE3DV_TEXTURE_NUMBER)], texture_uv(use, uv01), 0);
 }
 
 #endif

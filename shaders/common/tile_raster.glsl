@@ -29,7 +29,7 @@ TileTriangle tile_triangle(PreparedTriangle p) {
 }
 
 bool is_masked(GlobalsRef globals, uint id) {
-  return (PartRef(globals.value.parts).at[part_of_id(globals, id)].flags & FIRE3DV_PART_MASK) != 0;
+  return kMasks && (PartRef(globals.value.parts).at[part_of_id(globals, id)].flags & FIRE3DV_PART_MASK) != 0;
 }
 
 void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTriangle t, ivec2 pixel) {

@@ -187,7 +187,7 @@ struct TriangleUv {
 };
 
 TriangleUv triangle_uv(GlobalsRef globals, VisibleTriangle t, uint material_flags) {
-  const bool second = (material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0;
+  const bool second = kSecondUv && (material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0;
   TriangleUv uv;
   for (int i = 0; i < 3; ++i) {
     uv.at[i] = vec4(uv0_of(globals, t, i),
@@ -196,7 +196,10 @@ TriangleUv triangle_uv(GlobalsRef globals, VisibleTriangle t, uint material_flag
   return uv;
 }
 
-vec4 uv_at(TriangleUv uv, vec3 b) { return uv.at[0] * b.x + uv.at[1] * b.y + uv.at[2] * b.z; }
+vec4 uv_at(TriangleUv uv, vec3 b) {
+  if (!kSecondUv) return vec4(uv.at[0].xy * b.x + uv.at[1].xy * b.y + uv.at[2].xy * b.z, 0, 0);
+  return uv.at[0] * b.x + uv.at[1] * b.y + uv.at[2] * b.z;
+}
 
 vec4 color_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
   if ((t.part.flags & FIRE3DV_PART_COLORED) == 0) return vec4(1);
@@ -231,7 +234,7 @@ vec4 tangent_at(GlobalsRef globals, VisibleTriangle t, TriangleFrames frames, ve
 TriangleUv triangle_uv_for_all(GlobalsRef globals, VisibleTriangle t, uint material_flags) {
   uvec2 first[3], second[3] = uvec2[3](uvec2(0), uvec2(0), uvec2(0));
   pairs_for_all(globals.value.uvs, 2, t.vertex, first);
-  if ((material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0 && globals.value.extras != 0)
+  if (kSecondUv && (material_flags & FIRE3DV_MATERIAL_SECOND_UV) != 0 && globals.value.extras != 0)
     pairs_for_all(globals.value.extras, 4, t.vertex, second);
   TriangleUv uv;
   for (int i = 0; i < 3; ++i) uv.at[i] = vec4(uintBitsToFloat(first[i]), uintBitsToFloat(second[i]));

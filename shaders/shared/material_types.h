@@ -5,17 +5,14 @@
 
 FIRE3DV_SHARED_BEGIN
 
-// Of TextureUse::facts. The size is that of the largest level, less one, at most what 15 bits hold: a device that is
-// asked for it takes as long as for a texel.
-#define FIRE3DV_TEXTURE_SECOND_UV 1u
-#define FIRE3DV_TEXTURE_ANISOTROPIC 2u  // the sampler is
-#define FIRE3DV_TEXTURE_WIDTH_SHIFT 2
-#define FIRE3DV_TEXTURE_HEIGHT_SHIFT 17
-#define FIRE3DV_TEXTURE_SIDE_MASK 32767u
+// Beside the number of a texture.
+#define FIRE3DV_TEXTURE_SECOND_UV 0x80000000u
+#define FIRE3DV_TEXTURE_ANISOTROPIC 0x40000000u  // the sampler is
+#define FIRE3DV_TEXTURE_NUMBER 0x3fffffffu
 
 struct TextureUse {
   uint texture;  // FIRE3DV_NO_INDEX = none
-  uint facts;
+  uint size;     // of its largest level, two halves: a device that is asked for it takes as long as for a texel
   vec2 uv_offset;
   vec4 uv_rows;  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) +
                  // offset.y

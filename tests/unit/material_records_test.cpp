@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <glm/gtc/packing.hpp>
+
 namespace fire3dv::passes {
 namespace {
 
@@ -47,11 +49,11 @@ TEST(MaterialRecords, EachExtensionIsSeen) {
   EXPECT_EQ(records.extensions[6].clearcoat_texture.texture, FIRE3DV_NO_INDEX);
 }
 
-// Shaders reckon levels from it: 1 to 32768 texels a side fit, and what is larger counts as that.
+// Shaders reckon levels from it.
 TEST(MaterialRecords, TexturesSayTheirSizes) {
   scene::Scene scene;
   for (const glm::uvec2 size :
-       {glm::uvec2(1, 1), glm::uvec2(300, 7), glm::uvec2(32768, 1024), glm::uvec2(65536, 2)}) {
+       {glm::uvec2(1, 1), glm::uvec2(300, 7), glm::uvec2(16384, 4097), glm::uvec2(1u << 20, 2)}) {
     scene::Image image;
     image.width = size.x;
     image.height = size.y;
@@ -61,26 +63,25 @@ TEST(MaterialRecords, TexturesSayTheirSizes) {
   std::vector<scene::Material> materials(5);
   for (uint32_t i = 0; i < 4; ++i) materials[i].normal_texture.texture = i;
   materials[1].normal_texture.uv_set = 1;
-  const auto fact = [](const scene::Material& material, const TextureFacts& textures) {
-    return material_records(std::span(&material, 1), textures).materials[0].normal_texture.facts;
+  const auto use = [](const scene::Material& material, const TextureFacts& textures) {
+    return material_records(std::span(&material, 1), textures).materials[0].normal_texture;
   };
-  const auto size = [](uint32_t facts) {
-    return glm::uvec2(((facts >> FIRE3DV_TEXTURE_WIDTH_SHIFT) & FIRE3DV_TEXTURE_SIDE_MASK) + 1,
-                      (facts >> FIRE3DV_TEXTURE_HEIGHT_SHIFT) + 1);
-  };
+  const glm::vec2 expected[] = {{65504, 2}, {16384, 4096}, {300, 7}, {1, 1}};
   for (const bool anisotropic : {false, true}) {
     const TextureFacts textures = texture_facts(scene, anisotropic);
-    EXPECT_EQ(size(fact(materials[0], textures)), glm::uvec2(32768, 2));
-    EXPECT_EQ(size(fact(materials[1], textures)), glm::uvec2(32768, 1024));
-    EXPECT_EQ(size(fact(materials[2], textures)), glm::uvec2(300, 7));
-    EXPECT_EQ(size(fact(materials[3], textures)), glm::uvec2(1, 1));
-    EXPECT_EQ(size(fact(materials[4], textures)), glm::uvec2(1, 1));  // none
-    for (size_t i = 0; i < materials.size(); ++i) {
-      const uint32_t facts = fact(materials[i], textures);
-      EXPECT_EQ((facts & FIRE3DV_TEXTURE_SECOND_UV) != 0, i == 1);
-      EXPECT_EQ((facts & FIRE3DV_TEXTURE_ANISOTROPIC) != 0, anisotropic);
+    for (uint32_t i = 0; i < 4; ++i) {
+      const gpu_types::TextureUse found = use(materials[i], textures);
+      EXPECT_EQ(glm::unpackHalf2x16(found.size), expected[i]) << i;
+      EXPECT_EQ(found.texture & FIRE3DV_TEXTURE_NUMBER, i);
+      EXPECT_EQ((found.texture & FIRE3DV_TEXTURE_SECOND_UV) != 0, i == 1);
+      EXPECT_EQ((found.texture & FIRE3DV_TEXTURE_ANISOTROPIC) != 0, anisotropic);
     }
+    EXPECT_EQ(use(materials[4], textures).texture, FIRE3DV_NO_INDEX);
   }
+  EXPECT_TRUE(any_second_uv(materials));
+  materials[1].normal_texture.uv_set = 0;
+  materials[4].normal_texture.uv_set = 1;  // of none
+  EXPECT_FALSE(any_second_uv(materials));
 }
 
 TEST(MaterialRecords, WhatLightGoesThroughIsDrawnBlended) {

@@ -184,7 +184,7 @@ AT_WORD(MaterialRecord, normal_texture, 32);
 AT_WORD(MaterialRecord, occlusion_texture, 40);
 AT_WORD(MaterialRecord, emissive_texture, 48);
 static_assert(words(sizeof(gpu_types::TextureUse)) == 8);
-AT_WORD(TextureUse, facts, 1);
+AT_WORD(TextureUse, size, 1);
 AT_WORD(TextureUse, uv_offset, 2);
 AT_WORD(TextureUse, uv_rows, 4);
 
