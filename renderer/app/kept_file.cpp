@@ -1,7 +1,6 @@
 #include "renderer/app/kept_file.h"
 
 #include <algorithm>
-#include <cstring>
 #include <string>
 #include <system_error>
 

@@ -1,5 +1,5 @@
-// Work on the GPU outside frames: uploads while a scene is loaded, acceleration structures of its meshes.
-// finish() waits for its own submissions; frames never use this.
+// Work on the GPU outside frames: uploads while a scene is loaded, acceleration structures of its meshes,
+// what is prepared once and kept. finish() waits for its own submissions; frames never use this.
 #pragma once
 
 #include <functional>

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string>
 
+#include "renderer/passes/made_for.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -121,8 +122,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   if (!tile_by_tile_ && !counting)
     raster_narrow_ = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
-  raster_mask_ = gpu::create_compute_pipeline(device, layout, "raster_mask" + suffix, gpu::Make::when_used);
-  large_ = make_large(false);
+  large_ = make_large(false, gpu::Make::at_once);
   if (!is_of_lights(kind) && !counting)
     farthest_depth_ = gpu::create_compute_pipeline(device, layout, "farthest_depth" + suffix);
   for (gpu::Buffer& counts : counts_) {
@@ -131,17 +131,21 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   }
 }
 
-ClusterRaster::LargePipelines ClusterRaster::make_large(bool masks) const {
-  const uint32_t made_for[] = {FIRE3DV_SHADOWS_ANY, VK_TRUE, masks ? VK_TRUE : VK_FALSE};
+ClusterRaster::LargePipelines ClusterRaster::make_large(bool masks, gpu::Make when) const {
+  MadeFor made_for;
+  made_for.masks = masks;
   const auto make = [&](const char* shader) {
-    return gpu::create_compute_pipeline(device_, layout_, shader + suffix_of(kind_), gpu::Make::at_once,
-                                        made_for);
+    return gpu::create_compute_pipeline(device_, layout_, shader + suffix_of(kind_), when,
+                                        made_for.constants());
   };
   return {make("expand"), make("tiles")};
 }
 
 void ClusterRaster::expect_masks() {
-  if (!large_masked_.tiles) large_masked_ = make_large(true);
+  if (raster_mask_) return;
+  large_masked_ = make_large(true, gpu::Make::next);
+  raster_mask_ =
+      gpu::create_compute_pipeline(device_, layout_, "raster_mask" + suffix_of(kind_), gpu::Make::next);
 }
 
 // Both ways are tried now and then, and the better one is kept meanwhile. The image is the same.

@@ -107,7 +107,7 @@ class ClusterRaster {
   struct LargePipelines {
     gpu::Pipeline expand, tiles;
   };
-  LargePipelines make_large(bool masks) const;
+  LargePipelines make_large(bool masks, gpu::Make when) const;
   const LargePipelines& large() const { return job_.scene->has_masked ? large_masked_ : large_; }
 
   gpu::Pipeline cull_, raster_, raster_narrow_, raster_mask_, farthest_depth_;

@@ -20,6 +20,7 @@ struct MapFormat {
 };
 constexpr MapFormat kPackedRadiance{VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, VK_FORMAT_R32_UINT, 4};
 constexpr MapFormat kHalves{VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT, 8};
+// Those that are packed are written by shaders that define FIRE3DV_PACKED_RADIANCE.
 constexpr MapFormat kSpecular = kPackedRadiance, kIrradiance = kPackedRadiance, kAlbedo = kHalves;
 constexpr uint32_t kLeastFace = 64, kMostFace = 512;  // texels along a face of the sharpest reflection
 constexpr uint32_t kRoughestFace = 8, kSmallestFace = 4, kIrradianceFace = 16;
@@ -115,19 +116,20 @@ Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& ima
       map_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE)) {
   gpu::LoaderCommands loader(device);
   picture_ = upload_picture(device, loader, image);
-  const uint32_t face = std::clamp(std::bit_floor(std::max(image.height / 2, 1u)), kLeastFace, kMostFace);
-  specular_ = create_map(device, kSpecular, face, levels_between(face, kRoughestFace), true);
+  const Recipe recipe = Recipe::of(image);
+  specular_ = create_map(device, kSpecular, recipe.face, static_cast<uint32_t>(recipe.specular.size()), true);
   irradiance_ = create_map(device, kIrradiance, kIrradianceFace, 1, true);
   albedo_ = create_map(device, kAlbedo, kAlbedoSide, 1, false);
 
   size_t bytes = 0;
   for (const Level& level : levels()) bytes += level.bytes;
-  const scene::Digest kind = kept ? environment_kind(device.identity(), image) : scene::Digest{};
+  const scene::Digest kind =
+      kept ? environment_kind(device.identity(), image, recipe.numbers()) : scene::Digest{};
   const auto found = kept ? kept->find(kind, bytes) : std::nullopt;
   if (found) {
     upload(loader, *found);
   } else {
-    prepare(loader, image);
+    prepare(loader, recipe);
     if (kept) kept->keep(kind, download(loader));
   }
   loader.recorder().transition({Use(picture_, kShading), Use(specular_, kShading), Use(irradiance_, kShading),
@@ -149,26 +151,53 @@ std::vector<Environment::Level> Environment::levels() {
   return levels;
 }
 
-void Environment::prepare(gpu::LoaderCommands& loader, const scene::EnvironmentImage& image) {
-  const uint32_t face = specular_.extent.width;
-  const uint32_t radiance_levels = levels_between(face, kSmallestFace);
-  gpu::Image radiance = create_map(device_, kHalves, face, radiance_levels, true);
+Environment::Recipe Environment::Recipe::of(const scene::EnvironmentImage& image) {
+  Recipe recipe;
+  recipe.face = std::clamp(std::bit_floor(std::max(image.height / 2, 1u)), kLeastFace, kMostFace);
+  recipe.radiance_levels = levels_between(recipe.face, kSmallestFace);
+  recipe.irradiance_from = levels_between(recipe.face, kIrradianceFace) - 1;
+  const float texels_per_texel = static_cast<float>(image.height) / static_cast<float>(2 * recipe.face);
+  recipe.cube = {0, 0, 0, std::max(std::log2(texels_per_texel), 0.0f)};
+  recipe.albedo = {0, kAlbedoSamples, 0, 0};
+  const uint32_t levels = levels_between(recipe.face, kRoughestFace);
+  for (uint32_t level = 0; level < levels; ++level) {
+    recipe.specular.push_back({0, level ? samples_of_level(level) : 1, roughness_of_level(level, levels), 0});
+  }
+  return recipe;
+}
 
+std::vector<uint32_t> Environment::Recipe::numbers() const {
+  std::vector<uint32_t> numbers{face,
+                                radiance_levels,
+                                irradiance_from,
+                                kIrradianceFace,
+                                kAlbedoSide,
+                                uint32_t{kSpecular.sampled},
+                                uint32_t{kIrradiance.sampled},
+                                uint32_t{kAlbedo.sampled}};
+  const auto add = [&](const gpu_types::EnvironmentPush& push) {
+    numbers.insert(numbers.end(), {push.samples, std::bit_cast<uint32_t>(push.roughness),
+                                   std::bit_cast<uint32_t>(push.lod)});
+  };
+  add(cube);
+  add(albedo);
+  for (const gpu_types::EnvironmentPush& push : specular) add(push);
+  return numbers;
+}
+
+void Environment::prepare(gpu::LoaderCommands& loader, const Recipe& recipe) {
+  gpu::Image radiance = create_map(device_, kHalves, recipe.face, recipe.radiance_levels, true);
   EnvironmentSteps steps(device_, loader);
-  const float texels_per_texel = static_cast<float>(image.height) / static_cast<float>(2 * face);
-  steps.sample("environment_cube.comp", picture_, picture_sampler_.get(), radiance, 0,
-               {0, 0, 0, std::max(std::log2(texels_per_texel), 0.0f)});
-  for (uint32_t level = 1; level < radiance_levels; ++level) {
+  steps.sample("environment_cube.comp", picture_, picture_sampler_.get(), radiance, 0, recipe.cube);
+  for (uint32_t level = 1; level < recipe.radiance_levels; ++level) {
     steps.load("environment_downsample.comp", radiance, level - 1, radiance, level, {});
   }
-  steps.load("environment_irradiance.comp", radiance, levels_between(face, kIrradianceFace) - 1, irradiance_,
-             0, {});
+  steps.load("environment_irradiance.comp", radiance, recipe.irradiance_from, irradiance_, 0, {});
   for (uint32_t level = 0; level < specular_.mip_levels; ++level) {
-    steps.sample(
-        "environment_specular.comp", radiance, map_sampler_.get(), specular_, level,
-        {0, level ? samples_of_level(level) : 1, roughness_of_level(level, specular_.mip_levels), 0});
+    steps.sample("environment_specular.comp", radiance, map_sampler_.get(), specular_, level,
+                 recipe.specular[level]);
   }
-  steps.fill("environment_albedo.comp", albedo_, {0, kAlbedoSamples, 0, 0});
+  steps.fill("environment_albedo.comp", albedo_, recipe.albedo);
   loader.finish();  // what the steps use goes
 }
 

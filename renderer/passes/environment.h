@@ -41,8 +41,19 @@ class Environment {
     uint32_t level;
     size_t bytes;
   };
+  // How they are made.
+  struct Recipe {
+    uint32_t face = 0;             // texels along one of the sharpest reflections
+    uint32_t radiance_levels = 0;  // of the cube that all is made of
+    uint32_t irradiance_from = 0;  // level of that
+    gpu_types::EnvironmentPush cube{}, albedo{};
+    std::vector<gpu_types::EnvironmentPush> specular;  // by level
+
+    static Recipe of(const scene::EnvironmentImage& image);
+    std::vector<uint32_t> numbers() const;  // all of them
+  };
   std::vector<Level> levels();
-  void prepare(gpu::LoaderCommands& loader, const scene::EnvironmentImage& image);
+  void prepare(gpu::LoaderCommands& loader, const Recipe& recipe);
   void upload(gpu::LoaderCommands& loader, std::span<const std::byte> maps);
   std::vector<std::byte> download(gpu::LoaderCommands& loader);
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -22,8 +23,9 @@ class EnvironmentStore {
   virtual void keep(const scene::Digest& kind, std::span<const std::byte> maps) = 0;
 };
 
-// What maps are for: the picture, this device and driver, and the shaders of this build that prepare it.
-scene::Digest environment_kind(const VkPhysicalDeviceProperties& device,
-                               const scene::EnvironmentImage& image);
+// What maps are for: the picture, this device and driver, the shaders of this build that prepare it, and
+// the recipe: all other numbers that they are made by.
+scene::Digest environment_kind(const VkPhysicalDeviceProperties& device, const scene::EnvironmentImage& image,
+                               std::span<const uint32_t> recipe);
 
 }  // namespace fire3dv::passes

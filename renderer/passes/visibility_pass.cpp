@@ -1,10 +1,12 @@
 #include "renderer/passes/visibility_pass.h"
+#include "renderer/passes/made_for.h"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>
 
+#include "renderer/passes/made_for.h"
 #include "shaders/shared/bindings.h"
 
 namespace fire3dv::passes {
@@ -157,8 +159,12 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
                                (shading.finds_shadows ? "_find" : "") +
                                (shading.leaves_samples ? "_unresolved" : "") +
                                (samples_ == 4 ? "_4.comp" : "_1.comp");
-    const uint32_t made_for[] = {shading.shadows, shading.textures, VK_TRUE, shading.second_uv};
-    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next, made_for);
+    MadeFor made_for;
+    made_for.shadows = shading.shadows;
+    made_for.textures = shading.textures;
+    made_for.second_uv = shading.second_uv;
+    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next,
+                                            made_for.constants());
   }
   return pipeline;
 }

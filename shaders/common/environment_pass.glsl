@@ -14,7 +14,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #ifdef FIRE3DV_PACKED_RADIANCE
 layout(set = 0, binding = FIRE3DV_BINDING_LEVEL_OUT, r32ui) uniform writeonly uimage2DArray level_out;
 
-// VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, as scene::pack_rgb9e5() packs.
+// VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, as scene::pack_rgb9e5() packs numbers.
 uint packed_radiance(vec3 radiance) {
   const int kBias = 15, kMantissaBits = 9;
   const vec3 color = clamp(radiance, vec3(0), vec3(65408));

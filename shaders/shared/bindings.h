@@ -2,6 +2,13 @@
 #ifndef FIRE3DV_SHARED_BINDINGS_H
 #define FIRE3DV_SHARED_BINDINGS_H
 
+// Specialisation constants: what a pipeline is made for, see common/made_for.glsl
+#define FIRE3DV_MADE_FOR_SHADOWS 0
+#define FIRE3DV_MADE_FOR_TEXTURES 1
+#define FIRE3DV_MADE_FOR_MASKS 2
+#define FIRE3DV_MADE_FOR_SECOND_UV 3
+#define FIRE3DV_MADE_FOR_COUNT 4
+
 // set 0: the scene
 #define FIRE3DV_BINDING_TOP_LEVEL 0
 #define FIRE3DV_BINDING_ENVIRONMENT_PICTURE 1

@@ -10,6 +10,7 @@
 #include "renderer/scene/load_gltf.h"
 #include "tests/render/bent_bar.h"
 #include "tests/render/render_bench.h"
+#include "tests/render/scene_builder.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -201,6 +202,33 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
       EXPECT_EQ(outside, 0);
     }
     EXPECT_FALSE(difference_of(images[0], images[1], Tolerance::colour()).within(Tolerance::colour()));
+  }
+}
+
+// Opaque, among opaque things alone: no ray needs triangles but for what may change.
+TEST_F(Deform, WhatMayChangeCastsItsShadowAmongWhatCannot) {
+  const auto scene_with = [](bool box, bool own_vertices) {
+    SceneBuilder builder;
+    const uint32_t material = builder.material(matte(glm::vec3(0.6f)));
+    builder.mesh_node("ground", builder.quad(material, 4), glm::mat4(1));
+    const uint32_t mesh = builder.box(material, glm::vec3(0.5f));
+    const uint32_t node = builder.mesh_node("box", box ? mesh : scene::kNone, at({0.3f, 1.2f, 0.2f}));
+    builder.light_node(sun({1, 1, 1}, 3), shining_towards({0.2f, -1, 0.1f}));
+    builder.camera_node("camera", {0, 5, 4}, {0, 0.3f, 0});
+    scene::Scene scene = builder.build();
+    scene.nodes[node].own_vertices = own_vertices;
+    return scene;
+  };
+  for (const Way& way : kWays) {
+    SCOPED_TRACE(way.name);
+    const scene::Scene none = scene_with(false, false), still = scene_with(true, false),
+                       changing = scene_with(true, true);
+    RenderBench bench(changing, kExtent, settings_of(way));
+    const sinks::FrameImage image = draw(bench, changing, state::PoseState(changing));
+    const sinks::FrameImage expected = draw_static(bench, still);
+    EXPECT_TRUE(matches_image(image, expected, std::string("deform_own_") + way.name, Tolerance::colour()));
+    EXPECT_FALSE(
+        difference_of(draw_static(bench, none), expected, Tolerance::colour()).within(Tolerance::colour()));
   }
 }
 

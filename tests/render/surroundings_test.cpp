@@ -483,23 +483,27 @@ TEST_F(Surroundings, WhatWasKeptShowsTheSameToTheBit) {
   EXPECT_EQ(shelf->size(), 2u);
 }
 
-TEST(KeptEnvironments, TheKindFollowsDevicePictureAndSize) {
+TEST(KeptEnvironments, TheKindFollowsDevicePictureSizeAndRecipe) {
   VkPhysicalDeviceProperties device{};
   scene::EnvironmentImage image{4, 2, std::vector<uint32_t>(8, 7), 1};
-  const scene::Digest kind = passes::environment_kind(device, image);
-  EXPECT_EQ(passes::environment_kind(device, image), kind);
+  std::vector<uint32_t> recipe{1, 23};
+  const scene::Digest kind = passes::environment_kind(device, image, recipe);
+  EXPECT_EQ(passes::environment_kind(device, image, recipe), kind);
   device.driverVersion = 1;
-  EXPECT_NE(passes::environment_kind(device, image), kind);
+  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
   device.driverVersion = 0;
   image.width = 2;
   image.height = 4;
-  EXPECT_NE(passes::environment_kind(device, image), kind);
+  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
   std::swap(image.width, image.height);
   image.rgb9e5[5] = 6;
-  EXPECT_NE(passes::environment_kind(device, image), kind);
+  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
   image.rgb9e5[5] = 7;
+  recipe = {12, 3};
+  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
+  recipe = {1, 23};
   image.scale = 3;  // is not in the maps
-  EXPECT_EQ(passes::environment_kind(device, image), kind);
+  EXPECT_EQ(passes::environment_kind(device, image, recipe), kind);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Where things are kept, and files of pipelines: whatever is wrong with one, no driver gets to see it.
+// Where things are kept, and files of pipelines and surroundings: whatever is wrong with one, no driver gets
+// to see it.
 #include "renderer/app/cache_places.h"
 
 #include <gtest/gtest.h>
