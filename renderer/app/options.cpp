@@ -210,10 +210,10 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
       "frames.jsonl");
   app.add_option("--stats", options.stats, "CSV file of times per image");
 
-  app.add_option("--cache", options.cache,
-                 "where loaded scenes, compiled pipelines and prepared surroundings are kept for the next "
-                 "start: auto (in "
-                 "the user's cache folder), beside (scenes beside their files), off, or a folder")
+  app.add_option(
+         "--cache", options.cache,
+         "where loaded scenes, compiled pipelines and prepared surroundings are kept for the next "
+         "start: auto (in the user's cache folder), beside (scenes beside their files), off, or a folder")
       ->type_name("[auto|beside|off|FOLDER]")
       ->capture_default_str();
 

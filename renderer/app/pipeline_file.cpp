@@ -1,26 +1,16 @@
 #include "renderer/app/pipeline_file.h"
 
-#include <span>
 #include <system_error>
 
+#include "renderer/passes/device_kind.h"
 #include "renderer/scene/atomic_file.h"
-#include "shaders/embedded.h"
 
 namespace fire3dv::app {
 
 const KeptFileType kPipelineFiles{{"F3DVPIP\0", 8}, ".pipelines", "pipelines"};
 
 scene::Digest pipeline_kind(const VkPhysicalDeviceProperties& device) {
-  std::string text = std::string(device.deviceName) + '\0';
-  for (const uint32_t number : {device.vendorID, device.deviceID, device.driverVersion, device.apiVersion})
-    text += std::to_string(number) + '\0';
-  text += scene::hex(device.pipelineCacheUUID);
-  for (const std::string_view name : shaders::names()) {
-    const std::span<const uint32_t> code = shaders::embedded(name);
-    text += name;
-    text.append(reinterpret_cast<const char*>(code.data()), code.size_bytes());
-  }
-  return scene::digest_of(std::as_bytes(std::span(text)));
+  return passes::device_kind(device, "");
 }
 
 PipelineFile::PipelineFile(gpu::Device& device, const std::optional<std::filesystem::path>& folder)

@@ -1,5 +1,5 @@
-// What surroundings are prepared into, from one run to the next: preparing them takes a CPU as long as a
-// small scene's first image.
+// What surroundings are prepared into, from one run to the next: preparing them takes two cores a tenth of a
+// second.
 #pragma once
 
 #include <cstddef>

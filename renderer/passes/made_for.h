@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/types.h"

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
-#include <map>
 
 #include "tests/render/render_bench.h"
 #include "tests/render/scene_builder.h"
@@ -433,77 +432,6 @@ TEST_F(Surroundings, LightBesideAPowerOfTwoIsThatLight) {
   const glm::vec3 seen =
       seen_of_wall(surface(glm::vec3(1), 1, 0.5f), lit_by([&](const glm::vec3&) { return color; }));
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], color[c], 0.01f) << c;
-}
-
-class Shelf : public passes::EnvironmentStore {
- public:
-  std::optional<std::vector<std::byte>> find(const scene::Digest& kind, size_t bytes) override {
-    const auto kept = kept_.find(kind);
-    if (kept == kept_.end()) return std::nullopt;
-    EXPECT_EQ(kept->second.size(), bytes);
-    ++found;
-    return kept->second;
-  }
-  void keep(const scene::Digest& kind, std::span<const std::byte> maps) override {
-    kept_[kind] = {maps.begin(), maps.end()};
-  }
-  size_t size() const { return kept_.size(); }
-  uint32_t found = 0;
-
- private:
-  std::map<scene::Digest, std::vector<std::byte>> kept_;
-};
-
-// Rough and polished, with a coat, among surroundings that are nowhere the same.
-TEST_F(Surroundings, WhatWasKeptShowsTheSameToTheBit) {
-  SceneBuilder builder;
-  for (int i = 0; i < 3; ++i) {
-    scene::Material material = surface({0.9f, 0.6f, 0.3f}, 0.5f, 0.4f * static_cast<float>(i));
-    material.clearcoat = 1;
-    builder.mesh_node("ball", builder.sphere(builder.material(material), 1, 32),
-                      at({2.1f * static_cast<float>(i - 1), 0, 0}));
-  }
-  builder.camera_node("camera", {0, 1, 6}, {0, 0, 0});
-  const scene::Scene scene = builder.build();
-  const auto shelf = std::make_shared<Shelf>();
-  const auto draw = [&](float red, bool kept) {
-    passes::DrawSettings settings =
-        lit_by([&](const glm::vec3& d) { return glm::abs(d) * glm::vec3(red, 1, 2) + glm::max(d, 0.0f); });
-    settings.background.surroundings = true;
-    if (kept) settings.kept_environments = shelf;
-    return RenderBench(scene, {96, 64}, settings).draw_at_rest();
-  };
-  const sinks::FrameImage prepared = draw(1, false);
-  EXPECT_EQ(draw(1, true).rgba8, prepared.rgba8);
-  EXPECT_EQ(shelf->size(), 1u);
-  EXPECT_EQ(shelf->found, 0u);
-  EXPECT_EQ(draw(1, true).rgba8, prepared.rgba8);
-  EXPECT_EQ(shelf->found, 1u);
-  EXPECT_NE(draw(3, true).rgba8, prepared.rgba8);  // of another picture
-  EXPECT_EQ(shelf->size(), 2u);
-}
-
-TEST(KeptEnvironments, TheKindFollowsDevicePictureSizeAndRecipe) {
-  VkPhysicalDeviceProperties device{};
-  scene::EnvironmentImage image{4, 2, std::vector<uint32_t>(8, 7), 1};
-  std::vector<uint32_t> recipe{1, 23};
-  const scene::Digest kind = passes::environment_kind(device, image, recipe);
-  EXPECT_EQ(passes::environment_kind(device, image, recipe), kind);
-  device.driverVersion = 1;
-  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
-  device.driverVersion = 0;
-  image.width = 2;
-  image.height = 4;
-  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
-  std::swap(image.width, image.height);
-  image.rgb9e5[5] = 6;
-  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
-  image.rgb9e5[5] = 7;
-  recipe = {12, 3};
-  EXPECT_NE(passes::environment_kind(device, image, recipe), kind);
-  recipe = {1, 23};
-  image.scale = 3;  // is not in the maps
-  EXPECT_EQ(passes::environment_kind(device, image, recipe), kind);
 }
 
 }  // namespace
