@@ -9,8 +9,8 @@ target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow
                        $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual>)
 # Messages name a source file as it lies in the tree: what is shipped knows no path of the machine that built it.
 target_compile_options(fire3dv_flags INTERFACE $<$<NOT:$<CONFIG:Debug>>:-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=>)
-# g++ 12 to 14 report overlaps, overflows and bounds in std::string and std::vector at -O2 and -O3 where there are none (GCC bugs
-# 105651 and 105762, for example). Debug builds keep these warnings, and sanitizers look for the real ones.
+# g++ 12 to 14 report overlaps, overflows and bounds in std::string and std::vector at -O2 and -O3 where there are none (GCC bug
+# 105651 and similar). Debug builds keep these warnings, and sanitizers look for the real ones.
 foreach(warning restrict stringop-overflow stringop-overread array-bounds)
   target_compile_options(fire3dv_flags INTERFACE
     $<$<AND:$<NOT:$<CONFIG:Debug>>,$<COMPILE_LANG_AND_ID:CXX,GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,15>>:-Wno-${warning}>)
