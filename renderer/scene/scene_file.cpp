@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <new>
 
 #include "renderer/scene/atomic_file.h"
 #include "renderer/scene/check_scene.h"

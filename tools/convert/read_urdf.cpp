@@ -137,10 +137,11 @@ class Reader {
   void warn(const std::string& text) { model_.warnings.push_back(file_.string() + ": " + text); }
 
   void add_link(const urdf::Link& link, std::optional<size_t> parent) {
+    const urdf::Joint* joint = link.parent_joint.get();
     Node node;
     node.name = link.name;
     node.parent = parent;
-    if (const urdf::Joint* joint = link.parent_joint.get()) place_by(*joint, node);
+    if (joint) place_by(*joint, node);
     node.mesh = mesh_of(link);
     model_.nodes.push_back(std::move(node));
   }
