@@ -91,17 +91,21 @@ Gui::Gui(const Layout& layout, Clipboard clipboard)
 Gui::~Gui() = default;
 
 // A press and its release, or a press and the way to another place, may come between two frames, and panels
-// see a state and not a story: what would be lost waits for the next frame.
+// see a state and not a story: what would be lost waits for the next frame. A press waits for the frame after
+// the move to its place: Dear ImGui 1.90 ignores it on rows unless the mouse was over them in the frame
+// before.
 void Gui::Panels::take_events(ImGuiIO& io) {
-  bool button_changed = false;
+  bool mouse_moved = false, button_changed = false;
   std::array<bool, static_cast<size_t>(Key::count)> key_changed{};
   while (!waiting.empty()) {
     const Event& event = waiting.front();
     if (const auto* moved = std::get_if<MouseMoved>(&event)) {
       if (button_changed) return;
-      io.MousePos = {moved->at_px.x, moved->at_px.y};
+      const ImVec2 to{moved->at_px.x, moved->at_px.y};
+      mouse_moved |= to.x != io.MousePos.x || to.y != io.MousePos.y;
+      io.MousePos = to;
     } else if (const auto* button = std::get_if<MouseButton>(&event)) {
-      if (button_changed) return;
+      if (button_changed || (mouse_moved && button->down)) return;
       io.MouseDown[static_cast<size_t>(button->button)] = button->down;
       button_changed = true;
     } else if (const auto* wheel = std::get_if<MouseWheel>(&event)) {
