@@ -13,7 +13,7 @@ packages=(
   # libraries; see CONTRIBUTING.md for what each is used for
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
-  libassimp-dev libyaml-cpp-dev liburdfdom-dev libtinyxml-dev
+  libassimp-dev libyaml-cpp-dev liburdfdom-dev libconsole-bridge-dev libtinyxml2-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
   libimgui-dev fonts-dejavu-core  # the window's panels, and their letters
   # the example simulator
@@ -26,8 +26,8 @@ packages=(
   ffmpeg
 )
 # Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators, adapters/mujoco,
-# and fire3dv-convert's reader of MJCF, which are left out without. EGL: MuJoCo's own renderer, to compare with.
-optional_packages=(libmujoco-dev libegl-dev)
+# and fire3dv-convert's reader of MJCF, which are left out without. EGL and OpenGL: MuJoCo's own renderer, to compare with.
+optional_packages=(libmujoco-dev libegl-dev libopengl-dev)
 mesa_packages=(mesa-vulkan-drivers)
 
 say() { printf 'setup: %s\n' "$*"; }
@@ -40,12 +40,12 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - a C++20 compiler (g++ 12 or newer), CMake 3.25, Ninja, pkg-config, git
   - glslangValidator, spirv-val, flatc with the FlatBuffers headers of the same version (2.0 or newer)
   - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3,
-    Dear ImGui 1.86 to 1.89 (with a pkg-config file), the font DejaVu Sans
+    Dear ImGui 1.86 to 1.90 (with a pkg-config file), the font DejaVu Sans
   - tinygltf 2.7 or newer, stb_image, nlohmann-json, meshoptimizer 0.18, libpng, standalone Asio 1.22, Boost.Interprocess 1.74 (headers),
     OpenSSL 3, libsodium, zstd, lz4,
-    CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3, TinyXML 2.6,
+    CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9,
     FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
-  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip and setuptools, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL
+  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip and setuptools, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL and libOpenGL
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT
   exit 1

@@ -32,6 +32,9 @@ setup_seconds=$(seconds_since "$start")
 say "what the tests cannot do without"
 tools/check_test_machine.sh
 
+say "includes: each file includes the standard headers of what it uses"
+tools/check_includes.py
+
 say "build: Release, warnings are errors"
 start=$(now)
 cmake --preset ci

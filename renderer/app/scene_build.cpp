@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 
 #include "renderer/scene/bounds.h"
 #include "renderer/scene/deformed_copies.h"

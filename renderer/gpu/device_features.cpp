@@ -1,6 +1,7 @@
 #include "renderer/gpu/device_features.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 
 namespace fire3dv::gpu {

@@ -1,6 +1,7 @@
 #include "renderer/gpu/instance.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 

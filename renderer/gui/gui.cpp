@@ -3,9 +3,16 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
+#include <cfloat>
 #include <cmath>
 #include <deque>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
 
+#include "renderer/gui/imgui_keys.h"
 #include "renderer/gui/panels.h"
 
 namespace fire3dv::gui {
@@ -15,32 +22,6 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFla
                                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
 constexpr float kLeastTreePt = 140, kEdgePt = 6;
-
-void tell_keys(ImGuiIO& io) {
-  const std::pair<ImGuiKey_, Key> keys[] = {{ImGuiKey_Tab, Key::tab},
-                                            {ImGuiKey_LeftArrow, Key::left},
-                                            {ImGuiKey_RightArrow, Key::right},
-                                            {ImGuiKey_UpArrow, Key::up},
-                                            {ImGuiKey_DownArrow, Key::down},
-                                            {ImGuiKey_PageUp, Key::page_up},
-                                            {ImGuiKey_PageDown, Key::page_down},
-                                            {ImGuiKey_Home, Key::home},
-                                            {ImGuiKey_End, Key::end},
-                                            {ImGuiKey_Insert, Key::insert},
-                                            {ImGuiKey_Delete, Key::del},
-                                            {ImGuiKey_Backspace, Key::backspace},
-                                            {ImGuiKey_Space, Key::space},
-                                            {ImGuiKey_Enter, Key::enter},
-                                            {ImGuiKey_KeyPadEnter, Key::keypad_enter},
-                                            {ImGuiKey_Escape, Key::escape},
-                                            {ImGuiKey_A, Key::a},
-                                            {ImGuiKey_C, Key::c},
-                                            {ImGuiKey_V, Key::v},
-                                            {ImGuiKey_X, Key::x},
-                                            {ImGuiKey_Y, Key::y},
-                                            {ImGuiKey_Z, Key::z}};
-  for (const auto& [theirs, ours] : keys) io.KeyMap[theirs] = static_cast<int>(ours);
-}
 
 Cursor cursor_of(ImGuiMouseCursor cursor) {
   switch (cursor) {
@@ -94,7 +75,7 @@ Gui::Gui(const Layout& layout, Clipboard clipboard)
   io.IniFilename = io.LogFilename = nullptr;  // what is kept is in layout_file.h
   // Lists may have more corners than their 16-bit indices count: gui_tiles.h takes offsets.
   io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors | ImGuiBackendFlags_RendererHasVtxOffset;
-  tell_keys(io);
+  set_up_keys(io);
   io.ClipboardUserData = this;
   io.GetClipboardTextFn = [](void* user) -> const char* {
     Gui& self = *static_cast<Gui*>(user);
@@ -110,17 +91,21 @@ Gui::Gui(const Layout& layout, Clipboard clipboard)
 Gui::~Gui() = default;
 
 // A press and its release, or a press and the way to another place, may come between two frames, and panels
-// see a state and not a story: what would be lost waits for the next frame.
+// see a state and not a story: what would be lost waits for the next frame. A press waits for the frame after
+// the move to its place: Dear ImGui 1.90 ignores it on rows unless the mouse was over them in the frame
+// before.
 void Gui::Panels::take_events(ImGuiIO& io) {
-  bool button_changed = false;
+  bool mouse_moved = false, button_changed = false;
   std::array<bool, static_cast<size_t>(Key::count)> key_changed{};
   while (!waiting.empty()) {
     const Event& event = waiting.front();
     if (const auto* moved = std::get_if<MouseMoved>(&event)) {
       if (button_changed) return;
-      io.MousePos = {moved->at_px.x, moved->at_px.y};
+      const ImVec2 to{moved->at_px.x, moved->at_px.y};
+      mouse_moved |= to.x != io.MousePos.x || to.y != io.MousePos.y;
+      io.MousePos = to;
     } else if (const auto* button = std::get_if<MouseButton>(&event)) {
-      if (button_changed) return;
+      if (button_changed || (mouse_moved && button->down)) return;
       io.MouseDown[static_cast<size_t>(button->button)] = button->down;
       button_changed = true;
     } else if (const auto* wheel = std::get_if<MouseWheel>(&event)) {
@@ -131,7 +116,7 @@ void Gui::Panels::take_events(ImGuiIO& io) {
         const auto number = static_cast<size_t>(key->key);
         if (key_changed[number]) return;
         key_changed[number] = true;
-        io.KeysDown[number] = key->down;
+        set_key(io, key->key, key->down);
       }
     } else if (const auto* text = std::get_if<Text>(&event)) {
       io.AddInputCharacter(text->character);
@@ -157,9 +142,7 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   io.DisplaySize = {std::max(input.display_px.x, 1.0f), std::max(input.display_px.y, 1.0f)};
   constexpr float kLeastDeltaS = 1e-4f;  // ImGui takes no frames at the same moment
   io.DeltaTime = std::max(input.delta_s, kLeastDeltaS);
-  io.KeyCtrl = input.ctrl;
-  io.KeyShift = input.shift;
-  io.KeyAlt = input.alt;
+  set_modifiers(io, input.ctrl, input.shift, input.alt);
   panels.waiting.insert(panels.waiting.end(), input.events.begin(), input.events.end());
   panels.take_events(io);
   ImGui::NewFrame();

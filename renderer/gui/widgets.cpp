@@ -66,8 +66,14 @@ bool Ui::header(const char* title, bool& open) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight() + points(8);
   ImDrawList* const list = ImGui::GetWindowDrawList();
+  // A panel may have buttons in its title.
+#if IMGUI_VERSION_NUM >= 18970
+  ImGui::SetNextItemAllowOverlap();
   if (invisible_button(title, width, height)) open = !open;
-  ImGui::SetItemAllowOverlap();  // a panel may have buttons in its title
+#else
+  if (invisible_button(title, width, height)) open = !open;
+  ImGui::SetItemAllowOverlap();
+#endif
   note_control(Control::Kind::header, title);
   const bool hovered = ImGui::IsItemHovered();
   list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::kLine);

@@ -4,6 +4,7 @@
 
 #include <imgui.h>
 
+#include <cmath>
 #include <glm/glm.hpp>
 #include <span>
 #include <string>

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <climits>
 #include <memory>
+#include <new>
 #include <optional>
 
 #include "renderer/scene/parallel.h"

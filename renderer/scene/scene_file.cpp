@@ -2,8 +2,10 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <new>
 
 #include "renderer/scene/atomic_file.h"
 #include "renderer/scene/check_scene.h"

@@ -1,6 +1,7 @@
 #include "renderer/state/image_book.h"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 #include <utility>
 

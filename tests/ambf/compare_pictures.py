@@ -106,7 +106,7 @@ def main():
     parser.add_argument("options", nargs="*", help="more options of fire3dv, behind --")
     args = parser.parse_args()
     os.environ.setdefault("FIRE3DV_CLIENT_LIBRARY",
-                          glob.glob(os.path.join(args.build, "adapters/generic/libfire3dv-client.so"))[0])
+                          glob.glob(os.path.join(args.build, "lib*/**/libfire3dv-client.so"), recursive=True)[0])
     with open(os.path.join(args.pictures, "pictures.json"), encoding="utf-8") as file:
         told = json.load(file)
     shown, files = draw(args, told)

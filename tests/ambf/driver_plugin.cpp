@@ -4,11 +4,14 @@
 // with the keys, then for each step an i64 of simulation time in ns and 12 floats for each key, rows first.
 #include <afFramework.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <ratio>
 #include <string>
 #include <vector>
 

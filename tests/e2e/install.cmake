@@ -9,3 +9,8 @@ if(TARGET client_c)
       -P ${CMAKE_CURRENT_SOURCE_DIR}/scripts/install_client.cmake)
   set_tests_properties(install_client PROPERTIES LABELS "e2e;cpu" TIMEOUT 600)
 endif()
+
+# No program and no library of the build searches the current directory for libraries.
+add_test(NAME run_paths
+         COMMAND ${CMAKE_CURRENT_LIST_DIR}/run_paths_test.py --readelf ${CMAKE_READELF} ${PROJECT_BINARY_DIR})
+set_tests_properties(run_paths PROPERTIES LABELS "e2e;cpu" TIMEOUT 300)

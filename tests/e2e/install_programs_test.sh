@@ -23,6 +23,9 @@ case $(realpath "$loaded") in
   *) fail "bullet_arm takes the client library from ${loaded:-nowhere}" ;;
 esac
 
+"$(dirname "${BASH_SOURCE[0]}")/run_paths_test.py" --outside "$source_dir" --outside "$build_dir" "$prefix" ||
+  fail "a library search path is wrong"
+
 # Shaders are inside: an image is drawn with the source and the build out of the way of the current folder.
 (cd "$work" && "$prefix/bin/fire3dv" arm.glb --headless --size 64x36 --camera camera_front --frames 1 --out images 2>"$work/log.txt") ||
   { cat "$work/log.txt" >&2; fail "fire3dv ended with $?"; }

@@ -2,6 +2,8 @@
 // is culled or not.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "tests/render/proof_bench.h"

@@ -2,6 +2,8 @@
 // that move are those of a renderer that has drawn nothing before.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "renderer/passes/cluster_target.h"

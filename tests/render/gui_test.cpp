@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <imgui.h>
 
+#include <cmath>
+
 #include "renderer/gui/gui_pass.h"
 #include "tests/render/render_bench.h"
 #include "tests/unit/gui_world.h"

@@ -8,6 +8,7 @@
 #include <glm/gtc/packing.hpp>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "tests/render/render_bench.h"
 #include "tests/render/scene_builder.h"

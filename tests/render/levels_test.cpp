@@ -2,6 +2,8 @@
 // far, with shadows, under transforms that stretch and mirror; and far away there is much less to draw.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "tests/render/proof_bench.h"

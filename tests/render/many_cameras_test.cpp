@@ -1,6 +1,8 @@
 // Many cameras in one submission: each has, to the bit, what it has alone.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "tests/render/render_bench.h"

@@ -1,6 +1,8 @@
 // The ends of what there can be: nothing, one pixel, many lights, more clusters than a row of workgroups.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "tests/render/proof_bench.h"

@@ -2,6 +2,8 @@
 // what they call shadowed is so but in holes that are narrower than about two of their texels.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "tests/render/proof_bench.h"

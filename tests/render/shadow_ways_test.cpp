@@ -2,6 +2,8 @@
 // ray-tracing pipeline; and where geometry says that they are, with maps alone too.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "tests/render/proof_bench.h"

@@ -2,6 +2,7 @@
 // known silhouette count; there, every one shows the mesh.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 

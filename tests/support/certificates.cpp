@@ -14,7 +14,10 @@ namespace {
 
 using Key = std::unique_ptr<EVP_PKEY, decltype(&::EVP_PKEY_free)>;
 using Certificate = std::unique_ptr<X509, decltype(&::X509_free)>;
-using File = std::unique_ptr<FILE, decltype(&::fclose)>;
+struct CloseFile {
+  void operator()(FILE* file) const { ::fclose(file); }
+};
+using File = std::unique_ptr<FILE, CloseFile>;
 
 void add_extension(X509* certificate, X509* signer, int which, const std::string& value) {
   X509V3_CTX context;
@@ -44,9 +47,9 @@ Certificate make(const std::string& name, EVP_PKEY* key, X509* signer) {
 Credentials::Identity write(const std::filesystem::path& folder, const std::string& name, X509* certificate,
                             EVP_PKEY* key) {
   Credentials::Identity identity{(folder / (name + ".pem")).string(), (folder / (name + ".key")).string()};
-  ::PEM_write_X509(File(::fopen(identity.certificate_file.c_str(), "w"), ::fclose).get(), certificate);
-  ::PEM_write_PrivateKey(File(::fopen(identity.key_file.c_str(), "w"), ::fclose).get(), key, nullptr, nullptr,
-                         0, nullptr, nullptr);
+  ::PEM_write_X509(File(::fopen(identity.certificate_file.c_str(), "w")).get(), certificate);
+  ::PEM_write_PrivateKey(File(::fopen(identity.key_file.c_str(), "w")).get(), key, nullptr, nullptr, 0,
+                         nullptr, nullptr);
   ::chmod(identity.key_file.c_str(), 0600);
   return identity;
 }
@@ -75,12 +78,11 @@ Credentials::Identity Credentials::authority(const std::string& name) const {
 Credentials::Identity Credentials::identity(const std::string& name, const std::string& hosts,
                                             const Identity& signer) const {
   const Certificate authority(
-      ::PEM_read_X509(File(::fopen(signer.certificate_file.c_str(), "r"), ::fclose).get(), nullptr, nullptr,
-                      nullptr),
+      ::PEM_read_X509(File(::fopen(signer.certificate_file.c_str(), "r")).get(), nullptr, nullptr, nullptr),
       ::X509_free);
-  const Key signing(::PEM_read_PrivateKey(File(::fopen(signer.key_file.c_str(), "r"), ::fclose).get(),
-                                          nullptr, nullptr, nullptr),
-                    ::EVP_PKEY_free);
+  const Key signing(
+      ::PEM_read_PrivateKey(File(::fopen(signer.key_file.c_str(), "r")).get(), nullptr, nullptr, nullptr),
+      ::EVP_PKEY_free);
   const Key key(::EVP_EC_gen("P-256"), ::EVP_PKEY_free);
   const Certificate certificate = make(name, key.get(), authority.get());
   add_extension(certificate.get(), authority.get(), NID_subject_alt_name, hosts);

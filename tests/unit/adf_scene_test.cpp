@@ -161,9 +161,9 @@ TEST(AdfScene, ColoursFollowAmbfsPrecedence) {
   EXPECT_TRUE(material_of(node("/ambf/env/shapes/BODY box")).blended);
   EXPECT_FLOAT_EQ(material_of(node("/ambf/env/shapes/BODY box")).roughness, std::sqrt(2.0f / 32));
   expect_color(material_of(node("/ambf/env/shapes/BODY sphere")).base_color, {0.2f, 0.7f, 0.3f}, 1);
-  const Material& glowing = material_of(node("/ambf/env/shapes/BODY cylinder"));
+  const Material glowing = material_of(node("/ambf/env/shapes/BODY cylinder"));
   expect_color(glm::vec4(glowing.emission, 1), {0.1f, 0.2f, 0.9f}, 1);
-  const Material& solid = material_of(node("/ambf/env/shapes/BODY cone"));
+  const Material solid = material_of(node("/ambf/env/shapes/BODY cone"));
   expect_color(solid.base_color, {0.9f, 0.8f, 0.1f}, 1);
   EXPECT_FALSE(solid.blended);
   expect_color(material_of(node("/ambf/env/shapes/BODY compound")).base_color, glm::vec3(0.7f), 1);

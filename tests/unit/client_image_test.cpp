@@ -1,5 +1,6 @@
 // Images by the C interface: what is refused at once, what a renderer gets to see of a request, and what
 // comes of its answers.
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <map>

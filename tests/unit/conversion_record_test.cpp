@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "tests/support/gltf_builder.h"
 #include "tools/convert/sources.h"
 

@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 #include <set>
+#include <utility>
 
 namespace fire3dv::passes {
 namespace {

@@ -1,4 +1,6 @@
 // A scene behind another one holds what both held, and vertices are replaced as the file counts them.
+#include <cmath>
+
 #include "renderer/scene/merge_scenes.h"
 
 #include "renderer/scene/check_scene.h"

@@ -242,7 +242,7 @@ TEST_F(Urdf, TrianglesAreBoundedAndThatIsSaid) {
 }
 
 TEST_F(Urdf, WhatIsWrongIsToldWithFileAndLine) {
-  EXPECT_NE(error_of("<robot name=\"a\">\n<link name=\"b\">\n</lnk>\n</robot>").find("arm.urdf\", line 3: "),
+  EXPECT_NE(error_of("<robot name=\"a\">\n<link name=\"b\">\n</lnk>\n</robot>").find("arm.urdf\", line 2: mismatched element"),
             std::string::npos);
   EXPECT_NE(error_of("<robot name=\"a\"></robot>").find("arm.urdf\": "), std::string::npos);
   const std::string two = link("x") + link("y") + joint("fixed", "x", "y") + joint("fixed", "y", "x");

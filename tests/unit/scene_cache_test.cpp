@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <fstream>
+#include <iterator>
 #include <thread>
 
 #include "renderer/scene/atomic_file.h"

@@ -1,6 +1,8 @@
 // Vertices and triangles: accessor formats, topologies, and what the loader derives.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/loaded_scene.h"

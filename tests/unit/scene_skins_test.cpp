@@ -1,6 +1,7 @@
 // Skins, influences and morph targets, as the loader lays them out.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "renderer/scene/packed_vertices.h"

@@ -1,6 +1,8 @@
 // What the user of a window does, without a window: keys and mouse as wishes, the camera's moves.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "renderer/app/viewer_control.h"
 #include "renderer/app/window_panels.h"
 #include "tests/unit/boxes_scene.h"

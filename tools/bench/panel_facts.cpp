@@ -1,6 +1,7 @@
 #include "tools/bench/panel_facts.h"
 
 #include <cmath>
+#include <utility>
 
 namespace fire3dv::bench {
 namespace {

@@ -1,6 +1,7 @@
 // fire3dv-contact-sheet FOLDER: what all the glTF files of a folder look like, on pages of thumbnails.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #include "tools/convert/adf_visual.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <sstream>
 

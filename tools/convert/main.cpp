@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <new>
 
 #include "renderer/scene/conversion_record.h"
 #include "tools/convert/output.h"

@@ -1,7 +1,7 @@
 #include "tools/convert/mjcf_files.h"
 
 #include <strings.h>
-#include <tinyxml.h>
+#include <tinyxml2.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -17,6 +17,7 @@
 #include "tools/convert/mjcf_counts.h"
 #include "tools/convert/obj_faces.h"
 #include "tools/convert/obj_materials.h"
+#include "tools/convert/xml_error.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -167,26 +168,22 @@ class Files {
     const Result<std::string> root_name = xml_root(*text);
     if (!root_name) return Error{scene::quote(file.string()) + ": " + root_name.error().message};
     if (root_name->empty()) return Error{scene::quote(file.string()) + " holds no XML element"};
-    TiXmlDocument document;
-    document.Parse(text->c_str(), nullptr,
-                   TIXML_ENCODING_UTF8);  // as libmujoco does, whatever it says itself
-    if (document.Error()) {
-      return Error{scene::quote(file.string()) + ", line " + std::to_string(document.ErrorRow()) + ": " +
-                   document.ErrorDesc()};
-    }
-    const TiXmlElement* const root = document.RootElement();
+    tinyxml2::XMLDocument document;  // libmujoco's own parser, in the same version
+    if (document.Parse(text->c_str()) != tinyxml2::XML_SUCCESS)
+      return Error{scene::quote(file.string()) + ", " + xml_error(document)};
+    const tinyxml2::XMLElement* const root = document.RootElement();
     if (!root) return Error{scene::quote(file.string()) + " holds no XML element"};
     if (Result<void> done = visit(*root); !done)
       return Error{scene::quote(file.string()) + ": " + done.error().message};
     return {};
   }
 
-  Result<void> visit(const TiXmlElement& element) {  // no deeper than xml_root() lets pass
+  Result<void> visit(const tinyxml2::XMLElement& element) {  // no deeper than xml_root() lets pass
     const std::string_view kind = element.Value();
     const bool is_include =
         strcasecmp(element.Value(), "include") == 0;  // libmujoco knows its own in any case
     bool has_cube = false;
-    for (const TiXmlAttribute* a = element.FirstAttribute(); a; a = a->Next()) {
+    for (const tinyxml2::XMLAttribute* a = element.FirstAttribute(); a; a = a->Next()) {
       const std::string name = a->Name(), value = a->Value();
       const bool is_folder = kind == "compiler" && name.ends_with("dir"), is_file = name.starts_with("file");
       if (!is_folder && (!is_file || value.empty())) continue;
@@ -210,25 +207,25 @@ class Files {
       }
     }
     if (Result<void> done = check_numbers(element); !done) return done;
-    for (const TiXmlElement* child = element.FirstChildElement(); child;
+    for (const tinyxml2::XMLElement* child = element.FirstChildElement(); child;
          child = child->NextSiblingElement()) {
       if (Result<void> done = visit(*child); !done) return done;
     }
     return {};
   }
 
-  static Use texture_use(const TiXmlElement& element, const std::string& attribute, bool has_cube) {
+  static Use texture_use(const tinyxml2::XMLElement& element, const std::string& attribute, bool has_cube) {
     if (attribute_of(element, "type") == "2d") return Use::flat_texture;
     return attribute != "file" && has_cube ? Use::further_side : Use::cube;
   }
 
-  static std::string attribute_of(const TiXmlElement& element, const char* name) {
+  static std::string attribute_of(const tinyxml2::XMLElement& element, const char* name) {
     const char* const value = element.Attribute(name);
     return value ? value : "";
   }
 
   // What elements give themselves of what files hold otherwise.
-  Result<void> check_numbers(const TiXmlElement& element) {
+  Result<void> check_numbers(const tinyxml2::XMLElement& element) {
     const std::string_view kind = element.Value();
     const auto number = [&](const char* name) {  // as libmujoco reads it, to the bit
       return static_cast<int>(std::strtol(attribute_of(element, name).c_str(), nullptr, 10));

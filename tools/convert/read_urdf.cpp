@@ -1,15 +1,18 @@
 // URDF: a node for each link, below the link that its joint hangs it on, with all that the link shows. Joints
 // stand at 0, or at the limit next to it.
 #include <console_bridge/console.h>
+#include <tinyxml2.h>
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "renderer/scene/files.h"
 #include "tools/convert/colors.h"
@@ -20,6 +23,7 @@
 #include "tools/convert/readers.h"
 #include "tools/convert/shapes.h"
 #include "tools/convert/urdf_files.h"
+#include "tools/convert/xml_error.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -47,13 +51,13 @@ glm::dquat quat(const urdf::Rotation& r) {
 }
 
 // A link of a loop, if joints make one: urdfdom's links would hold each other for ever.
-std::optional<std::string> link_of_a_loop(const TiXmlElement& robot) {
+std::optional<std::string> link_of_a_loop(const tinyxml2::XMLElement& robot) {
   std::map<std::string, std::vector<std::string>> children;
   std::map<std::string, size_t> parents;  // that have not been passed yet
-  for (const TiXmlElement* joint = robot.FirstChildElement("joint"); joint;
+  for (const tinyxml2::XMLElement* joint = robot.FirstChildElement("joint"); joint;
        joint = joint->NextSiblingElement("joint")) {
-    const TiXmlElement* parent = joint->FirstChildElement("parent");
-    const TiXmlElement* child = joint->FirstChildElement("child");
+    const tinyxml2::XMLElement* parent = joint->FirstChildElement("parent");
+    const tinyxml2::XMLElement* child = joint->FirstChildElement("child");
     const char* from = parent ? parent->Attribute("link") : nullptr;
     const char* to = child ? child->Attribute("link") : nullptr;
     if (!from || !to) continue;
@@ -75,11 +79,9 @@ std::optional<std::string> link_of_a_loop(const TiXmlElement& robot) {
 
 Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::string& text) {
   const std::string name = scene::quote(file.string());
-  TiXmlDocument document;  // urdfdom does not say where a fault is
-  document.Parse(text.c_str());
-  if (document.Error())
-    return Error{name + ", line " + std::to_string(document.ErrorRow()) + ": " + document.ErrorDesc()};
-  if (const TiXmlElement* robot_element = document.RootElement()) {
+  tinyxml2::XMLDocument document;  // urdfdom does not say where a fault is
+  if (document.Parse(text.c_str()) != tinyxml2::XML_SUCCESS) return Error{name + ", " + xml_error(document)};
+  if (const tinyxml2::XMLElement* robot_element = document.RootElement()) {
     if (const std::optional<std::string> link = link_of_a_loop(*robot_element))
       return Error{name + ": link " + scene::quote(*link) + " hangs on itself by its joints, in a loop"};
   }
@@ -135,10 +137,11 @@ class Reader {
   void warn(const std::string& text) { model_.warnings.push_back(file_.string() + ": " + text); }
 
   void add_link(const urdf::Link& link, std::optional<size_t> parent) {
+    const urdf::Joint* joint = link.parent_joint.get();
     Node node;
     node.name = link.name;
     node.parent = parent;
-    if (const urdf::Joint* joint = link.parent_joint.get()) place_by(*joint, node);
+    if (joint) place_by(*joint, node);
     node.mesh = mesh_of(link);
     model_.nodes.push_back(std::move(node));
   }

@@ -1,6 +1,7 @@
 // fire3dv-record recover CUT.mcap -o WHOLE.mcap
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace fire3dv::record {

@@ -3,6 +3,7 @@
 // one of them left out, the same search finds what goes wrong.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <set>
 #include <string>
 

@@ -2,6 +2,7 @@
 // torn.
 #include <fcntl.h>
 
+#include <algorithm>
 #include <random>
 #include <thread>
 

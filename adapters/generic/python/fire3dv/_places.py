@@ -11,8 +11,8 @@ def in_build_trees(package: str) -> List[str]:
     root = os.path.normpath(os.path.join(package, *[os.pardir] * 4))
     if os.path.join(root, "adapters", "generic", "python", "fire3dv") != os.path.normpath(package):
         return []
-    found = [path for folder in ("build", "build/*", "build-*")
-             for path in glob.glob(os.path.join(glob.escape(root), folder, "adapters", "generic", FILE_NAME))]
+    found = [path for folder in ("build", "build/*", "build-*") for library in ("lib*", "lib/*")
+             for path in glob.glob(os.path.join(glob.escape(root), folder, library, FILE_NAME))]
     return sorted(found, key=os.path.getmtime, reverse=True)
 
 
