@@ -260,6 +260,7 @@ Result<void> FrameFolder::finish() {
   const bool in_order = kept_.empty() || lines_.empty() || kept_.rbegin()->first < lines_.begin()->first;
   kept_.merge(lines_);
   if (!in_order) return write_list();
+  if (!list_.is_open()) return {};
   // Frames were flushed one by one; their names and the list were not.
   list_.close();
   const fs::path list = folder_ / kFrameListName;
