@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "protocol/base/atomic_file.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {
@@ -77,9 +78,39 @@ class FileSink final : public Sink {
       return failed(path_, "cut back to its last whole chunk", "fire3dv-record recover mends it");
     return {};
   }
+  Result<void> flush() override { return flush(base::Flush::data); }
+  Result<void> finish() override { return flush(base::Flush::data_and_metadata); }
 
  private:
+  // The first flush includes the folder: without the name, the contents are lost.
+  Result<void> flush(base::Flush what) {
+    int fault = base::flush(fd_.get(), what);
+    if (fault == 0 && !name_is_flushed_) fault = base::flush_folder_of(path_);
+    if (fault == 0) {
+      name_is_flushed_ = true;
+      return {};
+    }
+    return Error{
+        wire::printable(path_, 4096) + " cannot be flushed to the disk: " + std::strerror(fault) +
+        "; check the disk, then run fire3dv-record recover: what was written since the last flush may "
+        "be lost"};
+  }
+
   Fd fd_;
+  std::string path_;
+  bool name_is_flushed_ = false;
+};
+
+class AtomicSink final : public Sink {
+ public:
+  AtomicSink(base::AtomicFile file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
+  const std::string& name() const override { return path_; }
+  Result<void> append(std::span<const std::byte> bytes) override { return file_.append(bytes); }
+  Result<void> truncate(uint64_t length) override { return file_.truncate(length); }
+  Result<void> finish() override { return file_.commit(); }
+
+ private:
+  base::AtomicFile file_;
   std::string path_;
 };
 
@@ -103,6 +134,12 @@ Result<std::unique_ptr<Sink>> create_sink(const std::string& path) {
     return Error{wire::printable(path, 4096) + " is there already; name another file, or move that one away"};
   if (fd.get() < 0) return failed(path, "made", "check the folder");
   return std::unique_ptr<Sink>(std::make_unique<FileSink>(std::move(fd), path));
+}
+
+Result<std::unique_ptr<Sink>> create_atomic_sink(const std::string& path) {
+  auto file = base::AtomicFile::create(path, {.replaces = false});
+  if (!file) return file.error();
+  return std::unique_ptr<Sink>(std::make_unique<AtomicSink>(std::move(*file), path));
 }
 
 Result<void> MemorySource::read(uint64_t offset, std::span<std::byte> to) {

@@ -28,6 +28,10 @@ class Sink {
   virtual Result<void> append(std::span<const std::byte> bytes) = 0;
   // Forgets what was appended behind this length, after an append that failed.
   virtual Result<void> truncate(uint64_t length) = 0;
+  // Flushes to the disk: all that was appended survives a power cut. May take as long as the disk takes.
+  virtual Result<void> flush() { return {}; }
+  // flush() of the complete file. Nothing is appended afterwards.
+  virtual Result<void> finish() { return flush(); }
   virtual const std::string& name() const = 0;
 };
 
@@ -35,6 +39,8 @@ class Sink {
 Result<std::unique_ptr<Source>> open_source(const std::string& path);
 // Makes the file; one that is there already is not touched.
 Result<std::unique_ptr<Sink>> create_sink(const std::string& path);
+// The same, but the file appears under its name when finish() succeeds. Otherwise nothing is left of it.
+Result<std::unique_ptr<Sink>> create_atomic_sink(const std::string& path);
 
 class MemorySource final : public Source {
  public:

@@ -1,5 +1,6 @@
 #include "protocol/record/log_thread.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -63,6 +64,12 @@ void LogThread::end_peer(uint64_t peer, int64_t monotonic_ns) {
   push({peer, unix_ns(monotonic_ns), {}}, false);
 }
 
+// Less the ends of peers, which are in the queue, too.
+uint64_t LogThread::messages_in(const std::deque<Incoming>& queue) {
+  return static_cast<uint64_t>(
+      std::ranges::count_if(queue, [](const Incoming& incoming) { return !incoming.message.empty(); }));
+}
+
 void LogThread::run() {
   std::deque<Incoming> batch;
   for (bool over = false; !over;) {
@@ -85,7 +92,7 @@ void LogThread::run() {
     }
     give_back(written_bytes);
     if (good) good = log_.tick(unix_ns(monotonic_now_ns()));
-    const uint64_t lost = batch.size();
+    const uint64_t lost = messages_in(batch);
     batch.clear();
     if (!good || over) {
       const auto finished = log_.finish();
@@ -97,16 +104,19 @@ void LogThread::run() {
                      log_.files(),
                      log_.refused(),
                      log_.unkept_edits(),
+                     log_.reclaimed_streams(),
+                     log_.reclaimed_frames(),
+                     log_.unrecorded_streams(),
                      log_.lost_messages(),
                      {}};
     if (!good) status.failure = good.error().message;
     const std::lock_guard lock(mutex_);
     dropped_ += lost;
     if (status.failure) {  // what came meanwhile is not written either
-      dropped_ += queue_.size();
+      dropped_ += messages_in(queue_);
       queue_.clear();
     }
-    if (status.failure || status.unwritten != 0) trouble_ = true;
+    if (status.failure || status.unwritten != 0 || status.unrecorded_streams != 0) trouble_ = true;
     status_ = std::move(status);
   }
 }
@@ -125,6 +135,11 @@ void LogThread::finish() {
   }
   wake_.notify_one();
   thread_.join();
+}
+
+LogLosses LogThread::losses() const {
+  const std::lock_guard lock(mutex_);
+  return {status_.unwritten + dropped_, status_.unrecorded_streams, status_.failure};
 }
 
 LogStatus LogThread::status() const {

@@ -22,7 +22,15 @@ struct LogStatus {
   uint32_t files = 0;
   uint64_t refused = 0;
   uint64_t unkept_edits = 0;
+  uint64_t reclaimed_streams = 0, reclaimed_frames = 0;  // in the files, and not in `streams`
+  uint64_t unrecorded_streams = 0;
   uint64_t unwritten = 0;  // messages that came while the disk was too slow, or that it did not take
+  std::optional<std::string> failure;
+};
+
+// Losses of a recording, without the counts of its streams.
+struct LogLosses {
+  uint64_t unwritten = 0, unrecorded_streams = 0;
   std::optional<std::string> failure;
 };
 
@@ -36,11 +44,12 @@ class LogThread {
   // monotonic_ns: when it came.
   void take(uint64_t peer, std::span<const std::byte> message, int64_t monotonic_ns, bool is_pose);
   void end_peer(uint64_t peer, int64_t monotonic_ns);
-  // Writes what is left, and finishes the file.
+  // Writes what is left, finishes the file, and flushes it to the disk.
   void finish();
   // As of the last turn of the thread, ten a second at least; unwritten as of now.
   LogStatus status() const;
-  // Whether something is not written, or will not be: cheap enough to be asked all the time.
+  LogLosses losses() const;
+  // Whether losses() has any. One atomic load: suitable for every frame.
   bool has_trouble() const { return trouble_; }
 
  private:
@@ -51,6 +60,7 @@ class LogThread {
     uint64_t bytes() const { return message.size() + sizeof(Incoming); }
   };
 
+  static uint64_t messages_in(const std::deque<Incoming>& queue);
   void push(Incoming incoming, bool may_drop);
   uint64_t unix_ns(int64_t monotonic_ns) const;
   void run();

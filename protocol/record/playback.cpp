@@ -1,13 +1,15 @@
 #include "protocol/record/playback.h"
 
 #include <algorithm>
+#include <map>
+#include <string_view>
 
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {
 namespace {
 
-constexpr size_t kMostStreams = 1024;
+constexpr size_t kMaxStreams = 8192;  // a recorder adds none when their channels take 4 MiB
 constexpr size_t kMostKeys = 65'536;  // of one stream, as in a publisher's store
 constexpr uint64_t kEntryOverhead = 128;
 
@@ -18,6 +20,7 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
   if (!reader) return reader.error();
   Playback playback(std::move(*reader));
   const FileIndex& index = playback.reader_.index();
+  std::map<std::string_view, size_t> stream_of_name;
   for (const auto& [id, channel] : index.channels) {
     const auto role = channel.metadata.find(kRoleKey);
     const auto name = channel.metadata.find(kStreamKey);
@@ -27,15 +30,16 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
     const auto known_role =
         std::ranges::find_if(kRoles, [&](Role each) { return role_name(each) == role->second; });
     if (known_role == kRoles.end()) continue;
-    auto stream = std::ranges::find_if(playback.streams_,
-                                       [&](const Stream& each) { return each.name == name->second; });
-    if (stream == playback.streams_.end()) {
-      if (playback.streams_.size() == kMostStreams) continue;
+    const auto known_stream = stream_of_name.find(name->second);
+    if (known_stream == stream_of_name.end() && playback.streams_.size() == kMaxStreams) continue;
+    const size_t stream =
+        known_stream == stream_of_name.end() ? playback.streams_.size() : known_stream->second;
+    if (stream == playback.streams_.size()) {
       playback.streams_.push_back({name->second, {}});
-      stream = playback.streams_.end() - 1;
+      stream_of_name[name->second] = stream;  // a view of the index, which stays where it is
     }
-    stream->channels[static_cast<size_t>(*known_role)] = id;
-    playback.places_[id] = {static_cast<size_t>(stream - playback.streams_.begin()), *known_role};
+    playback.streams_[stream].channels[static_cast<size_t>(*known_role)] = id;
+    playback.places_[id] = {stream, *known_role};
   }
   if (playback.streams_.empty())
     return Error{wire::printable(playback.reader_.name(), 4096) +

@@ -8,7 +8,11 @@
 namespace fire3dv::record {
 namespace {
 
-constexpr size_t kMostStreams = 1024;
+constexpr size_t kMaxStreams = 1024;  // live, or ended and not reclaimed
+// Readers set aside 16 MiB for the index of a file by default: most of it is for chunks. New streams are
+// recorded until their channels take a quarter.
+constexpr uint64_t kMaxChannelBytes = uint64_t{4} << 20;
+constexpr uint64_t kChannelOverhead = 512;
 constexpr uint64_t kEditOverhead = 256;
 constexpr size_t kMostUnknownEdits = 65'536;  // of one stream, as players take
 // A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what
@@ -25,7 +29,28 @@ uint64_t unix_ns(const wire::ClockInfo& clock, uint64_t publish_time_ns, uint64_
   return static_cast<uint64_t>(result_ns);
 }
 
+// Counts of what is in the files.
+StreamSeen written(const StreamSeen& seen, const MessageCounts& lost) {
+  StreamSeen result = seen;
+  result.frames -= lost.frames;
+  result.messages -= lost.messages;
+  result.bytes -= lost.bytes;
+  result.edits -= lost.edits;
+  result.parts -= lost.parts;
+  result.missing += lost.frames;
+  return result;
+}
+
 }  // namespace
+
+MessageCounts& MessageCounts::operator+=(const MessageCounts& other) {
+  frames += other.frames;
+  messages += other.messages;
+  bytes += other.bytes;
+  edits += other.edits;
+  parts += other.parts;
+  return *this;
+}
 
 StreamLog::StreamLog(MakeSink make_sink, OnFile on_file, const LogOptions& options)
     : make_sink_(std::move(make_sink)), on_file_(std::move(on_file)), options_(options) {}
@@ -77,6 +102,46 @@ StreamLog::Stream* StreamLog::take_over(uint64_t peer, uint64_t epoch) {
   return nullptr;
 }
 
+std::optional<size_t> StreamLog::free_slot() {
+  if (streams_.size() < kMaxStreams) {
+    streams_.push_back(nullptr);
+    return streams_.size() - 1;
+  }
+  std::optional<size_t> oldest;
+  for (size_t i = 0; i < streams_.size(); ++i)
+    if (!streams_[i]->seen.live && (!oldest || streams_[i]->ended_as < streams_[*oldest]->ended_as))
+      oldest = i;
+  if (!oldest) return {};
+  Stream& stream = *streams_[*oldest];
+  forget(stream);
+  std::erase_if(stream_of_peer_, [&](const auto& entry) { return entry.second == *oldest; });
+  ++reclaimed_streams_;
+  reclaimed_.frames += written(stream.seen, stream.lost).frames;
+  reclaimed_in_chunk_ += stream.in_chunk;
+  return oldest;
+}
+
+// A name that has channels in the file needs no further ones.
+bool StreamLog::has_room_for_channels(const std::string& name) {
+  if (channel_bytes_ < kMaxChannelBytes || file_channels_.contains(name)) return true;
+  file_is_full_ = options_.split_bytes != 0 || options_.split_ns != 0;
+  return file_is_full_;
+}
+
+std::optional<size_t> StreamLog::new_stream(const std::string& name) {
+  if (!has_room_for_channels(name)) return {};
+  const auto slot = free_slot();
+  if (!slot) return {};
+  streams_[*slot] = std::make_unique<Stream>();
+  streams_[*slot]->seen.name = name;
+  return slot;
+}
+
+void StreamLog::refuse_stream(uint64_t peer) {
+  ++refused_;
+  if (unrecorded_peers_.insert(peer).second) ++unrecorded_streams_;
+}
+
 Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, uint64_t log_time_ns) {
   now_ns_ = std::max(now_ns_, log_time_ns);  // files are in the order of time, whatever a clock does
   const auto decoded = decoder_.decode(message);
@@ -122,14 +187,13 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
       const auto known = std::find_if(streams_.begin(), streams_.end(),
                                       [&](const auto& each) { return each->seen.name == name; });
       if (known == streams_.end()) {
-        if (streams_.size() == kMostStreams) {
-          ++refused_;
+        const auto slot = new_stream(name);
+        if (!slot) {
+          refuse_stream(peer);
           return {};
         }
-        streams_.push_back(std::make_unique<Stream>());
-        stream = streams_.back().get();
-        stream->seen.name = name;
-        leave(peer, streams_.size() - 1);
+        stream = streams_[*slot].get();
+        leave(peer, *slot);
       } else if (!(*known)->seen.live) {
         stream = known->get();
         leave(peer, static_cast<size_t>(known - streams_.begin()));
@@ -143,9 +207,10 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   forget(*stream);
   while (description_bytes_ + message.size() > options_.most_kept_bytes)
     if (!forget_oldest_ended()) {
-      ++refused_;
+      refuse_stream(peer);
       return {};
     }
+  unrecorded_peers_.erase(peer);
   description_bytes_ += message.size();
   stream->seen.epoch = description.epoch;
   stream->seen.sequence = 0;
@@ -160,11 +225,13 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
 
 Result<void> StreamLog::take_frame(Stream& stream, const wire::PoseFrameView& frame,
                                    std::span<const std::byte> message) {
-  stream.tally.take(frame);
   StreamSeen& seen = stream.seen;
+  const uint64_t parts_before = seen.parts;
+  stream.next.frames = stream.tally.take(frame);
   seen.sequence = stream.tally.newest();
   seen.frames = stream.tally.counts().frames;
   seen.parts = stream.tally.counts().parts;
+  stream.next.parts = seen.parts - parts_before;
   seen.missing = stream.tally.counts().missing;
   seen.late = stream.tally.counts().late;
   seen.incomplete = stream.tally.incomplete(false);
@@ -185,18 +252,19 @@ Result<void> StreamLog::write_transforms(Stream& stream, const wire::PoseFrameVi
     transforms_schema_ = *added;
   }
   if (stream.transforms_channel == 0) {
-    const auto added = writer_->add_channel(transforms_schema_, "/" + stream.seen.name + "/transforms",
-                                            std::string(kEncoding), {});
-    if (!added) return added.error();
-    stream.transforms_channel = *added;
+    const auto known = channel_of(stream.seen.name, kRoles.size(), transforms_schema_, {});
+    if (!known) return known.error();
+    stream.transforms_channel = *known;
   }
   if (writer_->chunk_is_empty()) {
     chunk_begun_ns_ = now_ns_;
     chunk_has_snapshots_ = false;
   }
   ++file_messages_;
-  return writer_->write({stream.transforms_channel, static_cast<uint32_t>(frame.header.sequence), now_ns_,
-                         publish_time_ns, message});
+  auto good = writer_->write({stream.transforms_channel, static_cast<uint32_t>(frame.header.sequence),
+                              now_ns_, publish_time_ns, message});
+  settle_chunk();
+  return good;
 }
 
 Result<void> StreamLog::write_models() {
@@ -230,6 +298,7 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
   if (version <= stream.version) return {};  // repeated by the link
   stream.version = version;
   ++stream.seen.edits;
+  stream.next.edits = 1;
   if (edit != nullptr && stream.seen.live) {
     const auto key = std::make_pair(edit->node, edit->property);
     if (const auto known = stream.edits.find(key); known != stream.edits.end()) {
@@ -256,11 +325,37 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
 void StreamLog::end_peer(uint64_t peer) {
   if (Stream* const stream = stream_of(peer)) end(*stream);
   stream_of_peer_.erase(peer);
+  unrecorded_peers_.erase(peer);
 }
 
 Result<void> StreamLog::tick(uint64_t now_ns) {
-  if (!writer_ || writer_->chunk_is_empty() || now_ns < chunk_begun_ns_ + options_.chunk_ns) return {};
-  return writer_->end_chunk();
+  if (!writer_) return {};
+  Result<void> good;
+  const bool is_flushed = writer_->chunk_is_empty() && writer_->file_bytes() == flushed_bytes_;
+  if (is_flushed) {
+    flushed_ns_ = std::max(flushed_ns_, now_ns);  // the interval begins with what comes next
+  } else if (options_.flush_ns != 0 && now_ns >= flushed_ns_ + options_.flush_ns) {
+    good = writer_->flush();
+    flushed_bytes_ = writer_->file_bytes();
+    flushed_ns_ = now_ns;
+  } else if (!writer_->chunk_is_empty() && now_ns >= chunk_begun_ns_ + options_.chunk_ns) {
+    good = writer_->end_chunk();
+  }
+  settle_chunk();
+  return good;
+}
+
+// Called after whatever may have ended a chunk. Its messages are in the file, or lost.
+void StreamLog::settle_chunk() {
+  if (!writer_->chunk_is_empty()) return;
+  const uint64_t lost = file_messages_ - writer_->messages() - file_lost_messages_;
+  file_lost_messages_ += lost;
+  for (auto& stream : streams_) {
+    const MessageCounts counts = std::exchange(stream->in_chunk, {});
+    if (lost != 0) stream->lost += counts;
+  }
+  const MessageCounts counts = std::exchange(reclaimed_in_chunk_, {});
+  if (lost != 0) reclaimed_.frames -= counts.frames;
 }
 
 Result<void> StreamLog::open_file() {
@@ -271,7 +366,10 @@ Result<void> StreamLog::open_file() {
   if (!writer) return *(open_failure_ = writer.error());
   ++files_;
   writer_.emplace(std::move(*writer));
-  file_begun_ns_ = now_ns_;
+  file_begun_ns_ = flushed_ns_ = now_ns_;
+  flushed_bytes_ = channel_bytes_ = 0;
+  file_channels_.clear();
+  file_is_full_ = false;
   for (auto& stream : streams_) {
     stream->channels = {};
     stream->transforms_channel = 0;
@@ -290,7 +388,8 @@ Result<void> StreamLog::open_file() {
 Result<void> StreamLog::close_file() {
   if (!writer_) return {};
   const auto good = writer_->finish();
-  lost_messages_ += file_messages_ - writer_->messages();
+  settle_chunk();
+  lost_messages_ += std::exchange(file_lost_messages_, 0);
   file_messages_ = 0;
   closed_bytes_ += writer_->file_bytes();
   writer_.reset();
@@ -308,8 +407,22 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
                               std::span<const std::byte> message, bool describes) {
   ++stream.seen.messages;
   stream.seen.bytes += message.size();
+  MessageCounts counts = std::exchange(stream.next, {});
+  counts.messages = 1;
+  counts.bytes = message.size();
+  if (auto good = prepare_write(stream, describes); !good) {
+    stream.lost += counts;
+    return good;
+  }
+  stream.in_chunk += counts;
+  return write_plain(stream, role, publish_time_ns, sequence, message);
+}
+
+// Files, chunks and snapshots that come before the stream's next message.
+Result<void> StreamLog::prepare_write(Stream& stream, bool describes) {
   const bool full =
-      writer_ && ((options_.split_bytes != 0 && writer_->file_bytes() + writer_->chunk_bytes() >=
+      writer_ && (file_is_full_ ||
+                  (options_.split_bytes != 0 && writer_->file_bytes() + writer_->chunk_bytes() >=
                                                     own_beginning_bytes_ + options_.split_bytes) ||
                   (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
   const bool begins = full || !writer_;
@@ -329,7 +442,7 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
     if (auto good = write_snapshot(stream); !good) return good;
   }
   if (begins) own_beginning_bytes_ = writer_->file_bytes() + writer_->chunk_bytes();
-  return write_plain(stream, role, publish_time_ns, sequence, message);
+  return {};
 }
 
 Result<void> StreamLog::write_snapshots(const Stream* described) {
@@ -366,21 +479,38 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
   const auto which = static_cast<size_t>(role);
   uint16_t& channel = stream.channels[which];
   if (channel == 0) {
-    const auto added =
-        writer_->add_channel(schema_, topic_of(stream.seen.name, role), std::string(kEncoding),
-                             {{kRoleKey, std::string(role_name(role))}, {kStreamKey, stream.seen.name}});
-    if (!added) return added.error();
-    channel = *added;
+    const auto known = channel_of(stream.seen.name, which, schema_, role_name(role));
+    if (!known) return known.error();
+    channel = *known;
   }
   if (writer_->chunk_is_empty()) chunk_begun_ns_ = now_ns_;
   if (role != Role::snapshot) news_bytes_ += message.size();
   ++file_messages_;
-  return writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
+  auto good = writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
+  settle_chunk();
+  return good;
+}
+
+// A name has one channel of each role in a file, whatever stream it belongs to. `role` is empty for
+// transforms.
+Result<uint16_t> StreamLog::channel_of(const std::string& stream, size_t which, uint16_t schema,
+                                       std::string_view role) {
+  const auto file = file_channels_.try_emplace(stream).first;
+  uint16_t& channel = file->second[which];
+  if (channel != 0) return channel;
+  const std::string topic = "/" + stream + "/" + (role.empty() ? "transforms" : std::string(role));
+  Texts metadata;
+  if (!role.empty()) metadata = {{kRoleKey, std::string(role)}, {kStreamKey, stream}};
+  const auto added = writer_->add_channel(schema, topic, std::string(kEncoding), metadata);
+  if (!added) return added.error();
+  channel_bytes_ += kChannelOverhead + 2 * stream.size();
+  channel = *added;
+  return channel;
 }
 
 std::vector<StreamSeen> StreamLog::streams() const {
   std::vector<StreamSeen> result;
-  for (const auto& stream : streams_) result.push_back(stream->seen);
+  for (const auto& stream : streams_) result.push_back(written(stream->seen, stream->lost));
   return result;
 }
 

@@ -2,11 +2,13 @@
 // where players may begin, counts what is missing, and begins a new file when one is long enough.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +26,9 @@ struct LogOptions {
   WriterOptions writer;
   uint64_t chunk_ns =
       1'000'000'000;  // a chunk ends when it is so old: what is lost when everything ends at once
+  // What was received until now is flushed to the disk when the last flush is so old. 0: each file when it is
+  // finished.
+  uint64_t flush_ns = 1'000'000'000;
   // What is kept for snapshots: so much of descriptions, and as much of edits. Streams that ended give way,
   // the oldest first.
   uint64_t most_kept_bytes = uint64_t{256} << 20;
@@ -34,7 +39,7 @@ struct LogOptions {
   std::vector<FoxgloveModel> models;
 };
 
-// What came of one stream.
+// Counts of one stream: of all that was received; after finish(), of what is in the files.
 struct StreamSeen {
   std::string name;  // the adapter's, and a number where two have the same
   uint32_t nodes = 0;
@@ -42,9 +47,14 @@ struct StreamSeen {
   uint64_t epoch = 0, sequence = 0;
   uint64_t frames = 0, messages = 0, bytes = 0, edits = 0;
   uint64_t parts = 0;       // messages that were a part of a frame, as datagrams are
-  uint64_t missing = 0;     // sequences that never came
+  uint64_t missing = 0;     // sequences that never came, or that the disk did not take
   uint64_t incomplete = 0;  // frames of which parts are missing
   uint64_t late = 0;        // messages that came after a newer frame
+};
+
+struct MessageCounts {
+  uint64_t frames = 0, messages = 0, bytes = 0, edits = 0, parts = 0;
+  MessageCounts& operator+=(const MessageCounts& other);
 };
 
 class StreamLog {
@@ -70,10 +80,17 @@ class StreamLog {
   uint64_t file_bytes() const { return closed_bytes_ + (writer_ ? writer_->file_bytes() : 0); }
   uint32_t files() const { return files_; }
   uint64_t lost_messages() const { return lost_messages_; }  // in chunks that the disk did not take
+  // Streams that are not recorded: as many are live as can be recorded, or their descriptions take too much
+  // memory, or the file has as many channels as readers take. Counted once for each connection.
+  uint64_t unrecorded_streams() const { return unrecorded_streams_; }
+  // Ended streams whose slots were given to newer streams. They are in the files, but not in streams().
+  uint64_t reclaimed_streams() const { return reclaimed_streams_; }
+  uint64_t reclaimed_frames() const { return reclaimed_.frames; }
 
  private:
   struct Stream {
     StreamSeen seen;
+    MessageCounts next, in_chunk, lost;  // message being taken; open chunk; chunks that the disk did not take
     wire::ClockInfo clock;
     FrameTally tally;
     Bytes description;
@@ -97,6 +114,14 @@ class StreamLog {
   void leave(uint64_t peer, size_t stream);
   bool make_room_for_edit(uint64_t bytes);
   bool forget_oldest_ended();  // false: none is left
+  std::optional<size_t> free_slot();  // that of the stream which ended first, where none is unused
+  std::optional<size_t> new_stream(const std::string& name);
+  bool has_room_for_channels(const std::string& name);
+  void refuse_stream(uint64_t peer);
+  void settle_chunk();
+  Result<void> prepare_write(Stream& stream, bool describes);
+  Result<uint16_t> channel_of(const std::string& stream, size_t which, uint16_t schema,
+                              std::string_view role);
   Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
   Result<void> take_frame(Stream& stream, const wire::PoseFrameView& frame,
@@ -131,8 +156,19 @@ class StreamLog {
   uint64_t news_bytes_ = 0;                          // of all that was written and is no snapshot
   uint64_t edit_bytes_ = 0, description_bytes_ = 0;  // that are kept for snapshots
   uint64_t endings_ = 0;
+  // Of the file that is being written: channel ids by stream and role, the last one of transforms; and the
+  // memory that a reader needs for them.
+  std::map<std::string, std::array<uint16_t, kRoles.size() + 1>> file_channels_;
+  uint64_t channel_bytes_ = 0;
+  bool file_is_full_ = false;  // of channels: a series goes on in a new file
+  std::set<uint64_t> unrecorded_peers_;
+  uint64_t unrecorded_streams_ = 0;
+  uint64_t reclaimed_streams_ = 0;
+  MessageCounts reclaimed_, reclaimed_in_chunk_;
+  uint64_t flushed_ns_ = 0;
+  uint64_t flushed_bytes_ = 0;  // of the file that is being written
   uint64_t refused_ = 0, unkept_edits_ = 0, lost_messages_ = 0;
-  uint64_t file_messages_ = 0;  // of the file that is being written
+  uint64_t file_messages_ = 0, file_lost_messages_ = 0;  // of the file that is being written
 };
 
 }  // namespace fire3dv::record

@@ -122,6 +122,11 @@ Result<void> Writer::end_chunk() {
   return good;
 }
 
+Result<void> Writer::flush() {
+  if (auto good = end_chunk(); !good) return good;
+  return sink_->flush();
+}
+
 Result<void> Writer::add_metadata(const Metadata& metadata) {
   record_.clear();
   append(record_, metadata);
@@ -136,7 +141,10 @@ Result<void> Writer::finish() {
   const uint64_t whole_until = position_;
   record_.clear();
   append_data_end(record_, data_crc_);
-  if (auto ended = append_whole(record_); !ended) return good ? ended : good;
+  if (auto ended = append_whole(record_); !ended) {
+    (void)sink_->flush().ok();  // the chunks, which are complete
+    return good ? ended : good;
+  }
 
   statistics_.schemas = static_cast<uint16_t>(schemas_.size());
   statistics_.channels = static_cast<uint32_t>(channels_.size());
@@ -166,9 +174,11 @@ Result<void> Writer::finish() {
   put(summary, std::as_bytes(std::span(kMagic)));
   if (auto ended = append_whole(summary); !ended) {
     (void)sink_->truncate(whole_until).ok();
+    (void)sink_->flush().ok();  // the chunks, which are complete
     return good ? ended : good;
   }
-  return good;
+  const Result<void> finished = sink_->finish();
+  return good ? finished : good;
 }
 
 }  // namespace fire3dv::record

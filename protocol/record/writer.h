@@ -36,13 +36,15 @@ class Writer {
   // the file is whole up to there.
   Result<void> write(const Message& message);
   Result<void> end_chunk();
+  // Ends the chunk and flushes the file to the disk: every message until now survives a power cut.
+  Result<void> flush();
 
   Result<void> attach(const AttachmentIndex& about,
                       Source& data);  // name, media type and times of `about` count
   Result<void> add_metadata(const Metadata& metadata);
 
-  // Summary and footer. Worth a try after an error, too: there may be room for them where a chunk was too
-  // long.
+  // Summary and footer, flushed to the disk. Worth a try after an error, too: there may be room for them
+  // where a chunk was too long.
   Result<void> finish();
 
   bool chunk_is_empty() const { return chunk_.empty(); }

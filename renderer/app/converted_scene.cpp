@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "renderer/app/run_converter.h"
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/conversion_record.h"
 #include "renderer/scene/digest.h"
 #include "renderer/scene/files.h"

@@ -4,13 +4,15 @@
 #include <utility>
 
 #include "renderer/app/start.h"
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 
 namespace fire3dv::app {
 
 const KeptFileType kEnvironmentFiles{{"F3DVENV\0", 8}, ".surroundings", "surroundings"};
 
 std::optional<std::vector<std::byte>> EnvironmentFolder::find(const scene::Digest& kind, size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  wait_for_writer();
   const std::filesystem::path path = kept_path(folder_, kEnvironmentFiles, kind);
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return std::nullopt;
@@ -21,9 +23,17 @@ std::optional<std::vector<std::byte>> EnvironmentFolder::find(const scene::Diges
   return std::move(*maps);
 }
 
+void EnvironmentFolder::wait_for_writer() {
+  if (writer_.joinable()) writer_.join();
+}
+
 void EnvironmentFolder::keep(const scene::Digest& kind, std::span<const std::byte> maps) {
-  if (Result<void> kept = keep_in_folder(folder_, kEnvironmentFiles, kind, maps); !kept)
-    say_of_cache(kept.error());
+  const std::lock_guard lock(mutex_);
+  wait_for_writer();
+  writer_ = std::jthread([folder = folder_, kind, data = std::vector(maps.begin(), maps.end())] {
+    if (Result<void> kept = keep_in_folder(folder, kEnvironmentFiles, kind, data); !kept)
+      say_of_cache(kept.error());
+  });
 }
 
 std::shared_ptr<passes::EnvironmentStore> environment_store(

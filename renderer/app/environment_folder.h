@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <thread>
 
 #include "renderer/app/kept_file.h"
 #include "renderer/passes/kept_environment.h"
@@ -21,7 +23,11 @@ class EnvironmentFolder : public passes::EnvironmentStore {
   void keep(const scene::Digest& kind, std::span<const std::byte> maps) override;
 
  private:
+  void wait_for_writer();  // mutex_ is held
+
   std::filesystem::path folder_;
+  std::mutex mutex_;     // of writer_
+  std::jthread writer_;  // the flush to the disk must not delay the first image
 };
 
 // Null without a folder.

@@ -4,7 +4,7 @@
 #include <string>
 #include <system_error>
 
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::app {
@@ -38,7 +38,7 @@ Result<void> write_kept_file(const std::filesystem::path& path, const KeptFileTy
   head.kind = kind;
   head.data_bytes = data.size();
   head.checksum = checksum_of(data);
-  return scene::write_atomically(path, {std::as_bytes(std::span(&head, 1)), data});
+  return scene::write_cache_file(path, {std::as_bytes(std::span(&head, 1)), data});
 }
 
 Result<std::vector<std::byte>> read_kept_file(const std::filesystem::path& path, const KeptFileType& type,

@@ -3,7 +3,7 @@
 #include <system_error>
 
 #include "renderer/passes/device_kind.h"
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 
 namespace fire3dv::app {
 

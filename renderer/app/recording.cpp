@@ -18,6 +18,7 @@ Result<std::unique_ptr<Recording>> Recording::open(const RecordingOptions& optio
                  " is no .glb file, which is one file with all that belongs to it; record without it"};
   record::LogOptions log;
   log.foxglove = options.foxglove;
+  log.flush_ns = static_cast<uint64_t>(options.record_sync_s * 1e9);
   std::vector<std::string> left_out;
   if (options.foxglove) {
     auto models = record::load_models(attached, left_out);
@@ -50,10 +51,13 @@ void Recording::take(size_t listener, const transport::LinkEvent& event) {
 
 std::vector<std::string> Recording::take_notes() {
   if (!log_.has_trouble() || failure_told_) return std::exchange(notes_, {});
-  const record::LogStatus status = log_.status();
-  if (status.failure && !std::exchange(failure_told_, true))
-    notes_.push_back("nothing more is recorded: " + *status.failure + " (what was written before is whole)");
-  if (!status.failure && status.unwritten != 0 && !std::exchange(loss_told_, true))
+  const record::LogLosses losses = log_.losses();
+  if (losses.failure && !std::exchange(failure_told_, true))
+    notes_.push_back("nothing more is recorded: " + *losses.failure);
+  if (losses.unrecorded_streams != 0 && !std::exchange(unrecorded_told_, true))
+    notes_.push_back("a stream is not recorded in " + path_ +
+                     ": too many are live, or were in this file; record with fire3dv-record --split-s");
+  if (!losses.failure && losses.unwritten != 0 && !std::exchange(loss_told_, true))
     notes_.push_back("more comes than can be written to " + path_ + ": some of it is left out");
   return std::exchange(notes_, {});
 }
@@ -61,13 +65,16 @@ std::vector<std::string> Recording::take_notes() {
 std::string Recording::finish() {
   log_.finish();
   const record::LogStatus status = log_.status();
-  uint64_t frames = 0;
+  uint64_t frames = status.reclaimed_frames;
   for (const record::StreamSeen& stream : status.streams) frames += stream.frames;
   char size[32];
   std::snprintf(size, sizeof size, "%.1f MB", static_cast<double>(status.file_bytes) / 1e6);
-  std::string text = std::to_string(frames) + " frames of " + std::to_string(status.streams.size()) +
+  std::string text = std::to_string(frames) + " frames of " +
+                     std::to_string(status.streams.size() + status.reclaimed_streams) +
                      " streams recorded in " + path_ + ", " + size;
   if (status.unwritten != 0) text += "; " + std::to_string(status.unwritten) + " messages left out";
+  if (status.unrecorded_streams != 0)
+    text += "; " + std::to_string(status.unrecorded_streams) + " streams not recorded";
   if (status.failure && !failure_told_) text += "; " + *status.failure;
   return text;
 }

@@ -32,7 +32,7 @@ class Recording {
 
   std::string path_;
   std::vector<std::string> notes_;
-  bool failure_told_ = false, loss_told_ = false;
+  bool failure_told_ = false, loss_told_ = false, unrecorded_told_ = false;
   record::LogThread log_;
 };
 

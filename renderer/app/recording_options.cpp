@@ -35,6 +35,10 @@ void add_recording_options(CLI::App& app, RecordingOptions& options) {
   app.add_flag("--loop", options.loop, "play the recording again and again");
   app.add_flag("--step", options.step, "draw each recorded frame exactly once, whenever it came");
   app.add_option("--record", options.record, "record what is received into this file (.mcap)");
+  app.add_option("--record-sync", options.record_sync_s,
+                 "flush the recording to the disk every so many seconds; 0: only at its end")
+      ->check(number_to_a_million)
+      ->capture_default_str();
   app.add_flag("--record-scene", options.attach_scene, "let the scene travel in the recording: a .glb file");
   app.add_flag("--foxglove", options.foxglove, "record what Foxglove's viewers show, too");
 }
@@ -50,6 +54,7 @@ std::optional<std::string> check_recording_options(const RecordingOptions& optio
                                                   : nullptr;
     if (lonely) return std::string(lonely) + " needs a recording: --replay FILE.mcap";
   }
+  if (options.record.empty() && options.record_sync_s != 1) return "--record-sync needs a --record file";
   if (options.record.empty() && (options.attach_scene || options.foxglove))
     return std::string(options.attach_scene ? "--record-scene" : "--foxglove") + " needs a --record file";
   return {};

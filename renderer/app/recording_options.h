@@ -19,6 +19,7 @@ struct RecordingOptions {
   bool step = false;  // one image for each recorded frame
 
   std::string record;  // MCAP file; empty: none
+  double record_sync_s = 1;  // 0: flushed to the disk at the end only
   bool attach_scene = false;
   bool foxglove = false;
 };

@@ -190,7 +190,9 @@ Result<void> FrameFolder::take(sinks::FrameImage&& image) {
 Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, const std::string& line) {
   auto stored = read_frame(from_folder, frame, manifest_);
   if (!stored) return stored.error();
-  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), stored->bytes); !written)
+  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), stored->bytes,
+                                             base::Durability::contents);
+      !written)
     return written;
   const std::lock_guard lock(mutex_);
   auto job = std::make_unique<Job>();
@@ -215,7 +217,7 @@ void FrameFolder::work() {
     job.taken = true;
     lock.unlock();
     const std::string name = frame_file_name(job.image.frame_index);
-    Result<void> written = sinks::write_png(folder_ / name, job.image);
+    Result<void> written = sinks::write_png(folder_ / name, job.image, base::Durability::contents);
     job.line = sinks::frame_line({name, {}}, job.image);
     job.image.rgba8 = {};
     lock.lock();
@@ -257,8 +259,17 @@ Result<void> FrameFolder::finish() {
   if (error_) return tell_error_once();
   const bool in_order = kept_.empty() || lines_.empty() || kept_.rbegin()->first < lines_.begin()->first;
   kept_.merge(lines_);
-  if (in_order) return {};
-  return write_list();
+  if (!in_order) return write_list();
+  if (!list_.is_open()) return {};
+  // Frames were flushed one by one; their names and the list were not.
+  list_.close();
+  const fs::path list = folder_ / kFrameListName;
+  int fault = base::flush_file(list);
+  if (fault == 0) fault = base::flush_folder_of(list);
+  if (fault != 0)
+    return Error{"cannot flush the frames in " + folder_.string() +
+                 " to the disk: " + base::system_reason(fault)};
+  return {};
 }
 
 Result<void> FrameFolder::write_list() {

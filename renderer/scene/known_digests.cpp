@@ -4,7 +4,7 @@
 #include <sstream>
 #include <utility>
 
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/record_text.h"
 
@@ -99,7 +99,7 @@ void KnownDigests::keep() {
   }
   std::string text = std::move(out).str();
   text += end_line(text);
-  (void)write_atomically(record_, {std::as_bytes(std::span(text))});
+  (void)write_cache_file(record_, {std::as_bytes(std::span(text))});
   remove_oldest(record_.parent_path(), kEnding, kMostBytes);
 }
 

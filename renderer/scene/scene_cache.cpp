@@ -2,7 +2,7 @@
 
 #include <system_error>
 
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <new>
 
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/check_scene.h"
 #include "renderer/scene/member_bytes.h"
 #include "renderer/scene/parallel.h"
@@ -250,7 +250,7 @@ Result<void> write_scene_file(const std::filesystem::path& path, const LoadedSce
   }
   head.file_bytes = offset;
   head.head_checksum = checksum_of(head_bytes(head));
-  return write_atomically(path, pieces);
+  return write_cache_file(path, pieces);
 }
 
 Result<std::vector<SourceFile>> read_scene_sources(const std::filesystem::path& path) {

@@ -64,9 +64,24 @@ Result<void> FileSink::finish() {
     closing_ = true;
     changed_.notify_all();
   }
-  if (worker_.joinable()) worker_.join();
+  const bool was_open = worker_.joinable();
+  if (was_open) worker_.join();
   std::lock_guard lock(mutex_);
+  if (was_open && !error_) flush_series();
   return tell_error_once();
+}
+
+// One flush of the list and of each folder makes the whole series durable: contents were flushed one by one.
+void FileSink::flush_series() {
+  log_.close();
+  const std::filesystem::path list = options_.folder / "frames.jsonl";
+  int fault = base::flush_file(list);
+  if (fault == 0) fault = base::flush_folder_of(list);
+  for (const auto& [camera, folder] : folder_of_camera_)
+    if (fault == 0) fault = base::flush_folder_of(options_.folder / folder / "frame");
+  if (fault != 0)
+    error_ = Error{"cannot flush the images in " + options_.folder.string() +
+                   " to the disk: " + system_reason(fault)};
 }
 
 Result<void> FileSink::tell_error_once() {
@@ -111,11 +126,13 @@ Result<void> FileSink::write(const FrameImage& image) {
   FrameFiles files;
   if (!image.rgba8.empty()) {
     files.color = *folder / (std::string(name) + ".png");
-    if (auto written = write_png(options_.folder / files.color, image); !written) return written.error();
+    if (auto written = write_png(options_.folder / files.color, image, base::Durability::contents); !written)
+      return written.error();
   }
   for (const FramePlane& plane : image.planes) {
     files.planes.push_back(*folder / (std::string(name) + "." + plane.name + ".npy"));
-    auto written = write_npy(options_.folder / files.planes.back(), plane, image.width, image.height);
+    auto written = write_npy(options_.folder / files.planes.back(), plane, image.width, image.height,
+                             base::Durability::contents);
     if (!written) return written.error();
   }
   errno = 0;

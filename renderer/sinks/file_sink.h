@@ -50,6 +50,7 @@ class FileSink final : public FrameSink {
   void work();
   Result<void> write(const FrameImage& image);
   Result<std::filesystem::path> folder_of(const std::string& camera);
+  void flush_series();
   Result<void> tell_error_once();  // with mutex_ held
 
   const FileSinkOptions options_;

@@ -27,8 +27,8 @@ std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_
 }
 
 Result<void> write_npy(const std::filesystem::path& path, const FramePlane& plane, uint32_t width,
-                       uint32_t height) {
-  return write_whole_file(path, encode_npy(plane, width, height));
+                       uint32_t height, base::Durability durability) {
+  return write_whole_file(path, encode_npy(plane, width, height), durability);
 }
 
 }  // namespace fire3dv::sinks

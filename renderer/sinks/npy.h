@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "protocol/base/atomic_file.h"
 #include "protocol/error.h"
 #include "renderer/sinks/frame.h"
 
@@ -15,6 +16,6 @@ std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_
 
 // The error names the path. The file is complete or absent.
 Result<void> write_npy(const std::filesystem::path& path, const FramePlane& plane, uint32_t width,
-                       uint32_t height);
+                       uint32_t height, base::Durability durability = base::Durability::contents_and_name);
 
 }  // namespace fire3dv::sinks

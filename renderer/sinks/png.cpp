@@ -235,10 +235,11 @@ Result<PngFile> decode_png(std::span<const uint8_t> bytes, const PngLimits& limi
   return file;
 }
 
-Result<void> write_png(const std::filesystem::path& path, const FrameImage& image) {
+Result<void> write_png(const std::filesystem::path& path, const FrameImage& image,
+                       base::Durability durability) {
   auto bytes = encode_png(image);
   if (!bytes) return with_path("cannot write", path, bytes.error());
-  return write_whole_file(path, *bytes);
+  return write_whole_file(path, *bytes, durability);
 }
 
 Result<PngFile> read_png(const std::filesystem::path& path, const PngLimits& limits) {

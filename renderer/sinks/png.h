@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/atomic_file.h"
 #include "protocol/error.h"
 #include "renderer/sinks/frame.h"
 
@@ -46,9 +47,9 @@ Result<std::vector<uint8_t>> encode_png(const FrameImage& image);
 // as it is.
 Result<PngFile> decode_png(std::span<const uint8_t> bytes, const PngLimits& limits = {});
 
-// The errors of these two name the path. A file is complete or absent: it is written beside its place and
-// renamed.
-Result<void> write_png(const std::filesystem::path& path, const FrameImage& image);
+// The errors of these two name the path. Files are replaced atomically.
+Result<void> write_png(const std::filesystem::path& path, const FrameImage& image,
+                       base::Durability durability = base::Durability::contents_and_name);
 Result<PngFile> read_png(const std::filesystem::path& path, const PngLimits& limits = {});
 
 // The text chunks as the table above says, and back.

@@ -5,9 +5,9 @@
 #include <cctype>
 #include <cerrno>
 #include <cstdlib>
-#include <system_error>
+#include <optional>
 
-#include "protocol/transport/unique_fd.h"
+#include "protocol/base/atomic_file.h"
 #include "renderer/sinks/libav.h"
 #include "renderer/sinks/whole_file.h"
 
@@ -120,18 +120,17 @@ Result<void> check_video_settings(const VideoSettings& settings) {
 struct VideoFile::Impl {
   const Libav& av;
   VideoSettings settings;
-  std::string part;  // the file until it is whole
+  std::optional<base::AtomicFile> output;
   AVFormatContext* format = nullptr;
   AVCodecContext* encoder = nullptr;
   AVStream* stream = nullptr;
   AVFrame* frame = nullptr;
   AVPacket* packet = nullptr;
   SwsContext* conversion = nullptr;
-  bool part_made = false, file_open = false, finished = false;
+  bool file_open = false, finished = false;
   uint64_t frames = 0;
 
-  Impl(const Libav& functions, VideoSettings wanted)
-      : av(functions), settings(std::move(wanted)), part(settings.path.string() + ".part") {}
+  Impl(const Libav& functions, VideoSettings wanted) : av(functions), settings(std::move(wanted)) {}
 
   ~Impl() {
     if (packet) av.av_packet_free(&packet);
@@ -140,8 +139,6 @@ struct VideoFile::Impl {
     if (conversion) av.sws_freeContext(conversion);
     if (format && file_open) av.avio_closep(&format->pb);
     if (format) av.avformat_free_context(format);
-    std::error_code fault;
-    if (!finished && part_made) std::filesystem::remove(part, fault);
   }
 
   Error failed(const std::string& what, int code) const {
@@ -256,11 +253,11 @@ Result<void> VideoFile::Impl::open(const Chosen& chosen) {
   frame->colorspace = encoder->colorspace;
   frame->color_range = encoder->color_range;
   if (const int done = av.av_frame_get_buffer(frame, 0); done < 0) return failed("take memory for", done);
-  const transport::UniqueFd made(open_new(part));  // libav follows links
-  if (!made) return failed("write", AVERROR(errno));
-  part_made = true;
+  Result<base::AtomicFile> created = base::AtomicFile::create(settings.path);
+  if (!created) return created.error();
+  output.emplace(std::move(*created));
   // Named as a file: what looks like an address would be taken for one.
-  const std::string url = "file:" + part;
+  const std::string url = "file:" + output->temporary_path();
   format->url = av.av_strdup(url.c_str());  // some containers read what they have written
   if (const int done = av.avio_open(&format->pb, url.c_str(), AVIO_FLAG_WRITE); done < 0)
     return failed("write", done);
@@ -328,9 +325,7 @@ Result<void> VideoFile::finish() {
   if (auto written = it.write_packets(); !written) return written;
   if (const int ended = it.av.av_write_trailer(it.format); ended < 0) return it.failed("write", ended);
   if (const int closed = it.av.avio_closep(&it.format->pb); closed < 0) return it.failed("write", closed);
-  std::error_code fault;
-  std::filesystem::rename(it.part, it.settings.path, fault);
-  if (fault) return Error{"cannot write " + it.settings.path.string() + ": " + system_reason(fault.value())};
+  if (auto committed = it.output->commit(); !committed) return committed;
   it.finished = true;
   return {};
 }

@@ -35,7 +35,7 @@ Result<void> check_video_settings(const VideoSettings& settings);
 
 class VideoFile {
  public:
-  // Written beside its place, as NAME.part, until it is whole.
+  // Written as NAME.part-XXXXXX until it is complete.
   static Result<std::unique_ptr<VideoFile>> open(const VideoSettings& settings);
   ~VideoFile();  // what is not finished is removed
   VideoFile(const VideoFile&) = delete;

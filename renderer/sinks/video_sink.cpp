@@ -1,12 +1,9 @@
 #include "renderer/sinks/video_sink.h"
 
-#include <cerrno>
-#include <filesystem>
-#include <system_error>
+#include <span>
+#include <string>
 
-#include "protocol/transport/unique_fd.h"
 #include "renderer/sinks/frame_line.h"
-#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::sinks {
 namespace {
@@ -23,14 +20,9 @@ Result<std::unique_ptr<VideoSink>> VideoSink::open(const VideoSettings& settings
     if (!file) return file.error();
     sink->file_ = std::move(*file);
   }
-  sink->log_path_ = settings.path.string() + ".jsonl";
-  const std::string part = sink->log_path_ + ".part";
-  const transport::UniqueFd made(open_new(part));
-  if (!made) return Error{"cannot write " + sink->log_path_ + ": " + system_reason(errno)};
-  sink->log_part_ = part;
-  errno = 0;
-  sink->log_.open(sink->log_part_, std::ios::trunc);
-  if (!sink->log_) return Error{"cannot write " + sink->log_path_ + ": " + system_reason(errno)};
+  auto log = base::AtomicFile::create(settings.path.string() + ".jsonl");
+  if (!log) return log.error();
+  sink->log_.emplace(std::move(*log));
   sink->worker_ = std::thread([raw = sink.get()] { raw->work(); });
   return sink;
 }
@@ -56,9 +48,7 @@ void VideoSink::abandon() {
   }
   end_thread();
   file_.reset();
-  log_.close();
-  std::error_code fault;
-  if (!log_part_.empty()) std::filesystem::remove(log_part_, fault);
+  log_.reset();
   finished_ = true;
 }
 
@@ -120,22 +110,14 @@ Result<void> VideoSink::write(const FrameImage& image) {
     return Error{"frame " + std::to_string(image.frame_index) +
                  " has another size than the frames before it; a video has one"};
   if (auto added = file_->add(image.rgba8); !added) return added;
-  errno = 0;
-  log_ << frame_line({settings_.path.filename(), {}}, image);
-  if (!log_) return Error{"cannot write " + log_path_ + ": " + system_reason(errno)};
-  return {};
+  const std::string line = frame_line({settings_.path.filename(), {}}, image);
+  return log_->append(std::as_bytes(std::span(line)));
 }
 
 Result<void> VideoSink::complete() {
   if (!file_) return Error{"no frame was given for " + settings_.path.string()};
-  errno = 0;
-  log_.close();
-  if (!log_) return Error{"cannot write " + log_path_ + ": " + system_reason(errno)};
-  std::error_code fault;
   if (auto finished = file_->finish(); !finished) return finished;
-  std::filesystem::rename(log_part_, log_path_, fault);
-  if (fault) return Error{"cannot write " + log_path_ + ": " + system_reason(fault.value())};
-  return {};
+  return log_->commit();
 }
 
 }  // namespace fire3dv::sinks

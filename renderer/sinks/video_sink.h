@@ -3,17 +3,17 @@
 //   VIDEO         the video, once it is whole
 //   VIDEO.jsonl   one line a frame: which camera, which pose frames it shows (frame_line.h)
 //
-// Both appear at finish(); a run that does not come so far leaves files that end in .part.
+// Both appear at finish(); a run that does not come so far leaves files NAME.part-XXXXXX.
 #pragma once
 
 #include <condition_variable>
 #include <deque>
-#include <fstream>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 
+#include "protocol/base/atomic_file.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/sinks/video_file.h"
 
@@ -41,8 +41,7 @@ class VideoSink final : public FrameSink {
   // The worker's own.
   VideoSettings settings_;
   std::unique_ptr<VideoFile> file_;
-  std::string log_path_, log_part_;
-  std::ofstream log_;
+  std::optional<base::AtomicFile> log_;
 
   std::mutex mutex_;
   std::condition_variable changed_;

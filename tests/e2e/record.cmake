@@ -17,3 +17,23 @@ if(FIRE3DV_MCAP_NODE_MODULES)
             $<TARGET_FILE:fire3dv-inspect> $<TARGET_FILE:fire3dv-record>)
   set_tests_properties(mcap_oracle PROPERTIES LABELS e2e TIMEOUT 300 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1")
 endif()
+
+# Power cuts: a library that is loaded before libc keeps a journal of file operations. Sanitizers want to be loaded first.
+if(NOT FIRE3DV_SANITIZE)
+  add_library(lose_unsynced MODULE lose_unsynced.c)
+  target_link_libraries(lose_unsynced PRIVATE fire3dv_flags)
+  fire3dv_program(e2e_power_cut_writer SOURCES power_cut_writer.cpp LINK fire3dv_record)
+  set_target_properties(lose_unsynced e2e_power_cut_writer PROPERTIES
+    RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  foreach(test_cuts_label power_cut:20:e2e power_cut_long:200:long)
+    string(REPLACE ":" ";" parts ${test_cuts_label})
+    list(GET parts 0 name)
+    list(GET parts 1 cuts)
+    list(GET parts 2 label)
+    add_test(NAME ${name}
+      COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/power_cut_test.py $<TARGET_FILE:fire3dv-record> $<TARGET_FILE:e2e_record_source>
+              $<TARGET_FILE:e2e_power_cut_writer> $<TARGET_FILE:lose_unsynced>)
+    set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT 900
+                         ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1;FIRE3DV_POWER_CUTS=${cuts}")
+  endforeach()
+endif()

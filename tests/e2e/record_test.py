@@ -1,6 +1,7 @@
 """Recordings from end to end: what a simulator published is in the file, is played again, and survives what happens."""
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -188,6 +189,10 @@ def full_disk(test):
     check(os.path.getsize(path) <= limit, "it grew all the same")
     kept = McapFile(path, whole=False)
     check(kept.chunks and check_frames(kept, 10**6), "nothing is left")
+    counts = re.search(r'"arm": \d+ nodes, (\d+) frames,.* (\d+) edits', "\n".join(child.out))
+    edits = sum(body_of(m)[0] == 8 for _, m in kept.of("control"))
+    check(counts and [int(n) for n in counts.groups()] == [len(kept.of("poses")), edits],
+          f"the file has {len(kept.of('poses'))} frames and {edits} edits, and it reports {child.out}")
     run(test, "record", "recover", path, "-o", test.path("kept.mcap"))
     McapFile(test.path("kept.mcap"))
 

@@ -158,7 +158,7 @@ def captures(test, screen):
     check(lines and all(line["streams"] for line in lines), f"{lines[:2]}")
     renderer.stop()
     publisher.quit()
-    check(not glob.glob(os.path.join(folder, "*.part")), f"{os.listdir(folder)}")
+    check(not glob.glob(os.path.join(folder, "*.part-*")), f"{os.listdir(folder)}")
 
 
 def several(test, screen):

@@ -4,14 +4,17 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/null_sink.h"
 #include "renderer/sinks/png.h"
+#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::sinks {
 namespace {
@@ -171,7 +174,6 @@ TEST_F(FileSinkTest, LinksInTheFolderAreNotFollowed) {
   const fs::path outside = folder_ / "outside", out = folder_ / "out";
   fs::create_directories(out);
   std::ofstream(outside) << "mine";
-  fs::create_symlink(outside, out / "frame_000000.png.part");
   fs::create_symlink(outside, out / "frame_000001.png");
   auto sink = FileSink::open({.folder = out});
   ASSERT_TRUE(sink.ok());
@@ -182,6 +184,26 @@ TEST_F(FileSinkTest, LinksInTheFolderAreNotFollowed) {
   EXPECT_EQ(text, "mine");
   EXPECT_TRUE(read_png(out / "frame_000000.png").ok());
   EXPECT_TRUE(read_png(out / "frame_000001.png").ok());
+}
+
+TEST_F(FileSinkTest, WritersOfOneFileDoNotCollide) {
+  constexpr size_t kWriters = 4, kWrites = 100, kBytes = 20'000;
+  fs::create_directories(folder_);
+  std::atomic<size_t> failures = 0;
+  {
+    std::vector<std::jthread> writers;
+    for (uint8_t writer = 0; writer < kWriters; ++writer)
+      writers.emplace_back([&, writer] {
+        const std::vector<uint8_t> bytes(kBytes, writer);
+        for (size_t i = 0; i < kWrites; ++i)
+          failures += !write_whole_file(folder_ / "shared", bytes, base::Durability::contents);
+      });
+  }
+  EXPECT_EQ(failures, 0u);
+  const auto bytes = read_whole_file(folder_ / "shared", kBytes);
+  ASSERT_TRUE(bytes.ok());
+  EXPECT_EQ(*bytes, std::vector<uint8_t>(kBytes, bytes->at(0)));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "no temporary file";
 }
 
 TEST_F(FileSinkTest, FramesOfAnEarlierRunAreNotInTheList) {

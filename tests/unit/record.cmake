@@ -2,7 +2,8 @@
 fire3dv_test(record_format_test SOURCES record_format_test.cpp LINK fire3dv_record LABELS unit)
 target_compile_definitions(record_format_test PRIVATE FIRE3DV_RECORDINGS="${CMAKE_CURRENT_LIST_DIR}/recordings")
 fire3dv_test(record_damage_test SOURCES record_damage_test.cpp LINK fire3dv_record LABELS unit)
-fire3dv_test(record_stream_test SOURCES record_stream_test.cpp stream_log_test.cpp stream_player_test.cpp
+fire3dv_test(record_stream_test SOURCES record_stream_test.cpp stream_log_test.cpp stream_player_test.cpp atomic_file_test.cpp
+             record_losses_test.cpp
              LINK fire3dv_replay LABELS unit)
 fire3dv_test(record_replay_test SOURCES replay_link_test.cpp record_foxglove_test.cpp LINK fire3dv_replay LABELS unit)
 # Foxglove's messages are read by the code that flatc makes of their schemas.

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <thread>
 
-#include "renderer/scene/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/check_scene.h"
 #include "renderer/scene/file_stamp.h"
 #include "renderer/scene/load_gltf.h"

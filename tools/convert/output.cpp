@@ -8,7 +8,8 @@
 #include <cstring>
 #include <string>
 
-#include "renderer/scene/atomic_file.h"
+#include "protocol/base/atomic_file.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
@@ -23,12 +24,6 @@ fs::path followed(fs::path path) {
   for (int i = 0; i < kMostLinks && fs::is_symlink(path, error); ++i)
     path = path.parent_path() / fs::read_symlink(path, error);
   return path;
-}
-
-mode_t mode_of_new_files() {
-  const mode_t mask = ::umask(0);  // there is no way only to ask
-  ::umask(mask);
-  return 0666 & ~mask;
 }
 
 Error cannot_write(const fs::path& path, const std::string& why) {
@@ -50,9 +45,9 @@ Result<void> write_descriptor(int fd, std::span<const std::byte> bytes) {
 Result<void> write_output(const fs::path& path, std::span<const std::byte> bytes) {
   const fs::path place = followed(path);
   struct stat status {};
-  if (::stat(place.c_str(), &status) != 0)
-    return scene::write_atomically(place, {bytes}, mode_of_new_files());
-  if (S_ISREG(status.st_mode)) return scene::write_atomically(place, {bytes}, status.st_mode & 0777);
+  if (::stat(place.c_str(), &status) != 0) return base::write_atomically(place, {bytes});
+  if (S_ISREG(status.st_mode))
+    return base::write_atomically(place, {bytes}, {.exact_mode = status.st_mode & 0777});
   const int fd = ::open(place.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
   if (fd < 0) return cannot_write(path, std::strerror(errno));
   Result<void> done = write_descriptor(fd, bytes);
@@ -65,7 +60,7 @@ Result<void> write_kept(const fs::path& path, std::span<const std::byte> bytes) 
   const fs::file_status status = fs::symlink_status(path, error);
   if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_symlink(status))
     return cannot_write(path, "it is there, and is not a regular file");
-  return scene::write_atomically(path, {bytes});
+  return scene::write_cache_file(path, {bytes});
 }
 
 }  // namespace fire3dv::convert

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/record/attach.h"
@@ -34,7 +35,7 @@ struct Options {
   std::string out;
   std::vector<std::string> attach;
   std::string compression = "zstd";
-  double split_mb = 0, split_s = 0, seconds = 0;
+  double split_mb = 0, split_s = 0, seconds = 0, sync_s = 1;
   bool until_end = false, foxglove = false;
   transport::ListenerOptions listener;
   record::RecoverOptions recover;
@@ -60,6 +61,11 @@ void add_options(CLI::App& app, Options& options) {
                  "begin a new file when one has so many MB beside what is attached")
       ->check(check_number);
   app.add_option("--split-s", options.split_s, "begin a new file after so many seconds")->check(check_number);
+  app.add_option("--sync", options.sync_s,
+                 "flush to the disk every so many seconds: a power cut loses no more than that, and 0.1 s; "
+                 "0: only when a file is finished")
+      ->check(check_number)
+      ->capture_default_str();
   app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")->check(check_number);
   app.add_flag("--until-end", options.until_end, "end when all streams that came have ended");
   add_listener_options(app, options.listener);
@@ -73,7 +79,7 @@ std::string numbered(const std::string& out, uint32_t file) {
 }
 
 void say_progress(const record::RecorderStatus& status, const char* end) {
-  uint64_t frames = 0, missing = 0, live = 0;
+  uint64_t frames = status.reclaimed_frames, missing = 0, live = 0;
   for (const record::StreamSeen& stream : status.streams) {
     frames += stream.frames;
     missing += stream.missing;
@@ -81,9 +87,10 @@ void say_progress(const record::RecorderStatus& status, const char* end) {
   }
   std::fprintf(stderr,
                "fire3dv-record: %zu streams (%llu live), %llu frames, %llu missing, %.1f MB in %u files%s",
-               status.streams.size(), static_cast<unsigned long long>(live),
-               static_cast<unsigned long long>(frames), static_cast<unsigned long long>(missing),
-               static_cast<double>(status.file_bytes) / 1e6, status.files, end);
+               status.streams.size() + static_cast<size_t>(status.reclaimed_streams),
+               static_cast<unsigned long long>(live), static_cast<unsigned long long>(frames),
+               static_cast<unsigned long long>(missing), static_cast<double>(status.file_bytes) / 1e6,
+               status.files, end);
   std::fflush(stderr);
 }
 
@@ -100,9 +107,30 @@ void say_result(const record::RecorderStatus& status) {
       "%.1f MB in %u files; %llu messages not understood, %llu came faster than they could be written\n",
       static_cast<double>(status.file_bytes) / 1e6, status.files,
       static_cast<unsigned long long>(status.refused), static_cast<unsigned long long>(status.unwritten));
+  if (status.reclaimed_streams != 0)
+    std::printf("%llu more streams, which ended before %zu others came, with %llu frames\n",
+                static_cast<unsigned long long>(status.reclaimed_streams), status.streams.size(),
+                static_cast<unsigned long long>(status.reclaimed_frames));
   if (status.unkept_edits != 0)
     std::printf("%llu edits are not repeated where players may begin: together they are too long for that\n",
                 static_cast<unsigned long long>(status.unkept_edits));
+}
+
+std::string unrecorded_text(uint64_t streams) {
+  return std::to_string(streams) +
+         " streams are not recorded: too many are live, or were in this file; record fewer of them, or begin "
+         "new "
+         "files with --split-s";
+}
+
+// The program's exit code: 0 if everything that was received is in the files.
+int report_losses(const record::RecorderStatus& status) {
+  if (status.failure)
+    return fail(*status.failure + " (" + std::to_string(status.unwritten) + " messages are missing)");
+  if (status.unwritten != 0)
+    return fail(std::to_string(status.unwritten) +
+                " messages are missing: they came faster than the disk takes them; record to a faster disk");
+  return status.unrecorded_streams != 0 ? fail(unrecorded_text(status.unrecorded_streams)) : 0;
 }
 
 bool all_ended(const record::RecorderStatus& status) {
@@ -123,6 +151,7 @@ int record_streams(const Options& options) {
                                                          : *record::compression_of(options.compression);
   log.split_bytes = static_cast<uint64_t>(options.split_mb * 1e6);
   log.split_ns = static_cast<uint64_t>(options.split_s * 1e9);
+  log.flush_ns = static_cast<uint64_t>(options.sync_s * 1e9);
   const bool splits = log.split_bytes != 0 || log.split_ns != 0;
   // Before the file is made: a mistyped name leaves none behind.
   for (const std::string& path : options.attach)
@@ -157,6 +186,7 @@ int record_streams(const Options& options) {
   const bool shows = ::isatty(STDERR_FILENO) != 0;
   const int64_t begun_ns = transport::monotonic_ns();
   int64_t next_say_ns = begun_ns;
+  bool unrecorded_reported = false;
   for (int64_t now_ns = begun_ns; !stop_requested; now_ns = transport::monotonic_ns()) {
     if (options.seconds > 0 && static_cast<double>(now_ns - begun_ns) > options.seconds * 1e9) break;
     for (uint32_t i = 0; i < links.size(); ++i) {
@@ -167,13 +197,15 @@ int record_streams(const Options& options) {
     next_say_ns = now_ns + transport::kSecondNs / 5;
     const record::RecorderStatus status = recorder.status();
     if (shows) say_progress(status, "\r");
+    if (status.unrecorded_streams != 0 && !std::exchange(unrecorded_reported, true))
+      (void)fail(unrecorded_text(status.unrecorded_streams));
     if (status.failure || (options.until_end && all_ended(status))) break;
   }
   recorder.finish();
   const record::RecorderStatus status = recorder.status();
   if (shows) say_progress(status, "\n");
   say_result(status);
-  return status.failure ? fail(*status.failure + " (what was written before is whole)") : 0;
+  return report_losses(status);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ int recover_file(const RecoverOptions& options) {
   if (!source) return fail(source.error());
   auto reader = Reader::open(std::move(*source), {options.memory_mb << 20});
   if (!reader) return fail(reader.error());
-  auto sink = create_sink(options.to);
+  auto sink = create_atomic_sink(options.to);
   if (!sink) return fail(sink.error());
   const auto result = recover(*reader, std::move(*sink));
   if (!result) return fail(result.error());

@@ -1,7 +1,5 @@
-// Files that can be made again: written whole or not at all, whoever else writes the same at the time.
+// Files of a cache: written atomically, removed when they are old.
 #pragma once
-
-#include <sys/types.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -13,9 +11,10 @@
 
 namespace fire3dv::scene {
 
-// Beside its place, under a name of its own, then renamed. Only this user can read it, unless told otherwise.
-Result<void> write_atomically(const std::filesystem::path& path,
-                              const std::vector<std::span<const std::byte>>& pieces, mode_t mode = 0600);
+// Replaces a file atomically; only this user can read it. Its contents are flushed to the disk, its name is
+// not: a power cut loses an entry of the cache or keeps it complete.
+Result<void> write_cache_file(const std::filesystem::path& path,
+                              const std::vector<std::span<const std::byte>>& pieces);
 
 // Removes the least recently used files whose names end so, until the rest holds at most so many bytes, and
 // what writers that were killed have left behind. Faults are no one's concern: what cannot be removed stays.
