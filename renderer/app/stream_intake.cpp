@@ -165,6 +165,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     case Kind::disconnected: {
       end_stream(peer, std::string(text));
       rejected_of_peer_.erase(peer);
+      unreadable_answered_.erase(peer);
       return false;
     }
     case Kind::pose:
@@ -180,8 +181,9 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
                    {request->epoch, request->id, wire::ImageRefusal::bad_request, decoded.error().message});
       return false;
     }
-    // What cannot be read may have been a description: silence would leave its adapter guessing.
-    if (kind == Kind::control) {
+    // An unreadable message may have been a description, so its adapter gets an answer: one for any number of
+    // them in a row.
+    if (kind == Kind::control && unreadable_answered_.insert(peer).second) {
       wire::Welcome welcome;
       welcome.status = wire::WelcomeStatus::bad_description;
       welcome.renderer_name = renderer_name();
@@ -190,6 +192,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     }
     return false;
   }
+  if (kind == Kind::control) unreadable_answered_.erase(peer);
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
     const auto stream = stream_of_peer_.find(peer);
     if (stream == stream_of_peer_.end()) {
@@ -265,9 +268,12 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
     return;
   }
   if (known != stream_of_peer_.end()) end_stream(peer, "it began anew");
-  // An epoch is one run of one stream: whoever has it on another connection has lost that one without a word.
-  const auto ghost = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(),
-                                  [&](const auto& entry) { return entry.second.epoch == description.epoch; });
+  // An epoch is one run of one stream: the same epoch on another connection of the same listener replaces a
+  // connection that was lost without a goodbye. Epochs are not secret (multicast and recordings show them),
+  // so a peer of another listener, which may ask for no key, never takes a stream over.
+  const auto ghost = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(), [&](const auto& entry) {
+    return entry.first.first == peer.first && entry.second.epoch == description.epoch;
+  });
   if (ghost != stream_of_peer_.end()) end_stream(Peer(ghost->first), "it came back over another connection");
   const state::StreamId id = poses_.add_stream(description);
   PeerStream& stream = stream_of_peer_[peer] = {};
