@@ -308,7 +308,10 @@ TEST_F(UdpAttack, AnIcmpErrorDoesNotEndASealedSession) {
   RawListener raw;
   auto publisher = must_open_publisher(raw.uri(), secured.keyed_publisher('1'));
   for (uint64_t id = 1; id <= 20; ++id) {
+    publisher->publish(message_of("first"));
     auto session = raw.accept(id);
+    while (raw.receive().type != udp::Type::pose) {
+    }
     raw.fd = UniqueFd();
     // The first is refused, which the next one learns.
     for (int i = 0; i < 3; ++i) publisher->publish(message_of("nobody listens"));
