@@ -78,6 +78,7 @@ void StreamIntake::add(std::unique_ptr<transport::ListenerLink> listener) {
 
 bool StreamIntake::poll() {
   bool changed = false;
+  unreadable_answered_.clear();
   if (held_.empty()) {
     for (size_t i = 0; i < listeners_.size(); ++i) {
       listeners_[i]->poll([&](const transport::LinkEvent& event) {
@@ -165,7 +166,6 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     case Kind::disconnected: {
       end_stream(peer, std::string(text));
       rejected_of_peer_.erase(peer);
-      unreadable_answered_.erase(peer);
       return false;
     }
     case Kind::pose:
@@ -181,8 +181,8 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
                    {request->epoch, request->id, wire::ImageRefusal::bad_request, decoded.error().message});
       return false;
     }
-    // An unreadable message may have been a description, so its adapter gets an answer: one for any number of
-    // them in a row.
+    // An unreadable message may have been a description, so its adapter gets an answer: one for all that
+    // come in one poll.
     if (kind == Kind::control && unreadable_answered_.insert(peer).second) {
       wire::Welcome welcome;
       welcome.status = wire::WelcomeStatus::bad_description;
@@ -192,7 +192,6 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     }
     return false;
   }
-  if (kind == Kind::control) unreadable_answered_.erase(peer);
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
     const auto stream = stream_of_peer_.find(peer);
     if (stream == stream_of_peer_.end()) {

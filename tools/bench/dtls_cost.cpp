@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstring>
 #include <functional>
+#include <numeric>
+#include <random>
 #include <vector>
 
 #include "protocol/transport/clock.h"
@@ -157,7 +159,8 @@ Result<void> check(Way& way, const Payloads& payloads) {
   return {};
 }
 
-// All ways take turns: what else the machine does falls on all of them. A ratio is of one turn.
+// All ways take turns, in a new order in each round, so that other load and caches left warm by one library
+// fall on all of them. A ratio is of one round.
 Result<void> measure(size_t poses, size_t datagram_bytes, const DtlsOptions& options) {
   const Payloads payloads = make_payloads(poses, datagram_bytes);
   std::vector<Result<Way>> opened;
@@ -171,9 +174,14 @@ Result<void> measure(size_t poses, size_t datagram_bytes, const DtlsOptions& opt
     if (auto checked = check(*way, payloads); !checked) return checked.error();
     ways.push_back(std::move(*way));
   }
+  std::vector<size_t> order(ways.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::mt19937 generator(1);
   int64_t due_ns = monotonic_ns();
   for (int round = 0; round < options.rounds; ++round) {
-    for (Way& way : ways) {
+    std::shuffle(order.begin(), order.end(), generator);
+    for (const size_t turn : order) {
+      Way& way = ways[turn];
       if (options.rate_hz > 0) {
         due_ns = std::max(due_ns + static_cast<int64_t>(1e9 / options.rate_hz), monotonic_ns());
         sleep_until(due_ns);
@@ -181,10 +189,10 @@ Result<void> measure(size_t poses, size_t datagram_bytes, const DtlsOptions& opt
       const int64_t begin_ns = monotonic_ns();
       const bool sent = way.send();
       way.us.push_back(static_cast<double>(monotonic_ns() - begin_ns) / 1000);
-      way.ratio.push_back(way.us.back() / ways[0].us.back());
       if (!sent) return Error{way.name + ": a frame was not sent"};
       way.drain();
     }
+    for (Way& way : ways) way.ratio.push_back(way.us.back() / ways[0].us.back());
   }
   for (const Way& way : ways) {
     const Summary us = summarise(way.us), ratio = summarise(way.ratio);

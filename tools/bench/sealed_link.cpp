@@ -1,5 +1,6 @@
 #include "tools/bench/sealed_link.h"
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -54,7 +55,8 @@ Result<void> SealedLink::open(size_t poses, size_t datagram_bytes) {
   const int64_t give_up_ns = monotonic_ns() + 60 * transport::kSecondNs;
   while (!pose_came_ && monotonic_ns() < give_up_ns) {
     simulator_->publish();
-    ::usleep(1000);
+    pollfd polled{listener_.get(), POLLIN, 0};
+    ::poll(&polled, 1, 1);
     serve();
   }
   if (!pose_came_) return Error{"the publisher does not reach the listener of this program"};
@@ -88,21 +90,29 @@ void SealedLink::handle(std::span<std::byte> datagram) {
   session_->emit_due(now_ns, [this](auto answer) { reply(answer); });
 }
 
+// A publisher repeats its hello when this thread had to wait for a core. It gets the same answer, which is
+// not counted again.
 void SealedLink::answer_hello(uint64_t nonce, std::span<const std::byte> hello) {
-  count_.add(true, hello.size());
   const udp::HelloFields fields = udp::read_hello(hello);
-  std::vector<std::byte> answer;
-  if (fields.cookie != 0) {
+  std::vector<std::byte>& answer = fields.cookie != 0 ? accept_ : cookie_;
+  const bool is_new = nonce_ != nonce || answer.empty();
+  if (nonce_ != nonce) accept_.clear();
+  nonce_ = nonce;
+  if (is_new && fields.cookie != 0) {
     const udp::Random random = udp::make_random();
     const udp::PreSharedKey key = bench_key();
     answer = udp::write_accept(nonce, kBenchSession, fields.random, random, &key, fields.datagram_bytes);
     session_ =
         make_sealed_session(udp::PreSharedKey::Side::listener, fields.random, random, fields.datagram_bytes);
-  } else {
+  } else if (is_new) {
     const udp::Answer cookie = udp::write_answer(udp::Type::cookie, nonce, 1);
     answer.assign(cookie.begin(), cookie.end());
+    count_ = {};
   }
-  count_.add(false, answer.size());
+  if (is_new) {
+    count_.add(true, hello.size());
+    count_.add(false, answer.size());
+  }
   reply(answer);
 }
 

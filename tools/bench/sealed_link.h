@@ -5,6 +5,7 @@
 #include <netinet/in.h>
 
 #include <memory>
+#include <vector>
 
 #include "protocol/transport/udp_session.h"
 #include "tools/bench/dtls_loopback.h"
@@ -41,6 +42,8 @@ class SealedLink {
   std::unique_ptr<Simulator> simulator_;
   HandshakeCount count_;
   size_t added_bytes_ = 0;
+  uint64_t nonce_ = 0;
+  std::vector<std::byte> cookie_, accept_;  // the answers to hellos with this nonce
   bool pose_came_ = false;
 };
 
