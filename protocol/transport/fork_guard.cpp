@@ -60,6 +60,7 @@ UnforkableFd::~UnforkableFd() {
 }
 
 unsigned fork_generation() {
+  registry();  // the first call installs the fork handlers
   return generation.load(std::memory_order_relaxed);
 }
 

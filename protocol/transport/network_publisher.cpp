@@ -18,6 +18,10 @@ SharedBytes share(std::span<const std::byte> bytes) {
   return std::make_shared<const wire::Bytes>(bytes.begin(), bytes.end());
 }
 
+Error NetworkPublisher::inherited_error() const {
+  return Error{uri_text(uri_) + ": the link was opened before fork(); open one in the child"};
+}
+
 Result<void> NetworkPublisher::start() {
   return thread_.start(uri_text(uri_), [this] { run(); });
 }
@@ -42,6 +46,7 @@ void NetworkPublisher::run() {
 }
 
 bool NetworkPublisher::poll(std::vector<std::byte>& message) {
+  if (is_inherited()) return false;
   const std::lock_guard lock(mutex_);
   if (replies_.empty()) return false;
   message.swap(replies_.front());
@@ -51,6 +56,7 @@ bool NetworkPublisher::poll(std::vector<std::byte>& message) {
 }
 
 std::string NetworkPublisher::problem() const {
+  if (is_inherited()) return inherited_error().message;
   const std::lock_guard lock(mutex_);
   return problem_;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/transport/address.h"
+#include "protocol/transport/fork_guard.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/link_counters.h"
 #include "protocol/transport/link_thread.h"
@@ -37,6 +38,11 @@ class NetworkPublisher : public PublisherLink {
   // Replies that nobody reads are bounded, in number and in bytes: the oldest go.
   void keep_reply(std::vector<std::byte>&& message);
 
+  // True in a child that was forked without exec. The link's thread does not exist there, mutex_ may be
+  // locked for ever, and the socket, the keys and the counters are the parent's.
+  bool is_inherited() const { return forked_from_ != fork_generation(); }
+  Error inherited_error() const;
+
   const Uri uri_;
   LinkCounters counters_;
   LinkThread thread_;
@@ -44,6 +50,8 @@ class NetworkPublisher : public PublisherLink {
 
  private:
   void run();
+
+  const unsigned forked_from_ = fork_generation();
 
   std::deque<std::vector<std::byte>> replies_;
   size_t reply_bytes_ = 0;  // of them together

@@ -79,6 +79,7 @@ Result<void> GroupPublisher::set_description(std::span<const std::byte> message)
   if (message.size() > kMaxControlBytes)
     return Error{uri_text(uri_) +
                  ": the description is larger than 64 MiB; use tcp:// or describe fewer nodes"};
+  if (is_inherited()) return inherited_error();
   ControlSender::Prepared prepared = ControlSender::prepare(message);
   const std::lock_guard lock(mutex_);
   carousel_.describe(std::move(prepared));
@@ -89,6 +90,7 @@ Result<void> GroupPublisher::set_description(std::span<const std::byte> message)
 }
 
 Result<void> GroupPublisher::put_state(uint64_t key, SharedBytes message) {
+  if (is_inherited()) return inherited_error();
   ControlSender::Prepared prepared = ControlSender::prepare(*message);
   const std::lock_guard lock(mutex_);
   bool dropped = false;
@@ -103,6 +105,10 @@ Result<void> GroupPublisher::put_state(uint64_t key, SharedBytes message) {
 
 bool GroupPublisher::publish(const wire::MessagePieces& message, bool last_part) noexcept {
   counters_.messages_sent.add();
+  if (is_inherited()) {  // listeners would drop the parent's datagrams of the same counters
+    count({1, 1});
+    return false;
+  }
   try {
     const std::lock_guard lock(mutex_);
     PoseSender::Drops drops;
@@ -117,6 +123,7 @@ bool GroupPublisher::publish(const wire::MessagePieces& message, bool last_part)
 }
 
 void GroupPublisher::send_control(std::span<const std::byte> message) noexcept {
+  if (is_inherited()) return;
   try {
     if (message.size() > kMaxControlBytes) return counters_.reject(Cause::oversize);
     ControlSender::Prepared prepared = ControlSender::prepare(message);
@@ -130,6 +137,7 @@ void GroupPublisher::send_control(std::span<const std::byte> message) noexcept {
 
 LinkStats GroupPublisher::stats() const {
   LinkStats stats = counters_.snapshot();
+  if (is_inherited()) return stats;
   const std::lock_guard lock(mutex_);
   stats.bytes_sent += poses_.bytes_sent();
   return stats;  // how many listen nobody knows

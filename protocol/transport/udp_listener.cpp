@@ -55,6 +55,7 @@ class UdpListener final : public NetworkListener {
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
   void make_room(int64_t now_ns);
   void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
+  bool has_place_for(const Peer& peer) const;
   void welcome(Peer& peer);
   // A cause: the peer has to go, for `reason`.
   std::optional<Cause> control(Peer& peer, const Header& header, std::span<const std::byte> payload,
@@ -172,7 +173,13 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
     case Session::Heard::payload:
       break;
   }
-  if (peer.id == 0) welcome(peer);
+  if (peer.id == 0) {
+    if (!has_place_for(peer)) {
+      reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
+      return end(header.session, "as many peers as allowed are connected");
+    }
+    welcome(peer);
+  }
   if (header.type == Type::pose) {
     peer.has_spoken = true;
     const auto arrival = take_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
@@ -265,6 +272,14 @@ void UdpListener::make_room(int64_t now_ns) {
   if (silent == peers_.end()) return;
   counters_.reject(Cause::silent);
   end(silent->first, kSilentGuest);
+}
+
+// Several sealed sessions may begin while one place is free. The first one that shows its seal gets it.
+bool UdpListener::has_place_for(const Peer& peer) const {
+  const auto replaced = std::count_if(peers_.begin(), peers_.end(), [&](const auto& entry) {
+    return entry.second.id != 0 && entry.second.address == peer.address;
+  });
+  return replaced != 0 || !is_full(welcomed_);
 }
 
 void UdpListener::welcome(Peer& peer) {

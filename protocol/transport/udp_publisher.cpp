@@ -21,8 +21,10 @@ constexpr int64_t kLongestHelloAfterNs = kSecondNs;
 constexpr int64_t kTryAnAddressForNs = 3 * kSecondNs;
 constexpr int64_t kKeepaliveNs = kSecondNs;
 constexpr int64_t kLostAfterNs = 3500 * kMillisecondNs;
-// Anyone can say that a sealed session is unknown; who has the key is asked, and believed when silent.
+// Resets and ICMP errors are not authenticated. A sealed session sends pings after one, and ends only when no
+// sealed datagram comes for this long.
 constexpr int64_t kDoubtNs = kSecondNs;
+constexpr int64_t kDoubtPingNs = 200 * kMillisecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
 constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 constexpr size_t kMostWaitingBytes = 16 << 20;
@@ -59,6 +61,7 @@ class UdpPublisher final : public NetworkPublisher {
   // The next thing to do, after all that is due has been done. False: the session is over.
   bool tick(int fd, int64_t now_ns, int64_t& next_ns);
   void receive(int fd);
+  void doubt(int64_t now_ns);
   void handle(std::span<std::byte> datagram);
 
   // With the lock held.
@@ -77,9 +80,9 @@ class UdpPublisher final : public NetworkPublisher {
 
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
   const size_t datagram_bytes_;
-  int64_t next_ping_ns_ = 0;  // on the link's thread alone
 
   // Guarded by mutex_.
+  int64_t next_ping_ns_ = 0;
   int fd_ = -1;
   std::unique_ptr<Session> session_;
   bool described_ = false;  // the listener has the newest description: poses may follow
@@ -106,6 +109,7 @@ Result<void> UdpPublisher::set_description(std::span<const std::byte> message) {
   if (message.size() > kMaxControlBytes)
     return Error{uri_text(uri_) +
                  ": the description is larger than 64 MiB; use tcp:// or describe fewer nodes"};
+  if (is_inherited()) return inherited_error();
   ControlSender::Prepared prepared = ControlSender::prepare(message);
   const std::lock_guard lock(mutex_);
   std::swap(description_, prepared);  // what was there is released after the lock
@@ -122,6 +126,10 @@ Result<void> UdpPublisher::set_description(std::span<const std::byte> message) {
 Result<void> UdpPublisher::put_state(uint64_t key, SharedBytes message) {
   if (message->size() > kMaxStateBytes)
     return Error{uri_text(uri_) + ": a scene edit is larger than 64 MiB; name a file or use tcp://"};
+  if (message->size() < kLeastStateBytes)
+    return Error{uri_text(uri_) + ": a scene edit of " + std::to_string(message->size()) +
+                 " bytes is not a message; pass the whole encoded edit"};
+  if (is_inherited()) return inherited_error();
   KeyedState record = make_record(*message);
   const std::lock_guard lock(mutex_);
   states_.put(key, std::move(record.message), record.hash);
@@ -145,6 +153,11 @@ bool UdpPublisher::publish_partial(const wire::MessagePieces& partial,
 template <typename Send>
 bool UdpPublisher::publish_by(Send send) noexcept {
   counters_.messages_sent.add();
+  // A child would seal other bytes with the keys and counters that its parent uses.
+  if (is_inherited()) {
+    count({1, 1});
+    return false;
+  }
   try {
     const std::lock_guard lock(mutex_);
     PoseSender::Drops drops;
@@ -152,7 +165,7 @@ bool UdpPublisher::publish_by(Send send) noexcept {
     const auto outcome = send(ready, drops);
     count(drops);
     if (outcome == PoseSender::Outcome::refused) {
-      lost_ = true;
+      doubt(monotonic_ns());
       thread_.wake();
     }
     return outcome != PoseSender::Outcome::dropped;
@@ -163,6 +176,7 @@ bool UdpPublisher::publish_by(Send send) noexcept {
 }
 
 void UdpPublisher::send_control(std::span<const std::byte> message) noexcept {
+  if (is_inherited()) return;
   try {
     ControlSender::Prepared prepared = ControlSender::prepare(message);
     const std::lock_guard lock(mutex_);
@@ -179,6 +193,7 @@ void UdpPublisher::send_control(std::span<const std::byte> message) noexcept {
 
 LinkStats UdpPublisher::stats() const {
   LinkStats stats = counters_.snapshot();
+  if (is_inherited()) return stats;
   const std::lock_guard lock(mutex_);
   stats.bytes_sent += poses_.bytes_sent();
   stats.peers = session_ ? 1 : 0;
@@ -304,8 +319,8 @@ void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
     poses_.start_session();
     state_sender_.start_session();
     queue_description();
+    next_ping_ns_ = monotonic_ns() + kKeepaliveNs;
   }
-  next_ping_ns_ = monotonic_ns() + kKeepaliveNs;
   while (!thread_.stopping()) {
     const int64_t now = monotonic_ns();
     int64_t next = now;
@@ -326,7 +341,7 @@ bool UdpPublisher::tick(int fd, int64_t now_ns, int64_t& next_ns) {
   emit(fd, now_ns);
   if (now_ns >= next_ping_ns_) {
     session_->emit_bare(Type::ping, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
-    next_ping_ns_ = now_ns + kKeepaliveNs;
+    next_ping_ns_ = now_ns + (doubted_at_ns_ != 0 ? kDoubtPingNs : kKeepaliveNs);
   }
   const bool idle = session_->sender().idle() && session_->state_sender().idle();
   next_ns = now_ns + (idle ? kIdleTickNs : kTickNs);
@@ -355,12 +370,22 @@ void UdpPublisher::receive(int fd) {
     const ssize_t got = ::recv(fd, buffer, sizeof buffer, 0);
     const std::lock_guard lock(mutex_);
     if (got < 0) {
-      lost_ = lost_ || errno == ECONNREFUSED;
+      if (errno == ECONNREFUSED) doubt(monotonic_ns());
       return;
     }
     counters_.bytes_received.add(static_cast<uint64_t>(got));
     handle({buffer, static_cast<size_t>(got)});
     if (lost_) return;
+  }
+}
+
+// An unauthenticated message says that the session is over. With the lock held.
+void UdpPublisher::doubt(int64_t now_ns) {
+  if (!session_->sealed()) {
+    lost_ = true;
+  } else if (doubted_at_ns_ == 0) {
+    doubted_at_ns_ = now_ns;
+    next_ping_ns_ = now_ns;
   }
 }
 
@@ -370,12 +395,7 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
   if (header.version != kTransportVersion) return counters_.reject(Cause::version);
   if (header.session != session_->id()) return counters_.reject(Cause::unknown_session);
   const int64_t now = monotonic_ns();
-  if (header.type == Type::reset) {
-    lost_ = !session_->sealed();
-    if (doubted_at_ns_ == 0) doubted_at_ns_ = now;
-    next_ping_ns_ = now;
-    return;
-  }
+  if (header.type == Type::reset) return doubt(now);
   std::span<const std::byte> payload;
   switch (session_->hear(header, datagram, now, payload)) {
     case Session::Heard::repeated:

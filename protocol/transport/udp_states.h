@@ -12,6 +12,10 @@
 namespace fire3dv::transport::udp {
 
 constexpr size_t kMaxStateBytes = kMaxControlBytes - 8;
+// No FlatBuffers message with an identifier is shorter.
+constexpr size_t kLeastStateBytes = 12;
+// As many states as may wait to be polled (Inbox): a bundle exceeds that bound at most once.
+constexpr size_t kMaxBundleRecords = 256;
 
 // A message as a bundle of one, with its hash: made before the lock is taken that publishing needs.
 KeyedState make_record(const wire::Bytes& message);
@@ -28,7 +32,8 @@ class StateSender {
   StateBatches batches_;
 };
 
-// The messages of a bundle; nothing when it makes no sense.
+// The messages of a bundle. Nothing when a record is cut or shorter than any message, or when there are more
+// than kMaxBundleRecords: one corrupt record makes the whole bundle corrupt.
 std::optional<std::vector<std::vector<std::byte>>> open_bundle(std::span<const std::byte> bundle);
 
 }  // namespace fire3dv::transport::udp

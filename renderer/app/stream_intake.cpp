@@ -90,6 +90,7 @@ void StreamIntake::add(std::unique_ptr<transport::ListenerLink> listener) {
 
 bool StreamIntake::poll() {
   bool changed = false;
+  unreadable_answered_.clear();
   if (held_.empty()) {
     for (size_t i = 0; i < listeners_.size(); ++i) {
       listeners_[i]->poll([&](const transport::LinkEvent& event) {
@@ -193,8 +194,9 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
                    {request->epoch, request->id, wire::ImageRefusal::bad_request, decoded.error().message});
       return false;
     }
-    // What cannot be read may have been a description: silence would leave its adapter guessing.
-    if (kind == Kind::control) {
+    // An unreadable message may have been a description, so its adapter gets an answer: one for all that
+    // come in one poll.
+    if (kind == Kind::control && unreadable_answered_.insert(peer).second) {
       wire::Welcome welcome;
       welcome.status = wire::WelcomeStatus::bad_description;
       welcome.renderer_name = renderer_name();
@@ -278,9 +280,12 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
     return;
   }
   if (known != stream_of_peer_.end()) end_stream(peer, "it began anew");
-  // An epoch is one run of one stream: whoever has it on another connection has lost that one without a word.
-  const auto ghost = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(),
-                                  [&](const auto& entry) { return entry.second.epoch == description.epoch; });
+  // An epoch is one run of one stream: the same epoch on another connection of the same listener replaces a
+  // connection that was lost without a goodbye. Epochs are not secret (multicast and recordings show them),
+  // so a peer of another listener, which may ask for no key, never takes a stream over.
+  const auto ghost = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(), [&](const auto& entry) {
+    return entry.first.first == peer.first && entry.second.epoch == description.epoch;
+  });
   if (ghost != stream_of_peer_.end()) end_stream(Peer(ghost->first), "it came back over another connection");
   const state::StreamId id = poses_.add_stream(description, budget_of(peer));
   PeerStream& stream = stream_of_peer_[peer] = {};

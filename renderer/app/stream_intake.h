@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -147,6 +148,7 @@ class StreamIntake {
   std::deque<Held> held_;  // lockstep: what has arrived after the frame that is shown
   std::map<Peer, PeerStream> stream_of_peer_;
   std::map<Peer, uint32_t> rejected_of_peer_;
+  std::set<Peer> unreadable_answered_;  // in this poll
   std::vector<std::string> notes_;
   std::chrono::steady_clock::time_point notes_since_{};
   uint32_t notes_this_second_ = 0, notes_left_out_ = 0;

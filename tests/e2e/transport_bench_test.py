@@ -66,5 +66,21 @@ def publisher(test):
     check(result.returncode == 1 and "carrier" in result.stderr, f"{result}")
 
 
+def dtls(test):
+    """fire3dv-bench dtls: bytes and round trips are exact, times only positive."""
+    result = subprocess.run([test.programs_at["fire3dv-bench"], "dtls", "--rounds", "3", "--rate", "0"], capture_output=True,
+                            text=True, timeout=HANG_S, check=False)
+    check(result.returncode == 0 and result.stderr == "", f"{result}")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in result.stdout.splitlines() if line.startswith("| ")]
+    handshakes, costs = [row for row in rows[1:] if len(row) == 4], [row for row in rows if len(row) == 7][1:]
+    # hello 256, cookie 32, hello 256, accept 104
+    check(handshakes[0] == ["udp:// with a key", "4", "648", "2"], f"{handshakes}")
+    check(len(handshakes) == 5 and all(row[3] == "3" and int(row[2]) > 500 for row in handshakes[1:]), f"{handshakes}")
+    check([row[:2] for row in costs] == [[str(n), str(d)] for n, d in ((1, 1), (21, 1), (100, 5), (167, 1)) for _ in range(6)], f"{costs}")
+    # header 24 and tag 16; none; record header 13, explicit nonce 8, tag 16; record header 13, tag 16
+    check([row[4] for row in costs] == ["40", "24", "37", "37", "29", "40"] * 4, f"{costs}")
+    check(all(value > 0 for row in costs for value in numbers(row[5:])), f"{costs}")
+
+
 if __name__ == "__main__":
-    main({"page": page, "publisher": publisher}, ["fire3dv-bench"])
+    main({"page": page, "publisher": publisher, "dtls": dtls}, ["fire3dv-bench"])

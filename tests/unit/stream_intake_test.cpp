@@ -300,6 +300,36 @@ TEST_F(StreamIntakeTest, WhatCannotBeReadIsAnsweredAndCounted) {
   EXPECT_EQ(intake_.take_notes().size(), 1u);
 }
 
+TEST_F(StreamIntakeTest, UnreadableMessagesOfOnePollGetOneAnswer) {
+  for (int i = 0; i < 1000; ++i) link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(12));
+  link_->deliver(2, LinkEvent::Kind::control, wire::Bytes(12));
+  intake_.poll();
+  EXPECT_EQ(intake_.rejected_messages(), 1001u);
+  EXPECT_EQ(answers<wire::Welcome>(1).size(), 1u);
+  EXPECT_EQ(answers<wire::Welcome>(2).size(), 1u);
+  link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(12));
+  intake_.poll();
+  EXPECT_EQ(answers<wire::Welcome>(1).size(), 2u) << "the next mistake is answered again";
+}
+
+// Everybody on the network sees the epoch of a stream that goes to a multicast group.
+TEST_F(StreamIntakeTest, AnEpochSeenElsewhereDoesNotTakeAStreamOver) {
+  auto other = std::make_unique<ScriptedListener>();
+  ScriptedListener* const open_link = other.get();
+  intake_.add(std::move(other));
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
+  intake_.poll();
+  const auto owner = poses_.node_drives()[0].stream;
+  open_link->deliver(1, LinkEvent::Kind::control, description(42));
+  open_link->deliver(1, LinkEvent::Kind::pose, frame(42, 7));
+  intake_.poll();
+  EXPECT_EQ(intake_.active_streams(), 2u);
+  EXPECT_EQ(poses_.node_drives()[0].stream, owner);
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 2));
+  EXPECT_TRUE(intake_.poll()) << "the first stream still drives its node";
+}
+
 TEST_F(StreamIntakeTest, NotesAreBounded) {
   for (uint64_t epoch = 1; epoch <= 1000; ++epoch)
     link_->deliver(1, LinkEvent::Kind::control, description(epoch));

@@ -19,6 +19,7 @@ fire3dv_test(transport_memory_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/m
 fire3dv_test(transport_tls_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/tls_test.cpp
              LINK fire3dv_transport fire3dv_certificates LABELS unit)
 fire3dv_test(transport_udp_key_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_key_test.cpp
+                     ${CMAKE_CURRENT_LIST_DIR}/transport/udp_attack_test.cpp
              LINK fire3dv_transport fire3dv_certificates fire3dv_impair LABELS unit)
 fire3dv_test(transport_shm_model_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/ring_model_test.cpp
              LINK fire3dv_transport LABELS unit)

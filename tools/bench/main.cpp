@@ -4,6 +4,7 @@
 #include <exception>
 #include <iostream>
 
+#include "tools/bench/dtls_cost.h"
 #include "tools/bench/one_way_bench.h"
 #include "tools/bench/publish_bench.h"
 #include "tools/bench/publish_command.h"
@@ -61,6 +62,12 @@ int run(int argc, char** argv) {
   one_way->add_option("--tls-cert", way_options.security.tls_certificate_file,
                       "a certificate of localhost that has signed itself, for a row of tls://");
   one_way->add_option("--tls-key", way_options.security.tls_key_file, "file of that certificate's key");
+  fire3dv::bench::DtlsOptions dtls_options;
+  CLI::App* const dtls = app.add_subcommand(
+      "dtls", "cost of sealed udp:// beside DTLS 1.2 with a pre-shared key: bytes, round trips, time");
+  dtls->add_option("--rounds", dtls_options.rounds, "turns of each way")->check(CLI::Range(1, 100'000));
+  dtls->add_option("--rate", dtls_options.rate_hz, "frames a second; 0: without pauses")
+      ->check(CLI::Range(0.0, 100'000.0));
   fire3dv::bench::PublishOptions publish_options;
   CLI::App* const publish = app.add_subcommand(
       "publish", "a simulator that publishes at a rate, and says how long its calls took when asked to");
@@ -125,6 +132,7 @@ int run(int argc, char** argv) {
   if (app.get_subcommands().empty()) return usage_error("name a command: " + commands_of(app));
   if (*transport) return fire3dv::bench::publish_bench(rounds);
   if (*one_way) return fire3dv::bench::one_way_bench(way_options);
+  if (*dtls) return fire3dv::bench::dtls_cost(dtls_options);
   if (*publish) return fire3dv::bench::publish_command(publish_options);
   if (*request) return fire3dv::bench::request_bench(request_rounds);
   if (*record_write) return fire3dv::bench::record_write(write_options);

@@ -23,6 +23,8 @@ Summary summarise(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const auto count = static_cast<double>(values.size());
   summary.median = at_fraction(values, 0.5);
+  summary.p10 = at_fraction(values, 0.1);
+  summary.p90 = at_fraction(values, 0.9);
   summary.p95 = at_fraction(values, 0.95);
   summary.p99 = at_fraction(values, 0.99);
   summary.p999 = at_fraction(values, 0.999);

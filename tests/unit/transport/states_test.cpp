@@ -18,6 +18,13 @@ SharedBytes shared(std::string_view text) {
   return std::make_shared<const wire::Bytes>(bytes.begin(), bytes.end());
 }
 
+// A state is at least as long as the shortest message.
+std::string padded(std::string_view text) {
+  std::string state(text);
+  state.resize(std::max(state.size(), udp::kLeastStateBytes), '.');
+  return state;
+}
+
 class States : public testing::TestWithParam<const char*> {
  protected:
   std::string listener_uri() const {
@@ -25,13 +32,14 @@ class States : public testing::TestWithParam<const char*> {
     return scheme == "shm" ? unique_shm_uri("states") : scheme + "://127.0.0.1:0";
   }
   static void put(PublisherLink& publisher, uint64_t key, std::string_view text) {
-    const auto taken = publisher.put_state(key, shared(text));
+    const auto taken = publisher.put_state(key, shared(padded(text)));
     EXPECT_TRUE(taken.ok()) << taken.error().message;
   }
   static std::vector<std::string> texts(const Listener& listener) {
     std::vector<std::string> result;
     for (const Event& event : listener.events)
-      if (event.kind == Kind::control || event.kind == Kind::pose) result.push_back(event.text);
+      if (event.kind == Kind::control || event.kind == Kind::pose)
+        result.push_back(event.text.substr(0, event.text.find_last_not_of('.') + 1));
     return result;
   }
 };
@@ -44,7 +52,7 @@ TEST_P(States, AJoinerGetsTheNewestOfEachKeyAfterTheDescriptionAndBeforePoses) {
   put(*publisher, 2, "2");
   put(*publisher, 3, "3");
   put(*publisher, 1, "1 new");
-  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "1 new"); }));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, padded("1 new")); }));
   publisher->publish(message_of("pose"));
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "pose"); }));
   std::vector<std::string> got = texts(listener);
@@ -59,10 +67,10 @@ TEST_P(States, WhoComesLaterGetsASnapshot) {
   auto publisher = must_open_publisher(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   for (int i = 0; i < 100; ++i) put(*publisher, static_cast<uint64_t>(i % 7), std::to_string(i));
-  ASSERT_TRUE(first->poll_until([&] { return first->saw(Kind::control, "99"); }));
+  ASSERT_TRUE(first->poll_until([&] { return first->saw(Kind::control, padded("99")); }));
   first.reset();
   Listener second(uri);
-  ASSERT_TRUE(second.poll_until([&] { return second.saw(Kind::control, "99"); }));
+  ASSERT_TRUE(second.poll_until([&] { return second.saw(Kind::control, padded("99")); }));
   // Shared memory may still hold what has been replaced, in front of what replaced it.
   std::vector<std::string> got = texts(second);
   ASSERT_GE(got.size(), 8u);
@@ -73,7 +81,7 @@ TEST_P(States, WhoComesLaterGetsASnapshot) {
     EXPECT_EQ(got.size(), 8u);
   }
   put(*publisher, 2, "100");
-  ASSERT_TRUE(second.poll_until([&] { return second.saw(Kind::control, "100"); }));
+  ASSERT_TRUE(second.poll_until([&] { return second.saw(Kind::control, padded("100")); }));
 }
 
 TEST_P(States, NoNumberOfThemIsTooManyForOneThatPollsSeldom) {
@@ -84,7 +92,8 @@ TEST_P(States, NoNumberOfThemIsTooManyForOneThatPollsSeldom) {
   for (uint64_t i = 0; i < kKeys; ++i) put(*publisher, i, std::to_string(i));
   put(*publisher, 0, std::string(300'000, 'x'));
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, std::string(300'000, 'x')); }));
-  for (uint64_t i = 1; i < kKeys; ++i) ASSERT_TRUE(listener.saw(Kind::control, std::to_string(i))) << i;
+  for (uint64_t i = 1; i < kKeys; ++i)
+    ASSERT_TRUE(listener.saw(Kind::control, padded(std::to_string(i)))) << i;
   EXPECT_EQ(listener.count(Kind::disconnected), 0u);
   EXPECT_EQ(listener.link->stats().rejected, 0u);
 }
@@ -95,10 +104,10 @@ TEST_P(States, ADescriptionEndsThem) {
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   put(*publisher, 1, "1");
   put(*publisher, 2, "2");
-  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "2"); }));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, padded("2")); }));
   ASSERT_TRUE(publisher->set_description(bytes_of("e")));
   put(*publisher, 1, "1 again");
-  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "1 again"); }));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, padded("1 again")); }));
   EXPECT_EQ(texts(listener), (std::vector<std::string>{"d", "1", "2", "e", "1 again"}));
 }
 
@@ -176,20 +185,52 @@ TEST(StatesBatches, ABatchEndsHoweverFastKeysChange) {
   EXPECT_EQ(states.bytes(), 4u);
 }
 
+wire::Bytes bundle_of(size_t records, size_t message_bytes) {
+  const KeyedState record = udp::make_record(wire::Bytes(message_bytes, std::byte{7}));
+  wire::Bytes bundle;
+  for (size_t i = 0; i < records; ++i)
+    bundle.insert(bundle.end(), record.message->begin(), record.message->end());
+  return bundle;
+}
+
 TEST(StatesUdp, ADamagedBundleIsNotOpened) {
-  const KeyedState record = udp::make_record({std::byte{1}, std::byte{2}, std::byte{3}});
-  wire::Bytes two = *record.message;
-  two.insert(two.end(), record.message->begin(), record.message->end());
+  wire::Bytes two = bundle_of(2, 13);
   const auto opened = udp::open_bundle(two);
   ASSERT_TRUE(opened);
   ASSERT_EQ(opened->size(), 2u);
-  EXPECT_EQ((*opened)[1].size(), 3u);
+  EXPECT_EQ((*opened)[1].size(), 13u);
   for (size_t cut = 1; cut < two.size(); ++cut)
-    if (cut != record.message->size()) {
+    if (cut != two.size() / 2) {
       EXPECT_FALSE(udp::open_bundle(std::span(two).first(cut))) << cut;
     }
   two[0] = std::byte{200};
   EXPECT_FALSE(udp::open_bundle(two));
+}
+
+TEST(StatesUdp, ABundleHoldsAtMost256RecordsThatCanBeMessages) {
+  EXPECT_EQ(udp::open_bundle(bundle_of(256, 12))->size(), 256u);
+  EXPECT_FALSE(udp::open_bundle(bundle_of(257, 12)));
+  EXPECT_FALSE(udp::open_bundle(bundle_of(1, 11)));
+  EXPECT_FALSE(udp::open_bundle(wire::Bytes(size_t{16} << 20))) << "two million empty records";
+  EXPECT_EQ(udp::open_bundle(bundle_of(1, 1 << 20))->size(), 1u) << "long states are states";
+}
+
+TEST(StatesUdp, ABundleIsFilledUpTo256Records) {
+  KeyedStates states;
+  for (uint64_t key = 0; key < 1000; ++key) {
+    KeyedState record = udp::make_record(wire::Bytes(12, std::byte{7}));
+    states.put(key, std::move(record.message), record.hash);
+  }
+  udp::StateSender feeder;
+  udp::ControlSender sender;
+  std::vector<size_t> records;
+  for (feeder.feed(sender, states); const auto piece = sender.next(1); feeder.feed(sender, states)) {
+    records.push_back(piece->header.message_bytes / 20);
+    while (sender.next(1)) {
+    }
+    sender.acknowledge({piece->header.message, piece->header.count, {}}, 1);
+  }
+  EXPECT_EQ(records, (std::vector<size_t>{256, 256, 256, 232}));
 }
 
 TEST(StatesShm, AReaderThatIsLappedHasWhatIsNewestInTheEnd) {
