@@ -30,7 +30,7 @@ uint64_t BudgetPool::used(Resource resource) const {
 std::vector<BudgetPool::Report> BudgetPool::report() const {
   const std::lock_guard lock(mutex_);
   std::vector<Report> report;
-  for (const PeerBudget* peer : peers_) report.push_back({peer->name_, peer->used_, peer->refused_});
+  for (const PeerBudget* peer : peers_) report.push_back({peer->name_, peer->used_, peer->refused_, peer});
   return report;
 }
 

@@ -35,6 +35,7 @@ class BudgetPool : public std::enable_shared_from_this<BudgetPool> {
   struct Report {
     std::string name;
     std::array<uint64_t, kResourceCount> used{}, refused{};
+    const PeerBudget* peer = nullptr;  // its identity; the peer may be gone
   };
   std::vector<Report> report() const;
 

@@ -75,7 +75,8 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       frames_(device),
       renderer_(renderer),
       readback_(device),
-      image_service_(device, renderer, poses, intake, scene),
+      image_service_(device, renderer, poses, intake, scene,
+                     {options.peer_limits.slices.image_ns, options.lockstep, stop_was_requested}),
       taken_(passes::with_sources(options.outputs)),
       started_(Clock::now()),
       last_image_(started_),
@@ -98,7 +99,8 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
 Result<void> FrameLoop::run() {
   while (!done()) {
     // What adapters have sent.
-    if (!options_.lockstep || !undrawn_) undrawn_ = take_in();
+    const bool is_held = options_.lockstep && (undrawn_ || has_due_images_);
+    if (!is_held) undrawn_ = take_in();
     say_notes();
 
     if (metrics_) metrics_->tell(intake_, poses_, scene_.faults());
@@ -107,13 +109,18 @@ Result<void> FrameLoop::run() {
     if (window_) steer();
 
     // What simulators have asked for.
-    const bool served = image_service_.draw_due(frames_);
+    const ImageService::Drawn served = image_service_.draw_due(frames_);
+    has_due_images_ = served.has_more;
     if (options_.on_request) {
       if (Result<void> delivered = finish_served(served); !delivered) return delivered;
       continue;
     }
 
     // What is to be drawn, if anything.
+    if (options_.lockstep && has_due_images_) {
+      if (Result<void> delivered = deliver(); !delivered) return delivered;
+      continue;
+    }
     if (options_.lockstep && !undrawn_) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
       intake_.wait(std::chrono::milliseconds(1));
@@ -158,13 +165,16 @@ void FrameLoop::say_notes() {
   if (next_) say(next_->take_notes());
 }
 
-// With no image of our own: a frame has been shown when what was asked of it is drawn.
-Result<void> FrameLoop::finish_served(bool served) {
-  const bool is_news = std::exchange(undrawn_, false);
+// With no image of our own: a frame has been shown when what was asked of it is drawn. In lockstep that is
+// all of it; else a frame may be replaced while images of it are due.
+Result<void> FrameLoop::finish_served(const ImageService::Drawn& served) {
+  const bool is_news = undrawn_ && !(options_.lockstep && served.has_more);
   if (is_news) unacknowledged_.push_back({image_service_.submitted(), poses_.shown()});
-  if (!served && image_service_.in_flight()) image_service_.wait(image_service_.submitted());
+  if (is_news) undrawn_ = false;
+  if (!served.any && image_service_.in_flight())
+    (void)image_service_.wait_for(image_service_.submitted(), options_.peer_limits.slices.image_ns);
   if (Result<void> delivered = deliver(); !delivered) return delivered;
-  if (!served && !is_news) intake_.wait(std::chrono::milliseconds(1));
+  if (!served.any && !is_news) intake_.wait(std::chrono::milliseconds(1));
   return {};
 }
 

@@ -72,7 +72,7 @@ class FrameLoop {
   void animate();
   void draw();
   void read_back(gpu::Recorder& recorder, ImageTag tag);
-  Result<void> finish_served(bool served);
+  Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // finished images to the sink
   Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels);
   Result<void> list_instances();
@@ -107,6 +107,7 @@ class FrameLoop {
   std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the list's scene
   uint64_t images_ = 0;                       // drawn
   bool undrawn_ = false;  // lockstep: a pose frame is shown that no image has been drawn of yet
+  bool has_due_images_ = false;  // requested images of the shown frames are not all drawn yet
   struct Unacknowledged {
     ImageService::Mark drawn;
     std::vector<state::FrameTag> shown;

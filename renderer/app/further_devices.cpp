@@ -70,10 +70,10 @@ Result<void> FurtherDevice::open(gpu::Instance& instance, uint32_t index, gpu::A
 }
 
 void FurtherDevice::begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
-                                  const ImageMaker::Moment& moment) {
-  begin([this, &live, &settings, &moment] {
+                                  const ImageMaker::Moment& moment, uint64_t most_bytes) {
+  begin([this, &live, &settings, &moment, most_bytes] {
     result_ = show(live, settings);
-    if (result_) maker_->draw(*frames_, moment);
+    if (result_) maker_->draw(*frames_, moment, most_bytes);
     (void)frames_->take_finished();
   });
 }

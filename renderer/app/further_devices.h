@@ -31,7 +31,7 @@ class FurtherDevice {
 
   // One submission of the maker's work. Shows what `live` shows, drawn as the settings say.
   void begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
-                     const ImageMaker::Moment& moment);
+                     const ImageMaker::Moment& moment, uint64_t most_bytes);
   // Waits for what was begun, and throws what it has thrown.
   Result<void> finish();
 

@@ -5,8 +5,6 @@
 namespace fire3dv::app {
 namespace {
 
-// Of the images of one submission: what comes back is kept in memory of the host until it is sent.
-constexpr uint64_t kMostSubmittedBytes = uint64_t{64} << 20;
 // Of cameras that are drawn at once: what is visible, and their lists of clusters.
 constexpr uint64_t kMostTogetherBytes = uint64_t{64} << 20;
 
@@ -72,27 +70,29 @@ state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
 void ImageMaker::begin(std::vector<Asked>&& asked) {
   asked_ = std::move(asked);
   next_ = 0;
-  of_frame_ = passes::OfFrame::first;
 }
 
-void ImageMaker::draw(gpu::FrameRing& frames, const Moment& moment) {
+bool ImageMaker::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t most_bytes) {
   gpu::Recorder* recorder = nullptr;
   uint64_t bytes = 0;
-  while (has_work() && bytes < kMostSubmittedBytes) {
+  while (has_work() && bytes < most_bytes) {
     const std::span<const Asked> rest = std::span(asked_).subspan(next_);
-    const std::span<const Asked> together = rest.first(how_many_together(rest));
+    const std::span<const Asked> together = rest.first(how_many_together(rest, most_bytes));
     next_ += together.size();
     if (!make_room(together)) continue;
     if (!recorder) recorder = &frames.begin();
     record(*recorder, frames.belt(), together, moment);
     of_frame_ = passes::OfFrame::further;
     bytes += read_back_bytes(together[0].due.request, static_cast<uint32_t>(together.size()));
+    const glm::uvec2 size = together[0].camera.pinhole.image_px;
+    cost_ += together.size() * state::image_cost(size.x, size.y);
   }
   if (recorder) readback_.submitted(frames.submit());
+  return recorder != nullptr;
 }
 
 // Of images that stand side by side, how many of the first ones are drawn at once.
-size_t ImageMaker::how_many_together(std::span<const Asked> rest) const {
+size_t ImageMaker::how_many_together(std::span<const Asked> rest, uint64_t most_bytes) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   const bool smoothed = outputs.color_srgb8 && renderer_.post_settings().fxaa;
@@ -102,6 +102,7 @@ size_t ImageMaker::how_many_together(std::span<const Asked> rest) const {
   const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
   const uint64_t most =
       std::min<uint64_t>({kMostTogetherBytes / std::max(pixel_bytes, list_bytes),
+                          most_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
                           device_.limits().maxImageDimension2D / first.intrinsics.height, rest.size()});
   size_t count = 1;
   while (count < most) {

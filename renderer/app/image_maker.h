@@ -40,11 +40,21 @@ class ImageMaker {
     std::shared_ptr<const std::vector<passes::Box3d>> boxes;
   };
 
-  // To be drawn of one moment, what is alike side by side. Nothing is left of an earlier one.
+  // The images that follow show other poses than those before.
+  void begin_moment() { of_frame_ = passes::OfFrame::first; }
+  // Images to draw, alike ones side by side, instead of all earlier ones.
   void begin(std::vector<Asked>&& asked);
   bool has_work() const { return next_ < asked_.size(); }
-  // One submission of it: as much as is good for one.
-  void draw(gpu::FrameRing& frames, const Moment& moment);
+  // Those that are drawn or refused.
+  std::span<const Asked> processed() const { return std::span(asked_).first(next_); }
+
+  // Draws some of them in one submission, whose read-back ends with the image that reaches most_bytes.
+  // Returns false when nothing was submitted.
+  bool draw(gpu::FrameRing& frames, const Moment& moment, uint64_t most_bytes = kMostSubmittedBytes);
+  // Limit of one submission: its images are kept in host memory until they are sent.
+  static constexpr uint64_t kMostSubmittedBytes = uint64_t{64} << 20;
+  // Cost of the images drawn since the last call.
+  uint64_t take_cost() { return std::exchange(cost_, 0); }
 
   // None of what was given and is not drawn yet will be.
   void refuse_rest(const std::string& why);
@@ -81,7 +91,7 @@ class ImageMaker {
     std::vector<Image> images;  // one for each view
   };
 
-  size_t how_many_together(std::span<const Asked> rest) const;
+  size_t how_many_together(std::span<const Asked> rest, uint64_t most_bytes) const;
   bool make_room(std::span<const Asked> together);
   void refuse(std::span<const Asked> together, wire::ImageRefusal reason, const std::string& why);
   void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::span<const Asked> together,
@@ -98,6 +108,7 @@ class ImageMaker {
   passes::LensPass lens_;
   std::vector<Asked> asked_;
   size_t next_ = 0;  // of them, that is not drawn yet
+  uint64_t cost_ = 0;
   passes::OfFrame of_frame_ = passes::OfFrame::first;
   std::vector<Refused> refused_;
   std::map<Key, passes::CameraHistory> histories_;  // of open requests that want motion

@@ -9,6 +9,8 @@ namespace {
 
 // What stands behind a lens is larger than the image.
 constexpr uint64_t kMostBytesBehindLens = uint64_t{256} << 20;
+// Limit of a submission while several streams request images, so that turns can end in time.
+constexpr uint64_t kSharedSubmittedBytes = uint64_t{8} << 20;
 
 int64_t monotonic_now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -50,18 +52,94 @@ ImageMaker& ImageService::maker_at(size_t index) {
   return index == 0 ? first_ : further()[index - 1]->maker();
 }
 
-bool ImageService::draw_due(gpu::FrameRing& frames) {
-  std::vector<state::ImageBook::Due> due = intake_.take_due_images(monotonic_now_ns());
-  if (!due.empty() || intake_.open_image_requests() == 0) forget_what_is_over();
-  if (due.empty()) return false;
-  std::vector<ImageMaker::Asked> asked = resolve(std::move(due));
+ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
+  note_finished();
+  const int64_t begin_ns = monotonic_now_ns(), end_ns = begin_ns + rules_.slice_ns;
+  std::vector<state::ImageDemand> demands = intake_.image_demands(begin_ns);
+  turns_.note_demands(demands, begin_ns);
+  if (!demands.empty() || intake_.open_image_requests() == 0) forget_what_is_over();
+  // Nothing moves before the next call: all turns of this one show the same poses.
   ImageMaker::Moment moment{poses_, nullptr};
-  if (std::ranges::any_of(asked, [](const ImageMaker::Asked& a) { return wants_boxes(a.due.request); }))
+  for (size_t device = 0; device < device_count(); ++device) maker_at(device).begin_moment();
+  Drawn drawn;
+  while (!demands.empty() && !rules_.is_stop_requested()) {
+    if (drawn.any && monotonic_now_ns() >= end_ns) break;
+    if (!has_room(end_ns)) break;
+    const std::optional<state::ImageBook::Asker> asker = turns_.next(demands, monotonic_now_ns());
+    if (!asker) break;
+    drawn.any = true;
+    if (!draw_turn(frames, *asker, moment, end_ns)) break;
+    std::erase_if(demands, [&](const state::ImageDemand& demand) { return demand.asker == *asker; });
+  }
+  drawn.has_more = !demands.empty();
+  return drawn;
+}
+
+// Returns false when the slice ended before all due images of the stream were drawn.
+bool ImageService::draw_turn(gpu::FrameRing& frames, state::ImageBook::Asker asker,
+                             ImageMaker::Moment& moment, int64_t end_ns) {
+  const int64_t now_ns = monotonic_now_ns();
+  std::vector<ImageMaker::Asked> asked = resolve(intake_.due_images(asker, now_ns));
+  const auto needs_boxes = [](const ImageMaker::Asked& a) { return wants_boxes(a.due.request); };
+  if (!moment.boxes && std::ranges::any_of(asked, needs_boxes))
     moment.boxes = std::make_shared<const std::vector<passes::Box3d>>(
         passes::boxes_of_instances(scene_.scene(), poses_));
   deal_out(std::move(asked));
-  draw_on_all(frames, moment);
-  return true;
+  const uint64_t most_bytes =
+      turns_.is_alone(asker, now_ns) ? ImageMaker::kMostSubmittedBytes : kSharedSubmittedBytes;
+  for (bool is_first = true; has_work(); is_first = false) {
+    if (!is_first && (monotonic_now_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
+    uint64_t cost = 0;
+    const Mark before = submitted();
+    draw_round(frames, moment, most_bytes);
+    for (size_t device = 0; device < device_count(); ++device)
+      cost = std::max(cost, maker_at(device).take_cost());
+    if (Mark mark = submitted(); mark != before) {
+      const int64_t submitted_ns = monotonic_now_ns();
+      turns_.submitted(asker, cost, submitted_ns);
+      flights_.push_back({std::move(mark), asker, submitted_ns});
+    }
+  }
+  const bool is_whole = !has_work();
+  for (size_t device = 0; device < device_count(); ++device) {
+    ImageMaker& maker = maker_at(device);
+    for (const ImageMaker::Asked& one : maker.processed()) intake_.image_made(one.due);
+    maker.begin({});
+  }
+  return is_whole;
+}
+
+bool ImageService::has_work() {
+  for (size_t device = 0; device < device_count(); ++device) {
+    if (maker_at(device).has_work()) return true;
+  }
+  return false;
+}
+
+// Charges the device time of submissions that are done to their streams.
+void ImageService::note_finished() {
+  while (!flights_.empty() && is_done(flights_.front().mark)) {
+    const Flight& flight = flights_.front();
+    const int64_t now_ns = monotonic_now_ns();
+    const int64_t begin_ns = std::max(flight.submitted_ns, last_done_ns_);
+    turns_.finished(begin_ns, now_ns);
+    intake_.add_render_time(flight.asker, now_ns - begin_ns);
+    last_done_ns_ = now_ns;
+    flights_.pop_front();
+  }
+}
+
+// Short submissions may overlap. A long one, or one of unknown length, is waited for, and another stream's
+// request that comes meanwhile has to wait for one such submission only.
+bool ImageService::has_room(int64_t end_ns) {
+  while (true) {
+    note_finished();
+    const int64_t now_ns = monotonic_now_ns();
+    const std::optional<int64_t> remaining_ns = turns_.remaining_ns(now_ns);
+    if (remaining_ns && *remaining_ns <= rules_.slice_ns / 2) return true;
+    if (now_ns >= end_ns) return false;
+    (void)wait_for(flights_.front().mark, end_ns - now_ns);
+  }
 }
 
 void ImageService::forget_what_is_over() {
@@ -118,39 +196,32 @@ void ImageService::deal_out(std::vector<ImageMaker::Asked>&& asked) {
   for (size_t device = 0; device < hands.size(); ++device) maker_at(device).begin(std::move(hands[device]));
 }
 
-// In rounds: what is finished is sent between two of them, so that no more is under way than the devices work
-// at.
-void ImageService::draw_on_all(gpu::FrameRing& frames, const ImageMaker::Moment& moment) {
-  const auto has_work = [&](size_t device) { return maker_at(device).has_work(); };
-  for (bool more = true; more;) {
-    deliver();
-    std::vector<FurtherDevice*> at_work;
-    for (const std::unique_ptr<FurtherDevice>& each : further()) {
-      if (!each->maker().has_work()) continue;
-      each->begin_drawing(scene_, *settings_, moment);
-      at_work.push_back(each.get());
-    }
-    std::exception_ptr failure;  // of any: all have to be waited for
-    const auto attempt = [&](auto&& action) {
-      try {
-        action();
-      } catch (...) {
-        failure = std::current_exception();
-      }
-    };
-    attempt([&] { first_.draw(frames, moment); });
-    for (FurtherDevice* each : at_work) {
-      attempt([&] {
-        if (Result<void> drawn = each->finish(); !drawn) each->maker().refuse_rest(drawn.error().message);
-      });
-    }
-    if (failure) std::rethrow_exception(failure);
-    more = false;
-    for (size_t device = 0; device < device_count(); ++device) {
-      refuse_what_had_no_room(maker_at(device));
-      more |= has_work(device);
-    }
+// One submission on each device that has work. What is finished is sent before, so that no more is under way
+// than the devices work at.
+void ImageService::draw_round(gpu::FrameRing& frames, const ImageMaker::Moment& moment, uint64_t most_bytes) {
+  deliver();
+  std::vector<FurtherDevice*> at_work;
+  for (const std::unique_ptr<FurtherDevice>& each : further()) {
+    if (!each->maker().has_work()) continue;
+    each->begin_drawing(scene_, *settings_, moment, most_bytes);
+    at_work.push_back(each.get());
   }
+  std::exception_ptr failure;  // of any: all have to be waited for
+  const auto attempt = [&](auto&& action) {
+    try {
+      action();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+  };
+  attempt([&] { first_.draw(frames, moment, most_bytes); });
+  for (FurtherDevice* each : at_work) {
+    attempt([&] {
+      if (Result<void> drawn = each->finish(); !drawn) each->maker().refuse_rest(drawn.error().message);
+    });
+  }
+  if (failure) std::rethrow_exception(failure);
+  for (size_t device = 0; device < device_count(); ++device) refuse_what_had_no_room(maker_at(device));
 }
 
 void ImageService::refuse_what_had_no_room(ImageMaker& maker) {
@@ -181,6 +252,14 @@ ImageService::Mark ImageService::submitted() const {
 bool ImageService::is_done(const Mark& mark) const {
   for (size_t device = 0; device < mark.size(); ++device) {
     if (device_at(device).completed() < mark[device]) return false;
+  }
+  return true;
+}
+
+bool ImageService::wait_for(const Mark& mark, int64_t timeout_ns) const {
+  const int64_t end_ns = monotonic_now_ns() + timeout_ns;
+  for (size_t device = 0; device < mark.size(); ++device) {
+    if (!device_at(device).wait_for(mark[device], end_ns - monotonic_now_ns())) return false;
   }
   return true;
 }

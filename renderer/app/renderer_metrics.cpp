@@ -39,8 +39,10 @@ const char* name_of(state::ClockOffset::Source source) {
 
 }  // namespace
 
-Result<std::unique_ptr<RendererMetrics>> RendererMetrics::open(const std::string& at, bool insecure) {
+Result<std::unique_ptr<RendererMetrics>> RendererMetrics::open(const std::string& at, bool insecure,
+                                                               std::shared_ptr<const BudgetPool> budgets) {
   std::unique_ptr<RendererMetrics> self(new RendererMetrics);
+  self->budgets_ = std::move(budgets);
   auto server = metrics::HttpServer::open(
       at, insecure, [raw = self.get()](metrics::Exposition& page) { raw->write_page(page); });
   if (!server) return server.error();
@@ -88,6 +90,7 @@ void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& p
   gathered_.edit_faults = faults;
   gathered_.image_requests = intake.open_image_requests();
   gathered_.image_requests_refused = intake.refused_image_requests();
+  gathered_.peers = peer_uses(intake);
   gathered_.streams.clear();
   std::map<uint64_t, Drawn> still_there;  // what was counted of streams that have ended goes
   for (StreamIntake::Report& report : intake.report()) {
@@ -118,6 +121,18 @@ void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& p
   told_.swap(told);
 }
 
+std::vector<metrics::PeerUse> RendererMetrics::peer_uses(const StreamIntake& intake) const {
+  std::map<const PeerBudget*, state::StreamId> streams;
+  for (const StreamIntake::Report& report : intake.report()) streams[report.budget.get()] = report.id;
+  std::vector<metrics::PeerUse> uses;
+  for (BudgetPool::Report& report : budgets_->report()) {
+    const auto stream = streams.find(report.peer);
+    uses.push_back({std::move(report.name), stream == streams.end() ? "" : std::to_string(stream->second),
+                    report.used, report.refused});
+  }
+  return uses;
+}
+
 // --- the server's thread
 
 void RendererMetrics::write_page(metrics::Exposition& page) const {
@@ -138,6 +153,7 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
   write_links(page, *numbers);
   write_streams(page, *numbers, now_ns);
   write_edits(page, *numbers);
+  metrics::write_peer_use(page, budgets_->limits(), numbers->peers);
 }
 
 void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& numbers) {

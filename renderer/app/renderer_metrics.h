@@ -11,6 +11,7 @@
 #include "renderer/app/frame_stats.h"
 #include "renderer/app/stream_intake.h"
 #include "renderer/metrics/http_server.h"
+#include "renderer/metrics/peer_use.h"
 #include "renderer/state/edit_book.h"
 
 namespace fire3dv::app {
@@ -18,7 +19,8 @@ namespace fire3dv::app {
 class RendererMetrics {
  public:
   // at: "HOST:PORT".
-  static Result<std::unique_ptr<RendererMetrics>> open(const std::string& at, bool insecure);
+  static Result<std::unique_ptr<RendererMetrics>> open(const std::string& at, bool insecure,
+                                                       std::shared_ptr<const BudgetPool> budgets);
   std::string address() const { return server_->address(); }
 
   // --- the frame loop's thread
@@ -61,6 +63,7 @@ class RendererMetrics {
     std::vector<StreamNumbers> streams;
     state::EditFaults edit_faults;
     uint64_t image_requests = 0, image_requests_refused = 0;
+    std::vector<metrics::PeerUse> peers;
   };
   RendererMetrics() = default;
   void write_page(metrics::Exposition& page) const;  // the server's thread
@@ -69,6 +72,9 @@ class RendererMetrics {
   static void write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns);
   static void write_edits(metrics::Exposition& page, const Numbers& numbers);
 
+  std::vector<metrics::PeerUse> peer_uses(const StreamIntake& intake) const;
+
+  std::shared_ptr<const BudgetPool> budgets_;
   // The frame loop's thread alone.
   Numbers gathered_;
   std::map<uint64_t, Drawn> drawn_of_epoch_;

@@ -68,9 +68,11 @@ Result<std::unique_ptr<Recording>> open_recording(const Options& options,
 }
 
 // Null without the option.
-Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options) {
+Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
+                                                      const std::shared_ptr<BudgetPool>& budgets) {
   if (options.metrics.empty()) return std::unique_ptr<RendererMetrics>();
-  Result<std::unique_ptr<RendererMetrics>> opened = RendererMetrics::open(options.metrics, options.insecure);
+  Result<std::unique_ptr<RendererMetrics>> opened =
+      RendererMetrics::open(options.metrics, options.insecure, budgets);
   if (opened) say("metrics at http://" + (*opened)->address() + "/metrics");
   return opened;
 }
@@ -215,7 +217,7 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
     intake.add(std::move(replayed));
   }
   if (stage.first) {  // they count on from scene to scene
-    Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options);
+    Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options, stage.budgets);
     if (!metrics) return metrics.error();
     stage.metrics = std::move(*metrics);
   }

@@ -28,9 +28,12 @@ void StreamIntake::ask_for_image(Peer peer, const wire::ImageRequest& request) {
                 : std::string("this program makes no images for others");
     return tell_refused(peer, {request.epoch, request.id, wire::ImageRefusal::no_way_back, why});
   }
-  const auto refused = images_->ask(stream->second.asker, request);
+  const std::shared_ptr<PeerBudget> budget = budget_of(peer);
+  const auto refused = images_->ask(stream->second.asker, request, budget);
   if (!refused) return;
-  note("stream \"" + stream->second.name + "\" asks for an image: " + refused->answer.message);
+  // Refusals by a limit are logged once per peer and resource; metrics count them.
+  const bool is_logged = !refused->over || budget->refused(*refused->over) == 1;
+  if (is_logged) note("stream \"" + stream->second.name + "\" asks for an image: " + refused->answer.message);
   tell_refused(peer, refused->answer);
 }
 
@@ -42,19 +45,34 @@ const std::pair<const StreamIntake::Peer, StreamIntake::PeerStream>* StreamIntak
   return stream == stream_of_peer_.end() ? nullptr : &*stream;
 }
 
-std::vector<state::ImageBook::Due> StreamIntake::take_due_images(int64_t now_ns) {
+std::optional<state::ImageBook::Shown> StreamIntake::shown_of(state::ImageBook::Asker asker) const {
+  const auto* entry = find_asker(asker);
+  if (!entry) return {};
+  const wire::PoseFrameHeader& header = poses_.streams()[entry->second.id].header;
+  return state::ImageBook::Shown{entry->second.epoch, header.sequence, header.sim_time_ns};
+}
+
+std::vector<state::ImageDemand> StreamIntake::image_demands(int64_t now_ns) {
   if (!images_) return {};
-  const auto shown = [this](state::ImageBook::Asker asker) -> std::optional<state::ImageBook::Shown> {
-    const auto* entry = find_asker(asker);
-    if (!entry) return {};
-    const wire::PoseFrameHeader& header = poses_.streams()[entry->second.id].header;
-    return state::ImageBook::Shown{entry->second.epoch, header.sequence, header.sim_time_ns};
-  };
   std::vector<state::ImageBook::Refused> refused;
-  std::vector<state::ImageBook::Due> due = images_->take_due(shown, now_ns, refused);
+  std::vector<state::ImageDemand> demands =
+      images_->demands([this](state::ImageBook::Asker asker) { return shown_of(asker); }, now_ns, refused);
   for (const state::ImageBook::Refused& one : refused)
     if (const auto* entry = find_asker(one.asker)) tell_refused(entry->first, one.answer);
-  return due;
+  return demands;
+}
+
+std::vector<state::ImageBook::Due> StreamIntake::due_images(state::ImageBook::Asker asker,
+                                                            int64_t now_ns) const {
+  const auto shown = shown_of(asker);
+  return shown ? images_->due(asker, *shown, now_ns) : std::vector<state::ImageBook::Due>();
+}
+
+void StreamIntake::add_render_time(state::ImageBook::Asker asker, int64_t ns) {
+  const auto* entry = find_asker(asker);
+  if (!entry) return;
+  if (const auto budget = budget_of_peer_.find(entry->first); budget != budget_of_peer_.end())
+    budget->second->add_render_ns(ns);
 }
 
 void StreamIntake::refuse_image(const state::ImageBook::Due& due, wire::ImageRefusal reason,

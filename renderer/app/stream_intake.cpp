@@ -429,8 +429,11 @@ std::vector<StreamIntake::LinkReport> StreamIntake::links() const {
 
 std::vector<StreamIntake::Report> StreamIntake::report() const {
   std::vector<Report> streams;
-  for (const auto& [peer, stream] : stream_of_peer_)
-    streams.push_back({stream.id, listeners_[peer.first]->uri(), stream.clock.source()});
+  for (const auto& [peer, stream] : stream_of_peer_) {
+    const auto budget = budget_of_peer_.find(peer);
+    streams.push_back({stream.id, listeners_[peer.first]->uri(), stream.clock.source(),
+                       budget == budget_of_peer_.end() ? nullptr : budget->second});
+  }
   return streams;
 }
 

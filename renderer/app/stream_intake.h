@@ -55,8 +55,13 @@ class StreamIntake {
 
   // Images that adapters ask for (stream_images.cpp). Without an offer they are told that none are made.
   void offer_images(const state::ImageAbilities& abilities) { images_ = state::ImageBook(abilities); }
-  // What is due of what is shown now; whoever asked for what cannot be met any more is told.
-  std::vector<state::ImageBook::Due> take_due_images(int64_t now_ns);
+  // Streams with images that are due of the frames shown now. Refuses requests that cannot be met any more.
+  std::vector<state::ImageDemand> image_demands(int64_t now_ns);
+  // Due images of one of them; they stay due until image_made().
+  std::vector<state::ImageBook::Due> due_images(state::ImageBook::Asker asker, int64_t now_ns) const;
+  void image_made(const state::ImageBook::Due& due) { images_->made(due); }
+  // Charges device time to the stream's peer.
+  void add_render_time(state::ImageBook::Asker asker, int64_t ns);
   void refuse_image(const state::ImageBook::Due& due, wire::ImageRefusal reason, const std::string& why);
   // False: it is lost, since the asker takes images too slowly or is gone.
   bool send_image(state::ImageBook::Asker asker, const wire::ImageFrame& frame,
@@ -89,6 +94,7 @@ class StreamIntake {
     state::StreamId id = 0;
     std::string listener;  // its URI
     state::ClockOffset::Source clock{};
+    std::shared_ptr<const PeerBudget> budget;  // of its peer; null before the first charge
   };
   std::vector<Report> report() const;
   // When a frame was published, on our clock; nothing while the publisher's is not known.
@@ -132,6 +138,7 @@ class StreamIntake {
   void ask_for_image(Peer peer, const wire::ImageRequest& request);
   void tell_refused(Peer peer, const wire::ImageRefused& refused);
   const std::pair<const Peer, PeerStream>* find_asker(state::ImageBook::Asker asker) const;
+  std::optional<state::ImageBook::Shown> shown_of(state::ImageBook::Asker asker) const;
   void end_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
   void reject(Peer peer, Refusal refusal, const std::string& reason);

@@ -31,6 +31,18 @@ const char* clock_words(state::ClockOffset::Source source) {
   return "";
 }
 
+// Resources of which the peer uses more than 1 % of its limit, or more than it may.
+std::vector<gui::UseFact> notable_uses(const PeerBudget* budget) {
+  std::vector<gui::UseFact> uses;
+  if (!budget) return uses;
+  for (const ResourceInfo& info : resource_table()) {
+    const gui::UseFact use{info.resource, budget->used(info.resource), budget->limit(info.resource),
+                           budget->refused(info.resource)};
+    if (use.used > use.limit / 100 || use.refused > 0) uses.push_back(use);
+  }
+  return uses;
+}
+
 }  // namespace
 
 void ViewerFacts::note(const std::string& sentence) {
@@ -107,6 +119,7 @@ gui::StreamFact ViewerFacts::stream_fact(const StreamIntake::Report& report, con
   fact.overtaken = stream.frames_overtaken;
   fact.edits = stream.edits_received;
   fact.edits_refused = stream.edits_refused;
+  fact.uses = notable_uses(report.budget.get());
   fact.gaps_ms = poses.gaps_ms(report.id);
   return fact;
 }

@@ -208,6 +208,15 @@ void Device::wait(uint64_t value) const {
   vkWaitSemaphores(device_, &info, UINT64_MAX);
 }
 
+bool Device::wait_for(uint64_t value, int64_t timeout_ns) const {
+  VkSemaphoreWaitInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO};
+  info.semaphoreCount = 1;
+  info.pSemaphores = &timeline_;
+  info.pValues = &value;
+  const uint64_t timeout = timeout_ns > 0 ? static_cast<uint64_t>(timeout_ns) : 0;
+  return vkWaitSemaphores(device_, &info, timeout) == VK_SUCCESS;
+}
+
 void Device::collect() {
   if (retired_.empty()) return;
   const uint64_t done = completed();

@@ -90,6 +90,7 @@ class Device {
   uint64_t last_submitted() const { return submitted_; }
   uint64_t completed() const;
   void wait(uint64_t value) const;  // for one submission, never for the device
+  bool wait_for(uint64_t value, int64_t timeout_ns) const;  // true when the submission is done
 
   // Frees what no submission in flight can use any more. Called once a frame.
   void collect();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/peer_limits.h"
 #include "renderer/state/liveness.h"
 
 namespace fire3dv::gui {
@@ -38,6 +39,12 @@ struct FrameFacts {
   uint32_t samples = 0;
 };
 
+// Use of one resource by a stream's peer.
+struct UseFact {
+  Resource resource{};
+  uint64_t used = 0, limit = 0, refused = 0;
+};
+
 struct StreamFact {
   uint64_t epoch = 0;
   std::string name, listener, clock;
@@ -53,6 +60,7 @@ struct StreamFact {
   // Frames and messages that were not shown, by cause.
   uint64_t incomplete = 0, stale = 0, refused = 0, baseless = 0, overtaken = 0;
   uint64_t edits = 0, edits_refused = 0;
+  std::vector<UseFact> uses;   // above 1 % of the limit, or with refusals
   std::vector<float> gaps_ms;  // between the newest frames that came, the oldest first
 };
 

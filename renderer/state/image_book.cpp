@@ -23,10 +23,28 @@ std::string output_names(uint32_t outputs) {
 ImageBook::Refused ImageBook::refuse(Asker asker, const wire::ImageRequest& request,
                                      wire::ImageRefusal reason, std::string message) {
   ++refused_;
-  return {asker, {request.epoch, request.id, reason, std::move(message)}};
+  return {asker, {request.epoch, request.id, reason, std::move(message)}, {}};
 }
 
-std::optional<ImageBook::Refused> ImageBook::ask(Asker asker, const wire::ImageRequest& request) {
+std::optional<ImageBook::Refused> ImageBook::charge(Asker asker, const std::shared_ptr<PeerBudget>& budget,
+                                                    Entry& entry) {
+  const auto take = [&](Resource resource, uint64_t amount, BudgetCharge& charge) -> std::optional<Refused> {
+    Result<BudgetCharge> taken = BudgetCharge::take(budget, resource, amount);
+    if (taken) {
+      charge = std::move(*taken);
+      return {};
+    }
+    Refused refused = refuse(asker, entry.request, wire::ImageRefusal::too_many,
+                             taken.error().message + "; cancel requests, or ask for smaller images");
+    refused.over = resource;
+    return refused;
+  };
+  if (auto refused = take(Resource::requests, 1, entry.request_charge)) return refused;
+  return take(Resource::request_bytes, entry.pixel_bytes, entry.bytes_charge);
+}
+
+std::optional<ImageBook::Refused> ImageBook::ask(Asker asker, const wire::ImageRequest& request,
+                                                 const std::shared_ptr<PeerBudget>& budget) {
   std::map<uint32_t, Entry>& places = requests_[asker];
   const auto at = places.find(request.place);
   if (at != places.end() && at->second.request.id == request.id && request.when != wire::ImageWhen::never) {
@@ -65,12 +83,16 @@ std::optional<ImageBook::Refused> ImageBook::ask(Asker asker, const wire::ImageR
                       " are made: ask for a smaller one, or for fewer outputs");
   uint64_t asked = bytes;
   for (const auto& [place, entry] : places) asked += entry.pixel_bytes;
-  if (asked > abilities_.most_asked_bytes)
+  if (!budget && asked > abilities_.most_asked_bytes)
     return refuse(asker, request, Refusal::too_many,
                   "the images that this stream asks for have " + std::to_string(asked) +
                       " bytes together; at most " + std::to_string(abilities_.most_asked_bytes) +
                       " are made of one frame: take some back, or ask for smaller ones");
-  places[request.place] = {request, bytes, 0, 0, 0};
+  Entry entry;
+  entry.request = request;
+  entry.pixel_bytes = bytes;
+  if (auto refused = charge(asker, budget, entry)) return refused;
+  places[request.place] = std::move(entry);
   return {};
 }
 
@@ -101,32 +123,47 @@ ImageBook::Answer ImageBook::answer_now(const Entry& entry, uint64_t sequence, i
   return Answer::wait;
 }
 
-std::vector<ImageBook::Due> ImageBook::take_due(const std::function<std::optional<Shown>(Asker)>& shown,
-                                                int64_t now_ns, std::vector<Refused>& refused) {
-  std::vector<Due> due;
+std::vector<ImageDemand> ImageBook::demands(const ShownOf& shown, int64_t now_ns,
+                                            std::vector<Refused>& refused) {
+  std::vector<ImageDemand> demands;
   for (auto& [asker, places] : requests_) {
     if (places.empty()) continue;
     const std::optional<Shown> now = shown(asker);
     if (!now) continue;
+    ImageDemand demand{asker, 0, 0};
     for (auto at = places.begin(); at != places.end();) {
-      Entry& entry = at->second;
-      if (entry.request.epoch != now->epoch) {
-        ++at;
-        continue;
-      }
-      const Answer answer = answer_now(entry, now->sequence, now_ns);
-      if (answer == Answer::overtaken)
-        refused.push_back(refuse(asker, entry.request, wire::ImageRefusal::overtaken,
-                                 "frame " + std::to_string(entry.request.sequence) +
+      const wire::ImageRequest& request = at->second.request;
+      const Answer answer =
+          request.epoch == now->epoch ? answer_now(at->second, now->sequence, now_ns) : Answer::wait;
+      if (answer == Answer::overtaken) {
+        refused.push_back(refuse(asker, request, wire::ImageRefusal::overtaken,
+                                 "frame " + std::to_string(request.sequence) +
                                      " is not shown any more; frame " + std::to_string(now->sequence) +
                                      " is: wait for images in lockstep, or ask for what is shown next"));
-      if (answer == Answer::make || answer == Answer::make_last) {
-        due.push_back({asker, entry.request, ++entry.made, now->sequence, now->sim_time_ns});
-        entry.last_sequence = now->sequence;
-        entry.last_ns = now_ns;
+        at = places.erase(at);
+        continue;
       }
-      at = answer == Answer::make_last || answer == Answer::overtaken ? places.erase(at) : std::next(at);
+      if (answer != Answer::wait) {
+        const uint64_t cost = image_cost(request.intrinsics.width, request.intrinsics.height);
+        demand.cost += cost;
+        demand.largest = std::max(demand.largest, cost);
+      }
+      ++at;
     }
+    if (demand.cost > 0) demands.push_back(demand);
+  }
+  return demands;
+}
+
+std::vector<ImageBook::Due> ImageBook::due(Asker asker, const Shown& shown, int64_t now_ns) const {
+  std::vector<Due> due;
+  const auto places = requests_.find(asker);
+  if (places == requests_.end()) return due;
+  for (const auto& [place, entry] : places->second) {
+    if (entry.request.epoch != shown.epoch) continue;
+    const Answer answer = answer_now(entry, shown.sequence, now_ns);
+    if (answer != Answer::make && answer != Answer::make_last) continue;
+    due.push_back({asker, entry.request, entry.made + 1, shown.sequence, shown.sim_time_ns, now_ns});
   }
   // What is alike can be drawn at once.
   std::stable_sort(due.begin(), due.end(), [](const Due& a, const Due& b) {
@@ -135,6 +172,21 @@ std::vector<ImageBook::Due> ImageBook::take_due(const std::function<std::optiona
            std::tuple(of_b.width, of_b.height, b.request.outputs);
   });
   return due;
+}
+
+void ImageBook::made(const Due& due) {
+  const auto places = requests_.find(due.asker);
+  if (places == requests_.end()) return;
+  const auto at = places->second.find(due.request.place);
+  if (at == places->second.end() || at->second.request.id != due.request.id) return;
+  Entry& entry = at->second;
+  if (answer_now(entry, due.sequence, due.due_ns) == Answer::make_last) {
+    places->second.erase(at);
+    return;
+  }
+  entry.made = due.number;
+  entry.last_sequence = due.sequence;
+  entry.last_ns = due.due_ns;
 }
 
 std::vector<std::pair<ImageBook::Asker, uint64_t>> ImageBook::open() const {

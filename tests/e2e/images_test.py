@@ -329,7 +329,7 @@ def expect_refused(call, text):
 
 def refusals(test, link):
     uri = test.fresh_uri(link)
-    renderer = renderer_of(test, uri, "--on-request", "--metrics", "127.0.0.1:0")
+    renderer = renderer_of(test, uri, "--on-request", "--metrics", "127.0.0.1:0", "--peer-limit", "requests=3")
     with open_stream(uri) as stream:
         stream.publish(1000, barcode.poses_of(1))
         expect_refused(lambda: stream.request_image(8, 8, node="nobody").wait(HANG_S), '"nobody"')
@@ -343,7 +343,75 @@ def refusals(test, link):
                    "fire3dv_listener_images_dropped_total": 0, "fire3dv_image_requests": 0}
         wait_until(lambda: f"the metrics {counted}",
                    lambda: all(scrape(url_of(renderer)).total(name) == count for name, count in counted.items()))
+        # No more open requests than the limit of one peer; the limit is logged once.
+        for _ in range(3):
+            stream.request_image(8, 8, node=barcode.CAMERA, when="exactly", sequence=1000)
+        for _ in range(2):
+            expect_refused(lambda: stream.request_image(8, 8, node=barcode.CAMERA).wait(HANG_S), "--peer-limit requests=")
+        labels = {"fire3dv_peer_use": 3, "fire3dv_peer_limit": 3, "fire3dv_peer_refusals_total": 2}
+        wait_until(lambda: f"the metrics {labels}",
+                   lambda: all(scrape(url_of(renderer)).total(name, resource="requests") == count
+                               for name, count in labels.items()))
+        check(sum("--peer-limit requests=" in line for line in renderer.err) == 1, "the limit is not logged once")
     stop(renderer)
+
+
+def ask_large(stream, side, count):
+    return [stream.request_image(side, side, fx=side, near_m=1, far_m=100,
+                                 parent_from_camera=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, barcode.DISTANCE])
+            for _ in range(count)]
+
+
+def images_now(stream):
+    count = 0
+    try:
+        while True:
+            stream.wait_image(0)
+            count += 1
+    except fire3dv.Timeout:
+        return count
+
+
+def fair_turns(test, link):
+    """A stream goes on while another one always has large images due, and each of its images shows its frame."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request")
+    with open_stream(uri) as victim, fire3dv.Stream(uri, adapter_name="greedy") as greedy:
+        greedy.describe(["nothing"])
+        with victim.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth") as camera:
+            number, large, since_large, least_between = 0, 0, 0, []
+            while large < 6:
+                number += 1
+                [image] = victim.step(1000 * number, barcode.poses_of(number), [camera], HANG_S)
+                check_image(image, number, number)
+                del image
+                since_large += 1
+                if number == 20:
+                    ask_large(greedy, 1024, 16)
+                if number > 20 and (came := images_now(greedy)):
+                    large += came
+                    least_between.append(since_large / came)
+                    since_large = 0
+        # Drawn one after the other, all large images come between two of the victim's.
+        check(sum(least_between[1:]) / len(least_between[1:]) >= 3, f"images of the victim for each large one: {least_between}")
+    stop(renderer)
+
+
+def stop_request(test, link):
+    """A renderer that is told to stop draws no more of the images that are due."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request")
+    with open_stream(uri) as stream:
+        stream.publish(1000, barcode.poses_of(1))
+        requests = ask_large(stream, 4096, 16)
+        stream.wait_image(HANG_S)
+        renderer.signal(signal.SIGTERM)
+        came = 1
+        while renderer.alive():
+            came += images_now(stream)
+        renderer.expect_exit(0)
+        came += images_now(stream)
+        check(came < len(requests) // 2, f"{came} of {len(requests)} images were drawn")
 
 
 CLIENT = """
@@ -421,5 +489,5 @@ def example(test, link):
 
 if __name__ == "__main__":
     main({f"{case.__name__}_{link}": lambda test, c=case, l=link: c(test, l)
-          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, several_devices, lenses, refusals, killed_clients, restarted_renderer, example)
+          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, several_devices, lenses, refusals, fair_turns, stop_request, killed_clients, restarted_renderer, example)
           for link in LINKS}, ["fire3dv"])

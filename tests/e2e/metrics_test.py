@@ -39,6 +39,9 @@ def numbers(test):
     check(page.get("fire3dv_stream_nodes", kind="all", **of) == 2 and
           page.get("fire3dv_stream_nodes", kind="unmatched", **of) == 1, "the counts of nodes")
     check(page.get("fire3dv_listener_peers", listener=shm) == 1 and page.total("fire3dv_listener_peers") == 1, "peers")
+    check(page.get("fire3dv_peer_limit", resource="names") == 1 << 20, "the limit of names")
+    check(len(page.all("fire3dv_peer_use", resource="requests", **of)) == 1 and page.total("fire3dv_peers") == 1, "the peer's budget")
+    check(page.total("fire3dv_peer_refusals_total") == 0, "refusals of a peer within its limits")
     check(page.get("process_resident_memory_bytes") > 1 << 20 and page.get("process_open_fds") > 3, "process")
     check(page.get("fire3dv_pass_gpu_seconds_count", **{"pass": "shade"}) > 0, "no times of passes")
     check(sum(page.all("fire3dv_stream_state", **of)) == 1, "not one state")

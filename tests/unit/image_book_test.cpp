@@ -31,7 +31,12 @@ class ImageBookTest : public ::testing::Test {
       if (asker != 1) return {};
       return ImageBook::Shown{kEpoch, sequence, static_cast<int64_t>(sequence) * 10};
     };
-    last_ = book_.take_due(shown, now_ns, refused_);
+    last_.clear();
+    for (const ImageDemand& demand : book_.demands(shown, now_ns, refused_)) {
+      const std::vector<ImageBook::Due> due = book_.due(demand.asker, *shown(demand.asker), now_ns);
+      last_.insert(last_.end(), due.begin(), due.end());
+    }
+    for (const ImageBook::Due& one : last_) book_.made(one);
     for (const ImageBook::Due& one : last_) {
       ids.push_back(one.request.id);
       EXPECT_EQ(one.sequence, sequence);
@@ -187,6 +192,78 @@ TEST_F(ImageBookTest, AStreamsImagesAreBoundedTogetherAndOneSizeComesAfterTheOth
   EXPECT_LT(id, 100u);
   EXPECT_FALSE(book_.ask(2, sized(1, 4096))) << "one stream does not take another's room";
   EXPECT_FALSE(book_.ask(1, sized(id, 64))) << "small ones still fit";
+}
+
+TEST_F(ImageBookTest, ImagesStayDueUntilTheyAreMade) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::exactly, 5)));
+  ASSERT_FALSE(book_.ask(1, request(3, wire::ImageWhen::every_nth)));
+  const auto due_of = [&](uint64_t sequence) {
+    Ids ids;
+    for (const ImageBook::Due& one : last_ = book_.due(1, {kEpoch, sequence, 0}, 0)) {
+      ids.push_back(one.request.id);
+      EXPECT_EQ(one.sequence, sequence) << "the tag names the frame that is shown now";
+    }
+    return ids;
+  };
+  EXPECT_EQ(due_of(5), (Ids{1, 2, 3}));
+  book_.made(last_[2]);
+  EXPECT_EQ(due_of(5), (Ids{1, 2}));
+  EXPECT_EQ(due_of(6), (Ids{1, 3})) << "frame 5 of request 2 is not shown any more";
+  EXPECT_EQ(last_[1].number, 2u);
+  book_.made(last_[0]);
+  EXPECT_EQ(due_of(6), Ids{3});
+  EXPECT_EQ(due(6), Ids{3});
+  ASSERT_EQ(refused_.size(), 1u) << "request 2 is overtaken";
+  EXPECT_EQ(refused_[0].answer.request, 2u);
+}
+
+TEST_F(ImageBookTest, ADemandHasTheCostOfWhatIsDue) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(1, request(3, wire::ImageWhen::once, 9)));
+  const auto shown = [](ImageBook::Asker) { return ImageBook::Shown{kEpoch, 1, 0}; };
+  const std::vector<ImageDemand> demands = book_.demands(shown, 0, refused_);
+  ASSERT_EQ(demands.size(), 1u);
+  EXPECT_EQ(demands[0].cost, 2 * image_cost(64, 48));
+  EXPECT_EQ(demands[0].largest, image_cost(64, 48));
+}
+
+TEST_F(ImageBookTest, TheBudgetBoundsOpenRequests) {
+  PeerLimits limits;
+  ASSERT_TRUE(set_limit("requests=3", limits).ok());
+  ASSERT_TRUE(set_limit("request-bytes=40KiB", limits).ok());
+  const auto pool = BudgetPool::create(limits);
+  const auto budget = pool->add_peer("greedy"), other = pool->add_peer("other");
+  const auto ask = [&](ImageBook::Asker asker, uint64_t id, uint32_t side, const auto& charged) {
+    wire::ImageRequest r = request(id, wire::ImageWhen::every_nth);
+    r.intrinsics.width = r.intrinsics.height = side;
+    return book_.ask(asker, r, charged);
+  };
+  for (uint64_t id = 1; id <= 3; ++id) ASSERT_FALSE(ask(1, id, 32, budget));
+  EXPECT_EQ(budget->used(Resource::requests), 3u);
+  EXPECT_EQ(budget->used(Resource::request_bytes), 3u * 4 * 32 * 32);
+  const auto fourth = ask(1, 4, 32, budget);
+  ASSERT_TRUE(fourth);
+  EXPECT_EQ(fourth->answer.reason, wire::ImageRefusal::too_many);
+  EXPECT_EQ(fourth->over, Resource::requests);
+  EXPECT_NE(fourth->answer.message.find("--peer-limit requests="), std::string::npos)
+      << fourth->answer.message;
+  EXPECT_FALSE(ask(2, 1, 32, other)) << "another peer has a budget of its own";
+  book_.drop(1, 3);
+  const auto large = ask(1, 5, 128, budget);
+  ASSERT_TRUE(large);
+  EXPECT_EQ(large->over, Resource::request_bytes);
+  EXPECT_NE(large->answer.message.find("--peer-limit request-bytes="), std::string::npos)
+      << large->answer.message;
+  EXPECT_EQ(budget->used(Resource::requests), 2u) << "a refused request is not charged";
+  EXPECT_EQ(budget->refused(Resource::requests), 1u);
+  wire::ImageRequest back = request(2, wire::ImageWhen::never);
+  ASSERT_FALSE(book_.ask(1, back, budget));
+  EXPECT_EQ(budget->used(Resource::requests), 1u);
+  book_.forget(1);
+  EXPECT_EQ(budget->used(Resource::requests), 0u);
+  EXPECT_EQ(budget->used(Resource::request_bytes), 0u);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/metrics/http_server.h"
+#include "renderer/metrics/peer_use.h"
 #include "tests/unit/transport/raw_socket.h"
 
 namespace fire3dv::metrics {
@@ -55,6 +56,45 @@ TEST(Histogram, CountsUpToEachBound) {
   EXPECT_NE(page.text().find("h_bucket{s=\"1\",le=\"+Inf\"} 5\nh_sum{s=\"1\"} 11.3011\nh_count{s=\"1\"} 5\n"),
             std::string::npos)
       << page.text();
+}
+
+TEST(PeerUse, IsListedByPeerAndResource) {
+  PeerLimits limits;
+  PeerUse peer{"tcp://[::1]:7346 \"arm\"\n\xff", "3", {}, {}};
+  peer.used[static_cast<size_t>(Resource::names)] = 12;
+  peer.refused[static_cast<size_t>(Resource::lights)] = 2;
+  Exposition page;
+  write_peer_use(page, limits, {peer, peer});
+  const auto has = [&](const std::string& line) {
+    EXPECT_NE(page.text().find(line + "\n"), std::string::npos) << line << " is not in\n" << page.text();
+  };
+  has("fire3dv_peers 2");
+  has("fire3dv_peer_limit{resource=\"names\"} 1048576");
+  const std::string name = "peer=\"tcp://[::1]:7346 \\\"arm\\\"??";
+  has("fire3dv_peer_use{" + name + "\",stream=\"3\",resource=\"names\"} 12");
+  has("fire3dv_peer_use{" + name + " #2\",stream=\"3\",resource=\"names\"} 12");
+  has("fire3dv_peer_refusals_total{" + name + "\",resource=\"lights\"} 2");
+}
+
+TEST(PeerUse, ListsABoundedNumberOfPeers) {
+  PeerLimits limits;
+  std::vector<PeerUse> peers;
+  for (uint64_t i = 0; i < 500; ++i) {
+    peers.push_back({"peer " + std::to_string(i), "", {}, {}});
+    peers.back().used[static_cast<size_t>(Resource::names)] = i;
+  }
+  peers[7].refused[static_cast<size_t>(Resource::edits)] = 1;
+  Exposition page;
+  write_peer_use(page, limits, peers);
+  size_t listed = 0;
+  for (size_t at = page.text().find("fire3dv_peer_use{"); at != std::string::npos;
+       at = page.text().find("fire3dv_peer_use{", at + 1))
+    ++listed;
+  EXPECT_EQ(listed, kMaxListedPeers * kResourceCount);
+  EXPECT_NE(page.text().find("fire3dv_peers 500\n"), std::string::npos);
+  for (const char* kept : {"peer 7", "peer 499"})
+    EXPECT_NE(page.text().find("peer=\"" + std::string(kept) + "\""), std::string::npos) << kept;
+  EXPECT_EQ(page.text().find("peer=\"peer 8\""), std::string::npos) << "the least use is left out";
 }
 
 TEST(Http, JudgesRequests) {

@@ -45,6 +45,7 @@ gui::StreamFact rover(uint64_t image) {
   stream.poses = 40;
   stream.unmatched = 2;
   stream.shown = 9'020 + image;
+  stream.uses = {{Resource::pose_bytes, 12 << 20, 512 << 20, 0}, {Resource::requests, 1'024, 1'024, 3}};
   stream.incomplete = 31;
   stream.stale = 7;
   for (uint64_t i = 0; i < 96; ++i)

@@ -20,6 +20,19 @@ ImU32 color_of(state::Condition condition) {
   return theme::kDim;
 }
 
+// Resources of the peer that are near their limit, or that were refused.
+void draw_uses(Ui& ui, const std::vector<UseFact>& uses) {
+  if (uses.empty()) return;
+  ui.note("Uses, of the limit of one peer:");
+  for (const UseFact& use : uses) {
+    std::string text = amount_text(use.resource, use.used) + " of " + amount_text(use.resource, use.limit);
+    if (use.refused > 0) text += ", " + grouped(use.refused) + " refused";
+    const std::string label = "  " + std::string(info(use.resource).name);
+    ui.value(label.c_str(), use.refused > 0 ? theme::kWarning : theme::kText, text);
+    ui.hint(std::string(info(use.resource).noun).c_str());
+  }
+}
+
 constexpr float kMostDelayMs = 500;
 constexpr float kUsualDelayMs = 50;
 
@@ -77,6 +90,7 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   if (stream.edits + stream.edits_refused > 0) {
     ui.value("Edits", "%s, %s refused", grouped(stream.edits).c_str(), grouped(stream.edits_refused).c_str());
   }
+  draw_uses(ui, stream.uses);
   if (stream.gaps_ms.size() > 1) {
     const Ui::Curve gaps{stream.gaps_ms, theme::kAccent};
     ui.plot({&gaps, 1}, 34, 1, "ms between frames");
