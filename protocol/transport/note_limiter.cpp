@@ -1,6 +1,7 @@
 #include "protocol/transport/note_limiter.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace fire3dv::transport {
 namespace {
@@ -12,10 +13,10 @@ constexpr size_t kMaxKeyBytes = 256;
 
 bool NoteLimiter::allow(std::optional<Cause> cause, const std::string& key, int64_t now_ns) {
   Window& window = windows_[cause ? static_cast<size_t>(*cause) : kCauseCount];
-  // A window with suppressed notes ends with its summary.
-  if (now_ns - window.begins_ns >= kWindowNs && window.suppressed == 0) {
+  if (now_ns - window.begins_ns >= kWindowNs) {
     window.begins_ns = now_ns;
     window.shown = 0;
+    window.unreported += std::exchange(window.suppressed, 0);
     std::erase_if(window.seen, [&](const Seen& seen) { return now_ns - seen.at_ns >= kWindowNs; });
   }
   const std::string short_key = key.substr(0, kMaxKeyBytes);
@@ -39,13 +40,13 @@ void NoteLimiter::take_summaries(int64_t now_ns, std::vector<std::string>& summa
   if (suppressed_ == 0) return;
   for (size_t i = 0; i < windows_.size(); ++i) {
     Window& window = windows_[i];
-    if (window.suppressed == 0 || now_ns - window.begins_ns < kWindowNs) continue;
+    uint64_t count = std::exchange(window.unreported, 0);
+    if (now_ns - window.begins_ns >= kWindowNs) count += std::exchange(window.suppressed, 0);
+    if (count == 0) continue;
     const std::string cause =
         i < kCauseCount ? std::string(" (") + cause_name(static_cast<Cause>(i)) + ")" : "";
-    summaries.push_back("and " + std::to_string(window.suppressed) + " more were refused" + cause +
-                        " in the last 10 s");
-    suppressed_ -= window.suppressed;
-    window.suppressed = 0;
+    summaries.push_back("and " + std::to_string(count) + " more were refused" + cause + " in the last 10 s");
+    suppressed_ -= count;
   }
 }
 

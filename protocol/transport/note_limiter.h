@@ -36,6 +36,7 @@ class NoteLimiter {
     int64_t begins_ns = 0;
     size_t shown = 0;
     uint64_t suppressed = 0;
+    uint64_t unreported = 0;  // suppressed in earlier windows
     std::vector<Seen> seen;
   };
   std::array<Window, kCauseCount + 1> windows_;  // by cause; the last one is for notes without a cause
