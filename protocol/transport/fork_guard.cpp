@@ -45,10 +45,14 @@ void forget(int fd) {
 
 }  // namespace
 
-UnforkableFd::UnforkableFd(int fd) : fd_(fd) {
-  if (fd < 0) return;
+// The handler that runs before a fork waits for the lock. A child forked between open and registration would
+// keep the descriptor, and with it the lock of its parent.
+UnforkableFd UnforkableFd::open(const std::function<int()>& open) {
+  UnforkableFd opened;
   const std::lock_guard lock(registry().mutex);
-  registry().fds.insert(fd);
+  opened.fd_ = UniqueFd(open());
+  if (opened.fd_) registry().fds.insert(opened.fd_.get());
+  return opened;
 }
 
 UnforkableFd::UnforkableFd(UnforkableFd&& other) noexcept = default;

@@ -3,6 +3,8 @@
 // are not its own.
 #pragma once
 
+#include <functional>
+
 #include "protocol/transport/unique_fd.h"
 
 namespace fire3dv::transport {
@@ -11,7 +13,9 @@ namespace fire3dv::transport {
 class UnforkableFd {
  public:
   UnforkableFd() = default;
-  explicit UnforkableFd(int fd);
+  // Owns the descriptor that `open` returns, or nothing when that is negative. No fork happens between the
+  // two. `open` must not make another one.
+  static UnforkableFd open(const std::function<int()>& open);
   UnforkableFd(UnforkableFd&& other) noexcept;
   UnforkableFd& operator=(UnforkableFd&& other) noexcept;
   ~UnforkableFd();

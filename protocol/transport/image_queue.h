@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -22,17 +23,23 @@ class ImageQueue {
   // whoever holds a lock frees them after it.
   std::vector<Block> push(uint64_t request, Block block) {
     std::vector<Block> given_up;
-    for (auto entry = waiting_.begin(); entry != waiting_.end(); ++entry) {
-      if (entry->request != request) continue;
-      bytes_ -= entry->block.size();
-      given_up.push_back(std::move(entry->block));
-      waiting_.erase(entry);
-      break;  // it has one at most
-    }
+    if (std::optional<Block> older = take(request)) given_up.push_back(std::move(*older));
     bytes_ += block.size();
     waiting_.push_back({request, std::move(block)});
     while (bytes_ > most_bytes_ || waiting_.size() > most_images_) given_up.push_back(pop());
     return given_up;
+  }
+
+  // The image of a request, of which one waits at most.
+  std::optional<Block> take(uint64_t request) {
+    for (auto entry = waiting_.begin(); entry != waiting_.end(); ++entry) {
+      if (entry->request != request) continue;
+      bytes_ -= entry->block.size();
+      std::optional<Block> taken = std::move(entry->block);
+      waiting_.erase(entry);
+      return taken;
+    }
+    return {};
   }
 
   bool empty() const { return waiting_.empty(); }

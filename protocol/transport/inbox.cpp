@@ -20,124 +20,171 @@ constexpr size_t kMostStates = 256;
 constexpr size_t kMostStateBytes = size_t{64} << 20;
 // As many as a simulator publishes between two whole frames at 4 kHz.
 constexpr size_t kMostPartials = 1024;
-constexpr size_t kMostNotes = 64;  // different texts; more of them are an attack on the log
+// A budget is charged in steps of this, and a peer keeps one step, so that small messages cost the pool's
+// lock only now and then.
+constexpr uint64_t kChargeStep = 64 << 10;
+constexpr size_t kMaxWaitingNotes = 256;
 }  // namespace
 
-void Inbox::push(PeerId peer, Item item, bool wakes) {
-  Entry& entry = entries_[peer];
-  entry.bytes += cost_of(item.message.size());
-  bytes_ += cost_of(item.message.size());
-  item.received_ns = monotonic_ns();
-  entry.items.push_back(std::move(item));
-  if (!wakes) return;
-  news_ = true;
+Inbox::Entry* Inbox::find(PeerId peer) {
+  const auto found = entries_.find(peer);
+  return found != entries_.end() ? &found->second : nullptr;
+}
+
+const Inbox::Entry* Inbox::find(PeerId peer) const {
+  const auto found = entries_.find(peer);
+  return found != entries_.end() ? &found->second : nullptr;
+}
+
+void Inbox::wake() {
+  has_news_ = true;
   came_.notify_one();
 }
 
-void Inbox::connected(PeerId peer) {
+void Inbox::push_event(Entry& entry, Item&& item) {
+  item.order = ++next_order_;
+  item.received_ns = monotonic_ns();
+  entry.events.others.push_back(std::move(item));
+  ++entry.events.messages;
+  wake();
+}
+
+// A pose beyond the budget is dropped: newer ones follow.
+void Inbox::push_pose(Entry& entry, uint64_t frame, std::vector<std::byte>&& message, bool is_partial,
+                      bool wakes) {
+  if (!charge(entry, message.size())) {
+    counters_.poses_dropped.add();
+    counters_.reject(Cause::no_memory);
+    return;
+  }
+  entry.events.poses[frame].push_back(
+      {Kind::pose, std::move(message), {}, ++next_order_, monotonic_ns(), is_partial});
+  ++entry.events.messages;
+  entry.events.partials += is_partial;
+  if (wakes) wake();
+}
+
+bool Inbox::charge(Entry& entry, size_t message_bytes) {
+  const uint64_t cost = cost_of(message_bytes);
+  if (entry.in_use + cost > entry.charged) {
+    const uint64_t missing = entry.in_use + cost - entry.charged;
+    uint64_t taken = (missing + kChargeStep - 1) / kChargeStep * kChargeStep;
+    if (!entry.budget->try_take(Resource::received_bytes, taken)) {
+      taken = missing;
+      if (!entry.budget->try_take(Resource::received_bytes, taken)) return false;
+    }
+    entry.charged += taken;
+  }
+  entry.in_use += cost;
+  entry.events.bytes += cost;
+  return true;
+}
+
+void Inbox::connected(PeerId peer, std::shared_ptr<PeerBudget> budget) {
   const std::lock_guard lock(mutex_);
-  push(peer, {Kind::connected, {}, {}});
+  push_event(entries_.try_emplace(peer, std::move(budget)).first->second, {Kind::connected, {}, {}});
 }
 
 void Inbox::disconnected(PeerId peer, std::string reason) {
   const std::lock_guard lock(mutex_);
-  push(peer, {Kind::disconnected, {}, std::move(reason)});
+  Entry* const entry = find(peer);
+  if (entry == nullptr) return;
+  entry->has_ended = true;
+  push_event(*entry, {Kind::disconnected, {}, std::move(reason)});
+}
+
+// Removes the poses in front of `end`; the caller frees them without the lock.
+Inbox::Poses Inbox::take_poses_before(Entry& entry, Poses::iterator end) {
+  Poses taken;
+  Events& events = entry.events;
+  while (events.poses.begin() != end) {
+    auto node = events.poses.extract(events.poses.begin());
+    for (const Item& item : node.mapped()) {
+      ++examined_messages_;
+      --events.messages;
+      events.bytes -= cost_of(item.message.size());
+      entry.in_use -= cost_of(item.message.size());
+      events.partials -= item.is_partial;
+      counters_.poses_dropped.add();
+    }
+    taken.insert(taken.end(), std::move(node));
+  }
+  return taken;
 }
 
 void Inbox::pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_older) {
+  Poses dropped;
   const std::lock_guard lock(mutex_);
-  Entry& entry = entries_[peer];
-  if (replaces_older) {
-    std::erase_if(entry.items, [&](const Item& item) {
-      if (item.kind != Kind::pose) return false;
-      entry.bytes -= cost_of(item.message.size());
-      bytes_ -= cost_of(item.message.size());
-      counters_.poses_dropped.add();
-      return true;
-    });
-    entry.partials = 0;
-  }
-  if (!make_room(message.size())) return;
-  push(peer, {Kind::pose, std::move(message), {}});
+  Entry* const entry = find(peer);
+  if (entry == nullptr) return;
+  if (replaces_older) dropped = take_poses_before(*entry, entry->events.poses.end());
+  push_pose(*entry, 0, std::move(message), false, true);
 }
 
 void Inbox::pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame, bool wakes) {
   const std::lock_guard lock(mutex_);
-  if (!make_room(message.size())) return;
-  push(peer, {Kind::pose, std::move(message), {}, frame}, wakes);
+  if (Entry* const entry = find(peer)) push_pose(*entry, frame, std::move(message), false, wakes);
 }
 
 void Inbox::drop_parts_before(PeerId peer, uint64_t frame) {
+  Poses dropped;
   const std::lock_guard lock(mutex_);
-  const auto entry = entries_.find(peer);
-  if (entry == entries_.end()) return;
-  std::erase_if(entry->second.items, [&](const Item& item) {
-    if (item.kind != Kind::pose || item.frame >= frame) return false;
-    entry->second.bytes -= cost_of(item.message.size());
-    bytes_ -= cost_of(item.message.size());
-    counters_.poses_dropped.add();
-    if (item.is_partial) --entry->second.partials;
-    return true;
-  });
+  if (Entry* const entry = find(peer))
+    dropped = take_poses_before(*entry, entry->events.poses.lower_bound(frame));
 }
 
 void Inbox::partial_pose(PeerId peer, std::vector<std::byte>&& message, uint64_t frame) {
   const std::lock_guard lock(mutex_);
-  if (entries_[peer].partials == kMostPartials) return counters_.poses_dropped.add();
-  if (!make_room(message.size())) return;
-  ++entries_[peer].partials;
-  push(peer, {Kind::pose, std::move(message), {}, frame, 0, false, true});
+  Entry* const entry = find(peer);
+  if (entry == nullptr) return;
+  if (entry->events.partials == kMostPartials) return counters_.poses_dropped.add();
+  push_pose(*entry, frame, std::move(message), true, true);
 }
 
 std::optional<Cause> Inbox::state(PeerId peer, std::vector<std::byte>&& message) {
   const std::lock_guard lock(mutex_);
-  if (bytes_ + cost_of(message.size()) > most_bytes_) return Cause::no_memory;
-  Entry& entry = entries_[peer];
-  ++entry.states;
-  entry.state_bytes += message.size();
-  push(peer, {Kind::control, std::move(message), {}, 0, 0, true, false});
+  Entry* const entry = find(peer);
+  if (entry == nullptr) return {};
+  if (!charge(*entry, message.size())) return Cause::no_memory;
+  ++entry->events.states;
+  entry->events.state_bytes += message.size();
+  push_event(*entry, {Kind::control, std::move(message), {}});
   return {};
 }
 
 bool Inbox::is_full_of_states(PeerId peer) const {
   const std::lock_guard lock(mutex_);
-  const auto entry = entries_.find(peer);
-  return entry != entries_.end() &&
-         (entry->second.states >= kMostStates || entry->second.state_bytes >= kMostStateBytes);
+  const Entry* const entry = find(peer);
+  return entry != nullptr &&
+         (entry->events.states >= kMostStates || entry->events.state_bytes >= kMostStateBytes);
 }
 
 std::optional<Cause> Inbox::control(PeerId peer, std::vector<std::byte>&& message) {
   const std::lock_guard lock(mutex_);
-  Entry& entry = entries_[peer];
-  if (entry.controls == kMostControls || entry.bytes - entry.state_bytes + message.size() > kMostControlBytes)
+  Entry* const entry = find(peer);
+  if (entry == nullptr) return {};
+  Events& events = entry->events;
+  if (events.controls == kMostControls ||
+      events.bytes - events.state_bytes + message.size() > kMostControlBytes)
     return Cause::unread;
-  if (bytes_ + cost_of(message.size()) > most_bytes_) return Cause::no_memory;
-  ++entry.controls;
-  push(peer, {Kind::control, std::move(message), {}});
+  if (!charge(*entry, message.size())) return Cause::no_memory;
+  ++events.controls;
+  push_event(*entry, {Kind::control, std::move(message), {}});
   return {};
 }
 
-// For a pose: when nobody polls, those that would not fit are what is dropped.
-bool Inbox::make_room(size_t bytes) {
-  if (bytes_ + cost_of(bytes) <= most_bytes_) return true;
-  counters_.poses_dropped.add();
-  counters_.reject(Cause::no_memory);
-  return false;
-}
-
-void Inbox::note_once(const std::string& text) {
+void Inbox::note(std::optional<Cause> cause, const std::string& key, const std::string& text) {
   const std::lock_guard lock(mutex_);
-  if (noted_.size() == kMostNotes || !noted_.insert(text).second) return;
-  notes_.push_back(text);
-  news_ = true;
-  came_.notify_one();
+  if (!limiter_.allow(cause, key, monotonic_ns()) || notes_.size() == kMaxWaitingNotes) return;
+  notes_.push_back(name_ + ": " + text);
+  wake();
 }
 
 Inbox::Waiting Inbox::waiting(PeerId peer) const {
   const std::lock_guard lock(mutex_);
-  const auto entry = entries_.find(peer);
-  if (entry == entries_.end()) return {};
-  return {entry->second.items.size(), entry->second.bytes};
+  const Entry* const entry = find(peer);
+  if (entry == nullptr) return {};
+  return {entry->events.messages, entry->events.bytes};
 }
 
 size_t Inbox::entries() const {
@@ -145,28 +192,116 @@ size_t Inbox::entries() const {
   return entries_.size();
 }
 
+uint64_t Inbox::examined_messages() const {
+  const std::lock_guard lock(mutex_);
+  return examined_messages_;
+}
+
+std::shared_ptr<PeerBudget> Inbox::budget(PeerId peer) const {
+  const std::lock_guard lock(mutex_);
+  const Entry* const entry = find(peer);
+  return entry != nullptr ? entry->budget : nullptr;
+}
+
+void Inbox::accept(PeerId peer) {
+  const std::lock_guard lock(mutex_);
+  if (Entry* const entry = find(peer)) entry->is_accepted = true;
+}
+
+bool Inbox::is_accepted(PeerId peer) const {
+  const std::lock_guard lock(mutex_);
+  const Entry* const entry = find(peer);
+  return entry != nullptr && entry->is_accepted;
+}
+
+void Inbox::pause(PeerId peer, bool is_paused) {
+  const std::lock_guard lock(mutex_);
+  Entry* const entry = find(peer);
+  if (entry == nullptr) return;
+  entry->is_paused = is_paused;
+  if (!is_paused && !entry->events.is_empty()) wake();
+}
+
+// Gives back the charges of a batch that has been delivered.
+void Inbox::settle(const Batch& batch) {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(batch.peer);
+  if (found == entries_.end()) return;
+  if (batch.is_last) {
+    entries_.erase(found);
+    return;
+  }
+  Entry& entry = found->second;
+  entry.in_use -= batch.events.bytes;
+  const uint64_t spare = entry.charged - entry.in_use;
+  if (spare <= kChargeStep) return;
+  entry.budget->give_back(Resource::received_bytes, spare - kChargeStep);
+  entry.charged -= spare - kChargeStep;
+}
+
+// Batches of one poll(). Those that were not delivered, because a callback threw, are settled all the same.
+class Inbox::Polled {
+ public:
+  explicit Polled(Inbox& inbox) : inbox_(inbox) {}
+  ~Polled() {
+    for (; next_ < batches.size(); ++next_) inbox_.settle(batches[next_]);
+  }
+  Polled(const Polled&) = delete;
+  Polled& operator=(const Polled&) = delete;
+
+  Batch* current() { return next_ < batches.size() ? &batches[next_] : nullptr; }
+  void next() {
+    inbox_.settle(batches[next_]);
+    batches[next_++].events = {};
+  }
+
+  std::vector<Batch> batches;
+
+ private:
+  Inbox& inbox_;
+  size_t next_ = 0;
+};
+
 void Inbox::poll(const std::function<void(const LinkEvent&)>& on_event) {
-  std::map<PeerId, Entry> entries;
-  std::vector<std::string> notes;
+  Polled polled(*this);
+  std::vector<std::string> notes, summaries;
   {
     const std::lock_guard lock(mutex_);
-    entries.swap(entries_);
-    bytes_ = 0;
+    for (auto& [peer, entry] : entries_) {
+      if (entry.is_paused || entry.events.is_empty()) continue;
+      polled.batches.push_back({peer, std::exchange(entry.events, {}), entry.has_ended});
+    }
     notes.swap(notes_);
-    news_ = false;
+    if (limiter_.has_suppressed()) limiter_.take_summaries(monotonic_ns(), summaries);
+    has_news_ = false;
   }
   for (const std::string& text : notes) on_event({Kind::note, 0, {}, text, 0});
-  for (const auto& [peer, entry] : entries) {
-    for (const Item& item : entry.items) {
-      if (item.kind == Kind::pose || item.kind == Kind::control) counters_.messages_received.add();
-      on_event({item.kind, peer, item.message, item.text, item.received_ns});
-    }
+  for (const std::string& text : summaries) on_event({Kind::note, 0, {}, name_ + ": " + text, 0});
+  for (; Batch* const batch = polled.current(); polled.next()) deliver(*batch, on_event);
+}
+
+// In the order of arrival.
+void Inbox::deliver(Batch& batch, const std::function<void(const LinkEvent&)>& on_event) {
+  std::vector<const Item*> poses;
+  for (const auto& [frame, items] : batch.events.poses)
+    for (const Item& item : items) poses.push_back(&item);
+  const auto is_earlier = [](const Item* a, const Item* b) { return a->order < b->order; };
+  if (batch.events.poses.size() > 1) std::sort(poses.begin(), poses.end(), is_earlier);
+  const auto deliver_one = [&](const Item& item) {
+    if (item.kind == Kind::pose || item.kind == Kind::control) counters_.messages_received.add();
+    on_event({item.kind, batch.peer, item.message, item.text, item.received_ns});
+  };
+  auto pose = poses.begin();
+  for (const Item& other : batch.events.others) {
+    for (; pose != poses.end() && (*pose)->order < other.order; ++pose) deliver_one(**pose);
+    deliver_one(other);
   }
+  for (; pose != poses.end(); ++pose) deliver_one(**pose);
 }
 
 void Inbox::wait(std::chrono::nanoseconds timeout) {
   std::unique_lock lock(mutex_);
-  came_.wait_for(lock, std::max(timeout, std::chrono::nanoseconds::zero()), [this] { return news_; });
+  came_.wait_for(lock, std::max(timeout, std::chrono::nanoseconds::zero()), [this] { return has_news_; });
 }
 
 }  // namespace fire3dv::transport

@@ -164,6 +164,14 @@ class ListenerLink {
   // Null: the link holds nothing for the peer, and the caller makes a budget of its own.
   virtual std::shared_ptr<PeerBudget> budget(PeerId) const { return nullptr; }
 
+  // The stream of this peer has been described and accepted. A listener whose places are all taken gives the
+  // place of a peer that was not accepted to a new one.
+  virtual void accept(PeerId) {}
+
+  // While a peer is paused, poll() leaves its messages in the link, where the link's bounds hold: it stops
+  // reading, or drops older poses. For receivers that still hold messages of an earlier poll().
+  virtual void pause(PeerId, bool /*is_paused*/) {}
+
   virtual LinkStats stats() const = 0;
 
   // The URI that a publisher may use to reach this listener (with the port that was chosen for port 0).

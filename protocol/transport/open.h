@@ -36,8 +36,6 @@ struct ListenerOptions {
   Delivery delivery = Delivery::newest;
   bool insecure = false;  // allow tcp and udp listeners on addresses other than loopback
   uint32_t max_peers = 64;
-  size_t max_memory_bytes = size_t{1}
-                            << 30;  // for messages of all peers together that are not whole, or not polled
   // Budgets of the peers; null: the listener makes a pool of its own with the default limits.
   std::shared_ptr<BudgetPool> budgets;
   TlsListenerOptions tls;

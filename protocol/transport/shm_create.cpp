@@ -98,7 +98,9 @@ Error busy(const std::string& name, int fd) {
 enum class Contest { won, gone, lost };
 Result<Contest> contest_name(const Segment& segment, const std::string& name, bool last_try) {
   const std::string path = segment_path(name);
-  const UniqueFd old(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  // It will hold a lock, which a forked child must not keep.
+  const UnforkableFd old =
+      UnforkableFd::open([&] { return ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); });
   if (!old) {
     if (errno == ENOENT) return Contest::gone;
     return system_error(name, "cannot replace " + path + ", which somebody else made; choose another name",

@@ -56,7 +56,8 @@ std::string segment_path(const std::string& name) {
 }
 
 UnforkableFd open_again(int fd) {
-  return UnforkableFd(::open(("/proc/self/fd/" + std::to_string(fd)).c_str(), O_RDWR | O_CLOEXEC));
+  const std::string path = "/proc/self/fd/" + std::to_string(fd);
+  return UnforkableFd::open([&] { return ::open(path.c_str(), O_RDWR | O_CLOEXEC); });
 }
 
 // These locks belong to the open file, not to the process: closing some other descriptor of the same file

@@ -56,14 +56,26 @@ FrameParser::Fault FrameParser::feed(std::span<const std::byte> bytes, const OnM
       if (!read_header()) return Fault::bad_header;
       if (message_bytes_ > kMaxMessageBytes) return Fault::too_long;
     }
-    const size_t taken = std::min(bytes.size(), message_bytes_ - message_.size());
-    if (!make_room(message_.size() + taken)) return Fault::no_memory;
-    message_.insert(message_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(taken));
+    const size_t taken = std::min<size_t>(bytes.size(), message_bytes_ - message_got_);
+    if (!skips_ && !make_room(message_got_ + taken)) {
+      const auto kind = static_cast<FrameKind>(kind_);
+      if (kind != FrameKind::pose && kind != FrameKind::partial_pose) return Fault::no_memory;
+      skips_ = true;
+      message_ = {};
+      release();
+    }
+    if (!skips_)
+      message_.insert(message_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(taken));
+    message_got_ += static_cast<uint32_t>(taken);
     bytes = bytes.subspan(taken);
-    if (message_.size() < message_bytes_) return Fault::none;
+    if (message_got_ < message_bytes_) return Fault::none;
     header_got_ = 0;
+    message_got_ = 0;
     release();
-    on_message(static_cast<FrameKind>(kind_), std::exchange(message_, {}));
+    if (std::exchange(skips_, false))
+      ++skipped_poses_;
+    else
+      on_message(static_cast<FrameKind>(kind_), std::exchange(message_, {}));
   }
 }
 
@@ -71,19 +83,16 @@ bool FrameParser::make_room(size_t bytes) {
   if (bytes <= message_.capacity()) return true;
   const size_t wanted = std::max(bytes, std::max(2 * message_.capacity(), kFirstReserve));
   const size_t capacity = std::min<size_t>(wanted, message_bytes_);
-  // The first 64 KiB are every peer's own: those who use the budget up do not keep the others from saying a
-  // word.
-  const size_t shared = budget_ != nullptr && capacity > kFirstReserve ? capacity : 0;
-  if (shared > taken_) {
-    if (!budget_->take(shared - taken_)) return false;
-    taken_ = shared;
+  if (charge_ && capacity > kFirstReserve) {
+    if (!charge_(capacity)) return false;
+    is_charged_ = true;
   }
   message_.reserve(capacity);
   return true;
 }
 
 void FrameParser::release() {
-  if (budget_ != nullptr) budget_->give(std::exchange(taken_, 0));
+  if (std::exchange(is_charged_, false)) charge_(0);
 }
 
 bool FrameParser::read_header() {

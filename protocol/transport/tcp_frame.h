@@ -7,9 +7,8 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
-
-#include "protocol/transport/memory_budget.h"
 
 namespace fire3dv::transport::tcp {
 
@@ -41,13 +40,17 @@ using FrameHeader = std::array<std::byte, kFrameHeaderBytes>;
 FrameHeader write_frame_header(FrameKind kind, uint32_t message_bytes);
 
 // Cuts a byte stream into messages. What is kept grows only as bytes really arrive, whatever a header claims,
-// and only as far as the budget allows that all peers share.
+// and only as far as its owner can charge it.
 class FrameParser {
  public:
   enum class Fault { none, bad_header, too_long, no_memory };
   using OnMessage = std::function<void(FrameKind, std::vector<std::byte>&&)>;
+  // Charges `bytes` for the message that is not whole, instead of the amount before; 0 gives all back. False:
+  // they do not fit, and the amount before stays charged. Messages of up to 64 KiB are not charged: each
+  // connection has a buffer of that size anyway.
+  using Charge = std::function<bool(size_t bytes)>;
 
-  explicit FrameParser(MemoryBudget* budget = nullptr) : budget_(budget) {}
+  explicit FrameParser(Charge charge = {}) : charge_(std::move(charge)) {}
   ~FrameParser() { release(); }
   FrameParser(const FrameParser&) = delete;
   FrameParser& operator=(const FrameParser&) = delete;
@@ -55,19 +58,25 @@ class FrameParser {
   // A message has begun and is not whole yet.
   bool in_message() const { return header_got_ != 0; }
 
-  // After a fault the stream is lost: where the next frame starts is not known.
+  // After a fault the stream is lost: where the next frame starts is not known. A pose that cannot be charged
+  // is no fault: it is skipped.
   Fault feed(std::span<const std::byte> bytes, const OnMessage& on_message);
+
+  uint64_t skipped_poses() const { return skipped_poses_; }
 
  private:
   bool read_header();
   bool make_room(size_t bytes);
   void release();
 
-  MemoryBudget* budget_;
-  size_t taken_ = 0;  // from the budget
+  Charge charge_;
+  bool is_charged_ = false;
+  bool skips_ = false;
+  uint64_t skipped_poses_ = 0;
   std::array<std::byte, kFrameHeaderBytes> header_{};
   size_t header_got_ = 0;
   uint32_t message_bytes_ = 0;
+  uint32_t message_got_ = 0;
   uint8_t kind_ = 0;
   std::vector<std::byte> message_;
 };

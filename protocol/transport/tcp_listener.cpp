@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <map>
+#include <mutex>
 #include <unordered_map>
 
 #include "protocol/transport/address.h"
@@ -23,10 +25,11 @@ constexpr size_t kLeastHalfOpen = 16;
 
 class TcpListener final : public NetworkListener, public PeerHost {
  public:
-  TcpListener(std::string uri, const ListenerOptions& options, TlsContext context)
+  TcpListener(std::string uri, const ListenerOptions& options, TlsContext context, ListenerHooks hooks)
       : NetworkListener(std::move(uri), options),
         context_(std::move(context)),
-        budget_(options.max_memory_bytes) {}
+        hooks_(std::move(hooks)),
+        half_open_budget_(pool_->add_peer(uri_ + ", connections without a greeting")) {}
   Result<void> start(BoundSocket bound);
   ~TcpListener() override;
 
@@ -37,22 +40,35 @@ class TcpListener final : public NetworkListener, public PeerHost {
                   const FillPixels& fill) override;
 
  private:
-  void run();
-  void accept();
+  void run(asio::io_context& io);
+  void accept_next();
   void accepted(tcp::socket socket);
+  void end_half_open();
   bool make_room();
+  std::shared_ptr<SendQueue> queue_of(PeerId peer) const;
+  void send_on(PeerId peer, SendQueue& queue);
 
   PrefaceStatus greet(Peer& peer) override;
   void received_bytes(size_t bytes) override { counters_.bytes_received.add(bytes); }
-  void dropped_images(size_t count) override { counters_.images_dropped.add(count); }
+  void run_handshake(std::function<void()> step, std::function<void()> done) override;
+  void skipped_poses(size_t count) override {
+    counters_.poses_dropped.add(count);
+    counters_.reject(Cause::no_memory, count);
+  }
+  std::string refusal_text(const Peer& peer, Cause cause) const override {
+    return NetworkListener::refusal_text(peer.id, cause);
+  }
   std::optional<Cause> received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) override;
   bool hold_back(const Peer& peer) override;
   void ended(Peer& peer, const std::string& reason, std::optional<Cause> cause) override;
 
   const TlsContext context_;  // null: tcp://
-  MemoryBudget budget_;
-  MemoryBudget image_budget_{size_t{1} << 30};
+  const ListenerHooks hooks_;
+  const std::shared_ptr<PeerBudget> half_open_budget_;
+  mutable std::mutex queues_mutex_;
+  std::unordered_map<PeerId, std::shared_ptr<SendQueue>> queues_;  // of greeted peers
   asio::io_context io_{1};
+  asio::io_context handshake_io_{1};  // after io_: its handlers hold peers, whose sockets belong to io_
   tcp::acceptor acceptor_{io_};
   asio::steady_timer accept_again_{io_};
   std::atomic<bool> held_back_{false};  // some peer waits for the next poll
@@ -60,6 +76,8 @@ class TcpListener final : public NetworkListener, public PeerHost {
   // On the listener's thread alone.
   std::deque<std::shared_ptr<Peer>> half_open_;  // oldest first
   std::unordered_map<PeerId, std::shared_ptr<Peer>> peers_;
+
+  LinkThread handshake_thread_;  // with TLS alone
 };
 
 Result<void> TcpListener::start(BoundSocket bound) {
@@ -72,28 +90,48 @@ Result<void> TcpListener::start(BoundSocket bound) {
     ::close(fd);
     return Error{uri_ + ": cannot listen: " + error.message()};
   }
-  accept();
-  return thread_.start(uri_, [this] { run(); });
+  accept_next();
+  if (context_) {
+    auto started = handshake_thread_.start(uri_, [this] { run(handshake_io_); });
+    if (!started) return started;
+  }
+  return thread_.start(uri_, [this] { run(io_); });
 }
 
 TcpListener::~TcpListener() {
   io_.stop();
+  handshake_io_.stop();
+  handshake_thread_.stop();
   thread_.stop();
 }
 
 // Only lack of memory throws here; whoever's message it was is dropped with it and the others go on.
-void TcpListener::run() {
-  const auto work = asio::make_work_guard(io_);
-  while (!io_.stopped()) {
+void TcpListener::run(asio::io_context& io) {
+  const auto work = asio::make_work_guard(io);
+  while (!io.stopped()) {
     try {
-      io_.run();
+      io.run();
     } catch (const std::exception&) {
       counters_.reject(Cause::no_memory);
     }
   }
 }
 
-void TcpListener::accept() {
+// Handshakes have a thread of their own: one with an RSA key of 4096 bits takes milliseconds, anyone may
+// begin one, and established peers must not wait for them.
+void TcpListener::run_handshake(std::function<void()> step, std::function<void()> done) {
+  asio::post(handshake_io_, [this, step = std::move(step), done = std::move(done)]() mutable {
+    if (hooks_.before_handshake_step) hooks_.before_handshake_step();
+    try {
+      step();
+    } catch (const std::exception&) {  // `done` finds that the step has no outcome
+    }
+    step = nullptr;  // the peer it holds ends on the listener's thread
+    asio::post(io_, std::move(done));
+  });
+}
+
+void TcpListener::accept_next() {
   acceptor_.async_accept([this](const asio::error_code& error, tcp::socket socket) {
     if (!error) {
       try {
@@ -101,54 +139,74 @@ void TcpListener::accept() {
       } catch (const std::exception&) {  // the next one may find memory again
         counters_.reject(Cause::no_memory);
       }
-      return accept();
+      return accept_next();
     }
     // Out of descriptors, most often: asking again at once would only burn time.
     reject(Cause::system, "cannot accept a connection: " + error.message());
     accept_again_.expires_after(std::chrono::milliseconds(100));
     accept_again_.async_wait([this](const asio::error_code& cancelled) {
-      if (!cancelled) accept();
+      if (!cancelled) accept_next();
     });
   });
 }
 
 void TcpListener::accepted(tcp::socket socket) {
-  // Who connects and says nothing must not keep others out: the oldest of them makes room.
-  if (half_open_.size() >= std::max<size_t>(kLeastHalfOpen, options_.max_peers))
-    half_open_.front()->end("too many connections without a greeting", Cause::silent);
+  if (half_open_.size() >= std::max<size_t>(kLeastHalfOpen, options_.max_peers)) end_half_open();
+  Result<BudgetCharge> charge =
+      BudgetCharge::take(half_open_budget_, Resource::received_bytes, Peer::kHalfOpenBytes);
+  if (!charge) return reject(Cause::no_memory, "a connection was refused: " + charge.error().message);
   std::unique_ptr<TlsSession> tls;
   if (context_) {
     tls = TlsSession::server(context_);
     if (!tls) return counters_.reject(Cause::no_memory);
   }
-  half_open_.push_back(std::make_shared<Peer>(std::move(socket), *this, budget_, std::move(tls)));
+  half_open_.push_back(std::make_shared<Peer>(std::move(socket), *this, std::move(*charge), std::move(tls)));
   half_open_.back()->start();
+}
+
+// Ends the oldest connection of the address that has most of them without a greeting, so that one host that
+// connects and says nothing keeps no other host out.
+void TcpListener::end_half_open() {
+  std::map<std::string, size_t> count_of_address;
+  size_t most = 0;
+  for (const auto& peer : half_open_) most = std::max(most, ++count_of_address[peer->remote()]);
+  const auto oldest = std::find_if(half_open_.begin(), half_open_.end(), [&](const auto& peer) {
+    return count_of_address[peer->remote()] == most;
+  });
+  const std::shared_ptr<Peer> peer = *oldest;
+  peer->end("too many connections without a greeting", Cause::silent);
 }
 
 PrefaceStatus TcpListener::greet(Peer& peer) {
   if (is_full(peers_.size()) && !make_room()) return PrefaceStatus::full;
   peer.id = ++last_id_;
   peer.greeted_at_ns = monotonic_ns();
+  peer.budget = connected(peer.id, peer.remote());
+  peer.queue = std::make_shared<SendQueue>(peer.budget);
+  {
+    const std::lock_guard lock(queues_mutex_);
+    queues_.emplace(peer.id, peer.queue);
+  }
   peers_.emplace(peer.id, peer.shared_from_this());
   std::erase_if(half_open_, [&](const auto& other) { return other.get() == &peer; });
   counters_.peers.set(peers_.size());
-  inbox_.connected(peer.id);
   return PrefaceStatus::ok;
 }
 
+// Ends the peer without an accepted description that has been silent for longest.
 bool TcpListener::make_room() {
   const int64_t now_ns = monotonic_ns();
-  const auto silent = std::find_if(peers_.begin(), peers_.end(), [&](const auto& entry) {
-    return !entry.second->has_spoken && now_ns - entry.second->greeted_at_ns > kSilentGuestNs;
-  });
-  if (silent == peers_.end()) return false;
-  const std::shared_ptr<Peer> guest = silent->second;
+  std::shared_ptr<Peer> guest;
+  for (const auto& [id, peer] : peers_) {
+    if (guest && guest->heard_at_ns() <= peer->heard_at_ns()) continue;
+    if (may_lose_place(id, peer->greeted_at_ns, peer->heard_at_ns(), now_ns)) guest = peer;
+  }
+  if (!guest) return false;
   guest->end(kSilentGuest, Cause::silent);
   return !is_full(peers_.size());
 }
 
 std::optional<Cause> TcpListener::received(Peer& peer, FrameKind kind, std::vector<std::byte>&& message) {
-  peer.has_spoken = true;
   switch (kind) {
     case FrameKind::pose:
       inbox_.pose(peer.id, std::move(message), options_.delivery == Delivery::newest);
@@ -184,10 +242,12 @@ void TcpListener::ended(Peer& peer, const std::string& reason, std::optional<Cau
   if (peer.id != 0) {
     inbox_.disconnected(peer.id, reason);
     peers_.erase(peer.id);
+    const std::lock_guard lock(queues_mutex_);
+    queues_.erase(peer.id);
     counters_.peers.set(peers_.size());
     return;
   }
-  inbox_.note_once(uri_ + ": a connection from " + peer.remote() + " was closed: " + reason);
+  inbox_.note(cause, reason, "a connection from " + peer.remote() + " was closed: " + reason);
   std::erase_if(half_open_, [&](const auto& other) { return other.get() == &peer; });
 }
 
@@ -199,15 +259,39 @@ void TcpListener::poll(const std::function<void(const LinkEvent&)>& on_event) {
   });
 }
 
+std::shared_ptr<SendQueue> TcpListener::queue_of(PeerId peer) const {
+  const std::lock_guard lock(queues_mutex_);
+  const auto found = queues_.find(peer);
+  return found != queues_.end() ? found->second : nullptr;
+}
+
+void TcpListener::send_on(PeerId peer, SendQueue& queue) {
+  if (const size_t dropped = queue.take_dropped_images(); dropped != 0) counters_.images_dropped.add(dropped);
+  if (!queue.take_wake()) return;
+  asio::post(io_, [this, peer] {
+    const auto found = peers_.find(peer);
+    if (found == peers_.end()) return;
+    const std::shared_ptr<Peer> keep = found->second;  // sending may end it
+    keep->write();
+  });
+}
+
 void TcpListener::send(PeerId peer, std::span<const std::byte> message) {
   if (message.size() > kMaxMessageBytes) return counters_.reject(Cause::oversize);
   counters_.messages_sent.add();
   counters_.bytes_sent.add(kFrameHeaderBytes + message.size());
-  asio::post(io_, [this, peer, copy = std::vector<std::byte>(message.begin(), message.end())] {
+  const std::shared_ptr<SendQueue> queue = queue_of(peer);
+  if (!queue) return;
+  const auto header = write_frame_header(FrameKind::control, static_cast<uint32_t>(message.size()));
+  std::vector<std::byte> framed(header.size() + message.size());
+  std::copy(message.begin(), message.end(), std::copy(header.begin(), header.end(), framed.begin()));
+  if (queue->add_reply(std::move(framed))) return send_on(peer, *queue);
+  queue->close();
+  asio::post(io_, [this, peer] {
     const auto found = peers_.find(peer);
     if (found == peers_.end()) return;
-    const std::shared_ptr<Peer> keep = found->second;  // sending may end it
-    keep->send(copy);
+    const std::shared_ptr<Peer> keep = found->second;
+    keep->end("it does not read what is sent to it", Cause::unread);
   });
 }
 
@@ -215,29 +299,29 @@ bool TcpListener::send_image(PeerId peer, uint64_t request, std::span<const std:
                              size_t pixel_bytes, const FillPixels& fill) {
   const size_t pixels = wire::pixels_at(head.size());
   const size_t bytes = pixels + pixel_bytes;
-  // Of all peers together, until it has left.
-  if (bytes > kMaxMessageBytes || !image_budget_.take(bytes)) {
-    counters_.images_dropped.add();
+  const std::shared_ptr<SendQueue> queue = queue_of(peer);
+  std::optional<BudgetCharge> charge;
+  if (queue && bytes <= kMaxMessageBytes) charge = queue->charge_image(request, bytes);
+  if (!charge) {
+    counters_.images_dropped.add(1 + (queue ? queue->take_dropped_images() : 0));
     return false;
   }
-  BudgetedBytes block{{}, BudgetShare(image_budget_, bytes)};
+  SendQueue::Bytes block;
+  block.charge = std::move(*charge);
   block.bytes.resize(bytes);
   wire::write_image_block_head(block.bytes, request, head);
   fill(std::span(block.bytes).subspan(pixels));
   counters_.images_sent.add();
   counters_.bytes_sent.add(kFrameHeaderBytes + bytes);
-  asio::post(io_, [this, peer, request, block = std::move(block)]() mutable {
-    const auto found = peers_.find(peer);
-    if (found == peers_.end()) return;
-    const std::shared_ptr<Peer> keep = found->second;  // sending may end it
-    keep->send_image(request, std::move(block));
-  });
+  queue->add_image(request, std::move(block));
+  send_on(peer, *queue);
   return true;
 }
 
 }  // namespace
 
-Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options) {
+Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options,
+                                                    ListenerHooks hooks) {
   TlsContext context;
   if (uri.scheme == Uri::Scheme::tls) {
     auto made = make_server_context(uri_text(uri), options.tls);
@@ -248,7 +332,8 @@ Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const Listen
   if (!bound) return bound.error();
   Uri chosen = uri;
   chosen.port = bound->address.port();
-  auto listener = std::make_unique<TcpListener>(uri_text(chosen), options, std::move(context));
+  auto listener =
+      std::make_unique<TcpListener>(uri_text(chosen), options, std::move(context), std::move(hooks));
   if (auto started = listener->start(std::move(*bound)); !started) return started.error();
   return std::unique_ptr<ListenerLink>(std::move(listener));
 }

@@ -1,5 +1,7 @@
+// Listener of tcp:// and tls:// links.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "protocol/error.h"
@@ -9,6 +11,12 @@
 
 namespace fire3dv::transport::tcp {
 
-Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options);
+// For tests.
+struct ListenerHooks {
+  std::function<void()> before_handshake_step;  // on the thread that computes TLS handshakes
+};
+
+Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options,
+                                                    ListenerHooks hooks = {});
 
 }  // namespace fire3dv::transport::tcp

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <asio/write.hpp>
+#include <new>
 #include <utility>
 
+#include "protocol/transport/clock.h"
 #include "protocol/transport/tcp_socket.h"
 
 namespace fire3dv::transport::tcp {
@@ -15,8 +17,6 @@ constexpr std::chrono::seconds kGreetingTimeout{5};
 constexpr std::chrono::seconds kProgressEvery{10};
 constexpr size_t kLeastProgressBytes = 4 << 10;
 constexpr size_t kReadBytes = 64 << 10;
-constexpr size_t kMostUnsentBytes = 4 << 20;
-constexpr size_t kMostUnsentMessages = 4096;
 
 std::string remote_of(const asio::ip::tcp::socket& socket) {
   asio::error_code error;
@@ -26,14 +26,16 @@ std::string remote_of(const asio::ip::tcp::socket& socket) {
 
 }  // namespace
 
-Peer::Peer(asio::ip::tcp::socket socket, PeerHost& host, MemoryBudget& budget,
+Peer::Peer(asio::ip::tcp::socket socket, PeerHost& host, BudgetCharge half_open,
            std::unique_ptr<TlsSession> tls)
     : socket_(std::move(socket)),
       host_(host),
       watch_timer_(socket_.get_executor()),
       remote_(remote_of(socket_)),
+      half_open_(std::move(half_open)),
       tls_(std::move(tls)),
-      parser_(&budget) {}
+      parser_([this](size_t bytes) { return charge_message(bytes); }),
+      heard_at_ns_(monotonic_ns()) {}
 
 void Peer::start() {
   tune_socket(socket_.native_handle());
@@ -54,6 +56,16 @@ void Peer::watch() {
   });
 }
 
+// Runs `work`. Lack of memory for what this peer sends ends this connection alone.
+template <typename Work>
+void Peer::without_memory_end(Work&& work) {
+  try {
+    work();
+  } catch (const std::exception&) {
+    end("there is no memory for what it sends", Cause::no_memory);
+  }
+}
+
 void Peer::read() {
   if (over_ || !end_after_write_.empty()) return;
   if (greeted_ && host_.hold_back(*this)) {
@@ -69,36 +81,74 @@ void Peer::read() {
                        Cause::malformed);
     if (error == asio::error::eof) return self->end("the publisher closed the connection");
     if (error) return self->end("the connection broke (" + error.message() + ")");
-    // Lack of memory for what one peer sends is that peer's end, and nobody else's.
-    try {
-      self->took(bytes);
-    } catch (const std::exception&) {
-      self->end("there is no memory for what it sends", Cause::no_memory);
-    }
+    self->without_memory_end([&] { self->took(bytes); });
   });
 }
 
 void Peer::took(size_t bytes) {
   host_.received_bytes(bytes);
   bytes_since_watch_ += bytes;
+  heard_at_ns_ = monotonic_ns();
   const std::span<const std::byte> came(buffer_.data(), bytes);
   if (!tls_) {
     take_plain(came);
-  } else {
-    std::vector<std::byte> to_send;
-    plain_.clear();
-    const bool sound = tls_->receive(came, plain_, to_send);
-    queue(std::move(to_send));
-    if (!sound) {
-      if (tls_->problem().empty()) return end("the publisher closed the connection");
-      end_after_write_ = tls_->problem();
-      end_cause_ = Cause::bad_key;
-    } else {
-      take_plain(plain_);
-    }
+    return continue_reading();
   }
+  plain_.clear();
+  tls_answer_.clear();
+  if (tls_->established()) return took_sealed(tls_->receive(came, plain_, tls_answer_));
+  // A step of a handshake takes milliseconds. Nothing is read from this connection until it is done.
+  enum class Step { no_memory, unsound, sound };
+  const auto outcome = std::make_shared<Step>(Step::no_memory);
+  host_.run_handshake(
+      [self = shared_from_this(), came, outcome] {
+        *outcome = self->tls_->receive(came, self->plain_, self->tls_answer_) ? Step::sound : Step::unsound;
+      },
+      [self = shared_from_this(), outcome] {
+        if (self->over_) return;
+        self->without_memory_end([&] {
+          if (*outcome == Step::no_memory) throw std::bad_alloc();
+          self->took_sealed(*outcome == Step::sound);
+        });
+      });
+}
+
+void Peer::took_sealed(bool is_sound) {
+  put(std::exchange(tls_answer_, {}));
+  if (is_sound) {
+    take_plain(plain_);
+  } else if (tls_->problem().empty()) {
+    return end("the publisher closed the connection");
+  } else {
+    end_after_write_ = tls_->problem();
+    end_cause_ = Cause::bad_key;
+  }
+  continue_reading();
+}
+
+void Peer::continue_reading() {
   write();  // and the end, when it waits for nothing else
   read();
+}
+
+// Lack of room for what one peer sends is that peer's matter, and nobody else's.
+bool Peer::charge_message(size_t bytes) {
+  if (bytes == 0) {
+    message_charge_.release();
+    return true;
+  }
+  Result<void> charged;
+  if (message_charge_.amount() != 0) {
+    charged = message_charge_.resize(bytes);
+  } else {
+    Result<BudgetCharge> taken = BudgetCharge::take(budget, Resource::received_bytes, bytes);
+    if (taken)
+      message_charge_ = std::move(*taken);
+    else
+      charged = taken.error();
+  }
+  if (!charged) charge_problem_ = charged.error().message;
+  return charged.ok();
 }
 
 void Peer::take_plain(std::span<const std::byte> plain) {
@@ -114,8 +164,9 @@ void Peer::take_plain(std::span<const std::byte> plain) {
   const auto fault = parser_.feed(plain, [&](FrameKind kind, std::vector<std::byte>&& message) {
     if (!cause) cause = host_.received(*this, kind, std::move(message));
   });
-  if (cause == Cause::no_memory) return end("the messages of all peers together are too large", cause);
-  if (cause) return end("it sent more control messages than were read", cause);
+  if (const uint64_t skipped = parser_.skipped_poses(); skipped != skipped_poses_)
+    host_.skipped_poses(skipped - std::exchange(skipped_poses_, skipped));
+  if (cause) return end(host_.refusal_text(*this, *cause), cause);
   switch (fault) {
     case FrameParser::Fault::none:
       return;
@@ -124,7 +175,7 @@ void Peer::take_plain(std::span<const std::byte> plain) {
     case FrameParser::Fault::too_long:
       return end("it sent a message of more than 256 MiB", Cause::oversize);
     case FrameParser::Fault::no_memory:
-      return end("the messages of all peers together are too large", Cause::no_memory);
+      return end(charge_problem_, Cause::no_memory);
   }
 }
 
@@ -133,6 +184,7 @@ void Peer::answer_preface() {
   if (!read_preface(std::span(preface_).first<kPrefaceBytes>(), theirs))
     return end("its greeting is not FIRE-3DV's", Cause::malformed);
   greeted_ = true;
+  half_open_.release();
   Preface ours;
   ours.status = theirs.version == kTransportVersion ? host_.greet(*this) : PrefaceStatus::version_mismatch;
   if (ours.status == PrefaceStatus::version_mismatch) {
@@ -151,7 +203,7 @@ void Peer::answer_preface() {
     wire.assign(bytes.begin(), bytes.end());
   else if (!tls_->seal(bytes, wire))
     return end("TLS failed", Cause::bad_key);
-  queue(std::move(wire));
+  put(std::move(wire));
 }
 
 void Peer::resume() {
@@ -161,67 +213,36 @@ void Peer::resume() {
   read();
 }
 
-void Peer::queue(std::vector<std::byte>&& bytes) {
-  if (bytes.empty()) return;
-  outgoing_bytes_ += bytes.size();
-  outgoing_.push_back(std::move(bytes));
+void Peer::put(std::vector<std::byte>&& bytes) {
+  if (!bytes.empty()) outgoing_.push_back(std::move(bytes));
 }
 
-void Peer::send(std::span<const std::byte> message) {
-  if (over_) return;
-  // An image that is on its way may be long, and does not count.
-  if (outgoing_bytes_ - image_bytes_ + message.size() > kMostUnsentBytes ||
-      outgoing_.size() >= kMostUnsentMessages)
-    return end("it does not read what is sent to it", Cause::unread);
-  const auto header = write_frame_header(FrameKind::control, static_cast<uint32_t>(message.size()));
-  std::vector<std::byte> wire(header.size() + message.size());
-  std::copy(message.begin(), message.end(), std::copy(header.begin(), header.end(), wire.begin()));
-  if (tls_) {
-    const std::vector<std::byte> plain = std::exchange(wire, {});
-    if (!tls_->seal(plain, wire)) return end("TLS failed", Cause::bad_key);
-  }
-  queue(std::move(wire));
-  write();
-}
-
-void Peer::send_image(uint64_t request, BudgetedBytes&& block) {
-  if (over_ || !greeted_ || !end_after_write_.empty()) return;
-  if (const size_t dropped = images_.push(request, std::move(block)).size(); dropped != 0)
-    host_.dropped_images(dropped);
-  write();
-}
-
-// The oldest image goes out when nothing else has to. Its header goes ahead as bytes of its own, so that the
-// pixels are not copied for 8 bytes.
-bool Peer::queue_image() {
-  if (images_.empty()) return false;
-  BudgetedBytes image = images_.pop();
-  std::vector<std::byte>& block = image.bytes;
-  image_share_ = std::move(image.share);
-  const auto header = write_frame_header(FrameKind::image, static_cast<uint32_t>(block.size()));
+// The next message of the queue. The header of an image goes ahead as bytes of its own, so that the pixels
+// are not copied for 8 bytes.
+bool Peer::put_next() {
+  std::optional<SendQueue::Bytes> next = queue && end_after_write_.empty() ? queue->next() : std::nullopt;
+  if (!next) return false;
+  outgoing_charge_ = std::move(next->charge);
+  const auto header = write_frame_header(FrameKind::image, static_cast<uint32_t>(next->size()));
   if (!tls_) {
-    image_bytes_ = header.size() + block.size();
-    image_pieces_ = 2;
-    queue({header.begin(), header.end()});
-    queue(std::move(block));
+    if (next->is_image) put({header.begin(), header.end()});
+    put(std::move(next->bytes));
     return true;
   }
   std::vector<std::byte> sealed;
-  if (!tls_->seal(header, sealed) || !tls_->seal(block, sealed)) {
+  if ((next->is_image && !tls_->seal(header, sealed)) || !tls_->seal(next->bytes, sealed)) {
     end("TLS failed", Cause::bad_key);
     return false;
   }
-  image_bytes_ = sealed.size();
-  image_pieces_ = 1;
-  queue(std::move(sealed));
+  put(std::move(sealed));
   return true;
 }
 
 void Peer::write() {
   if (writing_ || over_) return;
-  if (outgoing_.empty() && end_after_write_.empty() && !queue_image() && over_) return;
-  if (outgoing_.empty()) {
-    if (!end_after_write_.empty()) end(std::string(end_after_write_), end_cause_);
+  if (outgoing_.empty()) outgoing_charge_.release();
+  if (outgoing_.empty() && !put_next()) {
+    if (!over_ && !end_after_write_.empty()) end(std::string(end_after_write_), end_cause_);
     return;
   }
   writing_ = true;
@@ -230,13 +251,7 @@ void Peer::write() {
                       if (self->over_) return;
                       self->writing_ = false;
                       if (error) return self->end("the connection broke (" + error.message() + ")");
-                      const size_t gone = self->outgoing_.front().size();
-                      self->outgoing_bytes_ -= gone;
                       self->outgoing_.pop_front();
-                      if (self->image_pieces_ != 0) {
-                        self->image_bytes_ -= gone;
-                        if (--self->image_pieces_ == 0) self->image_share_ = {};
-                      }
                       self->write();
                     });
 }
@@ -244,6 +259,7 @@ void Peer::write() {
 void Peer::end(const std::string& reason, std::optional<Cause> cause) {
   if (over_) return;
   over_ = true;
+  if (queue) queue->close();
   asio::error_code ignored;
   watch_timer_.cancel();
   socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);

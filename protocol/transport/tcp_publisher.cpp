@@ -1,6 +1,7 @@
 #include "protocol/transport/tcp_publisher.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 
 #include "protocol/transport/clock.h"
@@ -81,7 +82,7 @@ class TcpPublisher final : public NetworkPublisher {
   Outbox outbox_;
   SharedBytes description_;  // null: none yet
   bool wants_images_ = false;
-  MemoryBudget reply_budget_{kMostReplyBytes};  // of a message that is not whole
+  std::atomic<size_t> max_received_bytes_{kMostReplyBytes};  // of a message that is not whole
   ImageQueue<std::vector<std::byte>> images_{kMostUnreadImageBytes, wire::kMostImageRequests};
 };
 
@@ -279,7 +280,8 @@ void TcpPublisher::serve(Connection& connection) {
     broken_ = false;
     fd_ = fd;  // from here on the simulator's thread may send
   }
-  FrameParser parser(&reply_budget_);
+  FrameParser parser(
+      [this](size_t bytes) { return bytes <= max_received_bytes_.load(std::memory_order_relaxed); });
   bool alive = take(connection.plain, parser);  // what came with the greeting
   while (alive && !thread_.stopping()) {
     short events = POLLIN;
@@ -368,7 +370,7 @@ Result<void> TcpPublisher::make_room_for_images(size_t block_bytes, size_t reque
   const std::lock_guard lock(mutex_);
   wants_images_ = true;
   images_.raise(std::min(block_bytes * requests, kMostImageBytes));
-  reply_budget_.raise(kMaxMessageBytes);
+  max_received_bytes_.store(kMaxMessageBytes, std::memory_order_relaxed);
   return {};
 }
 

@@ -24,6 +24,8 @@ struct Peer {
   Session session;  // its number, what came already, when it was last heard
   CarouselReceiver control;
   FrameTracker frames;
+  std::shared_ptr<PeerBudget> budget;
+  BudgetCharge pieces;  // of control messages that are not whole
 };
 
 class GroupListener final : public NetworkListener {
@@ -157,7 +159,7 @@ GroupListener::Peers::iterator GroupListener::welcome(const Header& header, cons
                     CarouselReceiver(fragment_bytes_of(datagram_bytes)),
                     {}});
   counters_.peers.set(peers_.size());
-  inbox_.connected(peers_.back().id);
+  peers_.back().budget = connected(peers_.back().id, from.text());
   return std::prev(peers_.end());
 }
 
@@ -171,10 +173,14 @@ std::optional<Cause> GroupListener::control(Peer& peer, const Header& header,
     if (const uint32_t gone = peer.control.offered(offer)) counters_.reject(Cause::lapped, gone);
   } else if (FragmentHeader fragment;
              header.type == Type::fragment && read_fragment_header(payload, fragment)) {
-    size_t held = 0;
-    for (const Peer& other : peers_) held += other.control.held_bytes();
-    const size_t budget = options_.max_memory_bytes - std::min(held, options_.max_memory_bytes);
-    switch (peer.control.fragment(fragment, payload.subspan(kFragmentHeaderBytes), budget)) {
+    const size_t most = peer.budget->limit(Resource::received_bytes);
+    const size_t room = most - std::min(peer.control.held_bytes(), most);
+    const auto outcome = peer.control.fragment(fragment, payload.subspan(kFragmentHeaderBytes), room);
+    if (auto charged = charge_in_steps(peer.pieces, peer.budget, peer.control.held_bytes()); !charged) {
+      reason = charged.error().message;
+      return Cause::no_memory;
+    }
+    switch (outcome) {
       case CarouselReceiver::Outcome::kept:
         break;
       case CarouselReceiver::Outcome::ignored:
@@ -192,8 +198,7 @@ std::optional<Cause> GroupListener::control(Peer& peer, const Header& header,
     auto message = peer.control.take();
     if (!message) break;
     if (const auto cause = inbox_.control(peer.id, std::move(*message))) {
-      reason = cause == Cause::unread ? "it sent more control messages than were read"
-                                      : "the messages of all peers together are too large";
+      reason = refusal_text(peer.id, *cause);
       return cause;
     }
   }

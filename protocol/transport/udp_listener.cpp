@@ -32,7 +32,9 @@ struct Peer {
   FrameTracker frames;
   uint64_t told_frame = 0;  // the newest whole frame that we told it of
   int64_t came_at_ns = 0;
-  bool has_spoken = false;  // a pose or a whole control message came
+  int64_t spoke_at_ns = 0;  // when a pose or a piece of a control message came
+  std::shared_ptr<PeerBudget> budget;
+  BudgetCharge pieces;  // of control messages that are not whole
 };
 
 class UdpListener final : public NetworkListener {
@@ -181,7 +183,7 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
     welcome(peer);
   }
   if (header.type == Type::pose) {
-    peer.has_spoken = true;
+    peer.spoke_at_ns = now_ns;
     const auto arrival = take_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
     if (arrival == PoseArrival::repeated)
       peer.told_frame = 0;  // it may not have heard that we have the frame
@@ -260,14 +262,14 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
                                           std::move(accept),
                                           {}})
                    .first->second;
-  peer.came_at_ns = now_ns;
+  peer.came_at_ns = peer.spoke_at_ns = now_ns;
   if (!key_) welcome(peer);
   send_to(from, peer.accept);
 }
 
 void UdpListener::make_room(int64_t now_ns) {
   const auto silent = std::find_if(peers_.begin(), peers_.end(), [&](const auto& entry) {
-    return !entry.second.has_spoken && now_ns - entry.second.came_at_ns > kSilentGuestNs;
+    return may_lose_place(entry.second.id, entry.second.came_at_ns, entry.second.spoke_at_ns, now_ns);
   });
   if (silent == peers_.end()) return;
   counters_.reject(Cause::silent);
@@ -289,29 +291,32 @@ void UdpListener::welcome(Peer& peer) {
   for (const uint64_t session : earlier) end(session, "the publisher started anew");
   peer.id = ++last_id_;
   counters_.peers.set(++welcomed_);
-  inbox_.connected(peer.id);
+  peer.budget = connected(peer.id, peer.address.text());
 }
 
 std::optional<Cause> UdpListener::control(Peer& peer, const Header& header,
                                           std::span<const std::byte> payload, int64_t now_ns,
                                           std::string& reason) {
-  size_t budget = options_.max_memory_bytes;
   // Not acknowledged, it comes again, when what waits has been polled.
   if (header.type == Type::state && inbox_.is_full_of_states(peer.id)) return {};
-  if (header.type == Type::fragment || header.type == Type::state) {
-    size_t held = 0;
-    for (auto& [session, other] : peers_)
-      held += other.session.receiver().held_bytes() + other.session.state_receiver().held_bytes();
-    budget -= std::min(held, budget);
+  const auto held_bytes = [&] {
+    return peer.session.receiver().held_bytes() + peer.session.state_receiver().held_bytes();
+  };
+  const size_t most = peer.budget->limit(Resource::received_bytes);
+  const auto outcome = peer.session.control(header, payload, most - std::min(held_bytes(), most), now_ns);
+  if (header.type == Type::fragment || header.type == Type::state) peer.spoke_at_ns = now_ns;
+  if (outcome == ControlReceiver::Outcome::kept) {
+    const Result<void> charged = charge_in_steps(peer.pieces, peer.budget, held_bytes());
+    if (charged) return {};
+    reason = charged.error().message;
+    return Cause::no_memory;
   }
-  switch (peer.session.control(header, payload, budget, now_ns)) {
+  switch (outcome) {
     case ControlReceiver::Outcome::complete: {
-      peer.has_spoken = true;
+      peer.pieces.release();  // the inbox charges the whole message
       if (header.type == Type::state) return states(peer, reason);
       const auto cause = inbox_.control(peer.id, peer.session.receiver().take());
-      if (cause)
-        reason = cause == Cause::unread ? "it sent more control messages than were read"
-                                        : "the messages of all peers together are too large";
+      if (cause) reason = refusal_text(peer.id, *cause);
       return cause;
     }
     case ControlReceiver::Outcome::corrupt:
@@ -335,7 +340,7 @@ std::optional<Cause> UdpListener::states(Peer& peer, std::string& reason) {
   for (auto& message : *messages) {
     const auto cause = inbox_.state(peer.id, std::move(message));
     if (!cause) continue;
-    reason = "the messages of all peers together are too large";
+    reason = refusal_text(peer.id, *cause);
     return cause;
   }
   return {};

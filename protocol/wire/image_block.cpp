@@ -18,13 +18,24 @@ void write_image_block_head(std::span<std::byte> block, uint64_t request, std::s
   std::memcpy(block.data() + kImageBlockHeaderBytes, head.data(), head.size());
 }
 
+namespace {
+
+// One private copy of bytes that another process may change meanwhile.
+void copy_once(std::byte* to, const std::byte* shared, size_t bytes) {
+  for (size_t i = 0; i < bytes; ++i) to[i] = __atomic_load_n(shared + i, __ATOMIC_RELAXED);
+}
+
+}  // namespace
+
 Result<ImageBlock> read_image_block(std::span<const std::byte> block) {
   if (block.size() < kImageBlockHeaderBytes)
     return Error{"an image has " + std::to_string(block.size()) + " bytes; the smallest has more"};
+  std::byte header[kImageBlockHeaderBytes];
+  copy_once(header, block.data(), sizeof header);
   ImageBlock result;
   uint32_t head_bytes = 0;
-  std::memcpy(&result.request, block.data(), sizeof result.request);
-  std::memcpy(&head_bytes, block.data() + 8, sizeof head_bytes);
+  std::memcpy(&result.request, header, sizeof result.request);
+  std::memcpy(&head_bytes, header + 8, sizeof head_bytes);
   if (head_bytes > kMostImageHeadBytes || pixels_at(head_bytes) > block.size())
     return Error{"an image's head has " + std::to_string(head_bytes) + " bytes, which do not lie in its " +
                  std::to_string(block.size())};

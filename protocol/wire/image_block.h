@@ -33,7 +33,9 @@ struct ImageBlock {
   uint64_t request = 0;
   std::span<const std::byte> head, pixels;
 };
-// Views of `block`. What the head says of the pixels has still to be held against how many there are.
+// Views of `block`, consistent with each other and inside `block` even while another process changes it. The
+// head itself has to be decoded from a private copy, and what it says of the pixels checked against their
+// number.
 Result<ImageBlock> read_image_block(std::span<const std::byte> block);
 
 }  // namespace fire3dv::wire

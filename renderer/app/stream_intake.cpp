@@ -288,6 +288,7 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
   });
   if (ghost != stream_of_peer_.end()) end_stream(Peer(ghost->first), "it came back over another connection");
   const state::StreamId id = poses_.add_stream(description, budget_of(peer));
+  listeners_[peer.first]->accept(peer.second);
   PeerStream& stream = stream_of_peer_[peer] = {};
   stream.id = id;
   stream.epoch = description.epoch;

@@ -15,6 +15,7 @@ fire3dv_test(transport_udp_parts_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transpor
 fire3dv_test(transport_udp_newest_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/udp_newest_test.cpp
              LINK fire3dv_transport fire3dv_impair LABELS unit)
 fire3dv_test(transport_memory_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/memory_test.cpp ${CMAKE_CURRENT_LIST_DIR}/transport/scarce_memory.cpp
+                     ${CMAKE_CURRENT_LIST_DIR}/transport/inbox_test.cpp
              LINK fire3dv_transport LABELS unit)
 fire3dv_test(transport_tls_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/transport/tls_test.cpp
              LINK fire3dv_transport fire3dv_certificates LABELS unit)

@@ -47,49 +47,52 @@ void Observer::poll(transport::ListenerLink& link) {
     if (event.kind == LinkEvent::Kind::disconnected)
       if (const auto stream = streams_.find(event.peer); stream != streams_.end())
         stream->second.ended = true;
-    if (event.kind == LinkEvent::Kind::pose || event.kind == LinkEvent::Kind::control)
-      take(event.peer, event.message, event.received_ns != 0 ? event.received_ns : transport::monotonic_ns());
+    if (event.kind != LinkEvent::Kind::pose && event.kind != LinkEvent::Kind::control) return;
+    const int64_t received_ns = event.received_ns != 0 ? event.received_ns : transport::monotonic_ns();
+    if (take(event.peer, event.message, received_ns)) link.accept(event.peer);
   });
 }
 
-void Observer::take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns) {
+bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns) {
   const auto decoded = decoder_.decode(message);
   if (!decoded) {
     ++refused_;
-    return;
+    return false;
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-    if (streams_.size() == kMostStreams && streams_.find(peer) == streams_.end()) return;
+    if (streams_.size() == kMostStreams && streams_.find(peer) == streams_.end()) return false;
     static const std::string own_boot = own_boot_id();
     StreamSeen& stream = streams_[peer];
-    if (stream.epoch == description->epoch) return;
+    if (stream.epoch == description->epoch) return true;
     stream = {};
     stream.name = description->adapter_name;
     stream.epoch = description->epoch;
     stream.nodes = static_cast<uint32_t>(description->node_names.size());
     stream.nominal_rate_hz = description->nominal_rate_hz;
     stream.same_clock = !own_boot.empty() && description->clock.boot_id == own_boot;
-    return;
+    return true;
   }
   const auto found = streams_.find(peer);
   if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
     if (found != streams_.end() && edit->epoch == found->second.epoch) ++found->second.edits;
-    return;
+    return false;
   }
   const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
-  if (frame == nullptr || found == streams_.end() || frame->header.epoch != found->second.epoch) return;
+  if (frame == nullptr || found == streams_.end() || frame->header.epoch != found->second.epoch)
+    return false;
   StreamSeen& stream = found->second;
   ++stream.messages;
   stream.bytes += message.size();
-  if (frame->header.sequence <= stream.sequence) return;
+  if (frame->header.sequence <= stream.sequence) return false;
   if (stream.sequence != 0) stream.missing += frame->header.sequence - stream.sequence - 1;
   if (stream.frames++ == 0) stream.first_frame_ns = received_ns;
   stream.sequence = frame->header.sequence;
   stream.last_frame_ns = received_ns;
-  if (!stream.same_clock) return;
+  if (!stream.same_clock) return false;
   const auto age_ns = static_cast<uint64_t>(received_ns) - frame->header.publish_time_ns;
-  if (static_cast<int64_t>(age_ns) < 0) return;  // from the future: nobody's clock here
+  if (static_cast<int64_t>(age_ns) < 0) return false;  // from the future: nobody's clock here
   ++stream.ages[std::min<size_t>(static_cast<size_t>(std::bit_width(age_ns / 1000)), kAgeBuckets - 1)];
+  return false;
 }
 
 namespace {

@@ -49,7 +49,8 @@ class Observer {
   std::string json(const transport::ListenerLink& link) const;
 
  private:
-  void take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
+  // True for the description of a stream.
+  bool take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
 
   wire::Decoder decoder_;
   std::map<transport::PeerId, StreamSeen> streams_;

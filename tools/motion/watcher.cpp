@@ -18,6 +18,7 @@ void Watcher::poll(transport::ListenerLink& link, int64_t now_ns) {
       std::fprintf(stderr, "fire3dv-motion: %s\n", std::string(event.text).c_str());
     if (event.kind == LinkEvent::Kind::pose || event.kind == LinkEvent::Kind::control)
       take(event.peer, event.message, event.received_ns != 0 ? event.received_ns : now_ns);
+    if (stream_ != state::kNone && event.peer == peer_) link.accept(peer_);
   });
   if (stream_ == state::kNone) return;
   (void)poses_.advance(now_ns);

@@ -44,6 +44,8 @@ void Recorder::answer(transport::ListenerLink& link, transport::PeerId peer,
     welcome.epoch = description->epoch;
     if (description->protocol_major != wire::kProtocolMajor)
       welcome.status = wire::WelcomeStatus::version_mismatch;
+    else
+      link.accept(peer);
     link.send(peer, wire::encode(welcome));
   } else if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
     link.send(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns,

@@ -3,9 +3,11 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <map>
 #include <random>
+#include <thread>
 
 #include "protocol/transport/image_queue.h"
 #include "protocol/wire/image_block.h"
@@ -261,6 +263,33 @@ TEST(ShmImages, WhatADeadRendererWasWritingIsFreed) {
     ASSERT_EQ(WEXITSTATUS(status), 0) << "no slot was free after " << killed << " dead renderers";
     ASSERT_FALSE(publisher->poll_image());
   }
+}
+
+// A renderer that changes the length of the head after the publisher has checked it.
+TEST(ImageBlock, IsConsistentWhileAnotherThreadChangesIt) {
+  constexpr size_t kTurns = 200'000;
+  std::vector<std::byte> block(wire::most_block_bytes(4096));
+  const std::string head(100, 'h');
+  wire::write_image_block_head(block, 7, bytes_of(head));
+  std::atomic<bool> is_over{false};
+  std::thread writer([&] {
+    const std::atomic_ref<uint32_t> head_bytes(*reinterpret_cast<uint32_t*>(block.data() + 8));
+    for (uint32_t turn = 0; !is_over.load(std::memory_order_relaxed); ++turn)
+      head_bytes.store(turn % 3 == 0 ? 100 : turn % 3 == 1 ? 1024 : UINT32_MAX, std::memory_order_relaxed);
+  });
+  size_t read = 0, refused = 0;
+  for (size_t turn = 0; turn < kTurns || ((read == 0 || refused == 0) && turn < 1000 * kTurns); ++turn) {
+    const auto got = wire::read_image_block(block);
+    (got.ok() ? read : refused) += 1;
+    if (!got) continue;
+    ASSERT_LE(got->head.size(), wire::kMostImageHeadBytes);
+    ASSERT_EQ(static_cast<size_t>(got->pixels.data() - block.data()), wire::pixels_at(got->head.size()));
+    ASSERT_EQ(got->pixels.data() + got->pixels.size(), block.data() + block.size());
+  }
+  is_over = true;
+  writer.join();
+  EXPECT_GT(read, 0u);
+  EXPECT_GT(refused, 0u);
 }
 
 TEST(ImageQueue, KeepsTheNewestOfEachWithinItsBound) {

@@ -1,4 +1,5 @@
 // What strangers may make a listener hold, and what happens when there is no memory at all.
+#include <algorithm>
 #include <new>
 
 #include "protocol/transport/tcp_frame.h"
@@ -16,10 +17,11 @@ uint64_t rejected(const ListenerLink& link, Cause cause) {
 // A TCP peer that greets, claims a message of this length, and then sends as much of it as it is told.
 struct Claimer {
   RawSocket socket;
-  explicit Claimer(const std::string& uri, uint32_t claimed) : socket(uri, SOCK_STREAM) {
+  explicit Claimer(const std::string& uri, uint32_t claimed, tcp::FrameKind kind = tcp::FrameKind::pose)
+      : socket(uri, SOCK_STREAM) {
     socket.send(tcp::write_preface({}));
     EXPECT_EQ(socket.receive().size(), tcp::kPrefaceBytes);
-    socket.send(tcp::write_frame_header(tcp::FrameKind::pose, claimed));
+    socket.send(tcp::write_frame_header(kind, claimed));
   }
   void send(size_t bytes) {
     const std::vector<std::byte> some(64 << 10);
@@ -27,21 +29,93 @@ struct Claimer {
   }
 };
 
-TEST(Memory, UnfinishedMessagesOfAllPeersShareOneBudget) {
+// Budgets of a few MiB, so that tests reach them fast.
+std::shared_ptr<BudgetPool> small_budgets(uint64_t per_peer, uint64_t reserved, uint64_t shared) {
+  PeerLimits limits;
+  for (const Resource resource : {Resource::received_bytes, Resource::queued_bytes}) {
+    const auto i = static_cast<size_t>(resource);
+    limits.per_peer[i] = per_peer;
+    limits.reserved[i] = reserved;
+    limits.shared[i] = shared;
+  }
+  return BudgetPool::create(limits);
+}
+constexpr uint64_t kMiB = 1 << 20;
+
+TEST(Memory, AnUnfinishedMessageBeyondTheBudgetEndsItsPeerAlone) {
   ListenerOptions options;
-  options.max_memory_bytes = 4 << 20;
+  options.budgets = small_budgets(8 * kMiB, kMiB, 2 * kMiB);
   Listener listener("tcp://127.0.0.1:0", options);
   std::vector<std::unique_ptr<Claimer>> claimers;
   for (int i = 0; i < 3; ++i) {
-    claimers.push_back(std::make_unique<Claimer>(listener.link->uri(), 200u << 20));
+    claimers.push_back(std::make_unique<Claimer>(listener.link->uri(), 200u << 20, tcp::FrameKind::control));
     claimers.back()->send(2 << 20);
   }
-  ASSERT_TRUE(
-      listener.poll_until([&] { return listener.saw_part(Kind::disconnected, "all peers together"); }));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) >= 1; }));
+  EXPECT_TRUE(listener.saw_part(Kind::disconnected, "--peer-limit shared-received-bytes=VALUE"));
   EXPECT_GE(rejected(*listener.link, Cause::no_memory), 1u);
   auto publisher = must_open_publisher(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
-  EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose")) << "others go on";
+  const std::string frame(500'000, '.');
+  EXPECT_TRUE(publish_until_seen(*publisher, listener, frame)) << "within its reserve";
+}
+
+TEST(Memory, APoseBeyondTheBudgetIsSkipped) {
+  ListenerOptions options;
+  options.budgets = small_budgets(kMiB, kMiB, kMiB);
+  Listener listener("tcp://127.0.0.1:0", options);
+  auto publisher = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  const std::string large(3 * kMiB, '.');
+  ASSERT_TRUE(listener.poll_until([&] {
+    publisher->publish(message_of(large));
+    return rejected(*listener.link, Cause::no_memory) > 0;
+  }));
+  EXPECT_TRUE(publish_until_seen(*publisher, listener, "small"));
+  EXPECT_EQ(listener.count(Kind::disconnected), 0u);
+  EXPECT_GT(listener.link->stats().poses_dropped, 0u);
+}
+
+// Images of 512 KiB to peers that do not read fill their budgets and the shared amount. Each of a third peer
+// arrives, out of its reserve.
+TEST(Memory, PeersThatDoNotReadTheirImagesTakeNoOthersRoom) {
+  constexpr size_t kPixels = 512 << 10, kImages = 25, kRequests = 40;
+  ListenerOptions options;
+  options.budgets = small_budgets(16 * kMiB, 2 * kMiB, 20 * kMiB);
+  Listener listener("tcp://127.0.0.1:0", options);
+  std::vector<std::unique_ptr<Claimer>> greedy;
+  std::vector<PeerId> greedy_peers;
+  for (size_t i = 0; i < 2; ++i) {
+    greedy.push_back(std::make_unique<Claimer>(listener.link->uri(), 1));
+    ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == i + 1; }));
+    greedy_peers.push_back(listener.peer());
+  }
+  const auto fill = [](std::span<std::byte> pixels) { std::ranges::fill(pixels, std::byte{1}); };
+  for (uint64_t request = 1; request <= kRequests; ++request)
+    for (const PeerId peer : greedy_peers)
+      listener.link->send_image(peer, request, bytes_of("head"), kPixels, fill);
+  EXPECT_GT(options.budgets->used(Resource::queued_bytes), 20 * kMiB);
+  EXPECT_LE(options.budgets->used(Resource::queued_bytes), 24 * kMiB);
+  EXPECT_GT(listener.link->stats().images_dropped, 0u);
+
+  auto victim = must_open_publisher(listener.link->uri());
+  ASSERT_TRUE(victim->set_description(bytes_of("victim")));
+  ASSERT_TRUE(victim->make_room_for_images(2 * kPixels, 2));
+  ASSERT_TRUE(publish_until_seen(*victim, listener, "pose"));
+  PeerId peer = 0;
+  for (const Event& event : listener.events)
+    if (event.text == "victim") peer = event.peer;
+  for (size_t image = 1; image <= kImages; ++image) {
+    for (const PeerId other : greedy_peers)
+      listener.link->send_image(other, image, bytes_of("head"), kPixels, fill);
+    ASSERT_TRUE(listener.link->send_image(peer, 1, bytes_of("head"), kPixels, fill)) << image;
+    ASSERT_TRUE(listener.poll_until([&] { return victim->poll_image().has_value(); })) << image;
+  }
+  greedy.clear();
+  victim.reset();
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 3; }));
+  EXPECT_EQ(options.budgets->used(Resource::queued_bytes), 0u);
+  EXPECT_EQ(options.budgets->used(Resource::received_bytes), 0u);
 }
 
 TEST(Memory, APeerWhoseMessageFindsNoMemoryIsEndedAndOthersGoOn) {
@@ -59,26 +133,29 @@ TEST(Memory, APeerWhoseMessageFindsNoMemoryIsEndedAndOthersGoOn) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
-TEST(Memory, WhatNobodyPollsIsBoundedToo) {
+TEST(Memory, MessagesThatNobodyPollsAreBoundedPerPeer) {
   ListenerOptions options;
-  options.max_memory_bytes = 1 << 20;
+  options.budgets = small_budgets(kMiB, kMiB, kMiB);
+  options.delivery = Delivery::all;
   Listener listener("tcp://127.0.0.1:0", options);
   std::vector<std::unique_ptr<PublisherLink>> publishers;
-  const std::string frame(600'000, '.');
-  for (int i = 0; i < 3; ++i) {
+  const std::string frame(300'000, '.');
+  for (int i = 0; i < 2; ++i) {
     publishers.push_back(must_open_publisher(listener.link->uri()));
     ASSERT_TRUE(publishers.back()->set_description(bytes_of("d")));
   }
-  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 3; }));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 2; }));
   const auto until = std::chrono::steady_clock::now() + kHangLimit;
   while (rejected(*listener.link, Cause::no_memory) < 2 && std::chrono::steady_clock::now() < until) {
-    for (auto& publisher : publishers) publisher->publish(message_of(frame));
+    publishers[0]->publish(message_of(frame));
     ::usleep(1000);
   }
   EXPECT_GE(rejected(*listener.link, Cause::no_memory), 2u);
+  EXPECT_LE(options.budgets->used(Resource::received_bytes), kMiB);
+  publishers[1]->publish(message_of("other"));
   listener.events.clear();
-  listener.poll();
-  EXPECT_LE(listener.count(Kind::pose), 1u);
+  EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "other"); }));
+  EXPECT_LE(listener.count(Kind::pose), 4u + 1u);
 }
 
 TEST(Memory, ADescriptionThatFindsNoMemoryLeavesTheEarlierOneInForce) {

@@ -40,7 +40,8 @@ TEST(TcpHostile, RandomBytes) {
   }
   EXPECT_TRUE(victim.listener.poll_until([&] { return victim.rejected() == 50; }));
   victim.expect_alive();
-  EXPECT_EQ(victim.listener.count(Kind::note), 1u) << "told once, not fifty times";
+  EXPECT_GE(victim.listener.count(Kind::note), 1u);
+  EXPECT_LT(victim.listener.count(Kind::note), 25u) << "equal notes are counted, not repeated";
 }
 
 TEST(TcpHostile, AnotherVersionIsAnsweredAndThenClosed) {
@@ -168,17 +169,28 @@ TEST(TcpHostile, APublisherOutlivesAServerThatAnswersNonsense) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
-// Greeting costs a stranger nothing, so a place that is held in silence is lent.
-TEST(Hostile, PlacesThatAreHeldInSilenceGoToThoseWhoSpeak) {
+// A greeting and a frame cost a stranger nothing, so only an accepted description holds a place.
+TEST(Hostile, PlacesOfPeersWithoutADescriptionGoToOthers) {
   ListenerOptions two;
   two.max_peers = 2;
   Victim tcp(kTcp, two), udp(kUdp, two);
+  for (Victim* victim : {&tcp, &udp}) victim->listener.link->accept(victim->listener.peer());
   RawSocket silent = let_in(tcp);
+  silent.send(tcp::write_frame_header(tcp::FrameKind::pose, 0));
+  silent.send(tcp::write_frame_header(tcp::FrameKind::control, 0));
   RawSocket stranger(udp.listener.link->uri(), SOCK_DGRAM);
   stranger.send(udp::write_hello(7, 0));
   const auto cookie = stranger.receive();
   stranger.send(udp::write_hello(7, *udp::read_number(std::span(cookie).subspan(udp::kHeaderBytes))));
   ASSERT_TRUE(udp.listener.poll_until([&] { return udp.listener.count(Kind::connected) == 2; }));
+  std::byte pose[udp::kHeaderBytes + udp::kPoseHeaderBytes];
+  const auto accept = stranger.receive();
+  const auto session = udp::read_number(std::span(accept).subspan(udp::kHeaderBytes));
+  udp::write_header(pose, {udp::kTransportVersion, udp::Type::pose, *session, 1});
+  udp::write_pose_header(pose + udp::kHeaderBytes, {1, 0, true});
+  stranger.send(pose);
+  for (Victim* victim : {&tcp, &udp})
+    ASSERT_TRUE(victim->listener.poll_until([&] { return victim->listener.saw(Kind::pose, ""); }));
   udp.strangers_let_in = 1;
   for (Victim* victim : {&tcp, &udp}) {
     auto honest = must_open_publisher(victim->listener.link->uri());
@@ -186,7 +198,9 @@ TEST(Hostile, PlacesThatAreHeldInSilenceGoToThoseWhoSpeak) {
     ASSERT_TRUE(victim->listener.poll_until([&] { return victim->listener.saw(Kind::control, "honest"); }));
     EXPECT_TRUE(victim->listener.saw_part(Kind::disconnected, "its place was needed"));
     EXPECT_EQ(victim->listener.link->stats().rejected_by_cause[static_cast<size_t>(Cause::silent)], 1u);
-    // Two who speak keep their places.
+    for (const Event& event : victim->listener.events)
+      if (event.text == "honest") victim->listener.link->accept(event.peer);
+    // Two that have described themselves keep their places, however long they are silent.
     auto third = must_open_publisher(victim->listener.link->uri());
     ASSERT_TRUE(victim->listener.poll_until([&] { return !third->problem().empty(); }));
     EXPECT_NE(third->problem().find("as many publishers as it allows"), std::string::npos);

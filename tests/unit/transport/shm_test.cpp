@@ -1,11 +1,47 @@
 // Shared memory between two ends in one process: delivery, joining, restarting, growing, replying.
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 
+#include <atomic>
+#include <filesystem>
+#include <thread>
+
+#include "protocol/transport/fork_guard.h"
 #include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::transport::test {
 namespace {
+
+// The fork begins between open and registration. The child must not keep the file, nor locks on it.
+TEST(ForkGuard, AChildForkedWhileADescriptorIsOpenedDoesNotKeepIt) {
+  const std::string path = testing::TempDir() + "fork-guard-" + std::to_string(::getpid());
+  std::atomic<bool> begins{false};
+  int status = -1;
+  std::thread forker;
+  const UnforkableFd guarded = UnforkableFd::open([&] {
+    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    forker = std::thread([&, fd] {
+      begins = true;
+      const pid_t child = ::fork();
+      if (child == 0) {
+        struct stat info {};
+        ::_exit(::fstat(fd, &info) == 0 && S_ISREG(info.st_mode) ? 1 : 0);
+      }
+      ::waitpid(child, &status, 0);
+    });
+    while (!begins) ::usleep(100);
+    ::usleep(100'000);  // without the guard, the fork is over by now
+    return fd;
+  });
+  forker.join();
+  std::filesystem::remove(path);
+  ASSERT_TRUE(guarded);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0) << "the child has the file";
+}
 
 TEST(Shm, JoinerGetsTheDescriptionThenTheNewestPose) {
   const std::string uri = unique_shm_uri("join");

@@ -1,4 +1,9 @@
 // tls://: who is let in, who is not, and that both sides learn why.
+#include <condition_variable>
+#include <mutex>
+
+#include "protocol/transport/tcp_listener.h"
+#include "protocol/transport/uri.h"
 #include "tests/unit/transport/raw_socket.h"
 #include "tests/unit/transport/secure_fixture.h"
 
@@ -103,6 +108,83 @@ TEST_F(Tls, RandomBytesEndTheirConnectionAlone) {
   EXPECT_TRUE(listener.poll_until([&] { return rejected(listener.link->stats(), Cause::bad_key) == 50; }));
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "after"));
   EXPECT_EQ(listener.count(Kind::connected), 1u);
+}
+
+// Lets steps of handshakes begin, or holds them.
+class Gate {
+ public:
+  void pass() {
+    std::unique_lock lock(mutex_);
+    ++waiting_;
+    opened_.wait(lock, [this] { return is_open_; });
+    --waiting_;
+  }
+  void set_open(bool is_open) {
+    const std::lock_guard lock(mutex_);
+    is_open_ = is_open;
+    opened_.notify_all();
+  }
+  int waiting() {
+    const std::lock_guard lock(mutex_);
+    return waiting_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable opened_;
+  bool is_open_ = true;
+  int waiting_ = 0;
+};
+
+TEST_F(Tls, PendingHandshakesDelayNoEstablishedPeer) {
+  constexpr size_t kPending = 20;
+  Gate gate;
+  auto made = tcp::make_listener(*parse_uri(kAnyPort), secured.tls_listener(), {[&gate] { gate.pass(); }});
+  ASSERT_TRUE(made.ok());
+  Listener listener(kAnyPort, secured.tls_listener());
+  listener.link = std::move(*made);
+  auto publisher = must_open_publisher(listener.link->uri(), secured.tls_publisher());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "before"));
+
+  gate.set_open(false);
+  std::vector<std::unique_ptr<PublisherLink>> pending;
+  for (size_t i = 0; i < kPending; ++i)
+    pending.push_back(must_open_publisher(listener.link->uri(), secured.tls_publisher()));
+  ASSERT_TRUE(listener.poll_until([&] { return gate.waiting() > 0; }));
+  for (int i = 0; i < 10; ++i)
+    EXPECT_TRUE(publish_until_seen(*publisher, listener, "during " + std::to_string(i)));
+  listener.link->send(listener.events[0].peer, bytes_of("reply"));
+  EXPECT_TRUE(poll_until_reply(*publisher, "reply"));
+  EXPECT_EQ(listener.count(Kind::connected), 1u) << "no handshake is over yet";
+  gate.set_open(true);
+  EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1 + kPending; }));
+}
+
+// Connections without a greeting: the address that has most of them loses one.
+TEST_F(Tls, AHostWithManyUnfinishedHandshakesKeepsNoOtherHostOut) {
+  ListenerOptions options = secured.tls_listener();
+  options.max_peers = 16;
+  Listener listener(kAnyPort, options);
+  const Uri uri = *parse_uri(listener.link->uri());
+  const auto connect_from = [&](const char* source) {
+    UniqueFd fd(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_in from{}, to{};
+    from.sin_family = to.sin_family = AF_INET;
+    ::inet_pton(AF_INET, source, &from.sin_addr);
+    ::inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
+    to.sin_port = htons(uri.port);
+    EXPECT_EQ(::bind(fd.get(), reinterpret_cast<sockaddr*>(&from), sizeof from), 0);
+    EXPECT_EQ(::connect(fd.get(), reinterpret_cast<sockaddr*>(&to), sizeof to), 0);
+    return fd;
+  };
+  const UniqueFd first = connect_from("127.0.0.7");
+  std::vector<UniqueFd> flood;
+  for (int i = 0; i < 40; ++i) flood.push_back(connect_from("127.0.0.9"));
+  ASSERT_TRUE(listener.poll_until([&] { return rejected(listener.link->stats(), Cause::silent) >= 25; }));
+  std::byte byte;
+  EXPECT_EQ(::recv(first.get(), &byte, 1, MSG_DONTWAIT), -1) << "still open";
+  EXPECT_EQ(errno, EAGAIN);
 }
 
 TEST_F(Tls, FilesThatAreNotRightAreErrorsThatNameThem) {
