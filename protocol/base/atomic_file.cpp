@@ -1,6 +1,7 @@
 #include "protocol/base/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -15,6 +16,7 @@ namespace fire3dv::base {
 namespace {
 
 constexpr int kMaxNameAttempts = 100;
+constexpr size_t kRandomLetters = 6;
 
 // Paths may hold anything; a terminal must not obey it.
 std::string shown(const std::string& path) {
@@ -26,7 +28,7 @@ std::string shown(const std::string& path) {
 
 std::string random_letters() {
   constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyz0123456789";
-  std::array<unsigned char, 6> random{};
+  std::array<unsigned char, kRandomLetters> random{};
   for (size_t have = 0; have < random.size();) {
     const ssize_t got = ::getrandom(random.data() + have, random.size() - have, 0);
     if (got > 0) have += static_cast<size_t>(got);
@@ -127,6 +129,12 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path, const A
     if (fd < 0) return failed(errno);
     // Some file systems have no modes: the error is of no consequence.
     if (options.exact_mode) (void)!::fchmod(fd, *options.exact_mode);
+    // The lock says that the file has a writer: see remove_abandoned_temporaries(). It may have come before
+    // the lock.
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0 && ::fstat(fd, &status) == 0 && status.st_nlink == 0) {
+      ::close(fd);
+      continue;
+    }
     return AtomicFile(path.string(), std::move(temporary), fd, options);
   }
   return failed(EEXIST);
@@ -151,8 +159,10 @@ Result<void> AtomicFile::truncate(uint64_t length) {
 
 Result<void> AtomicFile::commit() {
   int fault = flush(fd_, Flush::data_and_metadata);
-  // Some file systems report a full disk only here.
-  if (::close(std::exchange(fd_, -1)) != 0 && fault == 0) fault = errno;
+  // Some file systems report a full disk only when a descriptor is closed. The lock lasts until the last one
+  // is.
+  const int copy = ::fcntl(fd_, F_DUPFD_CLOEXEC, 0);
+  if (copy >= 0 && ::close(copy) != 0 && fault == 0) fault = errno;
   if (fault != 0) return cannot_write(fault);
   if (options_.replaces)
     fault = ::rename(temporary_.c_str(), path_.c_str()) == 0 ? 0 : errno;
@@ -160,11 +170,28 @@ Result<void> AtomicFile::commit() {
     fault = rename_to_new(temporary_.c_str(), path_.c_str());
   if (fault != 0) return cannot_write(fault);
   is_committed_ = true;
+  ::close(std::exchange(fd_, -1));
   if (options_.durability == Durability::contents_and_name)
     if (fault = flush_folder_of(path_); fault != 0)
       return Error{shown(path_) + " is written, but its folder cannot be flushed to the disk: " +
                    std::strerror(fault) + "; check the disk"};
   return {};
+}
+
+void remove_abandoned_temporaries(const std::filesystem::path& folder, std::string_view prefix) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const size_t mark = name.rfind(kTemporaryMark);
+    if (!name.starts_with(prefix) || mark == std::string::npos ||
+        name.size() != mark + kTemporaryMark.size() + kRandomLetters)
+      continue;
+    const int fd = ::open(entry->path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) continue;
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlink(entry->path().c_str());
+    ::close(fd);
+  }
 }
 
 Result<void> write_atomically(const std::filesystem::path& path,

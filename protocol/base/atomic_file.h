@@ -60,6 +60,9 @@ Result<void> write_atomically(const std::filesystem::path& path,
                               const std::vector<std::span<const std::byte>>& pieces,
                               const AtomicFileOptions& options = {});
 
+// Removes the temporary files of writers that were killed: those of names that begin with `prefix`.
+void remove_abandoned_temporaries(const std::filesystem::path& folder, std::string_view prefix);
+
 // Flushes one open file. 0, or the error number. File systems that cannot flush count as flushed.
 enum class Flush { data, data_and_metadata };
 int flush(int fd, Flush what);

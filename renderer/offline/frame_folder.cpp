@@ -161,6 +161,8 @@ Result<void> FrameFolder::lock() {
 
 Result<void> FrameFolder::begin(const Machine& machine) {
   manifest_.machine = machine;
+  for (const std::string_view name : {std::string_view("frame"), std::string_view(kManifestName)})
+    base::remove_abandoned_temporaries(folder_, name);
   if (auto written = write_manifest(folder_, manifest_); !written) return written;
   if (auto written = write_list(); !written) return written;
   errno = 0;

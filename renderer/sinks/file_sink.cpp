@@ -28,6 +28,7 @@ Result<void> make_folder(const std::filesystem::path& folder) {
 Result<std::unique_ptr<FileSink>> FileSink::open(const FileSinkOptions& options) {
   if (options.folder.empty()) return Error{"no folder is given for the images: name one"};
   if (auto made = make_folder(options.folder); !made) return made.error();
+  base::remove_abandoned_temporaries(options.folder, "frame_");
   std::unique_ptr<FileSink> sink(new FileSink(options));
   const std::filesystem::path log_path = options.folder / "frames.jsonl";
   errno = 0;

@@ -253,6 +253,7 @@ Result<void> VideoFile::Impl::open(const Chosen& chosen) {
   frame->colorspace = encoder->colorspace;
   frame->color_range = encoder->color_range;
   if (const int done = av.av_frame_get_buffer(frame, 0); done < 0) return failed("take memory for", done);
+  base::remove_abandoned_temporaries(settings.path.parent_path(), settings.path.filename().string());
   Result<base::AtomicFile> created = base::AtomicFile::create(settings.path);
   if (!created) return created.error();
   output.emplace(std::move(*created));

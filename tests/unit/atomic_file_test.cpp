@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -55,6 +56,27 @@ TEST_F(AtomicFiles, NothingIsLeftWithoutACommit) {
     EXPECT_EQ(files(), 1u);
   }
   EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(AtomicFiles, TemporariesOfKilledWritersAreRemoved) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto file = AtomicFile::create(folder_ / "frame_1");
+    ::_exit(file.ok() ? 0 : 1);  // no destructor: as if it was killed
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_EQ(status, 0);
+  ASSERT_TRUE(write_atomically(folder_ / "frame_2.part-abc", {}).ok());
+  auto alive = AtomicFile::create(folder_ / "frame_3");
+  ASSERT_TRUE(alive.ok());
+  EXPECT_EQ(files(), 3u);
+  remove_abandoned_temporaries(folder_, "other");
+  EXPECT_EQ(files(), 3u);
+  remove_abandoned_temporaries(folder_, "frame_");
+  EXPECT_EQ(files(), 2u);
+  EXPECT_TRUE(alive->commit().ok());
+  EXPECT_TRUE(fs::exists(folder_ / "frame_3"));
 }
 
 TEST_F(AtomicFiles, AFileThatExistsIsReplacedOnlyIfThatIsMeant) {
