@@ -9,6 +9,11 @@ namespace {
 
 constexpr int64_t kActiveNs = 1'000'000'000;
 constexpr int64_t kForgetNs = 60'000'000'000;  // accounts of inactive askers
+// Time without long turns that an asker gets for each nanosecond of a long turn: it keeps two thirds of the
+// device's time, which leaves it half of its rate when the start of its images is delayed, too.
+constexpr double kQuietShare = 2;
+// Large images take longer per pixel than the small ones of others.
+constexpr double kUnmeasured = 2;
 // A wrong estimate must not delay an image for longer than this.
 constexpr double kMaxWaitNs = 10e9;
 
@@ -34,6 +39,8 @@ void ImageTurns::note_demands(std::span<const ImageDemand> demands, int64_t now_
     account.active_ns = now_ns;
     if (account.due_since_ns) continue;
     account.due_since_ns = now_ns;
+    if (account.finished_ns && account.in_flight == 0)
+      smooth(account.pause_ns, static_cast<double>(now_ns - *account.finished_ns));
     account.start = std::max(virtual_now_, account.finish);
   }
 }
@@ -48,15 +55,9 @@ std::optional<ImageTurns::Asker> ImageTurns::next(std::span<const ImageDemand> d
   if (!best) return {};
   Account& account = best->second;
   virtual_now_ = std::max(virtual_now_, account.start);
-  const int64_t others_busy_ns = busy_ns_ - account.busy_ns;
-  if (account.begun_ns) {
-    const int64_t period_ns = (now_ns - *account.begun_ns) - (others_busy_ns - account.others_busy_ns);
-    if (period_ns >= 0) smooth(account.period_ns, static_cast<double>(period_ns));
-  }
-  account.begun_ns = now_ns;
+  if (account.turn_ns > 0) smooth(account.service_ns, account.turn_ns);
   account.turn_ns = 0;
   account.due_since_ns.reset();
-  account.others_busy_ns = others_busy_ns;
   return best->first;
 }
 
@@ -73,12 +74,14 @@ bool ImageTurns::is_alone(Asker asker, int64_t now_ns) const {
 // tolerates turns as long as its pause.
 double ImageTurns::tolerated_ns(const Account& account, int64_t now_ns) {
   const auto since = [&](int64_t time_ns) { return static_cast<double>(now_ns - time_ns); };
-  const double period_ns = account.period_ns >= 0 ? account.period_ns : since(account.first_ns);
+  const bool is_known = account.pause_ns >= 0 && account.service_ns >= 0;
+  const double period_ns = is_known ? account.pause_ns + account.service_ns : since(account.first_ns);
   return std::max(period_ns, since(account.active_ns));
 }
 
 double ImageTurns::estimate_ns(const Account& account, uint64_t cost) const {
-  return static_cast<double>(cost) * (account.ns_per_cost > 0 ? account.ns_per_cost : ns_per_cost_);
+  return static_cast<double>(cost) *
+         (account.ns_per_cost > 0 ? account.ns_per_cost : kUnmeasured * ns_per_cost_);
 }
 
 bool ImageTurns::may_begin(const Entry& entry, const ImageDemand& demand, int64_t now_ns) const {
@@ -93,7 +96,7 @@ bool ImageTurns::may_begin(const Entry& entry, const ImageDemand& demand, int64_
     const double tolerated = tolerated_ns(other, now_ns);
     if (turn_ns <= tolerated) continue;
     if (now_ns < other.quiet_until_ns) return false;
-    const double wait_ns = std::min(turn_ns - tolerated, kMaxWaitNs);
+    const double wait_ns = std::min(kQuietShare * (turn_ns - tolerated), kMaxWaitNs);
     if (static_cast<double>(now_ns - account.due_since_ns.value_or(now_ns)) < wait_ns) return false;
     if (std::ranges::any_of(flights_, [&](const Flight& flight) {
           return flight.asker != other_asker && flight.estimate_ns > tolerated;
@@ -120,8 +123,7 @@ void ImageTurns::finished(int64_t begin_ns, int64_t end_ns) {
   Account& account = accounts_[flight.asker];
   --account.in_flight;
   account.active_ns = end_ns;
-  account.busy_ns += took_ns;
-  busy_ns_ += took_ns;
+  account.finished_ns = end_ns;
   const double turn_before_ns = account.turn_ns;
   account.turn_ns += static_cast<double>(took_ns);
   if (flight.cost > 0) {
@@ -136,7 +138,7 @@ void ImageTurns::finished(int64_t begin_ns, int64_t end_ns) {
         std::max(account.turn_ns - tolerated, 0.0) - std::max(turn_before_ns - tolerated, 0.0);
     if (more_ns <= 0) continue;
     const int64_t left_ns = std::max<int64_t>(other.quiet_until_ns - begin_ns, 0);
-    const double quiet_ns = std::min(static_cast<double>(left_ns) + more_ns, kMaxWaitNs);
+    const double quiet_ns = std::min(static_cast<double>(left_ns) + kQuietShare * more_ns, kMaxWaitNs);
     other.quiet_until_ns = end_ns + static_cast<int64_t>(quiet_ns);
   }
 }

@@ -1,7 +1,7 @@
 // Fair order of the requested images of all askers (streams). Start-time fair queueing by render cost picks
-// the next asker. A turn that is long compared with another asker's period starts only after that asker had
-// as much time without long turns, so that every asker keeps about half of its undisturbed rate. Pure
-// bookkeeping: the caller passes the time.
+// the next asker. A turn that exceeds another asker's period starts only after that asker had twice as much
+// time without such turns, so that every asker keeps at least half of its undisturbed rate. Pure bookkeeping:
+// the caller passes the time.
 #pragma once
 
 #include <cstdint>
@@ -56,13 +56,11 @@ class ImageTurns {
     int64_t quiet_until_ns = 0;  // until then no turn that is long for this asker begins
     size_t in_flight = 0;
     double ns_per_cost = 0;  // measured; 0: unknown
-    // Period between turns, without the time that others used; negative: unknown, first_ns counts.
-    double period_ns = -1;
+    // Period: pause from image to next demand, and own time on the device. Negative: unknown.
+    double pause_ns = -1, service_ns = -1;
     int64_t first_ns = 0;
-    std::optional<int64_t> begun_ns;  // last turn
-    int64_t others_busy_ns = 0;       // when it began
-    int64_t busy_ns = 0;              // of own submissions
-    double turn_ns = 0;               // of the submissions of the last turn that are done
+    std::optional<int64_t> finished_ns;  // last submission
+    double turn_ns = 0;                  // of the submissions of the last turn that are done
   };
   struct Flight {
     Asker asker = 0;
@@ -83,7 +81,6 @@ class ImageTurns {
   std::vector<Flight> flights_;
   double virtual_now_ = 0;
   double ns_per_cost_ = 0;  // of all askers; 0: unknown
-  int64_t busy_ns_ = 0;     // of all submissions that are done
 };
 
 }  // namespace fire3dv::state

@@ -83,8 +83,8 @@ TEST(ImageTurns, APeerKeepsHalfOfItsRateBesideHugeImages) {
   EXPECT_GT(alone, 400u);
   device.peers[2] = kGreedy;
   EXPECT_GE(device.made_within(1, 2 * kSecondNs), alone) << "before the first huge image is accounted for";
-  EXPECT_GE(device.made_within(1, 20 * kSecondNs), 10 * alone * 95 / 100);
-  EXPECT_GE(device.peers[2].made, 5u) << "the greedy peer has its share";
+  EXPECT_GE(device.made_within(1, 20 * kSecondNs), 12 * alone);
+  EXPECT_GE(device.peers[2].made, 6u) << "the greedy peer has its share";
 }
 
 TEST(ImageTurns, MoreGreedyPeersTakeNoMore) {
@@ -92,7 +92,7 @@ TEST(ImageTurns, MoreGreedyPeersTakeNoMore) {
   device.peers[1] = kVictim;
   const uint64_t alone = device.made_within(1, kSecondNs);
   for (uint64_t peer = 2; peer < 6; ++peer) device.peers[peer] = kGreedy;
-  EXPECT_GE(device.made_within(1, 40 * kSecondNs), 20 * alone * 9 / 10);
+  EXPECT_GE(device.made_within(1, 60 * kSecondNs), 36 * alone);
   for (uint64_t peer = 2; peer < 6; ++peer) EXPECT_GE(device.peers[peer].made, 3u) << peer;
 }
 
@@ -101,8 +101,8 @@ TEST(ImageTurns, ManySmallImagesAreATurnOfOneSlice) {
   device.peers[1] = kVictim;
   const uint64_t alone = device.made_within(1, kSecondNs);
   device.peers[2] = {.image_cost = 100, .image_ns = kMsNs, .images = 1000};
-  EXPECT_GE(device.made_within(1, 20 * kSecondNs), 10 * alone * 9 / 10);
-  EXPECT_GE(device.peers[2].made, 8'000u);
+  EXPECT_GE(device.made_within(1, 20 * kSecondNs), 12 * alone);
+  EXPECT_GE(device.peers[2].made, 6'000u);
 }
 
 TEST(ImageTurns, LikePeersDoNotWaitForOneAnother) {

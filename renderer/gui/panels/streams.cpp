@@ -27,8 +27,8 @@ void draw_uses(Ui& ui, const std::vector<UseFact>& uses) {
   for (const UseFact& use : uses) {
     std::string text = amount_text(use.resource, use.used) + " of " + amount_text(use.resource, use.limit);
     if (use.refused > 0) text += ", " + grouped(use.refused) + " refused";
-    const std::string label = "  " + std::string(info(use.resource).name);
-    ui.value(label.c_str(), use.refused > 0 ? theme::kWarning : theme::kText, text);
+    ui.value(std::string(info(use.resource).name).c_str(), use.refused > 0 ? theme::kWarning : theme::kText,
+             text);
     ui.hint(std::string(info(use.resource).noun).c_str());
   }
 }
