@@ -117,10 +117,10 @@ void lights(const Target& target, int count) {
 }
 
 void orphan_vertices(const Target& target) {
-  constexpr size_t kVertices = 224'000;
+  constexpr size_t kVertices = 2'800'000;  // 32 MiB
   Stream stream(target);
   const wire::Vertices vertices{std::vector<std::array<float, 3>>(kVertices), {}};
-  for (int i = 0; i < 60 && !stop_requested(); ++i) {
+  for (int i = 0; i < 40 && !stop_requested(); ++i) {
     stream.edit("nobody " + std::to_string(i), wire::Property::vertices, vertices);
     stream.sync(kSyncLimit);
   }
@@ -128,9 +128,9 @@ void orphan_vertices(const Target& target) {
 }
 
 void nested_names(const Target& target) {
-  constexpr int kDepth = 300, kLeaves = 4000;
+  constexpr int kDepth = 60, kLeaves = 2000;
   Stream stream(target);
-  const auto name = [](int level) { return std::to_string(level) + std::string(1000, 'x'); };
+  const auto name = [](int level) { return std::to_string(level) + std::string(4000, 'x'); };
   for (int i = 0; i < kDepth; ++i) stream.add(name(i), i == 0 ? "" : name(i - 1));
   for (int i = 0; i < kLeaves; ++i) stream.add("leaf " + std::to_string(i), name(kDepth - 1));
   while (!stop_requested()) {

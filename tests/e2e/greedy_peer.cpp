@@ -49,7 +49,7 @@ class Honest {
  public:
   Honest(const std::string& uri, bool edits, bool describes)
       : stream_(uri, "honest"), edits_(edits), describes_(describes) {
-    stream_.describe({"body", "left/twin"});
+    stream_.describe({"body", "root/left/twin"});
     fire3dv_image_request request{};
     request.node = "camera";
     request.width = kWidth;
@@ -71,7 +71,7 @@ class Honest {
     const Pose pose{1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0};
     if (edits_ && frame_ % (2 * kEditEvery) == kEditEvery) stream_.add_node("own");
     if (edits_ && frame_ % (2 * kEditEvery) == 0) stream_.remove_node("own");
-    if (describes_ && frame_ % kDescribeEvery == 0) stream_.describe({"body", "left/twin"});
+    if (describes_ && frame_ % kDescribeEvery == 0) stream_.describe({"body", "root/left/twin"});
     stream_.publish(std::chrono::milliseconds(frame_), {pose, pose});
     const uint64_t sequence = stream_.poll().sequence;
     const auto until = Clock::now() + kFrameTimeout;
@@ -99,11 +99,11 @@ class Honest {
 
   void report() {
     const auto gap = std::max(longest_gap_, Clock::now() - last_);
-    std::printf("images=%llu changed=%llu lost=%llu longest_gap_ms=%lld epoch=%016llx\n",
+    std::printf("images=%llu changed=%llu lost=%llu longest_gap_ms=%lld unmatched=%u epoch=%016llx\n",
                 static_cast<unsigned long long>(images_), static_cast<unsigned long long>(changed_),
                 static_cast<unsigned long long>(lost_),
                 static_cast<long long>(std::chrono::duration_cast<std::chrono::milliseconds>(gap).count()),
-                static_cast<unsigned long long>(stream_.poll().epoch));
+                stream_.poll().unmatched_names, static_cast<unsigned long long>(stream_.poll().epoch));
     std::fflush(stdout);
     images_ = changed_ = lost_ = 0;
     longest_gap_ = {};

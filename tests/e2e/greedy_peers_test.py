@@ -23,7 +23,7 @@ BEFORE_S, DURING_S, AFTER_S = 1.2, 2.5, 0.5
 STOP_S = 20  # from SIGTERM to the end
 MOST_MIB = 600  # above the idle renderer, unless an attack has another bound
 REPORT_WAIT_S = 60
-NODES = ("body", "left/twin")
+NODES = ("body", "root/left/twin")
 
 
 class Attack:
@@ -142,6 +142,7 @@ class Run:
         self.honest.wait_images(24)
         self.before, report = self.measure(BEFORE_S)
         self.expect_same(report, "undisturbed")
+        check(report["unmatched"] == 0, "the honest peer's nodes are not in the scene")
         pid = self.renderer.process.pid
         with open(f"/proc/{pid}/clear_refs", "w", encoding="ascii") as file:
             file.write("5")  # resets VmHWM
