@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/peer_budget.h"
 #include "protocol/error.h"
 #include "protocol/wire/encode.h"
 
@@ -158,6 +159,10 @@ class ListenerLink {
                           size_t /*pixel_bytes*/, const FillPixels&) {
     return false;
   }
+
+  // The budget that this peer's messages are charged to, from its `connected` event to its `disconnected` event.
+  // Null: the link holds nothing for the peer, and the caller makes a budget of its own.
+  virtual std::shared_ptr<PeerBudget> budget(PeerId) const { return nullptr; }
 
   virtual LinkStats stats() const = 0;
 

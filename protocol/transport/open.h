@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/base/peer_budget.h"
 #include "protocol/error.h"
 #include "protocol/transport/link.h"
 
@@ -37,6 +38,8 @@ struct ListenerOptions {
   uint32_t max_peers = 64;
   size_t max_memory_bytes = size_t{1}
                             << 30;  // for messages of all peers together that are not whole, or not polled
+  // Budgets of the peers; null: the listener makes a pool of its own with the default limits.
+  std::shared_ptr<BudgetPool> budgets;
   TlsListenerOptions tls;
   std::string key_file;  // udp: as the publishers'
 };

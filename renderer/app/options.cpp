@@ -139,6 +139,11 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
       "--metrics", options.metrics,
       "HOST:PORT where streams, links, images and memory are told in numbers, over HTTP as /metrics "
       "(Prometheus' text format)");
+  std::vector<std::string> peer_limits;
+  app.add_option("--peer-limit", peer_limits,
+                 "limit on what one adapter may use, NAME=VALUE (edit-bytes=64MiB, nodes=100); the names stand "
+                 "in protocol/SPEC.md, section 14; may be given several times")
+      ->allow_extra_args(false);
   std::string play = "auto";
   app.add_option("--play", play,
                  "latest: the newest frame at once; interpolate: a little late and evenly; auto: interpolate "
@@ -357,6 +362,10 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   const bool replays = !options.recording.replay.empty();
   if (options.scene.empty() && needs_scene && !replays && !options.list_devices)
     return usage_error("name a scene: fire3dv SCENE.glb");
+  for (const std::string& text : peer_limits) {
+    if (Result<void> set = set_limit(text, options.peer_limits); !set)
+      return usage_error("--peer-limit: " + set.error().message);
+  }
   for (const CLI::Option* option : {models, name_space, package_path}) {
     if (option->count() > 0 && !is_description(options.scene))
       return usage_error(option->get_name() + " needs a scene that is a description: .yaml, .urdf or .xml");

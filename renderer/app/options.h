@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/base/peer_limits.h"
 #include "renderer/app/converted_scene.h"
 #include "renderer/app/play_options.h"
 #include "renderer/app/recording_options.h"
@@ -26,6 +27,7 @@ struct Options {
   std::string key_file;                                 // udp: the pre-shared key
   std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
   std::string metrics;                                  // HOST:PORT; empty: none are shown
+  PeerLimits peer_limits;                               // of each adapter that connects
   PlayOptions play;
   RecordingOptions recording;
   bool lockstep = false;  // one image for each pose frame, acknowledged

@@ -37,12 +37,14 @@ int list_devices(const gpu::Instance& instance) {
 }
 
 // insist: on each. Those that another scene cannot have again are said, and it is shown without.
-Result<void> open_listeners(const Options& options, bool insist, StreamIntake& intake, NextShow& notes) {
+Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
+                            StreamIntake& intake, NextShow& notes) {
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
     const bool wants_all = options.lockstep || !options.recording.record.empty();
     listener_options.delivery = wants_all ? transport::Delivery::all : transport::Delivery::newest;
     listener_options.insecure = options.insecure;
+    listener_options.budgets = budgets;
     listener_options.key_file = options.key_file;
     listener_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
     Result<std::unique_ptr<transport::ListenerLink>> listener =
@@ -107,8 +109,9 @@ struct Stage {
   Windows& windows;
   gui::Viewer& viewer;
   FurtherDevices& further;
-  std::unique_ptr<RendererMetrics> metrics;  // null: nobody wants to know
-  bool first = true;                         // nothing has been shown yet
+  const std::shared_ptr<BudgetPool> budgets;  // of all adapters
+  std::unique_ptr<RendererMetrics> metrics;   // null: nobody wants to know
+  bool first = true;                          // nothing has been shown yet
 
   void note_start(const char* what) const {
     if (!first) return;
@@ -187,7 +190,7 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
       stage, options, &Options::animate, [&](const Options& o) { return open_animations(o, *scene); });
   if (!animations) return animations.error();
   state::PoseState poses(*scene);
-  StreamIntake intake(poses, options.lockstep, options.play);
+  StreamIntake intake(poses, options.lockstep, options.play, stage.budgets);
   intake.offer_images(image_abilities(*stage.renderer));
   NextShow next(show, stage.places, [&](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);
@@ -197,7 +200,7 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
     return can;
   });
   if (!why_again.empty()) next.note(why_again);
-  if (Result<void> listening = open_listeners(options, stage.first, intake, next); !listening)
+  if (Result<void> listening = open_listeners(options, stage.first, stage.budgets, intake, next); !listening)
     return listening.error();
   Result<std::unique_ptr<Recording>> recording = open_recording(options, show.scene_path());
   if (!recording) return recording.error();
@@ -312,8 +315,10 @@ int run(const Options& options) {
     Result<FurtherDevices> further = FurtherDevices::open(**instance, devices->further, options.async_compute,
                                                           places, viewer.draw, *renderer);
     if (!further) return fail(further.error());
-    Stage stage{**instance, device,   renderer, *stats, places,       *windows,
-                viewer,     *further, nullptr,  true,   options.begun};
+    Stage stage{**instance, device,   renderer,
+                *stats,     places,   *windows,
+                viewer,     *further, BudgetPool::create(options.peer_limits),
+                nullptr,    true,     options.begun};
     stage.note_start("renderer");
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
       return fail(Error{"--outputs: " + can.error().message});

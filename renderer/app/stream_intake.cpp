@@ -69,8 +69,20 @@ const char* refusal_name(Refusal refusal) {
   return "";
 }
 
-StreamIntake::StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play)
-    : poses_(poses), lockstep_(lockstep), play_(play) {}
+StreamIntake::StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play,
+                           std::shared_ptr<BudgetPool> budgets)
+    : poses_(poses),
+      lockstep_(lockstep),
+      play_(play),
+      budgets_(budgets ? std::move(budgets) : BudgetPool::create()) {}
+
+std::shared_ptr<PeerBudget> StreamIntake::budget_of(Peer peer) {
+  std::shared_ptr<PeerBudget>& budget = budget_of_peer_[peer];
+  if (!budget) budget = listeners_[peer.first]->budget(peer.second);
+  if (!budget)
+    budget = budgets_->add_peer(listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second));
+  return budget;
+}
 
 void StreamIntake::add(std::unique_ptr<transport::ListenerLink> listener) {
   listeners_.push_back(std::move(listener));
@@ -165,6 +177,7 @@ bool StreamIntake::handle(Peer peer, transport::LinkEvent::Kind kind, std::span<
     case Kind::disconnected: {
       end_stream(peer, std::string(text));
       rejected_of_peer_.erase(peer);
+      budget_of_peer_.erase(peer);
       return false;
     }
     case Kind::pose:
@@ -269,7 +282,7 @@ void StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
   const auto ghost = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(),
                                   [&](const auto& entry) { return entry.second.epoch == description.epoch; });
   if (ghost != stream_of_peer_.end()) end_stream(Peer(ghost->first), "it came back over another connection");
-  const state::StreamId id = poses_.add_stream(description);
+  const state::StreamId id = poses_.add_stream(description, budget_of(peer));
   PeerStream& stream = stream_of_peer_[peer] = {};
   stream.id = id;
   stream.epoch = description.epoch;

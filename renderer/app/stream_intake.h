@@ -34,7 +34,9 @@ const char* refusal_name(Refusal refusal);
 class StreamIntake {
  public:
   // lockstep: the listeners deliver every frame, and poll() stops after the first that is to be shown.
-  StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play = {});
+  // budgets: of peers whose link has none of its own; null: a pool with the default limits.
+  StreamIntake(state::PoseState& poses, bool lockstep, const PlayOptions& play = {},
+               std::shared_ptr<BudgetPool> budgets = nullptr);
 
   void add(std::unique_ptr<transport::ListenerLink> listener);
   // Sees all that comes, when it comes. Listeners have numbers, in the order in which they were added.
@@ -116,6 +118,9 @@ class StreamIntake {
     state::ImageBook::Asker asker = 0;
   };
 
+  // The budget of a peer that is connected.
+  std::shared_ptr<PeerBudget> budget_of(Peer peer);
+
   bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message,
               std::string_view text, int64_t received_ns);
   void ask_for_time(int64_t now_ns);
@@ -134,6 +139,8 @@ class StreamIntake {
   state::PoseState& poses_;
   bool lockstep_;
   PlayOptions play_;
+  std::shared_ptr<BudgetPool> budgets_;
+  std::map<Peer, std::shared_ptr<PeerBudget>> budget_of_peer_;
   std::vector<std::unique_ptr<transport::ListenerLink>> listeners_;
   Watcher watcher_;
   wire::Decoder decoder_;

@@ -45,6 +45,7 @@ void EditBook::take(std::vector<SceneChanges> changes) {
     }
     StreamBook& stream = streams_[change.age];
     stream.id = change.stream;
+    stream.budget = change.budget;
     for (wire::SceneEdit& edit : change.edits) keep(stream, std::move(edit));
   }
 }
@@ -82,7 +83,7 @@ std::vector<WantedNode> EditBook::wanted_nodes() const {
   for (const auto& [age, stream] : streams_) {
     const auto first = static_cast<std::ptrdiff_t>(wanted.size());
     for (const auto& [key, kept] : stream.edits) {
-      if (kept.node && !kept.refused) wanted.push_back({age, kept.edit.version, key.first, kept.node});
+      if (kept.node && !kept.refused) wanted.push_back({age, kept.edit.version, key.first, kept.node, stream.budget});
     }
     std::sort(wanted.begin() + first, wanted.end(),
               [](const WantedNode& a, const WantedNode& b) { return a.version < b.version; });

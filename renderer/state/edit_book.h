@@ -30,6 +30,7 @@ struct WantedNode {
   uint64_t version = 0;  // of the edit; with the age this names it for good
   std::string name;
   std::shared_ptr<const wire::NodeAdded> what;
+  std::shared_ptr<PeerBudget> budget = nullptr;  // of the peer that wants it; null: without limits
 };
 
 class EditBook {
@@ -80,6 +81,7 @@ class EditBook {
   struct StreamBook {
     StreamId id = kNone;
     std::string name;
+    std::shared_ptr<PeerBudget> budget;
     std::map<Key, Kept> edits;
     std::vector<uint64_t EditFaults::*> told;  // causes that the user has heard of
   };

@@ -30,7 +30,8 @@ void PoseState::set_scene(const scene::Scene& scene) {
   rebind();
 }
 
-StreamId PoseState::add_stream(const wire::StreamDescription& description) {
+StreamId PoseState::add_stream(const wire::StreamDescription& description,
+                               std::shared_ptr<PeerBudget> budget) {
   const auto free = std::find_if(streams_.begin(), streams_.end(), [](const Stream& s) { return !s.active; });
   const auto id = static_cast<StreamId>(free - streams_.begin());
   if (free == streams_.end()) {
@@ -49,6 +50,7 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description) {
 
   Wish& wish = wishes_[id];
   wish = Wish{};
+  wish.budget = std::move(budget);
   wish.order = next_order_++;
   if (load_assets_aside_) wish.edits.load_aside();
   wish.names = description.node_names;

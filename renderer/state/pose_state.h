@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/peer_budget.h"
 #include "protocol/error.h"
 #include "protocol/wire/messages.h"
 #include "renderer/scene/scene.h"
@@ -80,6 +82,7 @@ struct SceneChanges {
   uint64_t age = 0;                    // smaller: an older stream, which keeps a node that two edit
   bool ended = false;                  // the stream is gone: whatever it changed is undone
   std::vector<wire::SceneEdit> edits;  // by version; of each key the newest
+  std::shared_ptr<PeerBudget> budget = nullptr;  // of the peer that publishes the stream; null: without limits
 };
 
 class PoseState {
@@ -90,7 +93,9 @@ class PoseState {
 
   // Binds the stream's names: exact node name first (unique in the scene), then path. A node that another
   // active stream drives stays with it and is reported as conflicting.
-  StreamId add_stream(const wire::StreamDescription& description);
+  // budget: charged for what the stream makes the renderer hold; null: without limits.
+  StreamId add_stream(const wire::StreamDescription& description,
+                      std::shared_ptr<PeerBudget> budget = nullptr);
   void remove_stream(StreamId id);  // its nodes rest again
 
   // Takes a whole frame or a part. Parts of one sequence are gathered; the frame is shown when it is whole.
@@ -158,6 +163,7 @@ class PoseState {
  private:
   // What a stream asked for, beside what it got (Stream).
   struct Wish {
+    std::shared_ptr<PeerBudget> budget;
     uint64_t order = 0;                  // smaller = older: the older stream keeps a node
     std::vector<uint32_t> node_of_pose;  // kNone = unmatched
     std::vector<std::string> names;

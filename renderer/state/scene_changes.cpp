@@ -45,7 +45,8 @@ std::vector<SceneChanges> PoseState::take_scene_changes() {
   const auto first = static_cast<std::ptrdiff_t>(changes.size());
   for (StreamId id = 0; id < streams_.size(); ++id) {
     if (!streams_[id].active || !wishes_[id].edits.has_news()) continue;
-    changes.push_back({id, streams_[id].epoch, wishes_[id].order, false, wishes_[id].edits.take()});
+    changes.push_back({id, streams_[id].epoch, wishes_[id].order, false, wishes_[id].edits.take(),
+                       wishes_[id].budget});
   }
   std::sort(changes.begin() + first, changes.end(),
             [](const SceneChanges& a, const SceneChanges& b) { return a.age < b.age; });
