@@ -213,37 +213,42 @@ void large_requests(const Target& target) {
   }
 }
 
+// Keyed states of no bytes: thousands of them share each bundle.
 void empty_states(const Target& target) {
-  constexpr uint64_t kMessages = 2'000'000;
+  constexpr uint64_t kMessages = 400'000;
   const RawPeer announcement(target.tcp_uri);
-  auto opened = transport::open_publisher(target.udp_uri);
-  if (!opened) throw PeerClosed(opened.error().message);
   wire::StreamDescription description;
-  description.epoch = transport::random_id();
   description.adapter_name = "greedy";
   description.node_names = {"nobody"};
-  (void)(*opened)->set_description(wire::encode(description));
+  std::vector<std::unique_ptr<transport::PublisherLink>> links;
+  for (int i = 0; i < 6; ++i) {
+    auto opened = transport::open_publisher(target.udp_uri);
+    if (!opened) throw PeerClosed(opened.error().message);
+    description.epoch = transport::random_id();
+    (void)(*opened)->set_description(wire::encode(description));
+    links.push_back(std::move(*opened));
+  }
   const auto empty = std::make_shared<const wire::Bytes>();
-  for (uint64_t i = 0; i < kMessages && !stop_requested(); ++i) (void)(*opened)->put_state(i, empty);
+  for (uint64_t i = 0; i < kMessages && !stop_requested(); ++i)
+    for (const auto& link : links) (void)link->put_state(i, empty);
   std::vector<std::byte> reply;
   while (!stop_requested()) {
-    while ((*opened)->poll(reply)) {
-    }
+    for (const auto& link : links)
+      while (link->poll(reply)) {
+      }
     pause(20ms);
   }
+  for (const auto& link : links) RawPeer::count_bytes(link->stats().bytes_sent);
 }
 
-// Descriptions of many names, and frames of which one pose comes each.
+// A description of many names, and frames of which one pose comes each.
 void half_frames(const Target& target) {
   std::vector<std::string> names(1'000'000);
   for (size_t i = 0; i < names.size(); ++i) names[i] = std::to_string(i);
-  std::vector<std::unique_ptr<Stream>> streams;
-  for (int i = 0; i < 4 && !stop_requested(); ++i) streams.push_back(std::make_unique<Stream>(target, names));
+  Stream stream(target, std::move(names));
   while (!stop_requested()) {
-    for (const auto& stream : streams) {
-      for (int part = 0; part < 4; ++part) stream->publish(1);
-      stream->sync(kSyncLimit);
-    }
+    for (int part = 0; part < 8; ++part) stream.publish(1);
+    stream.sync(kSyncLimit);
     pause(50ms);
   }
 }

@@ -49,7 +49,7 @@ ATTACKS = {
     "slow_readers": Attack(),
     "large_requests": Attack(stop_under_attack=True),
     "empty_states": Attack(),
-    "half_frames": Attack(),
+    "half_frames": Attack(most_mib=200),
     "silent_connections": Attack(newcomer=True),
     "squatter": Attack(honest=("describes",)),
     "epoch_takeover": Attack(),

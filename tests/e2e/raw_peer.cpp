@@ -35,6 +35,10 @@ uint64_t RawPeer::bytes_sent() {
   return total_bytes_sent;
 }
 
+void RawPeer::count_bytes(uint64_t bytes) {
+  total_bytes_sent += bytes;
+}
+
 RawPeer::RawPeer(const std::string& uri, int receive_buffer_bytes)
     : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   const auto parsed = transport::parse_uri(uri);

@@ -39,6 +39,7 @@ class RawPeer {
 
   // Of all connections of this process.
   static uint64_t bytes_sent();
+  static void count_bytes(uint64_t bytes);  // that another link has sent
 
  private:
   void send(transport::tcp::FrameKind kind, const wire::Bytes& message);
