@@ -71,8 +71,8 @@ std::vector<state::ImageBook::Due> StreamIntake::due_images(state::ImageBook::As
 void StreamIntake::add_render_time(state::ImageBook::Asker asker, int64_t ns) {
   const auto* entry = find_asker(asker);
   if (!entry) return;
-  if (const auto budget = budget_of_peer_.find(entry->first); budget != budget_of_peer_.end())
-    budget->second->add_render_ns(ns);
+  if (const auto state = peers_.find(entry->first); state != peers_.end() && state->second.budget)
+    state->second.budget->add_render_ns(ns);
 }
 
 void StreamIntake::refuse_image(const state::ImageBook::Due& due, wire::ImageRefusal reason,
