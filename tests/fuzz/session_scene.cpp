@@ -1,6 +1,7 @@
 #include "tests/fuzz/session_scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <thread>
 

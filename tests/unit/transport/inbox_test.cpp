@@ -1,6 +1,9 @@
 // Inbox of network listeners: budgets per peer, order, bounded cost, limited notes.
 #include "protocol/transport/inbox.h"
 
+#include <algorithm>
+#include <new>
+
 #include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::transport::test {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <mutex>
 #include <set>
+#include <tuple>
 
 #include "protocol/transport/clock.h"
 #include "protocol/transport/udp_handshake.h"
