@@ -170,7 +170,7 @@ class ListenerLink {
 
   // While a peer is paused, poll() leaves its messages in the link, where the link's bounds hold: it stops
   // reading, or drops older poses. For receivers that still hold messages of an earlier poll().
-  virtual void pause(PeerId, bool /*is_paused*/) {}
+  virtual void pause_peer(PeerId, bool /*is_paused*/) {}
 
   virtual LinkStats stats() const = 0;
 

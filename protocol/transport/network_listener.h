@@ -20,7 +20,7 @@ class NetworkListener : public ListenerLink {
   void poll(const std::function<void(const LinkEvent&)>& on_event) override { inbox_.poll(on_event); }
   void wait(std::chrono::nanoseconds timeout) final { inbox_.wait(timeout); }
   void accept(PeerId peer) final { inbox_.accept(peer); }
-  void pause(PeerId peer, bool is_paused) final { inbox_.pause(peer, is_paused); }
+  void pause_peer(PeerId peer, bool is_paused) final { inbox_.pause(peer, is_paused); }
   std::shared_ptr<PeerBudget> budget(PeerId peer) const final { return inbox_.budget(peer); }
   LinkStats stats() const final { return counters_.snapshot(); }
   std::string uri() const final { return uri_; }

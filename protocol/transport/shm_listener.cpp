@@ -35,6 +35,9 @@ class ShmListener final : public ListenerLink {
                   const FillPixels& fill) override {
     return peer != 0 && peer == peer_ && reader_ && reader_->send_image(request, head, pixel_bytes, fill);
   }
+  void pause_peer(PeerId peer, bool is_paused) override {
+    if (peer == peer_) is_paused_ = is_paused;
+  }
   LinkStats stats() const override { return counters_.snapshot(); }
   std::string uri() const override { return "shm://" + name_; }
 
@@ -52,6 +55,7 @@ class ShmListener final : public ListenerLink {
   Delivery delivery_;
   std::unique_ptr<Reader> reader_;
   PeerId peer_ = 0;  // outlives a segment that its own publisher replaced
+  bool is_paused_ = false;  // that peer
   uint64_t publisher_id_ = 0;
   Progress progress_;
   PeerId last_peer_ = 0;
@@ -70,6 +74,7 @@ void ShmListener::end_peer(const std::string& reason, const OnEvent& on_event) {
   if (peer_ == 0) return;
   on_event({LinkEvent::Kind::disconnected, peer_, {}, reason, 0});
   peer_ = 0;
+  is_paused_ = false;
   publisher_id_ = 0;
   progress_ = {};
   counters_.peers.set(0);
@@ -120,6 +125,7 @@ std::optional<Reader::End> ShmListener::end_of_segment() {
 }
 
 void ShmListener::poll(const OnEvent& on_event) {
+  if (is_paused_) return;
   // Twice: a segment that ended may have its successor in place already.
   for (int round = 0; round < 2; ++round) {
     if (!reader_) {

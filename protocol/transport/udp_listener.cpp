@@ -268,9 +268,12 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
 }
 
 void UdpListener::make_room(int64_t now_ns) {
-  const auto silent = std::find_if(peers_.begin(), peers_.end(), [&](const auto& entry) {
-    return may_lose_place(entry.second.id, entry.second.came_at_ns, entry.second.spoke_at_ns, now_ns);
-  });
+  auto silent = peers_.end();
+  for (auto peer = peers_.begin(); peer != peers_.end(); ++peer) {
+    if (silent != peers_.end() && silent->second.spoke_at_ns <= peer->second.spoke_at_ns) continue;
+    if (may_lose_place(peer->second.id, peer->second.came_at_ns, peer->second.spoke_at_ns, now_ns))
+      silent = peer;
+  }
   if (silent == peers_.end()) return;
   counters_.reject(Cause::silent);
   end(silent->first, kSilentGuest);

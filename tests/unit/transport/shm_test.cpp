@@ -60,6 +60,23 @@ TEST(Shm, JoinerGetsTheDescriptionThenTheNewestPose) {
   EXPECT_EQ(listener.events.size(), 3u) << "nothing is handed on twice";
 }
 
+TEST(Shm, APausedPeerIsReadLater) {
+  const std::string uri = unique_shm_uri("pause");
+  Listener listener(uri);
+  auto publisher = must_open_publisher(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  listener.link->pause_peer(listener.peer(), true);
+  publisher->publish(message_of("pose"));
+  for (int i = 0; i < 10; ++i) listener.poll();
+  EXPECT_EQ(listener.count(Kind::pose), 0u);
+  publisher.reset();
+  listener.poll();
+  EXPECT_EQ(listener.count(Kind::disconnected), 0u) << "not before its messages";
+  listener.link->pause_peer(listener.peer(), false);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+  EXPECT_TRUE(listener.saw(Kind::pose, "pose"));
+}
+
 TEST(Shm, NewestSkipsAndCounts) {
   const std::string uri = unique_shm_uri("newest");
   Listener listener(uri);
