@@ -132,7 +132,7 @@ bool StreamIntake::handle(Peer peer, const transport::LinkEvent& event) {
     case Kind::note:
       return false;
     case Kind::disconnected: {
-      suspend_stream(peer, std::string(event.text));
+      suspend_stream(peer, std::string(event.text), true);
       peers_.erase(peer);
       return false;
     }

@@ -157,8 +157,9 @@ class StreamIntake {
     std::string name;
     uint64_t place = 0;
     int64_t until_ns = 0;
-    Peer borrower{};              // a stream of that name that has the place meanwhile
+    Peer borrower{};              // a stream of that name that has the place, or its nodes, meanwhile
     uint64_t borrower_epoch = 0;  // 0: none has
+    bool lent_nodes = false;      // the place is reserved still
   };
   struct PeerStream {
     state::StreamId id;
@@ -206,7 +207,9 @@ class StreamIntake {
   void refuse_description(Peer peer, uint64_t epoch, wire::WelcomeStatus status, const std::string& reason);
   void begin_contest(Peer peer, const wire::StreamDescription& description, Peer older);
   void decide_contests();
-  uint64_t find_place(Peer peer, const wire::StreamDescription& description);
+  void begin_stream(Peer peer, const wire::StreamDescription& description);
+  uint64_t borrow_place(Peer peer, const wire::StreamDescription& description);
+  void lend_nodes(Left& left);
   void report_refusals();
   void welcome(Peer peer, PeerStream& stream);
   void report_bindings(bool scene_is_new);
@@ -216,8 +219,9 @@ class StreamIntake {
   const std::pair<const Peer, PeerStream>* find_asker(state::ImageBook::Asker asker) const;
   std::optional<state::ImageBook::Shown> shown_of(state::ImageBook::Asker asker) const;
   void end_stream(Peer peer, const std::string& reason);
-  // As end_stream(), but its place is reserved for a grace time; returns it.
-  uint64_t suspend_stream(Peer peer, const std::string& reason);
+  // As end_stream(), but its place is reserved for a grace time; returns it. lends: a stream of the same name
+  // that is there gets its nodes meanwhile.
+  uint64_t suspend_stream(Peer peer, const std::string& reason, bool lends);
   void drop_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
   void reject(Peer peer, Refusal refusal, const std::string& reason);

@@ -78,9 +78,10 @@ bool StreamIntake::describe(Peer peer, const wire::StreamDescription& descriptio
            entry.first.first == peer.first;
   });
   if (older == stream_of_peer_.end()) {
-    const uint64_t place = known != stream_of_peer_.end() ? suspend_stream(peer, "it began anew")
-                                                          : find_place(peer, description);
-    accept(peer, description, place);
+    if (known != stream_of_peer_.end())
+      accept(peer, description, suspend_stream(peer, "it began anew", false));
+    else
+      begin_stream(peer, description);
     return true;
   }
   const PeerState& state = peers_.at(peer);
@@ -246,7 +247,7 @@ void StreamIntake::end_stream(Peer peer, const std::string& reason) {
   drop_stream(peer, reason);
 }
 
-uint64_t StreamIntake::suspend_stream(Peer peer, const std::string& reason) {
+uint64_t StreamIntake::suspend_stream(Peer peer, const std::string& reason, bool lends) {
   const auto ended = stream_of_peer_.find(peer);
   if (ended == stream_of_peer_.end()) return 0;
   const int64_t until_ns = now_ns_ + kGraceNs;
@@ -257,39 +258,55 @@ uint64_t StreamIntake::suspend_stream(Peer peer, const std::string& reason) {
     left_.erase(std::max_element(left_.begin(), left_.end(),
                                  [](const Left& a, const Left& b) { return a.place < b.place; }));
   drop_stream(peer, reason);
+  if (lends && !left_.empty() && left_.back().place == place) lend_nodes(left_.back());
   return place;
 }
 
-// The place of the stream that returns with this description; 0: it is a new one. Its epoch proves that it is
-// the same run; on a shared-memory listener the segment does, which belongs to one user and has one
-// publisher. A publisher that was started again has nothing to prove it by but its name: it gets the place,
-// and gives it back if the run before returns in time.
-uint64_t StreamIntake::find_place(Peer peer, const wire::StreamDescription& description) {
-  const auto find = [&](auto&& matches) {
-    return std::find_if(left_.begin(), left_.end(), [&](const Left& left) {
-      return left.listener == peer.first && left.until_ns > now_ns_ && matches(left);
-    });
-  };
-  const std::string name = name_of(description);
-  auto left = find([&](const Left& each) { return each.epoch == description.epoch && each.name == name; });
-  if (left != left_.end()) {
-    if (left->borrower_epoch == 0) return left->place;
-    const Peer borrower = left->borrower;
-    const auto stream = stream_of_peer_.find(borrower);
-    const bool has_it = stream != stream_of_peer_.end() && stream->second.epoch == left->borrower_epoch;
-    left_.erase(left);
-    if (!has_it) return 0;
-    const std::string reason = "the stream whose place it had has returned";
-    refuse_description(borrower, stream->second.epoch, wire::WelcomeStatus::refused, reason);
-    return suspend_stream(borrower, reason);
-  }
+// The epoch proves that a stream is the same run; on a shared-memory listener the segment does, which belongs
+// to one user and has one publisher. A publisher that was started again has nothing to prove it by but its
+// name: it gets the place, and gives it back if the run before returns in time.
+void StreamIntake::begin_stream(Peer peer, const wire::StreamDescription& description) {
+  const auto same = std::find_if(left_.begin(), left_.end(), [&](const Left& each) {
+    return each.listener == peer.first && each.until_ns > now_ns_ && each.epoch == description.epoch &&
+           each.name == name_of(description);
+  });
+  if (same == left_.end()) return accept(peer, description, borrow_place(peer, description));
+  const Left left = *same;
+  left_.erase(same);
+  if (left.borrower_epoch == 0) return accept(peer, description, left.place);
+  const auto borrower = stream_of_peer_.find(left.borrower);
+  const bool has_it = borrower != stream_of_peer_.end() && borrower->second.epoch == left.borrower_epoch;
+  if (!has_it)
+    return accept(peer, description, left.lent_nodes ? left.place : borrow_place(peer, description));
+  const std::string reason = "the stream whose place it had has returned";
+  refuse_description(left.borrower, left.borrower_epoch, wire::WelcomeStatus::refused, reason);
+  if (!left.lent_nodes) return accept(peer, description, suspend_stream(left.borrower, reason, false));
+  accept(peer, description, left.place);
+  end_stream(left.borrower, reason);  // its nodes pass on to the oldest that waits for them
+}
+
+uint64_t StreamIntake::borrow_place(Peer peer, const wire::StreamDescription& description) {
   const bool has_one_publisher = listeners_[peer.first]->uri().starts_with("shm://");
-  left = find(
-      [&](const Left& each) { return each.borrower_epoch == 0 && (has_one_publisher || each.name == name); });
+  const auto left = std::find_if(left_.begin(), left_.end(), [&](const Left& each) {
+    return each.listener == peer.first && each.until_ns > now_ns_ && each.borrower_epoch == 0 &&
+           (has_one_publisher || each.name == name_of(description));
+  });
   if (left == left_.end()) return 0;
   left->borrower = peer;
   left->borrower_epoch = description.epoch;
   return left->place;
+}
+
+// As borrow_place(), to a stream that came before the loss of the other one was noticed.
+void StreamIntake::lend_nodes(Left& left) {
+  const auto next = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(), [&](const auto& entry) {
+    return entry.first.first == left.listener && entry.second.name == left.name;
+  });
+  if (next == stream_of_peer_.end()) return;
+  left.borrower = next->first;
+  left.borrower_epoch = next->second.epoch;
+  left.lent_nodes = true;
+  poses_.lend_place(left.place, next->second.id);
 }
 
 // Its connection may be dead without that anybody has noticed: it is pinged, and gives way if it stays
@@ -321,7 +338,7 @@ void StreamIntake::decide_contests() {
       note("stream \"" + older->second.name + "\": another connection (" + listeners_[peer.first]->uri() +
            " peer " + std::to_string(peer.second) + ") that publishes the same run was refused");
     } else {
-      suspend_stream(contest.older, "it came back over another connection");
+      suspend_stream(contest.older, "it came back over another connection", false);
     }
   }
   handled_peer_.reset();

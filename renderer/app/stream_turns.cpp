@@ -9,7 +9,9 @@ namespace fire3dv::app {
 using Kind = transport::LinkEvent::Kind;
 
 namespace {
-constexpr int64_t kRestFactor = 3;  // long messages of one peer take a quarter of the time at most
+constexpr int64_t kSlicesAlone = 25;  // of a peer that nobody waits for
+constexpr int64_t kLongSlices = 10;   // a message that takes longer is followed by a rest
+constexpr int64_t kRestFactor = 3;    // so that such messages of one peer take a quarter of the time at most
 }  // namespace
 
 size_t StreamIntake::Waiting::bytes() const {
@@ -23,6 +25,7 @@ bool StreamIntake::receive(Peer peer, const transport::LinkEvent& event) {
     return false;
   }
   PeerState& state = peers_[peer];
+  if (event.kind == Kind::connected) state.budget = listeners_[peer.first]->budget(peer.second);
   if (event.kind == Kind::pose || event.kind == Kind::control)
     state.heard_ns = event.received_ns != 0 ? event.received_ns : now_ns_;
   if (!lockstep_ && state.waiting.empty() && has_time(state)) return handle_timed(peer, state, event);
@@ -32,7 +35,8 @@ bool StreamIntake::receive(Peer peer, const transport::LinkEvent& event) {
 
 bool StreamIntake::has_time(PeerState& state) {
   if (std::exchange(state.poll, polls_) != polls_) state.spent_ns = 0;
-  return state.spent_ns < budgets_->limits().slices.receive_ns && now_ns_ >= state.rests_until_ns;
+  const int64_t turn_ns = budgets_->limits().slices.receive_ns * (peers_.size() > 1 ? 1 : kSlicesAlone);
+  return state.spent_ns < turn_ns && now_ns_ >= state.rests_until_ns;
 }
 
 bool StreamIntake::handle_timed(Peer peer, PeerState& state, const transport::LinkEvent& event) {
@@ -44,8 +48,9 @@ bool StreamIntake::handle_timed(Peer peer, PeerState& state, const transport::Li
   if (ends) return changed;
   const int64_t spent_ns = now_ns_ - begin_ns;
   state.spent_ns += spent_ns;
-  // One message that takes longer than a turn, such as a large description: others have their turns first.
-  if (event.kind == Kind::control && spent_ns > budgets_->limits().slices.receive_ns && peers_.size() > 1)
+  // Such as a description of 10^6 nodes: others have their turns first.
+  if (event.kind == Kind::control && spent_ns > kLongSlices * budgets_->limits().slices.receive_ns &&
+      peers_.size() > 1)
     state.rests_until_ns = now_ns_ + kRestFactor * spent_ns;
   return changed;
 }

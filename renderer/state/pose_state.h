@@ -127,6 +127,9 @@ class PoseState {
   // than kMaxPlaces places of older streams are reserved. Returns the place.
   uint64_t suspend_stream(StreamId id, int64_t until_ns);
   static constexpr size_t kMaxPlaces = 64;
+  // Nodes of the place that this stream waits for pass to it; nodes that the place's stream edited are free. When
+  // that stream returns it waits for them first.
+  void lend_place(uint64_t place, StreamId id);
 
   // Names of a stream at these indices, the first that fit into so many bytes (each counts 8 more).
   std::vector<std::string> names_at(StreamId id, const IndexSet& indices, size_t max_bytes) const;

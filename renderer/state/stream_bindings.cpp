@@ -132,6 +132,29 @@ void PoseState::reserve_place(Place place) {
   end_place(last);
 }
 
+void PoseState::lend_place(uint64_t place, StreamId id) {
+  const auto found = std::find_if(places_.begin(), places_.end(), [&](const Place& each) {
+    return each.order == place && each.slot != kNone;
+  });
+  if (found == places_.end() || id >= streams_.size() || !streams_[id].active) return;
+  if (std::exchange(found->has_edits, false))
+    ended_.push_back({found->slot, found->epoch, found->order, true, {}});
+  std::erase_if(wishes_[found->slot].node_of_pose, [&](uint32_t node) {
+    for (auto claim = claims_.lower_bound({node, 0, 0, 0}); claim != claims_.end() && claim->node == node;
+         ++claim) {
+      if (claim->stream != id) continue;
+      const uint32_t pose = claim->pose;
+      ++names_touched_;
+      claims_.erase(claim);
+      streams_[id].conflicting_names.erase(pose);
+      drive(id, pose, node);
+      return true;
+    }
+    return false;
+  });
+  bindings_changed();
+}
+
 void PoseState::end_place(const Place& place) {
   if (place.has_edits) ended_.push_back({place.slot, place.epoch, place.order, true, {}});
   if (place.slot == kNone) return;
