@@ -8,7 +8,7 @@ namespace fire3dv::state {
 namespace {
 
 constexpr int64_t kActiveNs = 1'000'000'000;
-constexpr int64_t kForgetNs = 60'000'000'000;  // accounts of inactive askers
+constexpr int64_t kForgetNs = 5'000'000'000;  // accounts of inactive askers
 // Time without long turns that an asker gets for each nanosecond of a long turn: it keeps two thirds of the
 // device's time, which leaves it half of its rate when the start of its images is delayed, too.
 constexpr double kQuietShare = 2;
@@ -28,8 +28,7 @@ void ImageTurns::note_demands(std::span<const ImageDemand> demands, int64_t now_
     return entry.second.in_flight == 0 && now_ns - entry.second.active_ns > kForgetNs;
   });
   for (auto& [asker, account] : accounts_) {
-    if (std::ranges::none_of(demands, [&](const ImageDemand& d) { return d.asker == asker; }))
-      account.due_since_ns.reset();
+    if (!std::ranges::binary_search(demands, asker, {}, &ImageDemand::asker)) account.due_since_ns.reset();
     if (account.in_flight > 0) account.active_ns = now_ns;
   }
   for (const ImageDemand& demand : demands) {

@@ -33,7 +33,7 @@ class ImageTurns {
   explicit ImageTurns(int64_t slice_ns, bool is_waiting_allowed = true)
       : slice_ns_(slice_ns), is_waiting_allowed_(is_waiting_allowed) {}
 
-  // All demands that exist now.
+  // All demands that exist now, in the order of their askers.
   void note_demands(std::span<const ImageDemand> demands, int64_t now_ns);
   // Asker whose turn begins; none when all of them have to wait. demands: those noted that are not served
   // yet.

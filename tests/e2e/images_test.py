@@ -356,8 +356,9 @@ def refusals(test, link):
     stop(renderer)
 
 
-def ask_large(stream, side, count):
-    return [stream.request_image(side, side, fx=side, near_m=1, far_m=100,
+def ask_large(stream, side, count, sequence):
+    """Images that become due together, with that frame."""
+    return [stream.request_image(side, side, fx=side, near_m=1, far_m=100, sequence=sequence,
                                  parent_from_camera=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, barcode.DISTANCE])
             for _ in range(count)]
 
@@ -374,9 +375,9 @@ def images_now(stream):
 
 def fair_turns(test, link):
     """A stream goes on while another one always has large images due, and each of its images shows its frame."""
-    uri = test.fresh_uri(link)
-    renderer = renderer_of(test, uri, "--on-request")
-    with open_stream(uri) as victim, fire3dv.Stream(uri, adapter_name="greedy") as greedy:
+    uri, other = test.fresh_uri(link), test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request", "--listen", other)
+    with open_stream(uri) as victim, fire3dv.Stream(other, adapter_name="greedy") as greedy:
         greedy.describe(["nothing"])
         with victim.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth") as camera:
             number, before, large = 0, 20, 0
@@ -386,7 +387,8 @@ def fair_turns(test, link):
                 check_image(image, number, number)
                 del image
                 if number == before:
-                    ask_large(greedy, 1024, 16)
+                    ask_large(greedy, 1024, 16, 1)
+                    greedy.publish(1000, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
                 if number > before:
                     large += images_now(greedy)
         # When all large images that are due are drawn first, they come between two images of the victim.
@@ -400,7 +402,8 @@ def stop_request(test, link):
     renderer = renderer_of(test, uri, "--on-request")
     with open_stream(uri) as stream:
         stream.publish(1000, barcode.poses_of(1))
-        requests = ask_large(stream, 4096, 16)
+        requests = ask_large(stream, 4096, 16, 2)
+        stream.publish(2000, barcode.poses_of(2))
         stream.wait_image(HANG_S)
         renderer.signal(signal.SIGTERM)
         came = 1
