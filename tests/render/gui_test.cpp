@@ -171,10 +171,14 @@ TEST_F(GuiPicture, SeamsAreNotSeen) {
                            {middle.x + 180 * std::cos(to), middle.y + 180 * std::sin(to)},
                            IM_COL32(255, 0, 0, 128));
   }
-  ImDrawList* lists[] = {&list};
   ImDrawData data;
   data.Valid = true;
+#if IMGUI_VERSION_NUM >= 18980
+  data.CmdLists.push_back(&list);
+#else
+  ImDrawList* lists[] = {&list};
   data.CmdLists = lists;
+#endif
   data.CmdListsCount = 1;
   data.DisplaySize = {kWidth, kHeight};
 

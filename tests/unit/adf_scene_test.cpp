@@ -27,13 +27,13 @@ const Model& scene() {
   return model;
 }
 
-size_t index_of(const Model& model, const std::string& name) {
+size_t index_of(const Model& model, std::string_view name) {
   for (size_t i = 0; i < model.nodes.size(); ++i)
     if (model.nodes[i].name == name) return i;
   ADD_FAILURE() << "no node is called " << name;
   return 0;
 }
-const Node& node(const std::string& name) {
+const Node& node(std::string_view name) {
   return scene().nodes[index_of(scene(), name)];
 }
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "renderer/gui/gui_tiles.h"
 #include "renderer/gui/widgets.h"
@@ -69,7 +68,8 @@ TEST(GuiPlots, ALevelCurveIsFilledAsARectangleIs) {
   constexpr ImU32 kFillAlpha = 0x30;
   ImVec2 low{1e9f, 1e9f}, high{-1e9f, -1e9f};
   double area = 0;
-  for (const ImDrawList* list : std::span(data.CmdLists, static_cast<size_t>(data.CmdListsCount))) {
+  for (int list_index = 0; list_index < data.CmdListsCount; ++list_index) {
+    const ImDrawList* list = data.CmdLists[list_index];
     for (const ImDrawCmd& command : list->CmdBuffer) {
       for (unsigned i = 0; i + 2 < command.ElemCount; i += 3) {
         ImDrawVert corner[3];

@@ -4,13 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 
-inline const Node& node(const Model& model, const std::string& name) {
+inline const Node& node(const Model& model, std::string_view name) {
   for (const Node& each : model.nodes)
     if (each.name == name) return each;
   ADD_FAILURE() << "no node " << name;

@@ -142,7 +142,11 @@ TEST(SceneMeshopt, QuaternionsAndExponentials) {
       add_compressed(builder, encode_vertices(filtered, 8), 2, 8, "ATTRIBUTES", "QUATERNION");
   const std::vector<float> translations{1, 2.5f, -1000, 0.001f, 0, 7};
   std::vector<unsigned char> packed(24);
+#if MESHOPTIMIZER_VERSION >= 190
+  meshopt_encodeFilterExp(packed.data(), 2, 12, 20, translations.data(), meshopt_EncodeExpSharedVector);
+#else
   meshopt_encodeFilterExp(packed.data(), 2, 12, 20, translations.data());
+#endif
   const size_t moves =
       add_compressed(builder, encode_vertices(packed, 12), 2, 12, "ATTRIBUTES", "EXPONENTIAL");
   const size_t rotation = builder.add_accessor(turns, 2, "VEC4", test::kShort, true);

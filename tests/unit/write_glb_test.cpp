@@ -60,7 +60,7 @@ nlohmann::json json_of(const std::vector<std::byte>& glb) {
   return nlohmann::json::parse(text, text + length);
 }
 
-const scene::Node& node_named(const scene::Scene& scene, const std::string& name) {
+const scene::Node& node_named(const scene::Scene& scene, std::string_view name) {
   for (const scene::Node& node : scene.nodes)
     if (node.name == name) return node;
   ADD_FAILURE() << "no node " << name;
