@@ -56,7 +56,7 @@ bool LiveScene::follow() {
   if (!built && !user_changed_ && changes.empty() && (book_.empty() || !rebound)) return false;
   user_changed_ = false;
   bindings_seen_ = poses_.binding_revision();
-  book_.take(std::move(changes));
+  book_.take(std::move(changes), &poses_.names());
   std::vector<state::WantedNode> wanted = book_.wanted_nodes();
   resolve(wanted);
   build_if_other(std::move(wanted));

@@ -1,4 +1,6 @@
-// From links to pose state: decodes what arrives, binds streams, answers adapters. It owns the listeners.
+// Receiver of streams: decodes messages of all links, binds streams to the scene and answers adapters. Peers
+// take turns: a peer's messages are handled for one time slice per poll, and the rest in the next polls. Owns
+// the listeners.
 #pragma once
 
 #include <array>
@@ -43,6 +45,10 @@ class StreamIntake {
   using Watcher = std::function<void(size_t listener, const transport::LinkEvent& event)>;
   void watch(Watcher watcher) { watcher_ = std::move(watcher); }
 
+  // Source of the time of slices, grace times and rates, in ns; by default the monotonic clock. For tests.
+  using Clock = std::function<int64_t()>;
+  void set_clock(Clock clock) { clock_ = std::move(clock); }
+
   // Takes what has arrived. Returns true when there is a new pose frame to show. Never waits.
   bool poll();
   // Waits until there may be something, at most this long.
@@ -73,6 +79,8 @@ class StreamIntake {
 
   // Sentences for the user since the last call: who came, went, or was refused, and why.
   std::vector<std::string> take_notes();
+  // Messages that wait for a later poll, of all peers.
+  size_t waiting_messages() const;
   size_t active_streams() const { return stream_of_peer_.size(); }
   bool had_streams() const { return had_streams_; }
   uint64_t rejected_messages() const;
@@ -95,20 +103,64 @@ class StreamIntake {
 
  private:
   using Peer = std::pair<size_t, transport::PeerId>;  // listener and its peer
-  struct Held {
-    Peer peer;
-    transport::LinkEvent::Kind kind;
+  // At most so many events in one second.
+  struct Allowance {
+    int64_t since_ns = 0;
+    uint32_t used = 0;
+    bool take(int64_t now_ns, uint32_t per_second);
+  };
+  // A message that waits for a later poll.
+  struct Waiting {
+    uint64_t number = 0;  // rises with arrival, over all peers
+    transport::LinkEvent::Kind kind{};
     wire::Bytes message;
     std::string text;
     int64_t received_ns = 0;
+    bool is_dropped = false;  // a newer pose took its place
+    size_t bytes() const;
+  };
+  // A description whose stream another connection publishes already: decided when that one has had time to
+  // answer.
+  struct Contest {
+    Peer older;
+    uint64_t epoch = 0;
+    bool may_be_same = false;  // same listener and name
+    int64_t asked_ns = 0, decide_ns = 0;
+  };
+  struct PeerState {
+    std::shared_ptr<PeerBudget> budget;
+    std::deque<Waiting> waiting;
+    std::vector<uint64_t> waiting_poses;  // numbers
+    BudgetCharge charge;                  // of what waits
+    uint64_t poll = 0;                    // of which spent_ns is
+    int64_t spent_ns = 0;
+    int64_t rests_until_ns = 0;  // after a long message
+    int64_t heard_ns = 0;        // last message
+    std::optional<Contest> contest;
+    uint64_t refused_epoch = 0;  // that lost its contest
+    int64_t refused_ns = 0;
+    uint32_t rejected = 0;
+    uint32_t refusals_told = 0;  // bits of resources
+    Allowance notes;
+  };
+  // A stream whose link was lost: it may return to its place.
+  struct Left {
+    size_t listener = 0;
+    uint64_t epoch = 0;
+    std::string name;
+    uint64_t place = 0;
+    int64_t until_ns = 0;
+    Peer borrower{};              // a stream of that name that has the place meanwhile
+    uint64_t borrower_epoch = 0;  // 0: none has
   };
   struct PeerStream {
     state::StreamId id;
     uint64_t epoch;
     std::string name;
     uint64_t acked_sequence = 0;
-    std::vector<std::string> conflicts_told, unmatched_told;  // as of the last Welcome
-    std::vector<std::string> contests_told;                   // as of the last Status
+    uint64_t conflicts_told = 0, unmatched_told = 0;  // revisions as of the last Welcome
+    uint64_t contests_told = 0;                       // as of the last Status
+    Allowance reports;
     bool interpolated = false;
     std::optional<int64_t> delay_ns;  // where it is fixed
     state::ClockOffset clock;
@@ -116,40 +168,73 @@ class StreamIntake {
     int64_t next_ping_ns = 0;
     bool lost_told = false;
     state::ImageBook::Asker asker = 0;
+    BudgetCharge description_bytes, names;
   };
 
   // The budget of a peer that is connected.
   std::shared_ptr<PeerBudget> budget_of(Peer peer);
 
-  bool handle(Peer peer, transport::LinkEvent::Kind kind, std::span<const std::byte> message,
-              std::string_view text, int64_t received_ns);
+  bool receive(Peer peer, const transport::LinkEvent& event);
+  void store(Peer peer, PeerState& state, const transport::LinkEvent& event);
+  void put_back(Peer peer, const transport::LinkEvent& event);
+  static void release(PeerState& state, size_t bytes);
+  static void drop_waiting_poses(PeerState& state);
+  bool is_whole_frame(std::span<const std::byte> message);
+  bool is_ready(const PeerState& state) const {
+    return !state.waiting.empty() && !state.contest && (lockstep_ || now_ns_ >= state.rests_until_ns);
+  }
+  bool has_time(PeerState& state);
+  bool handle_next(Peer peer);
+  bool handle_waiting();
+  bool handle_in_order();
+  bool handle_timed(Peer peer, PeerState& state, const transport::LinkEvent& event);
+  bool handle(Peer peer, const transport::LinkEvent& event);
+  bool take(Peer peer, const wire::PoseFrameView& frame, int64_t received_ns);
   void ask_for_time(int64_t now_ns);
   void tell_conditions();
-  void describe(Peer peer, const wire::StreamDescription& description);
+  // False: decided later; the message is to be handled again then.
+  bool describe(Peer peer, const wire::StreamDescription& description);
+  void accept(Peer peer, const wire::StreamDescription& description, uint64_t place);
+  void refuse_version(Peer peer, const wire::StreamDescription& description);
+  void refuse_description(Peer peer, uint64_t epoch, wire::WelcomeStatus status, const std::string& reason);
+  void begin_contest(Peer peer, const wire::StreamDescription& description, Peer older);
+  void decide_contests();
+  uint64_t find_place(Peer peer, const wire::StreamDescription& description);
+  void report_refusals();
   void welcome(Peer peer, PeerStream& stream);
-  void tell_contests();
+  void report_bindings(bool scene_is_new);
+  void send_status(Peer peer, PeerStream& stream, const std::string& message);
   void ask_for_image(Peer peer, const wire::ImageRequest& request);
   void tell_refused(Peer peer, const wire::ImageRefused& refused);
   const std::pair<const Peer, PeerStream>* find_asker(state::ImageBook::Asker asker) const;
   void end_stream(Peer peer, const std::string& reason);
+  // As end_stream(), but its place is reserved for a grace time; returns it.
+  uint64_t suspend_stream(Peer peer, const std::string& reason);
+  void drop_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
   void reject(Peer peer, Refusal refusal, const std::string& reason);
+  // Of the peer whose message is handled, if one is.
   void note(std::string text);
 
   state::PoseState& poses_;
   bool lockstep_;
   PlayOptions play_;
   std::shared_ptr<BudgetPool> budgets_;
-  std::map<Peer, std::shared_ptr<PeerBudget>> budget_of_peer_;
+  Clock clock_;
+  int64_t now_ns_ = 0;  // the last reading of the clock
   std::vector<std::unique_ptr<transport::ListenerLink>> listeners_;
   Watcher watcher_;
   wire::Decoder decoder_;
-  std::deque<Held> held_;  // lockstep: what has arrived after the frame that is shown
+  std::map<Peer, PeerState> peers_;
+  std::vector<Peer> turns_;  // memory of handle_waiting()
+  Peer last_turn_{};
+  uint64_t polls_ = 0, last_number_ = 0;
   std::map<Peer, PeerStream> stream_of_peer_;
-  std::map<Peer, uint32_t> rejected_of_peer_;
+  std::vector<Left> left_;
+  std::optional<Peer> handled_peer_;
   std::vector<std::string> notes_;
-  std::chrono::steady_clock::time_point notes_since_{};
-  uint32_t notes_this_second_ = 0, notes_left_out_ = 0;
+  Allowance all_notes_;
+  uint32_t notes_left_out_ = 0;
   bool had_streams_ = false;
   std::array<uint64_t, kRefusalCount> refusals_{};
   std::optional<state::ImageBook> images_;

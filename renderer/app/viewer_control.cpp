@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "protocol/base/keyed_hash.h"
+
 namespace fire3dv::app {
 namespace {
 
@@ -27,7 +29,7 @@ class NodesByPath {
 
  private:
   const scene::Scene &before_, &after_;
-  std::unordered_map<std::string_view, uint32_t> node_of_path_;
+  std::unordered_map<std::string_view, uint32_t, KeyedHash, std::equal_to<>> node_of_path_;
 };
 
 // The first node that wears each material; kNone: none does.

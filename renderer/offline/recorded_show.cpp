@@ -8,7 +8,8 @@
 namespace fire3dv::offline {
 namespace {
 
-constexpr size_t kMostNotes = 20;  // of one call: a file may hold any number of runs
+constexpr size_t kMostNameBytes = 2048;  // enough for one name
+constexpr size_t kMostNotes = 20;        // of one call: a file may hold any number of runs
 
 }  // namespace
 
@@ -74,8 +75,8 @@ void RecordedShow::begin(Stream& stream, const wire::StreamDescription& descript
   stream.id = poses_.add_stream(description);
   if (notes_.size() >= kMostNotes) return;
   const state::Stream& bound = poses_.streams()[*stream.id];
-  const auto list = [](const std::vector<std::string>& names) {
-    std::string text = wire::printable(names[0]);
+  const auto list = [&](const state::IndexSet& names) {
+    std::string text = wire::printable(poses_.names_at(*stream.id, names, kMostNameBytes)[0]);
     if (names.size() > 1) text += " and " + std::to_string(names.size() - 1) + " more";
     return text;
   };

@@ -35,22 +35,54 @@ scene::Camera camera_of(const wire::Camera& from, const scene::Scene& scene, uin
   return camera;
 }
 
+// The node and all below it are not shown with this edit.
+bool takes_away(const wire::EditValue& value) {
+  const auto* visible = std::get_if<wire::Visible>(&value);
+  return std::holds_alternative<wire::NodeRemoved>(value) || (visible && !visible->visible);
+}
+
 }  // namespace
 
-void EditBook::take(std::vector<SceneChanges> changes) {
+void EditBook::take(std::vector<SceneChanges> changes, const NodeNames* file_names) {
+  std::vector<std::string> added;
   for (SceneChanges& change : changes) {
     if (change.ended) {
-      streams_.erase(change.age);
+      const auto stream = streams_.find(change.age);
+      if (stream == streams_.end()) continue;
+      if (change.may_return) {
+        reserve(stream->second);
+      } else {
+        streams_.erase(stream);
+      }
       continue;
     }
     StreamBook& stream = streams_[change.age];
     stream.id = change.stream;
     stream.budget = change.budget;
-    for (wire::SceneEdit& edit : change.edits) keep(stream, std::move(edit));
+    for (size_t i = 0; i < change.edits.size(); ++i) {
+      wire::SceneEdit& edit = change.edits[i];
+      if (std::holds_alternative<wire::NodeAdded>(edit.value)) added.push_back(edit.node);
+      keep(stream, std::move(edit),
+           i < change.charges.size() ? std::move(change.charges[i]) : BudgetCharge());
+    }
   }
+  for (const std::string& name : added) settle_name(name, file_names);
 }
 
-void EditBook::keep(StreamBook& stream, wire::SceneEdit&& edit) {
+// Undoes what the stream changed, and leaves its nodes to it alone.
+void EditBook::reserve(StreamBook& stream) {
+  for (const auto& [key, kept] : stream.edits) {
+    if (kept.bound_node != kNone) stream.reserved_nodes.push_back(kept.bound_node);
+  }
+  stream.edits.clear();
+  std::sort(stream.reserved_nodes.begin(), stream.reserved_nodes.end());
+  const auto end = std::unique(stream.reserved_nodes.begin(), stream.reserved_nodes.end());
+  stream.reserved_nodes.erase(end, stream.reserved_nodes.end());
+  stream.reserved_nodes.shrink_to_fit();
+  stream.budget.reset();
+}
+
+void EditBook::keep(StreamBook& stream, wire::SceneEdit&& edit, BudgetCharge charge) {
   const Key key(edit.node, edit.property);
   const auto known = stream.edits.find(key);
   if (known != stream.edits.end()) finish(stream, known->second);  // nobody will see it any more
@@ -58,18 +90,41 @@ void EditBook::keep(StreamBook& stream, wire::SceneEdit&& edit) {
     if (known != stream.edits.end()) stream.edits.erase(known);
     return;
   }
-  Kept& kept = stream.edits[key] = {};
+  Kept& kept = stream.edits[key];
+  const uint32_t bound_node = kept.bound_node;
+  const bool is_searched = kept.is_searched;
+  kept = {};
+  kept.bound_node = bound_node;
+  kept.is_searched = is_searched;
+  kept.charge = std::move(charge);
   kept.edit = std::move(edit);
   if (auto* node = std::get_if<wire::NodeAdded>(&kept.edit.value)) {
     kept.node = std::make_shared<const wire::NodeAdded>(std::move(*node));
     kept.finished = false;
   } else if (auto* vertices = std::get_if<wire::Vertices>(&kept.edit.value)) {
     auto replaced = std::make_shared<scene::ReplacedVertices>();
+    replaced->positions.reserve(vertices->positions.size());
+    replaced->normals.reserve(vertices->normals.size());
     for (const auto& p : vertices->positions) replaced->positions.emplace_back(p[0], p[1], p[2]);
     for (const auto& n : vertices->normals) replaced->normals.emplace_back(n[0], n[1], n[2]);
     *vertices = {};
     kept.vertices = std::move(replaced);
     kept.finished = false;
+  }
+}
+
+// Of several streams that add a node of one name the oldest does, and none where the file has the name.
+void EditBook::settle_name(const std::string& name, const NodeNames* file_names) {
+  const Key key(name, wire::Property::node);
+  const bool in_file = file_names && file_names->file_has(name);
+  bool taken = in_file;
+  for (auto& [age, stream] : streams_) {
+    const auto kept = stream.edits.find(key);
+    if (kept == stream.edits.end() || !kept->second.node || kept->second.refused) continue;
+    if (taken)
+      refuse(stream, kept->second,
+             in_file ? "the scene's file has that name already" : "an older stream adds a node of that name");
+    taken = true;
   }
 }
 
@@ -83,7 +138,8 @@ std::vector<WantedNode> EditBook::wanted_nodes() const {
   for (const auto& [age, stream] : streams_) {
     const auto first = static_cast<std::ptrdiff_t>(wanted.size());
     for (const auto& [key, kept] : stream.edits) {
-      if (kept.node && !kept.refused) wanted.push_back({age, kept.edit.version, key.first, kept.node, stream.budget});
+      if (kept.node && !kept.refused)
+        wanted.push_back({age, kept.edit.version, key.first, kept.node, stream.budget});
     }
     std::sort(wanted.begin() + first, wanted.end(),
               [](const WantedNode& a, const WantedNode& b) { return a.version < b.version; });
@@ -104,34 +160,108 @@ void EditBook::node_is_there(const WantedNode& node) {
 }
 
 void EditBook::refuse_node(const WantedNode& node, const std::string& reason) {
-  Kept* const kept = find(node);
-  if (!kept || std::exchange(kept->refused, true)) return;
-  ++faults_.refused;
-  notes_.push_back("the node " + scene::quote(node.name) + " of stream \"" + streams_[node.age].name +
-                   "\" is not added: " + reason);
-  finish(streams_[node.age], *kept);
+  if (Kept* const kept = find(node)) refuse(streams_[node.age], *kept, reason);
 }
 
-// Streams are asked by age: who comes first to a node keeps it, be it by edits or by poses.
+void EditBook::refuse(StreamBook& stream, Kept& kept, const std::string& reason) {
+  constexpr uint32_t kMaxTold = 8;  // of one stream
+  if (std::exchange(kept.refused, true)) return;
+  ++faults_.refused;
+  if (++stream.refusals_told <= kMaxTold)
+    notes_.push_back("the node " + scene::quote(kept.edit.node) + " of stream \"" + stream.name +
+                     "\" is not added: " + reason +
+                     (stream.refusals_told == kMaxTold ? "; further nodes are refused without a word" : ""));
+  finish(stream, kept);
+}
+
+// Edits stay with their nodes when the scene is replaced, whatever names the new one has.
+void EditBook::bind(const PoseState& poses) {
+  const uint64_t revision = poses.scene_revision();
+  const bool is_next = revision == scene_revision_ + 1, is_same = revision == scene_revision_;
+  const std::vector<uint32_t>& new_node = poses.new_node_of_old();
+  const auto follow = [&](uint32_t node) {
+    if (is_same) return node;
+    return is_next && node < new_node.size() ? new_node[node] : kNone;
+  };
+  scene_revision_ = revision;
+  for (auto& [age, stream] : streams_) {
+    if (!is_same) {
+      for (uint32_t& node : stream.reserved_nodes) node = follow(node);
+      std::erase(stream.reserved_nodes, kNone);
+    }
+    for (auto& [key, kept] : stream.edits) {
+      kept.bound_node = kept.refused ? kNone : follow(kept.bound_node);
+      if (kept.refused || kept.bound_node != kNone || (is_same && kept.is_searched)) continue;
+      kept.bound_node = poses.names().find(key.first);
+      kept.is_searched = true;
+    }
+  }
+}
+
+// The oldest stream that edits each node.
+EditBook::Owners EditBook::find_editors() const {
+  Owners editors;
+  for (const auto& [age, stream] : streams_) {
+    for (const uint32_t node : stream.reserved_nodes) editors.try_emplace(node, age);
+    for (const auto& [key, kept] : stream.edits) {
+      if (kept.bound_node != kNone) editors.try_emplace(kept.bound_node, age);
+    }
+  }
+  return editors;
+}
+
+// Ages of the oldest streams that edit or drive each node or one below it. Empty: nobody takes nodes away
+// from an older stream, and there is no need to know.
+std::vector<uint64_t> EditBook::find_owners_below(const scene::Scene& scene, const PoseState& poses,
+                                                  const Owners& editors) const {
+  const uint64_t oldest = age_rank(std::min(streams_.begin()->first, poses.oldest_age()));
+  const bool is_needed = std::any_of(streams_.begin(), streams_.end(), [&](const auto& entry) {
+    const auto& edits = entry.second.edits;
+    return age_rank(entry.first) != oldest && std::any_of(edits.begin(), edits.end(), [](const auto& edit) {
+             return takes_away(edit.second.edit.value);
+           });
+  });
+  if (!is_needed) return {};
+  std::vector<uint64_t> owners(scene.nodes.size());
+  for (uint32_t node = 0; node < owners.size(); ++node)
+    owners[node] = poses.age_of_driver(node).value_or(UINT64_MAX);
+  for (const auto& [node, age] : editors) owners[node] = std::min(owners[node], age);
+  for (size_t node = owners.size(); node-- > 0;) {  // children stand behind their parents
+    const uint32_t parent = scene.nodes[node].parent;
+    if (parent != scene::kNone) owners[parent] = std::min(owners[parent], owners[node]);
+  }
+  return owners;
+}
+
+// The oldest stream that edits or drives a node keeps it.
 scene::NodeEdits EditBook::resolve(const scene::Scene& scene, const PoseState& poses, bool complete) {
   scene::NodeEdits result;
   vertex_nodes_.clear();
-  std::map<uint32_t, uint64_t> editor;  // ages, of nodes
+  if (streams_.empty()) return result;
+  bind(poses);
+  const Owners editors = find_editors();
+  const std::vector<uint64_t> owners_below = find_owners_below(scene, poses, editors);
   for (auto& [age, stream] : streams_) {
-    stream.name = poses.streams()[stream.id].name;
+    if (stream.id < poses.streams().size() && poses.streams()[stream.id].active)
+      stream.name = poses.streams()[stream.id].name;
     for (auto& [key, kept] : stream.edits) {
-      const uint32_t node = poses.names().find(key.first);
+      if (kept.refused) continue;
+      const uint32_t node = kept.bound_node;
       if (node == scene::kNone) {
         // What is on its way may be found later, and what is not there need not be removed.
         if (complete && !kept.node && !std::holds_alternative<wire::NodeRemoved>(kept.edit.value))
           fault(stream, kept, &EditFaults::unmatched, "no scene node is called " + scene::quote(key.first));
         continue;
       }
-      const std::optional<uint64_t> driver = poses.age_of_driver(node);
-      const uint64_t owner = editor.try_emplace(node, age).first->second;
-      if (owner != age || (driver && *driver < age)) {
+      const auto is_older = [rank = age_rank(age)](uint64_t other) { return age_rank(other) < rank; };
+      if (is_older(editors.at(node)) || is_older(poses.age_of_driver(node).value_or(UINT64_MAX))) {
         fault(stream, kept, &EditFaults::conflicting,
               "another stream has the node " + scene::quote(key.first));
+        continue;
+      }
+      if (!owners_below.empty() && takes_away(kept.edit.value) && is_older(owners_below[node])) {
+        fault(stream, kept, &EditFaults::conflicting,
+              "an older stream has nodes below " + scene::quote(key.first));
         continue;
       }
       apply(scene, node, stream, kept, result[node]);

@@ -1,5 +1,6 @@
-// What all streams have changed of the scene besides poses: of each key the newest value, for as long as its
-// stream lasts. Finds the nodes they speak of and settles who may edit which.
+// Registry of scene edits in force: of each key the newest value, for as long as its stream lasts. Binds
+// edits to nodes and decides between streams: an older stream's nodes, the visibility of their ancestors and
+// their names belong to it.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -35,8 +37,9 @@ struct WantedNode {
 
 class EditBook {
  public:
-  // What PoseState::take_scene_changes() hands on.
-  void take(std::vector<SceneChanges> changes);
+  // What PoseState::take_scene_changes() hands on. file_names: of the scene that nodes are added to; an added
+  // node whose name the file has already is refused. Null: not checked.
+  void take(std::vector<SceneChanges> changes, const NodeNames* file_names = nullptr);
 
   // What all of it makes of the scene that `poses` is of. complete: no node is still on its way.
   scene::NodeEdits resolve(const scene::Scene& scene, const PoseState& poses, bool complete = true);
@@ -75,7 +78,10 @@ class EditBook {
     uint64_t fault_version = 0;                   // the newest that was counted as a fault
     std::shared_ptr<const wire::NodeAdded> node;  // what the edit held
     std::shared_ptr<const scene::ReplacedVertices> vertices;
-    bool finished = true;  // no frame waits for it
+    BudgetCharge charge;          // of the value
+    uint32_t bound_node = kNone;  // kNone: no node has the name
+    bool is_searched = false;     // for that, in the scene of scene_revision_
+    bool finished = true;         // no frame waits for it
     bool refused = false;
   };
   struct StreamBook {
@@ -83,9 +89,19 @@ class EditBook {
     std::string name;
     std::shared_ptr<PeerBudget> budget;
     std::map<Key, Kept> edits;
+    std::vector<uint32_t> reserved_nodes;      // of a stream that may return: it edited them
     std::vector<uint64_t EditFaults::*> told;  // causes that the user has heard of
+    uint32_t refusals_told = 0;
   };
-  void keep(StreamBook& stream, wire::SceneEdit&& edit);
+  void keep(StreamBook& stream, wire::SceneEdit&& edit, BudgetCharge charge);
+  void settle_name(const std::string& name, const NodeNames* file_names);
+  void refuse(StreamBook& stream, Kept& kept, const std::string& reason);
+  static void reserve(StreamBook& stream);
+  void bind(const PoseState& poses);
+  using Owners = std::unordered_map<uint32_t, uint64_t>;  // ages of streams, by node
+  Owners find_editors() const;
+  std::vector<uint64_t> find_owners_below(const scene::Scene& scene, const PoseState& poses,
+                                          const Owners& editors) const;
   void finish(StreamBook& stream, Kept& kept);
   Kept* find(const WantedNode& node);
   void replace_vertices(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
@@ -95,6 +111,7 @@ class EditBook {
              scene::NodeEdit& result);
 
   std::map<uint64_t, StreamBook> streams_;  // by age, the oldest first
+  uint64_t scene_revision_ = 0;             // of PoseState, as of the last resolve()
   EditFaults faults_;
   std::set<std::string> vertex_nodes_, made_for_;
   std::vector<Finished> finished_;

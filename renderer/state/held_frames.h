@@ -5,11 +5,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "protocol/wire/messages.h"
+#include "renderer/state/pose_memory.h"
 
 namespace fire3dv::state {
 
@@ -22,22 +24,32 @@ struct HeldFrame {
 
 class HeldFrames {
  public:
+  HeldFrames() = default;
+  // Null: without limits.
+  explicit HeldFrames(std::shared_ptr<PeerBudget> budget) : memory_(std::move(budget)) {}
+
   bool empty() const { return count_ == 0; }
   const HeldFrame& newest() const { return frames_[count_ - 1]; }
 
-  // `header` is newer than all that are held. True when another frame was given up for it.
-  bool hold(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses, int64_t published_ns,
-            int64_t received_ns) {
+  enum class Outcome {
+    added,
+    replaced,     // another frame was given up for it
+    over_budget,  // the peer's budget has no room for it: not held
+  };
+  // `header` is newer than all that are held.
+  Outcome hold(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
+               int64_t published_ns, int64_t received_ns) {
     // A newer frame that waits for the same edits takes the older one's place.
     const bool replaces =
         count_ == frames_.size() || (count_ == 1 && header.scene_version <= frames_[0].header.scene_version);
+    HeldFrame& frame = frames_[replaces ? count_ - 1 : count_];
+    if (!memory_.reserve(frame.poses, poses.size())) return Outcome::over_budget;
     if (!replaces) ++count_;
-    HeldFrame& frame = frames_[count_ - 1];
     frame.header = header;
     frame.poses.assign(poses.begin(), poses.end());
     frame.published_ns = published_ns;
     frame.received_ns = received_ns;
-    return replaces;
+    return replaces ? Outcome::replaced : Outcome::added;
   }
 
   // The oldest, when it waits for no more than this version; valid until the next call.
@@ -62,6 +74,7 @@ class HeldFrames {
   std::array<HeldFrame, 2> frames_;  // by sequence
   size_t count_ = 0;
   HeldFrame released_;
+  PoseMemory memory_;
 };
 
 }  // namespace fire3dv::state

@@ -40,8 +40,12 @@ bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Aff
   if (later != frames_.end() && later->header.sequence == header.sequence) return false;
   // What was passed by already would only be put in front of what is shown.
   if (later == frames_.begin() && !frames_.empty()) return false;
+  std::optional<std::vector<wire::Affine3x4>> memory = take_memory(poses.size());
+  over_budget_ = !memory;
+  if (over_budget_) return false;
   Frame frame;
   frame.header = header;
+  frame.poses = std::move(*memory);
   bool queued = false;
   if (later == frames_.end()) {
     // A clock that runs backwards is not to be believed: frames are shown in order all the same.
@@ -55,17 +59,29 @@ bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Aff
   }
   // Frames that had to wait together came late once, and not once for each of them.
   if (!queued) measure(frame.place.due_ns, received_ns);
-  if (!spare_.empty()) {
-    frame.poses = std::move(spare_.back());
-    spare_.pop_back();
-  }
   frame.poses.assign(poses.begin(), poses.end());
   frames_.insert(later, std::move(frame));
   while (frames_.size() > kMostFrames || (frames_.size() > 2 && frames_.size() * poses.size() > kMostPoses)) {
-    spare_.push_back(std::move(frames_.front().poses));
-    frames_.pop_front();
+    drop_oldest();
   }
   return true;
+}
+
+void Playout::drop_oldest() {
+  spare_.push_back(std::move(frames_.front().poses));
+  frames_.pop_front();
+}
+
+// Room for one more frame.
+std::optional<std::vector<wire::Affine3x4>> Playout::take_memory(size_t pose_count) {
+  std::vector<wire::Affine3x4> poses;
+  if (!spare_.empty()) {
+    poses = std::move(spare_.back());
+    spare_.pop_back();
+  }
+  if (memory_.reserve(poses_, pose_count) && memory_.reserve(poses, pose_count)) return poses;
+  memory_.give_back(poses.capacity());
+  return std::nullopt;
 }
 
 // A frame that was overtaken on its way: the schedule has passed it by, and its neighbours say when it is
@@ -118,10 +134,9 @@ std::optional<Playout::Shown> Playout::at(int64_t now_ns) {
   // A delay that rises makes motion wait, not go back.
   moment_ns_ = std::max(moment_ns_, now_ns - delay_ns());
   while (frames_.size() > 2 && frames_[1].place.due_ns <= moment_ns_) {
-    spare_.push_back(std::move(frames_.front().poses));
-    frames_.pop_front();
+    drop_oldest();
   }
-  if (spare_.size() > 8) spare_.resize(8);
+  for (; spare_.size() > 8; spare_.pop_back()) memory_.give_back(spare_.back().capacity());
   const Frame& earlier = frames_.front();
   const Frame& later = frames_.size() > 1 ? frames_[1] : earlier;
   const auto [from_ns, due_ns] = later.place;

@@ -5,24 +5,30 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "protocol/wire/messages.h"
+#include "renderer/state/pose_memory.h"
 #include "renderer/state/sim_schedule.h"
 
 namespace fire3dv::state {
 
 class Playout {
  public:
-  // Nothing: the delay follows the jitter.
-  explicit Playout(std::optional<int64_t> fixed_delay_ns = {}) : fixed_delay_ns_(fixed_delay_ns) {}
+  // Nothing: the delay follows the jitter. budget: of the peer whose frames these are; null: without limits.
+  explicit Playout(std::optional<int64_t> fixed_delay_ns = {}, std::shared_ptr<PeerBudget> budget = nullptr)
+      : fixed_delay_ns_(fixed_delay_ns), memory_(std::move(budget)) {}
 
   // A whole frame came. published_ns: on our clock, as far as it is known. False: it is older than what was
-  // shown, or was there already.
+  // shown, was there already, or has no room in the budget.
   bool add(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses, int64_t published_ns,
            int64_t received_ns);
+
+  // The last frame was refused since the budget has no room for it.
+  bool over_budget() const { return over_budget_; }
 
   // Other poses of a frame that is here already.
   void replace(uint64_t sequence, std::span<const wire::Affine3x4> poses);
@@ -46,6 +52,8 @@ class Playout {
     SimSchedule::Place place;
   };
   using Frames = std::deque<Frame>;
+  std::optional<std::vector<wire::Affine3x4>> take_memory(size_t pose_count);
+  void drop_oldest();
   SimSchedule::Place place_between(const Frame& earlier, Frame& later, const wire::PoseFrameHeader& header,
                                    int64_t published_ns) const;
   void measure(int64_t due_ns, int64_t received_ns);
@@ -67,6 +75,8 @@ class Playout {
   uint64_t shown_later_ = 0;  // what poses_ and header_ were made of
   uint64_t shown_earlier_ = 0;
   double shown_t_ = 0;
+  PoseMemory memory_;
+  bool over_budget_ = false;
 };
 
 }  // namespace fire3dv::state

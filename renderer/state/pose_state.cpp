@@ -8,115 +8,16 @@ namespace fire3dv::state {
 
 PoseState::PoseState(const scene::Scene& scene)
     : scene_(&scene),
+      file_nodes_(static_cast<uint32_t>(scene.nodes.size())),
       rest_(rest_pose(scene)),
-      names_(scene),
+      names_(scene, file_nodes_),
       node_drives_(scene.nodes.size()),
       driver_stream_of_node_(scene.nodes.size(), kNone),
-      driver_pose_of_node_(scene.nodes.size(), 0) {
-  derive_drives();
-}
-
-void PoseState::set_scene(const scene::Scene& scene) {
-  scene_ = &scene;
-  rest_ = rest_pose(scene);
-  names_ = NodeNames(scene);
-  node_drives_.assign(scene.nodes.size(), {});
-  driver_stream_of_node_.assign(scene.nodes.size(), kNone);
-  driver_pose_of_node_.assign(scene.nodes.size(), 0);
-  for (Wish& wish : wishes_) {
-    for (size_t pose = 0; pose < wish.names.size(); ++pose)
-      wish.node_of_pose[pose] = names_.find(wish.names[pose]);
-  }
-  rebind();
-}
-
-StreamId PoseState::add_stream(const wire::StreamDescription& description,
-                               std::shared_ptr<PeerBudget> budget) {
-  const auto free = std::find_if(streams_.begin(), streams_.end(), [](const Stream& s) { return !s.active; });
-  const auto id = static_cast<StreamId>(free - streams_.begin());
-  if (free == streams_.end()) {
-    streams_.emplace_back();
-    wishes_.emplace_back();
-  }
-
-  Stream& stream = streams_[id];
-  const uint64_t revision = stream.revision + 1;
-  stream = Stream{};
-  stream.revision = revision;
-  stream.active = true;
-  stream.name = description.adapter_name;
-  stream.epoch = description.epoch;
-  stream.world_from_stream = description.world_from_stream;
-
-  Wish& wish = wishes_[id];
-  wish = Wish{};
-  wish.budget = std::move(budget);
-  wish.order = next_order_++;
-  if (load_assets_aside_) wish.edits.load_aside();
-  wish.names = description.node_names;
-  // A list of another length has no meaning (the decoder refuses it); identity is the stated default.
-  const size_t offsets = description.body_from_node.size();
-  if (offsets == 1 || offsets == wish.names.size()) wish.body_from_node = description.body_from_node;
-  wish.node_of_pose.reserve(wish.names.size());
-  for (const std::string& name : wish.names) wish.node_of_pose.push_back(names_.find(name));
-
-  rebind();
-  return id;
-}
-
-void PoseState::remove_stream(StreamId id) {
-  if (id >= streams_.size() || !streams_[id].active) return;
-  const uint64_t revision = streams_[id].revision + 1;
-  if (wishes_[id].edits.was_taken()) ended_.push_back({id, streams_[id].epoch, wishes_[id].order, true, {}});
-  streams_[id] = Stream{};
-  streams_[id].revision = revision;
-  wishes_[id] = Wish{};
-  rebind();
-}
-
-// Binds all streams anew, oldest first, so that a node given back goes to the next stream that wants it.
-void PoseState::rebind() {
-  ++binding_revision_;
-  std::fill(driver_stream_of_node_.begin(), driver_stream_of_node_.end(), kNone);
-  std::vector<StreamId> by_age;
-  for (StreamId id = 0; id < streams_.size(); ++id) {
-    if (streams_[id].active) by_age.push_back(id);
-  }
-  std::sort(by_age.begin(), by_age.end(),
-            [this](StreamId a, StreamId b) { return wishes_[a].order < wishes_[b].order; });
-
-  std::vector<bool> contested(scene_->nodes.size());
-  for (const StreamId id : by_age) {
-    Stream& stream = streams_[id];
-    const Wish& wish = wishes_[id];
-    stream.unmatched_names.clear();
-    stream.conflicting_names.clear();
-    stream.contested_names.clear();
-    stream.scene_node_of_pose.assign(wish.names.size(), kNone);
-    for (uint32_t pose = 0; pose < wish.names.size(); ++pose) {
-      const uint32_t node = wish.node_of_pose[pose];
-      if (node == kNone) {
-        stream.unmatched_names.push_back(wish.names[pose]);
-      } else if (driver_stream_of_node_[node] != kNone) {
-        stream.conflicting_names.push_back(wish.names[pose]);
-        // The driver is older and so was bound before; it hears of each node once, by its own name for it.
-        const StreamId driver = driver_stream_of_node_[node];
-        if (driver != id && !contested[node])
-          streams_[driver].contested_names.push_back(wishes_[driver].names[driver_pose_of_node_[node]]);
-        contested[node] = contested[node] || driver != id;
-      } else {
-        driver_stream_of_node_[node] = id;
-        driver_pose_of_node_[node] = pose;
-        stream.scene_node_of_pose[pose] = node;
-      }
-    }
-  }
-  derive_drives();
-}
+      driver_pose_of_node_(scene.nodes.size(), kNone) {}
 
 // The nearest driven ancestor-or-self decides; below it the rest pose goes on. Parents stand before their
 // children.
-void PoseState::derive_drives() {
+void PoseState::derive_drives() const {
   for (uint32_t node = 0; node < scene_->nodes.size(); ++node) {
     NodeDrive& drive = node_drives_[node];
     drive = NodeDrive{};
@@ -137,7 +38,12 @@ void PoseState::derive_drives() {
     drive.body_from_node =
         scene::to_affine(scene::to_mat4(drive.body_from_node) * rest_.parent_from_node[node]);
   }
-  ++drive_revision_;
+  drives_changed_ = false;
+}
+
+const std::vector<NodeDrive>& PoseState::node_drives() const {
+  if (drives_changed_) derive_drives();
+  return node_drives_;
 }
 
 void PoseState::set_rest(const RestPose& rest) {
@@ -145,16 +51,19 @@ void PoseState::set_rest(const RestPose& rest) {
                  rest.world_from_node.size() == scene_->nodes.size() &&
                  rest.morph_weights.size() == scene_->morph_weights.size());
   rest_ = rest;
-  derive_drives();
+  drives_changed_ = true;
+  ++drive_revision_;
 }
 
 void PoseState::interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns) {
   if (id >= streams_.size() || !streams_[id].active) return;
   Wish& wish = wishes_[id];
   // What partial frames stand on from now on.
-  if (!wish.playout && wish.newest_sequence != 0) wish.newest_poses = streams_[id].poses;
+  const std::vector<wire::Affine3x4>& poses = streams_[id].poses;
+  if (!wish.playout && wish.newest_sequence != 0 && wish.memory.reserve(wish.newest_poses, poses.size()))
+    wish.newest_poses.assign(poses.begin(), poses.end());
   streams_[id].interpolated = true;
-  wish.playout.emplace(fixed_delay_ns);
+  wish.playout.emplace(fixed_delay_ns, wish.budget);
 }
 
 void PoseState::show_newest(StreamId id, int64_t now_ns) {
@@ -208,8 +117,30 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
     case FrameAssembly::Outcome::refused:
       ++stream.frames_refused;
       break;
+    case FrameAssembly::Outcome::over_budget:
+      return refuse_frame(id);
   }
   return false;
+}
+
+// The peer's budget has no room for the frame: it is dropped.
+bool PoseState::refuse_frame(StreamId id) {
+  ++streams_[id].frames_refused;
+  const Wish& wish = wishes_[id];
+  if (!wish.budget) return false;
+  const uint64_t used = wish.budget->used(Resource::pose_bytes);
+  refuse(id, Resource::pose_bytes,
+         "pose frames use " + amount_text(Resource::pose_bytes, used) + " of " +
+             amount_text(Resource::pose_bytes, wish.budget->limit(Resource::pose_bytes)) +
+             " of this peer, and the next frame has no room there or in what all peers share (the renderer's "
+             "options --peer-limit pose-bytes=VALUE and shared-pose-bytes=VALUE change it)");
+  return false;
+}
+
+void PoseState::refuse(StreamId id, Resource resource, const std::string& message) {
+  const uint32_t bit = 1u << static_cast<uint32_t>(resource);
+  if ((std::exchange(wishes_[id].refusals, wishes_[id].refusals | bit) & bit) != 0) return;
+  refusals_.push_back({id, resource, message});
 }
 
 // Stands on the newest frame that came, shown or not.
@@ -228,6 +159,8 @@ bool PoseState::take_partial(StreamId id, const wire::PoseFrameView& frame, int6
   const std::vector<wire::Affine3x4>& base = !wish.held.empty() ? wish.held.newest().poses
                                              : wish.playout     ? wish.newest_poses
                                                                 : stream.poses;
+  if (base.size() != frame.node_count || !wish.memory.reserve(wish.merged, base.size()))
+    return refuse_frame(id);
   wish.merged.assign(base.begin(), base.end());
   for (size_t i = 0; i < frame.poses.size(); ++i) wish.merged[frame.node_indices[i]] = frame.poses[i];
   const bool changed = take(id, frame.header, wish.merged, published_ns, received_ns);
@@ -247,10 +180,12 @@ bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span
     ++stream.frames_stale;
     return false;
   }
+  const HeldFrames::Outcome held = wish.held.hold(header, poses, published_ns, received_ns);
+  if (held == HeldFrames::Outcome::over_budget) return refuse_frame(id);
   wish.newest_sequence = header.sequence;
   wish.newest_is_partial = false;
   ++stream.frames_held;
-  if (wish.held.hold(header, poses, published_ns, received_ns)) ++stream.frames_overtaken;
+  if (held == HeldFrames::Outcome::replaced) ++stream.frames_overtaken;
   wish.assembly.forget(wish.newest_sequence);
   return false;
 }
@@ -260,6 +195,8 @@ bool PoseState::accept(StreamId id, const wire::PoseFrameHeader& header,
                        std::span<const wire::Affine3x4> poses, int64_t published_ns, int64_t received_ns) {
   Stream& stream = streams_[id];
   Wish& wish = wishes_[id];
+  if (!wish.memory.reserve(wish.playout ? wish.newest_poses : stream.poses, poses.size()))
+    return refuse_frame(id);
   stream.frames_overtaken += wish.held.drop_up_to(header.sequence);
   if (header.sequence >= wish.newest_sequence) {
     if (header.sequence > wish.newest_sequence) wish.newest_is_partial = false;
@@ -273,6 +210,8 @@ bool PoseState::accept(StreamId id, const wire::PoseFrameHeader& header,
   }
   if (wish.playout->add(header, poses, published_ns, received_ns))
     ++stream.frames_received;
+  else if (wish.playout->over_budget())
+    return refuse_frame(id);
   else
     ++stream.frames_stale;
   return false;  // advance() shows it when its time has come
@@ -287,7 +226,9 @@ bool PoseState::repair(StreamId id, const wire::PoseFrameHeader& header,
   bool changed = false;
   if (!wish.held.empty()) {  // the newest of them is this one
     const HeldFrame& held = wish.held.newest();
-    wish.held.hold(header, poses, held.published_ns, held.received_ns);
+    if (wish.held.hold(header, poses, held.published_ns, held.received_ns) ==
+        HeldFrames::Outcome::over_budget)
+      return refuse_frame(id);
   } else if (wish.playout) {
     wish.newest_poses.assign(poses.begin(), poses.end());
     wish.playout->replace(header.sequence, poses);
@@ -309,6 +250,11 @@ bool PoseState::release_held(StreamId id) {
 
 bool PoseState::advance(int64_t now_ns) {
   bool changed = false;
+  std::erase_if(places_, [&](const Place& place) {
+    if (place.until_ns > now_ns) return false;
+    end_place(place);
+    return true;
+  });
   for (StreamId id = 0; id < streams_.size(); ++id) {
     Wish& wish = wishes_[id];
     if (!streams_[id].active) continue;
@@ -333,12 +279,15 @@ void PoseState::show_moment(StreamId id, const wire::PoseFrameHeader& header,
 void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
                      std::span<const wire::Affine3x4> poses) {
   Stream& stream = streams_[id];
+  if (!wishes_[id].memory.reserve(stream.poses, poses.size())) return (void)refuse_frame(id);
   const bool first = stream.header.sequence == 0;
   stream.poses.assign(poses.begin(), poses.end());
   stream.header = header;
   ++stream.revision;
   stream.frames_incomplete += wishes_[id].assembly.close_up_to(stream.header.sequence);
-  if (first) derive_drives();  // until now its nodes were at rest
+  if (!first) return;  // until now its nodes were at rest
+  drives_changed_ = true;
+  ++drive_revision_;
 }
 
 uint64_t PoseState::revision() const {
@@ -353,7 +302,7 @@ std::optional<uint64_t> PoseState::age_of_driver(uint32_t node) const {
 }
 
 glm::mat4 PoseState::world_from_node(uint32_t node) const {
-  const NodeDrive& drive = node_drives_[node];
+  const NodeDrive& drive = node_drives()[node];
   if (drive.stream == kNone) return rest_.world_from_node[node];
   const Stream& stream = streams_[drive.stream];
   return glm::mat4(scene::to_dmat4(stream.world_from_stream) *

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "protocol/base/peer_budget.h"
@@ -18,6 +20,7 @@
 #include "renderer/state/bindings.h"
 #include "renderer/state/frame_assembly.h"
 #include "renderer/state/held_frames.h"
+#include "renderer/state/index_set.h"
 #include "renderer/state/liveness.h"
 #include "renderer/state/playout.h"
 #include "renderer/state/stream_edits.h"
@@ -27,6 +30,12 @@ namespace fire3dv::state {
 using StreamId =
     uint32_t;  // index of PoseState::streams(), stable until the stream is removed, then given out again
 constexpr uint32_t kNone = UINT32_MAX;
+
+// Age of a stream: smaller is older. Runs of one stream that returned to its place have ages of their own and
+// the same rank; between streams only ranks are compared.
+constexpr uint64_t age_rank(uint64_t age) {
+  return age >> 24;
+}
 
 // Which pose frame an image shows; travels with the image to its sink.
 struct FrameTag {
@@ -56,16 +65,17 @@ struct Stream {
   std::vector<wire::Affine3x4> poses;  // the shown frame: stream_from_body
   wire::PoseFrameHeader header;        // of the shown frame; sequence 0 = none yet
   uint64_t revision = 0;  // +1 whenever poses change; never goes back, even for another stream here
-  std::vector<std::string> unmatched_names;
-  std::vector<std::string> conflicting_names;
-  // Of those it drives, what a later stream asks for too.
-  std::vector<std::string> contested_names;
+  // Indices of the description's names; PoseState::names_at() has the names.
+  IndexSet unmatched_names;               // no scene node has the name
+  IndexSet conflicting_names;             // an older stream drives the node
+  IndexSet contested_names;               // this stream drives the node, and another stream asks for it too
   Condition condition = Condition::live;  // as of the last advance(); a picture that is held is not alive
   bool interpolated = false;
   uint64_t frames_received = 0;    // whole frames that were shown
   uint64_t frames_incomplete = 0;  // frames that a newer one overtook before all their parts had come
   uint64_t frames_stale = 0;       // pushes of another epoch, not newer than the shown frame, or repeated
-  uint64_t frames_refused = 0;     // pushes with a wrong node count, or that contradict their other parts
+  uint64_t frames_refused = 0;     // pushes with a wrong node count, that contradict their other parts, or
+                                   // have no room in the peer's budget
   uint64_t frames_baseless = 0;    // partial frames before any whole one
   uint64_t frames_held = 0;        // whole frames that had to wait for scene edits
   uint64_t frames_overtaken = 0;   // of those: given up for newer ones
@@ -82,21 +92,46 @@ struct SceneChanges {
   uint64_t age = 0;                    // smaller: an older stream, which keeps a node that two edit
   bool ended = false;                  // the stream is gone: whatever it changed is undone
   std::vector<wire::SceneEdit> edits;  // by version; of each key the newest
-  std::shared_ptr<PeerBudget> budget = nullptr;  // of the peer that publishes the stream; null: without limits
+  std::shared_ptr<PeerBudget> budget =
+      nullptr;                             // of the peer that publishes the stream; null: without limits
+  std::vector<BudgetCharge> charges = {};  // of each edit, held for as long as its value is in force
+  // With `ended`: the stream may return. Nodes that it edited stay reserved until another change with `ended`
+  // comes for this age.
+  bool may_return = false;
+};
+
+// Frames or edits of a stream that its peer's budget has no room for.
+struct BudgetRefusal {
+  StreamId stream = kNone;
+  Resource resource = Resource::pose_bytes;
+  std::string message;  // the budget's sentence
 };
 
 class PoseState {
  public:
   explicit PoseState(const scene::Scene& scene);
-  // Another one is shown from now on: streams keep their frames and are bound to its nodes.
+  // Another one is shown from now on, in general the file's scene with nodes added behind its own. Streams
+  // keep their frames, and the nodes that they drive as long as these exist (same index and path, else the
+  // first node of the path). The scene before must be alive during the call.
   void set_scene(const scene::Scene& scene);
 
   // Binds the stream's names: exact node name first (unique in the scene), then path. A node that another
   // active stream drives stays with it and is reported as conflicting.
   // budget: charged for what the stream makes the renderer hold; null: without limits.
+  // place: of an earlier run that suspend_stream() returned; the stream gets its age and nodes, if it still
+  // exists.
   StreamId add_stream(const wire::StreamDescription& description,
-                      std::shared_ptr<PeerBudget> budget = nullptr);
-  void remove_stream(StreamId id);  // its nodes rest again
+                      std::shared_ptr<PeerBudget> budget = nullptr, uint64_t place = 0);
+  void remove_stream(StreamId id);  // its nodes rest again, and pass on to the next stream that asks for them
+  // As remove_stream(), but its age and nodes stay reserved until advance() is called with that time, or more
+  // than kMaxPlaces places of older streams are reserved. Returns the place.
+  uint64_t suspend_stream(StreamId id, int64_t until_ns);
+  static constexpr size_t kMaxPlaces = 64;
+
+  // Names of a stream at these indices, the first that fit into so many bytes (each counts 8 more).
+  std::vector<std::string> names_at(StreamId id, const IndexSet& indices, size_t max_bytes) const;
+  // Names that were looked up, bound or moved to another stream so far.
+  uint64_t names_touched() const { return names_touched_; }
 
   // Takes a whole frame or a part. Parts of one sequence are gathered; the frame is shown when it is whole.
   // Frames of another epoch, not newer than the shown one, or with a wrong node count are dropped and
@@ -108,6 +143,8 @@ class PoseState {
   bool apply(StreamId id, const wire::UnknownEdit& edit);
   // What came since the last call, oldest stream first; streams that ended stand before all others.
   std::vector<SceneChanges> take_scene_changes();
+  // Refusals since the last call, the first of each stream and resource.
+  std::vector<BudgetRefusal> take_refusals() { return std::exchange(refusals_, {}); }
   // From now on nodes are added, and vertices replaced, beside the frames: frames wait until finish_edit()
   // says that the edit of this version is in effect, or never will be. Returns true when the shown frame
   // changed.
@@ -142,11 +179,16 @@ class PoseState {
 
   const std::vector<Stream>& streams() const { return streams_; }
   const NodeNames& names() const { return names_; }
+  // Rises with set_scene(); new_node_of_old() has the nodes of the scene before in the one that is shown,
+  // kNone where they are gone.
+  uint64_t scene_revision() const { return scene_revision_; }
+  const std::vector<uint32_t>& new_node_of_old() const { return new_node_of_old_; }
   // Of the stream that moves this node: smaller is older. Nothing: none does.
   std::optional<uint64_t> age_of_driver(uint32_t node) const;
+  uint64_t oldest_age() const;  // of streams and places; UINT64_MAX: there are none
   uint64_t binding_revision() const { return binding_revision_; }  // rises when that may have changed
   // One per scene node. drive_revision() changes when bindings or rest poses do.
-  const std::vector<NodeDrive>& node_drives() const { return node_drives_; }
+  const std::vector<NodeDrive>& node_drives() const;
   uint64_t drive_revision() const { return drive_revision_; }
   // Rises with whatever changes what is shown.
   uint64_t revision() const;
@@ -165,9 +207,11 @@ class PoseState {
   struct Wish {
     std::shared_ptr<PeerBudget> budget;
     uint64_t order = 0;                  // smaller = older: the older stream keeps a node
-    std::vector<uint32_t> node_of_pose;  // kNone = unmatched
+    bool is_place = false;               // of a stream that may return; drives its nodes with pose kNone
+    std::vector<uint32_t> node_of_pose;  // kNone = unmatched; of a place: its nodes
     std::vector<std::string> names;
-    std::vector<wire::Affine3x4> body_from_node;  // none, one for all, or one per pose
+    std::vector<std::pair<uint64_t, uint32_t>> poses_by_hash;  // of names; made when a scene change needs it
+    std::vector<wire::Affine3x4> body_from_node;               // none, one for all, or one per pose
     FrameAssembly assembly;
     std::optional<Playout> playout;  // interpolated streams
     Liveness liveness;
@@ -177,9 +221,46 @@ class PoseState {
     bool newest_is_partial = false;             // a whole frame of the same sequence may repair it
     std::vector<wire::Affine3x4> newest_poses;  // interpolated streams: what a partial frame stands on
     std::vector<wire::Affine3x4> merged;        // memory for partial frames
+    PoseMemory memory;                          // of the shown poses, newest_poses and merged
+    uint32_t refusals = 0;                      // bits of the resources that were reported
   };
-  void rebind();
-  void derive_drives();
+  // A name that waits for a node that another stream drives. The oldest gets it next.
+  struct Claim {
+    uint32_t node = kNone;
+    uint64_t order = 0;
+    uint32_t pose = 0;
+    StreamId stream = kNone;
+    auto operator<=>(const Claim&) const = default;
+  };
+  // What a stream that ended left reserved.
+  struct Place {
+    uint64_t order = 0;
+    int64_t until_ns = 0;
+    StreamId slot = kNone;  // that holds its nodes; kNone: it has returned, and only its edits are reserved
+    bool has_edits = false;
+    uint64_t epoch = 0;
+  };
+  StreamId free_slot();
+  bool take_place(uint64_t order, StreamId& slot);
+  void end_place(const Place& place);
+  void reserve_place(Place place);
+  void bind(StreamId id, uint32_t pose, uint32_t node);
+  void drive(StreamId id, uint32_t pose, uint32_t node);
+  void pass_on(uint32_t node);
+  void drop_claim(StreamId id, uint32_t pose, uint32_t node);
+  void drop_claims(StreamId id);
+  struct ChangedName {
+    uint64_t hash = 0;
+    std::string_view name;
+  };
+  std::vector<ChangedName> find_changed_names(const scene::Scene& before) const;
+  void bind_unmatched(StreamId id, const std::vector<ChangedName>& changed);
+  bool is_contested(uint32_t node, StreamId driver) const;
+  void clear_slot(StreamId id);
+  void bindings_changed();
+  void refuse(StreamId id, Resource resource, const std::string& message);
+  bool refuse_frame(StreamId id);
+  void derive_drives() const;
   bool take(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
             int64_t published_ns, int64_t received_ns);
   bool take_partial(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns, int64_t received_ns);
@@ -191,15 +272,23 @@ class PoseState {
   void show(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses);
 
   const scene::Scene* scene_;
+  const uint32_t file_nodes_;  // the first nodes of all scenes
   RestPose rest_;
   NodeNames names_;
+  uint64_t scene_revision_ = 0;
+  std::vector<uint32_t> new_node_of_old_;
   std::vector<Stream> streams_;
   std::vector<Wish> wishes_;  // beside streams_
   std::vector<SceneChanges> ended_;
   bool load_assets_aside_ = false;
-  uint64_t next_order_ = 1;
-  std::vector<NodeDrive> node_drives_;
+  uint64_t next_rank_ = 1;
+  std::vector<Place> places_;
+  std::vector<BudgetRefusal> refusals_;
+  mutable std::vector<NodeDrive> node_drives_;  // derived when they are read
+  mutable bool drives_changed_ = true;
   std::vector<uint32_t> driver_stream_of_node_, driver_pose_of_node_;
+  std::set<Claim> claims_;
+  uint64_t names_touched_ = 0;
   uint64_t drive_revision_ = 0, binding_revision_ = 0;
 };
 

@@ -9,7 +9,10 @@ namespace fire3dv::state {
 bool PoseState::apply(StreamId id, wire::SceneEdit&& edit) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   if (edit.epoch != streams_[id].epoch) return count_edit(id, StreamEdits::Outcome::stale);
-  return count_edit(id, wishes_[id].edits.add(std::move(edit)));
+  const StreamEdits::Outcome outcome = wishes_[id].edits.add(std::move(edit));
+  if (outcome == StreamEdits::Outcome::refused)
+    refuse(id, wishes_[id].edits.refused_resource(), wishes_[id].edits.refusal());
+  return count_edit(id, outcome);
 }
 
 bool PoseState::apply(StreamId id, const wire::UnknownEdit& edit) {
@@ -45,8 +48,9 @@ std::vector<SceneChanges> PoseState::take_scene_changes() {
   const auto first = static_cast<std::ptrdiff_t>(changes.size());
   for (StreamId id = 0; id < streams_.size(); ++id) {
     if (!streams_[id].active || !wishes_[id].edits.has_news()) continue;
-    changes.push_back({id, streams_[id].epoch, wishes_[id].order, false, wishes_[id].edits.take(),
-                       wishes_[id].budget});
+    StreamEdits::Taken taken = wishes_[id].edits.take();
+    changes.push_back({id, streams_[id].epoch, wishes_[id].order, false, std::move(taken.edits),
+                       wishes_[id].budget, std::move(taken.charges)});
   }
   std::sort(changes.begin() + first, changes.end(),
             [](const SceneChanges& a, const SceneChanges& b) { return a.age < b.age; });

@@ -5,8 +5,16 @@
 namespace fire3dv::state {
 namespace {
 
-size_t bytes_of(const wire::SceneEdit& edit) {
-  size_t bytes = sizeof edit + edit.node.size();
+// Of tree nodes, key strings' headers and the edit itself, here and in the EditBook.
+constexpr size_t kBytesPerEdit = 512, kBytesPerKey = 96;
+
+size_t key_bytes(const std::string& node) {
+  return kBytesPerKey + node.size();
+}
+
+size_t value_bytes(const wire::SceneEdit& edit) {
+  if (std::holds_alternative<wire::Cleared>(edit.value)) return 0;  // ends an edit: never refused
+  size_t bytes = kBytesPerEdit + 2 * edit.node.size();
   if (const auto* node = std::get_if<wire::NodeAdded>(&edit.value))
     bytes += node->parent.size() + node->asset_uri.size() + node->asset_glb.size();
   if (const auto* vertices = std::get_if<wire::Vertices>(&edit.value))
@@ -20,23 +28,64 @@ bool takes_long(const wire::SceneEdit& edit) {
          std::holds_alternative<wire::Vertices>(edit.value);
 }
 
+BudgetCharge empty_charge(const std::shared_ptr<PeerBudget>& budget, Resource resource) {
+  return std::move(*BudgetCharge::take(budget, resource, 0));
+}
+
 }  // namespace
+
+StreamEdits::StreamEdits(std::shared_ptr<PeerBudget> budget)
+    : budget_(std::move(budget)),
+      key_count_(empty_charge(budget_, Resource::edits)),
+      key_bytes_(empty_charge(budget_, Resource::edit_bytes)) {}
+
+StreamEdits::Outcome StreamEdits::refuse(Resource resource, std::string message) {
+  refused_resource_ = resource;
+  refusal_ = std::move(message);
+  return Outcome::refused;
+}
+
+Result<void> StreamEdits::charge_key(const Key& key) {
+  if (Result<void> count = key_count_.resize(key_count_.amount() + 1); !count) {
+    refused_resource_ = Resource::edits;
+    return count;
+  }
+  Result<void> bytes = key_bytes_.resize(key_bytes_.amount() + key_bytes(key.first));
+  if (!bytes) {
+    refused_resource_ = Resource::edit_bytes;
+    (void)key_count_.resize(key_count_.amount() - 1);
+  }
+  return bytes;
+}
+
+void StreamEdits::drop_key(const Key& key) {
+  if (keys_.erase(key) == 0) return;
+  (void)key_count_.resize(key_count_.amount() - 1);
+  (void)key_bytes_.resize(key_bytes_.amount() - key_bytes(key.first));
+}
 
 StreamEdits::Outcome StreamEdits::add(wire::SceneEdit&& edit) {
   if (edit.version <= received_) return Outcome::stale;
   received_ = edit.version;
   Key key(edit.node, edit.property);
-  if (keys_.size() >= limits_.keys && !keys_.contains(key)) return Outcome::refused;
+  const bool is_new = !keys_.contains(key);
+  if (is_new && std::holds_alternative<wire::Cleared>(edit.value)) return Outcome::taken;
   const auto replaced = waiting_.find(key);
-  const size_t freed = replaced == waiting_.end() ? 0 : bytes_of(replaced->second);
-  const size_t bytes = bytes_of(edit);
-  if (waiting_bytes_ - freed + bytes > limits_.waiting_bytes) return Outcome::refused;
+  BudgetCharge charge = replaced == waiting_.end() ? empty_charge(budget_, Resource::edit_bytes)
+                                                   : std::move(replaced->second.charge);
+  if (const Result<void> fits = charge.resize(value_bytes(edit)); !fits) {
+    if (replaced != waiting_.end()) replaced->second.charge = std::move(charge);
+    return refuse(Resource::edit_bytes, fits.error().message);
+  }
+  if (is_new) {
+    if (const Result<void> fits = charge_key(key); !fits)
+      return refuse(refused_resource_, fits.error().message);
+    keys_.insert(key);
+  }
   // What is replaced before anybody saw it will never be loaded.
-  if (replaced != waiting_.end()) loading_.erase(replaced->second.version);
+  if (replaced != waiting_.end()) loading_.erase(replaced->second.edit.version);
   if (load_aside_ && takes_long(edit)) loading_.insert(edit.version);
-  waiting_bytes_ += bytes - freed;
-  keys_.insert(key);
-  waiting_.insert_or_assign(std::move(key), std::move(edit));
+  waiting_.insert_or_assign(std::move(key), Waiting{std::move(edit), std::move(charge)});
   return Outcome::taken;
 }
 
@@ -46,15 +95,25 @@ StreamEdits::Outcome StreamEdits::skip(uint64_t version) {
   return Outcome::taken;
 }
 
-std::vector<wire::SceneEdit> StreamEdits::take() {
-  std::vector<wire::SceneEdit> edits;
-  edits.reserve(waiting_.size());
-  for (auto& [key, edit] : waiting_) edits.push_back(std::move(edit));
-  std::sort(edits.begin(), edits.end(), [](const auto& a, const auto& b) { return a.version < b.version; });
+StreamEdits::Taken StreamEdits::take() {
+  std::vector<Waiting> waiting;
+  waiting.reserve(waiting_.size());
+  for (auto& [key, value] : waiting_) {
+    if (std::holds_alternative<wire::Cleared>(value.edit.value)) drop_key(key);
+    waiting.push_back(std::move(value));
+  }
   waiting_.clear();
-  waiting_bytes_ = 0;
-  was_taken_ = was_taken_ || !edits.empty();
-  return edits;
+  std::sort(waiting.begin(), waiting.end(),
+            [](const Waiting& a, const Waiting& b) { return a.edit.version < b.edit.version; });
+  Taken taken;
+  taken.edits.reserve(waiting.size());
+  taken.charges.reserve(waiting.size());
+  for (Waiting& each : waiting) {
+    taken.edits.push_back(std::move(each.edit));
+    taken.charges.push_back(std::move(each.charge));
+  }
+  was_taken_ = was_taken_ || !taken.edits.empty();
+  return taken;
 }
 
 }  // namespace fire3dv::state

@@ -167,6 +167,122 @@ TEST_F(EditBookTest, WhoMovesANodeIsAskedToo) {
   EXPECT_TRUE(resolved().is_hidden(kBall)) << "the other one's, now";
 }
 
+TEST_F(EditBookTest, AYoungerStreamHidesNothingThatAnOlderOneHasBelow) {
+  const StreamId driver = stream(1, {"cup"}), editor = stream(2), younger = stream(3);
+  hide(younger, "table");
+  EXPECT_FALSE(resolved().is_hidden(kCup)) << "the cup is driven by an older stream";
+  EXPECT_EQ(book_.faults().conflicting, 1u);
+  edit(younger, "table", wire::Property::node, wire::NodeRemoved{});
+  EXPECT_FALSE(resolved().is_hidden(kCup));
+  EXPECT_EQ(book_.faults().conflicting, 2u);
+  edit(younger, "table", wire::Property::camera, wire::Camera{});
+  EXPECT_NE(resolved().camera_at(kTable), nullptr) << "takes nothing away";
+  const std::vector<std::string> notes = book_.take_notes();
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("table"), std::string::npos) << notes[0];
+
+  edit(editor, "lamp", wire::Property::light, wire::Light{});
+  poses_.remove_stream(driver);
+  EXPECT_FALSE(resolved().is_hidden(kLamp)) << "the lamp is edited by an older stream";
+  poses_.remove_stream(editor);
+  EXPECT_TRUE(resolved().is_hidden(kCup)) << "nobody else has anything there";
+  const StreamId last = stream(4, {"cup"});
+  hide(last, "cup", true);
+  EXPECT_TRUE(resolved().is_hidden(kCup)) << "who comes later accepts what is hidden";
+}
+
+TEST_F(EditBookTest, AnOlderStreamMayHideTheNodesOfAYoungerOne) {
+  const StreamId older = stream(1);
+  stream(2, {"cup"});
+  hide(older, "table");
+  EXPECT_TRUE(resolved().is_hidden(kCup));
+  EXPECT_EQ(book_.faults().conflicting, 0u);
+}
+
+TEST_F(EditBookTest, NodesAreReservedForAStreamThatMayReturn) {
+  const StreamId older = stream(1), younger = stream(2);
+  hide(younger, "ball");
+  hide(older, "ball", true);
+  EXPECT_FALSE(resolved().is_hidden(kBall));
+  const uint64_t place = poses_.suspend_stream(older, 5);
+  EXPECT_FALSE(resolved().is_hidden(kBall)) << "the younger one's edit is without effect still";
+  wire::StreamDescription description;
+  description.epoch = 3;
+  const StreamId back = poses_.add_stream(description, nullptr, place);
+  EXPECT_FALSE(resolved().is_hidden(kBall)) << "though nothing was edited yet";
+  edit(back, "ball", wire::Property::base_color, wire::BaseColor{});
+  EXPECT_TRUE(resolved().nodes().at(kBall).base_color.has_value());
+  poses_.advance(5);
+  EXPECT_FALSE(resolved().is_hidden(kBall)) << "it has the node again";
+  edit(back, "ball", wire::Property::base_color, wire::Cleared{});
+  EXPECT_TRUE(resolved().is_hidden(kBall));
+  poses_.suspend_stream(younger, 7);
+  EXPECT_FALSE(resolved().is_hidden(kBall)) << "what it changed is undone at once";
+  poses_.suspend_stream(back, 7);
+  poses_.advance(7);
+  resolved();
+  EXPECT_TRUE(book_.empty());
+}
+
+// The file has two feet below the table.
+TEST_F(EditBookTest, AnAddedNodeDoesNotTakeANameOfTheFile) {
+  scene::Scene file = room();
+  for (int i = 0; i < 2; ++i) {
+    scene::Node& foot = file.nodes.emplace_back();
+    foot.name = "foot";
+    foot.path = "table/foot";
+    foot.parent = kTable;
+  }
+  PoseState poses(file);
+  wire::StreamDescription description;
+  description.epoch = 1;
+  const StreamId older = poses.add_stream(description);
+  description.epoch = 2;
+  const StreamId younger = poses.add_stream(description);
+  uint64_t version = 0;
+  const auto add = [&](StreamId id, const std::string& name) {
+    poses.apply(id, {poses.streams()[id].epoch, ++version, name, wire::Property::node, wire::NodeAdded{}});
+    book_.take(poses.take_scene_changes(), &poses.names());
+  };
+  add(younger, "foot");  // no name that could be found, and no free one either
+  add(younger, "table/foot");
+  add(younger, "ball");
+  EXPECT_TRUE(book_.wanted_nodes().empty());
+  EXPECT_EQ(book_.faults().refused, 3u);
+  EXPECT_EQ(book_.take_finished().size(), 3u);
+  add(younger, "fork");
+  EXPECT_EQ(book_.wanted_nodes().size(), 1u);
+  add(older, "fork");
+  ASSERT_EQ(book_.wanted_nodes().size(), 1u) << "the older stream's";
+  EXPECT_EQ(book_.wanted_nodes()[0].age, poses.oldest_age());
+  EXPECT_EQ(book_.faults().refused, 4u);
+  add(younger, "fork");
+  EXPECT_EQ(book_.wanted_nodes().size(), 1u);
+  EXPECT_EQ(book_.faults().refused, 5u);
+}
+
+TEST_F(EditBookTest, EditsStayWithTheirNodesWhenTheSceneIsReplaced) {
+  const StreamId id = stream(1);
+  scene::Scene with_fork = room(), with_forks = room();
+  for (scene::Scene* scene : {&with_fork, &with_forks}) {
+    for (const char* path : {"table/fork", "cup/fork"}) {
+      if (scene == &with_fork && path[0] == 'c') continue;
+      scene::Node& fork = scene->nodes.emplace_back();
+      fork.name = "fork";
+      fork.path = path;
+    }
+  }
+  poses_.set_scene(with_fork);
+  hide(id, "fork");
+  book_.take(poses_.take_scene_changes());
+  EXPECT_TRUE(book_.resolve(with_fork, poses_).at(4).hidden);
+  poses_.set_scene(with_forks);
+  const scene::NodeEdits edits = book_.resolve(with_forks, poses_);
+  ASSERT_EQ(edits.count(4), 1u) << "another node of that name is there by now";
+  EXPECT_TRUE(edits.at(4).hidden);
+  EXPECT_EQ(book_.faults().unmatched, 0u);
+}
+
 TEST_F(EditBookTest, WhatHasNoNodeIsCountedAndDoesNoHarm) {
   const StreamId id = stream(1);
   hide(id, "nobody");

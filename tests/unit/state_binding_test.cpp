@@ -1,6 +1,7 @@
 // Which stream moves which node, and how.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "renderer/scene/math.h"
@@ -45,6 +46,10 @@ wire::StreamDescription stream_of(const Names& names, uint64_t epoch = 7) {
   return description;
 }
 
+Names names(const PoseState& state, StreamId id, IndexSet Stream::*set) {
+  return state.names_at(id, state.streams()[id].*set, 4096);
+}
+
 bool push_whole(PoseState& state, StreamId id, uint64_t sequence, const std::vector<glm::mat4>& matrices) {
   std::vector<wire::Affine3x4> poses;
   for (const glm::mat4& matrix : matrices) poses.push_back(scene::to_affine(matrix));
@@ -74,7 +79,8 @@ TEST(PoseBinding, ByUniqueNameThenByPath) {
   const StreamId id =
       state.add_stream(stream_of({"right/finger", "right", "finger", "nobody", "", "left/finger"}));
   const Stream& stream = state.streams()[id];
-  EXPECT_EQ(stream.unmatched_names, (Names{"finger", "nobody", ""})) << "two nodes are called finger";
+  EXPECT_EQ(names(state, id, &Stream::unmatched_names), (Names{"finger", "nobody", ""}))
+      << "two nodes are called finger";
   EXPECT_TRUE(stream.conflicting_names.empty());
   // "left/finger" is the path of node 1 and the name of node 4: the exact name comes first.
   EXPECT_EQ(stream.scene_node_of_pose, (std::vector<uint32_t>{3, 2, kNone, kNone, kNone, 4}));
@@ -84,14 +90,14 @@ TEST(PoseBinding, TwoNodesOfOnePathBindNothing) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"bolt", 0}, {"bolt", 0}});
   PoseState state(scene);
   const StreamId id = state.add_stream(stream_of({"arm/bolt"}));
-  EXPECT_EQ(state.streams()[id].unmatched_names, Names{"arm/bolt"});
+  EXPECT_EQ(names(state, id, &Stream::unmatched_names), Names{"arm/bolt"});
 }
 
 TEST(PoseBinding, OneNodeUnderTwoNamesOfOneStreamIsAConflict) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"hand", 0}});
   PoseState state(scene);
   const StreamId id = state.add_stream(stream_of({"hand", "arm/hand"}));
-  EXPECT_EQ(state.streams()[id].conflicting_names, Names{"arm/hand"});
+  EXPECT_EQ(names(state, id, &Stream::conflicting_names), Names{"arm/hand"});
   push_whole(state, id, 1, {moved(0, 5, 0), moved(0, 9, 0)});
   EXPECT_EQ(origin_of(state, 1), glm::vec3(0, 5, 0));
 }
@@ -160,8 +166,8 @@ TEST(PoseBinding, TheOlderStreamKeepsANodeAndGivesItBack) {
   const StreamId first = state.add_stream(stream_of({"a", "b"}, 1));
   const StreamId second = state.add_stream(stream_of({"b", "c"}, 2));
   EXPECT_TRUE(state.streams()[first].conflicting_names.empty());
-  EXPECT_EQ(state.streams()[second].conflicting_names, Names{"b"});
-  EXPECT_EQ(state.streams()[first].contested_names, Names{"b"});
+  EXPECT_EQ(names(state, second, &Stream::conflicting_names), Names{"b"});
+  EXPECT_EQ(names(state, first, &Stream::contested_names), Names{"b"});
   EXPECT_TRUE(state.streams()[second].contested_names.empty());
   EXPECT_EQ(state.streams()[second].scene_node_of_pose, (std::vector<uint32_t>{kNone, 2}));
   push_whole(state, first, 1, {moved(0, 1, 0), moved(0, 2, 0)});
@@ -186,9 +192,9 @@ TEST(PoseBinding, AContestedNodeIsNamedOnceAndAsItsDriverNamesIt) {
   EXPECT_TRUE(state.streams()[first].contested_names.empty()) << "two names of one stream are its own affair";
   state.add_stream(stream_of({"hand"}, 2));
   const StreamId last = state.add_stream(stream_of({"hand"}, 3));
-  EXPECT_EQ(state.streams()[first].contested_names, Names{"arm/hand"});
+  EXPECT_EQ(names(state, first, &Stream::contested_names), Names{"arm/hand"});
   state.remove_stream(last);
-  EXPECT_EQ(state.streams()[first].contested_names, Names{"arm/hand"});
+  EXPECT_EQ(names(state, first, &Stream::contested_names), Names{"arm/hand"});
 }
 
 TEST(PoseBinding, ASlotGivenOutAgainDoesNotMakeItsStreamTheOldest) {
@@ -204,8 +210,144 @@ TEST(PoseBinding, ASlotGivenOutAgainDoesNotMakeItsStreamTheOldest) {
   EXPECT_EQ(third, first);
   EXPECT_GT(state.streams()[third].revision, revision) << "whoever cached the old poses must notice";
   EXPECT_EQ(state.streams()[third].header.sequence, 0u);
-  EXPECT_EQ(state.streams()[third].conflicting_names, Names{"a"});
+  EXPECT_EQ(names(state, third, &Stream::conflicting_names), Names{"a"});
   EXPECT_TRUE(state.streams()[second].conflicting_names.empty());
+}
+
+TEST(PoseBinding, AStreamCostsItsOwnNamesWhateverOthersHold) {
+  const scene::Scene scene = make_scene({{"a", scene::kNone}});
+  PoseState state(scene);
+  Names unmatched;
+  for (int i = 0; i < 100'000; ++i) unmatched.push_back("nobody " + std::to_string(i));
+  const StreamId large = state.add_stream(stream_of(unmatched, 1));
+  const uint64_t before = state.names_touched();
+  EXPECT_EQ(before, unmatched.size());
+  uint64_t place = 0;
+  for (uint64_t epoch = 2; epoch < 202; ++epoch) {
+    const StreamId id = state.add_stream(stream_of({"a"}, epoch), nullptr, place);
+    if (epoch % 2 == 0)
+      place = state.suspend_stream(id, 5);
+    else
+      state.remove_stream(id);
+  }
+  EXPECT_LE(state.names_touched() - before, 1000u);
+  EXPECT_EQ(state.streams()[large].unmatched_names.size(), unmatched.size());
+  EXPECT_EQ(state.names_at(large, state.streams()[large].unmatched_names, 100).size(), 6u)
+      << "a list is bounded";
+}
+
+TEST(PoseBinding, AStreamThatReturnsToItsPlaceFindsItsNodes) {
+  const scene::Scene scene = make_scene({{"a", scene::kNone}, {"b", scene::kNone}});
+  PoseState state(scene);
+  StreamId first = state.add_stream(stream_of({"a", "b"}, 1));
+  const StreamId waiting = state.add_stream(stream_of({"a", "b"}, 2));
+  push_whole(state, first, 1, {moved(0, 1, 0), moved(0, 2, 0)});
+  const uint64_t conflicts = state.streams()[waiting].conflicting_names.revision();
+  const uint64_t place = state.suspend_stream(first, 5);
+  EXPECT_FALSE(state.streams()[first].active);
+  EXPECT_EQ(origin_of(state, 0), glm::vec3(1, 0, 0)) << "at rest";
+  state.advance(4);
+  EXPECT_EQ(state.streams()[waiting].conflicting_names.revision(), conflicts) << "both nodes are reserved";
+
+  first = state.add_stream(stream_of({"a"}, 3), nullptr, place);
+  EXPECT_EQ(state.streams()[first].scene_node_of_pose, std::vector<uint32_t>{0});
+  EXPECT_EQ(names(state, first, &Stream::contested_names), Names{"a"});
+  EXPECT_EQ(names(state, waiting, &Stream::conflicting_names), Names{"a"}) << "b is not asked for any more";
+  EXPECT_LT(*state.age_of_driver(0), *state.age_of_driver(1)) << "and it is the older one still";
+
+  EXPECT_NE(state.suspend_stream(first, 10), place);
+  state.advance(9);
+  EXPECT_EQ(names(state, waiting, &Stream::conflicting_names), Names{"a"});
+  state.advance(10);
+  EXPECT_TRUE(state.streams()[waiting].conflicting_names.empty()) << "nobody came";
+  const StreamId late = state.add_stream(stream_of({"a"}, 4), nullptr, place);
+  EXPECT_EQ(names(state, late, &Stream::conflicting_names), Names{"a"});
+}
+
+TEST(PoseBinding, PlacesAreBoundedAndTheOldestKeepTheirs) {
+  const scene::Scene scene = make_scene({{"a", scene::kNone}});
+  PoseState state(scene);
+  const uint64_t oldest = state.suspend_stream(state.add_stream(stream_of({"a"}, 1)), 5);
+  for (uint64_t epoch = 2; epoch < 1000; ++epoch)
+    state.suspend_stream(state.add_stream(stream_of({"a"}, epoch)), 5);
+  EXPECT_LE(state.streams().size(), PoseState::kMaxPlaces + 2);
+  const StreamId back = state.add_stream(stream_of({"a"}, 1), nullptr, oldest);
+  EXPECT_EQ(state.streams()[back].scene_node_of_pose, std::vector<uint32_t>{0});
+}
+
+// Nodes are added behind the file's own.
+TEST(PoseBinding, AnAddedNodeTakesNoNameAndNoNodeAway) {
+  const scene::Scene file = make_scene({{"arm", scene::kNone}, {"hand", 0}});
+  const scene::Scene tool = make_scene({{"arm", scene::kNone}, {"hand", 0}, {"tool", 1}, {"tip", 2}});
+  const scene::Scene more = make_scene({{"arm", scene::kNone},
+                                        {"hand", 0},
+                                        {"other", scene::kNone},
+                                        {"tip", 2},
+                                        {"tool", 1},
+                                        {"tip", 4},
+                                        {"hand", scene::kNone},
+                                        {"arm/hand", scene::kNone},
+                                        {"hand", 0}});
+  PoseState state(file);
+  state.set_scene(tool);
+  const StreamId id = state.add_stream(stream_of({"arm/hand", "tip", "tool"}, 1));
+  EXPECT_EQ(state.streams()[id].scene_node_of_pose, (std::vector<uint32_t>{1, 3, 2}));
+  state.set_scene(more);  // with a second tip, before the first one, and three nodes that look like the hand
+  EXPECT_EQ(state.streams()[id].scene_node_of_pose, (std::vector<uint32_t>{1, 5, 4}));
+  const StreamId next = state.add_stream(stream_of({"hand", "tip"}, 2));
+  EXPECT_EQ(names(state, next, &Stream::conflicting_names), Names{"hand"}) << "the file's";
+  EXPECT_EQ(names(state, next, &Stream::unmatched_names), Names{"tip"}) << "there are two";
+  state.set_scene(tool);
+  EXPECT_EQ(state.streams()[id].scene_node_of_pose, (std::vector<uint32_t>{1, 3, 2}));
+  state.set_scene(file);
+  EXPECT_EQ(names(state, id, &Stream::unmatched_names), (Names{"tip", "tool"}));
+}
+
+TEST(PoseBinding, AChangedSceneCostsItsChangesWhateverIsUnmatched) {
+  const scene::Scene file = make_scene({{"arm", scene::kNone}});
+  const scene::Scene tool = make_scene({{"arm", scene::kNone}, {"tool 7", 0}});
+  PoseState state(file);
+  Names wanted;
+  for (int i = 0; i < 100'000; ++i) wanted.push_back("tool " + std::to_string(i));
+  const StreamId id = state.add_stream(stream_of(wanted, 1));
+  const uint64_t before = state.names_touched();
+  state.set_scene(tool);
+  EXPECT_EQ(state.streams()[id].scene_node_of_pose[7], 1u);
+  EXPECT_EQ(state.streams()[id].unmatched_names.size(), wanted.size() - 1);
+  state.set_scene(file);
+  EXPECT_EQ(state.streams()[id].scene_node_of_pose[7], kNone);
+  EXPECT_EQ(state.streams()[id].unmatched_names.size(), wanted.size());
+  EXPECT_LE(state.names_touched() - before, 20u);
+}
+
+// Names of 16 bytes that libstdc++'s hash of strings, whose seed is fixed, all maps to one value.
+Names colliding_names(size_t count) {
+  constexpr uint64_t kFactor = 0xc6a4a7935bd1e995u;
+  uint64_t inverse = kFactor;  // modulo 2^64, by Newton's method
+  for (int i = 0; i < 6; ++i) inverse *= 2 - kFactor * inverse;
+  const auto mix = [](uint64_t v) { return v ^ (v >> 47); };
+  const uint64_t begin = 0xc70f6907u ^ (16 * kFactor);
+  Names names;
+  for (uint64_t first = 1; first <= count; ++first) {
+    const uint64_t hash = (begin ^ (mix(first * kFactor) * kFactor)) * kFactor;
+    const uint64_t second = mix(hash * inverse) * inverse;  // its mixture is `hash`: the sum of both is 0
+    std::string name(16, 0);
+    std::memcpy(name.data(), &first, 8);
+    std::memcpy(name.data() + 8, &second, 8);
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+TEST(PoseBinding, ChosenNamesDoNotFillOneBucket) {
+  const Names names = colliding_names(4096);
+#ifdef __GLIBCXX__
+  for (const std::string& name : names)
+    ASSERT_EQ(std::hash<std::string_view>()(name), std::hash<std::string_view>()(names[0]));
+#endif
+  scene::Scene scene;
+  for (const std::string& name : names) scene.nodes.emplace_back().name = name;
+  EXPECT_LE(NodeNames(scene).longest_bucket(), 16u);
 }
 
 TEST(PoseBinding, UnknownStreamsAreNoFault) {

@@ -179,7 +179,10 @@ TEST_F(StateEdits, AFrameWaitsForAnAssetThatIsLoadedAside) {
 }
 
 TEST_F(StateEdits, ALimitIsCountedAndStopsNoFrame) {
-  StreamEdits edits({2, 4096});
+  PeerLimits limits;
+  limits.of(Resource::edits) = 2;
+  limits.of(Resource::edit_bytes) = 4096;
+  StreamEdits edits(BudgetPool::create(limits)->add_peer("peer"));
   EXPECT_EQ(edits.add(visible(1, "a", false)), StreamEdits::Outcome::taken);
   EXPECT_EQ(edits.add(visible(2, "b", false)), StreamEdits::Outcome::taken);
   EXPECT_EQ(edits.add(visible(3, "c", false)), StreamEdits::Outcome::refused);
@@ -188,7 +191,56 @@ TEST_F(StateEdits, ALimitIsCountedAndStopsNoFrame) {
   vertices.positions.resize(1000);
   EXPECT_EQ(edits.add({kEpoch, 4, "a", wire::Property::vertices, vertices}), StreamEdits::Outcome::refused);
   EXPECT_EQ(edits.add(visible(5, "a", true)), StreamEdits::Outcome::taken);
-  EXPECT_EQ(edits.take().size(), 2u);
+  EXPECT_EQ(edits.take().edits.size(), 2u);
+}
+
+// Edits are charged until they are cleared, replaced or their stream ends, and not only until they are taken.
+TEST_F(StateEdits, EditsInForceAreCharged) {
+  PeerLimits limits;
+  limits.of(Resource::edits) = 60;
+  limits.of(Resource::edit_bytes) = 1 << 20;
+  const auto budget = BudgetPool::create(limits)->add_peer("peer");
+  state_.remove_stream(id_);
+  wire::StreamDescription description;
+  description.epoch = kEpoch;
+  id_ = state_.add_stream(description, budget);
+  wire::Vertices vertices;
+  vertices.positions.resize(8192);  // 96 KiB
+  std::vector<SceneChanges> in_force;
+  uint64_t version = 0;
+  const auto set = [&](const std::string& node, wire::EditValue value) {
+    state_.apply(id_, {kEpoch, ++version, node, wire::Property::vertices, std::move(value)});
+    for (SceneChanges& changes : state_.take_scene_changes()) in_force.push_back(std::move(changes));
+  };
+  for (int i = 0; i < 30; ++i) set("nobody " + std::to_string(i), vertices);
+  EXPECT_EQ(stream().edits_received, 10u);
+  EXPECT_EQ(stream().edits_refused, 20u);
+  EXPECT_EQ(budget->used(Resource::edits), 10u);
+  EXPECT_LE(budget->used(Resource::edit_bytes), uint64_t{1} << 20);
+  EXPECT_GE(budget->used(Resource::edit_bytes), 10u * 96 * 1024);
+  EXPECT_TRUE(push(1, version) || shown() == 0) << "a refused edit counts as applied";
+  const std::vector<BudgetRefusal> refusals = state_.take_refusals();
+  ASSERT_EQ(refusals.size(), 1u) << "said once";
+  EXPECT_EQ(refusals[0].resource, Resource::edit_bytes);
+  EXPECT_NE(refusals[0].message.find("--peer-limit edit-bytes"), std::string::npos) << refusals[0].message;
+
+  for (int i = 0; i < 10; ++i) set("nobody " + std::to_string(i), wire::Cleared{});
+  in_force.clear();
+  EXPECT_EQ(budget->used(Resource::edits), 0u) << "keys are forgotten with their values";
+  EXPECT_EQ(budget->used(Resource::edit_bytes), 0u);
+  for (int i = 0; i < 1000; ++i) set("never set " + std::to_string(i), wire::Cleared{});
+  EXPECT_EQ(budget->used(Resource::edits), 0u);
+  for (int i = 0; i < 100; ++i)
+    state_.apply(id_, {kEpoch, ++version, std::to_string(i), wire::Property::visible, wire::Visible{}});
+  EXPECT_EQ(budget->used(Resource::edits), 60u);
+  EXPECT_EQ(state_.take_refusals().size(), 1u);
+  // A value that is in force can be replaced at the limit.
+  const uint64_t refused = stream().edits_refused;
+  (void)state_.take_scene_changes();
+  state_.apply(id_, {kEpoch, ++version, "5", wire::Property::visible, wire::Visible{false}});
+  EXPECT_EQ(stream().edits_refused, refused);
+  state_.remove_stream(id_);
+  EXPECT_EQ(budget->used(Resource::edits), 0u);
 }
 
 TEST_F(StateEdits, APartialFrameStandsOnTheNewestOne) {

@@ -164,5 +164,49 @@ TEST_F(PoseFrames, AStreamWithoutNodesStillHasFrames) {
   EXPECT_EQ(state_.streams()[id].header.sequence, 1u);
 }
 
+// Four parts of one pose each take memory for these poses, not for the frames that they claim to be of.
+TEST(PoseMemory, FollowsThePosesThatHaveArrived) {
+  PeerLimits limits;
+  limits.of(Resource::pose_bytes) = uint64_t{120} << 20;
+  const auto budget = BudgetPool::create(limits)->add_peer("peer");
+  scene::Scene scene;
+  PoseState state(scene);
+  wire::StreamDescription description;
+  description.epoch = kEpoch;
+  const uint32_t count = 1u << 20;
+  for (uint32_t i = 0; i < count; ++i) description.node_names.push_back(std::to_string(i));
+  const StreamId id = state.add_stream(description, budget);
+  const std::vector<wire::Affine3x4> poses(count);
+  wire::PoseFrameView frame;
+  frame.header.epoch = kEpoch;
+  frame.node_count = count;
+  for (uint64_t sequence = 1; sequence <= 4; ++sequence) {
+    frame.header.sequence = sequence;
+    frame.first_node = static_cast<uint32_t>(sequence) * 200'000;
+    frame.poses = {poses.data(), 1};
+    EXPECT_FALSE(state.push(id, frame));
+  }
+  EXPECT_GT(budget->used(Resource::pose_bytes), 0u);
+  EXPECT_LT(budget->used(Resource::pose_bytes), 64u << 10);
+
+  frame.header.sequence = 5;
+  frame.first_node = 0;
+  frame.poses = poses;
+  EXPECT_TRUE(state.push(id, frame));
+  EXPECT_GE(budget->used(Resource::pose_bytes), count * sizeof(wire::Affine3x4));
+  // The next two would wait for edits: one has room.
+  frame.header.scene_version = 1;
+  for (frame.header.sequence = 6; frame.header.sequence <= 7; ++frame.header.sequence) {
+    frame.header.scene_version = frame.header.sequence;
+    EXPECT_FALSE(state.push(id, frame));
+  }
+  EXPECT_EQ(state.streams()[id].frames_held, 1u);
+  EXPECT_EQ(state.streams()[id].frames_refused, 1u);
+  EXPECT_LE(budget->used(Resource::pose_bytes), uint64_t{120} << 20);
+  ASSERT_EQ(state.take_refusals().size(), 1u);
+  state.remove_stream(id);
+  EXPECT_EQ(budget->used(Resource::pose_bytes), 0u);
+}
+
 }  // namespace
 }  // namespace fire3dv::state

@@ -30,7 +30,7 @@ class ScriptedListener final : public transport::ListenerLink {
     sent.emplace_back(peer, wire::Bytes(message.begin(), message.end()));
   }
   transport::LinkStats stats() const override { return {}; }
-  std::string uri() const override { return "test://listener"; }
+  std::string uri() const override { return address; }
 
   void deliver(PeerId peer, LinkEvent::Kind kind, wire::Bytes message = {}, std::string text = {}) {
     script_.push_back({kind, peer, std::move(message), std::move(text)});
@@ -53,6 +53,7 @@ class ScriptedListener final : public transport::ListenerLink {
   };
   std::vector<Image> images;
   bool carries = true;
+  std::string address = "test://listener";
 
  private:
   struct Entry {
@@ -70,6 +71,7 @@ class StreamIntakeTest : public ::testing::Test {
     auto listener = std::make_unique<ScriptedListener>();
     link_ = listener.get();
     intake_.add(std::move(listener));
+    intake_.set_clock([this] { return now_ns_ += step_ns_; });
   }
 
   static scene::Scene make_scene() {
@@ -80,12 +82,25 @@ class StreamIntakeTest : public ::testing::Test {
     return scene;
   }
 
-  static wire::Bytes description(uint64_t epoch) {
+  static wire::Bytes description(uint64_t epoch, const std::string& name = "adapter",
+                                 std::vector<std::string> nodes = {"arm"}) {
     wire::StreamDescription d;
     d.epoch = epoch;
-    d.adapter_name = "adapter";
-    d.node_names = {"arm"};
+    d.adapter_name = name;
+    d.node_names = std::move(nodes);
     return wire::encode(d);
+  }
+  static wire::Bytes visible(uint64_t epoch, uint64_t version) {
+    return wire::encode(
+        wire::SceneEdit{epoch, version, "arm", wire::Property::visible, wire::Visible{false}});
+  }
+  // The epoch of the stream that drives the arm; 0: none.
+  uint64_t driver() const {
+    const std::optional<uint64_t> age = poses_.age_of_driver(0);
+    for (const state::Stream& stream : poses_.streams()) {
+      if (age && stream.active && stream.scene_node_of_pose[0] == 0) return stream.epoch;
+    }
+    return 0;
   }
 
   static wire::Bytes frame(uint64_t epoch, uint64_t sequence) {
@@ -125,7 +140,10 @@ class StreamIntakeTest : public ::testing::Test {
   state::PoseState poses_;
   StreamIntake intake_;
   ScriptedListener* link_ = nullptr;
+  int64_t now_ns_ = 100'000'000'000;
+  int64_t step_ns_ = 0;  // with each reading of the clock: once per message that is handled
 };
+constexpr int64_t kSecondNs = 1'000'000'000;
 
 TEST_F(StreamIntakeTest, ImagesGoBackToWhoAskedForThem) {
   intake_.offer_images({});
@@ -201,11 +219,22 @@ TEST_F(StreamIntakeTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNodes)
   link_->deliver(1, LinkEvent::Kind::control, description(42));
   link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
   EXPECT_TRUE(intake_.poll());
-  link_->deliver(2, LinkEvent::Kind::control,
-                 description(42));  // the first connection has not been missed yet
+  link_->deliver(3, LinkEvent::Kind::control, description(7));
+  // The first connection is dead, and has not been missed yet.
+  link_->deliver(2, LinkEvent::Kind::control, description(42));
   link_->deliver(2, LinkEvent::Kind::pose, frame(42, 2));
+  EXPECT_FALSE(intake_.poll());
+  EXPECT_EQ(answers<wire::Ping>(1).size(), 1u) << "it may be alive";
+  ASSERT_EQ(answers<wire::Status>(1).size(), 1u);
+  EXPECT_EQ(answers<wire::Status>(1)[0].contested_names, std::vector<std::string>{"arm"});
+  EXPECT_NE(answers<wire::Status>(1)[0].message.find("another connection"), std::string::npos);
+  now_ns_ += 2 * kSecondNs - 1;
+  EXPECT_FALSE(intake_.poll());
+  EXPECT_TRUE(answers<wire::Welcome>(2).empty());
+  now_ns_ += 1;
+  intake_.poll();
   EXPECT_TRUE(intake_.poll());
-  EXPECT_EQ(intake_.active_streams(), 1u);
+  EXPECT_EQ(intake_.active_streams(), 2u);
   ASSERT_EQ(answers<wire::Welcome>(2).size(), 1u);
   EXPECT_TRUE(answers<wire::Welcome>(2)[0].conflicting_names.empty());
   ASSERT_EQ(poses_.shown().size(), 1u);
@@ -214,10 +243,254 @@ TEST_F(StreamIntakeTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNodes)
 
   link_->deliver(1, LinkEvent::Kind::disconnected, {},
                  "timed out");  // the old one is missed at last: nothing changes
+  now_ns_ += 10 * kSecondNs;
   intake_.poll();
-  EXPECT_EQ(intake_.active_streams(), 1u);
+  EXPECT_EQ(intake_.active_streams(), 2u);
+  EXPECT_EQ(driver(), 42u);
 }
 
+TEST_F(StreamIntakeTest, AnEpochIsNotEnoughToTakeAStreamOver) {
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
+  intake_.poll();
+  now_ns_ += 10 * kSecondNs;  // a simulator that pauses
+  link_->deliver(2, LinkEvent::Kind::control, description(42));
+  link_->deliver(2, LinkEvent::Kind::pose, frame(42, 9));
+  intake_.poll();
+  now_ns_ += kSecondNs / 4;
+  const std::vector<wire::Ping> pings = answers<wire::Ping>(1);
+  ASSERT_EQ(pings.size(), 1u);
+  link_->deliver(1, LinkEvent::Kind::control,
+                 wire::encode(wire::Pong{pings[0].id, pings[0].sender_time_ns, 5'000'000'000}));
+  for (int i = 0; i < 3; ++i) {
+    intake_.poll();
+    now_ns_ += kSecondNs / 4;
+  }
+  ASSERT_EQ(answers<wire::Welcome>(2).size(), 1u);
+  EXPECT_EQ(answers<wire::Welcome>(2)[0].status, wire::WelcomeStatus::refused);
+  EXPECT_EQ(answers<wire::Welcome>(2)[0].epoch, 42u);
+  EXPECT_EQ(intake_.active_streams(), 1u);
+  EXPECT_EQ(poses_.shown().at(0).sequence, 1u);
+  EXPECT_EQ(intake_.rejected_messages(), 1u) << "the frame";
+  // Nor by a peer that has a stream of its own.
+  link_->deliver(3, LinkEvent::Kind::control, description(7, "other"));
+  link_->deliver(3, LinkEvent::Kind::control, description(42));
+  intake_.poll();
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 2));
+  now_ns_ += 1;
+  EXPECT_TRUE(intake_.poll());
+  intake_.poll();
+  EXPECT_EQ(driver(), 42u);
+  EXPECT_EQ(answers<wire::Welcome>(3).back().status, wire::WelcomeStatus::refused);
+}
+
+TEST_F(StreamIntakeTest, AStreamThatLosesItsLinkFindsItsPlaceAgain) {
+  link_->deliver(1, LinkEvent::Kind::control, description(1));
+  link_->deliver(2, LinkEvent::Kind::control, description(2));
+  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "reset");
+  intake_.poll();
+  EXPECT_EQ(driver(), 0u);
+  link_->deliver(3, LinkEvent::Kind::control, description(1, "another name"));
+  intake_.poll();
+  EXPECT_EQ(driver(), 0u) << "neither who waits nor who pretends";
+  link_->deliver(3, LinkEvent::Kind::control, wire::encode(wire::Goodbye{1}));
+  now_ns_ += 5 * kSecondNs - 1;
+  link_->deliver(4, LinkEvent::Kind::control, description(1));
+  intake_.poll();
+  EXPECT_EQ(driver(), 1u);
+  now_ns_ += 10 * kSecondNs;
+  intake_.poll();
+  EXPECT_EQ(driver(), 1u);
+  link_->deliver(4, LinkEvent::Kind::control, wire::encode(wire::Goodbye{1}));
+  intake_.poll();
+  EXPECT_EQ(driver(), 2u) << "who says goodbye leaves no place";
+}
+
+TEST_F(StreamIntakeTest, APublisherThatIsStartedAgainHasThePlaceUntilTheRunBeforeReturns) {
+  link_->deliver(1, LinkEvent::Kind::control, description(1));
+  link_->deliver(2, LinkEvent::Kind::control, description(2, "waits"));
+  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "reset");
+  link_->deliver(3, LinkEvent::Kind::control, description(3));
+  link_->deliver(4, LinkEvent::Kind::control, description(4));
+  intake_.poll();
+  EXPECT_EQ(driver(), 3u) << "of that name";
+  now_ns_ += 4 * kSecondNs;
+  link_->deliver(5, LinkEvent::Kind::control, description(1));
+  intake_.poll();
+  EXPECT_EQ(driver(), 1u) << "that epoch";
+  EXPECT_EQ(answers<wire::Welcome>(3).back().status, wire::WelcomeStatus::refused);
+  EXPECT_EQ(intake_.active_streams(), 3u);
+  link_->deliver(5, LinkEvent::Kind::disconnected, {}, "reset");
+  link_->deliver(6, LinkEvent::Kind::control, description(6));
+  now_ns_ += 6 * kSecondNs;
+  intake_.poll();
+  EXPECT_EQ(driver(), 6u);
+  link_->deliver(7, LinkEvent::Kind::control, description(1));
+  now_ns_ += 6 * kSecondNs;
+  intake_.poll();
+  EXPECT_EQ(driver(), 6u) << "too late";
+}
+
+TEST_F(StreamIntakeTest, AStreamThatDescribesItselfAnewKeepsItsNodes) {
+  link_->deliver(1, LinkEvent::Kind::control, description(1));
+  link_->deliver(2, LinkEvent::Kind::control, description(2));
+  for (uint64_t epoch = 3; epoch < 20; ++epoch) {
+    link_->deliver(1, LinkEvent::Kind::control, description(epoch));
+    intake_.poll();
+    EXPECT_EQ(driver(), epoch);
+  }
+  EXPECT_EQ(answers<wire::Welcome>(2).size(), 1u) << "nothing changed for the one that waits";
+}
+
+TEST_F(StreamIntakeTest, ASegmentHasOnePublisherThatMayStartAgain) {
+  link_->address = "shm://robot";
+  link_->deliver(1, LinkEvent::Kind::control, description(1));
+  link_->deliver(9, LinkEvent::Kind::control, description(9));
+  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "killed");
+  link_->deliver(2, LinkEvent::Kind::control, description(2, "restarted"));
+  intake_.poll();
+  EXPECT_EQ(driver(), 2u);
+}
+
+TEST_F(StreamIntakeTest, APeerWithManyMessagesDelaysOthersByOneSlice) {
+  step_ns_ = 1'000'000;  // two messages are a slice
+  link_->deliver(1, LinkEvent::Kind::control, description(1, "busy", {"nothing"}));
+  intake_.poll();
+  constexpr uint64_t kEdits = 1000;
+  for (uint64_t version = 1; version <= kEdits; ++version)
+    link_->deliver(1, LinkEvent::Kind::control, visible(1, version));
+  link_->deliver(2, LinkEvent::Kind::control, description(2));
+  link_->deliver(2, LinkEvent::Kind::pose, frame(2, 1));
+  EXPECT_TRUE(intake_.poll());
+  EXPECT_EQ(poses_.streams()[1].header.sequence, 1u);
+  EXPECT_EQ(poses_.streams()[0].edits_received, 2u);
+  EXPECT_EQ(intake_.waiting_messages(), kEdits - 2);
+  const auto budget = poses_.take_scene_changes().at(0).budget;
+  EXPECT_GT(budget->used(Resource::received_bytes), (kEdits - 2) * visible(1, 1).size());
+  for (uint64_t i = 2; i <= 20; ++i) {
+    link_->deliver(2, LinkEvent::Kind::pose, frame(2, i));
+    EXPECT_TRUE(intake_.poll());
+    EXPECT_EQ(poses_.streams()[1].header.sequence, i);
+  }
+  EXPECT_EQ(poses_.streams()[0].edits_received, 40u);
+  step_ns_ = 0;
+  intake_.poll();
+  EXPECT_EQ(poses_.streams()[0].edits_received, kEdits) << "in order: none was stale";
+  EXPECT_EQ(poses_.streams()[0].edits_stale, 0u);
+  EXPECT_EQ(intake_.waiting_messages(), 0u);
+  EXPECT_EQ(budget->used(Resource::received_bytes), 0u);
+}
+
+TEST_F(StreamIntakeTest, OfPosesThatWaitTheNewestIsHandled) {
+  step_ns_ = 1'000'000;
+  link_->deliver(1, LinkEvent::Kind::control, description(1));
+  for (uint64_t version = 1; version <= 9; ++version)
+    link_->deliver(1, LinkEvent::Kind::control, visible(1, version));
+  for (uint64_t i = 1; i <= 100; ++i) link_->deliver(1, LinkEvent::Kind::pose, frame(1, i));
+  intake_.poll();
+  EXPECT_EQ(intake_.waiting_messages(), 9u) << "eight edits and a frame";
+  int polls = 1;
+  while (!intake_.poll()) ASSERT_LT(++polls, 10);
+  EXPECT_EQ(poses_.shown().at(0).sequence, 100u);
+  EXPECT_EQ(poses_.streams()[0].frames_received, 1u);
+}
+
+TEST_F(StreamIntakeTest, InLockstepAllIsHandledInOrder) {
+  state::PoseState poses(scene_);
+  StreamIntake intake(poses, true);
+  auto listener = std::make_unique<ScriptedListener>();
+  ScriptedListener* const link = listener.get();
+  intake.add(std::move(listener));
+  intake.set_clock([this] { return now_ns_ += 10'000'000; });  // five slices a message
+  link->deliver(2, LinkEvent::Kind::control, description(2, "second", {"nothing"}));
+  link->deliver(1, LinkEvent::Kind::control, description(1));
+  for (uint64_t i = 1; i <= 3; ++i) {
+    link->deliver(2, LinkEvent::Kind::pose, frame(2, i));
+    link->deliver(1, LinkEvent::Kind::pose, frame(1, i));
+  }
+  for (uint64_t i = 1; i <= 3; ++i) {
+    EXPECT_TRUE(intake.poll());
+    EXPECT_EQ(poses.streams()[0].header.sequence, i);
+    EXPECT_EQ(poses.streams()[1].header.sequence, i - 1);
+    EXPECT_TRUE(intake.poll());
+    EXPECT_EQ(poses.streams()[1].header.sequence, i);
+  }
+  EXPECT_FALSE(intake.poll());
+}
+
+TEST_F(StreamIntakeTest, APeerThatDescribesItselfAThousandTimesDelaysNobody) {
+  step_ns_ = 1'000'000;
+  link_->deliver(2, LinkEvent::Kind::control, description(5000));
+  intake_.poll();
+  uint64_t epoch = 0;
+  for (uint64_t i = 1; i <= 10; ++i) {
+    for (int n = 0; n < 100; ++n) link_->deliver(1, LinkEvent::Kind::control, description(++epoch));
+    link_->deliver(2, LinkEvent::Kind::pose, frame(5000, i));
+    const uint64_t before = poses_.names_touched();
+    EXPECT_TRUE(intake_.poll());
+    EXPECT_LE(poses_.names_touched() - before, 10u) << "two descriptions a poll";
+  }
+  EXPECT_EQ(driver(), 5000u);
+  EXPECT_LE(answers<wire::Status>(2).size(), 10u) << "the other one hears of it once a poll at most";
+}
+
+TEST_F(StreamIntakeTest, APeerWithLongMessagesRestsAfterEach) {
+  link_->deliver(2, LinkEvent::Kind::control, description(5000));
+  intake_.poll();
+  link_->deliver(1, LinkEvent::Kind::control, description(1, "large"));
+  link_->deliver(1, LinkEvent::Kind::control, description(2, "large"));
+  step_ns_ = 100'000'000;
+  intake_.poll();
+  step_ns_ = 1;
+  EXPECT_EQ(intake_.waiting_messages(), 1u);
+  now_ns_ += 100'000'000;
+  for (uint64_t i = 1; i <= 100; ++i) {
+    link_->deliver(2, LinkEvent::Kind::pose, frame(5000, i));
+    EXPECT_TRUE(intake_.poll());
+    EXPECT_EQ(intake_.waiting_messages(), 1u);
+  }
+  now_ns_ += 200'000'000;
+  intake_.poll();
+  EXPECT_EQ(intake_.waiting_messages(), 0u);
+}
+
+TEST_F(StreamIntakeTest, ADescriptionBeyondTheBudgetIsRefused) {
+  PeerLimits limits;
+  limits.of(Resource::names) = 10;
+  state::PoseState poses(scene_);
+  StreamIntake intake(poses, false, {}, BudgetPool::create(limits));
+  auto listener = std::make_unique<ScriptedListener>();
+  link_ = listener.get();
+  intake.add(std::move(listener));
+  std::vector<std::string> nodes;
+  for (int i = 0; i < 11; ++i) nodes.push_back(std::to_string(i));
+  link_->deliver(1, LinkEvent::Kind::control, description(1, "large", nodes));
+  intake.poll();
+  EXPECT_EQ(intake.active_streams(), 0u);
+  ASSERT_EQ(answers<wire::Welcome>(1).size(), 1u);
+  EXPECT_EQ(answers<wire::Welcome>(1)[0].status, wire::WelcomeStatus::bad_description);
+  EXPECT_NE(answers<wire::Welcome>(1)[0].message.find("--peer-limit names="), std::string::npos);
+  nodes.pop_back();
+  for (uint64_t epoch = 2; epoch < 10; ++epoch)  // what it replaces does not count
+    link_->deliver(1, LinkEvent::Kind::control, description(epoch, "large", nodes));
+  intake.poll();
+  EXPECT_EQ(answers<wire::Welcome>(1).back().status, wire::WelcomeStatus::accepted);
+}
+
+TEST_F(StreamIntakeTest, BadConnectionsDoNotHideWhatOthersSay) {
+  for (PeerId peer = 1; peer <= 80; ++peer)
+    link_->deliver(peer, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
+  for (uint64_t epoch = 1; epoch <= 1000; ++epoch)
+    link_->deliver(81, LinkEvent::Kind::control, description(epoch));
+  link_->deliver(82, LinkEvent::Kind::control, description(2000, "honest"));
+  intake_.poll();
+  const std::vector<std::string> notes = intake_.take_notes();
+  EXPECT_LE(notes.size(), 100u);
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(),
+                          [](const std::string& text) { return text.find("honest") != std::string::npos; }));
+}
+
+// It keeps its place for a grace time.
 TEST_F(StreamIntakeTest, AnotherStreamOnTheSameNodeIsToldAndGetsItWhenItIsFree) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::control, description(2));
@@ -225,6 +498,9 @@ TEST_F(StreamIntakeTest, AnotherStreamOnTheSameNodeIsToldAndGetsItWhenItIsFree) 
   ASSERT_EQ(answers<wire::Welcome>(2).size(), 1u);
   EXPECT_EQ(answers<wire::Welcome>(2)[0].conflicting_names, std::vector<std::string>{"arm"});
   link_->deliver(1, LinkEvent::Kind::disconnected, {}, "it left");
+  intake_.poll();
+  EXPECT_EQ(answers<wire::Welcome>(2).size(), 1u);
+  now_ns_ += 5 * kSecondNs;
   intake_.poll();
   ASSERT_EQ(answers<wire::Welcome>(2).size(), 2u);
   EXPECT_TRUE(answers<wire::Welcome>(2)[1].conflicting_names.empty());
@@ -244,7 +520,7 @@ TEST_F(StreamIntakeTest, WhoeverKeepsANodeHearsThatAnotherStreamAsksForIt) {
   EXPECT_EQ(answers<wire::Status>(1).size(), 1u) << "a third one changes nothing for the first";
   EXPECT_TRUE(answers<wire::Status>(2).empty()) << "it drives nothing that could be asked for";
 
-  link_->deliver(1, LinkEvent::Kind::disconnected, {}, "it left");
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(wire::Goodbye{1}));
   intake_.poll();
   ASSERT_EQ(answers<wire::Status>(2).size(), 1u) << "the second has the node now, and the third asks for it";
   link_->deliver(3, LinkEvent::Kind::control, wire::encode(wire::Goodbye{3}));
