@@ -18,7 +18,9 @@ using namespace std::chrono_literals;
 constexpr auto kSyncLimit = 2000ms;
 constexpr float kFarAway_m = 10'000;  // outside of every camera of the test
 
+// Between repetitions of an attack.
 void pause(std::chrono::milliseconds time) {
+  announce_sent();
   for (const auto until = std::chrono::steady_clock::now() + time;
        !stop_requested() && std::chrono::steady_clock::now() < until;)
     std::this_thread::sleep_for(5ms);
@@ -148,6 +150,7 @@ void many_names(const Target& target) {
   while (!stop_requested()) {
     for (int i = 0; i < 200; ++i) other.describe_again();
     other.sync(kSyncLimit);
+    announce_sent();
     owner.read_replies();
   }
 }
@@ -217,7 +220,10 @@ void large_requests(const Target& target) {
 void empty_states(const Target& target) {
   const RawPeer announcement(target.tcp_uri);
   const std::vector<std::byte> zeros(size_t{16} << 20);
-  while (!stop_requested()) send_bundle(target.udp_uri, zeros);
+  while (!stop_requested()) {
+    send_bundle(target.udp_uri, zeros);
+    announce_sent();
+  }
 }
 
 // A description of many names, and frames of which one pose comes each.
