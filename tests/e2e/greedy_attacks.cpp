@@ -5,10 +5,10 @@
 #include <memory>
 #include <thread>
 
-#include "protocol/transport/open.h"
 #include "protocol/transport/random.h"
 #include "tests/e2e/colliding_names.h"
 #include "tests/e2e/raw_peer.h"
+#include "tests/e2e/raw_udp.h"
 
 namespace fire3dv::test {
 namespace {
@@ -18,7 +18,9 @@ using namespace std::chrono_literals;
 constexpr auto kSyncLimit = 2000ms;
 constexpr float kFarAway_m = 10'000;  // outside of every camera of the test
 
+// Between repetitions of an attack.
 void pause(std::chrono::milliseconds time) {
+  announce_sent();
   for (const auto until = std::chrono::steady_clock::now() + time;
        !stop_requested() && std::chrono::steady_clock::now() < until;)
     std::this_thread::sleep_for(5ms);
@@ -128,9 +130,9 @@ void orphan_vertices(const Target& target) {
 }
 
 void nested_names(const Target& target) {
-  constexpr int kDepth = 60, kLeaves = 2000;
+  constexpr int kDepth = 150, kLeaves = 4000;
   Stream stream(target);
-  const auto name = [](int level) { return std::to_string(level) + std::string(4000, 'x'); };
+  const auto name = [](int level) { return std::to_string(level) + std::string(1000, 'x'); };
   for (int i = 0; i < kDepth; ++i) stream.add(name(i), i == 0 ? "" : name(i - 1));
   for (int i = 0; i < kLeaves; ++i) stream.add("leaf " + std::to_string(i), name(kDepth - 1));
   while (!stop_requested()) {
@@ -148,6 +150,7 @@ void many_names(const Target& target) {
   while (!stop_requested()) {
     for (int i = 0; i < 200; ++i) other.describe_again();
     other.sync(kSyncLimit);
+    announce_sent();
     owner.read_replies();
   }
 }
@@ -213,32 +216,14 @@ void large_requests(const Target& target) {
   }
 }
 
-// Keyed states of no bytes: thousands of them share each bundle.
+// A bundle of zeros is one of two million scene edits without content.
 void empty_states(const Target& target) {
-  constexpr uint64_t kMessages = 400'000;
   const RawPeer announcement(target.tcp_uri);
-  wire::StreamDescription description;
-  description.adapter_name = "greedy";
-  description.node_names = {"nobody"};
-  std::vector<std::unique_ptr<transport::PublisherLink>> links;
-  for (int i = 0; i < 6; ++i) {
-    auto opened = transport::open_publisher(target.udp_uri);
-    if (!opened) throw PeerClosed(opened.error().message);
-    description.epoch = transport::random_id();
-    (void)(*opened)->set_description(wire::encode(description));
-    links.push_back(std::move(*opened));
-  }
-  const auto empty = std::make_shared<const wire::Bytes>();
-  for (uint64_t i = 0; i < kMessages && !stop_requested(); ++i)
-    for (const auto& link : links) (void)link->put_state(i, empty);
-  std::vector<std::byte> reply;
+  const std::vector<std::byte> zeros(size_t{16} << 20);
   while (!stop_requested()) {
-    for (const auto& link : links)
-      while (link->poll(reply)) {
-      }
-    pause(20ms);
+    send_bundle(target.udp_uri, zeros);
+    announce_sent();
   }
-  for (const auto& link : links) RawPeer::count_bytes(link->stats().bytes_sent);
 }
 
 // A description of many names, and frames of which one pose comes each.

@@ -152,7 +152,7 @@ int attack(const std::vector<std::string>& arguments) {
     for (std::string node; std::getline(nodes, node, ',');) target.nodes.push_back(node);
   }
   // The scheduler gives the renderer what time it asks for: what is tested is the renderer, not the machine.
-  (void)!::nice(19);
+  (void)!::nice(5);
   int closed = 0;
   while (!stop_requested()) {
     try {

@@ -20,6 +20,7 @@ from pictures import Failure, check
 LEAST_RATIO = 0.5
 TRIES = 3
 BEFORE_S, DURING_S, AFTER_S = 1.2, 2.5, 0.5
+MOST_DURING_S = 12  # where the attack takes longer to be sent
 STOP_S = 20  # from SIGTERM to the end
 MOST_MIB = 600  # above the idle renderer, unless an attack has another bound
 REPORT_WAIT_S = 60
@@ -114,15 +115,18 @@ class Run:
         self.before = self.during = self.after = None
         self.mib = 0
 
-    def measure(self, seconds):
-        """Images a second, of the time that other processes left; and the honest peer's report."""
+    def measure(self, seconds, is_done=lambda: True, most_s=0):
+        """Images a second, of the time that other processes left; and the honest peer's report. Longer until is_done(), but
+        not than most_s."""
         pids = (self.renderer.process.pid, self.honest.process.pid)
 
         def own():
             return sum(process_s(pid) for pid in pids)
         self.honest.report()
         begin, (machine, processors), ours = time.monotonic(), machine_s(), own()
-        while time.monotonic() - begin < seconds and self.renderer.alive() and self.honest.alive():
+        def elapsed():
+            return time.monotonic() - begin
+        while (elapsed() < seconds or not is_done() and elapsed() < most_s) and self.renderer.alive() and self.honest.alive():
             time.sleep(0.02)
         report = self.honest.report()
         wall = time.monotonic() - begin
@@ -154,7 +158,7 @@ class Run:
             arguments.append(f"asset={asset}")
         attacker = Program(self.test, "the attacker", [self.test.programs_at["greedy_peer"], "attack", self.name, *arguments])
         wait_until("the attack to begin", lambda: "begun" in attacker.out)
-        self.during, report = self.measure(DURING_S)
+        self.during, report = self.measure(DURING_S, lambda: "sent" in attacker.out or not attacker.alive(), MOST_DURING_S)
         self.longest_gap_ms = report["longest_gap_ms"]
         self.expect_same(report, "during the attack")
         if self.renderer.alive():

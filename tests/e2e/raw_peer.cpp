@@ -31,6 +31,13 @@ bool stop_requested() {
   return stop;
 }
 
+void announce_sent() {
+  static bool announced_sent = false;
+  if (std::exchange(announced_sent, true)) return;
+  std::puts("sent");
+  std::fflush(stdout);
+}
+
 uint64_t RawPeer::bytes_sent() {
   return total_bytes_sent;
 }

@@ -24,6 +24,9 @@ struct PeerClosed : std::runtime_error {
 // True once standard input has ended or a whole line has come: the test wants the program to end.
 bool stop_requested();
 
+// Prints "sent", once: the whole attack has been sent at least once.
+void announce_sent();
+
 class RawPeer {
  public:
   // Prints "begun" for the first connection of the process.

@@ -54,6 +54,7 @@ class Session {
     auto link = std::make_unique<SessionLink>(!choices_.one_in(8));
     link_ = link.get();
     intake_.add(std::move(link));
+    intake_.set_clock([this] { return now_ns_; });
     intake_.offer_images(abilities());
   }
 
@@ -65,7 +66,10 @@ class Session {
     }
     for (size_t i = 0; i < kPeers; ++i)
       if (peers_[i].is_connected) disconnect(i);
-    for (int i = 0; i < 1000 && !is_over(); ++i) turn(true);
+    for (int i = 0; i < 1000 && (i < 20 || !is_over()); ++i) {
+      now_ns_ += 1'000'000'000;  // grace times end
+      turn(true);
+    }
     check_released();
   }
 
@@ -137,10 +141,11 @@ class Session {
 
   // One round of the frame loop.
   void turn(bool finish = false) {
+    now_ns_ += choices_.one_of<int64_t>({0, 1'000, 1'000'000, 1'000'000, 100'000'000, 6'000'000'000});
     intake_.poll();
     const bool replaced = scene_.follow(finish || choices_.one_in(2));
     if (replaced || choices_.one_in(4)) intake_.tell_bindings();
-    for (const state::ImageBook::Due& due : intake_.take_due_images(++now_ns_)) {
+    for (const state::ImageBook::Due& due : intake_.take_due_images(now_ns_)) {
       if (choices_.one_in(8)) {
         intake_.refuse_image(due, wire::ImageRefusal::unknown_camera, "no such camera");
         continue;
@@ -161,6 +166,7 @@ class Session {
     check_bindings();
     check_rights();
     check_budgets();
+    FIRE3DV_ASSERT(::mallinfo2().uordblks <= heap_bytes_ + kMaxHeapGrowthBytes);
   }
 
   void check_scene() const {
@@ -205,7 +211,7 @@ class Session {
       if (!stream.active || stream.epoch != owned.epoch || by_path.count(path) == 0) continue;
       FIRE3DV_ASSERT(by_path.count(path) == 1);
       const std::optional<uint64_t> age = poses_.age_of_driver(by_path.find(path)->second);
-      FIRE3DV_ASSERT(age && *age <= owned.age);
+      FIRE3DV_ASSERT(age && state::age_rank(*age) <= state::age_rank(owned.age));
     }
     owned_.clear();
     for (state::StreamId id = 0; id < streams.size(); ++id) {
@@ -217,7 +223,7 @@ class Session {
         for (uint32_t at = node; at != scene::kNone; at = nodes[at].parent) {
           if (!scene_.hidden().contains(at)) continue;
           const std::optional<uint64_t> hider = scene_.oldest_hider(at);
-          FIRE3DV_ASSERT(hider && *hider <= age);
+          FIRE3DV_ASSERT(hider && state::age_rank(*hider) <= state::age_rank(age));
         }
       }
     }
@@ -229,7 +235,10 @@ class Session {
         FIRE3DV_ASSERT(report.used[i] <= budgets_->limits().per_peer[i]);
   }
 
-  bool is_over() const { return link_->idle() && intake_.active_streams() == 0 && scene_.is_settled(); }
+  bool is_over() const {
+    return link_->idle() && intake_.waiting_messages() == 0 && intake_.active_streams() == 0 &&
+           scene_.is_settled();
+  }
 
   // All peers have left.
   void check_released() {
@@ -249,7 +258,8 @@ class Session {
   std::array<SessionPeer, kPeers> peers_;
   std::array<transport::PeerId, kPeers> ids_{};
   transport::PeerId last_id_ = 0;
-  int64_t now_ns_ = 0;
+  const size_t heap_bytes_ = ::mallinfo2().uordblks;  // sanitizers count nothing here
+  int64_t now_ns_ = 1'000'000'000;
   std::map<std::string, Owned> owned_;  // by path, as of the last turn
 };
 

@@ -68,17 +68,25 @@ bool SessionScene::follow(bool finish_build) {
   }
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
   note_hiding(changes);
-  book_.take(std::move(changes));
+  book_.take(std::move(changes), &poses_.names());
   std::vector<state::WantedNode> wanted = book_.wanted_nodes();
   resolve(wanted);
   const std::vector<std::string> vertex_nodes(book_.vertex_nodes().begin(), book_.vertex_nodes().end());
   if (build_.idle() && (keys_of(wanted) != nodes_ || vertex_nodes != vertex_nodes_))
-    build_.begin({std::move(wanted), vertex_nodes});
+    begin_build(std::move(wanted), vertex_nodes);
   bool shown = false;
   for (const state::EditBook::Finished& edit : book_.take_finished())
     shown |= poses_.finish_edit(edit.stream, edit.epoch, edit.version);
   (void)book_.take_notes();
   return shown;
+}
+
+void SessionScene::begin_build(std::vector<state::WantedNode> wanted,
+                               const std::vector<std::string>& vertex_nodes) {
+  app::SceneBuild::Request request;
+  request.nodes = std::move(wanted);
+  for (const std::string& name : vertex_nodes) request.vertex_nodes.push_back({name});
+  build_.begin(std::move(request));
 }
 
 void SessionScene::resolve(const std::vector<state::WantedNode>& wanted) {

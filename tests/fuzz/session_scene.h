@@ -39,6 +39,7 @@ class SessionScene {
   using Keys = std::vector<std::pair<uint64_t, uint64_t>>;
   void note_hiding(const std::vector<state::SceneChanges>& changes);
   bool show_built(app::SceneBuild::Built&& built);
+  void begin_build(std::vector<state::WantedNode> wanted, const std::vector<std::string>& vertex_nodes);
   void resolve(const std::vector<state::WantedNode>& wanted);
 
   state::PoseState& poses_;
