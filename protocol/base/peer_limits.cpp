@@ -20,6 +20,7 @@ constexpr std::array<ResourceInfo, kResourceCount> kTable{{
     {Resource::edit_bytes, "edit-bytes", "values of scene edits", true, 256 * kMiB, 16 * kMiB, kGiB},
     {Resource::nodes, "nodes", "added nodes", false, 8'192, 1'024, 65'536},
     {Resource::lights, "lights", "lights", false, 16, 4, 64},
+    {Resource::shadow_lights, "shadow-lights", "lights with shadows", false, 2, 1, 4},
     {Resource::asset_bytes, "asset-bytes", "decoded assets", true, 512 * kMiB, 64 * kMiB, 2 * kGiB},
     {Resource::gpu_bytes, "gpu-bytes", "device memory", true, kGiB, 64 * kMiB, 4 * kGiB},
     {Resource::requests, "requests", "image requests", false, 1'024, 64, 8'192},

@@ -24,12 +24,13 @@ enum class Resource : uint8_t {
   edit_bytes,         // values of those edits
   nodes,              // nodes added to the scene, those of assets included
   lights,             // lights set by edits or brought by assets
+  shadow_lights,      // those of them that cast shadows; lights beyond the limit cast none
   asset_bytes,        // decoded assets in host memory
   gpu_bytes,          // estimate of the device memory that added assets and vertices take
   requests,           // open image requests
   request_bytes,      // pixels of one image of each open request
 };
-constexpr size_t kResourceCount = 13;
+constexpr size_t kResourceCount = 14;
 
 struct ResourceInfo {
   Resource resource;

@@ -7,39 +7,12 @@
 #include <numeric>
 #include <vector>
 
+#include "protocol/base/text.h"
+
 namespace fire3dv::wire {
 namespace {
 
-constexpr uint32_t kInvalid = UINT32_MAX;
 constexpr size_t kBlock = 16;  // poses that are checked without a branch
-
-// Reads one character at `at` and moves behind it; kInvalid for what is not UTF-8 (then it moves by one
-// byte).
-uint32_t next_character(std::string_view text, size_t& at) {
-  const auto byte = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
-  const uint8_t lead = byte(at++);
-  if (lead < 0x80) return lead;
-  const uint32_t more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
-  if (lead < 0xC2 || lead > 0xF4 || text.size() - at < more) return kInvalid;
-  uint32_t character = lead & (0x3Fu >> more);
-  for (uint32_t i = 0; i < more; ++i) {
-    if ((byte(at + i) & 0xC0) != 0x80) return kInvalid;
-    character = character << 6 | (byte(at + i) & 0x3F);
-  }
-  constexpr uint32_t kSmallestOfLength[] = {0, 0x80, 0x800, 0x10000};
-  const bool surrogate = character >= 0xD800 && character <= 0xDFFF;
-  if (character < kSmallestOfLength[more] || character > 0x10FFFF || surrogate) return kInvalid;
-  at += more;
-  return character;
-}
-
-// Controls (C0, DEL, C1), line and paragraph separators, and the marks that turn the reading direction: with
-// these a name could overwrite what a person reads.
-bool is_control(uint32_t character) {
-  return character < 0x20 || (character >= 0x7F && character < 0xA0) || character == 0x2028 ||
-         character == 0x2029 || (character >= 0x202A && character <= 0x202E) ||
-         (character >= 0x2066 && character <= 0x2069);
-}
 
 std::string describe(double value) {
   if (std::isnan(value)) return "NaN";
@@ -196,7 +169,7 @@ Result<void> check_text(std::string_view field, std::string_view text, size_t ma
   for (size_t at = 0; at < text.size();) {
     const size_t start = at;
     const uint32_t character = next_character(text, at);
-    if (character == kInvalid) {
+    if (character == kInvalidCharacter) {
       return Error{std::string(field) + " is not valid UTF-8 at byte " + std::to_string(start) + " (\"" +
                    printable(text) + "\")"};
     }
@@ -262,16 +235,7 @@ Result<void> check_poses(std::string_view field, std::span<const Affine3x4> pose
 }
 
 std::string printable(std::string_view text, size_t max_bytes) {
-  std::string result;
-  for (size_t at = 0; at < text.size();) {
-    const size_t start = at;
-    const uint32_t character = next_character(text, at);
-    const bool bad = character == kInvalid || is_control(character);
-    const std::string_view piece = bad ? std::string_view("?") : text.substr(start, at - start);
-    if (result.size() + piece.size() > max_bytes) break;
-    result += piece;
-  }
-  return result;
+  return printable_text(text, max_bytes);
 }
 
 }  // namespace fire3dv::wire

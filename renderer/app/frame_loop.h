@@ -51,6 +51,9 @@ class FrameLoop {
   // Borrowed: these draw images for simulators, too, as the settings say at any time. Before run().
   void spread_images_over(FurtherDevices& further, const passes::DrawSettings& settings) {
     image_service_.spread_over(further, settings);
+    std::vector<const gpu::Device*> devices;
+    for (const auto& each : further.all()) devices.push_back(&each->device());
+    scene_.draw_on_too(std::move(devices));
   }
   // Ends run() when it is ready.
   void go_on_with(NextShow* next) { next_ = next; }

@@ -2,6 +2,7 @@
 // what is added to it is made aside, and replaces the scene between two frames.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -55,27 +56,36 @@ class LiveScene {
   // new pose frame to show, which had waited for that.
   bool follow();
   // After follow(): nothing of what was asked for is still being made.
-  bool settled() const { return build_.idle(); }
+  bool settled() const { return build_.idle() && !must_build_; }
 
   const scene::Scene& scene() const { return shown().scene; }
   const scene::LoadedScene& loaded() const { return shown(); }
   const scene::SceneEdits& edits() const { return edits_; }
   const state::EditFaults& faults() const { return book_.faults(); }
   uint64_t replaced() const { return replaced_; }  // how often the scene was
+  uint64_t builds_begun() const { return builds_begun_; }
+  uint64_t wanted_lists_made() const { return wanted_lists_made_; }
   // Sentences for the user since the last call.
-  std::vector<std::string> take_notes() { return book_.take_notes(); }
+  std::vector<std::string> take_notes();
+  // Other devices that draw this scene: nodes that one of them has no memory for are refused.
+  void draw_on_too(std::vector<const gpu::Device*> devices) { further_devices_ = std::move(devices); }
 
  private:
   // What a scene is made of besides the file: streams' ages and versions, and names.
+  using NodeKeys = std::vector<std::pair<uint64_t, uint64_t>>;  // in order
   struct Contents {
-    std::vector<std::pair<uint64_t, uint64_t>> nodes;
+    NodeKeys nodes;
     std::vector<std::string> vertex_nodes;
     bool operator==(const Contents&) const = default;
   };
   const scene::LoadedScene& shown() const { return merged_ ? *merged_ : base_; }
   bool show_built();
-  void resolve(const std::vector<state::WantedNode>& wanted);
-  void build_if_other(std::vector<state::WantedNode> wanted);
+  Result<void> put_on_device(const SceneBuild::Built& built);
+  Result<void> check_memory(const scene::LoadedScene& next) const;
+  void refuse_new(SceneBuild::Built&& built, const std::string& reason);
+  void list_wanted();
+  void resolve();
+  void build_if_other();
 
   const scene::LoadedScene& base_;
   std::unique_ptr<const scene::LoadedScene> merged_;  // null: the file's own
@@ -89,9 +99,20 @@ class LiveScene {
   UserEdits user_;
   bool user_changed_ = false;
   Replaced on_replaced_;
-  uint64_t bindings_seen_ = 0, replaced_ = 0;
+  uint64_t bindings_seen_ = 0, replaced_ = 0, builds_begun_ = 0, wanted_lists_made_ = 0;
+  std::vector<state::WantedNode> wanted_;  // as of wanted_revision_
+  NodeKeys wanted_keys_;
+  uint64_t wanted_revision_ = UINT64_MAX;
   Contents contents_;                     // of what is shown
+  Contents impossible_;                   // what could not be shown, if anything
   std::vector<state::WantedNode> added_;  // to it
+  // The scene is replaced no more than half of the time: after a replacement, the next build begins when as much
+  // time has passed as that took.
+  bool must_build_ = false;
+  std::chrono::steady_clock::time_point next_build_{};
+  int64_t replacement_ns_ = 0;
+  std::vector<const gpu::Device*> further_devices_;
+  uint32_t reported_without_shadow_ = 0;
   SceneBuild build_;
 };
 

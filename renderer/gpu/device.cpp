@@ -2,6 +2,8 @@
 
 #include <vk_mem_alloc.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <vector>
 
@@ -112,11 +114,18 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   VmaAllocatorCreateInfo allocator{};
   allocator.flags =
       VMA_ALLOCATOR_CREATE_BUFFER_DEVICE_ADDRESS_BIT | VMA_ALLOCATOR_CREATE_EXTERNALLY_SYNCHRONIZED_BIT;
+  if (features.memory_budget) allocator.flags |= VMA_ALLOCATOR_CREATE_EXT_MEMORY_BUDGET_BIT;
   allocator.physicalDevice = device->physical_;
   allocator.device = device->device_;
   allocator.instance = instance.handle();
   allocator.vulkanApiVersion = VK_API_VERSION_1_3;
   FIRE3DV_VK(vmaCreateAllocator(&allocator, &device->allocator_));
+  const VkPhysicalDeviceMemoryProperties* memory = nullptr;
+  vmaGetMemoryProperties(device->allocator_, &memory);
+  for (uint32_t heap = 0; heap < memory->memoryHeapCount; ++heap) {
+    if (memory->memoryHeaps[heap].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT)
+      device->memory_bytes_ = std::max(device->memory_bytes_, memory->memoryHeaps[heap].size);
+  }
 
   device->timeline_ = create_timeline(device->device_);
   device->fork_timeline_ = create_timeline(device->device_);
@@ -236,6 +245,26 @@ uint64_t Device::allocated_bytes() const {
   VmaTotalStatistics statistics;
   vmaCalculateStatistics(allocator_, &statistics);
   return statistics.total.statistics.allocationBytes;
+}
+
+uint64_t Device::available_bytes() const {
+  const VkPhysicalDeviceMemoryProperties* memory = nullptr;
+  vmaGetMemoryProperties(allocator_, &memory);
+  std::array<VmaBudget, VK_MAX_MEMORY_HEAPS> budgets{};
+  vmaGetHeapBudgets(allocator_, budgets.data());
+  uint64_t available = 0;
+  for (uint32_t heap = 0; heap < memory->memoryHeapCount; ++heap) {
+    if (!(memory->memoryHeaps[heap].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT)) continue;
+    const VmaBudget& budget = budgets[heap];
+    if (budget.budget > budget.usage) available = std::max(available, budget.budget - budget.usage);
+  }
+  return available;
+}
+
+void Device::begin_allocation() {
+  if (allocations_until_failure_ == UINT64_MAX || allocations_until_failure_ == 0) return;
+  if (--allocations_until_failure_ == 0)
+    throw VulkanFailure(VK_ERROR_OUT_OF_DEVICE_MEMORY, "an allocation that a test lets fail");
 }
 
 void Device::destroy(const Retired& retired) {

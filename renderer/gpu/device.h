@@ -99,6 +99,16 @@ class Device {
   void retire_all_now();
   const LiveObjects& live_objects() const { return live_; }
   uint64_t allocated_bytes() const;
+  // Of the device's own memory, or of the host's where it has none.
+  uint64_t memory_bytes() const { return memory_bytes_; }
+  // Bytes of memory_bytes() that can still be allocated, by the driver's report where it gives one
+  // (VK_EXT_memory_budget), else by an estimate.
+  uint64_t available_bytes() const;
+  // For tests: the allocation after `count` further ones fails as if there were no memory, once.
+  void fail_allocation_after(uint64_t count) { allocations_until_failure_ = count + 1; }
+  bool has_failed_allocation() const { return allocations_until_failure_ == 0; }
+  // Called before each allocation of a buffer or an image. Throws what such a test asks for.
+  void begin_allocation();
 
  private:
   friend void detail::retire(Device&, ObjectKind, uint64_t, VmaAllocation_T*);
@@ -131,6 +141,8 @@ class Device {
   uint64_t submitted_ = 0, forks_submitted_ = 0, fork_numbers_ = 0;
   std::deque<Retired> retired_;
   LiveObjects live_{};
+  uint64_t memory_bytes_ = 0;
+  uint64_t allocations_until_failure_ = UINT64_MAX;
   std::optional<PipelineMakers> pipeline_makers_{std::in_place};  // ends before the device does
 };
 

@@ -28,6 +28,7 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::query_chain(VkPhysicalDevice device) 
   core.pNext = &vulkan11;
   vulkan11.pNext = &vulkan12;
   vulkan12.pNext = &vulkan13;
+  memory_budget = has_extension(extensions, VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
   post_depth_coverage = has_extension(extensions, VK_EXT_POST_DEPTH_COVERAGE_EXTENSION_NAME);
   void** tail = &vulkan13.pNext;
   const bool acceleration_structures =
@@ -82,6 +83,7 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::enable_chain(std::vector<const char*>
   core.features.samplerAnisotropy = had.samplerAnisotropy;
   core.features.shaderStorageImageMultisample = had.shaderStorageImageMultisample;
   core.features.sampleRateShading = had.sampleRateShading;
+  if (memory_budget) extensions.push_back(VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
   if (post_depth_coverage) extensions.push_back(VK_EXT_POST_DEPTH_COVERAGE_EXTENSION_NAME);
   core.features.dualSrcBlend = had.dualSrcBlend;
 

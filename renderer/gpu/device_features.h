@@ -20,7 +20,7 @@ struct DeviceFeatures {
   VkPhysicalDeviceRayTracingPipelineFeaturesKHR ray_pipeline{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR};
 
-  bool post_depth_coverage = false;  // an extension without a structure of its own
+  bool post_depth_coverage = false, memory_budget = false;  // extensions without structures of their own
 
   DeviceFeatures() = default;
   DeviceFeatures(const DeviceFeatures&) = delete;  // the chain points into the object

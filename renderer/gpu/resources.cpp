@@ -76,6 +76,7 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
   VkBuffer handle = VK_NULL_HANDLE;
   VmaAllocation allocation = nullptr;
   VmaAllocationInfo allocated{};
+  device.begin_allocation();
   FIRE3DV_VK(vmaCreateBuffer(device.allocator(), &info, &allocation_info, &handle, &allocation, &allocated));
   buffer.handle = BufferHandle(device, handle, allocation);
   buffer.mapped = memory == Memory::device ? nullptr : static_cast<std::byte*>(allocated.pMappedData);
@@ -113,6 +114,7 @@ Image create_image(Device& device, const ImageInfo& info) {
   allocation_info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
   VkImage handle = VK_NULL_HANDLE;
   VmaAllocation allocation = nullptr;
+  device.begin_allocation();
   FIRE3DV_VK(vmaCreateImage(device.allocator(), &create, &allocation_info, &handle, &allocation, nullptr));
   image.handle = ImageHandle(device, handle, allocation);
 

@@ -262,7 +262,7 @@ void EditFollower::follow_lights(Change& change, ShadowPass& shadows) {
   // Where they stand lies behind where nodes stand.
   change.patches.make_room(device_, gpu_scene.world_from_node, gpu_scene.light_places_offset,
                            gpu_scene.light_places_offset + lights.size() * sizeof(gpu_types::LightPlace));
-  shadows.set_lights(lights);
+  shadows.set_lights_or_drop_shadows(lights);
 }
 
 // Into the copies that such nodes have to themselves. What is not replaced any more is at rest again.

@@ -102,14 +102,6 @@ bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
 }
 
 void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived) {
-  scene_ = &scene;
-  may_have_on_top_ = any_on_top(scene);
-  edit_follower_.forget();
-  transforms_.forget();
-  deform_.forget();
-  forward_.forget();
-  if (outputs_) outputs_->set_scene();
-  for (const std::unique_ptr<Targets>& targets : kept_targets_) targets->visibility.forget();  // other ids
   expect_shading(scene);
   if (any_masked(scene)) {
     if (visibility_) visibility_->expect_masks();
@@ -120,9 +112,19 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   uses.rays = expected_rays(scene);
   uses.rays_to_boxes = gpu::traces_to_boxes(device_) && shadow_way_.back_end != RayBackEnd::pipeline;
   uses.drawn_forward = path_ != RasterPath::visibility;
-  gpu_scene_ = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
-                                          environment_.textures(), uses);
-  shadows_.set_scene(scene, *gpu_scene_);
+  auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
+                                              environment_.textures(), uses);
+  shadows_.set_scene(scene, *gpu_scene);
+  // From here on nothing fails.
+  gpu_scene_ = std::move(gpu_scene);
+  scene_ = &scene;
+  may_have_on_top_ = any_on_top(scene);
+  edit_follower_.forget();
+  transforms_.forget();
+  deform_.forget();
+  forward_.forget();
+  if (outputs_) outputs_->set_scene();
+  for (const std::unique_ptr<Targets>& targets : kept_targets_) targets->visibility.forget();  // other ids
 }
 
 // Maps save most rays, but to lights that have a size.

@@ -63,7 +63,8 @@ class SceneRenderer {
   SceneRenderer(gpu::Device& device, const DrawSettings& settings);
 
   // The scene has no more textures than the settings say. It must outlive its use here. May be called again:
-  // what the old one held retires.
+  // what the old one held retires. Throws VulkanFailure where memory does not suffice: then the scene that was
+  // set before stays, and is drawn as before.
   void set_scene(const scene::Scene& scene) {
     set_scene(scene, scene::derive(scene, levels_for(settings_.levels_of_detail)));
   }
@@ -131,6 +132,9 @@ class SceneRenderer {
   ClusterRaster::Drawn clusters_drawn() const {
     return visibility_ ? visibility_->drawn() : ClusterRaster::Drawn{};
   }
+  // Of the scene that is set; see ShadowPass.
+  uint32_t lights_without_shadow() const { return shadows_.lights_without_shadow(); }
+  gpu::Device& device() const { return device_; }
   uint32_t most_textures() const { return settings_.most_textures; }
   bool traces() const { return shadows_.traces(); }
   RasterPath raster_path() const { return path_; }

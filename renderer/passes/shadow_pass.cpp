@@ -113,93 +113,149 @@ void ShadowPass::make_classify() {
       gpu::create_compute_pipeline(device_, layout_, samples_ == 4 ? "classify_4.comp" : "classify_1.comp");
 }
 
-void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights) {
-  lights_ = lights;
-  light_count_ = static_cast<uint32_t>(lights.size());
-  ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray, map_sizes());
-  if (lights_placed_ && light_shadows_ && plan == plan_) return;
-  lights_placed_ = false;
-  plan_ = std::move(plan);
-  if (traces() && !found_while_shading() && !classify_) make_classify();
-  view_count_ = needs_maps_ ? static_cast<uint32_t>(plan_.views.size()) : 0;
-  // New ones: frames in flight read the old ones. Maps are kept where they suffice: the next frame draws them
-  // behind a barrier.
-  light_shadows_ = table(device_, plan_.shadows.size() * sizeof(plan_.shadows[0]));
-  wanted_views_ = table(device_, plan_.views.size() * sizeof(plan_.views[0]));
-  lights_chosen_ = true;
-  make_room_for_mask();
-  if (view_count_ && maps_.buffer.size_bytes < map_bytes()) {
-    gpu::Buffer maps = table(device_, map_bytes());
-    maps_ = {};
-    maps_.buffer = std::move(maps);
+// Maps and masks take memory by the number of lights, whoever named them: a part of the device's is for these.
+ShadowRoom ShadowPass::shadow_room() const {
+  constexpr uint64_t kListShare = 8, kMaskShare = 4;
+  ShadowRoom room;
+  const uint64_t memory = device_.memory_bytes();
+  // Each view has a list of the clusters in it; see ClusterRaster.
+  room.max_views = memory / kListShare / (sizeof(uint32_t) * std::max<uint64_t>(state_.cluster_count, 1024));
+  if (!targets_ || way_.method != ShadowMethod::ray) return room;
+  const uint64_t pixels = uint64_t{targets_->extent.width} * targets_->extent.height;
+  const uint64_t word_bytes = std::max<uint64_t>(pixels, 1) * (sizeof(uint32_t) + sizeof(gpu_types::RayEntry));
+  // Shaders count the words of an image with 32 bits.
+  const uint64_t most = std::min(memory / kMaskShare / word_bytes, UINT32_MAX / std::max<uint64_t>(pixels, 1));
+  room.max_mask_words = static_cast<uint32_t>(std::clamp<uint64_t>(most, 1, UINT32_MAX));
+  return room;
+}
+
+void ShadowPass::set_lights_or_drop_shadows(const std::vector<scene::PlacedLight>& lights) {
+  try {
+    set_lights(lights, shadow_room());
+    return;
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
   }
-  place_views();
-  lights_placed_ = true;
+  ShadowRoom none = shadow_room();
+  none.has_room = false;
+  set_lights(lights, none);
+}
+
+// New buffers: frames in flight read the old ones. Maps are kept where they suffice: the next frame draws them
+// behind a barrier.
+void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowRoom& room) {
+  ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray, map_sizes(), room);
+  if (state_.light_shadows && plan == state_.plan) {
+    state_.lights = lights;
+    state_.light_count = static_cast<uint32_t>(lights.size());
+    state_.max_mask_words = room.max_mask_words;
+    return;
+  }
+  const bool traces = way_.method == ShadowMethod::ray && !lights.empty();
+  if (traces && !finds_while_shading(plan) && !classify_) make_classify();
+  const uint32_t view_count = state_.needs_maps ? static_cast<uint32_t>(plan.views.size()) : 0;
+  gpu::Buffer light_shadows = table(device_, plan.shadows.size() * sizeof(plan.shadows[0])),
+              wanted_views = table(device_, plan.views.size() * sizeof(plan.views[0])), maps;
+  const VkDeviceSize map_bytes = plan.texels * sizeof(uint32_t);
+  if (view_count && state_.maps.buffer.size_bytes < map_bytes) maps = table(device_, map_bytes);
+  ViewsPlace views = place_views(view_count, state_.sheet_count);
+  make_room_for_mask(plan);
+  // From here on nothing fails.
+  use_views(std::move(views));
+  if (maps) {
+    state_.maps = {};
+    state_.maps.buffer = std::move(maps);
+  }
+  state_.lights = lights;
+  state_.light_count = static_cast<uint32_t>(lights.size());
+  state_.view_count = view_count;
+  state_.max_mask_words = room.max_mask_words;
+  state_.plan = std::move(plan);
+  state_.light_shadows = std::move(light_shadows);
+  state_.wanted_views = std::move(wanted_views);
+  state_.lights_chosen = true;
 }
 
 void ShadowPass::choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene) {
-  sheet_records_.clear();
+  state_.sheet_records.clear();
   const float scene_radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
   for (const PlanarPart& planar : gpu_scene.planar_parts) {
-    if (sheet_records_.size() == kMostSheets) break;
+    if (state_.sheet_records.size() == kMostSheets) break;
     if (gpu_scene.is_hidden(planar.node)) continue;
     // Maps alone have to hold all that could shadow; a ground that is most of the scene would leave nothing
     // for the rest.
     if (way_.method == ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
-    sheet_records_.push_back({planar.plane_node, planar.part});
+    state_.sheet_records.push_back({planar.plane_node, planar.part});
   }
-  sheet_count_ = needs_maps_ ? static_cast<uint32_t>(sheet_records_.size()) : 0;
-  sheets_ = table(device_, sheet_records_.size() * sizeof(sheet_records_[0]));
-  sheets_chosen_ = true;
-  place_views();
+  state_.sheet_count = state_.needs_maps ? static_cast<uint32_t>(state_.sheet_records.size()) : 0;
+  state_.sheets = table(device_, state_.sheet_records.size() * sizeof(state_.sheet_records[0]));
+  state_.sheets_chosen = true;
+  use_views(place_views(state_.view_count, state_.sheet_count));
 }
 
-void ShadowPass::place_views() {
-  if (!needs_maps_) return;
+ShadowPass::ViewsPlace ShadowPass::place_views(uint32_t view_count, uint32_t sheet_count) const {
   const auto padded = [](VkDeviceSize size) { return (size + 255) / 256 * 256; };
-  sheets_offset_ = padded(view_count_ * sizeof(gpu_types::RasterView));
-  far_sides_offset_ = sheets_offset_ + padded(sheet_count_ * sizeof(gpu_types::SheetPlace));
-  const VkDeviceSize bytes = far_sides_offset_ + padded(part_count_ * sizeof(uint32_t)) + 256;
-  if (!views_ || views_.size_bytes != bytes) views_ = table(device_, bytes);
+  ViewsPlace place;
+  place.sheets_offset = padded(view_count * sizeof(gpu_types::RasterView));
+  place.far_sides_offset = place.sheets_offset + padded(sheet_count * sizeof(gpu_types::SheetPlace));
+  const VkDeviceSize bytes = place.far_sides_offset + padded(state_.part_count * sizeof(uint32_t)) + 256;
+  if (state_.needs_maps && (!state_.views || state_.views.size_bytes != bytes))
+    place.buffer = table(device_, bytes);
+  return place;
+}
+
+void ShadowPass::use_views(ViewsPlace&& place) {
+  if (place.buffer) state_.views = std::move(place.buffer);
+  state_.sheets_offset = place.sheets_offset;
+  state_.far_sides_offset = place.far_sides_offset;
 }
 
 void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene) {
-  // What is drawn on top has no mask, and where there is no ray query it has nothing but maps.
-  needs_maps_ = way_.method == ShadowMethod::map || way_.hybrid ||
-                (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
-  part_count_ = gpu_scene.part_count;
-  light_shadows_ = {};
-  maps_ = {};
-  set_lights(scene::lights_of(scene, nullptr));
-  choose_sheets(scene, gpu_scene);
+  State before = std::exchange(state_, State());
+  try {
+    // What is drawn on top has no mask, and where there is no ray query it has nothing but maps.
+    state_.needs_maps = way_.method == ShadowMethod::map || way_.hybrid ||
+                        (way_.back_end == RayBackEnd::pipeline && gpu_scene.has_on_top);
+    state_.part_count = gpu_scene.part_count;
+    state_.cluster_count = gpu_scene.cluster_instance_count;
+    choose_sheets(scene, gpu_scene);
+    set_lights(scene::lights_of(scene, nullptr), shadow_room());  // last: the mask belongs to the targets, not to the state
+  } catch (const gpu::VulkanFailure&) {
+    state_ = std::move(before);
+    throw;
+  }
 }
 
 void ShadowPass::upload_choices(gpu::Recorder& recorder, gpu::UploadBelt& belt) {
-  if (!lights_chosen_ && !sheets_chosen_) return;
+  if (!state_.lights_chosen && !state_.sheets_chosen) return;
   // Of what was chosen several times before a frame came, the last counts.
   Patches choices;
-  if (std::exchange(lights_chosen_, false)) {
-    choices.write(light_shadows_, 0, std::span<const gpu_types::LightShadow>(plan_.shadows));
-    choices.write(wanted_views_, 0, std::span<const gpu_types::LightViewWanted>(plan_.views));
+  if (std::exchange(state_.lights_chosen, false)) {
+    choices.write(state_.light_shadows, 0, std::span<const gpu_types::LightShadow>(state_.plan.shadows));
+    choices.write(state_.wanted_views, 0, std::span<const gpu_types::LightViewWanted>(state_.plan.views));
   }
-  if (std::exchange(sheets_chosen_, false))
-    choices.write(sheets_, 0, std::span<const gpu_types::SheetRecord>(sheet_records_));
+  if (std::exchange(state_.sheets_chosen, false))
+    choices.write(state_.sheets, 0, std::span<const gpu_types::SheetRecord>(state_.sheet_records));
   choices.record(recorder, belt);
 }
 
 void ShadowPass::set_targets(Targets& targets) {
   targets_ = &targets;
-  const bool other_maps = light_shadows_ && map_sizes() != plan_.sizes;
-  if (other_maps || !lights_placed_) set_lights(std::vector(lights_));
-  make_room_for_mask();
+  // Images of another size have room for more or fewer mask words; most plans need far fewer than either.
+  const auto words = [&](uint32_t max) { return std::min(max, state_.plan.mask_words_wanted); };
+  const bool other_plan = state_.light_shadows &&
+                          (map_sizes() != state_.plan.sizes ||
+                           words(shadow_room().max_mask_words) != words(state_.max_mask_words));
+  if (other_plan) set_lights(std::vector(state_.lights), shadow_room());
+  make_room_for_mask(state_.plan);
 }
 
-void ShadowPass::make_room_for_mask() {
+void ShadowPass::make_room_for_mask(const ShadowPlan& plan) {
   if (way_.method != ShadowMethod::ray || !targets_) return;
-  if (way_.hybrid && plan_.all_hard() && plan_.mask_words == 1 && !targets_->found_rays)
+  if (way_.hybrid && plan.all_hard() && plan.mask_words == 1 && !targets_->found_rays)
     targets_->found_rays = table(device_, found_room() * sizeof(gpu_types::FoundRay));
   const VkDeviceSize words =
-      VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan_.mask_words;
+      VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan.mask_words;
   if (targets_->shadow_mask && targets_->shadow_mask.size_bytes == words * sizeof(uint32_t)) return;
   gpu::Buffer mask = table(device_, words * sizeof(uint32_t));
   targets_->shadow_entries = table(device_, words * sizeof(gpu_types::RayEntry));
@@ -207,15 +263,15 @@ void ShadowPass::make_room_for_mask() {
 }
 
 void ShadowPass::describe_to(gpu_types::Globals& globals) const {
-  globals.light_shadows = light_shadows_.address;
-  globals.light_views = views_.address;
-  globals.shadow_maps = maps_.buffer.address;
-  globals.map_generation = maps_.generation();
+  globals.light_shadows = state_.light_shadows.address;
+  globals.light_views = state_.views.address;
+  globals.shadow_maps = state_.maps.buffer.address;
+  globals.map_generation = state_.maps.generation();
   globals.shadow_mask = targets_->shadow_mask.address;
-  globals.sheets = views_.address + sheets_offset_;
-  globals.far_sides = views_.address + far_sides_offset_;
-  globals.sheet_count = sheet_count_;
-  globals.mask_words = plan_.mask_words;
+  globals.sheets = state_.views.address + state_.sheets_offset;
+  globals.far_sides = state_.views.address + state_.far_sides_offset;
+  globals.sheet_count = state_.sheet_count;
+  globals.mask_words = state_.plan.mask_words;
 }
 
 uint32_t ShadowPass::number_of_way(bool masked) const {
@@ -231,16 +287,16 @@ uint32_t ShadowPass::number_of_way(bool masked) const {
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals,
                                         Cull cull, bool levels_of_detail) {
-  if (view_count_ == 0) return nullptr;
+  if (state_.view_count == 0) return nullptr;
   ClusterRaster::Job job;
   job.scene = &scene;
-  job.views_written = &views_;
-  job.target = &maps_;
+  job.views_written = &state_.views;
+  job.target = &state_.maps;
   job.target_bytes = map_bytes();
-  job.views = views_.address;
+  job.views = state_.views.address;
   job.globals = globals;
-  job.view_count = view_count_;
-  for (const gpu_types::LightViewWanted& view : plan_.views)
+  job.view_count = state_.view_count;
+  for (const gpu_types::LightViewWanted& view : state_.plan.views)
     job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
   job.cull = cull;
   job.levels_of_detail = levels_of_detail;
@@ -252,28 +308,32 @@ void ShadowPass::place_maps(gpu::Recorder& recorder, gpu::UploadBelt& belt, GpuS
                             std::span<const VkDeviceAddress> globals, bool levels_of_detail,
                             ClusterRaster::Emptying beside) {
   std::vector<Use> uses = std::move(beside.uses);
-  uses.emplace_back(views_, access::compute_write);
+  uses.emplace_back(state_.views, access::compute_write);
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
     gpu_types::LightViewsPush push{};
     push.globals = globals[0];
     push.cameras = belt.write(globals).address;
-    push.wanted = wanted_views_.address;
-    push.views = views_.address;
-    push.sheets = sheets_.address;
-    push.view_count = view_count_;
+    push.wanted = state_.wanted_views.address;
+    push.views = state_.views.address;
+    push.sheets = state_.sheets.address;
+    push.view_count = state_.view_count;
     push.levels_of_detail = levels_of_detail ? 1 : 0;
     push.camera_count = static_cast<uint32_t>(globals.size());
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     constexpr uint32_t kThreads = FIRE3DV_LIGHT_VIEW_THREADS;
-    vkCmdDispatch(commands, view_count_ + (scene.part_count + kThreads - 1) / kThreads, 1, 1);
+    vkCmdDispatch(commands, state_.view_count + (scene.part_count + kThreads - 1) / kThreads, 1, 1);
     beside.commands(commands);
   });
 }
 
+bool ShadowPass::finds_while_shading(const ShadowPlan& plan) const {
+  return way_.hybrid && plan.all_hard() && plan.mask_words == 1;
+}
+
 bool ShadowPass::found_while_shading() const {
-  return traces() && way_.hybrid && plan_.all_hard() && plan_.mask_words == 1;
+  return traces() && finds_while_shading(state_.plan);
 }
 
 gpu_types::ShadowPush ShadowPass::push(const Visibility& visibility, VkDeviceAddress globals) const {
@@ -305,7 +365,7 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibili
   recorder.pass("classify", uses, [&](VkCommandBuffer commands) {
     bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, classify_.get(), scene, push(visibility, globals));
     vkCmdDispatch(commands, (targets_->extent.width + 7) / 8, (targets_->extent.height + 7) / 8,
-                  plan_.mask_words);
+                  state_.plan.mask_words);
   });
   trace(recorder, scene, visibility, globals, false);
 }
@@ -373,8 +433,8 @@ void ShadowPass::add_reads(std::vector<Use>& uses, const gpu::Access& access) {
 }
 
 void ShadowPass::add_map_reads(std::vector<Use>& uses, const gpu::Access& access) {
-  if (needs_maps_) uses.emplace_back(views_, access);
-  if (view_count_) uses.emplace_back(maps_.buffer, access);
+  if (state_.needs_maps) uses.emplace_back(state_.views, access);
+  if (state_.view_count) uses.emplace_back(state_.maps.buffer, access);
 }
 
 }  // namespace fire3dv::passes

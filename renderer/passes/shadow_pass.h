@@ -50,13 +50,14 @@ class ShadowPass {
   // samples: 1 or 4, of the visibility buffer.
   ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, const ShadowWay& way);
 
+  // On a VulkanFailure everything stays as it was for the scene before.
   void set_scene(const scene::Scene& scene, const GpuScene& gpu_scene);
   // As ClusterRaster has it.
   void expect_masks() {
     if (map_raster_) map_raster_->expect_masks();
   }
-  // Other lights, or the same ones with another shape.
-  void set_lights(const std::vector<scene::PlacedLight>& lights);
+  // Other lights, or the same ones with another shape. Without memory for their shadows they cast none.
+  void set_lights_or_drop_shadows(const std::vector<scene::PlacedLight>& lights);
   // Of what is not hidden.
   void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
   // What these have chosen, for the frame that begins. Most have nothing.
@@ -68,9 +69,9 @@ class ShadowPass {
   // FIRE3DV_SHADOWS_*. masked: shading reads the mask; else it traces where it shades, or reads maps.
   uint32_t number_of_way(bool masked) const;
 
-  bool needs_maps() const { return needs_maps_; }
+  bool needs_maps() const { return state_.needs_maps; }
   // Before what describes this frame's maps.
-  void begin_maps() { maps_.begin(map_bytes()); }
+  void begin_maps() { state_.maps.begin(map_bytes()); }
   // The lights' maps, to be drawn beside the camera's view; null when there is no light.
   ClusterRaster* prepare_maps(gpu::UploadBelt& belt, GpuScene& scene, VkDeviceAddress globals, Cull cull,
                               bool levels_of_detail);
@@ -103,8 +104,10 @@ class ShadowPass {
   void add_map_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
 
   // Whether anything meets the top level: in the passes here, or where something is shaded.
-  bool traces() const { return way_.method == ShadowMethod::ray && light_count_ > 0; }
+  bool traces() const { return way_.method == ShadowMethod::ray && state_.light_count > 0; }
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
+  // Lights that cast no shadow since the device has no room for their maps or mask bits.
+  uint32_t lights_without_shadow() const { return state_.plan.lights_without_shadow; }
 
  private:
   struct Tracing {
@@ -113,10 +116,19 @@ class ShadowPass {
   };
 
   void make_classify();
-  void place_views();
+  bool finds_while_shading(const ShadowPlan& plan) const;
+  // On a VulkanFailure the lights before stay.
+  void set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowRoom& room);
+  struct ViewsPlace {
+    gpu::Buffer buffer;  // null: the old one stays
+    VkDeviceSize sheets_offset = 0, far_sides_offset = 0;
+  };
+  ViewsPlace place_views(uint32_t view_count, uint32_t sheet_count) const;
+  void use_views(ViewsPlace&& place);
   MapSizes map_sizes() const;
-  VkDeviceSize map_bytes() const { return VkDeviceSize{plan_.texels} * sizeof(uint32_t); }
-  void make_room_for_mask();
+  ShadowRoom shadow_room() const;
+  VkDeviceSize map_bytes() const { return VkDeviceSize{state_.plan.texels} * sizeof(uint32_t); }
+  void make_room_for_mask(const ShadowPlan& plan);
   gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
   void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals,
              bool found);
@@ -132,17 +144,21 @@ class ShadowPass {
   gpu::Pipeline light_views_, classify_;
   Tracing trace_pixels_, trace_found_;
   std::optional<ClusterRaster> map_raster_;
-  bool needs_maps_ = false;
-  bool lights_placed_ = true;  // false: memory did not suffice for what they need
-  uint32_t view_count_ = 0, light_count_ = 0, sheet_count_ = 0, part_count_ = 0;
-  ShadowPlan plan_;
   Targets* targets_ = nullptr;
-  std::vector<scene::PlacedLight> lights_;
-  gpu::Buffer light_shadows_, wanted_views_, views_, sheets_;
-  ClusterTarget maps_;
-  VkDeviceSize sheets_offset_ = 0, far_sides_offset_ = 0;  // in views_: SheetPlace[], uint[part]
-  std::vector<gpu_types::SheetRecord> sheet_records_;
-  bool lights_chosen_ = false, sheets_chosen_ = false;  // and not uploaded yet
+  // What depends on the scene and its lights; replaced as a whole, so that a failure leaves the old one.
+  struct State {
+    bool needs_maps = false;
+    uint32_t max_mask_words = 0;  // as of the plan
+    uint32_t view_count = 0, light_count = 0, sheet_count = 0, part_count = 0, cluster_count = 0;
+    ShadowPlan plan;
+    std::vector<scene::PlacedLight> lights;
+    gpu::Buffer light_shadows, wanted_views, views, sheets;
+    ClusterTarget maps;
+    VkDeviceSize sheets_offset = 0, far_sides_offset = 0;  // in views: SheetPlace[], uint[part]
+    std::vector<gpu_types::SheetRecord> sheet_records;
+    bool lights_chosen = false, sheets_chosen = false;  // and not uploaded yet
+  };
+  State state_;
   gpu::Buffer lists_;
   std::array<gpu::Buffer, gpu::kFramesInFlight> lists_seen_;
   uint64_t frame_ = 0, rays_traced_ = 0;

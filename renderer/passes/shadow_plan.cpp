@@ -23,6 +23,36 @@ uint32_t rays_of(const scene::Light& light) {
   return is_soft(light) ? kSoftRays : 1;
 }
 
+// Adds up what shadows need, light by light.
+class RoomCount {
+ public:
+  RoomCount(const ShadowRoom& room, uint32_t maps_of_view) : room_(room), maps_of_view_(maps_of_view) {}
+
+  // Takes the room for one more light, or none of it.
+  bool take(uint32_t views, uint32_t mask_bits, uint32_t soft_words) {
+    const uint64_t all_views = views_ + views, bits = bits_ + mask_bits, words = soft_words_ + soft_words;
+    const uint64_t texels = all_views * maps_of_view_ * kSmallestSide * kSmallestSide;
+    wanted_bits_ += mask_bits;
+    wanted_soft_words_ += soft_words;
+    if (!room_.has_room || all_views > room_.max_views || texels > room_.max_texels ||
+        (bits + 31) / 32 + words > room_.max_mask_words)
+      return false;
+    views_ = all_views;
+    bits_ = bits;
+    soft_words_ = words;
+    return true;
+  }
+  uint32_t mask_words_wanted() const {
+    return static_cast<uint32_t>(
+        std::clamp<uint64_t>((wanted_bits_ + 31) / 32 + wanted_soft_words_, 1, UINT32_MAX));
+  }
+
+ private:
+  const ShadowRoom& room_;
+  const uint64_t maps_of_view_;
+  uint64_t views_ = 0, bits_ = 0, soft_words_ = 0, wanted_bits_ = 0, wanted_soft_words_ = 0;
+};
+
 // Each map gets its place behind the ones before.
 void place_maps(ShadowPlan& plan) {
   auto texels = [&] {
@@ -35,8 +65,8 @@ void place_maps(ShadowPlan& plan) {
     for (gpu_types::LightViewWanted& view : plan.views) view.size /= 2;
   }
   for (gpu_types::LightViewWanted& view : plan.views) {
-    view.first_texel = plan.texels;
-    plan.texels += plan.sizes.maps_of_view * view.size * view.size;
+    view.first_texel = static_cast<uint32_t>(plan.texels);
+    plan.texels += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
   }
 }
 
@@ -49,7 +79,8 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
 
 bool ShadowPlan::operator==(const ShadowPlan& other) const {
   return same_bytes(views, other.views) && same_bytes(shadows, other.shadows) &&
-         mask_words == other.mask_words && sizes == other.sizes && texels == other.texels;
+         mask_words == other.mask_words && sizes == other.sizes && texels == other.texels &&
+         lights_without_shadow == other.lights_without_shadow;
 }
 
 bool is_soft(const scene::Light& light) {
@@ -62,9 +93,10 @@ bool ShadowPlan::all_hard() const {
 }
 
 ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t samples, bool soft_by_rays,
-                        const MapSizes& sizes) {
+                        const MapSizes& sizes, const ShadowRoom& room) {
   ShadowPlan plan;
   plan.sizes = sizes;
+  RoomCount count(room, sizes.maps_of_view);
   uint32_t bit = 0, soft_words = 0;
   for (uint32_t i = 0; i < lights.size(); ++i) {
     const scene::Light& light = lights[i].light;
@@ -73,8 +105,15 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
     shadow.first_view = static_cast<uint32_t>(plan.views.size());
     shadow.rays = rays_of(light);
     // A map knows of one ray to each point; for soft shadows all rays are traced where they can be.
-    const bool no_map = shadow.rays == 0 || (shadow.rays > 1 && soft_by_rays);
-    shadow.view_count = no_map ? 0 : cube ? 6 : 1;
+    bool no_map = shadow.rays == 0 || (shadow.rays > 1 && soft_by_rays);
+    const uint32_t view_count = no_map ? 0 : cube ? 6 : 1;
+    if (shadow.rays > 0 &&
+        !count.take(view_count, shadow.rays == 1 ? samples : 0, shadow.rays > 1 ? 1 : 0)) {
+      shadow.rays = 0;
+      no_map = true;
+      ++plan.lights_without_shadow;
+    }
+    shadow.view_count = no_map ? 0 : view_count;
     if (shadow.rays == 0) {
       shadow.mask_word = FIRE3DV_NO_INDEX;
     } else if (shadow.rays == 1) {
@@ -95,6 +134,7 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
     if (shadow.rays > 1) shadow.mask_word += hard_words;
   }
   plan.mask_words = std::max(1u, hard_words + soft_words);
+  plan.mask_words_wanted = count.mask_words_wanted();
   place_maps(plan);
   return plan;
 }

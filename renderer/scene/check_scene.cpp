@@ -4,6 +4,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 #include "renderer/scene/deformed_copies.h"
@@ -141,9 +142,37 @@ bool material_is_right(const Scene& scene, const Material& m) {
         &m.emissive_texture, &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture,
         &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
         &m.sheen_roughness_texture, &m.transmission_texture}) {
-    if (!none_or_below(ref->texture, scene.textures.size()) || ref->uv_set > 1) return false;
+    if (!none_or_below(ref->texture, scene.textures.size()) || ref->uv_set > 1 ||
+        !is_finite(ref->uv_offset) || !is_finite(ref->uv_rotation_rad) || !is_finite(ref->uv_scale))
+      return false;
   }
-  return m.alpha_mode <= AlphaMode::blend;
+  for (const float number : {m.metallic, m.roughness, m.normal_scale, m.occlusion_strength, m.alpha_cutoff,
+                             m.ior, m.specular, m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale,
+                             m.sheen_roughness, m.transmission}) {
+    if (!std::isfinite(number)) return false;
+  }
+  return is_finite(m.base_color) && is_finite(m.emissive) && is_finite(m.specular_color) &&
+         is_finite(m.sheen_color) && m.alpha_mode <= AlphaMode::blend;
+}
+
+// The ranges that the glTF loader allows.
+bool light_is_right(const Light& light) {
+  constexpr float kWidestCone = std::numbers::pi_v<float> / 2 + 1e-3f;
+  const bool cone = light.inner_cone_rad >= 0 && light.outer_cone_rad >= 0;
+  return light.type <= LightType::spot && is_finite(light.color) && std::isfinite(light.intensity) &&
+         light.intensity >= 0 && std::isfinite(light.range_m) && light.range_m >= 0 &&
+         std::isfinite(light.radius_m) && light.radius_m >= 0 && std::isfinite(light.angular_radius_rad) &&
+         light.angular_radius_rad >= 0 && light.angular_radius_rad <= kWidestCone &&
+         std::isfinite(light.inner_cone_rad) && std::isfinite(light.outer_cone_rad) &&
+         (light.type != LightType::spot || (cone && light.outer_cone_rad <= kWidestCone));
+}
+
+bool camera_is_right(const Camera& camera) {
+  return std::isfinite(camera.vertical_fov_rad) && std::isfinite(camera.aspect) && camera.aspect >= 0 &&
+         std::isfinite(camera.near_m) && std::isfinite(camera.far_m) && is_finite(camera.half_extent_m) &&
+         std::isfinite(camera.exposure) && camera.exposure >= 0 &&
+         (camera.orthographic || (camera.vertical_fov_rad > 0 &&
+                                  camera.vertical_fov_rad < std::numbers::pi_v<float> && camera.near_m > 0));
 }
 
 bool image_is_right(const Image& image) {
@@ -296,8 +325,10 @@ Result<void> check_scene(const Scene& s) {
   if (auto done = check_all("images", s.images.size(), image); !done) return done;
   const auto material = [&](size_t i) { return material_is_right(s, s.materials[i]); };
   if (auto done = check_all("materials", s.materials.size(), material); !done) return done;
-  const auto light = [&](size_t i) { return s.lights[i].type <= LightType::spot; };
+  const auto light = [&](size_t i) { return light_is_right(s.lights[i]); };
   if (auto done = check_all("lights", s.lights.size(), light); !done) return done;
+  const auto camera = [&](size_t i) { return camera_is_right(s.cameras[i]); };
+  if (auto done = check_all("cameras", s.cameras.size(), camera); !done) return done;
   return check_deformed_copies(s);
 }
 

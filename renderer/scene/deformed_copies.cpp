@@ -6,9 +6,6 @@
 namespace fire3dv::scene {
 namespace {
 
-// Some 5 GB on the GPU, were no vertex shared between triangles.
-constexpr uint64_t kMostVertices = uint64_t{1} << 26;
-
 void copy_primitive(ClusteredGeometry& geometry, uint32_t index) {
   ClusteredPrimitive copy = geometry.primitives[index];
   const uint32_t source_vertex = copy.first_vertex, source_cluster = copy.first_cluster;
@@ -41,21 +38,27 @@ bool is_mirrored_by_joints(const Scene& scene, const Node& node) {
   return glm::determinant(glm::mat3(scene.nodes[joint.node].world_from_node * joint.joint_from_mesh)) < 0;
 }
 
-Result<void> check_deformed_copies(const Scene& scene) {
-  uint64_t vertices = 0;
-  for (const Node& node : scene.nodes) {
-    if (!is_deformed(node)) continue;
-    const Mesh& mesh = scene.meshes[node.mesh];
-    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      // Clusters repeat a vertex that they share, at worst for each of its triangles.
-      vertices += std::max(scene.primitives[p].vertex_count, scene.primitives[p].index_count);
-    }
-    if (vertices > kMostVertices) {
-      return Error{"the nodes with skins or morph targets have more than " + std::to_string(kMostVertices) +
-                   " corners of triangles together, each node counted for itself; show fewer of them"};
-    }
+uint64_t corners_of_mesh(const Scene& scene, const Mesh& mesh) {
+  uint64_t corners = 0;
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    // Clusters repeat a vertex that they share, at worst for each of its triangles.
+    corners += std::max(scene.primitives[p].vertex_count, scene.primitives[p].index_count);
   }
-  return {};
+  return corners;
+}
+
+uint64_t deformed_corners(const Scene& scene) {
+  uint64_t corners = 0;
+  for (const Node& node : scene.nodes) {
+    if (is_deformed(node)) corners += corners_of_mesh(scene, scene.meshes[node.mesh]);
+  }
+  return corners;
+}
+
+Result<void> check_deformed_copies(const Scene& scene) {
+  if (deformed_corners(scene) <= kMaxDeformedCorners) return {};
+  return Error{"the nodes with skins or morph targets have more than " + std::to_string(kMaxDeformedCorners) +
+               " corners of triangles together, each node counted for itself; show fewer of them"};
 }
 
 std::vector<DeformedNode> add_deformed_copies(const Scene& scene, ClusteredGeometry& geometry) {

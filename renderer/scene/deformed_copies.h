@@ -18,6 +18,12 @@ bool is_deformed(const Node& node);
 // in that.
 bool is_mirrored_by_joints(const Scene& scene, const Node& node);
 
+// Vertices of a mesh's copy, at most, and of the copies of all nodes that are deformed.
+uint64_t corners_of_mesh(const Scene& scene, const Mesh& mesh);
+uint64_t deformed_corners(const Scene& scene);
+// Some 5 GB on the GPU, were no vertex shared between triangles.
+constexpr uint64_t kMaxDeformedCorners = uint64_t{1} << 26;
+
 // Thousands of nodes may share a mesh, each with a copy of it: refuses what no machine has the memory for.
 Result<void> check_deformed_copies(const Scene& scene);
 

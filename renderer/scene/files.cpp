@@ -12,6 +12,8 @@
 #include <system_error>
 #include <utility>
 
+#include "protocol/base/text.h"
+
 namespace fire3dv::scene {
 namespace {
 
@@ -84,10 +86,7 @@ bool has_scheme(std::string_view uri) {
 
 std::string quote(std::string_view text) {
   constexpr size_t kLongest = 120;
-  std::string result = "\"";
-  for (const char c : text.substr(0, kLongest))
-    result += static_cast<uint8_t>(c) < 0x20 || c == 0x7f ? '?' : c;
-  return result + (text.size() > kLongest ? "...\"" : "\"");
+  return "\"" + printable_text(text, kLongest) + (text.size() > kLongest ? "...\"" : "\"");
 }
 
 Result<OpenFile> OpenFile::open(const std::filesystem::path& path, uint64_t max_bytes) {

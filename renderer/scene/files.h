@@ -73,7 +73,7 @@ class AssetFolder {
   std::vector<SourceFile>* log_ = nullptr;
 };
 
-// Text for a message: cut, and with control characters replaced, since it comes from the file.
+// Text from a file or a peer in quotation marks, for messages: printable and cut, see protocol/base/text.h.
 std::string quote(std::string_view text);
 
 }  // namespace fire3dv::scene

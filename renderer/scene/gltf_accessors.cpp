@@ -127,6 +127,13 @@ Result<size_t> AccessorReader::count(int accessor, const std::string& where) con
   return count;
 }
 
+Result<void> AccessorReader::reserve(uint64_t bytes, const std::string& where) const {
+  if (!limits_.reserve) return {};
+  if (Result<void> reserved = limits_.reserve(bytes); !reserved)
+    return Error{where + ": " + reserved.error().message};
+  return {};
+}
+
 Result<AccessorReader::Elements> AccessorReader::elements(const tinygltf::Accessor& accessor,
                                                           const std::string& name) const {
   Elements result;

@@ -19,6 +19,10 @@ class AccessorReader {
   // How many elements the accessor holds; `where` names the object that refers to it.
   Result<size_t> count(int accessor, const std::string& where) const;
 
+  // See LoadLimits: before room for so many bytes is made.
+  Result<void> reserve(uint64_t bytes, const std::string& where) const;
+  bool stop_requested() const { return limits_.stop_requested && limits_.stop_requested(); }
+
   // Reads count() elements as floats, integers converted as the accessor says. Element i goes to the
   // `components` floats at first + i * stride_floats. An accessor with fewer components than asked for but at
   // least `min_components` leaves the rest as it is. Values that are not finite are refused.

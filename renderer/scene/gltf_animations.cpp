@@ -109,6 +109,7 @@ class AnimationLoader {
     std::vector<float>& times = scene_.key_times_s;
     if (*count > kMostKeyFloats - times.size()) return too_many(where);
     const Range range{static_cast<uint32_t>(times.size()), static_cast<uint32_t>(*count)};
+    if (auto room = reader_.reserve(sizeof(float) * uint64_t{*count}, where); !room) return room.error();
     times.resize(times.size() + *count);
     if (auto done = reader_.read_floats(accessor, where, &times[range.first], 1, 1, 1); !done)
       return done.error();
@@ -138,6 +139,7 @@ class AnimationLoader {
     const size_t floats = values * channel.width;
     const size_t first = scene_.key_values.size();
     if (floats > kMostKeyFloats - first) return too_many(where);
+    if (auto room = reader_.reserve(sizeof(float) * uint64_t{floats}, where); !room) return room.error();
     scene_.key_values.resize(first + floats);
     const int components = scalars ? 1 : static_cast<int>(channel.width);
     auto done = reader_.read_floats(accessor, where, &scene_.key_values[first],

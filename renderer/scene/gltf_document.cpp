@@ -13,6 +13,11 @@ namespace {
 
 using nlohmann::json;
 
+// nlohmann::json: 16 bytes a value, and a map node with its key for members of objects.
+constexpr uint64_t kBytesOfJsonValue = 128;
+// tinygltf: the largest of its structures, Material, takes 1.6 KB.
+constexpr uint64_t kBytesOfModelObject = 2048;
+
 Result<json> parsed(std::string_view text) {
   try {
     return json::parse(text);
@@ -105,11 +110,28 @@ Result<void> parse_model(const std::string& text, tinygltf::Model& model) {
   return Error{"the glTF cannot be read: " + quote(error)};
 }
 
+Result<void> reserve(uint64_t bytes, const LoadLimits& limits) {
+  if (!limits.reserve) return {};
+  if (Result<void> reserved = limits.reserve(bytes); !reserved)
+    return Error{"the JSON: " + reserved.error().message};
+  return {};
+}
+
+// Objects of the model are far larger than the "{}" that makes one.
+Result<void> reserve_model(const json& root, const LoadLimits& limits) {
+  uint64_t objects = 0;
+  for (const auto& member : root) objects += member.is_array() ? member.size() : 0;
+  if (const auto nodes = root.find("nodes"); nodes != root.end() && nodes->size() > limits.max_nodes)
+    return Error{"the file has more than " + std::to_string(limits.max_nodes) + " nodes"};
+  return reserve(kBytesOfModelObject * objects, limits);
+}
+
 Result<GltfDocument> document_of(Bytes file, AssetFolder folder, const LoadLimits& limits) {
   auto container = split_container(file.view());
   if (!container) return container.error();
-  if (auto shallow = check_json_depth(container->json, limits.max_json_depth); !shallow)
-    return shallow.error();
+  auto values = count_json_values(container->json, limits.max_json_depth);
+  if (!values) return values.error();
+  if (auto room = reserve(kBytesOfJsonValue * *values, limits); !room) return room.error();
   auto root = parsed(container->json);
   if (!root) return root.error();
 
@@ -119,6 +141,7 @@ Result<GltfDocument> document_of(Bytes file, AssetFolder folder, const LoadLimit
   if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();
   if (auto done = take_images(*root, document); !done) return done.error();
   if (auto done = take_motion(*root, document.skins, document.animations); !done) return done.error();
+  if (auto room = reserve_model(*root, limits); !room) return room.error();
   root->erase("buffers");
   root->erase("images");
   if (auto done = parse_model(root->dump(), document.model); !done) return done.error();

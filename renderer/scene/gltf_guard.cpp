@@ -65,8 +65,9 @@ Result<Container> split_container(std::span<const std::byte> file) {
   return container;
 }
 
-Result<void> check_json_depth(std::string_view json, uint32_t max_depth) {
+Result<uint64_t> count_json_values(std::string_view json, uint32_t max_depth) {
   uint32_t depth = 0;
+  uint64_t values = 1;
   bool in_string = false;
   for (size_t i = 0; i < json.size(); ++i) {
     const char c = json[i];
@@ -75,14 +76,17 @@ Result<void> check_json_depth(std::string_view json, uint32_t max_depth) {
       if (c == '"') in_string = false;
     } else if (c == '"') {
       in_string = true;
+    } else if (c == ',') {
+      ++values;
     } else if (c == '{' || c == '[') {
+      ++values;
       if (++depth > max_depth)
         return Error{"the JSON is nested deeper than " + std::to_string(max_depth) + " levels"};
     } else if ((c == '}' || c == ']') && depth > 0) {
       --depth;
     }
   }
-  return {};
+  return values;
 }
 
 }  // namespace fire3dv::scene

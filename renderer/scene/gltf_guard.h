@@ -20,7 +20,8 @@ struct Container {
 // A GLB is known by its magic, whatever the file is called; anything else is taken as JSON text.
 Result<Container> split_container(std::span<const std::byte> file);
 
-// Parsers and printers of JSON recurse: depth is bounded first, by counting brackets.
-Result<void> check_json_depth(std::string_view json, uint32_t max_depth);
+// Counts the values of a JSON text, without parsing it: at most this many are in it. Refuses text that is
+// nested deeper than max_depth, since parsers and printers of JSON recurse.
+Result<uint64_t> count_json_values(std::string_view json, uint32_t max_depth);
 
 }  // namespace fire3dv::scene

@@ -70,6 +70,8 @@ Result<std::optional<std::vector<glm::mat4>>> Instancing::node_from_instances(co
       if (*count > kMostInstances - instances_)
         return Error{at + ": the file holds more than " + std::to_string(kMostInstances) +
                      " instances; split it"};
+      if (*count > limits_.max_nodes)
+        return Error{at + ": the file has more than " + std::to_string(limits_.max_nodes) + " nodes"};
       instances_ += *count;
       parts.resize(*count);
     } else if (*count != parts.size()) {

@@ -120,6 +120,7 @@ class MeshLoader {
       return std::nullopt;
     if (*index_count > 8 * kMostVerticesAhead) return std::nullopt;
     Made made;
+    if (!reader_.reserve(2 * sizeof(uint32_t) * uint64_t{*index_count}, "")) return std::nullopt;
     made.indices.resize(*index_count);
     const auto limit = static_cast<uint32_t>(*count);
     if (!reader_.read_indices(recipe.indices, "", made.indices.data(), limit)) return std::nullopt;
@@ -134,6 +135,10 @@ class MeshLoader {
                                  const std::string& where) const {
     auto vertices = read_vertices(recipe, count, where);
     if (!vertices) return vertices;
+    // Flat shading and tangents split vertices: at worst, each corner of a triangle gets its own.
+    if (recipe.flat() || recipe.tangent_uv_set != kMissing) {
+      if (auto room = reserve_vertices(indices.size(), where); !room) return room.error();
+    }
     if (recipe.flat()) make_flat(*vertices, indices);
     if (recipe.tangent_uv_set != kMissing) {
       generate_tangents(*vertices, indices, static_cast<uint32_t>(recipe.tangent_uv_set));
@@ -244,12 +249,16 @@ class MeshLoader {
   Result<std::vector<uint32_t>> read_list(const Recipe& recipe, uint32_t vertex_count,
                                           const std::string& where) {
     std::vector<uint32_t> indices;
+    // Strips and fans unroll to three indices for each.
+    constexpr uint64_t kIndexBytes = 3 * sizeof(uint32_t);
     if (recipe.indices == kMissing) {
+      if (auto room = reader_.reserve(kIndexBytes * vertex_count, where); !room) return room.error();
       indices.resize(vertex_count);
       std::iota(indices.begin(), indices.end(), 0u);
     } else {
       auto count = reader_.count(recipe.indices, where + ".indices");
       if (!count) return count.error();
+      if (auto room = reader_.reserve(kIndexBytes * *count, where); !room) return room.error();
       indices.resize(*count);
       auto done = reader_.read_indices(recipe.indices, where + ".indices", indices.data(), vertex_count);
       if (!done) return done.error();
@@ -318,6 +327,10 @@ class MeshLoader {
                  " vertices; split it"};
   }
 
+  Result<void> reserve_vertices(size_t count, const std::string& where) const {
+    return reader_.reserve(uint64_t{count} * (sizeof(glm::vec3) + sizeof(VertexAttributes)), where);
+  }
+
   Result<Vertices> read_vertices(const Recipe& recipe, size_t count, const std::string& where) const {
     struct Attribute {
       const char* name;
@@ -325,6 +338,7 @@ class MeshLoader {
       float* first;
       int components, min_components;
     };
+    if (auto room = reserve_vertices(count, where); !room) return room.error();
     Vertices vertices{std::vector<glm::vec3>(count), std::vector<VertexAttributes>(count), {}};
     auto done = reader_.read_floats(recipe.position, where + ".POSITION", &vertices.positions[0].x, 3, 3, 3);
     if (!done) return done.error();
@@ -392,6 +406,8 @@ Result<void> add_meshes(const GltfDocument& document, const LoadLimits& limits, 
   MeshLoader loader(document, limits, scene);
   const auto& meshes = document.model.meshes;
   for (size_t i = 0; i < meshes.size(); ++i) {
+    if (limits.stop_requested && limits.stop_requested())
+      return Error{element("meshes", i) + " is not read: the load was stopped"};
     if (i % kMeshesAhead == 0) {
       loader.make_ahead(std::span(meshes).subspan(i, std::min(kMeshesAhead, meshes.size() - i)));
     }

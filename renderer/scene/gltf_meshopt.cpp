@@ -152,6 +152,10 @@ Result<void> decompress_buffer_views(json& root, const LoadLimits& limits, GltfD
                    std::to_string(view->decoded_bytes()) + " bytes more"};
     }
     room -= view->decoded_bytes();
+    if (limits.reserve) {
+      if (Result<void> reserved = limits.reserve(view->decoded_bytes()); !reserved)
+        return Error{where + ": " + reserved.error().message};
+    }
     auto bytes = decoded(*view, where);
     if (!bytes) return bytes.error();
     document.owned.push_back(std::move(*bytes));

@@ -102,6 +102,8 @@ Result<MorphRange> add_morphs(const AccessorReader& reader, std::span<const Morp
   }
   range.first = static_cast<uint32_t>(first);
   range.count = static_cast<uint32_t>(targets.size());
+  if (auto room = reader.reserve(sizeof(MorphDelta) * uint64_t{targets.size()} * vertices, where); !room)
+    return room.error();
   scene.morph_deltas.resize(first + targets.size() * vertices);
   std::vector<MorphDelta> in_file_order(base.source.empty() ? 0 : base.source_count);
   for (size_t t = 0; t < targets.size(); ++t) {

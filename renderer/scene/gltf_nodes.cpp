@@ -10,9 +10,6 @@
 namespace fire3dv::scene {
 namespace {
 
-// Paths repeat the names of all ancestors; a chain of long names must not fill the memory.
-constexpr size_t kMaxPathBytes = size_t{1} << 30;
-
 std::string escaped(const std::string& name) {
   std::string result;
   result.reserve(name.size());
@@ -250,7 +247,7 @@ Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const Load
   for (auto root = roots->rbegin(); root != roots->rend(); ++root) pending.push_back({*root, kNone});
   Instancing instancing(document, limits);
   std::vector<uint32_t> node_of_source(nodes.size(), kNone);
-  size_t path_bytes = 0;
+  uint64_t path_bytes = 0;
   while (!pending.empty()) {
     const Pending next = pending.back();
     pending.pop_back();
@@ -258,8 +255,9 @@ Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const Load
     auto node = node_of(nodes[next.source], next.parent, where, scene);
     if (!node) return node.error();
     path_bytes += node->path.size();
-    if (path_bytes > kMaxPathBytes)
-      return Error{where + " lies so deep that the paths of the nodes exceed 1 GiB"};
+    if (path_bytes > limits.max_path_bytes)
+      return Error{where + " lies so deep that the paths of the nodes exceed " +
+                   std::to_string(limits.max_path_bytes >> 20) + " MiB"};
     auto weights = add_morph_weights(document, nodes[next.source], where, *node, scene);
     if (!weights) return weights.error();
     const auto index = static_cast<uint32_t>(scene.nodes.size());
@@ -267,6 +265,8 @@ Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const Load
     scene.nodes.push_back(std::move(*node));
     auto instances = instancing.node_from_instances(nodes[next.source], where);
     if (!instances) return instances.error();
+    if (scene.nodes.size() + (*instances ? (*instances)->size() : 0) > limits.max_nodes)
+      return Error{where + ": the file has more than " + std::to_string(limits.max_nodes) + " nodes"};
     if (*instances) add_instances(**instances, index, scene);
     const auto& children = nodes[next.source].children;
     for (auto child = children.rbegin(); child != children.rend(); ++child) {

@@ -145,6 +145,8 @@ Result<InfluenceRange> add_influences(const AccessorReader& reader, const Influe
   range.sets = accessors.joints[1] < 0 ? 1 : 2;
   range.first = static_cast<uint32_t>(scene.influences.size());
   const size_t vertices = source.empty() ? count : source.size();
+  if (auto room = reader.reserve(sizeof(Influences) * uint64_t{vertices} * range.sets, where); !room)
+    return room.error();
   scene.influences.resize(scene.influences.size() + vertices * range.sets);
   const std::span<Influences> made = std::span(scene.influences).subspan(range.first);
   for (uint32_t set = 0; set < range.sets; ++set) {

@@ -36,9 +36,10 @@ Result<std::vector<Image>> load_images(GltfDocument& document, const std::vector
     }
     encoded.push_back(std::move(image));
   }
-  return decode_images(encoded, limits.max_image_pixels, [&](size_t done) {
-    if (progress) progress("images", done, encoded.size());
-  });
+  return decode_images(encoded, {limits.max_image_pixels, limits.reserve, limits.stop_requested},
+                       [&](size_t done) {
+                         if (progress) progress("images", done, encoded.size());
+                       });
 }
 
 Result<Scene> load(Result<GltfDocument> document, const std::filesystem::path& source,

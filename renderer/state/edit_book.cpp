@@ -54,6 +54,7 @@ void EditBook::take(std::vector<SceneChanges> changes, const NodeNames* file_nam
       } else {
         streams_.erase(stream);
       }
+      ++wanted_revision_;
       continue;
     }
     StreamBook& stream = streams_[change.age];
@@ -84,6 +85,7 @@ void EditBook::reserve(StreamBook& stream) {
 
 void EditBook::keep(StreamBook& stream, wire::SceneEdit&& edit, BudgetCharge charge) {
   const Key key(edit.node, edit.property);
+  if (edit.property == wire::Property::node) ++wanted_revision_;
   const auto known = stream.edits.find(key);
   if (known != stream.edits.end()) finish(stream, known->second);  // nobody will see it any more
   if (std::holds_alternative<wire::Cleared>(edit.value)) {
@@ -167,6 +169,7 @@ void EditBook::refuse(StreamBook& stream, Kept& kept, const std::string& reason)
   constexpr uint32_t kMaxTold = 8;  // of one stream
   if (std::exchange(kept.refused, true)) return;
   ++faults_.refused;
+  ++wanted_revision_;
   if (++stream.refusals_told <= kMaxTold)
     notes_.push_back("the node " + scene::quote(kept.edit.node) + " of stream \"" + stream.name +
                      "\" is not added: " + reason +
@@ -237,6 +240,7 @@ std::vector<uint64_t> EditBook::find_owners_below(const scene::Scene& scene, con
 scene::NodeEdits EditBook::resolve(const scene::Scene& scene, const PoseState& poses, bool complete) {
   scene::NodeEdits result;
   vertex_nodes_.clear();
+  vertex_budgets_.clear();
   if (streams_.empty()) return result;
   bind(poses);
   const Owners editors = find_editors();
@@ -283,7 +287,8 @@ void EditBook::apply(const scene::Scene& scene, uint32_t node, StreamBook& strea
     }
     result.base_color = glm::vec4(color->rgba[0], color->rgba[1], color->rgba[2], color->rgba[3]);
   } else if (const auto* light = std::get_if<wire::Light>(&value)) {
-    result.light = light_of(*light, scene, node);
+    scene::Light wanted = light_of(*light, scene, node);
+    if (charge_light(stream, kept, wanted)) result.light = wanted;
   } else if (const auto* camera = std::get_if<wire::Camera>(&value)) {
     result.camera = camera_of(*camera, scene, node);
   } else if (std::holds_alternative<wire::NodeRemoved>(value)) {
@@ -291,6 +296,38 @@ void EditBook::apply(const scene::Scene& scene, uint32_t node, StreamBook& strea
   } else if (kept.vertices) {
     replace_vertices(scene, node, stream, kept, result);
   }
+}
+
+// A light beyond the limit is refused; one whose shadow is beyond its limit shines without a shadow.
+bool EditBook::charge_light(StreamBook& stream, Kept& kept, scene::Light& light) {
+  if (!stream.budget) return true;
+  if (kept.refused) return false;
+  if (kept.light.amount() == 0) {
+    Result<BudgetCharge> charge = BudgetCharge::take(stream.budget, Resource::lights, 1);
+    if (!charge) {
+      kept.refused = true;
+      fault(stream, kept, &EditFaults::refused,
+            "the light at the node " + scene::quote(kept.edit.node) + ": " + charge.error().message);
+      return false;
+    }
+    kept.light = std::move(*charge);
+    if (light.casts_shadow) {
+      Result<BudgetCharge> shadow = BudgetCharge::take(stream.budget, Resource::shadow_lights, 1);
+      if (shadow) {
+        kept.shadow_light = std::move(*shadow);
+      } else if (!std::exchange(stream.reported_shadows, true)) {
+        notes_.push_back("the light at the node " + scene::quote(kept.edit.node) + " of stream \"" +
+                         stream.name + "\" casts no shadow: " + shadow.error().message);
+      }
+    }
+  }
+  light.casts_shadow &= kept.shadow_light.amount() > 0;
+  return true;
+}
+
+std::shared_ptr<PeerBudget> EditBook::vertex_budget(const std::string& node) const {
+  const auto found = vertex_budgets_.find(node);
+  return found == vertex_budgets_.end() ? nullptr : found->second;
 }
 
 void EditBook::replace_vertices(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
@@ -311,11 +348,15 @@ void EditBook::replace_vertices(const scene::Scene& scene, uint32_t node, Stream
     return;
   }
   vertex_nodes_.insert(kept.edit.node);
+  vertex_budgets_[kept.edit.node] = stream.budget;
   result.vertices = kept.vertices;
   if (scene.nodes[node].own_vertices) {
     finish(stream, kept);
   } else if (made_for_.contains(kept.edit.node)) {
-    fault(stream, kept, &EditFaults::unfit, name + " has more vertices than there is room for");
+    const auto reason = vertex_refusals_.find(kept.edit.node);
+    fault(stream, kept, &EditFaults::unfit,
+          reason == vertex_refusals_.end() ? name + " has more vertices than there is room for"
+                                           : name + ": " + reason->second);
   }
 }
 

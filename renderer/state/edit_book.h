@@ -47,11 +47,18 @@ class EditBook {
   // Nodes that are to be there, those of the oldest stream first, in the order in which they were asked for.
   // Two streams may ask for the same name.
   std::vector<WantedNode> wanted_nodes() const;
+  // Rises with every change of wanted_nodes().
+  uint64_t wanted_revision() const { return wanted_revision_; }
   // As of the last resolve(): the nodes whose vertices are replaced, by the names that streams use.
   const std::set<std::string>& vertex_nodes() const { return vertex_nodes_; }
+  // Of the peer that replaces the vertices of such a node; null: without limits.
+  std::shared_ptr<PeerBudget> vertex_budget(const std::string& node) const;
   // For which of those the scene has been made; where it has no room for them they never will be.
-  void scene_made_for(const std::vector<std::string>& vertex_nodes) {
+  // reasons: sentences for nodes that could not get vertices of their own, by name.
+  void scene_made_for(const std::vector<std::string>& vertex_nodes,
+                      std::map<std::string, std::string> reasons = {}) {
     made_for_ = {vertex_nodes.begin(), vertex_nodes.end()};
+    vertex_refusals_ = std::move(reasons);
   }
   // What has become of a wanted node.
   void node_is_there(const WantedNode& node);
@@ -79,6 +86,7 @@ class EditBook {
     std::shared_ptr<const wire::NodeAdded> node;  // what the edit held
     std::shared_ptr<const scene::ReplacedVertices> vertices;
     BudgetCharge charge;          // of the value
+    BudgetCharge light, shadow_light;
     uint32_t bound_node = kNone;  // kNone: no node has the name
     bool is_searched = false;     // for that, in the scene of scene_revision_
     bool finished = true;         // no frame waits for it
@@ -92,6 +100,7 @@ class EditBook {
     std::vector<uint32_t> reserved_nodes;      // of a stream that may return: it edited them
     std::vector<uint64_t EditFaults::*> told;  // causes that the user has heard of
     uint32_t refusals_told = 0;
+    bool reported_shadows = false;             // that some of its lights cast none
   };
   void keep(StreamBook& stream, wire::SceneEdit&& edit, BudgetCharge charge);
   void settle_name(const std::string& name, const NodeNames* file_names);
@@ -106,6 +115,7 @@ class EditBook {
   Kept* find(const WantedNode& node);
   void replace_vertices(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
                         scene::NodeEdit& result);
+  bool charge_light(StreamBook& stream, Kept& kept, scene::Light& light);
   void fault(StreamBook& stream, Kept& kept, uint64_t EditFaults::*cause, const std::string& reason);
   void apply(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
              scene::NodeEdit& result);
@@ -114,6 +124,9 @@ class EditBook {
   uint64_t scene_revision_ = 0;             // of PoseState, as of the last resolve()
   EditFaults faults_;
   std::set<std::string> vertex_nodes_, made_for_;
+  std::map<std::string, std::shared_ptr<PeerBudget>> vertex_budgets_;
+  std::map<std::string, std::string> vertex_refusals_;
+  uint64_t wanted_revision_ = 0;
   std::vector<Finished> finished_;
   std::vector<std::string> notes_;
 };

@@ -397,5 +397,51 @@ TEST_F(EditBookTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
   EXPECT_TRUE(edits_.is_hidden(kCup));
 }
 
+// Of four lights two cast shadows, and the last one is refused; what is cleared makes room.
+TEST_F(EditBookTest, LightsOfAPeerAreLimited) {
+  PeerLimits limits;
+  ASSERT_TRUE(set_limit("lights=3", limits).ok());
+  ASSERT_TRUE(set_limit("shadow-lights=2", limits).ok());
+  const std::shared_ptr<BudgetPool> pool = BudgetPool::create(limits);
+  const std::shared_ptr<PeerBudget> budget = pool->add_peer("peer");
+  wire::StreamDescription description;
+  description.epoch = 7;
+  description.node_names = {"nothing"};
+  const StreamId id = poses_.add_stream(description, budget);
+  for (const char* node : {"ball", "cup", "lamp", "table"}) edit(id, node, wire::Property::light, wire::Light{});
+  uint32_t lights = 0, shadows = 0;
+  for (const auto& [node, edited] : resolved().nodes()) {
+    lights += edited.light ? 1 : 0;
+    shadows += edited.light && edited.light->casts_shadow ? 1 : 0;
+  }
+  EXPECT_EQ(lights, 3u);
+  EXPECT_EQ(shadows, 2u);
+  EXPECT_EQ(book_.faults().refused, 1u);
+  EXPECT_EQ(book_.take_notes().size(), 2u) << "one for the light, one for the shadow";
+  (void)resolved();
+  EXPECT_EQ(book_.faults().refused, 1u) << "counted once";
+  EXPECT_EQ(budget->used(Resource::lights), 3u);
+  edit(id, "ball", wire::Property::light, wire::Cleared{});
+  (void)resolved();
+  EXPECT_EQ(budget->used(Resource::lights), 2u);
+  poses_.remove_stream(id);
+  (void)resolved();
+  EXPECT_EQ(budget->used(Resource::lights), 0u);
+  EXPECT_EQ(budget->used(Resource::shadow_lights), 0u);
+}
+
+TEST_F(EditBookTest, WantedNodesAreListedAnewOnlyWhenTheyChange) {
+  const StreamId id = stream(1);
+  edit(id, "added", wire::Property::node, wire::NodeAdded{});
+  (void)resolved();
+  const uint64_t revision = book_.wanted_revision();
+  for (int i = 0; i < 10; ++i) hide(id, "cup", i % 2 == 0);
+  (void)resolved();
+  EXPECT_EQ(book_.wanted_revision(), revision);
+  edit(id, "added", wire::Property::node, wire::NodeRemoved{});
+  (void)resolved();
+  EXPECT_GT(book_.wanted_revision(), revision);
+}
+
 }  // namespace
 }  // namespace fire3dv::state

@@ -6,8 +6,11 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <limits>
 #include <thread>
 
 #include "renderer/scene/cache_files.h"
@@ -313,6 +316,36 @@ TEST_F(DamagedSceneFile, EveryByteIsLookedAt) {
     ++tried;
   }
   EXPECT_LT(accepted_, tried / 2) << "most bytes mean something";
+}
+
+// Written with right checksums, as a bundle from elsewhere could bring it.
+TEST_F(DamagedSceneFile, NumbersOutOfRangeAreRefused) {
+  const float infinity = std::numeric_limits<float>::infinity(), nan = std::nanf("");
+  const std::pair<const char*, std::function<void(Scene&)>> faults[] = {
+      {"light colour", [&](Scene& s) { s.lights[0].color.y = nan; }},
+      {"light intensity", [&](Scene& s) { s.lights[0].intensity = infinity; }},
+      {"negative intensity", [&](Scene& s) { s.lights[0].intensity = -1; }},
+      {"light range", [&](Scene& s) { s.lights[0].range_m = nan; }},
+      {"light radius", [&](Scene& s) { s.lights[0].radius_m = -1; }},
+      {"light cone", [&](Scene& s) { s.lights[0].outer_cone_rad = nan; }},
+      {"light angle", [&](Scene& s) { s.lights[0].angular_radius_rad = 7; }},
+      {"camera angle", [&](Scene& s) { s.cameras[0].vertical_fov_rad = 4; }},
+      {"camera near", [&](Scene& s) { s.cameras[0].near_m = nan; }},
+      {"camera far", [&](Scene& s) { s.cameras[0].far_m = nan; }},
+      {"camera exposure", [&](Scene& s) { s.cameras[0].exposure = infinity; }},
+      {"camera extent", [&](Scene& s) { s.cameras[0].half_extent_m.x = nan; }},
+      {"node transform", [&](Scene& s) { s.nodes[0].parent_from_node[3][0] = nan; }},
+      {"material colour", [&](Scene& s) { s.materials[0].base_color.x = nan; }},
+      {"material factor", [&](Scene& s) { s.materials[0].roughness = infinity; }},
+      {"material emission", [&](Scene& s) { s.materials[0].emissive.z = nan; }},
+      {"texture transform", [&](Scene& s) { s.materials[0].base_color_texture.uv_scale.x = nan; }},
+      {"bounds", [&](Scene& s) { s.bounds_max.x = infinity; }}};
+  for (const auto& [what, change] : faults) {
+    LoadedScene changed = loaded_.scene;
+    change(changed.scene);
+    ASSERT_TRUE(write_scene_file(path_, changed, loaded_.sources).ok());
+    EXPECT_FALSE(read_scene_file(path_).ok()) << what;
+  }
 }
 
 TEST_F(DamagedSceneFile, CutShortOrTooLong) {

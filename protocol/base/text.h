@@ -1,0 +1,57 @@
+// Text from outside for terminals and logs: UTF-8 decoding, and the characters that may not be printed. Used by
+// the wire format's checks and by every message that quotes a name from a peer or a file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace fire3dv {
+
+constexpr uint32_t kInvalidCharacter = UINT32_MAX;
+
+// Decodes the character at `at` and moves `at` behind it. Bytes that are not valid UTF-8 give kInvalidCharacter,
+// and `at` moves by one byte.
+inline uint32_t next_character(std::string_view text, size_t& at) {
+  const auto byte = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
+  const uint8_t lead = byte(at++);
+  if (lead < 0x80) return lead;
+  const uint32_t more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
+  if (lead < 0xC2 || lead > 0xF4 || text.size() - at < more) return kInvalidCharacter;
+  uint32_t character = lead & (0x3Fu >> more);
+  for (uint32_t i = 0; i < more; ++i) {
+    if ((byte(at + i) & 0xC0) != 0x80) return kInvalidCharacter;
+    character = character << 6 | (byte(at + i) & 0x3F);
+  }
+  constexpr uint32_t kSmallestOfLength[] = {0, 0x80, 0x800, 0x10000};
+  const bool surrogate = character >= 0xD800 && character <= 0xDFFF;
+  if (character < kSmallestOfLength[more] || character > 0x10FFFF || surrogate) return kInvalidCharacter;
+  at += more;
+  return character;
+}
+
+// Control characters (C0, DEL, C1), line and paragraph separators, and bidirectional controls: a name with these
+// could overwrite or reorder the text around it.
+inline bool is_control(uint32_t character) {
+  return character < 0x20 || (character >= 0x7F && character < 0xA0) || character == 0x2028 ||
+         character == 0x2029 || (character >= 0x202A && character <= 0x202E) ||
+         (character >= 0x2066 && character <= 0x2069);
+}
+
+// Any bytes as printable UTF-8: invalid bytes and control characters become '?', and the text is cut at a
+// character so that it has at most max_bytes.
+inline std::string printable_text(std::string_view text, size_t max_bytes) {
+  std::string result;
+  for (size_t at = 0; at < text.size();) {
+    const size_t start = at;
+    const uint32_t character = next_character(text, at);
+    const bool bad = character == kInvalidCharacter || is_control(character);
+    const std::string_view piece = bad ? std::string_view("?") : text.substr(start, at - start);
+    if (result.size() + piece.size() > max_bytes) break;
+    result += piece;
+  }
+  return result;
+}
+
+}  // namespace fire3dv
