@@ -156,8 +156,14 @@ TEST_F(StreamIntakeTest, ImagesGoBackToWhoAskedForThem) {
   link_->deliver(1, LinkEvent::Kind::pose, frame(42, 3));
   intake_.poll();
   EXPECT_EQ(intake_.open_image_requests(), 2u);
-  const auto due = intake_.take_due_images(0);
+  std::vector<state::ImageBook::Due> due;
+  for (const state::ImageDemand& demand : intake_.image_demands(0)) {
+    const auto images = intake_.due_images(demand.asker, 0);
+    due.insert(due.end(), images.begin(), images.end());
+  }
   ASSERT_EQ(due.size(), 2u);
+  for (const state::ImageBook::Due& one : due) intake_.image_made(one);
+  EXPECT_EQ(intake_.image_demands(0).size(), 0u);
   EXPECT_EQ(due[0].sequence, 3u);
   EXPECT_EQ(due[1].sequence, 0u);
   wire::ImageFrame image;
