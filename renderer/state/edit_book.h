@@ -85,7 +85,7 @@ class EditBook {
     uint64_t fault_version = 0;                   // the newest that was counted as a fault
     std::shared_ptr<const wire::NodeAdded> node;  // what the edit held
     std::shared_ptr<const scene::ReplacedVertices> vertices;
-    BudgetCharge charge;          // of the value
+    BudgetCharge charge;  // of the value
     BudgetCharge light, shadow_light;
     uint32_t bound_node = kNone;  // kNone: no node has the name
     bool is_searched = false;     // for that, in the scene of scene_revision_
@@ -100,7 +100,7 @@ class EditBook {
     std::vector<uint32_t> reserved_nodes;      // of a stream that may return: it edited them
     std::vector<uint64_t EditFaults::*> told;  // causes that the user has heard of
     uint32_t refusals_told = 0;
-    bool reported_shadows = false;             // that some of its lights cast none
+    bool reported_shadows = false;  // that some of its lights cast none
   };
   void keep(StreamBook& stream, wire::SceneEdit&& edit, BudgetCharge charge);
   void settle_name(const std::string& name, const NodeNames* file_names);
