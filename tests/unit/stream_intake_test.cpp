@@ -367,7 +367,7 @@ TEST_F(StreamIntakeTest, AStreamThatDescribesItselfAnewKeepsItsNodes) {
 TEST_F(StreamIntakeTest, ASegmentHasOnePublisherThatMayStartAgain) {
   link_->address = "shm://robot";
   link_->deliver(1, LinkEvent::Kind::control, description(1));
-  link_->deliver(9, LinkEvent::Kind::control, description(9));
+  link_->deliver(9, LinkEvent::Kind::control, description(9, "waits"));
   link_->deliver(1, LinkEvent::Kind::disconnected, {}, "killed");
   link_->deliver(2, LinkEvent::Kind::control, description(2, "restarted"));
   intake_.poll();
