@@ -85,7 +85,8 @@ std::vector<WantedNode> EditBook::wanted_nodes() const {
   for (const auto& [age, stream] : streams_) {
     const auto first = static_cast<std::ptrdiff_t>(wanted.size());
     for (const auto& [key, kept] : stream.edits) {
-      if (kept.node && !kept.refused) wanted.push_back({age, kept.edit.version, key.first, kept.node, stream.budget});
+      if (kept.node && !kept.refused)
+        wanted.push_back({age, kept.edit.version, key.first, kept.node, stream.budget});
     }
     std::sort(wanted.begin() + first, wanted.end(),
               [](const WantedNode& a, const WantedNode& b) { return a.version < b.version; });

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <iostream>
 
+#include "protocol/base/text.h"
 #include "renderer/scene/conversion_record.h"
 #include "tools/convert/output.h"
 #include "tools/convert/readers.h"
@@ -32,7 +33,7 @@ struct Options {
 std::string printable(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  return text;
+  return fire3dv::printable_text(text, SIZE_MAX);
 }
 
 void say(std::string text) {
