@@ -1,5 +1,5 @@
-// Text from outside for terminals and logs: UTF-8 decoding, and the characters that may not be printed. Used by
-// the wire format's checks and by every message that quotes a name from a peer or a file.
+// Text from outside for terminals and logs: UTF-8 decoding, and the characters that may not be printed. Used
+// by the wire format's checks and by every message that quotes a name from a peer or a file.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@ namespace fire3dv {
 
 constexpr uint32_t kInvalidCharacter = UINT32_MAX;
 
-// Decodes the character at `at` and moves `at` behind it. Bytes that are not valid UTF-8 give kInvalidCharacter,
-// and `at` moves by one byte.
+// Decodes the character at `at` and moves `at` behind it. Bytes that are not valid UTF-8 give
+// kInvalidCharacter, and `at` moves by one byte.
 inline uint32_t next_character(std::string_view text, size_t& at) {
   const auto byte = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
   const uint8_t lead = byte(at++);
@@ -31,8 +31,8 @@ inline uint32_t next_character(std::string_view text, size_t& at) {
   return character;
 }
 
-// Control characters (C0, DEL, C1), line and paragraph separators, and bidirectional controls: a name with these
-// could overwrite or reorder the text around it.
+// Control characters (C0, DEL, C1), line and paragraph separators, and bidirectional controls: a name with
+// these could overwrite or reorder the text around it.
 inline bool is_control(uint32_t character) {
   return character < 0x20 || (character >= 0x7F && character < 0xA0) || character == 0x2028 ||
          character == 0x2029 || (character >= 0x202A && character <= 0x202E) ||
@@ -50,6 +50,20 @@ inline std::string printable_text(std::string_view text, size_t max_bytes) {
     const std::string_view piece = bad ? std::string_view("?") : text.substr(start, at - start);
     if (result.size() + piece.size() > max_bytes) break;
     result += piece;
+  }
+  return result;
+}
+
+// A message of several lines for the terminal: as printable_text(), but lines and tabs stay.
+inline std::string terminal_text(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  for (size_t at = 0; at < text.size();) {
+    const size_t start = at;
+    const uint32_t character = next_character(text, at);
+    const bool layout = character == '\n' || character == '\t';
+    const bool bad = !layout && (character == kInvalidCharacter || is_control(character));
+    result += bad ? std::string_view("?") : text.substr(start, at - start);
   }
   return result;
 }

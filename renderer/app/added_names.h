@@ -1,5 +1,5 @@
-// Names and paths of nodes that are added to a scene in one pass: parents are found as soon as they exist, and
-// nodes wait for parents that come later. Ordered maps: names from outside cannot make them slow.
+// Names and paths of nodes that are added to a scene in one pass: parents are found as soon as they exist,
+// and nodes wait for parents that come later. Ordered maps: names from outside cannot make them slow.
 #pragma once
 
 #include <cstdint>

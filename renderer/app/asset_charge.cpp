@@ -41,7 +41,8 @@ Result<NodeCharges> charge_node(const std::shared_ptr<PeerBudget>& budget, const
   if (auto done = take(charges.nodes, budget, Resource::nodes, 1 + (asset ? asset->nodes : 0)); !done)
     return done.error();
   if (!asset) return charges;
-  if (auto done = take(charges.gpu, budget, Resource::gpu_bytes, asset->gpu_bytes); !done) return done.error();
+  if (auto done = take(charges.gpu, budget, Resource::gpu_bytes, asset->gpu_bytes); !done)
+    return done.error();
   if (auto done = take(charges.lights, budget, Resource::lights, asset->lights); !done) return done.error();
   charges.casts_shadows =
       take(charges.shadow_lights, budget, Resource::shadow_lights, asset->shadow_lights).ok();

@@ -1,5 +1,5 @@
-// Charges of a peer for the nodes and assets that it adds to the scene, and the order in which peers' assets are
-// loaded.
+// Charges of a peer for the nodes and assets that it adds to the scene, and the order in which peers' assets
+// are loaded.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct AssetSize {
   uint64_t host_bytes = 0;  // decoded, once however often it is used
   uint64_t gpu_bytes = 0;
   uint64_t nodes = 0;
-  uint64_t path_bytes = 0;  // of its nodes' paths, before those are prefixed
+  uint64_t path_bytes = 0;                 // of its nodes' paths, before those are prefixed
   uint64_t lights = 0, shadow_lights = 0;  // nodes with such a light
 };
 AssetSize measure(const scene::LoadedScene& asset);
@@ -30,12 +30,13 @@ struct NodeCharges {
 };
 // asset: null for an empty node.
 Result<NodeCharges> charge_node(const std::shared_ptr<PeerBudget>& budget, const AssetSize* asset);
-// path_bytes: of the node and its asset's nodes, prefixes included. Several copies are charged: a path is held by
-// the old and the new scene, by their indices of names, and by the build.
-Result<void> charge_paths(NodeCharges& charges, const std::shared_ptr<PeerBudget>& budget, uint64_t path_bytes);
+// path_bytes: of the node and its asset's nodes, prefixes included. Several copies are charged: a path is
+// held by the old and the new scene, by their indices of names, and by the build.
+Result<void> charge_paths(NodeCharges& charges, const std::shared_ptr<PeerBudget>& budget,
+                          uint64_t path_bytes);
 
-// Limits of an asset: tighter than those of the user's file, and no more than the peer may have. `charge` grows
-// with what the loader reserves, and outlives the load.
+// Limits of an asset: tighter than those of the user's file, and no more than the peer may have. `charge`
+// grows with what the loader reserves, and outlives the load.
 scene::LoadLimits limits_of_asset(const std::shared_ptr<PeerBudget>& budget, BudgetCharge& charge);
 
 // Start-time fair queueing: of the peers that wait, the one whose tag is smallest is served next. A peer that

@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/base/text.h"
 #include "renderer/app/mark_held.h"
 #include "renderer/sinks/whole_file.h"
 
@@ -157,7 +158,7 @@ Result<void> FrameLoop::run() {
 void FrameLoop::say_notes() {
   const auto say = [this](const std::vector<std::string>& notes) {
     for (const std::string& note : notes) {
-      std::fprintf(stderr, "fire3dv: %s\n", note.c_str());
+      std::fprintf(stderr, "fire3dv: %s\n", terminal_text(note).c_str());
       if (window_) facts_.note(note);
     }
   };

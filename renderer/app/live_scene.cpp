@@ -195,7 +195,8 @@ Result<void> LiveScene::check_memory(const scene::LoadedScene& next) const {
 
 void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason) {
   for (const state::WantedNode& node : built.added) {
-    if (!std::binary_search(contents_.nodes.begin(), contents_.nodes.end(), std::pair(node.age, node.version)))
+    if (!std::binary_search(contents_.nodes.begin(), contents_.nodes.end(),
+                            std::pair(node.age, node.version)))
       book_.refuse_node(node, reason);
   }
   build_.keep_only(added_);

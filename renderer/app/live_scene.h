@@ -106,8 +106,8 @@ class LiveScene {
   Contents contents_;                     // of what is shown
   Contents impossible_;                   // what could not be shown, if anything
   std::vector<state::WantedNode> added_;  // to it
-  // The scene is replaced no more than half of the time: after a replacement, the next build begins when as much
-  // time has passed as that took.
+  // The scene is replaced no more than half of the time: after a replacement, the next build begins when as
+  // much time has passed as that took.
   bool must_build_ = false;
   std::chrono::steady_clock::time_point next_build_{};
   int64_t replacement_ns_ = 0;

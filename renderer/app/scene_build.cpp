@@ -43,7 +43,7 @@ struct SceneBuild::Merge {
   std::map<std::string, std::string> failures;  // of assets that cannot be loaded: why
   std::set<std::string> missing;                // assets that are not loaded yet
   uint64_t added_bytes = 0, path_bytes = 0;
-  std::vector<size_t> ready;  // nodes whose parent has been added
+  std::vector<size_t> ready;            // nodes whose parent has been added
   std::vector<state::WantedNode> kept;  // nodes that are added, or will be in a later turn
 };
 
@@ -127,8 +127,8 @@ SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop
   return built;
 }
 
-// One turn: assets of one peer, until its time is over or another peer is due. So a peer waits for one turn, or
-// for one asset of another peer, if that takes longer.
+// One turn: assets of one peer, until its time is over or another peer is due. So a peer waits for one turn,
+// or for one asset of another peer, if that takes longer.
 void SceneBuild::load_assets(const Request& request, const std::stop_token& stop, Merge& merge) {
   std::vector<const state::WantedNode*> open;  // one for each missing asset
   for (const state::WantedNode& node : request.nodes) {

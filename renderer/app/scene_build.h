@@ -1,5 +1,6 @@
-// Background build of the merged scene: the file's scene with the nodes and assets that streams add. It runs in
-// turns on a thread of its own, peers take turns by build time, and what each peer adds is charged to its budget.
+// Background build of the merged scene: the file's scene with the nodes and assets that streams add. It runs
+// in turns on a thread of its own, peers take turns by build time, and what each peer adds is charged to its
+// budget.
 #pragma once
 
 #include <atomic>
@@ -53,11 +54,11 @@ class SceneBuild {
     std::unique_ptr<const scene::LoadedScene> scene;  // null: the file's own
     std::vector<state::WantedNode> added;
     std::vector<Refused> refused;
-    std::vector<std::string> vertex_nodes;                 // as requested
-    std::map<std::string, std::string> vertex_refusals;    // of those: why a node keeps the file's vertices
-    bool assets_wait = false;                              // nodes are left out whose assets are not loaded yet
-    std::string fault;                                     // not empty: no scene could be made of `added`
-    int64_t merge_ns = 0;                                  // time that the merge took, without loads
+    std::vector<std::string> vertex_nodes;               // as requested
+    std::map<std::string, std::string> vertex_refusals;  // of those: why a node keeps the file's vertices
+    bool assets_wait = false;                            // nodes are left out whose assets are not loaded yet
+    std::string fault;                                   // not empty: no scene could be made of `added`
+    int64_t merge_ns = 0;                                // time that the merge took, without loads
     uint64_t parent_lookups = 0;
   };
 
@@ -68,7 +69,8 @@ class SceneBuild {
   void begin(Request request);  // when idle
   // Once, when it is finished. Never waits.
   std::optional<Built> take();
-  // When idle: gives back all charges but those of these nodes, as far as they are in the scene that is shown.
+  // When idle: gives back all charges but those of these nodes, as far as they are in the scene that is
+  // shown.
   void keep_only(std::span<const state::WantedNode> nodes);
 
  private:
@@ -76,7 +78,7 @@ class SceneBuild {
     scene::LoadedScene loaded;
     AssetSize size;
   };
-  using NodeKey = std::pair<uint64_t, uint64_t>;              // age and version
+  using NodeKey = std::pair<uint64_t, uint64_t>;             // age and version
   using UseKey = std::pair<std::string, const PeerBudget*>;  // of an asset by a peer
   struct Merge;
 
@@ -94,8 +96,9 @@ class SceneBuild {
   // Of the thread, while it runs.
   std::optional<state::NodeNames> base_names_;
   uint64_t base_path_bytes_ = 0;
-  std::map<std::string, std::shared_ptr<const Asset>> assets_;  // that are shown, by URI, or by stream and edit
-  std::map<UseKey, BudgetCharge> uses_;                         // decoded assets, once for each peer
+  std::map<std::string, std::shared_ptr<const Asset>>
+      assets_;                           // that are shown, by URI, or by stream and edit
+  std::map<UseKey, BudgetCharge> uses_;  // decoded assets, once for each peer
   std::map<NodeKey, NodeCharges> node_charges_;
   std::map<UseKey, BudgetCharge> vertex_charges_;  // by node name
   BuildTurns turns_;

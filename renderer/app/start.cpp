@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "protocol/base/text.h"
 #include "renderer/scene/radiance_file.h"
 
 namespace fire3dv::app {
 
 void say(const std::string& text) {
-  std::fprintf(stderr, "fire3dv: %s\n", text.c_str());
+  std::fprintf(stderr, "fire3dv: %s\n", terminal_text(text).c_str());
 }
 
 int fail(const Error& error) {

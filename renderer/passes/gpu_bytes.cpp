@@ -10,8 +10,9 @@
 namespace fire3dv::passes {
 namespace {
 
-// Vulkan gives exact sizes of acceleration structures only for a device (vkGetAccelerationStructureBuildSizesKHR).
-// lavapipe (Mesa 22.3 to 24) reports up to 200 bytes a triangle, the scratch memory of the build included.
+// Vulkan gives exact sizes of acceleration structures only for a device
+// (vkGetAccelerationStructureBuildSizesKHR). lavapipe (Mesa 22.3 to 24) reports up to 200 bytes a triangle,
+// the scratch memory of the build included.
 constexpr uint64_t kStructureBytesPerTriangle = 200;
 // An instance: VkAccelerationStructureInstanceKHR and its share of the top level.
 constexpr uint64_t kInstanceBytes = 64 + 200;
@@ -72,8 +73,7 @@ uint64_t estimate_gpu_bytes(const scene::Scene& scene, const scene::Derived& der
   const scene::ClusteredGeometry& clustered = derived.clusters;
   const bool deformed = std::any_of(scene.nodes.begin(), scene.nodes.end(), scene::is_deformed);
   uint64_t bytes = texture_bytes(scene) + scene.materials.size() * sizeof(gpu_types::MaterialRecord) * 2 +
-                   scene.lights.size() * sizeof(gpu_types::LightRecord) +
-                   scene.nodes.size() * kNodeBytes;
+                   scene.lights.size() * sizeof(gpu_types::LightRecord) + scene.nodes.size() * kNodeBytes;
   // Vertices of coarser levels included.
   bytes += clustered.source_vertices.size() * vertex_bytes(scene, deformed) +
            clustered.triangles.size() * sizeof(uint32_t) +

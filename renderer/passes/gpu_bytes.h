@@ -1,5 +1,5 @@
-// Estimate of the device memory that a scene takes, made from its arrays before anything is uploaded. Charged to
-// peers for what they add, and compared with the memory that the device has left.
+// Estimate of the device memory that a scene takes, made from its arrays before anything is uploaded. Charged
+// to peers for what they add, and compared with the memory that the device has left.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace fire3dv::passes {
 
-// All of a scene: textures with their mip levels, vertices, indices, clusters, acceleration structures, and the
-// copies of deformed nodes. An upper estimate: it assumes that rays are traced to triangles.
+// All of a scene: textures with their mip levels, vertices, indices, clusters, acceleration structures, and
+// the copies of deformed nodes. An upper estimate: it assumes that rays are traced to triangles.
 uint64_t estimate_gpu_bytes(const scene::Scene& scene, const scene::Derived& derived);
 
 // What a node takes in addition once its vertices are replaced: its own vertices, clusters and acceleration

@@ -63,8 +63,8 @@ class SceneRenderer {
   SceneRenderer(gpu::Device& device, const DrawSettings& settings);
 
   // The scene has no more textures than the settings say. It must outlive its use here. May be called again:
-  // what the old one held retires. Throws VulkanFailure where memory does not suffice: then the scene that was
-  // set before stays, and is drawn as before.
+  // what the old one held retires. Throws VulkanFailure where memory does not suffice: then the scene that
+  // was set before stays, and is drawn as before.
   void set_scene(const scene::Scene& scene) {
     set_scene(scene, scene::derive(scene, levels_for(settings_.levels_of_detail)));
   }

@@ -113,7 +113,8 @@ void ShadowPass::make_classify() {
       gpu::create_compute_pipeline(device_, layout_, samples_ == 4 ? "classify_4.comp" : "classify_1.comp");
 }
 
-// Maps and masks take memory by the number of lights, whoever named them: a part of the device's is for these.
+// Maps and masks take memory by the number of lights, whoever named them: a part of the device's is for
+// these.
 ShadowRoom ShadowPass::shadow_room() const {
   constexpr uint64_t kListShare = 8, kMaskShare = 4;
   ShadowRoom room;
@@ -122,9 +123,11 @@ ShadowRoom ShadowPass::shadow_room() const {
   room.max_views = memory / kListShare / (sizeof(uint32_t) * std::max<uint64_t>(state_.cluster_count, 1024));
   if (!targets_ || way_.method != ShadowMethod::ray) return room;
   const uint64_t pixels = uint64_t{targets_->extent.width} * targets_->extent.height;
-  const uint64_t word_bytes = std::max<uint64_t>(pixels, 1) * (sizeof(uint32_t) + sizeof(gpu_types::RayEntry));
+  const uint64_t word_bytes =
+      std::max<uint64_t>(pixels, 1) * (sizeof(uint32_t) + sizeof(gpu_types::RayEntry));
   // Shaders count the words of an image with 32 bits.
-  const uint64_t most = std::min(memory / kMaskShare / word_bytes, UINT32_MAX / std::max<uint64_t>(pixels, 1));
+  const uint64_t most =
+      std::min(memory / kMaskShare / word_bytes, UINT32_MAX / std::max<uint64_t>(pixels, 1));
   room.max_mask_words = static_cast<uint32_t>(std::clamp<uint64_t>(most, 1, UINT32_MAX));
   return room;
 }
@@ -141,8 +144,8 @@ void ShadowPass::set_lights_or_drop_shadows(const std::vector<scene::PlacedLight
   set_lights(lights, none);
 }
 
-// New buffers: frames in flight read the old ones. Maps are kept where they suffice: the next frame draws them
-// behind a barrier.
+// New buffers: frames in flight read the old ones. Maps are kept where they suffice: the next frame draws
+// them behind a barrier.
 void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowRoom& room) {
   ShadowPlan plan = plan_shadows(lights, samples_, way_.method == ShadowMethod::ray, map_sizes(), room);
   if (state_.light_shadows && plan == state_.plan) {
@@ -219,7 +222,8 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
     state_.part_count = gpu_scene.part_count;
     state_.cluster_count = gpu_scene.cluster_instance_count;
     choose_sheets(scene, gpu_scene);
-    set_lights(scene::lights_of(scene, nullptr), shadow_room());  // last: the mask belongs to the targets, not to the state
+    set_lights(scene::lights_of(scene, nullptr),
+               shadow_room());  // last: the mask belongs to the targets, not to the state
   } catch (const gpu::VulkanFailure&) {
     state_ = std::move(before);
     throw;
@@ -243,9 +247,9 @@ void ShadowPass::set_targets(Targets& targets) {
   targets_ = &targets;
   // Images of another size have room for more or fewer mask words; most plans need far fewer than either.
   const auto words = [&](uint32_t max) { return std::min(max, state_.plan.mask_words_wanted); };
-  const bool other_plan = state_.light_shadows &&
-                          (map_sizes() != state_.plan.sizes ||
-                           words(shadow_room().max_mask_words) != words(state_.max_mask_words));
+  const bool other_plan =
+      state_.light_shadows && (map_sizes() != state_.plan.sizes ||
+                               words(shadow_room().max_mask_words) != words(state_.max_mask_words));
   if (other_plan) set_lights(std::vector(state_.lights), shadow_room());
   make_room_for_mask(state_.plan);
 }
@@ -254,8 +258,7 @@ void ShadowPass::make_room_for_mask(const ShadowPlan& plan) {
   if (way_.method != ShadowMethod::ray || !targets_) return;
   if (way_.hybrid && plan.all_hard() && plan.mask_words == 1 && !targets_->found_rays)
     targets_->found_rays = table(device_, found_room() * sizeof(gpu_types::FoundRay));
-  const VkDeviceSize words =
-      VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan.mask_words;
+  const VkDeviceSize words = VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan.mask_words;
   if (targets_->shadow_mask && targets_->shadow_mask.size_bytes == words * sizeof(uint32_t)) return;
   gpu::Buffer mask = table(device_, words * sizeof(uint32_t));
   targets_->shadow_entries = table(device_, words * sizeof(gpu_types::RayEntry));

@@ -107,8 +107,7 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
     // A map knows of one ray to each point; for soft shadows all rays are traced where they can be.
     bool no_map = shadow.rays == 0 || (shadow.rays > 1 && soft_by_rays);
     const uint32_t view_count = no_map ? 0 : cube ? 6 : 1;
-    if (shadow.rays > 0 &&
-        !count.take(view_count, shadow.rays == 1 ? samples : 0, shadow.rays > 1 ? 1 : 0)) {
+    if (shadow.rays > 0 && !count.take(view_count, shadow.rays == 1 ? samples : 0, shadow.rays > 1 ? 1 : 0)) {
       shadow.rays = 0;
       no_map = true;
       ++plan.lights_without_shadow;

@@ -146,9 +146,9 @@ bool material_is_right(const Scene& scene, const Material& m) {
         !is_finite(ref->uv_offset) || !is_finite(ref->uv_rotation_rad) || !is_finite(ref->uv_scale))
       return false;
   }
-  for (const float number : {m.metallic, m.roughness, m.normal_scale, m.occlusion_strength, m.alpha_cutoff,
-                             m.ior, m.specular, m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale,
-                             m.sheen_roughness, m.transmission}) {
+  for (const float number :
+       {m.metallic, m.roughness, m.normal_scale, m.occlusion_strength, m.alpha_cutoff, m.ior, m.specular,
+        m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale, m.sheen_roughness, m.transmission}) {
     if (!std::isfinite(number)) return false;
   }
   return is_finite(m.base_color) && is_finite(m.emissive) && is_finite(m.specular_color) &&

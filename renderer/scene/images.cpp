@@ -51,8 +51,7 @@ Result<void> check_sizes(std::span<const EncodedImage> encoded, const ImageLimit
   }
   if (!limits.reserve || pixels_in_all == 0) return {};
   if (Result<void> reserved = limits.reserve(4 * pixels_in_all); !reserved)
-    return Error{"the images have " + std::to_string(pixels_in_all) +
-                 " pixels: " + reserved.error().message};
+    return Error{"the images have " + std::to_string(pixels_in_all) + " pixels: " + reserved.error().message};
   return {};
 }
 

@@ -25,9 +25,9 @@ struct ImageLimits {
   std::function<bool()> stop_requested = {};
 };
 
-// Decodes on all cores; `progress` is called on the calling thread. The sizes in the headers of all images are
-// checked against the limits before any pixel is decoded. The error is that of the first image that fails, in
-// the order given.
+// Decodes on all cores; `progress` is called on the calling thread. The sizes in the headers of all images
+// are checked against the limits before any pixel is decoded. The error is that of the first image that
+// fails, in the order given.
 Result<std::vector<Image>> decode_images(std::span<const EncodedImage> encoded, const ImageLimits& limits,
                                          const std::function<void(size_t done)>& progress);
 

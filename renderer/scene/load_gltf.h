@@ -18,10 +18,11 @@ struct LoadLimits {
   uint64_t max_file_bytes = 4ull << 30;
   uint64_t max_image_pixels = 16384ull * 16384ull;
   uint32_t max_json_depth = 64;
-  uint64_t max_elements = 1ull << 31;  // vertices or indices in one accessor
-  uint64_t max_nodes = UINT32_MAX;     // instances included
+  uint64_t max_elements = 1ull << 31;    // vertices or indices in one accessor
+  uint64_t max_nodes = UINT32_MAX;       // instances included
   uint64_t max_path_bytes = 1ull << 30;  // of all nodes: paths repeat the names of all ancestors
-  // Called with the bytes of each large allocation before it is made, from any thread. An error ends the load.
+  // Called with the bytes of each large allocation before it is made, from any thread. An error ends the
+  // load.
   std::function<Result<void>(uint64_t bytes)> reserve = {};
   // Polled between meshes and between images, from any thread. True ends the load with an error.
   std::function<bool()> stop_requested = {};

@@ -2,6 +2,7 @@
 // image is resized and the renderer goes.
 #include <gtest/gtest.h>
 
+#include "renderer/passes/gpu_bytes.h"
 #include "tests/render/render_bench.h"
 #include "tests/render/scene_builder.h"
 
@@ -38,6 +39,10 @@ class Lifetime : public ValidationIsSilent {
   static gpu::LiveObjects settled() {
     device().retire_all_now();
     return device().live_objects();
+  }
+  static uint64_t settled_bytes() {
+    device().retire_all_now();
+    return device().allocated_bytes();
   }
 };
 
@@ -76,6 +81,53 @@ TEST_F(Lifetime, ReloadAndResizeLeaveNothingBehind) {
   }
   EXPECT_EQ(difference(before, settled()), "");
   EXPECT_EQ(device().allocated_bytes(), bytes_before);
+}
+
+// Whichever allocation of a new scene fails, the old one is drawn as before, byte by byte.
+TEST_F(Lifetime, ASceneWithoutMemoryLeavesTheOldOne) {
+  const scene::Scene first = small_scene(2), second = small_scene(4);
+  RenderBench bench(first, {64, 48});
+  const sinks::FrameImage before = bench.draw_at_rest();
+  const uint64_t bytes = settled_bytes();
+  uint64_t failures = 0;
+  for (;; ++failures) {
+    ASSERT_LT(failures, 1000u);
+    device().fail_allocation_after(failures);
+    try {
+      bench.renderer().set_scene(second);
+      break;
+    } catch (const gpu::VulkanFailure& failure) {
+      EXPECT_TRUE(gpu::is_out_of_memory(failure));
+    }
+    EXPECT_EQ(bench.draw_at_rest().rgba8, before.rgba8) << "after the failure of allocation " << failures;
+  }
+  device().fail_allocation_after(UINT64_MAX - 1);
+  EXPECT_GT(failures, 20u);
+  bench.renderer().set_scene(first);
+  EXPECT_EQ(bench.draw_at_rest().rgba8, before.rgba8);
+  EXPECT_LE(settled_bytes(), bytes + (uint64_t{1} << 20)) << "nothing is left of what failed";
+}
+
+TEST_F(Lifetime, TheEstimateIsNoLessThanWhatASceneTakes) {
+  SceneBuilder builder;
+  scene::Material material = matte({1, 1, 1});
+  material.base_color_texture.texture =
+      builder.texture(512, 512, true, [](float u, float v) { return glm::vec4(u, v, 0.5f, 1); });
+  builder.mesh_node("ball", builder.sphere(builder.material(material), 0.5f, 200), at({0, 0, 0}));
+  builder.camera_node("camera", {0, 1, 4}, {0, 0, 0});
+  const scene::Scene large = builder.build();
+  const scene::Derived derived = scene::derive(large, scene::Levels::none);
+  const scene::Scene empty = small_scene(0);
+  RenderBench bench(empty, {64, 48});
+  bench.draw_at_rest();
+  const uint64_t before = settled_bytes();
+  bench.renderer().set_scene(large, derived);
+  const uint64_t taken = settled_bytes() - before, estimate = passes::estimate_gpu_bytes(large, derived);
+  RecordProperty("taken_bytes", std::to_string(taken));
+  RecordProperty("estimated_bytes", std::to_string(estimate));
+  EXPECT_GE(estimate, taken - taken / 8);
+  EXPECT_LE(estimate, 6 * taken);
+  EXPECT_GT(device().available_bytes(), 0u);
 }
 
 TEST_F(Lifetime, TargetsOfAFewSizesAreKeptAndNoMore) {

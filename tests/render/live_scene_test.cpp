@@ -263,5 +263,56 @@ TEST_F(LiveScenesOnce, NothingIsLeftBehind) {
   EXPECT_GT(show.live().take_notes().size(), 0u);
 }
 
+// The device has no memory for what one stream adds: the node is refused, the image stays as it was, and what
+// comes later is shown.
+TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
+  Show show(kWays[0]);
+  show.join({"sail"});
+  show.edit("mast", wire::Property::node, sail_at(at({1, 0.5f, 0})));
+  show.wait_for_scene();
+  const sinks::FrameImage before = show.draw();
+  const uint64_t scenes = show.live().replaced();
+  show.edit("sail", wire::Property::node, sail_at(at({-0.3f, 0.2f, 0.6f})));
+  while (show.live().builds_begun() < 2) show.live().follow();
+  device().fail_allocation_after(5);
+  while (!show.live().settled() || !device().has_failed_allocation()) {
+    ASSERT_EQ(show.live().replaced(), scenes);
+    show.live().follow();
+  }
+  device().fail_allocation_after(UINT64_MAX - 1);
+  show.live().follow();
+  EXPECT_EQ(show.live().replaced(), scenes);
+  EXPECT_EQ(show.live().faults().refused, 1u);
+  const std::vector<std::string> notes = show.live().take_notes();
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("\"sail\""), std::string::npos);
+  EXPECT_NE(notes[0].find("memory"), std::string::npos);
+  EXPECT_EQ(show.draw().rgba8, before.rgba8);
+  show.edit("flag", wire::Property::node, sail_at(at({0, 1, 0})));
+  show.wait_for_scene();
+  EXPECT_NE(show.draw().rgba8, before.rgba8);
+  EXPECT_EQ(show.live().faults().refused, 1u);
+}
+
+// One of many added nodes is hidden and shown: no scene is built for that, and the list of all is not made
+// anew.
+TEST_F(LiveScenesOnce, VisibilityOfAnAddedNodeBuildsNothing) {
+  Show show(kWays[1]);
+  show.join({"sail"});
+  for (int i = 0; i < 500; ++i)
+    show.edit("empty" + std::to_string(i), wire::Property::node, wire::NodeAdded{});
+  show.wait_for_scene();
+  while (!show.live().settled()) show.live().follow();
+  const uint64_t builds = show.live().builds_begun(), lists = show.live().wanted_lists_made();
+  for (int i = 0; i < 20; ++i) {
+    show.edit("empty7", wire::Property::visible, wire::Visible{i % 2 == 1});
+    show.live().follow();
+    const uint32_t node = show.poses().names().find("empty7");
+    EXPECT_EQ(show.live().edits().is_hidden(node), i % 2 == 0);
+  }
+  EXPECT_EQ(show.live().builds_begun(), builds);
+  EXPECT_EQ(show.live().wanted_lists_made(), lists);
+}
+
 }  // namespace
 }  // namespace fire3dv::test

@@ -408,7 +408,8 @@ TEST_F(EditBookTest, LightsOfAPeerAreLimited) {
   description.epoch = 7;
   description.node_names = {"nothing"};
   const StreamId id = poses_.add_stream(description, budget);
-  for (const char* node : {"ball", "cup", "lamp", "table"}) edit(id, node, wire::Property::light, wire::Light{});
+  for (const char* node : {"ball", "cup", "lamp", "table"})
+    edit(id, node, wire::Property::light, wire::Light{});
   uint32_t lights = 0, shadows = 0;
   for (const auto& [node, edited] : resolved().nodes()) {
     lights += edited.light ? 1 : 0;

@@ -166,10 +166,9 @@ TEST_F(SceneBuildTest, NoNodeTakesAPathThatExists) {
   below.parent = "n";
   SceneBuild build(base_, {folder_});
   const std::string of_asset = base_.scene.nodes[0].path;  // as in the asset
-  const SceneBuild::Built built =
-      finished(build, {{from_uri("n", "inside.glb"), wanted("m", {}), wanted(of_asset + "x", below),
-                        wanted(of_asset, below)},
-                       {}});
+  const SceneBuild::Built built = finished(build, {{from_uri("n", "inside.glb"), wanted("m", {}),
+                                                    wanted(of_asset + "x", below), wanted(of_asset, below)},
+                                                   {}});
   EXPECT_EQ(built.added.size(), 3u);
   ASSERT_EQ(built.refused.size(), 1u);
   EXPECT_EQ(built.refused[0].node.name, of_asset);
@@ -336,10 +335,9 @@ TEST_F(SceneBuildBudget, LightsBeyondTheLimitAreRefusedAndShadowsLeftOut) {
   what.asset_glb = lit.glb();
   const auto budget = peer({"lights=2", "shadow-lights=1"});
   SceneBuild build(base_, {});
-  const SceneBuild::Built built =
-      finished(build, {{of(wanted("a", what), budget), of(wanted("b", what), budget),
-                        of(wanted("c", what), budget)},
-                       {}});
+  const SceneBuild::Built built = finished(
+      build,
+      {{of(wanted("a", what), budget), of(wanted("b", what), budget), of(wanted("c", what), budget)}, {}});
   ASSERT_EQ(built.refused.size(), 1u);
   EXPECT_EQ(built.refused[0].node.name, "c");
   EXPECT_NE(built.refused[0].reason.find("--peer-limit lights="), std::string::npos);

@@ -124,8 +124,14 @@ TEST(SceneFilesMissing, TheFileItself) {
 
 TEST(SceneFilesMissing, MessagesShowNoControlCharacters) {
   EXPECT_EQ(quote("a\nb\x1b[31m"), "\"a?b?[31m\"");
-  EXPECT_EQ(quote("C1 \xC2\x9B" "31m, turned \xE2\x80\xAE" "txt.exe, \xE2\x81\xA6, \xFF"), "\"C1 ?31m, turned ?txt.exe, ?, ?\"");
-  EXPECT_EQ(quote("stra\xC3\x9F" "e"), "\"stra\xC3\x9F" "e\"");
+  EXPECT_EQ(quote("C1 \xC2\x9B"
+                  "31m, turned \xE2\x80\xAE"
+                  "txt.exe, \xE2\x81\xA6, \xFF"),
+            "\"C1 ?31m, turned ?txt.exe, ?, ?\"");
+  EXPECT_EQ(quote("stra\xC3\x9F"
+                  "e"),
+            "\"stra\xC3\x9F"
+            "e\"");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "protocol/base/text.h"
 #include "renderer/gpu/device.h"
 #include "renderer/passes/draw_names.h"
 #include "renderer/scene/load_gltf.h"
@@ -62,7 +63,7 @@ Result<void> draw_all(const std::vector<fs::path>& files, const Options& options
     const std::string name = file.lexically_relative(options.folder).generic_string();
     const Result<scene::Scene> scene = load(file, settings);
     if (!scene) {
-      std::printf("refused: %s\n", scene.error().message.c_str());
+      std::printf("refused: %s\n", fire3dv::terminal_text(scene.error().message).c_str());
       pages.add_refused(name, scene.error().message);
       ++refused;
       continue;
@@ -147,7 +148,8 @@ int main(int argc, char** argv) {
   }
   try {
     if (const fire3dv::Result<void> done = run(options); !done) {
-      std::fprintf(stderr, "fire3dv-contact-sheet: %s\n", done.error().message.c_str());
+      std::fprintf(stderr, "fire3dv-contact-sheet: %s\n",
+                   fire3dv::terminal_text(done.error().message).c_str());
       return 1;
     }
   } catch (const std::exception& failure) {  // of Vulkan, before any file is drawn

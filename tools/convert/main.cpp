@@ -10,6 +10,7 @@
 #include <iostream>
 #include <new>
 
+#include "protocol/base/text.h"
 #include "renderer/scene/conversion_record.h"
 #include "tools/convert/output.h"
 #include "tools/convert/readers.h"
@@ -33,7 +34,7 @@ struct Options {
 std::string printable(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  return text;
+  return fire3dv::printable_text(text, SIZE_MAX);
 }
 
 void say(std::string text) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/base/text.h"
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "tools/check_number.h"
@@ -26,11 +27,11 @@ int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint
   for (const std::string& file : files) {
     const auto recording = fire3dv::inspect::inspect_recording(file, {memory_mb << 20});
     if (!recording) {
-      std::cerr << "fire3dv-inspect: " << recording.error().message << '\n';
+      std::cerr << "fire3dv-inspect: " << fire3dv::terminal_text(recording.error().message) << '\n';
       result = 1;
       continue;
     }
-    std::cout << (as_json ? recording->json : recording->text);
+    std::cout << (as_json ? recording->json : fire3dv::terminal_text(recording->text));
     if (!recording->sound) result = 1;
   }
   return result;

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/text.h"
 #include "protocol/record/attach.h"
 #include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
@@ -42,7 +43,7 @@ struct Options {
 };
 
 int fail(const std::string& message) {
-  std::fprintf(stderr, "fire3dv-record: %s\n", message.c_str());
+  std::fprintf(stderr, "fire3dv-record: %s\n", fire3dv::terminal_text(message).c_str());
   return 1;
 }
 
@@ -162,7 +163,8 @@ int record_streams(const Options& options) {
     auto models = record::load_models(options.attach, left_out);
     if (!models) return fail(models.error().message);
     log.models = std::move(*models);
-    for (const std::string& text : left_out) std::fprintf(stderr, "fire3dv-record: %s\n", text.c_str());
+    for (const std::string& text : left_out)
+      std::fprintf(stderr, "fire3dv-record: %s\n", fire3dv::terminal_text(text).c_str());
   }
   // The first file is made now, so that a bad name is said before anything is lost.
   auto first = record::create_sink(splits ? numbered(options.out, 0) : options.out);

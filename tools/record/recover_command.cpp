@@ -3,13 +3,14 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "protocol/base/text.h"
 #include "protocol/record/recover.h"
 
 namespace fire3dv::record {
 namespace {
 
 int fail(const Error& error) {
-  std::fprintf(stderr, "fire3dv-record: %s\n", error.message.c_str());
+  std::fprintf(stderr, "fire3dv-record: %s\n", terminal_text(error.message).c_str());
   return 1;
 }
 
@@ -34,7 +35,8 @@ int recover_file(const RecoverOptions& options) {
   if (const uint64_t loose = reader->index().loose_messages; loose != 0)
     std::printf("%llu messages outside of chunks were passed over: they are not read\n",
                 static_cast<unsigned long long>(loose));
-  if (!result->first_damage.empty()) std::printf("first damage: %s\n", result->first_damage.c_str());
+  if (!result->first_damage.empty())
+    std::printf("first damage: %s\n", terminal_text(result->first_damage).c_str());
   return 0;
 }
 

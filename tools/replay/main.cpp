@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/text.h"
 #include "protocol/record/playback.h"
 #include "protocol/replay/pacer.h"
 #include "protocol/replay/stream_player.h"
@@ -43,7 +44,7 @@ struct Options {
 };
 
 int fail(const std::string& message) {
-  std::fprintf(stderr, "fire3dv-replay: %s\n", message.c_str());
+  std::fprintf(stderr, "fire3dv-replay: %s\n", fire3dv::terminal_text(message).c_str());
   return 1;
 }
 
@@ -159,7 +160,8 @@ Result<bool> Replay::run_once(bool again) {
     const record::Playback::Step step = playback_.next(played);
     if (step == record::Playback::Step::end) break;
     if (step == record::Playback::Step::damaged) {
-      if (damaged_++ == 0) std::fprintf(stderr, "fire3dv-replay: %s\n", playback_.problem().c_str());
+      if (damaged_++ == 0)
+        std::fprintf(stderr, "fire3dv-replay: %s\n", fire3dv::terminal_text(playback_.problem()).c_str());
       continue;
     }
     if (played.log_time_ns > end_ns) break;
@@ -206,7 +208,7 @@ void Replay::say_result() const {
       std::printf("%llu edits left out: there are too many to keep\n",
                   static_cast<unsigned long long>(counts.unkept_edits));
     if (const std::string problem = players_[i]->problem(); !problem.empty())
-      std::printf("%s\n", problem.c_str());
+      std::printf("%s\n", fire3dv::terminal_text(problem).c_str());
   }
   if (damaged_ + playback_.refused() != 0)
     std::printf("%llu chunks damaged, %llu messages not understood\n",
