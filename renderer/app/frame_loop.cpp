@@ -3,6 +3,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <sstream>
 #include <thread>
 #include <utility>
 
@@ -77,6 +78,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       readback_(device),
       image_service_(device, renderer, poses, intake, scene),
       taken_(passes::with_sources(options.outputs)),
+      awaits_stream_(options.wait_for_stream),
       started_(Clock::now()),
       last_image_(started_),
       progress_("images:") {
@@ -114,7 +116,8 @@ Result<void> FrameLoop::run() {
     }
 
     // What is to be drawn, if anything.
-    if (options_.lockstep && !undrawn_) {
+    if (Result<void> awaited = await_stream(); !awaited) return awaited;
+    if ((awaits_stream_ && !window_) || (options_.lockstep && !undrawn_)) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
       intake_.wait(std::chrono::milliseconds(1));
       continue;
@@ -185,6 +188,23 @@ bool FrameLoop::done() {
   return timeline_ ? timeline_->timeline().at_end && !undrawn_ : intake_.had_streams();
 }
 
+Result<void> FrameLoop::await_stream() {
+  if (!awaits_stream_) return {};
+  if (!poses_.shown().empty()) {
+    awaits_stream_ = false;
+    last_image_ = Clock::now();
+    return {};
+  }
+  const std::chrono::duration<double> limit = options_.stream_timeout;
+  if (limit.count() == 0 || Clock::now() - started_ < limit) return {};
+  std::string uris;
+  for (const StreamIntake::LinkReport& link : intake_.links()) uris += (uris.empty() ? "" : ", ") + link.uri;
+  std::ostringstream seconds;
+  seconds << limit.count();
+  return Error{"no pose frame arrived at " + uris + " within " + seconds.str() +
+               " s; start a simulator that publishes there, or give --wait-for-stream more seconds"};
+}
+
 void FrameLoop::steer() {
   window_->steer(facts_.gather(scene_.scene(), scene_.replaced(), intake_, poses_, renderer_, device_,
                                camera_.node(), window_->records_video()),
@@ -214,7 +234,7 @@ void FrameLoop::draw() {
   renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_, inspection);
   if (taken_.color_srgb8)
     renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
-  if (wants_pixels()) read_back(recorder, {images_, view.camera, shown, {}});
+  if (wants_pixels() && !awaits_stream_) read_back(recorder, {images_, view.camera, shown, {}});
   if (window_) window_->record(recorder, frames_.belt(), {images_, view.camera, shown});
   const uint64_t done_at = window_ ? frames_.submit(window_->waits(), window_->signals()) : frames_.submit();
   if (window_) window_->present(done_at);
@@ -223,7 +243,7 @@ void FrameLoop::draw() {
   unacknowledged_.push_back({image_service_.submitted(), shown});
   note_cost(shown, begun);
   if (window_) window_->draw_others();
-  images_++;
+  ++(awaits_stream_ ? uncounted_images_ : images_);
 }
 
 void FrameLoop::read_back(gpu::Recorder& recorder, ImageTag tag) {
@@ -248,7 +268,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
     const double age_ms = static_cast<double>(now_ns - static_cast<int64_t>(tag.publish_time_ns)) * 1e-6;
     if (age_ms >= 0 && (!cost.pose_age_ms || age_ms < *cost.pose_age_ms)) cost.pose_age_ms = age_ms;
   }
-  stats_.add(cost);
+  if (!awaits_stream_) stats_.add(cost);
   if (metrics_) metrics_->drawn(shown, intake_, cost);
   if (window_) facts_.drawn(cost);
 }
@@ -268,10 +288,12 @@ Result<void> FrameLoop::deliver() {
     intake_.acknowledge(unacknowledged_.front().shown);
     unacknowledged_.erase(unacknowledged_.begin());
   }
-  for (const gpu::FrameTimes& times : frames_.take_finished()) {
-    stats_.add(times);
+  for (gpu::FrameTimes& times : frames_.take_finished()) {
     if (metrics_) metrics_->add(times);
     if (window_) facts_.add(times);
+    if (times.frame_index < uncounted_images_) continue;
+    times.frame_index -= uncounted_images_;
+    stats_.add(times);
   }
   return {};
 }

@@ -66,6 +66,7 @@ class FrameLoop {
     TakenPlanes planes;
   };
   bool done();
+  Result<void> await_stream();  // clears awaits_stream_ at the first pose frame; fails after the time-out
   void say_notes();
   bool take_in();  // what adapters have sent; true when there is a pose frame to show
   void steer();    // by the user
@@ -106,6 +107,8 @@ class FrameLoop {
   passes::CameraHistory history_;
   std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the list's scene
   uint64_t images_ = 0;                       // drawn
+  uint64_t uncounted_images_ = 0;             // drawn in a window before the first pose frame
+  bool awaits_stream_ = false;                // --wait-for-stream: no pose frame has come yet
   bool undrawn_ = false;  // lockstep: a pose frame is shown that no image has been drawn of yet
   struct Unacknowledged {
     ImageService::Mark drawn;

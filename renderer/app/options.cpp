@@ -205,6 +205,13 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   animate->expected(0, 1)->type_name("[NAME|INDEX|all]");
   app.add_option("--frames", options.frames, "stop after this many images")
       ->check(CLI::Range(uint64_t{0}, kMostFrames).description(""));  // a minus sign would wrap around
+  std::string stream_timeout;
+  CLI::Option* const wait_for_stream =
+      app.add_option("--wait-for-stream", stream_timeout,
+                     "wait for the first pose frame of any stream before images are written and counted by "
+                     "--frames; fail after SECONDS without one (default: no limit)")
+          ->expected(0, 1)
+          ->type_name("[SECONDS]");
   app.add_flag("--exit-when-done", options.exit_when_done, "stop when the last stream has ended");
   app.add_option("--out", options.out, "folder for one PNG per image");
   std::string outputs;
@@ -342,6 +349,16 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     options.scene = std::exchange(options.animate, "all");
   }
   if (animate->count() > 0 && options.animate.empty()) options.animate = "all";
+  options.wait_for_stream = wait_for_stream->count() > 0;
+  if (!stream_timeout.empty()) {
+    if (const std::string wrong = positive_number(stream_timeout); wrong.empty()) {
+      options.stream_timeout = std::chrono::duration<double>(std::stod(stream_timeout));
+    } else if (options.scene.empty()) {  // "--wait-for-stream SCENE": the scene is not a number
+      options.scene = stream_timeout;
+    } else {
+      return usage_error("--wait-for-stream: " + wrong);
+    }
+  }
   const bool replays = !options.recording.replay.empty();
   if (options.scene.empty() && needs_scene && !replays && !options.list_devices)
     return usage_error("name a scene: fire3dv SCENE.glb");
@@ -365,6 +382,8 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (options.lockstep && !receives) return usage_error("--lockstep needs a --listen URI or a --replay file");
   if (options.exit_when_done && !receives)
     return usage_error("--exit-when-done needs a --listen URI or a --replay file");
+  if (options.wait_for_stream && (!receives || options.on_request))
+    return usage_error("--wait-for-stream needs a --listen URI or a --replay file, and excludes --on-request");
   if (!options.recording.record.empty() && !receives)
     return usage_error("--record needs a --listen URI or a --replay file");
   if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);

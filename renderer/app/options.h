@@ -42,6 +42,8 @@ struct Options {
   std::filesystem::path screenshots = ".";  // folder of what the user takes
   std::string camera;            // node or camera name; empty: the scene's first, or one that frames it
   uint64_t frames = 0;           // 0 = until told to stop
+  bool wait_for_stream = false;  // write and count images from the first whole pose frame on
+  std::chrono::duration<double> stream_timeout{0};  // 0 = none
   bool exit_when_done = false;   // end when the last stream has ended
   std::filesystem::path assets;  // folder below which streams may name assets; empty: none
   std::string animate;           // an animation's name, its index, or "all"; empty: none plays

@@ -65,6 +65,8 @@ def usage(test):
             (["--environment-rotation", "inf"], [scene, "--environment-rotation", "inf"]),
             (["--environment-intensity", "-1"], [scene, "--environment-intensity=-1"]),
             (["--lockstep", "--listen"], [scene, "--lockstep"]),
+            (["--wait-for-stream", "--listen"], [scene, "--headless", "--wait-for-stream"]),
+            (["--wait-for-stream", "soon"], [scene, "--headless", "--listen", "shm://none", "--wait-for-stream", "soon"]),
             (["--exit-when-done", "--listen"], [scene, "--exit-when-done"]),
             (["--frames", "--on-request"], [scene, "--headless", "--listen", "shm://none", "--on-request", "--frames", "3"]),
             (["second.glb"], [scene, "second.glb"]),

@@ -199,6 +199,34 @@ def no_adapter(test, transport):
         expect_square(picture, square, PLACE_AT_REST, "at rest")
 
 
+def waits_for_stream(test, transport):
+    """--wait-for-stream: images are written and counted from the first pose frame on."""
+    uri = test.fresh_uri(transport)
+    stats = test.path("stats.csv")
+    renderer = test.renderer("--wait-for-stream", "60", "--frames", "3", "--stats", stats, listen=[uri])
+    renderer.uris()
+    publisher = test.publisher(uri)
+    publisher.do("stream 100")
+    renderer.expect_exit(0)
+    frames = renderer.frames()
+    check([f["frame"] for f in frames] == [0, 1, 2], f"{frames}")
+    for frame in frames:
+        check(streams_of("arm")(frame), f"an image without the stream was written: {frame}")
+    expect_square(renderer.picture(frames[0]), "red", frame_place(frames[0], "arm"), "the first image")
+    with open(stats, encoding="utf-8") as file:
+        rows = [line.split(",")[0] for line in file]
+    check(rows == ["frame", "0", "1", "2"], f"rows of --stats: {rows}")
+
+
+def any_stream_timeout(test):
+    uris = [test.fresh_uri("tcp"), test.fresh_uri("shm")]
+    renderer = test.renderer("--wait-for-stream", "0.2", "--frames", "3", listen=uris)
+    renderer.expect_exit(1)
+    check(renderer.find_err(f"no pose frame arrived at {uris[0]}, {uris[1]} within 0.2 s; start a simulator"),
+          "the error does not name the URIs")
+    check(not renderer.frames(), "images were written")
+
+
 def any_no_listen(test):
     renderer = test.renderer("--frames", "2")
     renderer.expect_exit(0)
@@ -239,9 +267,10 @@ def any_all_transports(test):
 
 def cases():
     result = {"any_no_listen": any_no_listen, "any_two_renderers": any_two_renderers,
-              "any_all_transports": any_all_transports}
+              "any_all_transports": any_all_transports, "any_stream_timeout": any_stream_timeout}
     for transport in TRANSPORTS:
-        for run in (renderer_first, adapter_first, adapter_rests, described_anew, two_adapters, two_frames, names, no_adapter):
+        for run in (renderer_first, adapter_first, adapter_rests, described_anew, two_adapters, two_frames, names, no_adapter,
+                    waits_for_stream):
             result[f"{transport}_{run.__name__}"] = lambda test, t=transport, r=run: r(test, t)
         for run in (adapter_restarted, renderer_restarted):
             for kill in (False, True):
