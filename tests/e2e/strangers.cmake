@@ -5,3 +5,12 @@ if(TARGET fire3dv)
   fire3dv_e2e_test(metrics SCRIPT metrics_test.py PROGRAMS fire3dv e2e_publisher)
   fire3dv_e2e_test(attackers SCRIPT attackers_test.py PROGRAMS fire3dv e2e_publisher e2e_attacker)
 endif()
+
+# One peer against the others: each attack beside an honest adapter, whose images are counted.
+if(TARGET fire3dv AND NOT FIRE3DV_SANITIZE)
+  fire3dv_program(e2e_greedy_peer SOURCES greedy_peer.cpp greedy_attacks.cpp raw_peer.cpp raw_udp.cpp colliding_names.cpp
+                  LINK fire3dv_client_inside fire3dv_transport fire3dv_wire)
+  set_target_properties(e2e_greedy_peer PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  fire3dv_e2e_test(greedy_peers SCRIPT greedy_peers_test.py PROGRAMS fire3dv e2e_greedy_peer)
+  set_tests_properties(greedy_peers PROPERTIES RUN_SERIAL TRUE)  # it compares rates within one run
+endif()
