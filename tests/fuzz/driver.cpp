@@ -1,8 +1,10 @@
 // Mutates the seeds of a target, from a seeded generator: the same runs give the same inputs.
 //   TARGET RUNS [SEED]         runs mutated seeds
+//   TARGET --seconds S FILE [SEED]   the same for so long; FILE holds the input that runs, for --file
 //   TARGET --corpus FOLDER     writes the seeds as files, for libFuzzer
 //   TARGET --file FILE...      runs files as they are
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -80,6 +82,25 @@ int run_files(int count, char** names) {
   return 0;
 }
 
+int run_for(const std::vector<Input>& seeds, double seconds, const char* file_name, unsigned long long seed) {
+  std::mt19937_64 generator(seed);
+  unsigned long long inputs = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  for (auto said = begin; std::chrono::steady_clock::now() - begin < std::chrono::duration<double>(seconds);
+       ++inputs) {
+    const Input input = mutate(seeds, generator);
+    std::ofstream(file_name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(input.data()), static_cast<std::streamsize>(input.size()));
+    LLVMFuzzerTestOneInput(input.data(), input.size());
+    if (std::chrono::steady_clock::now() - said < std::chrono::minutes(1)) continue;
+    said = std::chrono::steady_clock::now();
+    std::printf("%llu inputs\n", inputs);
+    std::fflush(stdout);
+  }
+  std::printf("%llu inputs from %zu seeds in %.0f s\n", inputs, seeds.size(), seconds);
+  return 0;
+}
+
 }  // namespace
 }  // namespace fire3dv::fuzz
 
@@ -96,9 +117,14 @@ int main(int argc, char** argv) {
     }
     return 0;
   }
+  if ((argc == 4 || argc == 5) && std::strcmp(argv[1], "--seconds") == 0)
+    return run_for(sound, std::strtod(argv[2], nullptr), argv[3],
+                   argc == 5 ? std::strtoull(argv[4], nullptr, 10) : 1);
   const unsigned long long runs = argc >= 2 ? std::strtoull(argv[1], nullptr, 10) : 0;
   if (runs == 0 || argc > 3) {
-    std::fprintf(stderr, "usage: %s RUNS [SEED] | --corpus FOLDER | --file FILE...\n", argv[0]);
+    std::fprintf(stderr,
+                 "usage: %s RUNS [SEED] | --seconds S FILE [SEED] | --corpus FOLDER | --file FILE...\n",
+                 argv[0]);
     return 2;
   }
   std::mt19937_64 generator(argc == 3 ? std::strtoull(argv[2], nullptr, 10) : 1);
