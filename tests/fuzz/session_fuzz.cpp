@@ -64,6 +64,8 @@ class Session {
       for (uint64_t m = 0; m < messages; ++m) act(choices_.below(kPeers));
       turn();
     }
+    for (int i = 0; i < 20; ++i) turn(true);
+    check_requests();
     for (size_t i = 0; i < kPeers; ++i)
       if (peers_[i].is_connected) disconnect(i);
     for (int i = 0; i < 1000 && (i < 20 || !is_over()); ++i) {
@@ -95,14 +97,16 @@ class Session {
       return;
     }
     const auto say = [&](wire::Bytes message, LinkEvent::Kind kind = LinkEvent::Kind::control) {
-      if (choices_.one_in(60) && !message.empty())
+      if (choices_.one_in(300) && !message.empty()) {
         message[choices_.below(message.size())] ^= static_cast<std::byte>(1 << choices_.below(8));
+        peer.is_damaged = true;
+      }
       link_->deliver(ids_[index], kind, std::move(message));
     };
     switch (choices_.below(16)) {
       case 0:
       case 1:
-        return say(peer.describe(choices_, epochs_without(index)));
+        return describe(index, say);
       case 2:
       case 3:
       case 4:
@@ -125,6 +129,14 @@ class Session {
       default:
         if (choices_.one_in(4)) disconnect(index);
     }
+  }
+
+  template <typename Say>
+  void describe(size_t index, Say&& say) {
+    const std::set<uint64_t> others = epochs_without(index);
+    wire::Bytes message = peers_[index].describe(choices_, others);
+    if (others.contains(peers_[index].epoch)) contested_.insert(peers_[index].epoch);
+    say(std::move(message));
   }
 
   void disconnect(size_t index) {
@@ -200,6 +212,16 @@ class Session {
     FIRE3DV_ASSERT(active == intake_.active_streams());
   }
 
+  // The stream has not described itself again, which may have been from another connection. Known only while
+  // it drives a node: each run has an age of its own.
+  bool is_same_run(const Owned& owned) const {
+    const state::Stream& stream = poses_.streams()[owned.stream];
+    if (!stream.active || stream.epoch != owned.epoch) return false;
+    for (const uint32_t node : stream.scene_node_of_pose)
+      if (node != state::kNone) return poses_.age_of_driver(node) == owned.age;
+    return false;
+  }
+
   // What an older stream drives stays its own: its nodes, their paths, and whether they are seen.
   void check_rights() {
     const std::vector<scene::Node>& nodes = scene_.scene().nodes;
@@ -207,8 +229,7 @@ class Session {
     for (uint32_t node = 0; node < nodes.size(); ++node) by_path.emplace(nodes[node].path, node);
     const auto& streams = poses_.streams();
     for (const auto& [path, owned] : owned_) {
-      const state::Stream& stream = streams[owned.stream];
-      if (!stream.active || stream.epoch != owned.epoch || by_path.count(path) == 0) continue;
+      if (!is_same_run(owned) || by_path.count(path) == 0) continue;
       FIRE3DV_ASSERT(by_path.count(path) == 1);
       const std::optional<uint64_t> age = poses_.age_of_driver(by_path.find(path)->second);
       FIRE3DV_ASSERT(age && state::age_rank(*age) <= state::age_rank(owned.age));
@@ -235,6 +256,22 @@ class Session {
         FIRE3DV_ASSERT(report.used[i] <= budgets_->limits().per_peer[i]);
   }
 
+  // Of streams that are accepted, every request is answered or open.
+  void check_requests() const {
+    if (lockstep_ || intake_.waiting_messages() != 0) return;
+    std::set<uint64_t> settled;
+    for (const auto& [asker, id] : intake_.image_requests()) settled.insert(id);
+    for (const auto& [peer, id] : link_->refused()) settled.insert(id);
+    for (const auto& [peer, id] : link_->images()) settled.insert(id);
+    for (size_t i = 0; i < kPeers; ++i) {
+      const auto welcome = link_->welcomed().find(ids_[i]);
+      if (contested_.contains(peers_[i].epoch)) continue;  // the stream may be another connection's
+      if (!peers_[i].is_connected || peers_[i].is_damaged || welcome == link_->welcomed().end()) continue;
+      if (welcome->second != std::pair(peers_[i].epoch, wire::WelcomeStatus::accepted)) continue;
+      for (const auto& [place, id] : peers_[i].requests) FIRE3DV_ASSERT(settled.contains(id));
+    }
+  }
+
   bool is_over() const {
     return link_->idle() && intake_.waiting_messages() == 0 && intake_.active_streams() == 0 &&
            scene_.is_settled();
@@ -258,6 +295,7 @@ class Session {
   std::array<SessionPeer, kPeers> peers_;
   std::array<transport::PeerId, kPeers> ids_{};
   transport::PeerId last_id_ = 0;
+  std::set<uint64_t> contested_;  // epochs of which two connected peers have described a stream
   const size_t heap_bytes_ = ::mallinfo2().uordblks;  // sanitizers count nothing here
   int64_t now_ns_ = 1'000'000'000;
   std::map<std::string, Owned> owned_;  // by path, as of the last turn

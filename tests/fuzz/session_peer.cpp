@@ -69,16 +69,15 @@ wire::Bytes SessionPeer::describe(Choices& choices, const std::set<uint64_t>& ep
   if (choices.one_in(20)) description.world_from_stream.m[choices.below(12)] = edge_float(choices);
   if (choices.one_in(4)) description.clock.boot_id = "another machine";
   wire::Bytes bytes = wire::encode(description);
+  requests.clear();  // those of a description that was refused are not known to the renderer
   static wire::Decoder decoder;
-  is_valid = decoder.decode(bytes).ok() && description.protocol_major == wire::kProtocolMajor;
+  const bool is_valid = decoder.decode(bytes).ok() && description.protocol_major == wire::kProtocolMajor;
   if (is_valid || description.protocol_major != wire::kProtocolMajor) {
     if (description.epoch != previous) {
       sequence_ = version_ = 0;
-      requests.clear();
       names_ = description.node_names;
     }
     epoch = is_valid ? description.epoch : 0;
-    is_taken = epoch != previous && epochs_of_others.contains(epoch);
   }
   return bytes;
 }

@@ -29,8 +29,7 @@ class SessionPeer {
 
   bool is_connected = false;
   uint64_t epoch = 0;                     // of its last description; 0: none, or it said goodbye
-  bool is_valid = false;                  // that description is well-formed
-  bool is_taken = false;                  // its epoch was another peer's when it described itself
+  bool is_damaged = false;                // a message was changed on its way: what it says here may be wrong
   std::map<uint32_t, uint64_t> requests;  // ids by place, sent in this epoch, all well-formed
 
  private:

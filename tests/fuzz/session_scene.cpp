@@ -1,7 +1,6 @@
 #include "tests/fuzz/session_scene.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <thread>
 
