@@ -1,6 +1,7 @@
 #include "tests/fuzz/session_scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <thread>
 
@@ -110,6 +111,12 @@ void SessionScene::resolve(const std::vector<state::WantedNode>& wanted) {
 bool SessionScene::show_built(app::SceneBuild::Built&& built) {
   for (const app::SceneBuild::Refused& refused : built.refused)
     book_.refuse_node(refused.node, refused.reason);
+  if (!built.fault.empty()) {
+    for (const state::WantedNode& node : built.added) book_.refuse_node(node, built.fault);
+    build_.keep_only(added_);
+    book_.scene_made_for(vertex_nodes_);
+    return true;
+  }
   for (const state::WantedNode& node : built.added) book_.node_is_there(node);
   nodes_ = keys_of(built.added);
   added_ = std::move(built.added);
