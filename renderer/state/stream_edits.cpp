@@ -69,7 +69,6 @@ StreamEdits::Outcome StreamEdits::add(wire::SceneEdit&& edit) {
   received_ = edit.version;
   Key key(edit.node, edit.property);
   const bool is_new = !keys_.contains(key);
-  if (is_new && std::holds_alternative<wire::Cleared>(edit.value)) return Outcome::taken;
   const auto replaced = waiting_.find(key);
   BudgetCharge charge = replaced == waiting_.end() ? empty_charge(budget_, Resource::edit_bytes)
                                                    : std::move(replaced->second.charge);
@@ -78,8 +77,11 @@ StreamEdits::Outcome StreamEdits::add(wire::SceneEdit&& edit) {
     return refuse(Resource::edit_bytes, fits.error().message);
   }
   if (is_new) {
-    if (const Result<void> fits = charge_key(key); !fits)
+    if (const Result<void> fits = charge_key(key); !fits) {
+      if (std::holds_alternative<wire::Cleared>(edit.value))
+        return Outcome::taken;  // there is nothing to clear
       return refuse(refused_resource_, fits.error().message);
+    }
     keys_.insert(key);
   }
   // What is replaced before anybody saw it will never be loaded.
