@@ -57,6 +57,7 @@ bool StreamIntake::poll() {
   ++polls_;
   now_ns_ = clock_();
   bool changed = !lockstep_ && handle_waiting();
+  pause_waiting_peers();
   const bool reads = !lockstep_ || std::none_of(peers_.begin(), peers_.end(),
                                                 [this](const auto& entry) { return is_ready(entry.second); });
   for (size_t i = 0; reads && i < listeners_.size(); ++i) {
@@ -66,6 +67,7 @@ bool StreamIntake::poll() {
     });
   }
   decide_contests();
+  pause_waiting_peers();
   if (lockstep_) changed |= handle_in_order();
   now_ns_ = clock_();
   changed |= poses_.advance(now_ns_);

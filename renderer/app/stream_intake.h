@@ -143,6 +143,7 @@ class StreamIntake {
     int64_t rests_until_ns = 0;  // after a long message
     int64_t heard_ns = 0;        // last message
     std::optional<Contest> contest;
+    bool is_paused = false;      // its link keeps further messages
     uint64_t refused_epoch = 0;  // that lost its contest
     int64_t refused_ns = 0;
     uint32_t rejected = 0;
@@ -194,6 +195,8 @@ class StreamIntake {
   bool has_time(PeerState& state);
   bool handle_next(Peer peer);
   bool handle_waiting();
+  // A peer whose messages wait here sends no more from its link, which holds the sender back.
+  void pause_waiting_peers();
   bool handle_in_order();
   bool handle_timed(Peer peer, PeerState& state, const transport::LinkEvent& event);
   bool handle(Peer peer, const transport::LinkEvent& event);

@@ -85,6 +85,17 @@ bool StreamIntake::handle_waiting() {
   return changed;
 }
 
+// Contests are decided by when a peer was heard last, so its messages go on coming. In lockstep no link is
+// read while messages wait.
+void StreamIntake::pause_waiting_peers() {
+  if (lockstep_) return;
+  for (auto& [peer, state] : peers_) {
+    const bool is_paused = !state.waiting.empty() && !state.contest;
+    if (std::exchange(state.is_paused, is_paused) != is_paused)
+      listeners_[peer.first]->pause_peer(peer.second, is_paused);
+  }
+}
+
 // Lockstep: messages in the order of their arrival, until there is a frame to show.
 bool StreamIntake::handle_in_order() {
   for (;;) {

@@ -31,13 +31,17 @@ class RoomCount {
   // Takes the room for one more light, or none of it.
   bool take(uint32_t views, uint32_t mask_bits, uint32_t soft_words) {
     const uint64_t all_views = views_ + views, bits = bits_ + mask_bits, words = soft_words_ + soft_words;
-    const uint64_t texels = all_views * maps_of_view_ * kSmallestSide * kSmallestSide;
+    // Halving ends when the first map is at the smallest side. If that is a side of a cube, the maps of
+    // lights without a cube are twice as large.
+    const uint64_t side = views == 1 ? 2 * kSmallestSide : kSmallestSide;
+    const uint64_t texels = texels_ + views * maps_of_view_ * side * side;
     wanted_bits_ += mask_bits;
     wanted_soft_words_ += soft_words;
     if (!room_.has_room || all_views > room_.max_views || texels > room_.max_texels ||
         (bits + 31) / 32 + words > room_.max_mask_words)
       return false;
     views_ = all_views;
+    texels_ = texels;
     bits_ = bits;
     soft_words_ = words;
     return true;
@@ -50,7 +54,7 @@ class RoomCount {
  private:
   const ShadowRoom& room_;
   const uint64_t maps_of_view_;
-  uint64_t views_ = 0, bits_ = 0, soft_words_ = 0, wanted_bits_ = 0, wanted_soft_words_ = 0;
+  uint64_t views_ = 0, texels_ = 0, bits_ = 0, soft_words_ = 0, wanted_bits_ = 0, wanted_soft_words_ = 0;
 };
 
 // Each map gets its place behind the ones before.

@@ -34,9 +34,7 @@ TEST(ShadowPlan, MapsOfAnyNumberOfLightsStayWithinTheRoom) {
   EXPECT_EQ(end, plan.texels);
   for (const gpu_types::LightShadow& shadow : plan.shadows) {
     ASSERT_LE(shadow.first_view + shadow.view_count, plan.views.size());
-    if (shadow.rays == 0) {
-      ASSERT_EQ(shadow.mask_word, FIRE3DV_NO_INDEX);
-    }
+    ASSERT_EQ(shadow.rays == 0, shadow.mask_word == FIRE3DV_NO_INDEX);
   }
 }
 

@@ -26,6 +26,7 @@ class ScriptedListener final : public transport::ListenerLink {
     }
   }
   void wait(std::chrono::nanoseconds) override {}
+  void pause_peer(PeerId peer, bool is_paused) override { pauses.emplace_back(peer, is_paused); }
   void send(PeerId peer, std::span<const std::byte> message) override {
     sent.emplace_back(peer, wire::Bytes(message.begin(), message.end()));
   }
@@ -46,6 +47,7 @@ class ScriptedListener final : public transport::ListenerLink {
   }
 
   std::vector<std::pair<PeerId, wire::Bytes>> sent;
+  std::vector<std::pair<PeerId, bool>> pauses;
   struct Image {
     PeerId peer;
     uint64_t request;
@@ -402,6 +404,23 @@ TEST_F(StreamIntakeTest, APeerWithManyMessagesDelaysOthersByOneSlice) {
   EXPECT_EQ(poses_.streams()[0].edits_stale, 0u);
   EXPECT_EQ(intake_.waiting_messages(), 0u);
   EXPECT_EQ(budget->used(Resource::received_bytes), 0u);
+}
+
+TEST_F(StreamIntakeTest, ALinkKeepsTheMessagesOfAPeerWhoseMessagesWait) {
+  link_->deliver(1, LinkEvent::Kind::control, description(1, "busy", {"nothing"}));
+  link_->deliver(2, LinkEvent::Kind::connected);
+  intake_.poll();
+  step_ns_ = 1'000'000;  // two messages are a slice
+  for (uint64_t version = 1; version <= 5; ++version)
+    link_->deliver(1, LinkEvent::Kind::control, visible(1, version));
+  intake_.poll();
+  ASSERT_EQ(intake_.waiting_messages(), 3u);
+  using Pauses = std::vector<std::pair<PeerId, bool>>;
+  EXPECT_EQ(link_->pauses, (Pauses{{1, true}}));
+  intake_.poll();
+  intake_.poll();
+  ASSERT_EQ(intake_.waiting_messages(), 0u);
+  EXPECT_EQ(link_->pauses, (Pauses{{1, true}, {1, false}}));
 }
 
 TEST_F(StreamIntakeTest, OfPosesThatWaitTheNewestIsHandled) {
