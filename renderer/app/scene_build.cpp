@@ -317,7 +317,7 @@ Result<void> SceneBuild::add(const state::WantedNode& node, uint32_t parent, Mer
 void SceneBuild::give_own_vertices(const Request& request, Merge& merge, Built& built) {
   if (request.vertex_nodes.empty()) return vertex_charges_.clear();
   scene::Scene& scene = merge.to->scene;
-  const state::NodeNames names(scene);
+  const state::NodeNames names(scene, static_cast<uint32_t>(base_.scene.nodes.size()));
   std::map<UseKey, BudgetCharge> before = std::exchange(vertex_charges_, {});
   uint64_t corners = scene::deformed_corners(scene);
   for (const VertexNode& vertex_node : request.vertex_nodes) {

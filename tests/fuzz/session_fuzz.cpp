@@ -151,25 +151,32 @@ class Session {
     return epochs;
   }
 
+  // Some images are left for later turns, as when a time slice is over.
+  void draw(const state::ImageBook::Due& due) {
+    if (choices_.one_in(8)) return;
+    if (choices_.one_in(8)) {
+      intake_.refuse_image(due, wire::ImageRefusal::unknown_camera, "no such camera");
+      return;
+    }
+    wire::ImageFrame frame;
+    frame.request = due.request.id;
+    frame.number = due.number;
+    frame.epoch = due.request.epoch;
+    frame.sequence = due.sequence;
+    frame.intrinsics = due.request.intrinsics;
+    frame.intrinsics.fx = frame.intrinsics.fy = 1;
+    intake_.image_made(due);
+    (void)intake_.send_image(due.asker, frame, [](std::span<std::byte>) {});
+  }
+
   // One round of the frame loop.
   void turn(bool finish = false) {
     now_ns_ += choices_.one_of<int64_t>({0, 1'000, 1'000'000, 1'000'000, 100'000'000, 6'000'000'000});
     intake_.poll();
     const bool replaced = scene_.follow(finish || choices_.one_in(2));
     if (replaced || choices_.one_in(4)) intake_.tell_bindings();
-    for (const state::ImageBook::Due& due : intake_.take_due_images(now_ns_)) {
-      if (choices_.one_in(8)) {
-        intake_.refuse_image(due, wire::ImageRefusal::unknown_camera, "no such camera");
-        continue;
-      }
-      wire::ImageFrame frame;
-      frame.request = due.request.id;
-      frame.number = due.number;
-      frame.epoch = due.request.epoch;
-      frame.sequence = due.sequence;
-      frame.intrinsics = due.request.intrinsics;
-      frame.intrinsics.fx = frame.intrinsics.fy = 1;
-      (void)intake_.send_image(due.asker, frame, [](std::span<std::byte>) {});
+    for (const state::ImageDemand& demand : intake_.image_demands(now_ns_)) {
+      for (const state::ImageBook::Due& due : intake_.due_images(demand.asker, now_ns_)) draw(due);
     }
     if (choices_.one_in(2)) intake_.acknowledge(poses_.shown());
     (void)intake_.take_notes();
