@@ -143,7 +143,7 @@ bool LiveScene::show_built() {
   }
   for (const state::WantedNode& node : built->added) book_.node_is_there(node);
   contents_ = std::move(contents);
-  impossible_ = {};
+  impossible_.reset();
   added_ = std::move(built->added);
   book_.scene_made_for(contents_.vertex_nodes, std::move(built->vertex_refusals));
   if (!built->scene && !merged_) return true;  // all was refused
@@ -200,7 +200,7 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
       book_.refuse_node(node, reason);
   }
   build_.keep_only(added_);
-  impossible_ = {keys_of(built.added), built.vertex_nodes};
+  impossible_ = Contents{keys_of(built.added), built.vertex_nodes};
   std::map<std::string, std::string> vertex_refusals;
   for (const std::string& name : built.vertex_nodes) vertex_refusals[name] = reason;
   book_.scene_made_for(built.vertex_nodes, std::move(vertex_refusals));

@@ -104,7 +104,7 @@ class LiveScene {
   NodeKeys wanted_keys_;
   uint64_t wanted_revision_ = UINT64_MAX;
   Contents contents_;                     // of what is shown
-  Contents impossible_;                   // what could not be shown, if anything
+  std::optional<Contents> impossible_;    // what could not be shown
   std::vector<state::WantedNode> added_;  // to it
   // The scene is replaced no more than half of the time: after a replacement, the next build begins when as
   // much time has passed as that took.

@@ -114,6 +114,7 @@ TEST_F(Lifetime, TheEstimateIsNoLessThanWhatASceneTakes) {
   material.base_color_texture.texture =
       builder.texture(512, 512, true, [](float u, float v) { return glm::vec4(u, v, 0.5f, 1); });
   builder.mesh_node("ball", builder.sphere(builder.material(material), 0.5f, 200), at({0, 0, 0}));
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, -1, -0.2f}));  // as in the other: equal maps
   builder.camera_node("camera", {0, 1, 4}, {0, 0, 0});
   const scene::Scene large = builder.build();
   const scene::Derived derived = scene::derive(large, scene::Levels::none);
