@@ -288,7 +288,7 @@ void EditBook::apply(const scene::Scene& scene, uint32_t node, StreamBook& strea
     result.base_color = glm::vec4(color->rgba[0], color->rgba[1], color->rgba[2], color->rgba[3]);
   } else if (const auto* light = std::get_if<wire::Light>(&value)) {
     scene::Light wanted = light_of(*light, scene, node);
-    if (charge_light(stream, kept, wanted)) result.light = wanted;
+    if (charge_light(scene, node, stream, kept, wanted)) result.light = wanted;
   } else if (const auto* camera = std::get_if<wire::Camera>(&value)) {
     result.camera = camera_of(*camera, scene, node);
   } else if (std::holds_alternative<wire::NodeRemoved>(value)) {
@@ -298,30 +298,34 @@ void EditBook::apply(const scene::Scene& scene, uint32_t node, StreamBook& strea
   }
 }
 
-// A light beyond the limit is refused; one whose shadow is beyond its limit shines without a shadow.
-bool EditBook::charge_light(StreamBook& stream, Kept& kept, scene::Light& light) {
+// A light beyond the limit is refused; one whose shadow is beyond its limit shines without a shadow. What the
+// scene's own light at the node costs already is not charged.
+bool EditBook::charge_light(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
+                            scene::Light& light) {
   if (!stream.budget) return true;
-  if (kept.refused) return false;
-  if (kept.light.amount() == 0) {
-    Result<BudgetCharge> charge = BudgetCharge::take(stream.budget, Resource::lights, 1);
+  const uint32_t own = scene.nodes[node].light;
+  const bool has_light = own != scene::kNone;
+  const bool has_shadow = has_light && scene.lights[own].casts_shadow && scene.lights[own].type == light.type;
+  if (!std::exchange(kept.is_light_charged, true)) {
+    const std::string name = "the light at the node " + scene::quote(kept.edit.node);
+    Result<BudgetCharge> charge = BudgetCharge::take(stream.budget, Resource::lights, has_light ? 0 : 1);
     if (!charge) {
       kept.refused = true;
-      fault(stream, kept, &EditFaults::refused,
-            "the light at the node " + scene::quote(kept.edit.node) + ": " + charge.error().message);
+      fault(stream, kept, &EditFaults::refused, name + ": " + charge.error().message);
       return false;
     }
     kept.light = std::move(*charge);
-    if (light.casts_shadow) {
+    if (light.casts_shadow && !has_shadow) {
       Result<BudgetCharge> shadow = BudgetCharge::take(stream.budget, Resource::shadow_lights, 1);
       if (shadow) {
         kept.shadow_light = std::move(*shadow);
       } else if (!std::exchange(stream.reported_shadows, true)) {
-        notes_.push_back("the light at the node " + scene::quote(kept.edit.node) + " of stream \"" +
-                         stream.name + "\" casts no shadow: " + shadow.error().message);
+        notes_.push_back(name + " of stream \"" + stream.name +
+                         "\" casts no shadow: " + shadow.error().message);
       }
     }
   }
-  light.casts_shadow &= kept.shadow_light.amount() > 0;
+  light.casts_shadow = light.casts_shadow && (has_shadow || kept.shadow_light.amount() > 0);
   return true;
 }
 

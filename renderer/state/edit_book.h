@@ -87,9 +87,10 @@ class EditBook {
     std::shared_ptr<const scene::ReplacedVertices> vertices;
     BudgetCharge charge;  // of the value
     BudgetCharge light, shadow_light;
-    uint32_t bound_node = kNone;  // kNone: no node has the name
-    bool is_searched = false;     // for that, in the scene of scene_revision_
-    bool finished = true;         // no frame waits for it
+    bool is_light_charged = false;  // as far as it costs more than the scene's own
+    uint32_t bound_node = kNone;    // kNone: no node has the name
+    bool is_searched = false;       // for that, in the scene of scene_revision_
+    bool finished = true;           // no frame waits for it
     bool refused = false;
   };
   struct StreamBook {
@@ -115,7 +116,8 @@ class EditBook {
   Kept* find(const WantedNode& node);
   void replace_vertices(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
                         scene::NodeEdit& result);
-  bool charge_light(StreamBook& stream, Kept& kept, scene::Light& light);
+  bool charge_light(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
+                    scene::Light& light);
   void fault(StreamBook& stream, Kept& kept, uint64_t EditFaults::*cause, const std::string& reason);
   void apply(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
              scene::NodeEdit& result);

@@ -397,19 +397,22 @@ TEST_F(EditBookTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
   EXPECT_TRUE(edits_.is_hidden(kCup));
 }
 
-// Of four lights two cast shadows, and the last one is refused; what is cleared makes room.
+// The lamp has a light with a shadow in the file, which costs no more. Of the others one casts a shadow, and
+// the last one is refused; a cleared one makes room.
 TEST_F(EditBookTest, LightsOfAPeerAreLimited) {
   PeerLimits limits;
-  ASSERT_TRUE(set_limit("lights=3", limits).ok());
-  ASSERT_TRUE(set_limit("shadow-lights=2", limits).ok());
+  ASSERT_TRUE(set_limit("lights=2", limits).ok());
+  ASSERT_TRUE(set_limit("shadow-lights=1", limits).ok());
   const std::shared_ptr<BudgetPool> pool = BudgetPool::create(limits);
   const std::shared_ptr<PeerBudget> budget = pool->add_peer("peer");
   wire::StreamDescription description;
   description.epoch = 7;
   description.node_names = {"nothing"};
   const StreamId id = poses_.add_stream(description, budget);
-  for (const char* node : {"ball", "cup", "lamp", "table"})
-    edit(id, node, wire::Property::light, wire::Light{});
+  wire::Light light;
+  light.kind = scene_.lights[0].type == scene::LightType::point ? wire::LightKind::point
+                                                                : wire::LightKind::directional;
+  for (const char* node : {"ball", "cup", "lamp", "table"}) edit(id, node, wire::Property::light, light);
   uint32_t lights = 0, shadows = 0;
   for (const auto& [node, edited] : resolved().nodes()) {
     lights += edited.light ? 1 : 0;
@@ -421,10 +424,11 @@ TEST_F(EditBookTest, LightsOfAPeerAreLimited) {
   EXPECT_EQ(book_.take_notes().size(), 2u) << "one for the light, one for the shadow";
   (void)resolved();
   EXPECT_EQ(book_.faults().refused, 1u) << "counted once";
-  EXPECT_EQ(budget->used(Resource::lights), 3u);
+  EXPECT_EQ(budget->used(Resource::lights), 2u);
+  EXPECT_EQ(budget->used(Resource::shadow_lights), 1u);
   edit(id, "ball", wire::Property::light, wire::Cleared{});
   (void)resolved();
-  EXPECT_EQ(budget->used(Resource::lights), 2u);
+  EXPECT_EQ(budget->used(Resource::lights), 1u);
   poses_.remove_stream(id);
   (void)resolved();
   EXPECT_EQ(budget->used(Resource::lights), 0u);
