@@ -8,6 +8,10 @@
 namespace fire3dv::app {
 namespace {
 
+// Replacements of the scene take half of the render thread's time at most. More would make streams wait
+// longer whose frames belong to nodes that they add.
+constexpr int kReplacementRest = 1;
+
 std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::WantedNode>& nodes) {
   std::vector<std::pair<uint64_t, uint64_t>> keys;
   for (const state::WantedNode& node : nodes) keys.emplace_back(node.age, node.version);
@@ -56,20 +60,23 @@ bool LiveScene::follow() {
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
   // Who moves a node decides whose edits of it count.
   const bool rebound = bindings_seen_ != poses_.binding_revision();
-  if (!built && !user_changed_ && changes.empty() && (book_.empty() || !rebound)) {
-    if (must_build_) build_if_other();
-    return false;
-  }
+  const bool may_build = must_build_ && can_build();
+  if (!built && !user_changed_ && changes.empty() && !may_build && (book_.empty() || !rebound)) return false;
   user_changed_ = false;
   bindings_seen_ = poses_.binding_revision();
   book_.take(std::move(changes), &poses_.names());
-  list_wanted();
+  if (can_build()) list_wanted();
   resolve();
   build_if_other();
   bool shown = false;
   for (const state::EditBook::Finished& edit : book_.take_finished())
     shown |= poses_.finish_edit(edit.stream, edit.epoch, edit.version);
   return shown;
+}
+
+// The list is long where streams add many nodes: it is made when a build may begin, not at each edit.
+bool LiveScene::can_build() const {
+  return build_.idle() && std::chrono::steady_clock::now() >= next_build_;
 }
 
 void LiveScene::list_wanted() {
@@ -82,13 +89,11 @@ void LiveScene::list_wanted() {
 
 // What nobody wants any more is hidden at once, and gone when the next scene is made.
 void LiveScene::resolve() {
-  const bool complete = wanted_keys_ == contents_.nodes;
+  const bool complete = wanted_revision_ == book_.wanted_revision() && wanted_keys_ == contents_.nodes;
   scene::NodeEdits edits = book_.resolve(scene(), poses_, complete);
   if (!complete) {
     for (const state::WantedNode& node : added_) {
-      const std::pair key(node.age, node.version);
-      const bool stays = std::binary_search(wanted_keys_.begin(), wanted_keys_.end(), key);
-      const uint32_t index = stays ? scene::kNone : poses_.names().find(node.name);
+      const uint32_t index = book_.is_wanted(node) ? scene::kNone : poses_.names().find(node.name);
       if (index != scene::kNone) edits[index].removed = true;
     }
   }
@@ -105,6 +110,10 @@ void LiveScene::resolve() {
 void LiveScene::build_if_other() {
   must_build_ = false;
   if (!build_.idle()) return;  // when that is done
+  if (!can_build()) {
+    must_build_ = true;
+    return;
+  }
   const std::set<std::string>& vertex_nodes = book_.vertex_nodes();
   const bool other = wanted_keys_ != contents_.nodes ||
                      !std::equal(vertex_nodes.begin(), vertex_nodes.end(), contents_.vertex_nodes.begin(),
@@ -113,10 +122,6 @@ void LiveScene::build_if_other() {
   SceneBuild::Request request;
   Contents contents{wanted_keys_, {vertex_nodes.begin(), vertex_nodes.end()}};
   if (contents == impossible_) return;
-  if (std::chrono::steady_clock::now() < next_build_) {
-    must_build_ = true;
-    return;
-  }
   request.nodes = wanted_;
   for (const std::string& name : vertex_nodes)
     request.vertex_nodes.push_back({name, book_.vertex_budget(name)});
@@ -155,7 +160,7 @@ bool LiveScene::show_built() {
   if (player_) player_->emplace(scene(), animations_);
   ++replaced_;
   const auto ended = std::chrono::steady_clock::now();
-  next_build_ = ended + (ended - begun);
+  next_build_ = ended + kReplacementRest * (ended - begun);
   replacement_ns_ = built->merge_ns + (ended - begun) / std::chrono::nanoseconds(1);
   return true;
 }

@@ -83,6 +83,7 @@ class LiveScene {
   Result<void> put_on_device(const SceneBuild::Built& built);
   Result<void> check_memory(const scene::LoadedScene& next) const;
   void refuse_new(SceneBuild::Built&& built, const std::string& reason);
+  bool can_build() const;
   void list_wanted();
   void resolve();
   void build_if_other();
@@ -106,8 +107,8 @@ class LiveScene {
   Contents contents_;                     // of what is shown
   std::optional<Contents> impossible_;    // what could not be shown
   std::vector<state::WantedNode> added_;  // to it
-  // The scene is replaced no more than half of the time: after a replacement, the next build begins when as
-  // much time has passed as that took.
+  // After a replacement, the next build begins when kReplacementRest times as much time has passed as it
+  // took.
   bool must_build_ = false;
   std::chrono::steady_clock::time_point next_build_{};
   int64_t replacement_ns_ = 0;

@@ -157,6 +157,14 @@ EditBook::Kept* EditBook::find(const WantedNode& node) {
   return same ? &kept->second : nullptr;  // else another edit has taken its place meanwhile
 }
 
+bool EditBook::is_wanted(const WantedNode& node) const {
+  const auto stream = streams_.find(node.age);
+  if (stream == streams_.end()) return false;
+  const auto kept = stream->second.edits.find(Key(node.name, wire::Property::node));
+  return kept != stream->second.edits.end() && kept->second.edit.version == node.version &&
+         kept->second.node && !kept->second.refused;
+}
+
 void EditBook::node_is_there(const WantedNode& node) {
   if (Kept* const kept = find(node)) finish(streams_[node.age], *kept);
 }
@@ -202,12 +210,12 @@ void EditBook::bind(const PoseState& poses) {
 }
 
 // The oldest stream that edits each node.
-EditBook::Owners EditBook::find_editors() const {
-  Owners editors;
+EditBook::Owners EditBook::find_editors(size_t node_count) const {
+  Owners editors(node_count, UINT64_MAX);
   for (const auto& [age, stream] : streams_) {
-    for (const uint32_t node : stream.reserved_nodes) editors.try_emplace(node, age);
+    for (const uint32_t node : stream.reserved_nodes) editors[node] = std::min(editors[node], age);
     for (const auto& [key, kept] : stream.edits) {
-      if (kept.bound_node != kNone) editors.try_emplace(kept.bound_node, age);
+      if (kept.bound_node != kNone) editors[kept.bound_node] = std::min(editors[kept.bound_node], age);
     }
   }
   return editors;
@@ -228,7 +236,7 @@ std::vector<uint64_t> EditBook::find_owners_below(const scene::Scene& scene, con
   std::vector<uint64_t> owners(scene.nodes.size());
   for (uint32_t node = 0; node < owners.size(); ++node)
     owners[node] = poses.age_of_driver(node).value_or(UINT64_MAX);
-  for (const auto& [node, age] : editors) owners[node] = std::min(owners[node], age);
+  for (uint32_t node = 0; node < owners.size(); ++node) owners[node] = std::min(owners[node], editors[node]);
   for (size_t node = owners.size(); node-- > 0;) {  // children stand behind their parents
     const uint32_t parent = scene.nodes[node].parent;
     if (parent != scene::kNone) owners[parent] = std::min(owners[parent], owners[node]);
@@ -242,8 +250,11 @@ scene::NodeEdits EditBook::resolve(const scene::Scene& scene, const PoseState& p
   vertex_nodes_.clear();
   vertex_budgets_.clear();
   if (streams_.empty()) return result;
+  // Refused edits have no effect until their keys get other values.
+  for (auto& [age, stream] : streams_)
+    std::erase_if(stream.edits, [](const auto& edit) { return edit.second.refused; });
   bind(poses);
-  const Owners editors = find_editors();
+  const Owners editors = find_editors(scene.nodes.size());
   const std::vector<uint64_t> owners_below = find_owners_below(scene, poses, editors);
   for (auto& [age, stream] : streams_) {
     if (stream.id < poses.streams().size() && poses.streams()[stream.id].active)
@@ -258,7 +269,7 @@ scene::NodeEdits EditBook::resolve(const scene::Scene& scene, const PoseState& p
         continue;
       }
       const auto is_older = [rank = age_rank(age)](uint64_t other) { return age_rank(other) < rank; };
-      if (is_older(editors.at(node)) || is_older(poses.age_of_driver(node).value_or(UINT64_MAX))) {
+      if (is_older(editors[node]) || is_older(poses.age_of_driver(node).value_or(UINT64_MAX))) {
         fault(stream, kept, &EditFaults::conflicting,
               "another stream has the node " + scene::quote(key.first));
         continue;
@@ -268,7 +279,7 @@ scene::NodeEdits EditBook::resolve(const scene::Scene& scene, const PoseState& p
               "an older stream has nodes below " + scene::quote(key.first));
         continue;
       }
-      apply(scene, node, stream, kept, result[node]);
+      if (!kept.node) apply(scene, node, stream, kept, result[node]);  // an addition changes nothing further
     }
   }
   return result;

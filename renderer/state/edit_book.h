@@ -8,7 +8,6 @@
 #include <memory>
 #include <set>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -49,6 +48,8 @@ class EditBook {
   std::vector<WantedNode> wanted_nodes() const;
   // Rises with every change of wanted_nodes().
   uint64_t wanted_revision() const { return wanted_revision_; }
+  // The stream still wants this node, and it has not been refused.
+  bool is_wanted(const WantedNode& node) const;
   // As of the last resolve(): the nodes whose vertices are replaced, by the names that streams use.
   const std::set<std::string>& vertex_nodes() const { return vertex_nodes_; }
   // Of the peer that replaces the vertices of such a node; null: without limits.
@@ -108,8 +109,8 @@ class EditBook {
   void refuse(StreamBook& stream, Kept& kept, const std::string& reason);
   static void reserve(StreamBook& stream);
   void bind(const PoseState& poses);
-  using Owners = std::unordered_map<uint32_t, uint64_t>;  // ages of streams, by node
-  Owners find_editors() const;
+  using Owners = std::vector<uint64_t>;  // ages of streams, by node; UINT64_MAX: none
+  Owners find_editors(size_t node_count) const;
   std::vector<uint64_t> find_owners_below(const scene::Scene& scene, const PoseState& poses,
                                           const Owners& editors) const;
   void finish(StreamBook& stream, Kept& kept);
