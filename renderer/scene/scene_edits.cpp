@@ -46,19 +46,6 @@ void hide_all_but(const Scene& scene, uint32_t isolated, std::vector<bool>& hidd
   }
 }
 
-// Nodes without a mesh are not drawn, hidden or not. An empty vector hides none.
-bool is_drawn_otherwise(const Scene& scene, const std::vector<bool>& before, const std::vector<bool>& after) {
-  if (before == after) return false;
-  if (!before.empty() && !after.empty() && before.size() != after.size()) return true;
-  const size_t count = std::max(before.size(), after.size());
-  if (count != scene.nodes.size()) return true;
-  for (size_t node = 0; node < count; ++node) {
-    const bool was = !before.empty() && before[node], is = !after.empty() && after[node];
-    if (was != is && scene.nodes[node].mesh != kNone) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 void SceneEdits::set(const Scene& scene, NodeEdits edits, uint32_t isolated) {
@@ -66,7 +53,7 @@ void SceneEdits::set(const Scene& scene, NodeEdits edits, uint32_t isolated) {
       with_all_below(scene, edits, [](const NodeEdit& e) { return e.hidden || e.removed; });
   if (isolated < scene.nodes.size()) hide_all_but(scene, isolated, hidden);
   std::vector<bool> removed = with_all_below(scene, edits, [](const NodeEdit& e) { return e.removed; });
-  if (is_drawn_otherwise(scene, hidden_, hidden)) ++revisions_.visible;
+  if (hidden != hidden_) ++revisions_.visible;
   if (differs(nodes_, edits, [](const NodeEdit& e) { return e.base_color; })) ++revisions_.base_color;
   if (removed != removed_ || differs(nodes_, edits, [](const NodeEdit& e) { return e.light; }))
     ++revisions_.light;
