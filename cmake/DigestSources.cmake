@@ -1,5 +1,6 @@
-# cmake -DOUTPUT=file.h "-DFILES=a.cpp;b.h" -DMORE=text -P DigestSources.cmake
-# Writes a header with one digest of all the files, for what must not outlive a change of any of them.
+# Digest header of source files: cmake -DOUTPUT=file.h "-DFILES=a.cpp;b.h" -DMORE=text -P DigestSources.cmake
+#
+# The header defines one SHA-256 digest of all files and MORE, for cache keys that must change with the code.
 set(all "${MORE}")
 foreach(file ${FILES})
   file(SHA256 ${file} digest)

@@ -1,12 +1,13 @@
-# cmake -DOUTPUT=file.cpp -DFILE=font.ttf -P EmbedFont.cmake
-# Writes a font as the function of renderer/gui/font_bytes.h.
+# Generator of the embedded font: cmake -DOUTPUT=file.cpp -DFILE=font.ttf -P EmbedFont.cmake
+#
+# The output defines the function of renderer/gui/font_bytes.h.
 file(READ ${FILE} hex HEX)
 string(LENGTH "${hex}" digits)
 math(EXPR bytes "${digits} / 2")
 math(EXPR missing "(8 - ${digits} % 8) % 8")
 string(REPEAT "0" ${missing} zeros)
 string(APPEND hex "${zeros}")
-# Words: a compiler takes a quarter of the time that bytes take. Little-endian, as the machines are that draw.
+# 32-bit words compile in a quarter of the time that bytes need. Little-endian, like all supported machines.
 string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${hex}")
 file(WRITE ${OUTPUT} "// Generated from a font by the build.
 #include \"renderer/gui/font_bytes.h\"

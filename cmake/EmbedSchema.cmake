@@ -1,5 +1,6 @@
-# cmake -DOUTPUT=file.cpp -DFILE=schema.bfbs -DFUNCTION=name -P EmbedSchema.cmake
-# Writes a compiled schema as one of the functions of protocol/record/schema_bytes.h.
+# Generator of an embedded schema: cmake -DOUTPUT=file.cpp -DFILE=schema.bfbs -DFUNCTION=name -P EmbedSchema.cmake
+#
+# The output defines FUNCTION of protocol/record/schema_bytes.h.
 file(READ ${FILE} hex HEX)
 string(REGEX REPLACE "(..)" "0x\\1," bytes "${hex}")
 file(WRITE ${OUTPUT} "// Generated from the schema by the build.

@@ -1,5 +1,6 @@
-# cmake -DOUTPUT=file.cpp "-DFILES=a.spv;b.spv" -P EmbedSpirv.cmake
-# Writes the SPIR-V files as arrays of words and the functions of shaders/embedded.h.
+# Generator of the embedded shaders: cmake -DOUTPUT=file.cpp "-DFILES=a.spv;b.spv" -P EmbedSpirv.cmake
+#
+# The output defines SPIR-V word arrays and the functions of shaders/embedded.h.
 set(arrays "")
 set(rows "")
 set(index 0)
@@ -7,7 +8,7 @@ foreach(file ${FILES})
   get_filename_component(name ${file} NAME)
   string(REGEX REPLACE "\\.spv$" "" name ${name})
   file(READ ${file} hex HEX)
-  # Bytes in the file are little-endian; a word of the array is written most significant byte first.
+  # Files store little-endian bytes; hexadecimal literals start with the most significant byte.
   string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${hex}")
   string(APPEND arrays "constexpr uint32_t code_${index}[] = {${words}};\n")
   string(APPEND rows "    {\"${name}\", code_${index}},\n")

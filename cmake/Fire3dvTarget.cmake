@@ -1,23 +1,27 @@
-# fire3dv_library(name SOURCES ... [LINK ...])   a static library, one per layer of the house
-# fire3dv_program(name SOURCES ... [LINK ...])   a program, into build/<preset>/bin
-# Both carry the project's warnings and the chosen sanitizers. Includes are rooted at the source tree, so that an
-# #include names the layer it reaches into.
+# Target functions of the project:
+#
+#   fire3dv_library(name SOURCES ... [LINK ...])   static library, one per layer
+#   fire3dv_program(name SOURCES ... [LINK ...])   program in build/<preset>/bin
+#
+# Both apply the project's warnings and the selected sanitizers. Include paths start at the source tree, so that an
+# #include names its layer.
 
 add_library(fire3dv_flags INTERFACE)
-# Vulkan's structures are made as {VK_STRUCTURE_TYPE_X}: the rest is meant to be zero.
+# Vulkan structures are initialised as {VK_STRUCTURE_TYPE_X}; all other members are zero on purpose.
 target_compile_options(fire3dv_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wno-missing-field-initializers
                        $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual>)
-# Messages name a source file as it lies in the tree: what is shipped knows no path of the machine that built it.
+# Assertion messages contain paths relative to the source tree, so that binaries do not reveal the build machine's
+# paths.
 target_compile_options(fire3dv_flags INTERFACE $<$<NOT:$<CONFIG:Debug>>:-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=>)
-# g++ 12 to 14 report overlaps, overflows and bounds in std::string and std::vector at -O2 and -O3 where there are none (GCC bug
-# 105651 and similar). Debug builds keep these warnings, and sanitizers look for the real ones.
+# g++ 12 to 14 report false overlaps, overflows and bounds in std::string and std::vector at -O2 and -O3 (GCC bug 105651
+# and similar). Debug builds keep these warnings, and sanitizers detect real errors.
 foreach(warning restrict stringop-overflow stringop-overread array-bounds)
   target_compile_options(fire3dv_flags INTERFACE
     $<$<AND:$<NOT:$<CONFIG:Debug>>,$<COMPILE_LANG_AND_ID:CXX,GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,15>>:-Wno-${warning}>)
 endforeach()
 if(FIRE3DV_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 15)
-  # Sanitizers insert code that hides initialisations from these warnings (std::regex, std::optional); and these
-  # builds are optimised a little, too.
+  # Sanitizer instrumentation hides initialisations from these warnings (std::regex, std::optional). These builds are
+  # also optimised slightly.
   target_compile_options(fire3dv_flags INTERFACE -Wno-maybe-uninitialized $<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>
                          -Wno-stringop-overflow -Wno-stringop-overread -Wno-array-bounds)
 endif()
@@ -31,9 +35,9 @@ if(FIRE3DV_SANITIZE)
 endif()
 target_include_directories(fire3dv_flags INTERFACE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
 
-# Parsing the standard library is a third of a whole build's time. It is precompiled where a tree is built in one go (the
-# presets for CI); elsewhere it would only defeat compiler caches. Every file still includes what it uses. gcc takes such a
-# header only where options are the same: one set for libraries (-fPIC), one for programs (-fPIE), one for tests.
+# Parsing the standard library takes a third of a full build. Precompiled headers pay off for full builds (the CI
+# presets); otherwise they only defeat compiler caches. Every file still includes what it uses. GCC accepts a
+# precompiled header only with identical options, hence one set for libraries (-fPIC), programs (-fPIE) and tests.
 option(FIRE3DV_PRECOMPILE "Precompile the standard library's headers: whole builds are quicker" OFF)
 set(fire3dv_common_headers algorithm array atomic bit charconv chrono cmath cstdint cstring deque filesystem fstream functional
     iostream limits map memory mutex numbers numeric optional random set span sstream string string_view thread tuple
@@ -46,7 +50,7 @@ function(fire3dv_precompiled name)
   target_compile_options(${name} PRIVATE ${arg_OPTIONS})
   list(TRANSFORM arg_HEADERS REPLACE "(.+)" "$<$<COMPILE_LANGUAGE:CXX>:<\\1>>")
   target_precompile_headers(${name} PRIVATE ${arg_HEADERS})
-  set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)  # a target with other definitions does without
+  set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)  # targets with other definitions compile without it
 endfunction()
 function(fire3dv_reuse_precompiled name set)
   if(TARGET ${set})

@@ -1,5 +1,5 @@
-# MuJoCo as the target fire3dv_mujoco, where it is installed. By hand, because its CMake package names folders of what it
-# was built with.
+# Import of MuJoCo as the target fire3dv_mujoco, where it is installed. Found by hand, since MuJoCo's CMake package
+# contains folders of its build machine.
 include_guard(GLOBAL)
 find_path(FIRE3DV_MUJOCO_INCLUDE mujoco/mujoco.h)
 find_library(FIRE3DV_MUJOCO_LIBRARY mujoco)

@@ -1,5 +1,5 @@
-# FIRE3DV_NUMPY_PYTHON: an interpreter that has NumPy, for tests of arrays. Several may be installed, and the first on the
-# PATH need not be the one that packages belong to. Where none has it, the tests run and fail.
+# Search for FIRE3DV_NUMPY_PYTHON, an interpreter with NumPy, for array tests. The first python3 on the PATH need not be
+# the one that packages belong to. Without NumPy the tests run and fail.
 if(NOT FIRE3DV_NUMPY_PYTHON)
   find_program(FIRE3DV_PYTHON python3)
   foreach(candidate "${FIRE3DV_PYTHON}" /usr/bin/python3)

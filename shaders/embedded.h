@@ -1,4 +1,4 @@
-// The compiled shaders, part of the program.
+// Compiled shaders, embedded in the program as SPIR-V.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace fire3dv::shaders {
 
-// SPIR-V of a shader by its name ("post.comp"), or empty.
+// SPIR-V of the shader with this file name ("post.comp"); empty for an unknown name.
 std::span<const uint32_t> embedded(std::string_view name);
 std::vector<std::string_view> names();
 

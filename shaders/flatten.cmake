@@ -1,6 +1,6 @@
-# Puts a shader's functions into one and its variables into values. No arithmetic is changed: none of these passes folds or reorders any.
-# With FOLD it may be, where constants meet: for what shades, of which no two variants are compared to the bit, and of which the driver
-# then has half as much to read.
+# Flattens a SPIR-V module: inlines all functions and replaces variables by values. The passes neither fold
+# nor reorder arithmetic. FOLD=ON also folds constants, for shading shaders only: no test compares their
+# variants bit for bit, and the driver gets half of the code.
 #
 #   cmake -DSPIRV_OPT=... -DMODULE=file.spv [-DFOLD=ON] -P flatten.cmake
 set(fold "")
@@ -12,7 +12,7 @@ execute_process(
           --eliminate-dead-functions --scalar-replacement=0 --ssa-rewrite --eliminate-dead-code-aggressive
           --eliminate-dead-branches --merge-blocks ${fold} ${MODULE} -o ${MODULE}
   RESULT_VARIABLE result
-  ERROR_VARIABLE said)  # which functions it left as they are
+  ERROR_VARIABLE said)  # functions that it left unchanged
 if(NOT result EQUAL 0)
   message(FATAL_ERROR "spirv-opt ${MODULE}: ${said}")
 endif()

@@ -5,8 +5,7 @@
 
 A file that uses a name of the standard library includes its header, or a header of this tree that does. What another header of the
 standard library or of a third party brings along differs between versions: g++ 12 finds std::stable_sort by way of <functional>,
-g++ 14 does not. The whole tree takes about 1 s. A compilation with libc++ would take 8 minutes, and only version 19 and newer finds
-such faults (version 14 brings <algorithm> along itself, and refuses std::span of a range).
+g++ 14 does not.
 """
 import functools
 import os
@@ -16,7 +15,7 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
-# Header: its names. A name in several headers needs one of them.
+# Names by header. A name of several headers needs one of them.
 HEADERS = {
     "algorithm": """adjacent_find all_of any_of binary_search clamp copy_backward copy_if copy_n count_if equal_range fill fill_n find_end
         find_first_of find_if find_if_not for_each for_each_n generate generate_n includes inplace_merge is_heap is_partitioned is_permutation
@@ -107,16 +106,16 @@ HEADERS = {
     "variant": "bad_variant_access get_if holds_alternative monostate variant variant_size_v visit",
     "vector": "vector",
 }
-# Names that are used without std:: as well.
+# Headers whose names are also used without std::.
 BARE = {"cstdint"}
-# Names that several headers declare: one of them is enough.
+# Names that several headers declare; any one suffices.
 SEVERAL = {
     "abs": {"cmath", "cstdlib"}, "errc": {"system_error", "charconv"}, "error_code": {"system_error", "filesystem"},
     "hash": {"functional", "string", "string_view", "memory", "optional", "variant", "filesystem"},
     "in_place": {"utility", "optional", "variant"}, "in_place_t": {"utility", "optional"}, "less": {"functional", "map", "set"},
     "pair": {"utility", "map", "unordered_map"}, "remove": {"cstdio", "algorithm"}, "string_view": {"string_view", "string"},
 }
-# C headers that declare the same in the global namespace, and headers that cannot do without the other.
+# C headers with the same declarations in the global namespace, and headers that must include the other.
 ALSO = {"cstdint": {"stdint.h", "inttypes.h", "cinttypes"}, "cstdio": {"stdio.h"}, "cstdlib": {"stdlib.h"}, "cstring": {"string.h"},
         "cmath": {"math.h"}, "ctime": {"time.h"}, "csignal": {"signal.h"}, "ratio": {"chrono"}, "stop_token": {"thread", "condition_variable"},
         "exception": {"stdexcept", "new", "system_error", "string", "vector", "memory", "functional", "optional", "variant"},
@@ -125,7 +124,7 @@ NAMES = {name: {header} for header, names in HEADERS.items() for name in names.s
 BARE_NAMES = {name for header in BARE for name in HEADERS[header].split()}
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)
-# Comments and literals: what stands in them is not used.
+# Comments and literals, which do not count as uses.
 TEXT = re.compile(r'//[^\n]*|/\*.*?\*/|R"([^(\s]*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.DOTALL)
 USE = re.compile(r"(?<![\w:])(?:std::(?:ranges::)?(\w+)|(%s)\b)" % "|".join(sorted(BARE_NAMES)))
 

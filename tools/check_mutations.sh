@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Holds the tests themselves to account: plants each fault of tests/mutations.txt in a copy of the tree and expects the tests
-# named there to fail. Takes a while; CI does not run it.
+# Mutation test of the test suite: plants each fault of tests/mutations.txt in a copy of the tree and expects the tests
+# named there to fail. Takes long; CI runs --applies only.
 #
-#   tools/check_mutations.sh [REGEX]     only the lines that match
-#   tools/check_mutations.sh --applies   only whether each line still changes the file that it names; CI runs this
+#   tools/check_mutations.sh [REGEX]     only lines that match
+#   tools/check_mutations.sh --applies   only checks that each line still changes its file
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 only=${1:-.}
@@ -32,7 +32,7 @@ mkdir -p "$copy"
 exec 9>"$PWD/build/mutations/lock"
 flock -n 9 || die "another run is at work in build/mutations: wait for it"
 
-# What differs is copied with a new time, so that what a broken-off run left planted is built anew.
+# Changed files are copied with a new modification time, so that faults of an interrupted run are rebuilt.
 while IFS= read -r -d '' file; do
   [ ! -f "$file" ] || cmp -s "$file" "$copy/$file" || cp --parents "$file" "$copy"
 done < <(git ls-files -z --cached --others --exclude-standard)
@@ -55,7 +55,7 @@ while IFS='~' read -r family tests file expression what; do
   cmp -s "$file" "$copy/$file" && die "$file: the expression changes nothing: $expression"
   code=0
   run_tests "$family" "$tests" || code=$?
-  cp "$file" "$copy/$file"  # with a new time
+  cp "$file" "$copy/$file"  # with a new modification time
   if [ $code = 2 ]; then
     tail -n 30 "$build.log"
     die "$file does not build with the fault planted"

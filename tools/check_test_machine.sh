@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Fails when something is missing without which tests would prove nothing: they must not pass by skipping.
+# Check for test prerequisites: lavapipe with ray queries, the validation layer and golden images. A missing one fails
+# the run, since tests must not pass by skipping.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# The main job, end to end: a physics simulation in one process, FIRE-3DV in another, poses between them, images out.
-# Sets up, builds, runs. Works alone on a bare machine; see tools/setup.sh for which.
+# End-to-end demo: a physics simulation in one process streams poses to FIRE-3DV in another, which writes images.
+# Installs packages, builds and runs. Starts from a bare machine; tools/setup.sh lists supported systems.
 #
 #   tools/demo.sh [--transport shm|tcp|udp] [--seconds N] [--size WxH] [--camera NAME] [--out DIR]
-#       PNGs and an MP4 of N simulated seconds of the arm (8, at 1280x720), 15 images a second. The simulation waits for
-#       each of them, so that the video is smooth on a slow machine too.
+#       Writes PNGs and an MP4 of N simulated seconds of the arm (default 8, at 1280x720), 15 images per second. The
+#       simulation waits for each image, so that the video is smooth on slow machines, too.
 #   tools/demo.sh --window [...]
-#       opens a window instead and shows the arm in real time until it is closed.
+#       Opens a window and shows the arm in real time until the window is closed.
 #
-# FIRE3DV_DEMO_BIN=DIR takes the programs from there and neither sets up nor builds.
+# FIRE3DV_DEMO_BIN=DIR uses the programs in DIR and skips installation and build.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -54,7 +54,7 @@ else
 fi
 for program in fire3dv bullet_arm; do [ -x "$bin/$program" ] || die "there is no program $bin/$program"; done
 
-# What an earlier run left would mix with this one.
+# Removes output of earlier runs.
 find "$out" -maxdepth 1 -type f \( -name 'frame_*.png' -o -name frames.jsonl -o -name frames.ffconcat \
   -o -name demo.mp4 -o -name stats.csv -o -name '*.log' \) -delete
 
@@ -92,7 +92,7 @@ if [ $window = 1 ]; then
 fi
 
 say "the arm for $seconds simulated seconds over $uri, at $size"
-# 240 steps a second, of which each sixteenth is published and drawn: 15 images a second and one for the start.
+# 240 steps per second, every sixteenth published and drawn: 15 images per second, and one for the start.
 "$bin/fire3dv" "$scene" --listen "$uri" --headless --lockstep --exit-when-done --size "$size" --camera "$camera" \
   --out "$out" --stats "$out/stats.csv" &
 renderer=$!
@@ -102,7 +102,8 @@ children+=("$renderer")
 simulator=$!
 children+=("$simulator")
 
-# The renderer may end in order as soon as the simulator says goodbye, so in either order; what fails ends the demo.
+# The renderer may exit as soon as the simulator says goodbye, so either may end first. A failure of either ends the
+# demo.
 for remaining in 2 1; do
   ended=0 code=0
   wait -n -p ended "${children[@]}" || code=$?

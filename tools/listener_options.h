@@ -1,20 +1,23 @@
-// The part of a tool's command line that says who may publish to it: for tools that stand where a renderer
-// would.
+// Command-line options for tools that listen like a renderer: access control for publishers.
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 #include "protocol/transport/open.h"
 
 namespace fire3dv {
 
 inline void add_listener_options(CLI::App& app, transport::ListenerOptions& options) {
-  app.add_flag("--insecure", options.insecure, "listen on addresses other than loopback, without protection");
-  app.add_option("--key-file", options.key_file, "file of the key that udp:// publishers must have");
-  app.add_option("--tls-cert", options.tls.certificate_file, "certificate for tls://, a PEM file");
-  app.add_option("--tls-key", options.tls.key_file, "file of that certificate's key");
-  app.add_option("--tls-client-ca", options.tls.client_ca_file,
-                 "file of certificates that publishers' must be signed by");
+  constexpr const char* kGroup = "Security";
+  const auto add_file = [&](const char* name, std::string& file, const char* text) {
+    app.add_option(name, file, text)->type_name("FILE")->group(kGroup);
+  };
+  app.add_flag("--insecure", options.insecure, "allow unprotected links beyond loopback")->group(kGroup);
+  add_file("--key-file", options.key_file, "udp: pre-shared key, 64 hexadecimal digits");
+  add_file("--tls-cert", options.tls.certificate_file, "tls: certificate of this listener (PEM)");
+  add_file("--tls-key", options.tls.key_file, "tls: private key of that certificate (PEM)");
+  add_file("--tls-client-ca", options.tls.client_ca_file, "tls: require client certificates of this CA");
 }
 
 }  // namespace fire3dv

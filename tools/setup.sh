@@ -1,32 +1,33 @@
 #!/usr/bin/env bash
-# Installs what FIRE-3DV needs to build, to run and to test. Runs as root or with sudo, asks nothing, and does nothing
-# (not even an index update) when everything is there already.
+# Installs the packages that FIRE-3DV needs for build, run time and tests. Needs root or sudo and asks nothing. Changes
+# nothing (not even the package index) when all packages are installed.
 #
-#   tools/setup.sh            everything
-#   tools/setup.sh --check    say what is missing; exit 1 if anything is
+#   tools/setup.sh            installs everything
+#   tools/setup.sh --check    lists missing packages; exit code 1 if there are any
 set -euo pipefail
 
 packages=(
   # build
   build-essential cmake ninja-build pkg-config git ca-certificates
   glslang-tools spirv-tools flatbuffers-compiler
-  # libraries; see CONTRIBUTING.md for what each is used for
+  # libraries; CONTRIBUTING.md lists their uses
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libconsole-bridge-dev libtinyxml2-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
-  libimgui-dev fonts-dejavu-core  # the window's panels, and their letters
-  # the example simulator
+  libimgui-dev fonts-dejavu-core  # panels and their font
+  # example simulator
   libbullet-dev
   # tests
   libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth xdotool strace python3
-  iproute2 openssl  # networks of a test's own, two hosts on one machine, and their certificate
-  python3-numpy python3-pip python3-setuptools python3-wheel  # the Python package: arrays, and that pip installs it
-  # the demo's video
+  iproute2 openssl  # network namespaces, two hosts on one machine, and their certificate
+  python3-numpy python3-pip python3-setuptools python3-wheel  # Python package: arrays, installation with pip
+  # video of the demo
+  go-md2man  # manual pages
   ffmpeg
 )
-# Installed where the system has them. MuJoCo: the second simulator of examples/two_simulators, adapters/mujoco,
-# and fire3dv-convert's reader of MJCF, which are left out without. EGL and OpenGL: MuJoCo's own renderer, to compare with.
+# Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
+# fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
 optional_packages=(libmujoco-dev libegl-dev libopengl-dev)
 mesa_packages=(mesa-vulkan-drivers)
 
@@ -45,6 +46,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
     OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9,
     FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
+  - optional: go-md2man for the manual pages
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip and setuptools, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL and libOpenGL
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT
@@ -55,14 +57,14 @@ TEXT
 command -v apt-get >/dev/null && command -v dpkg-query >/dev/null && [ -r /etc/os-release ] || manual_list
 . /etc/os-release
 case "${ID:-}-${VERSION_ID:-}" in
-  debian-12) mesa_from=bookworm-backports; vma_from=trixie ;;  # its lavapipe has no ray query and it has no VMA
+  debian-12) mesa_from=bookworm-backports; vma_from=trixie ;;  # its lavapipe lacks ray queries, and it has no VMA
   debian-13) mesa_from=; vma_from= ;;
   ubuntu-24.04) mesa_from=; vma_from= ;;
   *) manual_list ;;
 esac
 vma_package=libvulkan-memory-allocator-dev
 
-# The version of a package that is installed for this machine's own architecture; it may be there for others too.
+# Version of a package for this machine's own architecture; others may be installed, too.
 installed_version() {
   dpkg-query -W -f '${Architecture} ${db:Status-Status} ${Version}\n' "$1" 2>/dev/null |
     awk -v own="$(dpkg --print-architecture)" '$2 == "installed" && ($1 == own || $1 == "all") { print $3; exit }'
@@ -100,10 +102,10 @@ apt() {
   tail -n 30 "$log" >&2
   die "apt-get $1 failed: the reason is above"
 }
-# One source of many that does not answer is no reason to stop: what cannot be installed says so below.
+# An unreachable package source is no reason to stop; missing packages are reported later.
 apt_update() { apt_get update || { tail -n 5 "$log" >&2; say "some package lists could not be read; going on without"; }; }
 
-# The mirror is the one that this machine's own apt sources name for its release.
+# Uses the mirror of this machine's apt sources for its release.
 mirror_of_release() {
   apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Created-By: Packages' 2>/dev/null |
     awk -v release="$VERSION_CODENAME" '$2 == release && $3 == "main" { sub("/$", "", $1); print $1; exit }'
@@ -127,19 +129,19 @@ if [ -n "$mesa_from" ] && [ $mesa_missing -eq 1 ]; then
 fi
 if [ -n "$vma_from" ] && ! installed "$vma_package"; then
   "${as_root[@]}" rm -f /etc/apt/preferences.d/fire3dv
-  pin fire3dv '*' "$vma_from" -1                # nothing else may come from the newer release
-  pin fire3dv "$vma_package" "$vma_from" 500    # headers only, the same on every architecture
+  pin fire3dv '*' "$vma_from" -1                # blocks other packages of the newer release
+  pin fire3dv "$vma_package" "$vma_from" 500    # headers only, identical on all architectures
   add_source "$vma_from"
 fi
 apt_update
 for package in "${optional_packages[@]}"; do
   installed "$package" || [[ " ${missing[*]:-} " == *" $package "* ]] || ! known_to_apt "$package" || missing+=("$package")
 done
-# --no-install-recommends: a machine for rendering needs no desktop.
+# --no-install-recommends: a rendering machine needs no desktop.
 [ ${#missing[@]} -eq 0 ] || apt install -y --no-install-recommends "${missing[@]}"
 if [ $mesa_missing -eq 1 ]; then
   if [ -n "$mesa_from" ]; then
-    # Libraries that share files with the driver come along in the same version when they are installed.
+    # Libraries that share files with the driver must have the same version.
     for package in libgl1-mesa-dri libegl-mesa0 libglx-mesa0 libgbm1 libglapi-mesa; do
       installed "$package" && mesa_packages+=("$package")
     done

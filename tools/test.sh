@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Sets up, builds and passes the tests. Works alone on a bare machine; see tools/setup.sh for which.
+# Installs packages, builds and runs the tests. Starts from a bare machine; tools/setup.sh lists supported systems.
 #
-#   tools/test.sh          what CI runs
-#   tools/test.sh --long   the long tests too
+#   tools/test.sh          runs the tests that CI runs
+#   tools/test.sh --long   also runs the long tests
 #
-# The CPU-side tests run first in a build with AddressSanitizer and UndefinedBehaviorSanitizer, then every test in a
-# Release build in which warnings are errors. The last lines are CTest's own summary of that run.
+# CPU-side tests run first, built with AddressSanitizer and UndefinedBehaviorSanitizer. Then all tests run in a Release
+# build with warnings as errors. The last lines are CTest's summary of that run.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -35,13 +35,16 @@ tools/check_test_machine.sh
 say "includes: each file includes the standard headers of what it uses"
 tools/check_includes.py
 
+say "structure: include directions, opening comments, folder sizes, Markdown lines"
+tools/check_tree.py
+
 say "build: Release, warnings are errors"
 start=$(now)
 cmake --preset ci
 cmake --build --preset ci
 
 say "build: the CPU-side tests with AddressSanitizer and UndefinedBehaviorSanitizer"
-cmake --preset dev -DCMAKE_CXX_FLAGS_DEBUG="-Og -g1"  # lines for traces; all of -g takes a tenth longer
+cmake --preset dev -DCMAKE_CXX_FLAGS_DEBUG="-Og -g1"  # line numbers for stack traces; full -g takes a tenth longer
 mapfile -t targets < <(tools/test_times.py --targets-of cpu build/dev)
 [ ${#targets[@]} -gt 0 ] || { echo "test.sh: no test has the label cpu" >&2; exit 1; }
 cmake --build --preset dev --target "${targets[@]}"
@@ -55,7 +58,7 @@ ctest --test-dir build/dev -j "$jobs" -L '^cpu$' "${selection[@]}" --output-on-f
 sanitizer_seconds=$(seconds_since "$start")
 
 say "tests: all"
-# CTest's summary is held back until the times are printed, so that it is what the run ends with.
+# CTest's summary is printed after the time table, at the end of the output.
 summary=build/ci/tests/summary.txt
 log=build/ci/tests/log.txt
 rm -f "$summary" "$log"
@@ -71,6 +74,6 @@ if [ ${#failed[@]} -gt 0 ]; then
   exit 1
 fi
 echo
-# What this machine does not let tests try comes first, so that the run ends with the counts.
+# Tests that did not run come first, so that the output ends with the counts.
 awk '/^The following tests did not run:/ { rest = 1 } rest' "$summary"
 awk '/^The following tests did not run:/ { exit } NF' "$summary"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the tests take, against CI's time budget.
+"""Test durations against CI's time budget.
 
   test_times.py --setup S --builds S --sanitizers S --log CTEST_OUTPUT BUILD_DIR   prints the table
   test_times.py --targets-of LABEL BUILD_DIR        prints what to build to run the tests of a label
@@ -17,7 +17,7 @@ BUDGET = [("set-up", 5), ("builds", 12), ("render", 10), ("e2e", 6), ("fuzz", 4)
 LABELS = ["fuzz", "e2e", "render"]
 
 
-# "1/3 Test #1: test_png ......   Passed    0.03 sec"; the mark before the time is ***Failed and the like.
+# Format: "1/3 Test #1: test_png ......   Passed    0.03 sec"; failed tests have ***Failed before the time.
 TEST_LINE = re.compile(r"^ *\d+/\d+ +Test +#\d+: +(\S+) .*?([0-9.]+) sec *$")
 
 
@@ -34,7 +34,7 @@ def print_targets(build_dir, *selection):
     outputs = {line.rsplit(":", 1)[0] for line in known.splitlines()}
     found = set()
     for test in listed_tests(build_dir, *selection):
-        # A program that is not built yet has no command in the listing.
+        # Programs that are not built yet have no command in the listing.
         for word in test.get("command", [os.path.join(build_dir, "tests", test["name"])]):
             path = os.path.relpath(word, build_dir) if word.startswith(build_dir + "/") else None
             if path in outputs:

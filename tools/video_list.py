@@ -15,13 +15,13 @@ def main():
     if len(sys.argv) != 2:
         sys.exit("usage: video_list.py DIR")
     path = os.path.join(sys.argv[1], "frames.jsonl")
-    shots = []  # (sim time, file), one for each pose frame that was drawn
+    shots = []  # (simulated time, file) per drawn pose frame
     try:
         with open(path, encoding="utf-8") as log:
             for line in log:
                 frame = json.loads(line)
                 if not frame["streams"]:
-                    continue  # the scene at rest: before the stream came or after it went
+                    continue  # scene at rest, before or after the stream
                 sim_time_ns = frame["streams"][0]["sim_time_ns"]
                 if not shots or sim_time_ns > shots[-1][0]:
                     shots.append((sim_time_ns, frame["file"]))

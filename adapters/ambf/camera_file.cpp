@@ -40,7 +40,7 @@ std::string without_doubled_slashes(const std::string& text) {
   return clean;
 }
 
-// Defaults are AMBF's.
+// Defaults are those of AMBF.
 CameraDefinition read_camera(const YAML::Node& block, const std::string& id, const std::string& name_space) {
   CameraDefinition camera;
   std::string name = block["name"] ? block["name"].as<std::string>() : "";
@@ -71,7 +71,7 @@ CameraDefinition read_camera(const YAML::Node& block, const std::string& id, con
   return camera;
 }
 
-// A file's lists in the order in which AMBF makes their objects.
+// Lists of a file in AMBF's creation order.
 struct List {
   const char* name;
   Kind kind;
@@ -125,7 +125,7 @@ class Reading {
     }
   }
 
-  // AMBF puts a number behind a key that is there already.
+  // AMBF appends a number to a key that exists already.
   std::string list(Kind kind, const std::string& identifier) {
     std::string key = prefix_ + identifier;
     for (size_t number = 1; !keys_.emplace(kind, key).second; ++number)
@@ -138,13 +138,13 @@ class Reading {
   std::set<std::pair<Kind, std::string>> keys_;
 };
 
-// The world's model of its surroundings may have cameras too.
+// Returns the world's environment model, which may define cameras, too. Empty: none.
 fs::path environment_of(const fs::path& world) {
   try {
     const YAML::Node environment = YAML::LoadFile(world.string())["environment"];
     if (environment) return world.parent_path() / environment.as<std::string>();
   } catch (const YAML::Exception&) {
-    // read_file has said it.
+    // read_file has reported the error already.
   }
   return {};
 }

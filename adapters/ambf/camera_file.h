@@ -1,4 +1,5 @@
-// Cameras as AMBF's world and model files define them.
+// Camera definitions in AMBF's world and model files (ADF). Parsing never fails as a whole: unreadable files
+// and cameras become warnings.
 #pragma once
 
 #include <optional>
@@ -15,20 +16,20 @@ struct Intrinsics {
   double vertical_fov_rad = 0.7;
   double near_m = 0.1;
   double far_m = 10;
-  bool two_eyes = false;  // AMBF draws the views of both side by side
+  bool two_eyes = false;  // stereo: AMBF draws the left and right views side by side
   bool operator==(const Intrinsics&) const = default;
 };
 
-// Looks along -X, +Y right, +Z up, as AMBF's cameras do.
+// Camera in AMBF's camera frame: looks along -X, +Y right, +Z up.
 struct CameraDefinition {
-  std::string key;     // as in AMBF's map of cameras
+  std::string key;     // key in AMBF's camera map
   std::string name;    // namespace and `name`
   std::string parent;  // key of an object, or a part of one; empty: the world
   Transform parent_from_camera;
-  std::optional<Intrinsics> intrinsics;  // none: an orthographic camera
+  std::optional<Intrinsics> intrinsics;  // empty: orthographic camera
 };
 
-// Something that a file lists, by its place in AMBF's maps.
+// Object listed in a file, by its key in AMBF's maps.
 struct Listed {
   Kind kind = Kind::rigid_body;
   std::string key;
@@ -37,16 +38,17 @@ struct Listed {
 struct CameraDefinitions {
   std::vector<CameraDefinition> cameras;
   std::vector<Listed>
-      listed;  // in the order in which AMBF adds them, cameras too: who is whose parent hangs on it
-  std::vector<std::string> warnings;  // a sentence for each file or camera that could not be read
+      // All objects, cameras included, in AMBF's creation order, which decides parent look-ups.
+      listed;
+  std::vector<std::string> warnings;  // one message per unreadable file or camera
 };
 
 CameraDefinitions read_cameras(const Launch& launch);
 
-// As AMBF joins the namespace of a file with that of a block of it.
+// Joins the namespace of a file with the namespace of a block, as AMBF does.
 std::string merge_namespaces(const std::string& outer, const std::string& inner);
 
-// AMBF's frame of a camera that stands here and looks there; none where these give no direction.
+// Returns the camera frame for a position, a target and an up vector. Empty for degenerate directions.
 std::optional<Transform> look_at(const double (&position)[3], const double (&target)[3],
                                  const double (&up)[3]);
 

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "adapters/ambf/tell.h"
+#include "adapters/ambf/log.h"
 
 namespace fire3dv::ambf {
 namespace {
@@ -17,8 +17,8 @@ std::atomic<int> wake_fd{-1};
 std::atomic<pid_t> owner{0};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<pid_t>::is_always_lock_free);
 
-// Calls only what a signal handler may call. A child between fork and exec has this handler too, and its
-// parent's streams are not its to close.
+// Signal handler; async-signal-safe. A child between fork and exec inherits it but must not close its
+// parent's streams.
 void on_signal(int number) {
   const int kept = errno;
   if (owner.load() != ::getpid()) {
@@ -26,7 +26,7 @@ void on_signal(int number) {
     ::raise(number);
   } else if (const int fd = wake_fd.load(); fd >= 0) {
     const auto byte = static_cast<unsigned char>(number);
-    [[maybe_unused]] const ssize_t written = ::write(fd, &byte, 1);  // full: it is awake already
+    [[maybe_unused]] const ssize_t written = ::write(fd, &byte, 1);  // pipe full: the thread is awake already
   }
   errno = kept;
 }
@@ -44,14 +44,14 @@ EndSignals::EndSignals(std::function<void()> close) : close_(std::move(close)) {
   wake_fd = fds[1];
   owner = ::getpid();
 
-  // AMBF's handlers are for AMBF's threads.
+  // The thread blocks all signals, since AMBF's handlers must run on AMBF's threads.
   sigset_t all, kept;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &kept);
   try {
     thread_ = std::thread([this] { wait_for_signal(); });
   } catch (const std::system_error&) {
-    // The process has as many threads as it may have.
+    // Thread limit of the process reached.
   }
   pthread_sigmask(SIG_SETMASK, &kept, nullptr);
   if (!thread_.joinable()) {
@@ -68,7 +68,7 @@ EndSignals::EndSignals(std::function<void()> close) : close_(std::move(close)) {
     action.sa_flags = SA_RESTART;
     sigemptyset(&action.sa_mask);
     if (::sigaction(kSignals[i], nullptr, &before_[i]) != 0) continue;
-    if (before_[i].sa_handler == SIG_IGN) continue;  // who started AMBF wants it to live on
+    if (before_[i].sa_handler == SIG_IGN) continue;  // the parent process asked AMBF to ignore this signal
     ours_[i] = ::sigaction(kSignals[i], &action, nullptr) == 0;
   }
 }
@@ -78,7 +78,7 @@ EndSignals::~EndSignals() {
   put_back();
   const int fd = wake_fd.exchange(-1);
   const unsigned char end = 0;
-  // The pipe may be full of signals; the thread ends at the first of them.
+  // The pipe may be full of signals; the thread ends at the first byte.
   [[maybe_unused]] const ssize_t written = ::write(fd, &end, 1);
   thread_.join();
   ::close(fd);
@@ -92,7 +92,7 @@ void EndSignals::wait_for_signal() {
   if (number == 0) return;
   close_();
   put_back();
-  ::kill(::getpid(), number);  // all signals are blocked here: another thread takes it
+  ::kill(::getpid(), number);  // all signals are blocked on this thread, so that another thread receives it
 }
 
 void EndSignals::put_back() {

@@ -1,7 +1,8 @@
-// AMBF does not hear SIGTERM: it would end without closing its plugins, and shared memory would stay behind.
-// Here SIGTERM and SIGHUP close the streams first and then do what they would have done: call the handler
-// that was there, or end the process. A handler may do next to nothing, so it wakes a thread that does the
-// rest. One at a time in a process.
+// SIGTERM and SIGHUP handlers that close the streams before AMBF ends. AMBF itself ends without unloading its
+// plugins and would leave shared memory behind.
+//
+// The handler only wakes a thread through a pipe. The thread closes the streams, restores the previous
+// handlers and raises the signal again. At most one instance per process.
 #pragma once
 
 #include <signal.h>
@@ -15,9 +16,9 @@ namespace fire3dv::ambf {
 
 class EndSignals {
  public:
-  // close is called on a thread of its own, at most once.
+  // close is called on the internal thread, at most once.
   explicit EndSignals(std::function<void()> close);
-  // Puts back what was there, where it is still ours to put back. Not from within close.
+  // Restores the previous handlers where they were not replaced meanwhile. Must not be called from close.
   ~EndSignals();
   EndSignals(const EndSignals&) = delete;
   EndSignals& operator=(const EndSignals&) = delete;
@@ -32,7 +33,7 @@ class EndSignals {
   int read_fd_ = -1;
   std::array<struct sigaction, kSignals.size()> before_{};
   std::array<bool, kSignals.size()> ours_{};
-  std::mutex put_back_;  // a signal may come while this ends
+  std::mutex put_back_;  // a signal may arrive during destruction
   std::thread thread_;
 };
 

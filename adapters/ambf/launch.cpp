@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// AMBF's long options, all of them: it takes any beginning that only one of them has.
+// All long options of AMBF, which accepts any unambiguous prefix.
 constexpr std::array kLongOptions{"help",
                                   "ndevs",
                                   "load_devices",
@@ -45,7 +45,7 @@ bool names(const std::string& given, const std::string& option) {
   return ours && beginnings == 1;
 }
 
-// --name V, --name=V, -s V and -sV.
+// Accepts --name V, --name=V, -s V and -sV.
 std::optional<std::string> value_of(const std::vector<std::string>& arguments, const std::string& option,
                                     char letter) {
   for (size_t i = 1; i < arguments.size(); ++i) {
@@ -76,7 +76,7 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
-// A scalar, or a list joined by commas.
+// Returns a scalar, or a list joined by commas.
 std::string text_of(const YAML::Node& node) {
   if (!node.IsSequence()) return node.as<std::string>();
   std::string text;
@@ -84,8 +84,8 @@ std::string text_of(const YAML::Node& node) {
   return text;
 }
 
-// As AMBF picks: files of -a first, then the launch file's by number; number 1 where neither is given. A
-// number that it cannot read ends AMBF, so there is none here.
+// Returns model files in AMBF's order: files of -a, then launch file entries by index. Without either, entry
+// 1. Unreadable indices are skipped, since AMBF exits on them before it loads the plugin.
 std::vector<fs::path> loaded_models(const std::vector<std::string>& arguments, const YAML::Node& listed,
                                     const fs::path& folder) {
   std::vector<fs::path> models;

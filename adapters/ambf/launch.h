@@ -1,6 +1,6 @@
-// What AMBF was started with, as far as the plugin needs it: without a window AMBF makes no cameras, so their
-// definitions are read where AMBF would have read them. Everything here was read by AMBF before the plugin
-// was loaded.
+// AMBF's command line and launch file, as far as the plugin needs them. AMBF creates no cameras without a
+// window, so the plugin reads their definitions from the same files. AMBF has read all of them before it
+// loads the plugin.
 #pragma once
 
 #include <filesystem>
@@ -8,20 +8,21 @@
 #include <vector>
 
 #include "adapters/ambf/options.h"
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::ambf {
 
 struct Launch {
   std::filesystem::path file;
-  std::filesystem::path world;                // empty: the launch file names none
-  std::vector<std::filesystem::path> models;  // those that were loaded, in AMBF's order
-  std::string name_space;                     // --ns: stands before all names
-  LaunchBlock options;                        // the block `fire3dv`
-  std::string options_fault;                  // a sentence: the block cannot be read; the rest was not tried
+  std::filesystem::path world;                // empty: the launch file has none
+  std::vector<std::filesystem::path> models;  // loaded models, in AMBF's order
+  std::string name_space;                     // --ns: prefix of all names
+  LaunchBlock options;                        // block `fire3dv`
+  std::string options_fault;                  // error message: the block is unreadable; the other files were
+                                              // not read
 };
 
-// arguments: AMBF's own, with the program's name first. ambf_root: where the default launch file lies.
+// arguments: AMBF's argv, program name included. ambf_root: folder of the default launch file.
 Result<Launch> read_launch(const std::vector<std::string>& arguments, const std::filesystem::path& ambf_root);
 
 }  // namespace fire3dv::ambf

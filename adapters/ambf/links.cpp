@@ -2,15 +2,15 @@
 
 #include <cmath>
 
-#include "adapters/ambf/tell.h"
+#include "adapters/ambf/log.h"
 
 namespace fire3dv::ambf {
 namespace {
 
-// Z up to Y up, as protocol/SPEC.md gives it.
+// Rotates Z up to Y up (protocol/SPEC.md).
 constexpr double kWorldFromStream[12] = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
 
-constexpr size_t kMostSaid = 50;  // sentences may have numbers in them that change with each step
+constexpr size_t kMostSaid = 50;  // bounds the set: messages may contain numbers that change at each step
 
 const char* file(const std::string& name) {
   return name.empty() ? nullptr : name.c_str();
@@ -66,7 +66,7 @@ void Links::poll() {
   for (Link& link : links_) hear(link, fire3dv_poll(link.stream.get(), nullptr));
 }
 
-void Links::tell_answers() {
+void Links::log_answers() {
   for (Link& link : links_) {
     fire3dv_status status{};
     status.struct_size = sizeof status;

@@ -1,5 +1,5 @@
-// The streams that the plugin feeds, all with the same. What fails is said once for each link, not once for
-// each step; the others go on.
+// Streams of the plugin, one per URI, all with the same content. A failing stream logs each error once; the
+// others continue.
 #pragma once
 
 #include <cstdint>
@@ -11,25 +11,25 @@
 
 #include "adapters/ambf/options.h"
 #include "fire3dv/scene.h"
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::ambf {
 
 class Links {
  public:
-  // The error names every URI that could not be opened; what could be is open.
+  // Opens all URIs. The error names every URI that failed; the others stay open.
   Result<void> open(const Options& options);
   bool empty() const { return links_.empty(); }
 
   void describe(const std::vector<std::string>& names, double rate_hz);
-  // poses: 12 floats for each name. Neither waits nor allocates.
+  // poses: 12 floats per name, row-major. Neither waits nor allocates.
   void publish(double sim_time_s, const std::vector<float>& poses, uint32_t flags);
-  // A call of fire3dv/scene.h.
+  // Applies a call of fire3dv/scene.h to all streams.
   void edit(const std::function<int(fire3dv_stream*)>& call);
-  // Reads answers; renderers' questions about the clock are among them.
+  // Processes renderers' messages and answers their clock queries.
   void poll();
-  // Says what people should hear of them.
-  void tell_answers();
+  // Logs changed answers of renderers.
+  void log_answers();
   void close();
 
  private:
@@ -39,8 +39,8 @@ class Links {
   struct Link {
     std::string uri;
     std::unique_ptr<fire3dv_stream, Close> stream;
-    std::set<std::string, std::less<>> said;  // failures
-    std::string answer;                       // the renderer's last
+    std::set<std::string, std::less<>> said;  // errors logged already
+    std::string answer;                       // last answer of a renderer, logged already
   };
   static void hear(Link& link, int code);
 

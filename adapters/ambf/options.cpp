@@ -8,17 +8,18 @@
 namespace fire3dv::ambf {
 namespace {
 
-// An option's words, with blanks between them; what sets it; and what it takes.
+// Option: words separated by blanks, setter, and accepted values.
 struct Known {
   const char* words;
   std::function<bool(Options&, const std::string&)> set;
   const char* takes;
 };
 
-// A period of more than a quarter of an hour is a slip, and one of a thousand years is no number of ns.
+// Lowest and highest rate. A period above 1000 s is likely a typo; the upper end keeps periods in whole
+// nanoseconds.
 constexpr double kLowestRateHz = 1e-3, kHighestRateHz = 1e6;
 
-// The process is AMBF's, and so is its locale: a point is a point here whatever that says.
+// Parses with a decimal point, whatever locale the AMBF process has set.
 bool read_rate(const std::string& text, double& rate_hz) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -90,7 +91,7 @@ Error refused(const std::string& where, const std::string& text, const Known& op
   return {where + " is '" + text + "'; it takes " + option.takes};
 }
 
-// Those that begin like ours are ours, so a misspelt one is not passed over.
+// Reads --fire3dv-* arguments. An unknown one is an error, so that typos do not go unnoticed.
 Result<void> read_arguments(const std::vector<std::string>& arguments, Options& options) {
   const std::string prefix = "--fire3dv-";
   for (size_t i = 0; i < arguments.size(); ++i) {

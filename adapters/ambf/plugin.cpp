@@ -1,7 +1,6 @@
-// The only file that knows AMBF: 2.0 and 3.0, whose classes are the same as far as they are used here. A
-// simulator plugin's physicsUpdate runs on AMBF's physics thread after each step, with a window and without.
-// What is drawn of an object is where the chain of its parents' local frames puts it: global frames are
-// brought up to date only where AMBF draws, and late.
+// AMBF simulator plugin: the only file that includes AMBF headers. It supports 2.0 and 3.0 with the same
+// source. physicsUpdate runs on AMBF's physics thread after each step, with and without a window. Poses are
+// products of local frames along the parent chain: AMBF updates global frames late, and only while it draws.
 #include <afFramework.h>
 
 #include <atomic>
@@ -13,16 +12,16 @@
 #include <utility>
 #include <vector>
 
+#include "adapters/ambf/log.h"
 #include "adapters/ambf/session.h"
-#include "adapters/ambf/tell.h"
 
 namespace {
 
 using namespace fire3dv::ambf;
 
-constexpr int kMostParents = 64;  // more is a ring
+constexpr int kMostParents = 64;  // beyond this, the parent chain is a cycle
 
-std::atomic<bool> running{false};  // signals are the process's, and so is one session
+std::atomic<bool> running{false};  // one session per process, since signal handlers are per process
 
 static_assert(sizeof(chai3d::cTransform::m) == sizeof(Transform::m), "both are 4x4 doubles, columns first");
 
@@ -45,7 +44,7 @@ int64_t now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
-// An object as it was when the stream was described.
+// Object at the time of the last description.
 struct Known {
   ambf::afBaseObject* object;
   std::string key;
@@ -66,7 +65,7 @@ class Plugin : public ambf::afSimulatorPlugin {
 
   void physicsUpdate(double) override { publish(); }
 
-  // Cameras can be moved while physics stands still, and then no one else publishes.
+  // Publishes camera motion while physics is paused.
   void graphicsUpdate() override {
     if (m_worldPtr->isPhysicsPaused()) publish();
   }
@@ -98,7 +97,7 @@ class Plugin : public ambf::afSimulatorPlugin {
     }
   }
 
-  // AMBF knows no exceptions; one that is ours (memory) must not end it.
+  // Catches exceptions such as bad_alloc, since AMBF's callers cannot.
   template <typename Work>
   void guarded(Work&& work) {
     try {
@@ -135,7 +134,7 @@ class Plugin : public ambf::afSimulatorPlugin {
     visit(Kind::soft_body, *m_worldPtr->getSoftBodyMap());
   }
 
-  // Compared one by one: nobody tells of objects that were added, and nobody else of those that are gone.
+  // Compares all objects with the last description, since AMBF does not signal additions and removals.
   bool is_as_described() {
     size_t i = 0;
     bool same = described_;
@@ -149,7 +148,7 @@ class Plugin : public ambf::afSimulatorPlugin {
   }
 
   void describe() {
-    described_ = false;  // until all of it is
+    described_ = false;  // until the description is complete
     known_.clear();
     std::vector<Object> objects;
     for_each_map([&](Kind kind, const ambf::afBaseObjectMap& map) {
@@ -172,7 +171,7 @@ class Plugin : public ambf::afSimulatorPlugin {
     described_ = true;
   }
 
-  // What is to be seen of an object besides its place.
+  // Sends visibility and camera intrinsics of an object.
   void look(size_t i) {
     const Known& known = known_[i];
     if (known.kind == Kind::rigid_body || known.kind == Kind::ghost_object) {
@@ -190,7 +189,7 @@ class Plugin : public ambf::afSimulatorPlugin {
     }
   }
 
-  // The physics engine's nodes are in the world's frame.
+  // Copies vertex positions of a soft body; Bullet keeps them in the world frame.
   static void positions_of(const ambf::afSoftBody& soft, std::vector<float>& positions) {
     const auto& nodes = soft.m_bulletSoftBody->m_nodes;
     positions.resize(static_cast<size_t>(nodes.size()) * 3);
@@ -231,14 +230,14 @@ class Plugin : public ambf::afSimulatorPlugin {
   std::vector<Known> known_;
   std::vector<ambf::afSoftBody*> soft_bodies_;
   std::vector<float> vertices_;
-  bool ours_ = false;  // what `running` says
+  bool ours_ = false;  // this plugin owns `running`
   bool described_ = false;
   bool said_ = false;
 };
 
 }  // namespace
 
-// The one name that leaves this library.
+// The only exported symbol of this library.
 extern "C" __attribute__((visibility("default"))) ambf::afSimulatorPlugin* CreatePlugin() {
   return new Plugin();
 }

@@ -1,5 +1,5 @@
-// Which physics steps are published. Counts from the time that a frame was due, not from when it went out, so
-// that the rate does not sink by what is left over of each step; what was missed is not made up for.
+// Rate limiter that selects physics steps to publish. Periods count from due times, so that step size does
+// not lower the mean rate. Missed frames are not made up for.
 #pragma once
 
 #include <cstdint>

@@ -5,20 +5,20 @@
 #include <cstdlib>
 #include <utility>
 
-#include "adapters/ambf/tell.h"
+#include "adapters/ambf/log.h"
 
 namespace fire3dv::ambf {
 namespace {
 
-constexpr int64_t kPollEveryNs = 10'000'000;     // often enough for renderers to measure the clock
-constexpr int64_t kTellEveryNs = 1'000'000'000;  // people read slowly, and sentences allocate
+constexpr int64_t kPollEveryNs = 10'000'000;     // frequent enough for clock offset measurement
+constexpr int64_t kTellEveryNs = 1'000'000'000;  // rate of log lines, which allocate
 
 }  // namespace
 
 Result<std::unique_ptr<Session>> Session::start(const std::vector<std::string>& arguments,
                                                 const std::filesystem::path& ambf_root, bool headless) {
   auto launch = read_launch(arguments, ambf_root);
-  // AMBF has read this file; where we cannot, its options and cameras are missing and all else works.
+  // AMBF has read this file. If the plugin cannot, only its options and cameras are missing.
   if (!launch.ok()) {
     tell(launch.error().message + "; its options and cameras are left out");
     launch = Launch{};
@@ -59,7 +59,7 @@ bool Session::begin_turn(int64_t now_ns) {
   return false;
 }
 
-// Files' objects as they are listed; what came otherwise, by a plugin or the window, came later.
+// Returns objects in creation order: listed ones as in the files, objects of plugins or the window last.
 std::vector<size_t> Session::order_added() const {
   std::map<std::pair<Kind, std::string>, size_t> places;
   for (const Listed& listed : listed_) places.emplace(std::pair(listed.kind, listed.key), places.size());
@@ -93,16 +93,16 @@ void Session::describe(std::vector<Object> objects) {
   poses_.assign(nodes_.size() * 12, 0.0f);
   for (size_t node = 0; node < nodes_.size(); ++node) to_pose(Transform(), &poses_[node * 12]);
   links_.describe(nodes_.names(), options_.rate_hz);
-  hide_what_is_gone();
+  hide_removed();
   for (size_t i = 0; i < cameras_.size(); ++i) {
     if (cameras_[i].intrinsics) set_intrinsics(first_camera_ + i, *cameras_[i].intrinsics);
   }
   jumped_ = true;
 }
 
-// What AMBF has no more is in the scene's file still. Where it is there again, it is as the file has it until
-// set_shown says other.
-void Session::hide_what_is_gone() {
+// Hides nodes of removed objects, since the scene file still has them. A returning object is visible until
+// set_shown changes it.
+void Session::hide_removed() {
   std::set<const Sent*> here;
   sent_of_.assign(objects_.size(), nullptr);
   for (size_t object = 0; object < objects_.size(); ++object) {
@@ -147,7 +147,7 @@ void Session::set_intrinsics(size_t object, const Intrinsics& intrinsics) {
   }
 }
 
-// What a file has of a soft body rests removed while it is gone, as other objects rest hidden.
+// The scene file's version of a soft body stays removed while AMBF has none, like hidden objects.
 void Session::set_soft_bodies(const std::vector<SoftMesh>& meshes) {
   const auto clear = [this](const std::string& name, int property) {
     links_.edit([&](fire3dv_stream* stream) { return fire3dv_clear(stream, name.c_str(), property); });
@@ -170,7 +170,7 @@ void Session::set_soft_bodies(const std::vector<SoftMesh>& meshes) {
     node.struct_size = sizeof node;
     node.asset_glb = glb.data();
     node.asset_glb_bytes = glb.size();
-    // Ours instead of the file's, whose vertices have another order.
+    // Replaces the file's mesh, whose vertices have another order.
     if (removed_.insert(name).second)
       links_.edit([&](fire3dv_stream* stream) { return fire3dv_remove_node(stream, name.c_str()); });
     links_.edit([&](fire3dv_stream* stream) {
@@ -189,8 +189,7 @@ void Session::set_vertices(size_t soft_body, const std::vector<float>& positions
   links_.edit([&](fire3dv_stream* stream) { return fire3dv_set_vertices(stream, name.c_str(), &vertices); });
 }
 
-// A camera may stand on another one of the files; more than as many steps as there are cameras would be a
-// ring.
+// Computes poses of cameras, which may be attached to other cameras. The step limit breaks cycles.
 void Session::place_cameras() {
   for (size_t i = 0; i < cameras_.size(); ++i) {
     Transform world_from_camera = cameras_[i].parent_from_camera;
@@ -208,7 +207,7 @@ void Session::place_cameras() {
   }
 }
 
-// A body whose physics has come to no number stays where it was; the others go on.
+// Converts poses for publishing. A body with a non-finite pose keeps its last one.
 void Session::gather_poses() {
   for (size_t object = 0; object < objects_.size(); ++object) {
     const auto node = nodes_.node_of(object);
@@ -229,7 +228,7 @@ void Session::publish(double sim_time_s, int64_t now_ns) {
   links_.poll();
   if (now_ns - told_at_ns_ < kTellEveryNs) return;
   told_at_ns_ = now_ns;
-  links_.tell_answers();
+  links_.log_answers();
 }
 
 void Session::jump() {

@@ -31,7 +31,7 @@ std::string soft_node_name(const std::string& name) {
   return name + " (soft body)";
 }
 
-// protocol/SPEC.md, 7: as in JSON pointers.
+// JSON pointer escaping, as in SPEC.md section 7.
 std::string soft_vertices_path(const std::string& name) {
   std::string path;
   for (const char c : soft_node_name(name)) path += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);

@@ -1,5 +1,5 @@
-// A soft body's mesh as a glTF file of its own. Vertices that are streamed must be in the order of the
-// file's, and no file has them in the order of the physics engine: so the plugin brings the mesh itself.
+// Soft body mesh encoded as a GLB asset. Streamed vertices must match the asset's vertex order. No scene file
+// has the physics engine's order, so the plugin adds its own mesh.
 #pragma once
 
 #include <array>
@@ -11,18 +11,18 @@
 namespace fire3dv::ambf {
 
 struct SoftMesh {
-  std::string name;              // as nodes are named: by key or by name
-  std::vector<float> positions;  // 3 for each vertex, in the stream's frame
+  std::string name;              // key or name, as for nodes
+  std::vector<float> positions;  // x y z per vertex, in the stream frame, metres
   std::vector<uint32_t> triangles;
-  std::array<float, 4> color_srgb{0.8f, 0.8f, 0.8f, 1};  // as AMBF's materials have it
+  std::array<float, 4> color_srgb{0.8f, 0.8f, 0.8f, 1};  // sRGB, as in AMBF's materials
 };
 
-// The added node, and the path to the node below it that has the vertices: what is in an added file goes by
-// its path.
+// Name of the added node, and path of the mesh node inside its asset.
 std::string soft_node_name(const std::string& name);
 std::string soft_vertices_path(const std::string& name);
 
-// Turned to glTF's Y up by its root. Empty where there is nothing to show, or a triangle names no vertex.
+// Encodes the mesh below a root that rotates to glTF's Y up. Empty for an empty mesh or an index out of
+// range.
 std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh);
 
 }  // namespace fire3dv::ambf

@@ -1,5 +1,5 @@
-// A frame in another frame as AMBF's chai3d keeps it: doubles, column-major, m[column][row], so that copying
-// is all there is to taking one over. The stream's frame is AMBF's world: Z up, metres.
+// Rigid transform in chai3d's layout: doubles, column-major, m[column][row], so that AMBF's frames are copied
+// with memcpy. The stream frame is AMBF's world: Z up, metres.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ struct Transform {
   double m[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
 };
 
-// a_from_c of a_from_b and b_from_c. Both are affine: the last row is not looked at.
+// Returns a_from_c for a_from_b and b_from_c. Both are affine; the last row is ignored.
 inline Transform operator*(const Transform& a, const Transform& b) {
   Transform product;
   for (size_t column = 0; column < 4; ++column) {
@@ -24,10 +24,10 @@ inline Transform operator*(const Transform& a, const Transform& b) {
   return product;
 }
 
-// As the wire has it: 3 rows of 4 floats. False, and nothing written, where a number is none that a renderer
-// takes.
+// Converts to the wire layout: 3 rows of 4 floats. Returns false, without writing, for numbers that the wire
+// refuses.
 inline bool to_pose(const Transform& from, float* pose) {
-  constexpr double kMostMagnitude = 1e12;  // what the wire takes (protocol/SPEC.md)
+  constexpr double kMostMagnitude = 1e12;  // limit of protocol/SPEC.md
   for (size_t column = 0; column < 4; ++column) {
     for (size_t row = 0; row < 3; ++row) {
       if (!(std::abs(from.m[column][row]) <= kMostMagnitude)) return false;

@@ -1,5 +1,5 @@
-# What a simulator's author gets: headers, the library, find_package(fire3dv) and pkg-config. The component "client" can
-# be installed alone: cmake --install build/release --component client --prefix DIR
+# Installation of the client: headers, library, Python package, CMake package and pkg-config file. The component
+# "client" installs alone: cmake --install build/release --component client --prefix DIR
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/fire3dv)
 
@@ -17,7 +17,7 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/fire3dv-config-vers
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-config-version.cmake
   DESTINATION ${package_dir} COMPONENT client)
 
-# The prefix is found from where the .pc file lies, so that the installed tree may be moved.
+# The .pc file computes its prefix from its own location, so that the installed tree is relocatable.
 file(RELATIVE_PATH prefix_from_pc /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 configure_file(cmake/fire3dv-client.pc.in ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-client.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/fire3dv-client.pc

@@ -8,13 +8,13 @@
 
 namespace fire3dv::mujoco {
 
-// In the background a read from the terminal fails then, and does not stop the program.
+// Ignoring SIGTTIN makes a read from the terminal fail in a background job instead of stopping the program.
 CommandLines::CommandLines() {
   std::signal(SIGTTIN, SIG_IGN);
 }
 
 std::optional<std::string> CommandLines::next() {
-  constexpr size_t kMostBytes = 4096;  // of a line; a longer one is no command
+  constexpr size_t kMostBytes = 4096;  // line limit; no command is longer
   if (text_.find('\n') == std::string::npos && !is_over_) {
     pollfd input{STDIN_FILENO, POLLIN, 0};
     if (::poll(&input, 1, 0) > 0) {

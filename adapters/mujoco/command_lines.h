@@ -1,5 +1,5 @@
-// What is typed while a simulation runs, a word a line. Never waits for it, and does without: where there is
-// no standard input, where it ends, and where the terminal belongs to another program.
+// Non-blocking reader of command lines on standard input. Returns no lines without standard input, after its
+// end, and while the program is a background job.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@ namespace fire3dv::mujoco {
 class CommandLines {
  public:
   CommandLines();
-  // The next whole line that has come.
+  // Returns the next complete line, if one has arrived.
   std::optional<std::string> next();
 
  private:

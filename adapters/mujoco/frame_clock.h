@@ -1,5 +1,5 @@
-// Which steps are published, by simulated time, and whether a frame follows the one before it. Counts from
-// the first frame, so that the rate does not sink by what is left over of each step.
+// Frame selection by simulated time, with discontinuity detection. Due times count from the first frame, so
+// that step size does not lower the mean rate.
 #pragma once
 
 #include <cmath>
@@ -11,16 +11,16 @@ class FrameClock {
  public:
   explicit FrameClock(double rate_hz) : period_ns_(rate_hz > 0 ? 1e9 / rate_hz : 0) {}
 
-  // Time that runs backwards is a reset: that frame is due at once.
+  // Time that runs backwards is a reset; its frame is due immediately.
   bool due(int64_t sim_time_ns) const {
     if (!started_ || sim_time_ns < last_ns_) return true;
     return sim_time_ns != last_ns_ && sim_time_ns >= due_ns(frames_);
   }
 
-  // True: bodies have jumped into this frame.
+  // Records a published frame. Returns true when the frame is a discontinuity.
   bool published(int64_t sim_time_ns) {
     const bool jumped = !started_ || sim_time_ns < last_ns_;
-    // What was missed is not made up for.
+    // Missed frames are not made up for.
     if (jumped || sim_time_ns >= due_ns(frames_ + 1)) {
       start_ns_ = sim_time_ns;
       frames_ = 0;
@@ -34,7 +34,7 @@ class FrameClock {
   void restart() { started_ = false; }
 
  private:
-  // Simulated time is a sum of steps: it may fall short of a whole period by what rounding leaves.
+  // Simulated time is a sum of steps, so rounding may leave it slightly below a whole period.
   int64_t due_ns(int64_t frame) const {
     constexpr int64_t kSlack_ns = 1000;
     return start_ns_ + std::llround(static_cast<double>(frame) * period_ns_) - kSlack_ns;

@@ -1,7 +1,7 @@
 #include "adapters/mujoco/geom_looks.h"
 
-#include "tools/convert/colors.h"
-#include "tools/convert/mjcf_names.h"
+#include "tools/convert/mesh/colors.h"
+#include "tools/convert/mjcf/mjcf_names.h"
 
 namespace fire3dv::mujoco {
 namespace {
@@ -16,7 +16,7 @@ bool is_shown(const mjModel& m, size_t geom, const std::array<float, 4>& rgba) {
 
 }  // namespace
 
-GeomLooks::GeomLooks(const mjModel& m) : looks_(static_cast<size_t>(m.ngeom)) {
+GeomAppearance::GeomAppearance(const mjModel& m) : looks_(static_cast<size_t>(m.ngeom)) {
   for (size_t i = 0; i < looks_.size(); ++i) {
     Look& look = looks_[i];
     look.rgba = color_of(m, i);
@@ -24,7 +24,7 @@ GeomLooks::GeomLooks(const mjModel& m) : looks_(static_cast<size_t>(m.ngeom)) {
   }
 }
 
-const std::vector<GeomEdit>& GeomLooks::changes(const mjModel& m) {
+const std::vector<GeomEdit>& GeomAppearance::changes(const mjModel& m) {
   changes_.clear();
   for (size_t i = 0; i < looks_.size(); ++i) {
     Look& look = looks_[i];

@@ -1,6 +1,5 @@
-// What a simulation changes of its model's looks while it runs: colours, opacity and groups of geoms. Found
-// by comparing, since MuJoCo does not say; told as scene edits by the geoms' names. A scene whose geoms are
-// not nodes of their own has no such names, and stays as it is.
+// Change detection for geom appearance: colour, opacity and visible groups. MuJoCo does not signal changes,
+// so each call compares. Changes become scene edits by geom name; scenes without geom nodes stay unchanged.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -13,22 +12,22 @@
 namespace fire3dv::mujoco {
 
 struct GeomEdit {
-  size_t geom = 0;                           // into MjcfNames::geoms
-  std::optional<bool> visible;               // nothing: as it was
-  std::optional<std::array<float, 4>> rgba;  // linear; nothing: as it was
+  size_t geom = 0;                           // index into MjcfNames::geoms
+  std::optional<bool> visible;               // empty: unchanged
+  std::optional<std::array<float, 4>> rgba;  // linear RGBA; empty: unchanged
 };
 
-class GeomLooks {
+class GeomAppearance {
  public:
-  // The scene was made of the model as it is now.
-  explicit GeomLooks(const mjModel& model);
+  // The scene must have been exported from the model in its current state.
+  explicit GeomAppearance(const mjModel& model);
 
-  // What has changed since the last call; mostly nothing, and then nothing is allocated.
+  // Returns changes since the last call. Without changes it allocates nothing.
   const std::vector<GeomEdit>& changes(const mjModel& model);
 
  private:
   struct Look {
-    std::array<float, 4> rgba{};  // as displayed
+    std::array<float, 4> rgba{};  // as displayed (sRGB)
     bool is_shown = false;
     bool is_in_scene = false;
   };

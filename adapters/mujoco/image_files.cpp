@@ -6,14 +6,14 @@
 #include <utility>
 
 #include "adapters/mujoco/image_names.h"
+#include "protocol/base/file_io.h"
 #include "protocol/wire/image.h"
 #include "renderer/sinks/text.h"
-#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::mujoco {
 namespace {
 
-// Rows without what may stand between them.
+// Copies rows without padding.
 std::vector<uint8_t> packed(const fire3dv_image_plane& plane, size_t element_bytes) {
   const size_t row_bytes = element_bytes * plane.width;
   std::vector<uint8_t> bytes(row_bytes * plane.height);
@@ -72,7 +72,7 @@ Result<ImageFiles> ImageFiles::open(const std::filesystem::path& folder) {
   const std::filesystem::path list = folder / "cameras.jsonl";
   errno = 0;
   std::ofstream lines(list, std::ios::trunc);
-  if (!lines) return Error{"cannot write " + list.string() + ": " + sinks::system_reason(errno)};
+  if (!lines) return Error{"cannot write " + list.string() + ": " + system_reason(errno)};
   return ImageFiles(std::move(*sink), list, std::move(lines));
 }
 
@@ -92,8 +92,8 @@ Result<void> ImageFiles::write(const std::string& camera, const std::string& str
   for (size_t i = 0; i < image.plane_count; ++i) add_plane(image.planes[i], frame);
   if (Result<void> taken = sink_->take(std::move(frame)); !taken) return taken;
   errno = 0;
-  lines_ << camera_line(camera, image) << std::flush;  // a run that is killed keeps its list
-  if (!lines_) return Error{"cannot write " + list_.string() + ": " + sinks::system_reason(errno)};
+  lines_ << camera_line(camera, image) << std::flush;  // flushed, so that a killed run keeps its list
+  if (!lines_) return Error{"cannot write " + list_.string() + ": " + system_reason(errno)};
   return {};
 }
 

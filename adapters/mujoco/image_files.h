@@ -1,8 +1,8 @@
-// Images that came back, as files: the same as fire3dv writes with --out, a folder for each camera.
+// Writer of received images, in the file layout of fire3dv --out, with one folder per camera.
 //
-//   DIR/CAMERA/frame_000012.png, frame_000012.depth.npy ...   called by the sequence of the frame that they
-//   show DIR/frames.jsonl    one line an image: its files, its frame, its boxes DIR/cameras.jsonl   one line
-//   an image: where its camera was, and its matrix as OpenCV has it
+//   DIR/CAMERA/frame_000012.png, frame_000012.depth.npy ...  number: sequence of the frame shown
+//   DIR/frames.jsonl    one line per image: files, frame, boxes
+//   DIR/cameras.jsonl   one line per image: camera pose and OpenCV camera matrix
 #pragma once
 
 #include <filesystem>
@@ -19,9 +19,9 @@ class ImageFiles {
  public:
   static Result<ImageFiles> open(const std::filesystem::path& folder);
 
-  // Copies what is to be written. stream: the publisher's name.
+  // Copies the planes and queues the write. stream: name of the publisher.
   Result<void> write(const std::string& camera, const std::string& stream, const fire3dv_image& image);
-  // Returns when all that was given is written.
+  // Waits until all queued images are written.
   Result<void> finish();
 
  private:

@@ -17,7 +17,7 @@ constexpr std::array kPlanes{
     PlaneName{FIRE3DV_IMAGE_MOTION, "motion", "<f4", 2, 8},
 };
 
-// 0: no output is called so.
+// Returns 0 for an unknown name.
 uint32_t output_of(std::string_view name) {
   if (name == "color") return FIRE3DV_IMAGE_COLOR_SRGB8;
   if (name == "boxes2d") return FIRE3DV_IMAGE_BOXES2D;
@@ -27,7 +27,7 @@ uint32_t output_of(std::string_view name) {
   return 0;
 }
 
-// "320x240" and nothing else.
+// Parses "320x240" exactly.
 bool parse_size(std::string_view text, uint32_t& width, uint32_t& height) {
   const char* const end = text.data() + text.size();
   const auto [cross, width_error] = std::from_chars(text.data(), end, width);
@@ -51,29 +51,29 @@ Result<uint32_t> image_outputs(std::string_view text) {
     const std::string_view name = text.substr(0, comma);
     const uint32_t bit = output_of(name);
     if (bit == 0)
-      return Error{scene::quote(name) +
+      return Error{quote(name) +
                    " is none of color, linear, depth, instance, semantic, normal, motion, boxes2d, boxes3d"};
-    if (bits & bit) return Error{scene::quote(name) + " stands there twice"};
+    if (bits & bit) return Error{quote(name) + " stands there twice"};
     bits |= bit;
     if (comma == text.npos) return bits;
     text.remove_prefix(comma + 1);
   }
 }
 
-Result<ImageWish> image_wish(const std::string& text) {
-  constexpr uint32_t kMostSide = 8192;  // SPEC.md section 13
-  ImageWish wish;
+Result<ImageSpec> image_spec(const std::string& text) {
+  constexpr uint32_t kMostSide = 8192;  // limit of SPEC.md section 13
+  ImageSpec wish;
   wish.camera = text;
   const size_t colon = text.rfind(':');
   uint32_t width = 0, height = 0;
   if (colon != text.npos && parse_size(std::string_view(text).substr(colon + 1), width, height)) {
     if (width == 0 || height == 0 || width > kMostSide || height > kMostSide)
-      return Error{scene::quote(text) + ": sides are 1 to " + std::to_string(kMostSide) + " pixels"};
+      return Error{quote(text) + ": sides are 1 to " + std::to_string(kMostSide) + " pixels"};
     wish.camera = text.substr(0, colon);
     wish.width = width;
     wish.height = height;
   }
-  if (wish.camera.empty()) return Error{scene::quote(text) + " names no camera"};
+  if (wish.camera.empty()) return Error{quote(text) + " names no camera"};
   return wish;
 }
 

@@ -1,4 +1,4 @@
-// Images as they are called on command lines and in files' names.
+// Names of image outputs and cameras on command lines and in file names.
 #pragma once
 
 #include <cstdint>
@@ -6,25 +6,25 @@
 #include <string_view>
 
 #include "adapters/mujoco/publisher.h"
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::mujoco {
 
-// A plane of numbers; boxes and colours for displays have none of these.
+// Numeric image plane; boxes and sRGB colours have no entry.
 struct PlaneName {
   uint32_t output;  // FIRE3DV_IMAGE_* bit
   const char* name;
-  const char* type;   // of a number, as NumPy writes it
-  uint32_t channels;  // numbers a pixel
+  const char* type;   // NumPy type of an element
+  uint32_t channels;  // elements per pixel
   uint32_t pixel_bytes;
 };
-// Null where the output is no such plane.
+// Returns null for boxes and sRGB colours.
 const PlaneName* plane_name(uint32_t output);
 
-// "color,depth": FIRE3DV_IMAGE_* bits. The error names what there is.
+// Parses "color,depth" to FIRE3DV_IMAGE_* bits. The error lists valid names.
 Result<uint32_t> image_outputs(std::string_view text);
 
-// "CAMERA" or "CAMERA:320x240". Names may hold colons themselves.
-Result<ImageWish> image_wish(const std::string& text);
+// Parses "CAMERA" or "CAMERA:320x240". Camera names may contain colons.
+Result<ImageSpec> image_spec(const std::string& text);
 
 }  // namespace fire3dv::mujoco

@@ -1,4 +1,4 @@
-// fire3dv-mujoco MODEL.xml --to URI: a MuJoCo model, stepped and published to renderers.
+// MuJoCo simulator for renderers: fire3dv-mujoco MODEL.xml --to URI steps and publishes a model.
 #include <exception>
 #include <new>
 
@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     say(done.error().message);
   } catch (const std::bad_alloc&) {
     say("the model does not fit into memory");
-  } catch (const std::exception& fault) {  // of a library
+  } catch (const std::exception& fault) {  // thrown by a library
     say(fault.what());
   }
   return 1;

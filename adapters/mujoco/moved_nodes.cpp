@@ -1,12 +1,12 @@
 #include "adapters/mujoco/moved_nodes.h"
 
-#include "protocol/error.h"
-#include "tools/convert/lights.h"
+#include "protocol/base/error.h"
+#include "tools/convert/glb/lights.h"
 
 namespace fire3dv::mujoco {
 namespace {
 
-// rows: 3x3, row-major, as mjData has it.
+// rows: 3x3 matrix, row-major, as in mjData.
 float* put(float* pose, const mjtNum* place, const mjtNum* rows) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) *pose++ = static_cast<float>(rows[3 * row + column]);
@@ -29,8 +29,8 @@ glm::dvec3 vec3(const mjtNum* v) {
 
 }  // namespace
 
-MovedNodes::MovedNodes(const mjModel& m, const convert::MjcfNames& names) {
-  names_.assign(names.bodies.begin() + 1, names.bodies.end());  // the world stands still
+StreamedNodes::StreamedNodes(const mjModel& m, const convert::MjcfNames& names) {
+  names_.assign(names.bodies.begin() + 1, names.bodies.end());  // skips the world body, which never moves
   names_.insert(names_.end(), names.cameras.begin(), names.cameras.end());
   for (int light = 0; light < m.nlight; ++light) {
     if (!convert::is_scene_light(m, light)) continue;
@@ -47,12 +47,12 @@ MovedNodes::MovedNodes(const mjModel& m, const convert::MjcfNames& names) {
   }
 }
 
-void MovedNodes::write(const mjModel& m, const mjData& d, std::vector<float>& poses) {
+void StreamedNodes::write(const mjModel& m, const mjData& d, std::vector<float>& poses) {
   poses.resize(12 * names_.size());
   float* pose = poses.data();
   for (int body = 1; body < m.nbody; ++body) pose = put(pose, d.xpos + 3 * body, d.xmat + 9 * body);
   for (int camera = 0; camera < m.ncam; ++camera)
-    pose = put(pose, d.cam_xpos + 3 * camera, d.cam_xmat + 9 * camera);  // looks along -Z, as glTF's do
+    pose = put(pose, d.cam_xpos + 3 * camera, d.cam_xmat + 9 * camera);  // looks along -Z, as in glTF
   for (const int light : lights_) {
     pose = put(pose, vec3(d.light_xpos + 3 * light),
                glm::mat3_cast(convert::shining(vec3(d.light_xdir + 3 * light))));

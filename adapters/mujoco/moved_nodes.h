@@ -1,5 +1,5 @@
-// The nodes that MuJoCo moves, and where mjData has them: bodies, cameras, lights, and the pieces of spatial
-// tendons. The names are those of the scene that is made of the model (tools/convert/mjcf_names.h).
+// Nodes that MuJoCo moves, with their poses from mjData: bodies, cameras, lights and segments of spatial
+// tendons. Names match the scene that is converted from the model (tools/convert/mjcf/mjcf_names.h).
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -8,20 +8,20 @@
 #include <string>
 #include <vector>
 
-#include "tools/convert/mjcf_names.h"
-#include "tools/convert/mjcf_tendons.h"
+#include "tools/convert/mjcf/mjcf_names.h"
+#include "tools/convert/mjcf/mjcf_tendons.h"
 
 namespace fire3dv::mujoco {
 
-class MovedNodes {
+class StreamedNodes {
  public:
-  MovedNodes(const mjModel& model, const convert::MjcfNames& names);
+  StreamedNodes(const mjModel& model, const convert::MjcfNames& names);
 
   const std::vector<std::string>& names() const { return names_; }
 
-  // stream_from_node of all names(): 12 floats each, row-major, in MuJoCo's world, Z up, metres. What is in
-  // mjData is written as it is: after mj_step that is the pose at the beginning of the step. Allocates
-  // nothing after the first call.
+  // Writes stream_from_node of all names(): 12 floats each, row-major, MuJoCo's world frame, Z up, metres.
+  // mjData is used as it is: after mj_step it has the poses of the step's start. Allocates nothing after the
+  // first call.
   void write(const mjModel& model, const mjData& data, std::vector<float>& poses);
 
  private:

@@ -3,81 +3,74 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <map>
+#include <memory>
 
 #include "adapters/mujoco/image_names.h"
-#include "tools/check_number.h"
+#include "protocol/base/command_line.h"
 
 namespace fire3dv::mujoco {
 
 std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   Options options;
   options.publish.rate_hz = 60;
-  CLI::App app{
-      "Steps a MuJoCo model and publishes what moves to FIRE-3DV renderers, which find the names in what\n"
-      "fire3dv-convert makes of the same file, or in --scene. While it runs it takes lines on its standard\n"
-      "input: pause, go, step, reset, quit. Exit code: 0 done or interrupted, 1 error, 2 wrong usage.",
-      "fire3dv-mujoco"};
-  app.add_option("model", options.model, "The model, an MJCF file")->required();
-  app.add_option(
-         "--to", options.publish.uris,
-         "Where to publish: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; repeatable")
+  CLI::App app{"Steps a MuJoCo model and publishes its poses to FIRE-3DV renderers.", "fire3dv-mujoco"};
+  app.formatter(std::make_shared<HelpFormatter>("MODEL.xml --to URI [OPTIONS]"));
+  app.footer(
+      "Standard input: pause, go, step, reset, quit. Exit status: 0 done, 1 error, 2 wrong usage.\n"
+      "Details: man fire3dv-mujoco.");
+  app.set_help_flag("-h,--help", "print this help and exit");
+  app.add_option("model", options.model, "MJCF file")->required();
+  app.add_option("--to", options.publish.uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
       ->type_name("URI")
       ->allow_extra_args(false);
-  app.add_option(
-         "--scene", options.scene,
-         "Write the model's scene first, each geom a node of its own; without --to, nothing else is done")
+  app.add_option("--scene", options.scene, "write the scene first, one node for each geom")
       ->type_name("OUT.glb");
-  app.add_option("--package-path", options.package_folders,
-                 "Folder that the model may read beside its own; may be given several times")
+  app.add_option("--package-path", options.package_folders, "further folder of the model's files; repeatable")
       ->type_name("DIR")
       ->allow_extra_args(false)
-      ->check(CLI::ExistingDirectory);
-  app.add_option("--rate", options.publish.rate_hz, "Frames a second of simulated time; 0: every step")
+      ->check(CLI::ExistingDirectory.description(""));
+  app.add_option("--rate", options.publish.rate_hz, "frames per simulated second; 0: every step")
       ->check(check_number)
+      ->type_name("HZ")
       ->capture_default_str();
-  app.add_option("--speed", options.speed, "Simulated seconds a second; 0: as fast as can be")
+  app.add_option("--speed", options.speed, "simulated seconds per second; 0: unpaced")
       ->check(check_number)
+      ->type_name("X")
       ->capture_default_str();
-  app.add_option("--duration", options.duration_s, "Simulated seconds to run for; 0: until interrupted")
+  app.add_option("--duration", options.duration_s, "simulated seconds; 0: until interrupted")
       ->check(check_number)
+      ->type_name("SECONDS")
       ->capture_default_str();
-  app.add_option("--key", options.keyframe,
-                 "Begin at this keyframe, by name or number; default: the first, where there is one");
+  app.add_option("--key", options.keyframe, "initial keyframe (default: the first, if any)")
+      ->type_name("NAME|N");
   const std::map<std::string, Drive> drives{
       {"hold", Drive::hold}, {"sin", Drive::sine}, {"zero", Drive::zero}};
-  app.add_option(
-         "--ctrl", options.drive,
-         "What drives the actuators: hold (what the keyframe says), sin (each swings about that), zero")
+  app.add_option("--ctrl", options.drive, "actuators: hold controls, a sine around them, or zero")
       ->transform(CLI::CheckedTransformer(drives).description(""))
       ->type_name("hold|sin|zero")
       ->default_str("hold");
-  app.add_flag("--paused", options.paused, "Begin paused, with one frame published");
-  app.add_flag("--lockstep", options.lockstep,
-               "Wait until a renderer has shown each frame, instead of keeping to the clock on the wall");
-  app.add_option("--ack-timeout", options.ack_timeout_s, "Seconds that --lockstep waits for one image")
+  app.add_flag("--paused", options.paused, "start paused, with one frame published");
+  app.add_flag("--lockstep", options.lockstep, "wait until a renderer has drawn each frame");
+  app.add_option("--ack-timeout", options.ack_timeout_s, "limit of one wait of --lockstep")
       ->check(number_between(0.1, 86400))
+      ->type_name("SECONDS")
       ->capture_default_str();
   std::vector<std::string> cameras;
   std::string outputs = "color";
-  app.add_option("--images", cameras,
-                 "Ask the renderer of the first --to for what this camera sees of each frame; size 640x480 "
-                 "where none is named; repeatable")
+  app.add_option("--images", cameras, "request images of this camera (640x480); repeatable")
       ->type_name("CAMERA[:WxH]")
       ->allow_extra_args(false);
-  app.add_option("--outputs", outputs,
-                 "What these images hold: of color, linear, depth, instance, semantic, normal, motion, "
-                 "boxes2d, boxes3d")
-      ->type_name("NAME,NAME...")
+  app.add_option("--outputs", outputs, "their outputs, as fire3dv --outputs")
+      ->type_name("LIST")
       ->capture_default_str();
-  app.add_option("--out", options.out, "Folder that gets them: PNG, .npy and a list")->type_name("DIR");
+  app.add_option("--out", options.out, "folder of the images: PNG, .npy and a list")->type_name("DIR");
   const auto add_file = [&](const char* name, std::string& file, const char* help) {
-    app.add_option(name, file, help)->type_name("FILE");
+    app.add_option(name, file, help)->type_name("FILE")->group("Security");
   };
-  add_file("--key-file", options.publish.security.key_file, "File of the key that udp:// renderers ask for");
-  add_file("--tls-ca", options.publish.security.tls_ca_file, "File of the certificates to trust for tls://");
-  add_file("--tls-cert", options.publish.security.tls_certificate_file,
-           "Own certificate, for tls:// renderers that ask for one");
-  add_file("--tls-key", options.publish.security.tls_key_file, "File of that certificate's key");
+  add_file("--key-file", options.publish.security.key_file, "udp: pre-shared key, 64 hexadecimal digits");
+  add_file("--tls-ca", options.publish.security.tls_ca_file, "tls: trusted certificates (PEM)");
+  add_file("--tls-cert", options.publish.security.tls_certificate_file, "tls: client certificate (PEM)");
+  add_file("--tls-key", options.publish.security.tls_key_file, "tls: private key of that certificate (PEM)");
   try {
     app.parse(argc, argv);
     if (options.publish.uris.empty() && options.scene.empty())
@@ -89,9 +82,9 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     const Result<uint32_t> bits = image_outputs(outputs);
     if (!bits) throw CLI::ValidationError("--outputs", bits.error().message);
     for (const std::string& camera : cameras) {
-      Result<ImageWish> wish = image_wish(camera);
+      Result<ImageSpec> wish = image_spec(camera);
       if (!wish) throw CLI::ValidationError("--images", wish.error().message);
-      for (const ImageWish& other : options.images) {
+      for (const ImageSpec& other : options.images) {
         if (other.camera == wish->camera)
           throw CLI::ValidationError("--images", "the camera \"" + wish->camera + "\" stands there twice");
       }

@@ -1,4 +1,4 @@
-// The command line of fire3dv-mujoco.
+// Command line of fire3dv-mujoco.
 #pragma once
 
 #include <filesystem>
@@ -13,18 +13,19 @@ namespace fire3dv::mujoco {
 
 struct Options {
   std::string model, scene, keyframe;
-  std::vector<std::filesystem::path> package_folders;  // what the model may read beside its own folder
+  std::vector<std::filesystem::path> package_folders;  // folders that the model may read besides its own
   PublishOptions publish;
-  std::vector<ImageWish> images;
-  std::filesystem::path out;  // folder of the images
+  std::vector<ImageSpec> images;
+  std::filesystem::path out;  // image folder
   Drive drive = Drive::hold;
-  double speed = 1;       // simulated seconds a second; 0: as fast as can be
-  double duration_s = 0;  // simulated; 0: until interrupted
+  double speed = 1;       // simulated seconds per second of wall time; 0: unlimited
+  double duration_s = 0;  // simulated seconds; 0: until interrupted
   double ack_timeout_s = 60;
   bool paused = false, lockstep = false;
 };
 
-// Nothing: leave with *exit_code, which is 0 after --help and 2 after a mistake; the text has been printed.
+// Returns nothing when the program must exit with *exit_code: 0 after --help, 2 after a usage error. The text
+// has been printed.
 std::optional<Options> parse_options(int argc, char** argv, int* exit_code);
 
 }  // namespace fire3dv::mujoco

@@ -1,5 +1,5 @@
-// Simulated time beside the clock on the wall. Who is late is not hurried for long: a machine that was
-// suspended does not make up for it.
+// Real-time pacing of simulated time. A simulation that falls behind by more than 250 ms restarts its
+// schedule instead of catching up, for example after suspend.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@ class Pace {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // speed: simulated seconds in one of the wall's; 0: as fast as can be.
+  // speed: simulated seconds per second of wall time; 0: unlimited.
   explicit Pace(double speed) : speed_(speed) {}
   void restart() { running_ = false; }
 
-  // How long to sleep before asking again; zero: this moment of the simulation is due. Never long, so that
-  // whoever is to stop stops soon.
+  // Returns the time to sleep before the next call, at most 250 ms, so that stop requests are seen. Zero:
+  // sim_time_s is due.
   Clock::duration sleep_before(double sim_time_s, Clock::time_point now) {
     constexpr auto kLongest = std::chrono::milliseconds(250);
     if (speed_ <= 0) return {};

@@ -6,17 +6,17 @@
 #include <tuple>
 #include <utility>
 
-#include "adapters/mujoco/told.h"
-#include "tools/convert/lights.h"
-#include "tools/convert/mjcf_model.h"
-#include "tools/convert/write_glb.h"
+#include "adapters/mujoco/client_errors.h"
+#include "tools/convert/glb/lights.h"
+#include "tools/convert/glb/write_glb.h"
+#include "tools/convert/mjcf/mjcf_model.h"
 
 namespace fire3dv::mujoco {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// MuJoCo's world is Z up, glTF's Y up.
+// Rotates MuJoCo's Z up to glTF's Y up.
 const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
 
 }  // namespace
@@ -52,7 +52,7 @@ Result<Publisher> Publisher::open(const mjModel& model, const PublishOptions& op
 }
 
 int64_t Publisher::sim_time_ns(const mjData& data) {
-  constexpr double kMost_s = 9e9;  // what fits: 285 years
+  constexpr double kMost_s = 9e9;  // limit of int64 nanoseconds: 285 years
   return std::llround(std::clamp(data.time, -kMost_s, kMost_s) * 1e9);
 }
 
@@ -62,7 +62,7 @@ Result<bool> Publisher::publish(const mjModel& model, const mjData& data) {
     return Error{"this is not the model that the stream was opened for: open another one for it"};
   if (!due(data)) return false;
   nodes_.write(model, data, poses_);
-  if (Result<void> sent = send_looks(model); !sent) return sent.error();
+  if (Result<void> sent = send_appearance(model); !sent) return sent.error();
   const int64_t now_ns = sim_time_ns(data);
   const uint32_t flags = clock_.published(now_ns) ? FIRE3DV_FRAME_DISCONTINUITY : 0;
   ++sequence_;
@@ -75,7 +75,7 @@ Result<bool> Publisher::publish(const mjModel& model, const mjData& data) {
   return true;
 }
 
-Result<void> Publisher::send_looks(const mjModel& model) {
+Result<void> Publisher::send_appearance(const mjModel& model) {
   for (const GeomEdit& edit : looks_.changes(model)) {
     const std::string& name = names_.geoms[edit.geom];
     for (Target& target : targets_) {
@@ -96,7 +96,8 @@ Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& st
     bool shown = false;
     while (!shown && !stop) {
       const Result<void> waited = told("cannot wait for", target.uri, [&] {
-        shown = target.stream.wait_ack(sequence_, std::chrono::milliseconds(100));  // short: stop is heard
+        shown = target.stream.wait_ack(sequence_, std::chrono::milliseconds(100));  // short, so that `stop`
+                                                                                    // is checked
       });
       if (!waited) return waited;
       if (!shown && Clock::now() >= deadline)

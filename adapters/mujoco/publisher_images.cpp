@@ -1,8 +1,8 @@
 #include <charconv>
 #include <chrono>
 
+#include "adapters/mujoco/client_errors.h"
 #include "adapters/mujoco/publisher.h"
-#include "adapters/mujoco/told.h"
 
 namespace fire3dv::mujoco {
 namespace {
@@ -25,7 +25,7 @@ Result<std::string> camera_node(const mjModel& m, const convert::MjcfNames& name
 
 }  // namespace
 
-Result<uint64_t> Publisher::ask_images(const mjModel& model, const ImageWish& wish) {
+Result<uint64_t> Publisher::ask_images(const mjModel& model, const ImageSpec& wish) {
   if (targets_.empty()) return Error{"there is no renderer to ask for images: name where it listens"};
   const Result<std::string> node = camera_node(model, names_, wish.camera);
   if (!node) return node.error();
@@ -44,18 +44,19 @@ Result<uint64_t> Publisher::ask_images(const mjModel& model, const ImageWish& wi
 
 Result<Image> Publisher::wait_image(uint64_t id, double timeout_s, const std::atomic<bool>& stop) {
   const auto deadline = Clock::now() + std::chrono::duration<double>(timeout_s);
-  uint64_t lost = 0;  // what is passed over here, too
+  uint64_t lost = 0;  // images lost or skipped here
   while (!stop) {
     Image image;
     const Result<void> waited = told("no images from", targets_[0].uri, [&] {
-      image = targets_[0].stream.wait_image(id, std::chrono::milliseconds(100));  // short: stop is heard
+      image = targets_[0].stream.wait_image(id, std::chrono::milliseconds(100));  // short, so that `stop` is
+                                                                                  // checked
     });
     if (!waited) return waited.error();
     if (image && image->sequence == sequence_) {
       image->lost += lost;
       return image;
     }
-    if (image) lost += image->lost + (image->sequence > 0 ? 1 : 0);  // 0: it shows no frame
+    if (image) lost += image->lost + (image->sequence > 0 ? 1 : 0);  // sequence 0: shows no frame
     if (Clock::now() >= deadline)
       return Error{"no renderer on " + targets_[0].uri + " has sent an image of frame " +
                    std::to_string(sequence_) + " in time: start one that listens there, or wait longer"};

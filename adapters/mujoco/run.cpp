@@ -11,7 +11,7 @@
 #include "adapters/mujoco/image_files.h"
 #include "adapters/mujoco/pace.h"
 #include "adapters/mujoco/say.h"
-#include "tools/convert/output.h"
+#include "tools/convert/glb/output.h"
 
 namespace fire3dv::mujoco {
 namespace {
@@ -23,7 +23,7 @@ static_assert(std::atomic<bool>::is_always_lock_free,
 void install_stop_signals() {
   struct sigaction action {};
   action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program immediately
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 }
 
@@ -38,7 +38,7 @@ class Runner {
         paused_(options.paused) {}
 
   Result<void> run() {
-    for (const ImageWish& wish : options_.images) {
+    for (const ImageSpec& wish : options_.images) {
       const Result<uint64_t> id = publisher_.ask_images(simulation_.model(), wish);
       if (!id) return id.error();
       requests_.push_back(*id);
@@ -64,7 +64,7 @@ class Runner {
     return {};
   }
 
-  // The images that are still being written.
+  // Waits for pending image writes.
   Result<void> finish() { return files_ ? files_->finish() : Result<void>{}; }
 
   void say_result() {
@@ -86,7 +86,7 @@ class Runner {
     if (!options_.lockstep) wait_until_due();
     const Result<bool> sent = publisher_.publish(simulation_.model(), simulation_.data());
     if (!sent) return sent.error();
-    // The one renderer that there is says by its images that it was shown.
+    // With one renderer, its images acknowledge the frame already.
     if (options_.lockstep && (requests_.empty() || options_.publish.uris.size() > 1)) {
       if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop); !shown) return shown;
     }
@@ -94,7 +94,7 @@ class Runner {
     return listen();
   }
 
-  // In lockstep those of this frame, else what has come.
+  // Writes images: in lockstep those of this frame, else all that have arrived.
   Result<void> keep_images() {
     for (size_t i = 0; i < requests_.size(); ++i) {
       while (true) {
@@ -104,7 +104,7 @@ class Runner {
         if (!image) return image.error();
         if (!*image) break;
         images_lost_ += (*image)->lost;
-        if ((*image)->sequence == 0) continue;  // of the time before the first frame
+        if ((*image)->sequence == 0) continue;  // rendered before the first frame
         Result<void> kept = files_->write(options_.images[i].camera, options_.publish.adapter_name, **image);
         if (!kept) return kept;
         ++images_kept_;
@@ -122,7 +122,7 @@ class Runner {
     }
   }
 
-  // What renderers and MuJoCo have to say, each once.
+  // Logs new messages of renderers and MuJoCo, each once.
   Result<void> listen() {
     const auto links = publisher_.poll();
     if (!links) return links.error();
@@ -168,7 +168,7 @@ class Runner {
   Pace pace_;
   CommandLines commands_;
   std::vector<std::string> told_;
-  std::vector<uint64_t> requests_;  // as options_.images
+  std::vector<uint64_t> requests_;  // parallel to options_.images
   uint64_t images_kept_ = 0, images_lost_ = 0;
   double stepped_s_ = 0;
   bool paused_, single_step_ = false;

@@ -1,11 +1,11 @@
-// Steps the model and publishes it, at the pace that was asked for.
+// Main loop of fire3dv-mujoco: steps the model at the requested pace and publishes it.
 #pragma once
 
 #include "adapters/mujoco/options.h"
 
 namespace fire3dv::mujoco {
 
-// Ends in order on SIGINT, SIGTERM and SIGHUP.
+// Returns after SIGINT, SIGTERM or SIGHUP, with streams closed in order.
 Result<void> run(const Options& options);
 
 }  // namespace fire3dv::mujoco

@@ -1,4 +1,4 @@
-// Lines for people on the standard error.
+// Log line of fire3dv-mujoco on standard error. Safe for untrusted names.
 #pragma once
 
 #include <cstdio>
@@ -6,7 +6,7 @@
 
 namespace fire3dv::mujoco {
 
-// Names in it are a stranger's: nothing that a terminal would obey.
+// Replaces control characters, since names in `text` are untrusted.
 inline void say(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';

@@ -7,15 +7,16 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/mjcf_files.h"
+#include "tools/convert/mjcf/mjcf_files.h"
 
 namespace fire3dv::mujoco {
 namespace {
 
 constexpr double kSwing_hz = 0.25;
-constexpr double kSwing = 0.25;          // of an actuator's range, to either side
-constexpr double kFreeSwing = 0.5;       // of what has no range
-constexpr double kPhaseApart_rad = 0.7;  // so that not all turn at once
+constexpr double kSwing = 0.25;          // amplitude, as a share of an actuator's range
+constexpr double kFreeSwing = 0.5;       // amplitude of actuators without a range
+constexpr double kPhaseApart_rad = 0.7;  // phase between neighbouring actuators, so that they do not reverse
+                                         // together
 
 Result<int> keyframe_of(const mjModel& m, const std::string& text) {
   if (text.empty()) return m.nkey > 0 ? 0 : -1;
@@ -24,7 +25,7 @@ Result<int> keyframe_of(const mjModel& m, const std::string& text) {
   if (error == std::errc() && end == text.data() + text.size() && number >= 0 && number < m.nkey)
     return number;
   if (const int found = mj_name2id(&m, mjOBJ_KEY, text.c_str()); found >= 0) return found;
-  return Error{"the model has no keyframe " + scene::quote(text) + "; it has " + std::to_string(m.nkey) +
+  return Error{"the model has no keyframe " + quote(text) + "; it has " + std::to_string(m.nkey) +
                ", the first is 0"};
 }
 
@@ -42,7 +43,7 @@ Result<Simulation> Simulation::load(const std::filesystem::path& file, const std
   const Result<int> start = keyframe_of(**model, keyframe);
   if (!start) return start.error();
   Result<convert::MjcfData> data = convert::pose_mjcf(**model, &warnings);
-  if (!data) return Error{scene::quote(file.string()) + ": " + data.error().message};
+  if (!data) return Error{quote(file.string()) + ": " + data.error().message};
   Simulation simulation(std::move(*model), std::move(*data), *start, drive);
   if (Result<void> done = simulation.reset(); !done) return done.error();
   simulation.warnings_.insert(simulation.warnings_.begin(), warnings.begin(), warnings.end());

@@ -1,4 +1,4 @@
-// A model of MuJoCo's that is stepped: loaded, reset, driven.
+// MuJoCo simulation of one model: load, reset, drive, step. One thread at a time.
 #pragma once
 
 #include <filesystem>
@@ -6,33 +6,34 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/error.h"
-#include "tools/convert/mjcf_load.h"
+#include "protocol/base/error.h"
+#include "tools/convert/mjcf/mjcf_load.h"
 
 namespace fire3dv::mujoco {
 
 enum class Drive {
-  hold,  // actuators keep what the keyframe says; without one, zero
-  sine,  // each swings about that within its range, all with one period and phases of their own
+  hold,  // actuators hold the keyframe's controls, or zero without one
+  sine,  // actuators oscillate about these controls within their range, with equal period and different
+         // phases
   zero,
 };
 
 class Simulation {
  public:
-  // keyframe: its name or number; empty: the first, or the model's own pose where there is none.
-  // folders: what the model may read beside its own folder.
+  // keyframe: name or number; empty: the first one, or the model's default pose. folders: folders that the
+  // model may read besides its own.
   static Result<Simulation> load(const std::filesystem::path& file, const std::string& keyframe, Drive drive,
                                  const std::vector<std::filesystem::path>& folders = {});
 
-  // Poses are then those of the new time. A sentence where MuJoCo gives up.
+  // Advances by one step. Poses stay those of the step's start until place(). The error has MuJoCo's message.
   Result<void> step();
   Result<void> reset();
-  // After step(), before poses are read: they are those of the step's beginning until then.
+  // Computes poses of bodies, cameras, lights and tendons for the current time. reset() includes it.
   Result<void> place();
 
   const mjModel& model() const { return *model_; }
   const mjData& data() const { return *data_; }
-  // What MuJoCo has warned of since the last call.
+  // Returns MuJoCo's warnings since the last call.
   std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
 
  private:

@@ -5,9 +5,10 @@ namespace {
 
 constexpr int kBase = -1;
 
-// Torques and forces that the motors may use. The fingers are weak on purpose: they squeeze what they hold.
+// Motor limits: torques in N m, and forces in N for the fingers. Finger forces are low, since the fingers
+// squeeze the held box.
 constexpr JointValues kMotorLimit = {600, 600, 500, 250, 120, 45, 45};
-constexpr float kPositionGain = 0.25f;  // part of the position error taken back in one step
+constexpr float kPositionGain = 0.25f;  // share of the position error corrected per step
 
 btVector3 box_inertia(float mass_kg, const btVector3& half) {
   const btVector3 s = half * half * (mass_kg / 3);

@@ -1,5 +1,5 @@
-// The arm as a btMultiBody: turret, shoulder, elbow, wrist, roll and two sliding fingers, each with a
-// position motor.
+// Robot arm as a btMultiBody: turret, shoulder, elbow, wrist, roll and two sliding fingers, with a position
+// motor per joint. SI units; Z up.
 #pragma once
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -16,8 +16,8 @@
 
 namespace bullet_arm {
 
-// arm_base, arm_link_1 .. arm_link_5, finger_left, finger_right. The first stands still and is streamed all
-// the same: a renderer may be given a scene where it rests elsewhere.
+// arm_base, arm_link_1 .. arm_link_5, finger_left, finger_right. The base never moves but is streamed too,
+// since a scene file may place it elsewhere.
 extern const std::vector<std::string> kArmNames;
 
 class Arm {
@@ -28,7 +28,7 @@ class Arm {
   Arm& operator=(const Arm&) = delete;
 
   void drive(const JointTargets& targets);
-  // In the order of kArmNames; the origin of a link is its centre of mass, X points along it.
+  // index: as in kArmNames. A link's origin is its centre of mass; X points along the link.
   btTransform stream_from_body(size_t index) const;
 
  private:

@@ -14,15 +14,15 @@ struct WayPoint {
   float time_s;
   float azimuth_rad;
   float radius_m;
-  float height_m;   // of the point between the pads
-  float pitch_rad;  // of the gripper; -pi/2 points down
+  float height_m;   // height of the point between the finger pads
+  float pitch_rad;  // pitch of the gripper; -pi/2 points down
   float roll_rad;   // 0: the fingers open along the circle
   float finger_m;
 };
 
 constexpr float kDown = -1.5707963f;
 constexpr float kRadial =
-    1.5707963f;  // fingers open along the radius, so that a push along the circle is square
+    1.5707963f;  // fingers open along the radius, so that the gripper pushes squarely along the circle
 constexpr float kOpen = kFingerOpen_m, kShut = kFingerClosed_m, kFist = 0.006f;
 constexpr float kGripHeight = kPlinthHeight_m + kHeldBoxHalf_m;
 constexpr float kHeldAz = kHeldBoxAzimuth_rad, kDominoAz = kFirstDominoAzimuth_rad;
@@ -33,12 +33,12 @@ constexpr WayPoint kScript[] = {
     {1.30f, kHeldAz, kHeldBoxRadius_m, kGripHeight, kDown, kRadial, kOpen},
     {1.55f, kHeldAz, kHeldBoxRadius_m, kGripHeight, kDown, kRadial, kShut},
     {1.95f, kHeldAz, kHeldBoxRadius_m, 0.24f, kDown, kRadial, kShut},
-    // with the box in hand to the dominoes
+    // carry the box to the dominoes
     {2.50f, kDominoAz - 0.20f, kDominoRadius_m, 0.15f, kDown, kRadial, kShut},
     {2.60f, kDominoAz - 0.20f, kDominoRadius_m, 0.125f, kDown, kRadial, kShut},
     {2.95f, kDominoAz + 0.03f, kDominoRadius_m, 0.125f, kDown, kRadial, kShut},
     {3.30f, kDominoAz - 0.16f, 0.78f, 0.26f, kDown, kRadial, kShut},
-    // drop it
+    // drop the box
     {3.75f, -2.55f, 0.62f, 0.20f, kDown, kRadial, kShut},
     {3.90f, -2.55f, 0.62f, 0.20f, kDown, kRadial, kOpen},
     {4.20f, -2.62f, 0.58f, 0.24f, kDown, 0.4f, kOpen},
@@ -50,7 +50,7 @@ constexpr WayPoint kScript[] = {
     {kScriptSeconds, -1.5708f, 0.46f, 0.50f, -1.15f, 0, kOpen},
 };
 
-// Rest to rest without a jerk at either end.
+// Minimum-jerk interpolation from rest to rest, t in [0, 1].
 float minimum_jerk(float t) {
   return t * t * t * (10 + t * (-15 + 6 * t));
 }
@@ -75,7 +75,8 @@ WayPoint way_point_at(float time_s) {
           mix(a.finger_m, b.finger_m, s)};
 }
 
-// Two links in the vertical plane of the azimuth, elbow up; the wrist makes up for the gripper's pitch.
+// Inverse kinematics of two links in the vertical plane of the azimuth, elbow up. The wrist compensates the
+// pitch.
 JointValues inverse_kinematics(const WayPoint& point) {
   const float x = point.radius_m - kTool_m * std::cos(point.pitch_rad);
   const float z = point.height_m - kTool_m * std::sin(point.pitch_rad) - kShoulderHeight_m;

@@ -1,25 +1,25 @@
-// What the arm is told to do: way points of the gripper in cylinder coordinates about the base, and the joint
-// angles that bring it there.
+// Motion script of the arm: way points of the gripper in cylindrical coordinates about the base, and inverse
+// kinematics. Metres, radians, seconds.
 #pragma once
 
 #include <array>
 
 namespace bullet_arm {
 
-// Lengths of the arm, metres.
+// Dimensions of the arm, metres.
 constexpr float kBaseHeight_m = 0.12f;
 constexpr float kShoulderHeight_m = 0.34f;
 constexpr float kUpperArm_m = 0.50f;
 constexpr float kForearm_m = 0.44f;
 constexpr float kWrist_m = 0.08f;  // wrist pitch axis to roll joint
-constexpr float kPalm_m = 0.09f;   // roll joint to the fingers' root
+constexpr float kPalm_m = 0.09f;   // roll joint to finger base
 constexpr float kFinger_m = 0.11f;
-constexpr float kTool_m = 0.265f;  // wrist pitch axis to the point between the pads
+constexpr float kTool_m = 0.265f;  // wrist pitch axis to the point between the finger pads
 constexpr float kFingerThickness_m = 0.018f;
 constexpr float kFingerOpen_m = 0.052f;    // joint position of an open finger
-constexpr float kFingerClosed_m = 0.020f;  // told to close on the held box, which stops the pads before
+constexpr float kFingerClosed_m = 0.020f;  // target of a closed finger; the held box stops the pads earlier
 
-// turret, shoulder, elbow, wrist, roll, finger left, finger right: radians, the fingers metres
+// Order: turret, shoulder, elbow, wrist, roll, left finger, right finger. Radians; metres for the fingers.
 constexpr int kJoints = 7;
 using JointValues = std::array<float, kJoints>;
 
@@ -30,7 +30,7 @@ struct JointTargets {
 
 constexpr float kScriptSeconds = 8.0f;
 
-// After the script's end the arm rests.
+// Returns targets at a script time; after the end of the script the arm rests.
 JointTargets joint_targets(float time_s);
 
 }  // namespace bullet_arm

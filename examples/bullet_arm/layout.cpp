@@ -21,7 +21,7 @@ std::string numbered(const char* prefix, int number, const char* format = "%s_%0
   return text;
 }
 
-// A frame at an azimuth and radius: X points outwards, Y along the circle, counter-clockwise.
+// Frame at an azimuth and radius: X points outwards, Y along the circle, counter-clockwise.
 btTransform polar(float azimuth_rad, float radius_m, float z_m, float turn_rad = 0) {
   return btTransform(btQuaternion(btVector3(0, 0, 1), azimuth_rad + turn_rad),
                      btVector3(radius_m * std::cos(azimuth_rad), radius_m * std::sin(azimuth_rad), z_m));
@@ -46,7 +46,7 @@ class Builder {
             polar(kHeldBoxAzimuth_rad, kHeldBoxRadius_m, kPlinthHeight_m + kHeldBoxHalf_m));
   }
 
-  // Boxes, 5 + 4 + 3 + 2 + 1, along the circle.
+  // Wall of boxes along the circle: 5 + 4 + 3 + 2 + 1.
   void box_wall() {
     const float half = 0.031f, pitch = 0.068f;
     const btTransform frame = polar(-1.98f, 0.57f, 0);
@@ -60,7 +60,7 @@ class Builder {
     }
   }
 
-  // Three blocks a layer, every other layer turned, a copper ball on top.
+  // Tower of three blocks per layer, alternately rotated, with a copper ball on top.
   void block_tower() {
     const Size half{0.078f, 0.0255f, 0.018f};
     const float plinth = 0.04f;
@@ -86,7 +86,7 @@ class Builder {
                offset(frame, 0, 0, plinth + static_cast<float>(layers) * 2 * half.z + 0.036f));
   }
 
-  // Cans, 4 + 3 + 2 + 1, with planks between the rows.
+  // Wall of cans, 4 + 3 + 2 + 1, with planks between the rows.
   void can_wall() {
     const float radius = 0.033f, half = 0.042f, pitch = 0.07f, plank = 0.008f;
     const btTransform frame = polar(-0.12f, 0.6f, 0);
@@ -115,7 +115,7 @@ class Builder {
       add(numbered("domino", i, "%s_%02d"), Shape::box, half, 0.06f, numbered("domino_hue", hue, "%s_%02d"),
           polar(azimuth, kDominoRadius_m + jitter(), half.z, 15 * jitter()));
     }
-    // The last domino kicks a golden ball.
+    // Golden ball that the last domino hits.
     const float after = kFirstDominoAzimuth_rad + (static_cast<float>(count) + 1.0f) * 0.0535f;
     add_sphere(0.045f, 0.25f, "gold", polar(after, kDominoRadius_m, 0.045f));
   }
@@ -143,7 +143,7 @@ class Builder {
   std::vector<Object> take() { return std::move(objects_); }
 
  private:
-  // Nothing real stands exactly in line, and perfect symmetry makes a fall look artificial.
+  // Position noise: perfect symmetry makes falling bodies look artificial.
   float jitter() { return random_.uniform(-0.0012f, 0.0012f); }
 
   void add(std::string name, Shape shape, Size size, float mass_kg, std::string material,

@@ -1,5 +1,5 @@
-// What stands around the arm: names, shapes, materials and first poses. The stream's frame is Bullet's here:
-// Z up, metres, the arm's base at the origin, the audience at -Y.
+// Objects around the arm: names, shapes, materials and initial poses. The stream frame is Bullet's world: Z
+// up, metres, arm base at the origin, cameras at -Y.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace bullet_arm {
 
 using examples::Object, examples::Shape, examples::Size;
 
-// Places that the arm's plan and the layout share. Angles are azimuths about Z.
+// Positions shared by motion script and layout. Angles are azimuths about Z.
 constexpr float kHeldBoxAzimuth_rad = -2.88f;
 constexpr float kHeldBoxRadius_m = 0.62f;
 constexpr float kHeldBoxHalf_m = 0.03f;

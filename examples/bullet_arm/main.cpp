@@ -1,5 +1,5 @@
-// A robot arm in Bullet Physics that grips a box, tips over a row of dominoes and sweeps through a wall, a
-// tower and a stack of cans, while a renderer in another process shows it.
+// Bullet Physics example: a robot arm grips a box, topples dominoes and sweeps through a wall, a tower and a
+// stack of cans. It publishes poses to renderers in other processes.
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
 
   struct sigaction action {};
   action.sa_handler = on_signal;
-  action.sa_flags = SA_RESETHAND;  // a second Ctrl-C ends the program at once
+  action.sa_flags = SA_RESETHAND;  // a second Ctrl-C ends the program immediately
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 

@@ -1,4 +1,4 @@
-// The command line.
+// Command line of the bullet_arm example.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 namespace bullet_arm {
 
 enum class Pace {
-  realtime,  // a step when the clock on the wall says so
-  fast,      // as fast as it goes
-  lockstep,  // fast, but every n-th frame waits until a renderer has shown it
+  realtime,  // steps follow the wall clock
+  fast,      // no delay between steps
+  lockstep,  // no delay, but every n-th frame waits until a renderer has shown it
 };
 
 struct Options : examples::LinkOptions {
   double seconds = 8;
   double rate_hz = 240;
-  std::optional<uint64_t> frames;  // instead of seconds
+  std::optional<uint64_t> frames;  // replaces seconds
   uint64_t seed = 7;
   Pace pace = Pace::realtime;
   uint32_t lockstep_every = 4;
@@ -27,11 +27,12 @@ struct Options : examples::LinkOptions {
   bool hash = false;
   bool loop = false;
 
-  // Poses of one run: that of time 0 and one for each step.
+  // Number of published poses per run: the initial one and one per step.
   uint64_t frame_count() const;
 };
 
-// Nothing: leave with *exit_code, which is 0 after --help and 2 after a mistake; the text has been printed.
+// Returns nothing when the program must exit with *exit_code: 0 after --help, 2 after a usage error. The text
+// has been printed.
 std::optional<Options> parse_options(int argc, char** argv, int* exit_code);
 
 }  // namespace bullet_arm

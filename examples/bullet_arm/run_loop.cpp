@@ -40,7 +40,7 @@ int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, con
   uint64_t frames = 0;
 
   while (!stop) {
-    // Step; the first frame of a run is the scene at rest.
+    // Step. The first frame of a run shows the scene at rest.
     const uint64_t frame_of_run = frames % frames_a_run;
     if (frame_of_run == 0 && frames > 0) {
       if (!options.loop) break;
@@ -59,13 +59,13 @@ int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, con
       continue;
     }
 
-    // Wait for the frame's time.
+    // Wait until the frame is due.
     if (options.pace == Pace::realtime) {
       std::this_thread::sleep_until(
           start + std::chrono::duration_cast<Clock::duration>(period * static_cast<double>(frames)));
     }
 
-    // Publish. Sim time goes on over a restart, but the bodies jump.
+    // Publish. Simulated time continues across a restart, but the bodies jump.
     const int64_t sim_time_ns = run_start_ns + simulation->sim_time_ns();
     const Clock::time_point before = Clock::now();
     if (const auto error = publisher.publish(sim_time_ns, simulation->poses(), frame_of_run == 0))
@@ -73,7 +73,7 @@ int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, con
     report.add_publish(Clock::now() - before);
     ++frames;
 
-    // In lockstep, wait for the image.
+    // Lockstep: wait until the frame is shown.
     if (options.pace == Pace::lockstep && frame_of_run % options.lockstep_every == 0) {
       if (const auto error = publisher.wait_shown(options.ack_timeout_s, stop)) return fail(*error);
     }

@@ -1,4 +1,4 @@
-// Steps the simulation at the chosen pace and publishes each step.
+// Main loop: steps the simulation at the selected pace and publishes each step.
 #pragma once
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace bullet_arm {
 
-// Returns the exit code. Ends in order once stop is set.
+// Returns the exit code. Closes streams in order once stop is set.
 int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, const std::atomic<bool>& stop);
 
 }  // namespace bullet_arm

@@ -30,7 +30,7 @@ void add_surroundings(SceneBuilder& scene) {
   scene.add_body("backdrop", examples::kGlbIdentity,
                  scene.add_mesh("backdrop", {{examples::backdrop_mesh(4.2f, 1.9f, 1.0f), "backdrop"}}));
 
-  // The spot is a warm key light from the left of the audience, the other a cool fill from the right.
+  // Lighting: the spot is a warm key light from the left, the directional light a cool fill from the right.
   scene.add_light({"key_light", "spot", {1.0f, 0.93f, 0.82f}, 130, 0.34f, 0.56f}, {-1.5f, -1.9f, 2.7f},
                   {0, -0.35f, 0.1f});
   scene.add_light({"fill_light", "directional", {0.72f, 0.84f, 1.0f}, 1.7f}, {0.35f, -1.8f, 2.0f}, {0, 0, 0});

@@ -1,4 +1,4 @@
-// The glTF scene of the simulation as it stands: bodies with the stream's names, floor, lights and cameras.
+// glTF export of the simulation's current state: bodies named as in the stream, floor, lights and cameras.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace bullet_arm {
 
-// Empty on success, else one sentence.
+// Returns an error message, or nothing on success.
 std::optional<std::string> write_scene(const Simulation& simulation, const std::string& path);
 
 }  // namespace bullet_arm

@@ -14,7 +14,7 @@ namespace {
 Part cylinder(const char* material, float radius, float half_height, Vec3 at, float bevel = 0.004f) {
   return {moved(cylinder_mesh(radius, half_height, bevel), at), material};
 }
-// The hub of a joint about Y.
+// Hub of a joint about Y.
 Part hub(const char* material, float radius, float half_width, Vec3 at) {
   return {moved(z_to_y(cylinder_mesh(radius, half_width, 0.005f)), at), material};
 }
@@ -29,7 +29,7 @@ std::vector<Part> base_parts() {
   std::vector<Part> parts = {cylinder("painted_graphite", 0.17f, 0.014f, {0, 0, -0.046f}),
                              cylinder("painted_white", 0.125f, 0.040f, {0, 0, 0.006f}, 0.010f),
                              cylinder("brushed_metal", 0.108f, 0.010f, {0, 0, 0.050f}, 0.003f)};
-  for (int i = 0; i < 8; ++i) {  // the bolts that hold it down
+  for (int i = 0; i < 8; ++i) {  // mounting bolts
     const float angle = 0.7853982f * (static_cast<float>(i) + 0.5f);
     parts.push_back(cylinder("brushed_metal", 0.010f, 0.006f,
                              {0.148f * std::cos(angle), 0.148f * std::sin(angle), -0.028f}, 0.002f));
@@ -72,7 +72,7 @@ std::vector<Part> palm_parts() {
           box("brushed_metal", {0.006f, 0.076f, 0.010f}, {0.040f, 0, 0}, 0.002f)};
 }
 
-// inside: +1 if the other finger lies towards +Y.
+// inside: +1 if the other finger is towards +Y.
 std::vector<Part> finger_parts(float inside) {
   return {
       box("brushed_metal", {kFinger_m / 2 - 0.004f, 0.006f, 0.015f}, {0.004f, -0.003f * inside, 0}, 0.003f),

@@ -1,4 +1,4 @@
-// How the links of the arm look: their parts, in each link's frame.
+// Visual meshes of the arm's links with material names, in link frames, metres.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,6 @@
 
 namespace bullet_arm {
 
-std::vector<examples::Part> arm_parts(size_t index);  // in the order of kArmNames
+std::vector<examples::Part> arm_parts(size_t index);  // index: as in kArmNames
 
 }  // namespace bullet_arm

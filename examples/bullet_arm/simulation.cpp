@@ -13,14 +13,13 @@
 namespace bullet_arm {
 namespace {
 
-// How far ahead contacts are kept, as a share of a body's size. More than Bullet's 0.02, because a block
-// flies 1 cm in a step and is to be stopped at the floor, not below it; at 0.08 stale contacts begin to tip
-// the stack of cans.
+// Contact breaking threshold as a share of body size. Bullet's default of 0.02 is too small: a block moves 1
+// cm per step and must stop at the floor, not below. From 0.08 on, stale contacts tip the stack of cans.
 constexpr float kContactAhead = 0.05f;
 
 }  // namespace
 
-// Members are destroyed from the last to the first: bodies leave before the world does.
+// Members are declared so that bodies are destroyed before the world.
 struct Simulation::World {
   explicit World(float seconds)
       : step_s(seconds), dynamics(&dispatcher, &broadphase, &solver, &configuration) {
@@ -51,12 +50,12 @@ struct Simulation::World {
     bodies.push_back(std::make_unique<btRigidBody>(info));
     btRigidBody* body = bodies.back().get();
     if (object.shape != Shape::box) {
-      // On what rolls only: Bullet adds both bodies' shares, and a share of the floor would hold dominoes
-      // upright.
+      // Only rolling bodies have rolling friction. Bullet adds the values of both bodies, so that friction of
+      // the floor would keep dominoes upright.
       body->setRollingFriction(0.0015f);
       body->setSpinningFriction(0.0015f);
     }
-    // A sleeping island is not woken reliably by a multi-body that moves into it.
+    // A moving multi-body does not wake a sleeping island reliably.
     body->setActivationState(DISABLE_DEACTIVATION);
     dynamics.addRigidBody(body);
     return body;
@@ -99,7 +98,7 @@ int64_t Simulation::sim_time_ns() const {
 void Simulation::step() {
   ++steps_;
   world_->arm->drive(joint_targets(static_cast<float>(static_cast<double>(steps_) / rate_hz_)));
-  // No sub-steps: one call is one step, whatever the clock on the wall says.
+  // No sub-steps: each call is one step, independent of the wall clock.
   world_->dynamics.stepSimulation(world_->step_s, 0, world_->step_s);
   read_poses();
 }

@@ -1,5 +1,5 @@
-// The whole simulation: the arm, the objects and the world that steps them. The same seed and rate give the
-// same poses, bit by bit, on every run of the same build.
+// Bullet simulation of arm, objects and world. Equal seed and rate give bit-identical poses in every run of
+// one build. One thread.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,9 @@ class Simulation {
   uint64_t steps() const { return steps_; }
   int64_t sim_time_ns() const;
 
-  // Streamed bodies: the arm first, then the objects that can move.
+  // Names of streamed bodies: the arm, then movable objects.
   const std::vector<std::string>& names() const { return names_; }
-  // 12 floats a body in the order of names(): stream_from_body, row-major 3x4.
+  // 12 floats per body in the order of names(): stream_from_body, 3x4 row-major.
   const std::vector<float>& poses() const { return poses_; }
   const std::vector<Object>& layout() const { return layout_; }
 
@@ -40,7 +40,7 @@ class Simulation {
   std::vector<float> poses_;
 };
 
-// FNV-1a over the bits of all poses: two runs agree only if every pose of every step does.
+// FNV-1a hash over the bits of all poses of all steps.
 class PoseHash {
  public:
   void add(const std::vector<float>& poses);

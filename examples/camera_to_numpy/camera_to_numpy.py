@@ -29,14 +29,15 @@ def main():
     os.makedirs(options.out, exist_ok=True)
 
     with fire3dv.Stream(options.to, adapter_name="camera_to_numpy") as stream:
-        stream.describe([])  # nothing is moved here; a simulation would name its bodies, and publish their poses
+        stream.describe([])  # no nodes: this program moves nothing. A simulator would list its bodies here and publish
+                             # their poses
         for number in range(options.images):
             angle = 2 * math.pi * number / options.images
             eye = options.center + options.distance * np.array([math.sin(angle), 0.4, math.cos(angle)])
             sequence = stream.publish(number * 10_000_000, [])
             request = stream.request_image(width, height, parent_from_camera=looking(eye, options.center), fx=0.9 * width)
             with request.wait(options.timeout) as image:
-                color = np.array(image["color_srgb8"])  # a copy: the image itself goes back to the renderer
+                color = np.array(image["color_srgb8"])  # a copy, since the renderer reuses the image's memory
                 expect(image.sequence >= sequence, f"the image shows frame {image.sequence}, which is older than {sequence}")
             np.save(os.path.join(options.out, f"color_{number:03}.npy"), color)
             print(f"frame {image.sequence}: {color.shape} {color.dtype}, mean {color[..., :3].mean():.1f}")

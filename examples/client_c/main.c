@@ -1,4 +1,4 @@
-/* Publishes a box that turns about the vertical axis: ./client_c [URI] [FRAMES] */
+/* C client example: publishes a box that rotates about the vertical axis. Usage: ./client_c [URI] [FRAMES] */
 #define _POSIX_C_SOURCE 199309L
 #include <fire3dv/client.h>
 #include <math.h>

@@ -1,4 +1,5 @@
-// Publishes a box that turns about the vertical axis: ./client_cpp [URI] [FRAMES]
+// C++ client example: publishes a box that rotates about the vertical axis. Usage: ./client_cpp [URI]
+// [FRAMES]
 #include <chrono>
 #include <cmath>
 #include <cstdio>

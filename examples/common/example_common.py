@@ -1,4 +1,4 @@
-"""What the Python examples share: options that say what is wrong with them, views, PNG files, errors as sentences."""
+"""Helpers common to the Python examples: options, views, PNG files, error messages."""
 import argparse
 import math
 import struct
@@ -83,7 +83,8 @@ def looking(eye, target):
 def write_png(path, color):
     """color: (height, width, 3) uint8."""
     height, width, _ = color.shape
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), color.reshape(height, -1)], axis=1)  # 0: rows as they are
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), color.reshape(height, -1)], axis=1)  # filter type 0 (none)
+                                                                                                 # per row
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

@@ -1,8 +1,7 @@
-// The three frames of the example. The stream is Bullet's world, Z up. glTF's world and the mesh of each node
-// in the file are Y up, as an exporter would write them. So a node stands at
-//   world_from_stream * stream_from_body * body_from_node
-// Both constants are turns by 90 degrees, exact in floating point: a pose of the stream and a rest pose of
-// the file agree to the bit.
+// Coordinate frames of the examples. The stream frame is the simulator's: Z up. The renderer's world and the
+// node meshes follow glTF: Y up. A node's pose is world_from_stream * stream_from_body * body_from_node. Both
+// constants are rotations by 90 degrees without rounding, so that stream poses and rest poses agree bit by
+// bit.
 #pragma once
 
 #include <array>
@@ -11,11 +10,11 @@
 
 namespace examples {
 
-// Row-major 3x4.
+// 3x4, row-major.
 constexpr std::array<double, 12> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
 constexpr std::array<float, 12> kBodyFromNode = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};
 
-// Z up to Y up: world_from_stream, and node_from_body too.
+// Z up to Y up; serves as world_from_stream and node_from_body.
 inline Vec3 y_up(Vec3 a) {
   return {a.x, a.z, -a.y};
 }

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
-// The shortest text that reads back as the same float, in every locale.
+// Returns the shortest text that parses to the same float, independent of the locale.
 std::string number(float value) {
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;
@@ -38,7 +38,7 @@ std::string joined(const std::vector<std::string>& parts) {
   return out;
 }
 
-// A member with an array, left out when empty: glTF forbids empty arrays.
+// Returns a JSON member with an array, or nothing: glTF forbids empty arrays.
 std::string member(const char* name, const std::vector<std::string>& parts) {
   return parts.empty() ? "" : ",\n\"" + std::string(name) + "\":[" + joined(parts) + "]";
 }
@@ -100,7 +100,7 @@ size_t GlbWriter::add_mesh(const std::string& name, std::span<const Primitive> p
       positions.insert(positions.end(), {v.position.x, v.position.y, v.position.z});
       normals.insert(normals.end(), {v.normal.x, v.normal.y, v.normal.z});
       tangents.insert(tangents.end(), {v.tangent.x, v.tangent.y, v.tangent.z, v.handedness});
-      // glTF's v grows downwards in the picture; with the sign turned the bitangent is the picture's "up".
+      // glTF's v grows downwards in the image; the negation makes the bitangent point up.
       uvs.insert(uvs.end(), {v.u * primitive.uv_scale, -v.v * primitive.uv_scale});
       low = {std::min(low.x, v.position.x), std::min(low.y, v.position.y), std::min(low.z, v.position.z)};
       high = {std::max(high.x, v.position.x), std::max(high.y, v.position.y), std::max(high.z, v.position.z)};

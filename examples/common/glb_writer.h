@@ -1,5 +1,4 @@
-// Writes a binary glTF 2.0 file. Knows glTF and nothing of the simulation. Each add_ returns the index that
-// others refer to.
+// Writer of binary glTF 2.0 files (GLB). Each add_ function returns the glTF index of the new element.
 #pragma once
 
 #include <array>
@@ -26,12 +25,12 @@ struct GlbLight {
   std::string name;
   std::string type;  // "directional", "point" or "spot"
   std::array<float, 3> color{1, 1, 1};
-  float intensity = 1;  // candela, or lux if directional
+  float intensity = 1;  // candela, or lux for directional lights
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853982f;
 };
 
-// Row-major 3x4, parent_from_node.
+// parent_from_node, 3x4, row-major.
 using GlbMatrix = std::array<float, 12>;
 
 class GlbWriter {
@@ -39,7 +38,7 @@ class GlbWriter {
   size_t add_texture(const std::string& name, std::span<const uint8_t> png);
   size_t add_material(const GlbMaterial& material);
   struct Primitive {
-    const Mesh* mesh = nullptr;  // in glTF's frame; v grows upwards in the picture
+    const Mesh* mesh = nullptr;  // in glTF axes; v grows upwards in the image
     size_t material = 0;
     float uv_scale = 1;
   };
@@ -52,7 +51,7 @@ class GlbWriter {
     GlbMatrix parent_from_node{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     std::optional<size_t> mesh, camera, light;
   };
-  // All nodes are children of one root of this name.
+  // Adds a node to the scene. finish() puts all nodes below one root node.
   void add_node(const Node& node);
 
   std::vector<uint8_t> finish(const std::string& root_name, const std::string& generator) const;

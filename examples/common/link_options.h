@@ -1,4 +1,4 @@
-// The part of an example's command line that says where it publishes, with what keys, and how long it waits.
+// Command-line options common to the examples: stream URIs, keys and the lockstep timeout.
 #pragma once
 
 #include <fire3dv/client.hpp>
@@ -12,7 +12,7 @@ namespace examples {
 struct LinkOptions {
   std::vector<std::string> to;  // URIs
   fire3dv::Security security;
-  double ack_timeout_s = 60;  // of lockstep
+  double ack_timeout_s = 60;  // lockstep timeout
 };
 
 // Returns --to.

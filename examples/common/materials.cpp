@@ -21,7 +21,7 @@ std::array<float, 3> from_hue(float hue, float saturation, float value) {
 std::vector<Material> make_materials() {
   std::vector<Material> materials = {
       {"floor", {1, 1, 1}, 0, 1, Surface::floor},
-      // Shines by itself and hardly reflects: else it would show its own shadow.
+      // Emissive with little reflection, so that it shows no shadows.
       {"backdrop", {0.01f, 0.012f, 0.015f}, 0, 1, Surface::plain, {0.036f, 0.048f, 0.068f}},
       {"brushed_metal", {0.80f, 0.81f, 0.83f}, 1, 0.36f},
       {"dark_metal", {0.30f, 0.31f, 0.34f}, 1, 0.5f},

@@ -1,4 +1,4 @@
-// What things are made of.
+// Material library of the examples' scenes, in glTF's metallic-roughness model.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ enum class Surface { plain, floor, wood };
 
 struct Material {
   std::string name;
-  std::array<float, 3> base_color;  // linear; multiplies the surface's picture
+  std::array<float, 3> base_color;  // linear; multiplied with the texture of the surface
   float metallic;
   float roughness;
   Surface surface = Surface::plain;

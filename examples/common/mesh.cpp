@@ -10,7 +10,7 @@ namespace {
 constexpr float kPi = 3.14159265f;
 constexpr int kBevelSteps = 3;
 
-// A point of an outline in a plane through the axis, with its normal.
+// Point of a profile in a plane through the axis, with its normal.
 struct ProfilePoint {
   float radius, height, normal_radius, normal_height;
 };
@@ -22,13 +22,13 @@ void append_arc(Profile& profile, float center_radius, float center_height, floa
     const float angle = from_rad + (to_rad - from_rad) * static_cast<float>(i) / static_cast<float>(steps);
     const float c = std::cos(angle), s = std::sin(angle);
     const float from_axis = center_radius + radius * c;
-    // A pole lies on the axis to the bit, so that the mesh is closed there.
+    // Poles lie exactly on the axis, so that the mesh is watertight.
     profile.push_back({from_axis > 1e-6f * radius ? from_axis : 0.0f, center_height + radius * s, c, s});
   }
 }
 
-// Two triangles for each cell of a grid of (columns + 1) x (rows + 1) vertices that starts at first; rows
-// grow to the left of columns, seen from outside.
+// Appends two triangles per cell of a vertex grid of (columns + 1) x (rows + 1) from `first`. Seen from
+// outside, rows advance to the left of columns.
 void append_grid(Mesh& mesh, uint32_t first, int columns, int rows) {
   const auto stride = static_cast<uint32_t>(columns + 1);
   for (int row = 0; row < rows; ++row) {
@@ -40,7 +40,7 @@ void append_grid(Mesh& mesh, uint32_t first, int columns, int rows) {
   }
 }
 
-// Turns a profile, from the lowest point to the highest, about Z.
+// Surface of revolution of a profile about Z, from the lowest point to the highest.
 Mesh lathe(const Profile& profile, int segments, float from_rad = 0, float turn_rad = 2 * kPi) {
   Mesh mesh;
   float widest = 0, along = 0;
@@ -51,7 +51,7 @@ Mesh lathe(const Profile& profile, int segments, float from_rad = 0, float turn_
       along += std::hypot(point.radius - profile[i - 1].radius, point.height - profile[i - 1].height);
     for (int k = 0; k <= segments; ++k) {
       const float angle = from_rad + turn_rad * static_cast<float>(k) / static_cast<float>(segments);
-      // A full turn ends where it began, to the bit.
+      // A full turn ends exactly where it began, for a watertight seam.
       const float place = turn_rad == 2 * kPi && k == segments ? from_rad : angle;
       const float c = std::cos(place), s = std::sin(place);
       mesh.vertices.push_back({{point.radius * c, point.radius * s, point.height},
@@ -63,7 +63,7 @@ Mesh lathe(const Profile& profile, int segments, float from_rad = 0, float turn_
     }
   }
   append_grid(mesh, 0, segments, static_cast<int>(profile.size()) - 1);
-  // The cells at the poles have one triangle without area.
+  // Drops the degenerate triangles at the poles.
   std::vector<uint32_t> kept;
   for (size_t i = 0; i < mesh.indices.size(); i += 3) {
     const Vec3 a = mesh.vertices[mesh.indices[i]].position, b = mesh.vertices[mesh.indices[i + 1]].position,
@@ -81,7 +81,7 @@ Vec3 axis_vector(int axis) {
   return {axis == 0 ? 1.0f : 0.0f, axis == 1 ? 1.0f : 0.0f, axis == 2 ? 1.0f : 0.0f};
 }
 
-// Grid lines across a side: close together on the bevels, where the surface bends.
+// Grid coordinates along a side, denser on bevels.
 std::vector<float> grid_lines(float half, float bevel) {
   std::vector<float> lines;
   for (int i = 0; i <= kBevelSteps; ++i) {
@@ -93,7 +93,7 @@ std::vector<float> grid_lines(float half, float bevel) {
   return lines;
 }
 
-// Frames of a face are right-handed: u x v points outwards.
+// Face frames are right-handed: u x v points outwards.
 void append_face(Mesh& mesh, Vec3 half, float bevel, int u_axis, int v_axis, float side) {
   const std::array<float, 3> halves = {half.x, half.y, half.z};
   const int n_axis = 3 - u_axis - v_axis;
@@ -130,7 +130,7 @@ Mesh capsule_mesh(float radius, float half_straight, int segments) {
   const int steps = segments / 4;
   Profile profile;
   append_arc(profile, 0, -half_straight, radius, -kPi / 2, 0, steps);
-  if (half_straight <= 0) profile.pop_back();  // the equator comes with the upper half
+  if (half_straight <= 0) profile.pop_back();  // the upper half adds the equator
   append_arc(profile, 0, half_straight, radius, 0, kPi / 2, steps);
   return lathe(profile, segments);
 }
@@ -140,7 +140,7 @@ Mesh box_mesh(Vec3 half, float bevel) {
   Mesh mesh;
   for (int normal = 0; normal < 3; ++normal) {
     int u = (normal + 1) % 3, v = (normal + 2) % 3;
-    // The grain of wood runs along u: the longer side.
+    // Wood grain runs along u, the longer side.
     if (halves[static_cast<size_t>(v)] > halves[static_cast<size_t>(u)]) std::swap(u, v);
     append_face(mesh, half, bevel, u, v, 1);
     append_face(mesh, half, bevel, u, v, -1);
@@ -149,11 +149,10 @@ Mesh box_mesh(Vec3 half, float bevel) {
 }
 
 Mesh link_mesh(float half_length, float radius_near, float radius_far, float half_depth, float bevel) {
-  // The outline of two circles and their common tangents, in the XZ plane, counter-clockwise about +Y seen
-  // from -Y.
+  // Outline of two circles with their common tangents in the XZ plane, counter-clockwise as seen from -Y.
   const float lean = std::asin((radius_near - radius_far) / (2 * half_length));
   const int steps = 20;
-  Profile outline;  // radius is x and height is z here
+  Profile outline;  // radius stands for x and height for z
   append_arc(outline, 0, 0, 1, -kPi / 2 + lean, kPi / 2 - lean, steps);
   append_arc(outline, 0, 0, 1, kPi / 2 - lean, 3 * kPi / 2 + lean, steps);
   Mesh mesh;
@@ -164,7 +163,7 @@ Mesh link_mesh(float half_length, float radius_near, float radius_far, float hal
     const float radius = (far ? radius_far : radius_near) - inset;
     return {(far ? half_length : -half_length) + radius * p.normal_radius, 0, radius * p.normal_height};
   };
-  // Rings from -Y to +Y; on each bevel the normal turns from the side to the cap.
+  // Rings from -Y to +Y; on bevels the normal turns from the side to the cap.
   Profile rings;
   append_arc(rings, -bevel, -half_depth + bevel, bevel, -kPi / 2, 0, kBevelSteps);
   append_arc(rings, -bevel, half_depth - bevel, bevel, 0, kPi / 2, kBevelSteps);
@@ -172,7 +171,7 @@ Mesh link_mesh(float half_length, float radius_near, float radius_far, float hal
     const float sideways = ring_shape.normal_radius, y = ring_shape.height;
     const float inset = bevel * (1 - sideways);
     float along = 0;
-    for (int i = count; i >= 0; --i) {  // backwards, so that the faces look outwards
+    for (int i = count; i >= 0; --i) {  // reversed, so that faces point outwards
       const ProfilePoint& p = outline[static_cast<size_t>(i % count)];
       const Vec3 at = point(i, inset);
       if (i < count) {
@@ -185,7 +184,7 @@ Mesh link_mesh(float half_length, float radius_near, float radius_far, float hal
   }
   append_grid(mesh, 0, count, static_cast<int>(rings.size()) - 1);
   for (float side : {-1.0f, 1.0f}) {
-    // As the outermost ring has it, to the bit: nothing is open between them.
+    // Same coordinates as the outermost ring, for a watertight edge.
     const ProfilePoint& ring_shape = side < 0 ? rings.front() : rings.back();
     const auto first = static_cast<uint32_t>(mesh.vertices.size());
     const Vec3 tangent = {-side, 0, 0};
@@ -214,14 +213,14 @@ Mesh floor_mesh(float half_extent) {
 }
 
 Mesh backdrop_mesh(float radius, float height, float bend) {
-  // Walked from the top to the floor, so that the faces look inwards.
+  // From the top to the floor, so that faces point inwards.
   Profile profile{{radius, height, -1, 0}};
   for (int i = 0; i <= 12; ++i) {
     const float angle = kPi / 2 * static_cast<float>(i) / 12;
     const float c = std::cos(angle), s = std::sin(angle);
     profile.push_back({radius - bend + bend * c, bend - bend * s, -c, s});
   }
-  constexpr float kOver = 0.6f;  // past the half turn, so that its ends stay out of the cameras' sight
+  constexpr float kOver = 0.6f;  // beyond a half turn, so that the ends stay outside the camera views
   return lathe(profile, 80, -kOver, kPi + 2 * kOver);
 }
 

@@ -1,6 +1,5 @@
-// Triangle meshes for the scene file, made of smooth, bevelled shapes: hard edges catch no light. Frames are
-// those of the bodies (Z up, metres); texture coordinates are in metres too, so that a material has one scale
-// everywhere.
+// Triangle meshes of smooth, bevelled shapes for the scene files; bevels catch highlights. Body frames: Z up,
+// metres. Texture coordinates are in metres too, so that a material has one scale everywhere.
 #pragma once
 
 #include <cmath>
@@ -35,7 +34,7 @@ inline Vec3 normalized(Vec3 a) {
 struct Vertex {
   Vec3 position;
   Vec3 normal;
-  Vec3 tangent;          // along growing u
+  Vec3 tangent;          // direction of increasing u
   float handedness = 1;  // bitangent = cross(normal, tangent) * handedness
   float u = 0, v = 0;
 };
@@ -45,27 +44,27 @@ struct Mesh {
   std::vector<uint32_t> indices;
 };
 
-// A mesh and the name of its material; a body is a list of parts.
+// Mesh with a material name; a body is a list of parts.
 struct Part {
   Mesh mesh;
   std::string material;
 };
 
-// About Z. bevel > 0; a sphere is a capsule without a straight part.
+// Solids about Z. bevel > 0; a capsule without straight part is a sphere.
 Mesh cylinder_mesh(float radius, float half_height, float bevel, int segments = 48);
 Mesh capsule_mesh(float radius, float half_straight, int segments = 32);
 Mesh box_mesh(Vec3 half, float bevel);
-// A link with round ends of two radii about the Y axes at x = -half_length and x = +half_length, as thick as
-// 2 half_depth.
+// Link with rounded ends of two radii about the Y axes at x = -half_length and x = +half_length; thickness 2
+// half_depth.
 Mesh link_mesh(float half_length, float radius_near, float radius_far, float half_depth, float bevel);
 // Flat, in XY, facing +Z.
 Mesh floor_mesh(float half_extent);
-// A quarter pipe that ends in a wall: somewhat more than half a turn about Z from +X over +Y to -X, facing
+// Curved backdrop: floor that bends up into a wall, about Z from +X over +Y to -X and slightly beyond, facing
 // inwards.
 Mesh backdrop_mesh(float radius, float height, float bend);
 
 Mesh moved(Mesh mesh, Vec3 by);
-Mesh z_to_x(Mesh mesh);  // turns what stands along Z to lie along X
+Mesh z_to_x(Mesh mesh);  // rotates the Z axis to X
 Mesh z_to_y(Mesh mesh);
 
 }  // namespace examples

@@ -5,8 +5,8 @@
 namespace examples {
 namespace {
 
-// A prism instead of btCylinderShape: between polyhedra Bullet finds a whole patch of contact at once, while
-// a true cylinder gets one point a step and a stack of them wobbles until it falls.
+// Cylinder collision shape as a prism. Bullet finds a full contact patch between polyhedra at once. A
+// btCylinderShape gets one contact point per step, so that stacks wobble and fall.
 std::unique_ptr<btConvexHullShape> make_prism(float radius, float half_height) {
   constexpr int kSides = 24;
   auto prism = std::make_unique<btConvexHullShape>();
@@ -27,7 +27,7 @@ std::unique_ptr<btCollisionShape> make_shape(const Object& object, float units_p
   std::unique_ptr<btPolyhedralConvexShape> shape;
   switch (object.shape) {
     case Shape::sphere:
-      return std::make_unique<btSphereShape>(s.x);  // its margin is its radius
+      return std::make_unique<btSphereShape>(s.x);  // its margin is the radius
     case Shape::capsule:
       return std::make_unique<btCapsuleShapeZ>(s.x, 2 * s.z);
     case Shape::box:

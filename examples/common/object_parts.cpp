@@ -20,7 +20,7 @@ std::vector<Part> object_parts(const Object& object) {
   }
   Part body{cylinder_mesh(s.x, s.z, std::min(0.12f * s.x, 0.2f * s.z)), object.material};
   if (object.mass_kg <= 0) return {body};
-  // A can: its label is a sleeve around the metal, half a millimetre thick.
+  // Can: a metal cylinder with a label sleeve half a millimetre thick.
   body.material = "brushed_metal";
   const bool teal = object.material == "painted_teal";
   return {body, {cylinder_mesh(s.x + 0.0005f, s.z * 0.74f, 0.0004f), teal ? "painted_teal" : "plastic_red"}};

@@ -1,4 +1,4 @@
-// How an object looks, in its own frame.
+// Visual meshes of an object with material names, in the object's frame.
 #pragma once
 
 #include <vector>

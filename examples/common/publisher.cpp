@@ -58,7 +58,7 @@ std::optional<std::string> Publisher::wait_shown(double timeout_s, const std::at
   for (Target& target : targets_) {
     try {
       while (!stop &&
-             !target.stream.wait_ack(sequence_, milliseconds(100))) {  // short, so that Ctrl-C is heard
+             !target.stream.wait_ack(sequence_, milliseconds(100))) {  // short, so that Ctrl-C is handled
         if (std::chrono::steady_clock::now() < deadline) continue;
         return "no renderer on " + target.uri + " has shown frame " + std::to_string(sequence_) +
                " in time: start one that listens there, or give a longer --ack-timeout";

@@ -1,5 +1,5 @@
-// A small generator of our own: the standard's distributions differ between libraries, and the same seed must
-// give the same scene everywhere.
+// Deterministic random numbers. Distributions of the standard library differ between implementations; here a
+// seed gives the same scene everywhere.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The status line that is printed once a second.
+// Status line of a simulator, printed once a second.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@ class Report {
   void add_step(Clock::duration time) { step_us_.push_back(microseconds(time)); }
   void add_publish(Clock::duration time) { publish_us_.push_back(microseconds(time)); }
   bool due() const { return Clock::now() - since_ >= std::chrono::seconds(1); }
-  // Prints what was added since the last time, and starts anew.
+  // Prints the statistics since the last call and resets them.
   void print(double sim_time_s, const std::vector<Publisher::Link>& links);
 
  private:
@@ -28,7 +28,7 @@ class Report {
   Clock::time_point since_ = Clock::now();
   std::vector<double> step_us_;
   std::vector<double> publish_us_;
-  std::vector<std::string> told_;  // the last welcome message of each link, so that each is printed once
+  std::vector<std::string> told_;  // last welcome message per link, so that each is printed once
 };
 
 }  // namespace examples

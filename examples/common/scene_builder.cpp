@@ -12,7 +12,7 @@
 namespace examples {
 namespace {
 
-// A node at eye that looks along its -Z at target, Y towards the sky.
+// Pose of a node at `eye` that looks along its -Z at `target`, +Y up.
 GlbMatrix looking(Vec3 eye, Vec3 target) {
   const Vec3 at = y_up(eye);
   const Vec3 back = normalized(at - y_up(target));
@@ -21,7 +21,7 @@ GlbMatrix looking(Vec3 eye, Vec3 target) {
   return {right.x, up.x, back.x, at.x, right.y, up.y, back.y, at.y, right.z, up.z, back.z, at.z};
 }
 
-// The index of the first of three textures: colour, metallic-roughness, normal.
+// Adds textures for base colour, metallic-roughness and normal, and returns the index of the first.
 std::optional<size_t> add_surface(GlbWriter& writer, const std::string& name, const SurfaceImages& images) {
   const auto color = encode_png(images.base_color), rough = encode_png(images.metallic_roughness),
              normal = encode_png(images.normal);
@@ -34,7 +34,7 @@ std::optional<size_t> add_surface(GlbWriter& writer, const std::string& name, co
 
 }  // namespace
 
-// W * P * B, written out for the constants of frames.h.
+// world_from_stream * stream_from_body * body_from_node, expanded for the constants of frames.h.
 GlbMatrix rest_pose(const float* p) {
   return {p[0],  p[2],  -p[1], p[3],   //
           p[8],  p[10], -p[9], p[11],  //

@@ -1,5 +1,5 @@
-// A scene file in the making: the materials that the examples share, bodies at rest, lights and cameras.
-// Places are in the frame of a simulator: Z up, metres.
+// Scene file builder: shared materials, bodies in rest poses, lights and cameras. Positions are in the
+// simulator's frame: Z up, metres.
 #pragma once
 
 #include <map>
@@ -16,18 +16,18 @@ namespace examples {
 
 constexpr GlbMatrix kGlbIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-// world_from_node of a body whose stream_from_body is given, in a stream that is Z up, metres.
+// Returns world_from_node for a stream_from_body in a stream with Z up, metres.
 GlbMatrix rest_pose(const float* stream_from_body);
 
 class SceneBuilder {
  public:
-  // Both return nothing on success, else one sentence.
+  // Both return an error message, or nothing on success.
   std::optional<std::string> add_materials();
   std::optional<std::string> save(const std::string& path, const std::string& example) const;
 
-  // Of parts in the body's frame.
+  // parts: in the body's frame.
   size_t add_mesh(const std::string& name, const std::vector<Part>& parts);
-  // Objects of one shape, size and material share a mesh.
+  // Objects of equal shape, size and material share a mesh.
   size_t object_mesh(const Object& object);
   void add_body(const std::string& name, const GlbMatrix& world_from_node, size_t mesh);
 

@@ -27,7 +27,7 @@ float step_between(float low, float high, float x) {
   return smooth(std::clamp((x - low) / (high - low), 0.0f, 1.0f));
 }
 
-// Value noise over the unit square that repeats after it; cells per side are whole numbers for that.
+// Tileable value noise over the unit square; cells per side are whole numbers for that.
 float noise(float u, float v, int cells_u, int cells_v, int salt) {
   const float x = u * static_cast<float>(cells_u), y = v * static_cast<float>(cells_v);
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
@@ -49,7 +49,7 @@ float layered_noise(float u, float v, int cells_u, int cells_v, int layers, int 
 }
 
 struct Texel {
-  float r, g, b;  // sRGB, 0..1
+  float r, g, b;  // sRGB, 0 to 1
   float roughness;
   float height_m;
 };
@@ -79,7 +79,7 @@ SurfaceImages sample(int size, float side_m, const Surface& surface) {
       images.base_color.rgb[at * 3 + 0] = to_byte(texel.r);
       images.base_color.rgb[at * 3 + 1] = to_byte(texel.g);
       images.base_color.rgb[at * 3 + 2] = to_byte(texel.b);
-      images.metallic_roughness.rgb[at * 3 + 0] = 255;  // free for occlusion
+      images.metallic_roughness.rgb[at * 3 + 0] = 255;  // red channel, free for occlusion
       images.metallic_roughness.rgb[at * 3 + 1] = to_byte(texel.roughness);
       images.metallic_roughness.rgb[at * 3 + 2] = 0;
     }

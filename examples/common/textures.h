@@ -1,4 +1,4 @@
-// Pictures for the scene's materials, made by arithmetic: they tile without seams and need no asset files.
+// Procedural textures of the examples' materials: seamless tiles without asset files.
 #pragma once
 
 #include <cstdint>
@@ -7,27 +7,27 @@
 
 namespace examples {
 
-// Rows from the top, RGB.
+// RGB image, rows from the top.
 struct Image {
   int width = 0, height = 0;
   std::vector<uint8_t> rgb;
 };
 
-// One surface as glTF wants it: base colour (sRGB), roughness in G and metalness in B, and the tangent-space
-// normal.
+// Textures of a surface in glTF's layout: base colour (sRGB), roughness in G and metalness in B,
+// tangent-space normal.
 struct SurfaceImages {
   Image base_color;
   Image metallic_roughness;
   Image normal;
 };
 
-constexpr float kFloorTile_m = 2.0f;  // the side of the area that the floor's images cover
+constexpr float kFloorTile_m = 2.0f;  // side of the tile
 constexpr float kWoodTile_m = 0.32f;
 
 SurfaceImages make_floor_images(int size);
 SurfaceImages make_wood_images(int size);
 
-// Empty if libpng refuses.
+// Returns nothing when libpng fails.
 std::optional<std::vector<uint8_t>> encode_png(const Image& image);
 
 }  // namespace examples

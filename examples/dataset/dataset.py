@@ -73,7 +73,7 @@ def main():
     with fire3dv.Stream(options.to, adapter_name="dataset") as stream:
         stream.describe([*scene.NAMES, scene.SUN, scene.LAMP])
         for number in range(options.images):
-            set_looks(stream, source)  # shown with the frame that is published next, never without it
+            set_looks(stream, source)  # shown together with the next published frame, never without it
             lights = [looking(above(source, distance), np.zeros(3)) for distance in (5, 2)]
             sequence = stream.publish(number * 1_000_000, np.concatenate([object_poses(source), lights]).astype(np.float32))
             request = stream.request_image(width, height, outputs=OUTPUTS, fx=source.uniform(0.8, 1.3) * width,

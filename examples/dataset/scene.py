@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 
-#: Name of each class: its number, which the nodes' extras hold as "semantic" and images as labels.
+#: Semantic class by name; node extras hold it as "semantic", label images as pixel value.
 CLASSES = {"box": 1, "ball": 2, "cylinder": 3}
 PER_CLASS = 4
 NAMES = [f"{kind} {i}" for kind in CLASSES for i in range(PER_CLASS)]

@@ -1,4 +1,4 @@
-// gallery_scenes FOLDER: writes the scenes of docs/gallery.md into a folder that exists.
+// Gallery scene exporter: gallery_scenes FOLDER writes the scenes of docs/gallery.md to an existing folder.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

@@ -15,13 +15,13 @@ using examples::GlbWriter;
 using examples::Mesh;
 using examples::Vec3;
 
-// Shapes stand along Z and the scene along Y: a quarter turn about X, then one about Y, then to its place.
+// Pose of a shape that stands along Z, in a Y-up scene: rotation about X, rotation about Y, translation.
 GlbMatrix standing(Vec3 at, float turn_rad = 0) {
   const float c = std::cos(turn_rad), s = std::sin(turn_rad);
   return {c, -s, 0, at.x, 0, 0, 1, at.y, -s, -c, 0, at.z};
 }
 
-// A camera or a light at `eye`: it looks along its -Z.
+// Pose of a camera or light at `eye` that looks along its -Z.
 GlbMatrix looking(Vec3 eye, Vec3 target) {
   const Vec3 back = normalized(eye - target);
   const Vec3 right = normalized(cross({0, 1, 0}, back));
@@ -29,7 +29,7 @@ GlbMatrix looking(Vec3 eye, Vec3 target) {
   return {right.x, up.x, back.x, eye.x, right.y, up.y, back.y, eye.y, right.z, up.z, back.z, eye.z};
 }
 
-// Writes one scene, thing by thing.
+// Builder of one scene.
 class Stage {
  public:
   void shape(const std::string& name, const Mesh& mesh, const GlbMaterial& material, const GlbMatrix& pose) {
@@ -63,7 +63,8 @@ Mesh ball(float radius) {
   return examples::capsule_mesh(radius, 0, 96);
 }
 
-// Reflectances of the metals at normal incidence, linear; roughness as polished by hand.
+// Materials side by side. Metals have measured reflectance at normal incidence (linear) and the roughness of
+// hand polish.
 SceneFile material_spheres() {
   const GlbMaterial materials[] = {
       {"aluminium", {0.912f, 0.914f, 0.920f}, 1, 0.2f, {}, {}, {}, {}},
@@ -84,7 +85,7 @@ SceneFile material_spheres() {
   return stage.finish("material_spheres");
 }
 
-// Thin bars at many angles before a bright ground, and a ball for what is curved.
+// Anti-aliasing test scene: thin bars at many angles before a bright ground, and a ball for curved edges.
 SceneFile edges() {
   Stage stage;
   stage.ground({0.75f, 0.74f, 0.72f});

@@ -1,4 +1,4 @@
-// The scenes of docs/gallery.md: materials side by side, edges at every angle, shadows of two lights.
+// Scenes of docs/gallery.md: materials side by side, edges at many angles, shadows of two lights.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 namespace gallery {
 
 struct SceneFile {
-  std::string name;  // of the file, with its extension
+  std::string name;  // file name with extension
   std::vector<uint8_t> bytes;
 };
 

@@ -15,8 +15,8 @@ import fire3dv
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "common"))
 from example_common import count, expect, looking, place, positive, run, size, write_png
 
-BASELINE_M = 0.005  # between the two lenses
-# What a calibration of such lenses finds: k1 k2 p1 p2 k3, OpenCV's plumb_bob.
+BASELINE_M = 0.005  # distance between the optical centres
+# Lens coefficients as from a calibration: k1 k2 p1 p2 k3 of OpenCV's plumb_bob model.
 LENS = {"left": (-0.32, 0.11, 0.0008, -0.0005, -0.02), "right": (-0.31, 0.10, -0.0006, 0.0004, -0.018)}
 
 
@@ -37,7 +37,7 @@ def write_calibration(path, width, height):
     sides = {side: {"K": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], "D": list(k)} for side, k in LENS.items()}
     with open(path, "w", encoding="utf-8") as file:
         json.dump({"width": width, "height": height, **sides,
-                   # right = R left + T, in OpenCV's axes: X to the right, Y down, Z forward
+                   # p_right = R p_left + T in OpenCV axes: X right, Y down, Z forward
                    "R": np.eye(3).tolist(), "T": [-BASELINE_M, 0, 0]}, file, indent=1)
 
 
@@ -57,10 +57,10 @@ def main():
     fx, fy, cx, cy = camera_matrix(width, height)
 
     with fire3dv.Stream(options.to, adapter_name="stereo_endoscope") as stream:
-        stream.add_node("endoscope")  # the scene has none
+        stream.add_node("endoscope")  # adds the node, since the scene has none
         stream.set_light("endoscope", fire3dv.LightKind.SPOT, intensity=3 * options.distance ** 2, outer_cone_rad=0.9)
         stream.describe(["endoscope"])
-        cameras = {}  # of frame 1 and all later ones: before that the node is not there
+        cameras = {}  # from frame 1 on: the node does not exist before
         for side, x in (("left", -BASELINE_M / 2), ("right", BASELINE_M / 2)):
             cameras[side] = stream.request_image(
                 width, height, node="endoscope", parent_from_camera=[1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0], when="every_nth", sequence=1,

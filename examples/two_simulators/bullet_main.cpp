@@ -1,4 +1,4 @@
-// Bullet's half of the scene: a tray of things that a blade stirs.
+// Bullet simulator of the example: a tray of objects that a blade stirs.
 #include "examples/two_simulators/heap.h"
 #include "examples/two_simulators/run.h"
 

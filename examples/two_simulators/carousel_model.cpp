@@ -13,7 +13,7 @@
 namespace two_simulators {
 namespace {
 
-constexpr int kStepsEach = 2;  // of MuJoCo, for each of ours: a light chain with a heavy end is stiff
+constexpr int kStepsEach = 2;  // MuJoCo steps per published step: light chains with heavy ends are stiff
 
 std::string format(const char* pattern, auto... values) {
   char text[512];
@@ -21,7 +21,7 @@ std::string format(const char* pattern, auto... values) {
   return text;
 }
 
-// A chain hangs from the rotor: body in body in body.
+// MJCF text of a chain below the rotor, as nested bodies.
 std::string chain_text(int chain, examples::Vec3 at) {
   std::string text, end;
   for (int link = 0; link < kLinks; ++link) {
@@ -36,7 +36,7 @@ std::string chain_text(int chain, examples::Vec3 at) {
   }
   text += format("<body name='%s' pos='0 0 %.6f'><joint type='ball' damping='4e-5' armature='1e-6'/>",
                  gondola_name(chain).c_str(), static_cast<double>(-kLink_m));
-  // Unequal, so that they do not swing as one.
+  // Unequal masses, so that the gondolas do not swing in phase.
   text += format(
       "<geom type='sphere' pos='0 0 %.6f' size='%.6f' mass='%.4f' contype='1' conaffinity='1'/></body>",
       static_cast<double>(-kGondolaRadius_m) - 0.006, static_cast<double>(kGondolaRadius_m),
@@ -60,7 +60,7 @@ std::string model_text() {
   return text + "</body></worldbody><actuator><velocity joint='spin' kv='0.2'/></actuator></mujoco>";
 }
 
-// MuJoCo reads files, and how it reads memory differs between its versions.
+// Temporary model file, since MuJoCo's functions for models in memory differ between versions.
 struct ModelFile {
   ModelFile() {
     std::error_code failed;
@@ -128,7 +128,7 @@ bool CarouselModel::step() {
     model_->data->ctrl[0] = kMostRadPerSecond * (0.5 - 0.5 * std::cos(turn));
     mj_step(model_->model, model_->data);
   }
-  mj_kinematics(model_->model, model_->data);  // a step leaves places as they were before it
+  mj_kinematics(model_->model, model_->data);  // mj_step leaves body poses of the step's start
   read_poses();
   return true;
 }

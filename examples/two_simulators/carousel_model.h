@@ -1,4 +1,4 @@
-// The carousel in MuJoCo: chains of ball joints and a motor that speeds up and slows down.
+// MuJoCo simulation of the carousel: chains of ball joints and a motor of varying speed.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace two_simulators {
 
 class CarouselModel final : public Simulator {
  public:
-  // Nothing, and one sentence in *error, when MuJoCo does not take the model.
+  // Returns null and a message in *error when MuJoCo refuses the model.
   static std::unique_ptr<CarouselModel> make(std::string* error);
   ~CarouselModel() override;
 

@@ -13,7 +13,7 @@ using examples::Object;
 constexpr double kCycleSeconds = 10;
 constexpr float kUnits = kHeapUnitsPerM;
 
-// Stands still at first, then turns ever the same way.
+// Rests at first, then accelerates to a constant angular velocity.
 float stirrer_angle_rad(double seconds) {
   const double begun = std::max(0.0, seconds - 0.6);
   constexpr double kRadPerSecond = 1.1, kSecondsToSpeed = 0.8;
@@ -33,7 +33,7 @@ btTransform in_units(btTransform metres) {
 
 }  // namespace
 
-// Members are destroyed from the last to the first: bodies leave before the world does.
+// Members are declared so that bodies are destroyed before the world.
 struct Heap::World {
   World() {
     dynamics.setGravity(btVector3(0, 0, -9.81f * kUnits));
@@ -66,7 +66,7 @@ struct Heap::World {
     shapes.push_back(std::move(shape));
     bodies.push_back(std::make_unique<btRigidBody>(info));
     btRigidBody* body = bodies.back().get();
-    body->setActivationState(DISABLE_DEACTIVATION);  // what sleeps is not woken by what is moved by hand
+    body->setActivationState(DISABLE_DEACTIVATION);  // kinematic bodies do not wake sleeping ones
     if (mass_kg > 0) body->setRollingFriction(0.002f * kUnits), body->setSpinningFriction(0.002f * kUnits);
     dynamics.addRigidBody(body);
     return body;
@@ -130,8 +130,8 @@ bool Heap::step() {
   const btTransform pose = stirrer_pose(static_cast<double>(steps_) / kStepsPerSecond);
   world_->stirrer->setInterpolationWorldTransform(before);
   world_->stirrer->setWorldTransform(pose);
-  world_->stirrer->saveKinematicState(kStep);  // so that what it touches feels its speed
-  // No sub-steps: one call is one step, whatever the clock on the wall says.
+  world_->stirrer->saveKinematicState(kStep);  // transfers the stirrer's velocity to bodies in contact
+  // No sub-steps: each call is one step, independent of the wall clock.
   world_->dynamics.stepSimulation(kStep, 0, kStep);
   read_poses();
   return true;

@@ -1,4 +1,5 @@
-// Bullet's half: a tray of things that a turning blade stirs. After some time all stand neatly again.
+// Bullet simulation of a tray of objects that a rotating blade stirs. After a fixed period all objects return
+// to their initial poses.
 #pragma once
 
 #include <memory>
@@ -11,10 +12,10 @@ namespace two_simulators {
 
 constexpr float kStirrerHub_m = 0.028f, kStirrerHubHalf_m = 0.048f;
 constexpr examples::Vec3 kStirrerBladeHalf_m{0.092f, 0.007f, 0.026f};
-constexpr float kStirrerBladeAt_m = 0.118f;  // the blade's middle, from the axis
-constexpr float kStirrerZ_m = 0.062f;        // the stirrer's origin
+constexpr float kStirrerBladeAt_m = 0.118f;  // centre of the blade, from the axis
+constexpr float kStirrerZ_m = 0.062f;        // origin of the stirrer
 
-// In metres, in the stage's directions, about the tray's middle. What has no mass does not move and is not
+// Objects around the tray centre, in stage directions, metres. Objects without mass are static and not
 // streamed.
 std::vector<examples::Object> heap_layout();
 constexpr const char* kStirrerName = "heap_stirrer";
@@ -35,7 +36,7 @@ class Heap final : public Simulator {
   void read_poses();
 
   std::unique_ptr<World> world_;
-  uint64_t steps_ = 0;  // since all stood neatly
+  uint64_t steps_ = 0;  // since the last reset
   std::vector<std::string> names_;
   std::vector<float> poses_;
 };

@@ -17,7 +17,7 @@ constexpr std::array<const char*, 6> kColors = {"plastic_red",   "plastic_yellow
 
 class Layout {
  public:
-  // An octagon of planks on a disc.
+  // Octagonal tray of planks on a disc.
   void tray() {
     add("heap_tray", Shape::cylinder, {kTrayRadius_m, 0, kTrayFloor_m / 2}, 0, "wood",
         {{0, 0, kTrayFloor_m / 2}, 0});
@@ -30,7 +30,7 @@ class Layout {
     }
   }
 
-  // 16 + 9 + 4 + 1 boxes.
+  // Pyramid of 16 + 9 + 4 + 1 boxes.
   void pyramid(float x, float y) {
     constexpr float kHalf = 0.019f, kPitch = 0.0395f;
     for (int layer = 0; layer < 4; ++layer) {
@@ -61,7 +61,7 @@ class Layout {
     }
   }
 
-  // Three balls that touch, and one in the hollow between them.
+  // Three touching balls, and one in the hollow between them.
   void balls(float x, float y) {
     constexpr float kRadius = 0.021f;
     constexpr std::array<const char*, 4> kMetals = {"gold", "copper", "chrome", "gold"};
@@ -82,7 +82,7 @@ class Layout {
     examples::Vec3 at;
     float azimuth;
   };
-  // Nothing real stands exactly in line.
+  // Position noise against perfect symmetry.
   float jitter() { return random_.uniform(-0.0004f, 0.0004f); }
 
   static std::string numbered(const char* what, int number) {

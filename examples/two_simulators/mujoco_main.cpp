@@ -1,4 +1,4 @@
-// MuJoCo's half of the scene: a carousel whose gondolas hang on chains.
+// MuJoCo simulator of the example: a carousel whose gondolas hang on chains.
 #include <cstdio>
 
 #include "examples/two_simulators/carousel_model.h"

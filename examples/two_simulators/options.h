@@ -1,4 +1,4 @@
-// The command line of both programs.
+// Command line of both simulator programs.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ struct Options : examples::LinkOptions {
   bool lockstep = false;
 };
 
-// Nothing: leave with *exit_code, which is 0 after --help and 2 after a mistake; the text has been printed.
+// Returns nothing when the program must exit with *exit_code: 0 after --help, 2 after a usage error. The text
+// has been printed.
 std::optional<Options> parse_options(int argc, char** argv, const char* program, const char* about,
                                      int* exit_code);
 

@@ -21,7 +21,7 @@ static_assert(std::atomic<bool>::is_always_lock_free,
 void install_stop_signals() {
   struct sigaction action {};
   action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program immediately
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }
@@ -53,7 +53,7 @@ int run(Simulator& simulator, const char* program, const Options& options) {
   const auto steps = static_cast<uint64_t>(std::llround(options.seconds * kStepsPerSecond));
   const std::chrono::duration<double> period(1 / kStepsPerSecond);
   const Clock::time_point start = Clock::now();
-  bool jumped = true;  // into the first frame
+  bool jumped = true;  // the first frame is a discontinuity
   uint64_t step = 0;
   for (; !stop && (steps == 0 || step <= steps); ++step) {
     if (step > 0) {

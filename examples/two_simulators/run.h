@@ -1,5 +1,4 @@
-// Steps a simulator and publishes what it does. The simulator's side of the example ends here: what follows
-// is the same for Bullet and for MuJoCo.
+// Main loop of both programs: steps a Simulator and publishes its poses.
 #pragma once
 
 #include "examples/two_simulators/options.h"
@@ -7,7 +6,7 @@
 
 namespace two_simulators {
 
-// Returns the exit code. Ends in order on SIGINT and SIGTERM.
+// Returns the exit code. Closes streams in order on SIGINT and SIGTERM.
 int run(Simulator& simulator, const char* program, const Options& options);
 
 }  // namespace two_simulators

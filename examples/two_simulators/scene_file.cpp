@@ -9,7 +9,7 @@ namespace {
 
 using examples::GlbMatrix, examples::Part, examples::SceneBuilder, examples::Vec3;
 
-// World from what stands unturned at this place of the stage.
+// world_from_node of an unrotated body at this stage position.
 GlbMatrix standing(Vec3 at_m) {
   const Matrix stage_from_body = {1, 0, 0, at_m.x, 0, 1, 0, at_m.y, 0, 0, 1, at_m.z};
   return examples::rest_pose(stage_from_body.data());
@@ -61,7 +61,7 @@ void add_surroundings(SceneBuilder& scene) {
   scene.add_body("backdrop", floor,
                  scene.add_mesh("backdrop", {{examples::backdrop_mesh(3.6f, 3.0f, 1.2f), "backdrop"}}));
 
-  // A warm key light from the left of the audience, a cool fill from the right.
+  // Lighting: a warm key light from the left, a cool fill from the right.
   scene.add_light({"key_light", "spot", {1.0f, 0.93f, 0.82f}, 120, 0.34f, 0.60f}, {-1.3f, -1.7f, 2.3f},
                   {0, 0, 0.1f});
   scene.add_light({"fill_light", "directional", {0.72f, 0.84f, 1.0f}, 1.7f}, {0.5f, -1.8f, 1.6f}, {0, 0, 0});

@@ -1,4 +1,4 @@
-// The glTF scene of both simulators' bodies at rest, on one table.
+// glTF export of the bodies of both simulators in rest poses, on one table.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,7 @@
 
 namespace two_simulators {
 
-// Empty on success, else one sentence.
+// Returns an error message, or nothing on success.
 std::optional<std::string> write_scene(const std::string& path);
 
 }  // namespace two_simulators

@@ -1,4 +1,4 @@
-// two_simulators_scene FILE.glb: writes the scene that both simulators move.
+// Scene exporter of the example: two_simulators_scene FILE.glb writes the scene that both simulators move.
 #include <cstdio>
 
 #include "examples/two_simulators/scene_file.h"

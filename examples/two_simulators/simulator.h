@@ -1,4 +1,4 @@
-// What both programs run: something that has bodies, and goes on step by step.
+// Simulator interface of both programs: named bodies, poses and fixed time steps.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,9 @@ class Simulator {
 
   virtual Frame frame() const = 0;
   virtual const std::vector<std::string>& names() const = 0;
-  // 12 floats a body in the order of names(): stream_from_body, row-major 3x4.
+  // 12 floats per body in the order of names(): stream_from_body, 3x4 row-major.
   virtual const std::vector<float>& poses() const = 0;
-  // Goes on by 1 / kStepsPerSecond. False: the bodies did not move there, they jumped.
+  // Advances by 1 / kStepsPerSecond. Returns false when the bodies jumped (discontinuity).
   virtual bool step() = 0;
 };
 

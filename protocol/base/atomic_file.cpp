@@ -19,7 +19,7 @@ namespace {
 constexpr int kMaxNameAttempts = 100;
 constexpr size_t kRandomLetters = 6;
 
-// Paths may hold anything; a terminal must not obey it.
+// Quoted path for messages. A path may contain any byte; control characters must not reach a terminal.
 std::string shown(const std::string& path) {
   std::string result = path;
   for (char& c : result)
@@ -39,11 +39,11 @@ std::string random_letters() {
   return result;
 }
 
-// 0, or the error number. Never replaces what is there.
+// Renames without replacing an existing file. Returns 0 or the error number.
 int rename_to_new(const char* from, const char* to) {
   if (::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE) == 0) return 0;
   if (errno != EINVAL && errno != ENOSYS) return errno;
-  if (::link(from, to) != 0) return errno;  // a file system without that flag
+  if (::link(from, to) != 0) return errno;  // fallback for file systems without RENAME_NOREPLACE
   ::unlink(from);
   return 0;
 }
@@ -128,10 +128,10 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path, const A
         ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, options.mode);
     if (fd < 0 && errno == EEXIST) continue;
     if (fd < 0) return failed(errno);
-    // Some file systems have no modes: the error is of no consequence.
+    // Some file systems have no modes; a failure has no consequence.
     if (options.exact_mode) (void)!::fchmod(fd, *options.exact_mode);
-    // The lock says that the file has a writer: see remove_abandoned_temporaries(). It may have come before
-    // the lock.
+    // The lock marks a file with a live writer: see remove_abandoned_temporaries(), which may have removed
+    // the file before the lock was taken.
     if (::flock(fd, LOCK_EX | LOCK_NB) == 0 && ::fstat(fd, &status) == 0 && status.st_nlink == 0) {
       ::close(fd);
       continue;
@@ -160,8 +160,8 @@ Result<void> AtomicFile::truncate(uint64_t length) {
 
 Result<void> AtomicFile::commit() {
   int fault = flush(fd_, Flush::data_and_metadata);
-  // Some file systems report a full disk only when a descriptor is closed. The lock lasts until the last one
-  // is.
+  // Some file systems report a full disk only on close(). The lock lasts until the last duplicate of the
+  // descriptor is closed.
   const int copy = ::fcntl(fd_, F_DUPFD_CLOEXEC, 0);
   if (copy >= 0 && ::close(copy) != 0 && fault == 0) fault = errno;
   if (fault != 0) return cannot_write(fault);

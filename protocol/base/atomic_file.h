@@ -1,4 +1,4 @@
-// Atomic replacement of files: a name leads to the complete old contents or to the complete new ones, also
+// Atomic file replacement: a name refers to the complete old contents or to the complete new contents, also
 // after a power cut. Errors name the file.
 #pragma once
 
@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::base {
 
@@ -24,13 +24,14 @@ enum class Durability {
 };
 
 struct AtomicFileOptions {
-  mode_t mode = 0666;                // less the umask
-  std::optional<mode_t> exact_mode;  // set as it is, whatever the umask
+  mode_t mode = 0666;                // reduced by the umask
+  std::optional<mode_t> exact_mode;  // set as given, regardless of the umask
   bool replaces = true;              // false: commit() fails if the name exists
   Durability durability = Durability::contents_and_name;
 };
 
-// Temporary files are called PATH.part-XXXXXX, with six random letters: writers of one path never share one.
+// Name pattern of temporary files: PATH.part-XXXXXX with six random letters. Writers of one path never share
+// one.
 inline constexpr std::string_view kTemporaryMark = ".part-";
 
 class AtomicFile {
@@ -42,9 +43,10 @@ class AtomicFile {
 
   Result<void> append(std::span<const std::byte> bytes);
   Result<void> truncate(uint64_t length);
-  // Flushes the contents to the disk, renames the file, and flushes the folder. No append() afterwards.
+  // Flushes the contents to the disk, renames the file, and flushes the folder. append() is invalid
+  // afterwards.
   Result<void> commit();
-  // For libraries that open files by name. They close theirs before commit().
+  // Path for libraries that open files by name. They must close the file before commit().
   const std::string& temporary_path() const { return temporary_; }
 
  private:
@@ -61,19 +63,19 @@ Result<void> write_atomically(const std::filesystem::path& path,
                               const std::vector<std::span<const std::byte>>& pieces,
                               const AtomicFileOptions& options = {});
 
-// Removes the temporary files of writers that were killed: those of names that begin with `prefix`.
+// Removes the temporary files that killed writers left behind: those with a name that begins with `prefix`.
 void remove_abandoned_temporaries(const std::filesystem::path& folder, std::string_view prefix);
 
-// Flushes one open file. 0, or the error number. File systems that cannot flush count as flushed.
+// Flushes one open file. Returns 0 or the error number. File systems without flush count as flushed.
 enum class Flush { data, data_and_metadata };
 int flush(int fd, Flush what);
-// The same for a file by its name.
+// Flushes one file by name. Same result as flush().
 int flush_file(const std::filesystem::path& path);
-// Flushes the entries of the folder that holds `path`. 0, or the error number. Best effort where it cannot be
-// opened.
+// Flushes the entries of the folder that holds `path`. Returns 0 or the error number; best effort if the
+// folder cannot be opened.
 int flush_folder_of(const std::filesystem::path& path);
 
-// Text of an error number, and the remedy where there is one.
+// Text of an error number, with a remedy for the common ones.
 std::string system_reason(int error_number);
 
 }  // namespace fire3dv::base

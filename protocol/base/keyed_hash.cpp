@@ -5,7 +5,7 @@
 #include <array>
 #include <cstring>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv {
 namespace {

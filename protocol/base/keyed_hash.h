@@ -1,5 +1,5 @@
-// SipHash of names from outside, with a random key per process: hash tables of such names cannot be filled
-// with chosen collisions. Values differ from run to run and must not be stored or sent. Any thread.
+// Keyed SipHash for names from untrusted peers, with a random key per process. Peers cannot choose colliding
+// names. Values differ between runs and must not be stored or sent. Thread-safe.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,8 @@ namespace fire3dv {
 
 uint64_t keyed_hash(std::string_view bytes);
 
-// Hash of unordered containers with string keys; with std::equal_to<> they are searched by std::string_view.
+// Hash functor for unordered containers with string keys. Together with std::equal_to<> it allows lookups by
+// std::string_view.
 struct KeyedHash {
   using is_transparent = void;
   size_t operator()(std::string_view bytes) const { return static_cast<size_t>(keyed_hash(bytes)); }

@@ -37,8 +37,8 @@ std::vector<BudgetPool::Report> BudgetPool::report() const {
 PeerBudget::PeerBudget(std::shared_ptr<BudgetPool> pool, std::string name)
     : pool_(std::move(pool)), name_(std::move(name)) {}
 
-// What the peer still holds is given back with it: charges keep their budget alive, so that this is what
-// take() charged without a BudgetCharge.
+// Releases amounts that try_take() or take() charged without a BudgetCharge. A charge keeps its budget alive,
+// so none is left here.
 PeerBudget::~PeerBudget() {
   const std::lock_guard lock(pool_->mutex_);
   for (size_t i = 0; i < kResourceCount; ++i) {

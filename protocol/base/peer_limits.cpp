@@ -94,7 +94,7 @@ Result<void> set_limit(std::string_view text, PeerLimits& limits) {
     const Result<uint64_t> amount = parse_amount(name, value, kTable[i].is_bytes);
     if (!amount) return amount.error();
     (is_shared ? limits.shared : limits.per_peer)[i] = *amount;
-    // A limit below the default reserve lowers the reserve, too.
+    // A limit below the default reserved amount lowers the reserved amount as well.
     if (!is_shared && limits.reserved[i] > *amount) limits.reserved[i] = *amount;
     return {};
   }

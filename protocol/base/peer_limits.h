@@ -1,5 +1,5 @@
-// Resource limits of one peer, and the shares that all peers together may use. docs/design/budgets.md says
-// how they work together; the defaults stand in protocol/SPEC.md, section 14.
+// Resource limits of one peer, and limits on the sum over all peers. Semantics: docs/design/budgets.md;
+// defaults: protocol/SPEC.md, section 14.
 #pragma once
 
 #include <array>
@@ -8,48 +8,48 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv {
 
-// Memory and objects that a peer makes a reader hold. A peer is one connection, datagram session or
+// Resources that a reader allocates on behalf of a peer. A peer is one connection, datagram session or
 // shared-memory segment.
 enum class Resource : uint8_t {
-  received_bytes,     // messages that are not whole, or not read by the renderer yet
-  queued_bytes,       // replies and images that wait to be sent to the peer
-  description_bytes,  // the stream's description: names, offsets
-  names,              // node names of that description
-  pose_bytes,         // pose frames: shown, waiting, in assembly
-  edits,              // scene edits in force, one per key
-  edit_bytes,         // values of those edits
-  nodes,              // nodes added to the scene, those of assets included
-  lights,             // lights set by edits or brought by assets
-  shadow_lights,      // those of them that cast shadows; lights beyond the limit cast none
+  received_bytes,     // incomplete messages, and messages that the renderer has not read yet
+  queued_bytes,       // replies and images queued for sending to the peer
+  description_bytes,  // stream description: names, offsets
+  names,              // node names in the description
+  pose_bytes,         // pose frames: displayed, queued, in assembly
+  edits,              // active scene edits, one per key
+  edit_bytes,         // values of active edits
+  nodes,              // nodes added to the scene, including those of assets
+  lights,             // lights set by edits or contained in assets
+  shadow_lights,      // shadow-casting subset of `lights`; lights beyond the limit cast no shadow
   asset_bytes,        // decoded assets in host memory
-  gpu_bytes,          // estimate of the device memory that added assets and vertices take
+  gpu_bytes,          // estimated device memory of added assets and vertices
   requests,           // open image requests
-  request_bytes,      // pixels of one image of each open request
+  request_bytes,      // pixels of one image per open request
 };
 constexpr size_t kResourceCount = 14;
 
 struct ResourceInfo {
   Resource resource;
-  std::string_view name;  // of options, metrics and panels: "asset-bytes"
-  std::string_view noun;  // of sentences: "decoded assets"
-  bool is_bytes;          // counts bytes; else objects
+  std::string_view name;  // used in options, metrics and panels: "asset-bytes"
+  std::string_view noun;  // used in messages: "decoded assets"
+  bool is_bytes;          // unit: bytes; otherwise a count of objects
   uint64_t per_peer;      // default limit of one peer
-  uint64_t reserved;      // default amount that a peer may always use, whatever the others use
-  uint64_t shared;        // default sum over all peers of what they use beyond their reserved amounts
+  uint64_t reserved;      // default amount guaranteed to each peer, regardless of the other peers
+  uint64_t shared;        // default limit of the sum over all peers of their use beyond the reserved amounts
 };
 const std::array<ResourceInfo, kResourceCount>& resource_table();
 inline const ResourceInfo& info(Resource resource) {
   return resource_table()[static_cast<size_t>(resource)];
 }
 
-// Time that one peer may take of a thread that serves all peers before the others have their turn.
+// Time slices of the render thread: the longest time for one peer before the other peers get their turn.
 struct TimeSlices {
-  int64_t receive_ns = 2'000'000;  // render thread, messages of one peer per poll
-  int64_t image_ns = 50'000'000;   // render thread, images for peers between two polls
+  int64_t receive_ns = 2'000'000;  // messages of one peer per poll
+  int64_t image_ns = 50'000'000;   // image requests between two polls
 };
 
 struct PeerLimits {
@@ -63,11 +63,11 @@ struct PeerLimits {
 };
 
 // Sets one limit from "NAME=VALUE". NAME is a ResourceInfo::name (limit of one peer), "shared-" and such a
-// name (sum of all peers beyond their reserved amounts), "receive-ms" or "image-ms". VALUE is a whole number,
-// for bytes with an optional suffix KiB, MiB or GiB. The error names what is wrong and lists the names.
+// name (sum over all peers beyond their reserved amounts), "receive-ms" or "image-ms". VALUE is an integer;
+// byte limits accept the suffixes KiB, MiB and GiB. The error describes the fault and lists the names.
 Result<void> set_limit(std::string_view text, PeerLimits& limits);
 
-// "84 KiB", "12 MiB", "4096": an amount as sentences and panels show it.
+// Formats an amount for messages and panels: "84 KiB", "12 MiB", "4096".
 std::string amount_text(Resource resource, uint64_t amount);
 
 }  // namespace fire3dv

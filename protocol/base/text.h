@@ -1,5 +1,5 @@
-// Text from outside for terminals and logs: UTF-8 decoding, and the characters that may not be printed. Used
-// by the wire format's checks and by every message that quotes a name from a peer or a file.
+// UTF-8 decoding and sanitising of untrusted text for terminals and logs. Used by the wire format validation
+// and by every message that quotes a name from a peer or a file.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@ namespace fire3dv {
 
 constexpr uint32_t kInvalidCharacter = UINT32_MAX;
 
-// Decodes the character at `at` and moves `at` behind it. Bytes that are not valid UTF-8 give
-// kInvalidCharacter, and `at` moves by one byte.
+// Decodes the character at `at` and advances `at` past it. Invalid UTF-8 yields kInvalidCharacter and
+// advances `at` by one byte.
 inline uint32_t next_character(std::string_view text, size_t& at) {
   const auto byte = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
   const uint8_t lead = byte(at++);
@@ -31,16 +31,16 @@ inline uint32_t next_character(std::string_view text, size_t& at) {
   return character;
 }
 
-// Control characters (C0, DEL, C1), line and paragraph separators, and bidirectional controls: a name with
-// these could overwrite or reorder the text around it.
+// True for control characters (C0, DEL, C1), line and paragraph separators, and bidirectional controls. A
+// name that contains them could overwrite or reorder the surrounding text.
 inline bool is_control(uint32_t character) {
   return character < 0x20 || (character >= 0x7F && character < 0xA0) || character == 0x2028 ||
          character == 0x2029 || (character >= 0x202A && character <= 0x202E) ||
          (character >= 0x2066 && character <= 0x2069);
 }
 
-// Any bytes as printable UTF-8: invalid bytes and control characters become '?', and the text is cut at a
-// character so that it has at most max_bytes.
+// Converts arbitrary bytes to printable UTF-8. Invalid bytes and control characters become '?'. The text is
+// truncated at a character boundary to at most max_bytes.
 inline std::string printable_text(std::string_view text, size_t max_bytes) {
   std::string result;
   for (size_t at = 0; at < text.size();) {
@@ -54,7 +54,7 @@ inline std::string printable_text(std::string_view text, size_t max_bytes) {
   return result;
 }
 
-// A message of several lines for the terminal: as printable_text(), but lines and tabs stay.
+// Same as printable_text() for multi-line terminal messages: preserves newlines and tabs.
 inline std::string terminal_text(std::string_view text) {
   std::string result;
   result.reserve(text.size());
@@ -66,6 +66,12 @@ inline std::string terminal_text(std::string_view text) {
     result += bad ? std::string_view("?") : text.substr(start, at - start);
   }
   return result;
+}
+
+// Text from a file or a peer in quotation marks, for messages: printable and cut after 120 characters.
+inline std::string quote(std::string_view text) {
+  constexpr size_t kMaxCharacters = 120;
+  return "\"" + printable_text(text, kMaxCharacters) + (text.size() > kMaxCharacters ? "...\"" : "\"");
 }
 
 }  // namespace fire3dv

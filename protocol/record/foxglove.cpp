@@ -14,8 +14,7 @@ foxglove::Time time_of(uint64_t unix_ns) {
           static_cast<uint32_t>(unix_ns % 1'000'000'000)};
 }
 
-// A reader takes what is not written for its own default, and those have changed between versions of the
-// schemas.
+// Writes defaults explicitly: the defaults differ between versions of the schemas.
 flatbuffers::FlatBufferBuilder builder_that_writes_all(size_t bytes) {
   flatbuffers::FlatBufferBuilder builder(bytes);
   builder.ForceDefaults(true);
@@ -26,7 +25,7 @@ std::span<const std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builde
   return std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
 }
 
-// A quarter turn about X in front of a map: what was Y up is Z up.
+// Rotates a transform by 90 degrees about X: from Y up to Z up.
 wire::Affine3x4d z_up_from(const wire::Affine3x4d& y_up_from_stream) {
   const auto& m = y_up_from_stream.m;
   return {{m[0], m[1], m[2], m[3], -m[8], -m[9], -m[10], -m[11], m[4], m[5], m[6], m[7]}};
@@ -95,7 +94,7 @@ FoxgloveTransforms& FoxgloveTransforms::operator=(FoxgloveTransforms&&) noexcept
 void FoxgloveTransforms::describe(const wire::StreamDescription& description) {
   impl_->root_from_stream = z_up_from(description.world_from_stream);
   impl_->frame_ids = description.node_names;
-  // A frame that stands in itself is an error to viewers, and so is one without a name.
+  // Viewers reject a frame that is its own parent and a frame without a name.
   for (size_t i = 0; i < impl_->frame_ids.size(); ++i) {
     std::string& id = impl_->frame_ids[i];
     if (id.empty() || id == kRootFrame) id += "/node_" + std::to_string(i);

@@ -1,5 +1,5 @@
-// A stream's motion, and scenes, as messages of Foxglove's schemas: for viewers that do not know ours. What
-// is lost on the way (scale and shear, edits, shapes of bodies) is told in protocol/SPEC-record.md.
+// Conversion of pose frames and models to Foxglove schemas, for viewers without support for our schema.
+// protocol/SPEC-record.md lists the losses: scale and shear, edits, shapes of bodies.
 #pragma once
 
 #include <cstdint>
@@ -16,21 +16,21 @@ namespace fire3dv::record {
 
 constexpr std::string_view kTransformsSchema = "foxglove.FrameTransforms";
 constexpr std::string_view kSceneUpdateSchema = "foxglove.SceneUpdate";
-// The frame that all others stand in: the scene's world turned so that Z is up, in metres. Viewers show a
-// glTF model turned like that, and frames as they are told.
+// Root coordinate frame: the scene's world rotated to Z up, in metres. Viewers rotate glTF models in the same
+// way.
 constexpr std::string_view kRootFrame = "world";
 
-// A scene that can be shown without its file.
+// Model embedded in the recording, so that viewers need no file.
 struct FoxgloveModel {
   std::string name, media_type;
   wire::Bytes data;
 };
-// Readers take chunks of 16 MiB by themselves, and a message is never cut.
+// Viewers accept chunks of at most 16 MiB by default, and a message is never split.
 constexpr uint64_t kMostModelBytes = uint64_t{12} << 20;
 
 wire::Bytes scene_update(std::span<const FoxgloveModel> models, uint64_t time_ns);
 
-// The transforms of one stream.
+// Encoder of one stream's transforms.
 class FoxgloveTransforms {
  public:
   FoxgloveTransforms();
@@ -39,8 +39,8 @@ class FoxgloveTransforms {
   FoxgloveTransforms& operator=(FoxgloveTransforms&&) noexcept;
 
   void describe(const wire::StreamDescription& description);
-  // A FrameTransforms message of the nodes that this message moves: of all, or of those of a part or a
-  // partial frame. Valid until the next call; empty for a frame that does not fit the description.
+  // Encodes a FrameTransforms message of all nodes in `frame`, which may be a part or a partial frame. Valid
+  // until the next call; empty for a frame that does not match the description.
   std::span<const std::byte> encode(const wire::PoseFrameView& frame, uint64_t time_ns);
 
  private:

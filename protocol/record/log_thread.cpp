@@ -27,7 +27,7 @@ LogThread::~LogThread() {
   finish();
 }
 
-// Wall time that never jumps: read once, and then counted on.
+// Unix time without jumps: the wall clock is read once and advanced by the monotonic clock.
 uint64_t LogThread::unix_ns(int64_t monotonic_ns) const {
   const int64_t now_ns = unix_at_start_ns_ + (monotonic_ns - monotonic_at_start_ns_);
   return now_ns > 0 ? static_cast<uint64_t>(now_ns) : 0;
@@ -42,7 +42,7 @@ void LogThread::push(Incoming incoming, bool may_drop) {
       ++dropped_;
       return;
     }
-    // That a peer is gone is never left out: its stream would seem to live for ever.
+    // Ends of peers are never dropped: their streams would appear to live forever.
     const uint64_t most_bytes = may_drop ? most_queued_bytes_ : 2 * most_queued_bytes_;
     if (!incoming.message.empty() && queued_bytes_ + bytes > most_bytes) {
       ++dropped_;
@@ -64,7 +64,7 @@ void LogThread::end_peer(uint64_t peer, int64_t monotonic_ns) {
   push({peer, unix_ns(monotonic_ns), {}}, false);
 }
 
-// Less the ends of peers, which are in the queue, too.
+// Number of messages without the end-of-peer markers, which share the queue.
 uint64_t LogThread::messages_in(const std::deque<Incoming>& queue) {
   return static_cast<uint64_t>(
       std::ranges::count_if(queue, [](const Incoming& incoming) { return !incoming.message.empty(); }));
@@ -103,7 +103,7 @@ void LogThread::run() {
                      log_.file_bytes(),
                      log_.files(),
                      log_.refused(),
-                     log_.unkept_edits(),
+                     log_.dropped_edits(),
                      log_.reclaimed_streams(),
                      log_.reclaimed_frames(),
                      log_.unrecorded_streams(),
@@ -112,7 +112,7 @@ void LogThread::run() {
     if (!good) status.failure = good.error().message;
     const std::lock_guard lock(mutex_);
     dropped_ += lost;
-    if (status.failure) {  // what came meanwhile is not written either
+    if (status.failure) {  // messages queued in the meantime are lost as well
       dropped_ += messages_in(queue_);
       queue_.clear();
     }
@@ -121,7 +121,7 @@ void LogThread::run() {
   }
 }
 
-// Not before it is written: what waits for a slow disk in the thread's hands is memory like the rest.
+// Called after the write: messages that the thread still holds for a slow disk count as queued memory.
 void LogThread::give_back(uint64_t bytes) {
   const std::lock_guard lock(mutex_);
   queued_bytes_ -= bytes;

@@ -1,5 +1,5 @@
-// A recording on a thread of its own: whoever hands messages over never waits for packing or for a disk.
-// Beyond a bound what comes is left out and counted.
+// Background recorder: writes a StreamLog on its own thread. Callers never wait for compression or disk I/O.
+// Messages beyond the queue limit are dropped and counted.
 #pragma once
 
 #include <atomic>
@@ -21,14 +21,14 @@ struct LogStatus {
   uint64_t file_bytes = 0;
   uint32_t files = 0;
   uint64_t refused = 0;
-  uint64_t unkept_edits = 0;
-  uint64_t reclaimed_streams = 0, reclaimed_frames = 0;  // in the files, and not in `streams`
+  uint64_t dropped_edits = 0;
+  uint64_t reclaimed_streams = 0, reclaimed_frames = 0;  // in the files, but not in `streams`
   uint64_t unrecorded_streams = 0;
-  uint64_t unwritten = 0;  // messages that came while the disk was too slow, or that it did not take
+  uint64_t unwritten = 0;  // messages dropped because the disk was too slow or failed
   std::optional<std::string> failure;
 };
 
-// Losses of a recording, without the counts of its streams.
+// Losses of a recording, without the per-stream counts.
 struct LogLosses {
   uint64_t unwritten = 0, unrecorded_streams = 0;
   std::optional<std::string> failure;
@@ -36,27 +36,27 @@ struct LogLosses {
 
 class LogThread {
  public:
-  // most_queued_bytes: what is not written yet. Poses beyond it are left out; what is not a pose may take
-  // twice as much.
+  // most_queued_bytes limits the bytes that are not written yet. Poses beyond it are dropped; other messages
+  // may use twice as much.
   explicit LogThread(StreamLog log, uint64_t most_queued_bytes = uint64_t{256} << 20);
   ~LogThread();
 
-  // monotonic_ns: when it came.
+  // monotonic_ns: arrival time.
   void take(uint64_t peer, std::span<const std::byte> message, int64_t monotonic_ns, bool is_pose);
   void end_peer(uint64_t peer, int64_t monotonic_ns);
-  // Writes what is left, finishes the file, and flushes it to the disk.
+  // Writes the queue, finishes the file, and flushes it to the disk.
   void finish();
-  // As of the last turn of the thread, ten a second at least; unwritten as of now.
+  // State as of the thread's last iteration (at least ten per second); `unwritten` is current.
   LogStatus status() const;
   LogLosses losses() const;
-  // Whether losses() has any. One atomic load: suitable for every frame.
+  // True if losses() has any. One atomic load: cheap enough for every frame.
   bool has_trouble() const { return trouble_; }
 
  private:
   struct Incoming {
     uint64_t peer = 0;
     uint64_t log_time_ns = 0;
-    Bytes message;  // empty: the peer is gone
+    Bytes message;  // empty: end of the peer
     uint64_t bytes() const { return message.size() + sizeof(Incoming); }
   };
 
@@ -72,13 +72,13 @@ class LogThread {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Incoming> queue_;
-  uint64_t queued_bytes_ = 0;  // of queue_, and of what the thread is writing
+  uint64_t queued_bytes_ = 0;  // includes messages that the thread is writing
   bool over_ = false;
   uint64_t dropped_ = 0;
   std::atomic<bool> trouble_{false};
   LogStatus status_;
 
-  StreamLog log_;  // of the thread alone, from its start on
+  StreamLog log_;  // used only by the thread once it runs
   std::thread thread_;
 };
 

@@ -9,8 +9,8 @@
 namespace fire3dv::record {
 namespace {
 
-constexpr size_t kMaxStreams = 8192;  // a recorder adds none when their channels take 4 MiB
-constexpr size_t kMostKeys = 65'536;  // of one stream, as in a publisher's store
+constexpr size_t kMaxStreams = 8192;  // a recorder stops adding streams when their channels take 4 MiB
+constexpr size_t kMostKeys = 65'536;  // per stream, the same as in a publisher's store
 constexpr uint64_t kEntryOverhead = 128;
 
 }  // namespace
@@ -36,7 +36,7 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
         known_stream == stream_of_name.end() ? playback.streams_.size() : known_stream->second;
     if (stream == playback.streams_.size()) {
       playback.streams_.push_back({name->second, {}});
-      stream_of_name[name->second] = stream;  // a view of the index, which stays where it is
+      stream_of_name[name->second] = stream;  // view into the index, which does not move
     }
     playback.streams_[stream].channels[static_cast<size_t>(*known_role)] = id;
     playback.places_[id] = {stream, *known_role};
@@ -57,7 +57,7 @@ const std::pair<size_t, Role>* Playback::place_of(uint16_t channel) const {
   return found == places_.end() ? nullptr : &found->second;
 }
 
-// A snapshot says what is known already, unless the file begins with it, or what said it first is damaged.
+// Skips a snapshot of known state, unless the file begins with it or the original message is damaged.
 bool Playback::take(size_t stream, Role role, std::span<const std::byte> message, Played& played) {
   State& state = states_[stream];
   played.stream = stream;
@@ -84,7 +84,7 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
   if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
     if (edit->epoch != state.epoch || edit->version <= state.version) return false;
     const bool has_key = state.keys.contains({edit->node, edit->property});
-    // Half of the memory for names at most: what they name needs some, too.
+    // Names may use at most half of the memory: their values need the rest.
     const uint64_t key_bytes = has_key ? 0 : edit->node.size() + kEntryOverhead;
     if (!has_key && (state.keys.size() == kMostKeys ||
                      key_bytes_ + key_bytes > reader_.limits().most_state_bytes() / 2)) {
@@ -107,7 +107,7 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
     ++state.unknown_edits;
     state.version = edit->version;
     played.kind = Played::Kind::edit;
-    // Whose value it replaces is not known here: it stands beside all others.
+    // The replaced edit is unknown, so this edit gets its own key.
     played.edit_key = UINT64_MAX - edit->version;
     return true;
   }
@@ -125,14 +125,14 @@ void Playback::rewind() {
 }
 
 bool Playback::has_state_messages(const ChunkIndex& chunk) const {
-  if (chunk.message_indexes.empty()) return true;  // not told
+  if (chunk.message_indexes.empty()) return true;  // the chunk has no message index
   return std::ranges::any_of(chunk.message_indexes, [&](const auto& index) {
     const auto* place = place_of(index.first);
     return place != nullptr && place->second != Role::poses;
   });
 }
 
-// Marks the streams that the chunk describes before that time; false when it says nothing of any.
+// Marks the streams with a description in this chunk before until_ns. Returns false if there is none.
 bool Playback::describes(size_t chunk, uint64_t until_ns, std::vector<bool>& described) {
   bool any = false;
   reader_.seek_chunk(chunk, true);
@@ -163,9 +163,9 @@ void Playback::keep(State& state, uint64_t key, std::span<const std::byte> messa
   state.edits[key] = {state.version, Bytes(message.begin(), message.end())};
 }
 
-// Without its description a stream is not there: it begins with the next one that is read.
-void Playback::keep_description(State& state, std::span<const std::byte> message) {
-  forget_description(state);
+// Without memory for its description a stream is absent until its next description.
+void Playback::store_edit_description(State& state, std::span<const std::byte> message) {
+  drop_description(state);
   if (key_bytes_ + state_bytes_ + message.size() > reader_.limits().most_state_bytes()) {
     ++refused_;
     return;
@@ -174,7 +174,7 @@ void Playback::keep_description(State& state, std::span<const std::byte> message
   state.description.assign(message.begin(), message.end());
 }
 
-void Playback::forget_description(State& state) {
+void Playback::drop_description(State& state) {
   state_bytes_ -= state.description.size();
   state.description = Bytes();
 }
@@ -193,10 +193,9 @@ void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
       if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
       if (!take(place->first, place->second, message.data, played)) continue;
       State& state = states_[place->first];
-      if (played.kind == Played::Kind::description) keep_description(state, message.data);
+      if (played.kind == Played::Kind::description) store_edit_description(state, message.data);
       if (played.kind == Played::Kind::edit) keep(state, played.edit_key, message.data);
-      if (played.kind == Played::Kind::goodbye)
-        forget_description(state);  // there is no such stream any more
+      if (played.kind == Played::Kind::goodbye) drop_description(state);  // the stream has ended
     }
   }
 }

@@ -7,7 +7,7 @@
 namespace fire3dv::record {
 namespace {
 
-// An attachment as a source, so that it is copied in pieces. Its bytes lie in the file as they are.
+// Source over the data of an attachment, for copying in pieces. Attachments are not compressed.
 class AttachmentData final : public Source {
  public:
   AttachmentData(Source& file, const AttachmentIndex& index) : file_(file), index_(index) {}
@@ -39,7 +39,7 @@ class Recovery {
   Reader& reader_;
   Writer writer_;
   Recovered result_;
-  std::map<uint16_t, uint16_t> channels_, schemas_;  // from what they were to what they are
+  std::map<uint16_t, uint16_t> channels_, schemas_;  // old id to new id
 };
 
 Result<Recovered> Recovery::run() {
@@ -75,7 +75,7 @@ Result<uint16_t> Recovery::channel_of(uint16_t id) {
 Result<void> Recovery::copy_messages() {
   Message message;
   std::optional<size_t> chunk;
-  reader_.seek_chunk(0);  // wherever the reader stood before
+  reader_.seek_chunk(0);  // the reader may stand anywhere
   for (;;) {
     const Reader::Step step = reader_.next(message);
     if (step == Reader::Step::end) return {};
@@ -84,7 +84,7 @@ Result<void> Recovery::copy_messages() {
       note(reader_.problem());
       continue;
     }
-    // Chunks stay as they were, so that players find their way as before.
+    // Preserves the chunk boundaries, so that players can seek as before.
     if (chunk != reader_.chunk()) {
       if (auto good = writer_.end_chunk(); !good) return good;
       chunk = reader_.chunk();
@@ -116,7 +116,7 @@ Result<void> Recovery::copy_metadata() {
   Bytes content;
   for (const MetadataIndex& index : reader_.index().metadata) {
     if (index.offset > reader_.source().size()) continue;
-    const auto record = Walker(reader_.source(), index.offset, reader_.source().size()).next();
+    const auto record = RecordIterator(reader_.source(), index.offset, reader_.source().size()).next();
     if (!record) return record.error();
     Metadata metadata;
     if (!*record || (*record)->kind != Kind::metadata ||

@@ -1,18 +1,18 @@
-// Makes a whole file of what is whole in a cut or damaged one: every message of every chunk that is sound.
+// Recovery of truncated or damaged recordings: writes a valid file with every message of every intact chunk.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <string>
 
-#include "protocol/record/reader.h"
-#include "protocol/record/writer.h"
+#include "protocol/record/mcap/reader.h"
+#include "protocol/record/mcap/writer.h"
 
 namespace fire3dv::record {
 
 struct Recovered {
   uint64_t messages = 0, chunks = 0, damaged_chunks = 0, attachments = 0, damaged_attachments = 0;
-  std::string first_damage;  // for people; empty: none was found
+  std::string first_damage;  // for messages; empty: no damage
 };
 
 Result<Recovered> recover(Reader& reader, std::unique_ptr<Sink> sink, const WriterOptions& options = {});

@@ -9,8 +9,8 @@ namespace {
 
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 
-// The eigenvector of the largest eigenvalue of a symmetric matrix, by Jacobi's rotations: they cannot fail,
-// and for four rows a handful of sweeps reaches the last bit.
+// Eigenvector of the largest eigenvalue of a symmetric matrix, by Jacobi rotations. They always converge; for
+// 4x4 a few sweeps reach full precision.
 std::array<double, 4> principal_vector(Matrix4 a) {
   constexpr int kSweeps = 12;
   Matrix4 vectors{};
@@ -61,13 +61,13 @@ RigidPart rigid_part(const wire::Affine3x4d& map) {
   const double xx = e(0, 0), yy = e(1, 1), zz = e(2, 2);
   const double x = e(2, 1) - e(1, 2), y = e(0, 2) - e(2, 0), z = e(1, 0) - e(0, 1);
   const double xy = e(0, 1) + e(1, 0), xz = e(0, 2) + e(2, 0), yz = e(1, 2) + e(2, 1);
-  // Of all unit quaternions q, the one with the greatest q^T K q (Horn's form of the nearest rotation).
+  // The unit quaternion q that maximises q^T K q (Horn's solution of the nearest rotation).
   std::array<double, 4> q = principal_vector({{{xx - yy - zz, xy, xz, x},
                                                {xy, yy - xx - zz, yz, y},
                                                {xz, yz, zz - xx - yy, z},
                                                {x, y, z, xx + yy + zz}}});
   const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  const double sign = q[3] < 0 ? -1 : 1;  // of the two that mean the same, one: packing likes what repeats
+  const double sign = q[3] < 0 ? -1 : 1;  // canonical sign of q and -q: repeated values compress better
   for (size_t i = 0; i < 4; ++i) result.rotation_xyzw[i] = q[i] * sign / length;
   return result;
 }

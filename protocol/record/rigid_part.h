@@ -1,4 +1,4 @@
-// What of an affine map is a rotation and a shift: the part that formats without scale can hold.
+// Rigid part (rotation and translation) of an affine transform, for formats without scale.
 #pragma once
 
 #include <array>
@@ -8,13 +8,13 @@
 namespace fire3dv::record {
 
 struct RigidPart {
-  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};  // of length 1
+  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};  // unit length
   std::array<double, 3> translation{};
 };
 
-// The rotation is the one nearest to the map's 3x3 part (least squares over its elements), so for a rotation
-// with a uniform scale it is that rotation, exactly but for rounding. Reflections and maps that flatten
-// everything have a nearest rotation, too, if not only one; that of the zero matrix is none at all.
+// Nearest rotation to the 3x3 part (least squares over its elements). For a rotation with uniform scale it is
+// that rotation up to rounding. Reflections and singular matrices also have a nearest rotation, which may not
+// be unique; the zero matrix yields the identity.
 RigidPart rigid_part(const wire::Affine3x4d& map);
 
 wire::Affine3x4d product(const wire::Affine3x4d& a, const wire::Affine3x4& b);

@@ -1,5 +1,5 @@
-// Schemas as flatc compiles them (reflection.Schema buffers), so that whoever opens a recording can read its
-// messages without this project.
+// Compiled FlatBuffers schemas (reflection.Schema buffers), embedded in recordings for readers without this
+// project.
 #pragma once
 
 #include <cstddef>

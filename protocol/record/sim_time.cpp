@@ -16,7 +16,7 @@ bool may_have(const ChunkIndex& chunk, uint16_t channel) {
          });
 }
 
-// The chunk's first frame of the channel that is not before that simulated time.
+// First frame of the channel in the chunk at or after a simulated time.
 std::optional<FrameAt> frame_in(Reader& reader, wire::Decoder& decoder, size_t chunk, uint16_t channel,
                                 int64_t from_sim_ns) {
   if (!may_have(reader.index().chunks[chunk], channel)) return {};
@@ -41,13 +41,13 @@ std::optional<uint64_t> log_time_of(Playback& playback, size_t stream, int64_t s
   const uint16_t channel = playback.streams()[stream].channels[static_cast<size_t>(Role::poses)];
   if (channel == 0) return {};
   const size_t chunks = reader.index().chunks.size();
-  // The first chunk at or behind a place that has such a frame at all.
+  // Finds the first chunk in [chunk, until) with a pose frame of the channel.
   const auto first_frame = [&](size_t& chunk, size_t until) {
     std::optional<FrameAt> found;
     while (chunk < until && !(found = frame_in(reader, decoder, chunk, channel, INT64_MIN))) ++chunk;
     return found;
   };
-  // Chunks before `low` begin with an earlier frame; those from `high` on with that or a later one.
+  // Invariant: chunks before `low` begin before sim_time_ns; chunks from `high` on begin at or after it.
   size_t low = 0, high = chunks;
   while (low < high) {
     const size_t middle = low + (high - low) / 2;
@@ -58,7 +58,7 @@ std::optional<uint64_t> log_time_of(Playback& playback, size_t stream, int64_t s
     else
       low = chunk + 1;
   }
-  // It is in the last chunk that begins before it, or the first frame of the next.
+  // The frame is in the last chunk that begins before it, or it is the first frame of the next chunk.
   for (size_t chunk = low == 0 ? 0 : low - 1; chunk < chunks; ++chunk)
     if (const auto found = frame_in(reader, decoder, chunk, channel, sim_time_ns)) return found->log_time_ns;
   return {};

@@ -1,4 +1,4 @@
-// Finds a moment of a recording by simulated time, which no index has.
+// Search of a recording by simulated time, for which MCAP has no index.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace fire3dv::record {
 
-// The log time of the first frame of a stream that is of this simulated time or a later one: by halves over
-// the chunks, a look into one frame each. Where simulated time begins anew within the file, of one of the
-// runs. Moves the playback: seek afterwards.
+// Log time of a stream's first frame at or after this simulated time. Binary search over the chunks, decoding
+// one frame of each. If simulated time restarts within the file, the frame is from one of the runs. Moves the
+// playback: call seek() afterwards.
 std::optional<uint64_t> log_time_of(Playback& playback, size_t stream, int64_t sim_time_ns);
 
 }  // namespace fire3dv::record

@@ -8,18 +8,18 @@
 namespace fire3dv::record {
 namespace {
 
-constexpr size_t kMaxStreams = 1024;  // live, or ended and not reclaimed
-// Readers set aside 16 MiB for the index of a file by default: most of it is for chunks. New streams are
-// recorded until their channels take a quarter.
+constexpr size_t kMaxStreams = 1024;  // live streams, and ended streams that are not reclaimed
+// Readers reserve 16 MiB for the index of a file by default, mostly for chunks. New streams are recorded
+// until their channels take a quarter of it.
 constexpr uint64_t kMaxChannelBytes = uint64_t{4} << 20;
 constexpr uint64_t kChannelOverhead = 512;
 constexpr uint64_t kEditOverhead = 256;
-constexpr size_t kMostUnknownEdits = 65'536;  // of one stream, as players take
-// A snapshot is repeated when so many times the length of all streams' snapshots was written since, of what
-// is no snapshot: together they never take more than a ninth.
+constexpr size_t kMostUnknownEdits = 65'536;  // per stream, the same limit as in players
+// A snapshot is repeated after this multiple of all snapshots' bytes has been written since. Snapshots
+// therefore take at most a ninth of the file.
 constexpr uint64_t kSnapshotShare = 8;
 
-// The publisher's monotonic clock as Unix time; the log time where that cannot be known.
+// Converts the publisher's monotonic clock to Unix time; falls back to the log time.
 uint64_t unix_ns(const wire::ClockInfo& clock, uint64_t publish_time_ns, uint64_t log_time_ns) {
   const auto since_open_ns = static_cast<int64_t>(publish_time_ns - clock.monotonic_at_open_ns);
   int64_t result_ns = 0;
@@ -29,7 +29,7 @@ uint64_t unix_ns(const wire::ClockInfo& clock, uint64_t publish_time_ns, uint64_
   return static_cast<uint64_t>(result_ns);
 }
 
-// Counts of what is in the files.
+// Counts without the messages that the disk did not take.
 StreamSeen written(const StreamSeen& seen, const MessageCounts& lost) {
   StreamSeen result = seen;
   result.frames -= lost.frames;
@@ -65,7 +65,7 @@ void StreamLog::end(Stream& stream) {
   stream.seen.incomplete = stream.tally.incomplete(true);
 }
 
-// What it said of itself, not what came of it: when it comes back, it is described anew.
+// Drops the stream's description and edits, but not its counts. A returning stream is described again.
 void StreamLog::forget(Stream& stream) {
   for (const auto& [key, edit] : stream.edits) edit_bytes_ -= edit.second.size() + kEditOverhead;
   for (const auto& [version, edit] : stream.unknown_edits) edit_bytes_ -= edit.size() + kEditOverhead;
@@ -76,7 +76,7 @@ void StreamLog::forget(Stream& stream) {
   stream.snapshot_bytes = stream.version = stream.seen.epoch = 0;
 }
 
-bool StreamLog::forget_oldest_ended() {
+bool StreamLog::evict_oldest_ended() {
   Stream* oldest = nullptr;
   for (const auto& stream : streams_)
     if (!stream->seen.live && !stream->description.empty() &&
@@ -86,13 +86,14 @@ bool StreamLog::forget_oldest_ended() {
   return oldest != nullptr;
 }
 
-// From now on the stream is this peer's alone: whoever had it before neither ends it nor says anything of it.
+// Makes the peer the only owner of the stream: earlier peers no longer write to it or end it.
 void StreamLog::leave(uint64_t peer, size_t stream) {
   std::erase_if(stream_of_peer_, [&](const auto& entry) { return entry.second == stream; });
   stream_of_peer_[peer] = stream;
 }
 
-// An epoch is one run of one stream: whoever has it on another connection has lost that one without a word.
+// Takes over the stream with this epoch. An epoch identifies one run of one stream, so its previous
+// connection was lost silently.
 StreamLog::Stream* StreamLog::take_over(uint64_t peer, uint64_t epoch) {
   for (size_t i = 0; i < streams_.size(); ++i) {
     if (!streams_[i]->seen.live || streams_[i]->seen.epoch != epoch) continue;
@@ -121,15 +122,15 @@ std::optional<size_t> StreamLog::free_slot() {
   return oldest;
 }
 
-// A name that has channels in the file needs no further ones.
-bool StreamLog::has_room_for_channels(const std::string& name) {
+// A name with channels in the file needs no more.
+bool StreamLog::can_add_channels(const std::string& name) {
   if (channel_bytes_ < kMaxChannelBytes || file_channels_.contains(name)) return true;
   file_is_full_ = options_.split_bytes != 0 || options_.split_ns != 0;
   return file_is_full_;
 }
 
 std::optional<size_t> StreamLog::new_stream(const std::string& name) {
-  if (!has_room_for_channels(name)) return {};
+  if (!can_add_channels(name)) return {};
   const auto slot = free_slot();
   if (!slot) return {};
   streams_[*slot] = std::make_unique<Stream>();
@@ -143,7 +144,7 @@ void StreamLog::refuse_stream(uint64_t peer) {
 }
 
 Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, uint64_t log_time_ns) {
-  now_ns_ = std::max(now_ns_, log_time_ns);  // files are in the order of time, whatever a clock does
+  now_ns_ = std::max(now_ns_, log_time_ns);  // files are in time order, even if a clock steps back
   const auto decoded = decoder_.decode(message);
   if (!decoded) {
     ++refused_;
@@ -169,7 +170,7 @@ Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, 
     end(*stream);
     return good;
   }
-  return {};  // pings and the like are about the link
+  return {};  // pings and similar messages concern the link only
 }
 
 Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescription& description,
@@ -202,11 +203,11 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
     }
   }
   stream->seen.live = true;
-  // A link says it again to be sure; a publisher that came back to us goes on.
+  // The link repeats descriptions for reliability; a publisher that reconnected continues its stream.
   if (stream->seen.epoch == description.epoch && std::ranges::equal(stream->description, message)) return {};
   forget(*stream);
   while (description_bytes_ + message.size() > options_.most_kept_bytes)
-    if (!forget_oldest_ended()) {
+    if (!evict_oldest_ended()) {
       refuse_stream(peer);
       return {};
     }
@@ -263,7 +264,7 @@ Result<void> StreamLog::write_transforms(Stream& stream, const wire::PoseFrameVi
   ++file_messages_;
   auto good = writer_->write({stream.transforms_channel, static_cast<uint32_t>(frame.header.sequence),
                               now_ns_, publish_time_ns, message});
-  settle_chunk();
+  account_closed_chunk();
   return good;
 }
 
@@ -277,13 +278,13 @@ Result<void> StreamLog::write_models() {
   chunk_begun_ns_ = now_ns_;
   ++file_messages_;
   if (auto good = writer_->write({*channel, 0, now_ns_, now_ns_, message}); !good) return good;
-  return writer_->end_chunk();  // what is as long as a scene stands alone
+  return writer_->end_chunk();  // large messages get a chunk of their own
 }
 
-// False: there is none, and the edit will be in no snapshot.
-bool StreamLog::make_room_for_edit(uint64_t bytes) {
+// Returns false if there is no memory: the edit is then missing from snapshots.
+bool StreamLog::reserve_edit_memory(uint64_t bytes) {
   const auto is_full = [&] { return edit_bytes_ + bytes + kEditOverhead > options_.most_kept_bytes; };
-  while (is_full() && forget_oldest_ended()) {
+  while (is_full() && evict_oldest_ended()) {
   }
   if (is_full()) {
     ++unkept_edits_;
@@ -307,14 +308,14 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
       stream.snapshot_bytes -= bytes;
       stream.edits.erase(known);
     }
-    if (make_room_for_edit(message.size())) {
+    if (reserve_edit_memory(message.size())) {
       stream.edits[key] = {version, Bytes(message.begin(), message.end())};
       stream.snapshot_bytes += message.size();
     }
   } else if (stream.seen.live) {
     if (stream.unknown_edits.size() == kMostUnknownEdits) {
       ++unkept_edits_;
-    } else if (make_room_for_edit(message.size())) {
+    } else if (reserve_edit_memory(message.size())) {
       stream.unknown_edits[version].assign(message.begin(), message.end());
       stream.snapshot_bytes += message.size();
     }
@@ -333,7 +334,7 @@ Result<void> StreamLog::tick(uint64_t now_ns) {
   Result<void> good;
   const bool is_flushed = writer_->chunk_is_empty() && writer_->file_bytes() == flushed_bytes_;
   if (is_flushed) {
-    flushed_ns_ = std::max(flushed_ns_, now_ns);  // the interval begins with what comes next
+    flushed_ns_ = std::max(flushed_ns_, now_ns);  // the flush interval starts with the next message
   } else if (options_.flush_ns != 0 && now_ns >= flushed_ns_ + options_.flush_ns) {
     good = writer_->flush();
     flushed_bytes_ = writer_->file_bytes();
@@ -341,12 +342,12 @@ Result<void> StreamLog::tick(uint64_t now_ns) {
   } else if (!writer_->chunk_is_empty() && now_ns >= chunk_begun_ns_ + options_.chunk_ns) {
     good = writer_->end_chunk();
   }
-  settle_chunk();
+  account_closed_chunk();
   return good;
 }
 
-// Called after whatever may have ended a chunk. Its messages are in the file, or lost.
-void StreamLog::settle_chunk() {
+// Called after any operation that may have ended a chunk. Its messages are then in the file or lost.
+void StreamLog::account_closed_chunk() {
   if (!writer_->chunk_is_empty()) return;
   const uint64_t lost = file_messages_ - writer_->messages() - file_lost_messages_;
   file_lost_messages_ += lost;
@@ -373,7 +374,7 @@ Result<void> StreamLog::open_file() {
   for (auto& stream : streams_) {
     stream->channels = {};
     stream->transforms_channel = 0;
-    stream->described_here = false;
+    stream->in_current_file = false;
   }
   const auto schema =
       writer_->add_schema(std::string(kMessageSchema), std::string(kEncoding), message_schema());
@@ -388,7 +389,7 @@ Result<void> StreamLog::open_file() {
 Result<void> StreamLog::close_file() {
   if (!writer_) return {};
   const auto good = writer_->finish();
-  settle_chunk();
+  account_closed_chunk();
   lost_messages_ += std::exchange(file_lost_messages_, 0);
   file_messages_ = 0;
   closed_bytes_ += writer_->file_bytes();
@@ -397,7 +398,7 @@ Result<void> StreamLog::close_file() {
 }
 
 Result<void> StreamLog::finish() {
-  // A recording of nothing is a recording.
+  // An empty recording is a valid file.
   if (!writer_ && files_ == 0)
     if (auto good = open_file(); !good) return good;
   return close_file();
@@ -418,7 +419,7 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
   return write_plain(stream, role, publish_time_ns, sequence, message);
 }
 
-// Files, chunks and snapshots that come before the stream's next message.
+// Starts files and chunks and writes the snapshots that precede the stream's next message.
 Result<void> StreamLog::prepare_write(Stream& stream, bool describes) {
   const bool full =
       writer_ && (file_is_full_ ||
@@ -435,10 +436,10 @@ Result<void> StreamLog::prepare_write(Stream& stream, bool describes) {
     if (auto good = write_snapshots(describes ? &stream : nullptr); !good) return good;
   chunk_has_snapshots_ = true;
   if (describes) {
-    stream.described_here = true;
+    stream.in_current_file = true;
     stream.described_at_bytes = news_bytes_;
-  } else if (!stream.described_here) {
-    // It was away when this file began, and came back as what it was.
+  } else if (!stream.in_current_file) {
+    // The stream was absent when this file began and returned unchanged.
     if (auto good = write_snapshot(stream); !good) return good;
   }
   if (begins) own_beginning_bytes_ = writer_->file_bytes() + writer_->chunk_bytes();
@@ -451,7 +452,7 @@ Result<void> StreamLog::write_snapshots(const Stream* described) {
     if (stream->seen.live) snapshot_bytes += stream->snapshot_bytes;
   for (auto& stream : streams_) {
     if (!stream->seen.live || stream->description.empty() || stream.get() == described) continue;
-    const bool due = !stream->described_here ||
+    const bool due = !stream->in_current_file ||
                      news_bytes_ - stream->described_at_bytes >= kSnapshotShare * snapshot_bytes;
     if (!due) continue;
     if (auto good = write_snapshot(*stream); !good) return good;
@@ -460,7 +461,7 @@ Result<void> StreamLog::write_snapshots(const Stream* described) {
 }
 
 Result<void> StreamLog::write_snapshot(Stream& stream) {
-  stream.described_here = true;
+  stream.in_current_file = true;
   if (auto good = write_plain(stream, Role::snapshot, now_ns_, 0, stream.description); !good) return good;
   std::vector<std::pair<uint64_t, const Bytes*>> edits;
   for (const auto& [key, edit] : stream.edits) edits.emplace_back(edit.first, &edit.second);
@@ -487,11 +488,11 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
   if (role != Role::snapshot) news_bytes_ += message.size();
   ++file_messages_;
   auto good = writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
-  settle_chunk();
+  account_closed_chunk();
   return good;
 }
 
-// A name has one channel of each role in a file, whatever stream it belongs to. `role` is empty for
+// A file has one channel per name and role, shared by all streams of that name. `role` is empty for
 // transforms.
 Result<uint16_t> StreamLog::channel_of(const std::string& stream, size_t which, uint16_t schema,
                                        std::string_view role) {

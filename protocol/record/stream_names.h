@@ -1,4 +1,4 @@
-// How streams lie in a recording: three channels each, told apart by their metadata
+// Channel layout of streams in a recording: three channels per stream, identified by their metadata
 // (protocol/SPEC-record.md).
 #pragma once
 

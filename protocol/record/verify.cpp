@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "protocol/record/crc32.h"
+#include "protocol/record/mcap/crc32.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {
@@ -32,8 +32,8 @@ class Verifier {
   Source& source_;
   Report report_;
   Statistics counted_;
-  FileIndex seen_;  // from a look at every record, beside what the reader goes by
-  // Of the chunk that is being read.
+  FileIndex seen_;  // from the scan of every record, to compare with the reader's index
+  // Messages of the current chunk.
   std::map<uint16_t, MessageIndex> chunk_messages_;
 };
 
@@ -84,9 +84,9 @@ void Verifier::take_messages(const std::function<void(const Message&)>& on_messa
 }
 
 Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
-  if (chunk.message_indexes.empty()) return {};  // they may be left out
+  if (chunk.message_indexes.empty()) return {};  // message indexes are optional
   ChunkReader unpacked(reader_.limits().most_chunk_bytes());
-  if (!unpacked.load(source_, {Kind::chunk, chunk.offset, chunk.length})) return {};  // said already
+  if (!unpacked.load(source_, {Kind::chunk, chunk.offset, chunk.length})) return {};  // reported already
   chunk_messages_.clear();
   while (const auto entry = unpacked.next()) {
     Message message;
@@ -97,7 +97,7 @@ Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
   }
   Bytes content;
   for (const auto& [channel, offset] : chunk.message_indexes) {
-    const auto record = Walker(source_, offset, source_.size()).next();
+    const auto record = RecordIterator(source_, offset, source_.size()).next();
     if (!record) return record.error();
     MessageIndex stated;
     const bool read =
@@ -105,7 +105,7 @@ Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
     std::sort(stated.entries.begin(), stated.entries.end());
     MessageIndex& counted = chunk_messages_[channel];
     std::sort(counted.entries.begin(), counted.entries.end());
-    // One that lists nothing may stand for a channel that the chunk has nothing of.
+    // An empty index may refer to a channel without messages in the chunk.
     counted.channel_id = channel;
     if (!read || stated != counted)
       problem("the index of messages at byte " + std::to_string(offset) + " is not that of its chunk");
@@ -118,12 +118,12 @@ Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
 
 Result<void> Verifier::check_data_crc() {
   BufferedSource buffered(source_);
-  Walker walker(buffered, kMagic.size(), source_.size());
+  RecordIterator walker(buffered, kMagic.size(), source_.size());
   Bytes content;
   for (;;) {
     const auto record = walker.next();
     if (!record) return record.error();
-    if (!*record) return {};  // cut: said already
+    if (!*record) return {};  // truncation is reported already
     if ((*record)->kind != Kind::data_end) continue;
     uint32_t stated = 0, crc = 0;
     if ((*record)->content_bytes() < 4 || !read_content(source_, **record, kMostDefinitionBytes, content) ||
@@ -146,7 +146,7 @@ Result<void> Verifier::check_data_crc() {
 void Verifier::check_summary() {
   const FileIndex& stated = reader_.index();
   if (stated.schemas != seen_.schemas || stated.channels != seen_.channels) {
-    // Foreign files may define inside of chunks what scan() does not see; the reader has both then.
+    // Foreign files may define channels inside chunks, which scan() skips; the reader then has both.
     for (const auto& [id, channel] : seen_.channels)
       if (const auto known = stated.channels.find(id);
           known == stated.channels.end() || known->second != channel)

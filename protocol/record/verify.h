@@ -1,5 +1,5 @@
-// Looks at every byte of a recording: all check sums, and whether what a file says twice is the same both
-// times. Readers check less, since they read less.
+// Full verification of a recording: every CRC, and the consistency of redundant fields. Readers check only
+// what they read.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/record/reader.h"
+#include "protocol/record/mcap/reader.h"
 
 namespace fire3dv::record {
 
@@ -19,8 +19,8 @@ struct Report {
   bool sound() const { return problem_count == 0; }
 };
 
-// Also hands on every message that is whole. An error only for a disk that cannot be read, or too little
-// memory.
+// Also passes every intact message to on_message. Fails only if the disk cannot be read or memory is too
+// small.
 Result<Report> verify(Reader& reader, const std::function<void(const Message&)>& on_message);
 
 }  // namespace fire3dv::record

@@ -5,7 +5,7 @@
 namespace fire3dv::replay {
 namespace {
 
-constexpr double kLongestNs = 1e17;  // three years: a recording that says more is waited for no longer
+constexpr double kLongestNs = 1e17;  // three years: upper limit of a wait, whatever the recording claims
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// When a recorded moment is due: wall time that follows log times, faster or slower.
+// Replay pacing: maps log times to wall-clock waits at a playback speed.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@ namespace fire3dv::replay {
 
 class Pacer {
  public:
-  // 0: as fast as can be.
+  // speed 0: unpaced.
   explicit Pacer(double speed) : speed_(speed) {}
 
-  // The next moment is due at once: the beginning, or after a jump.
+  // Makes the next message due immediately: at the beginning and after a seek.
   void restart() { begun_.reset(); }
-  // How long until then, from now on; not negative.
+  // Time from now_ns until the message is due, in ns; never negative.
   int64_t wait_ns(uint64_t log_time_ns, int64_t now_ns);
 
  private:

@@ -1,4 +1,4 @@
-// The end of a link that stays in this process: what is published waits in a queue for whoever listens.
+// In-process publisher link: queues published messages for a listener in the same process.
 #pragma once
 
 #include <deque>
@@ -17,10 +17,10 @@ struct QueuedEvent {
 
 class QueueLink final : public transport::PublisherLink {
  public:
-  // Borrows the queue, which outlives it.
+  // Borrows the queue, which must outlive this object.
   QueueLink(std::deque<QueuedEvent>& queue, transport::PeerId peer) : queue_(queue), peer_(peer) {}
 
-  size_t max_pose_message_bytes() const override { return size_t{256} << 20; }  // as decoders take
+  size_t max_pose_message_bytes() const override { return size_t{256} << 20; }  // the limit of decoders
   Result<void> set_description(std::span<const std::byte> message) override {
     put(transport::LinkEvent::Kind::control, {message, {}});
     return {};
@@ -33,7 +33,7 @@ class QueueLink final : public transport::PublisherLink {
     put(transport::LinkEvent::Kind::pose, message);
     return true;
   }
-  // Whoever listens may begin to look at any frame: each is whole.
+  // Every frame is published whole, so that a listener may start at any frame.
   bool takes_partial_frames() const override { return false; }
   bool publish_partial(const wire::MessagePieces&,
                        std::span<const wire::MessagePieces> whole) noexcept override {

@@ -6,7 +6,7 @@
 namespace fire3dv::replay {
 namespace {
 
-constexpr double kLongestNs = 1e17;  // three years: nobody waits longer, and no sum overflows
+constexpr double kLongestNs = 1e17;  // three years: upper limit of a wait, and no sum overflows
 
 }  // namespace
 

@@ -1,5 +1,4 @@
-// Which moment of a recording is now: follows the monotonic clock, faster or slower, and stands still while
-// paused.
+// Playback position of a recording: follows the monotonic clock at a playback speed, and stops while paused.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +9,11 @@ class ReplayClock {
  public:
   bool playing() const { return playing_; }
   double speed() const { return speed_; }
-  // As fast as can be: every moment has come already.
+  // Unpaced playback: every message is due.
   bool unpaced() const { return speed_ == 0; }
 
   uint64_t position_ns(int64_t now_ns) const;
-  // When a moment comes, on the monotonic clock; not before it was set.
+  // Time on the monotonic clock at which a message is due; never before the position was set.
   int64_t due_ns(uint64_t log_time_ns) const;
 
   void set_position(uint64_t log_time_ns, int64_t now_ns);
@@ -22,7 +21,7 @@ class ReplayClock {
   void set_speed(double speed, int64_t now_ns);
 
  private:
-  uint64_t log_time_ns_ = 0;  // at that moment
+  uint64_t log_time_ns_ = 0;  // position at at_ns_
   int64_t at_ns_ = 0;
   double speed_ = 1;
   bool playing_ = false;

@@ -4,8 +4,8 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/base/clock.h"
 #include "protocol/record/sim_time.h"
-#include "protocol/transport/clock.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::replay {
@@ -13,11 +13,11 @@ namespace {
 
 using transport::LinkEvent;
 
-// A poll reads no longer, so that pictures go on being drawn where a recording is due faster than it is read.
-constexpr int64_t kMostReadingNs = 8 * transport::kMillisecondNs;
+// Time limit of reading in one poll: rendering continues even if the recording is due faster than it is read.
+constexpr int64_t kMostReadingNs = 8 * kMillisecondNs;
 constexpr int kMessagesBetweenLooks = 32;
-// Whole frames come at least every 250 ms (SPEC 4). Streams that are slower than that are looked for farther
-// back.
+// Search window of a seek. Streams send a whole frame at least every 250 ms (SPEC 4); the far window is for
+// slower streams.
 constexpr uint64_t kLookBackNs = 300'000'000;
 constexpr uint64_t kFarLookBackNs = 5'000'000'000;
 
@@ -32,12 +32,12 @@ uint64_t plus_seconds(uint64_t from_ns, double seconds, uint64_t most_ns) {
 class ReplayLink::Turn {
  public:
   static Turn without_end() { return Turn(INT64_MAX); }
-  static Turn of_a_poll() { return Turn(transport::monotonic_ns() + kMostReadingNs); }
+  static Turn of_a_poll() { return Turn(monotonic_ns() + kMostReadingNs); }
 
-  // After each message. The clock is looked at now and then.
+  // Called after each message. Reads the clock only every kMessagesBetweenLooks messages.
   bool is_over() { return ++messages_ % kMessagesBetweenLooks == 0 && is_late(); }
-  // After what takes longer.
-  bool is_late() const { return transport::monotonic_ns() > until_ns_; }
+  // Called after longer operations.
+  bool is_late() const { return monotonic_ns() > until_ns_; }
 
  private:
   explicit Turn(int64_t until_ns) : until_ns_(until_ns) {}
@@ -58,13 +58,14 @@ Result<std::unique_ptr<ReplayLink>> ReplayLink::open(std::unique_ptr<record::Sou
   if (!playback) return playback.error();
   std::unique_ptr<ReplayLink> link(new ReplayLink(std::move(*playback), options));
   if (auto good = link->choose_streams(options.streams); !good) return good.error();
-  const bool names_nothing = options.end_s > 0 && options.start_s > options.end_s;  // however short it is
+  // Regardless of the recording's length.
+  const bool names_nothing = options.end_s > 0 && options.start_s > options.end_s;
   if (names_nothing || link->start_ns_ > link->end_ns_)
     return Error{"--start " + std::to_string(options.start_s) + " is behind --end " +
                  std::to_string(options.end_s) + "; name an earlier one"};
   if (const std::string& damage = link->playback_.reader().index().damage; !damage.empty())
     link->notes_.push_back(wire::printable(link->playback_.reader().name(), 4096) + ": " + damage);
-  const int64_t now_ns = transport::monotonic_ns();
+  const int64_t now_ns = monotonic_ns();
   link->clock_.set_speed(options.speed, now_ns);
   if (options.start_s > 0) {
     for (const auto& player : link->players_)
@@ -119,57 +120,56 @@ ReplayLink::Fetched ReplayLink::fetch(Turn& turn) {
     }
     if (played.log_time_ns > end_ns_) return Fetched::end;
     pending_ = played;
-    // Something follows: these goodbyes are not the last.
-    if (played.kind != record::Played::Kind::goodbye && players_[played.stream]) take_leave();
+    // A message follows, so these goodbyes are not the last ones.
+    if (played.kind != record::Played::Kind::goodbye && players_[played.stream]) send_goodbyes();
     return Fetched::message;
   }
 }
 
-void ReplayLink::take_leave() {
-  for (const size_t stream : leaving_) players_[stream]->end();
-  leaving_.clear();
+void ReplayLink::send_goodbyes() {
+  for (const size_t stream : delayed_goodbyes_) players_[stream]->end();
+  delayed_goodbyes_.clear();
 }
 
 void ReplayLink::play_pending() {
   const record::Played played = *std::exchange(pending_, std::nullopt);
   if (!players_[played.stream]) return;
   if (played.kind == record::Played::Kind::goodbye) {
-    leaving_.push_back(played.stream);
+    delayed_goodbyes_.push_back(played.stream);
     return;
   }
   StreamPlayer& player = *players_[played.stream];
-  player.publish_as_of(static_cast<uint64_t>(clock_.unpaced() || each_frame_ || step_
-                                                 ? transport::monotonic_ns()
-                                                 : clock_.due_ns(played.log_time_ns)));
+  player.set_publish_time(static_cast<uint64_t>(
+      clock_.unpaced() || each_frame_ || step_ ? monotonic_ns() : clock_.due_ns(played.log_time_ns)));
   const uint64_t before = player.counts().frames;
-  (void)player.play(played);  // a queue takes all
+  (void)player.play(played);  // cannot fail: the queue is unbounded
   if (player.counts().frames != before) newest_ = played.stream;
 }
 
 bool ReplayLink::all_have_frames() const {
   return std::ranges::all_of(
-      players_, [](const auto& player) { return !player || !player->is_live() || player->has_gathered(); });
+      players_, [](const auto& player) { return !player || !player->is_live() || player->has_assembled(); });
 }
 
 void ReplayLink::show_state_at(uint64_t log_time_ns) {
   Turn turn = Turn::without_end();
-  begin_to_show(log_time_ns, kLookBackNs);
-  (void)go_on_showing(turn);
+  begin_seek(log_time_ns, kLookBackNs);
+  (void)continue_seek(turn);
 }
 
-void ReplayLink::begin_to_show(uint64_t log_time_ns, uint64_t look_back_ns) {
+void ReplayLink::begin_seek(uint64_t log_time_ns, uint64_t look_back_ns) {
   const uint64_t first_ns = playback_.start_ns();
   const uint64_t from_ns = log_time_ns - first_ns > look_back_ns ? log_time_ns - look_back_ns : first_ns;
   showing_ = {log_time_ns, look_back_ns, queue_.size()};
   pending_.reset();
-  leaving_.clear();
+  delayed_goodbyes_.clear();
   at_end_ = false;
   from_ns == first_ns ? playback_.rewind() : playback_.seek(from_ns);
   for (const auto& player : players_)
-    if (player) player->gather();
+    if (player) player->begin_assembly();
 }
 
-bool ReplayLink::go_on_showing(Turn& turn) {
+bool ReplayLink::continue_seek(Turn& turn) {
   for (;;) {
     const Fetched fetched = fetch(turn);
     if (fetched == Fetched::later) return false;
@@ -185,16 +185,16 @@ bool ReplayLink::go_on_showing(Turn& turn) {
     for (const auto& player : players_)
       if (player) player->jump(false);
     queue_.resize(showing_->queued);
-    begin_to_show(log_time_ns, kFarLookBackNs);
+    begin_seek(log_time_ns, kFarLookBackNs);
   }
-  const int64_t now_ns = transport::monotonic_ns();
+  const int64_t now_ns = monotonic_ns();
   clock_.set_position(showing_->log_time_ns, now_ns);
   for (size_t i = 0; i < players_.size(); ++i) {
     if (!players_[i]) continue;
-    players_[i]->publish_as_of(static_cast<uint64_t>(now_ns));
-    if (players_[i]->send_gathered()) newest_ = i;
+    players_[i]->set_publish_time(static_cast<uint64_t>(now_ns));
+    if (players_[i]->publish_assembled()) newest_ = i;
   }
-  frames_at_round_ = frames() - 1;  // there is something to see
+  frames_at_round_ = frames() - 1;  // at least one frame to show
   showing_.reset();
   return true;
 }
@@ -216,7 +216,7 @@ Result<void> ReplayLink::seek_sim_time(int64_t sim_time_ns) {
     seek(*found);
     return {};
   }
-  seek(clock_.position_ns(transport::monotonic_ns()));
+  seek(clock_.position_ns(monotonic_ns()));
   return Error{"no frame of \"" + wire::printable(playback_.streams()[first_chosen_].name) +
                "\" is of simulated time " + std::to_string(sim_time_ns) + " ns or later"};
 }
@@ -224,12 +224,12 @@ Result<void> ReplayLink::seek_sim_time(int64_t sim_time_ns) {
 void ReplayLink::play() {
   if (at_end_) seek(start_ns_);
   begun_ = true;
-  clock_.set_playing(true, transport::monotonic_ns());
+  clock_.set_playing(true, monotonic_ns());
 }
 
 void ReplayLink::pause() {
   begun_ = true;
-  clock_.set_playing(false, transport::monotonic_ns());
+  clock_.set_playing(false, monotonic_ns());
 }
 
 void ReplayLink::step() {
@@ -238,7 +238,7 @@ void ReplayLink::step() {
 }
 
 void ReplayLink::set_speed(double speed) {
-  clock_.set_speed(speed, transport::monotonic_ns());
+  clock_.set_speed(speed, monotonic_ns());
 }
 
 uint64_t ReplayLink::frames() const {
@@ -252,46 +252,44 @@ void ReplayLink::reach_end() {
   if (looping_ && clock_.playing() && frames() != frames_at_round_) {
     for (const auto& player : players_)
       if (player) player->jump(true);
-    leaving_.clear();
+    delayed_goodbyes_.clear();
     at_end_ = false;
     frames_at_round_ = frames();
     if (start_ns_ > playback_.start_ns()) {
-      begin_to_show(start_ns_, kLookBackNs);
+      begin_seek(start_ns_, kLookBackNs);
     } else {
       playback_.rewind();
-      clock_.set_position(start_ns_, transport::monotonic_ns());
+      clock_.set_position(start_ns_, monotonic_ns());
     }
     return;
   }
   at_end_ = true;
   step_ = false;
-  clock_.set_position(end_ns_, transport::monotonic_ns());
-  clock_.set_playing(false, transport::monotonic_ns());
+  clock_.set_position(end_ns_, monotonic_ns());
+  clock_.set_playing(false, monotonic_ns());
   if (!end_streams_) return;
-  leaving_.clear();
+  delayed_goodbyes_.clear();
   for (const auto& player : players_)
     if (player) player->end();
 }
 
 void ReplayLink::run() {
   Turn turn = Turn::of_a_poll();
-  if (!std::exchange(begun_, true)) clock_.set_playing(true, transport::monotonic_ns());
-  if (showing_ && (!go_on_showing(turn) || each_frame_)) return;
+  if (!std::exchange(begun_, true)) clock_.set_playing(true, monotonic_ns());
+  if (showing_ && (!continue_seek(turn) || each_frame_)) return;
   while (!at_end_ && (clock_.playing() || step_)) {
     const Fetched fetched = fetch(turn);
     if (fetched == Fetched::later) return;
     if (fetched == Fetched::end) {
       const bool loops = looping_ && clock_.playing();
-      // The last frame has its time, too.
-      if (loops && !each_frame_ && !clock_.unpaced() &&
-          clock_.position_ns(transport::monotonic_ns()) < end_ns_)
-        return;
+      // Shows the last frame for its duration.
+      if (loops && !each_frame_ && !clock_.unpaced() && clock_.position_ns(monotonic_ns()) < end_ns_) return;
       reach_end();
-      return;  // a round at most: who plays as fast as can be would never see an end
+      return;  // at most one round per poll: unpaced loops would otherwise never return
     }
     const bool paced = !each_frame_ && !step_ && !clock_.unpaced();
-    if (paced && pending_->log_time_ns > clock_.position_ns(transport::monotonic_ns())) return;
-    if (!paced) clock_.set_position(pending_->log_time_ns, transport::monotonic_ns());
+    if (paced && pending_->log_time_ns > clock_.position_ns(monotonic_ns())) return;
+    if (!paced) clock_.set_position(pending_->log_time_ns, monotonic_ns());
     const uint64_t before = frames();
     play_pending();
     if (frames() != before && (each_frame_ || step_)) {
@@ -307,7 +305,7 @@ void ReplayLink::poll(const std::function<void(const LinkEvent&)>& on_event) {
   peers_ = static_cast<uint32_t>(
       std::ranges::count_if(players_, [](const auto& player) { return player && player->is_live(); }));
   for (const std::string& note : std::exchange(notes_, {})) on_event({LinkEvent::Kind::note, 0, {}, note, 0});
-  // What is being looked for may be looked for again, from farther back.
+  // Holds back the events of a running search: a search with the far window may replace them.
   for (; !queue_.empty() && (!showing_ || showing_->queued != 0); queue_.pop_front()) {
     if (showing_) --showing_->queued;
     const QueuedEvent& event = queue_.front();
@@ -323,8 +321,7 @@ void ReplayLink::wait(std::chrono::nanoseconds timeout) {
   if (!begun_) return;
   if (!at_end_ && clock_.playing()) {
     if (each_frame_ || clock_.unpaced()) return;
-    wait_ns = std::min(wait_ns,
-                       clock_.due_ns(pending_ ? pending_->log_time_ns : end_ns_) - transport::monotonic_ns());
+    wait_ns = std::min(wait_ns, clock_.due_ns(pending_ ? pending_->log_time_ns : end_ns_) - monotonic_ns());
   }
   if (wait_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(wait_ns));
 }
@@ -345,7 +342,7 @@ TimelineState ReplayLink::timeline() const {
   TimelineState state;
   state.start_ns = start_ns_;
   state.end_ns = end_ns_;
-  state.position_ns = std::min(clock_.position_ns(transport::monotonic_ns()), end_ns_);
+  state.position_ns = std::min(clock_.position_ns(monotonic_ns()), end_ns_);
   if (newest_) state.sim_time_ns = players_[*newest_]->sim_time_ns();
   state.speed = clock_.speed();
   state.playing = clock_.playing() || !begun_;

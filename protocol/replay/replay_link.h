@@ -1,5 +1,5 @@
-// A recording as a link that a renderer listens to: its streams come as they came from their adapters, when
-// their time has come. One that listens knows no difference; one that steers has a timeline.
+// ListenerLink that plays a recording: its streams arrive as from their adapters, at their recorded times.
+// Implements TimelineControl for seeking and pausing.
 #pragma once
 
 #include <atomic>
@@ -19,27 +19,26 @@
 namespace fire3dv::replay {
 
 struct ReplayOptions {
-  std::vector<std::string> streams;  // by name; empty: all
-  double speed = 1;                  // 0: as fast as can be
-  double start_s = 0, end_s = 0;     // into the recording; end_s 0: its end
+  std::vector<std::string> streams;  // names; empty: all
+  double speed = 1;                  // 0: unpaced
+  double start_s = 0, end_s = 0;     // seconds into the recording; end_s 0: its end
   bool loop = false;
-  bool each_frame = false;   // a poll gives one frame, as soon as it is asked: nothing is paced
-  bool end_streams = false;  // at the end they say goodbye; else the last frame stays
+  bool each_frame = false;   // unpaced: each poll delivers one frame
+  bool end_streams = false;  // at the end, streams send Goodbye; otherwise the last frame remains
   record::ReadLimits limits;
 };
 
-// Thread-safety: one thread does everything, but for stats(). poll() reads the file: it waits for the disk
-// and for nothing else, reads nothing before its time has come but the message that is next, and ends after
-// some milliseconds of reading when there is more to read than that, whatever it is. seek() reads all that it
-// needs.
+// Single-threaded except for stats(). poll() reads the file and blocks only on the disk. It reads at most one
+// message ahead and returns after some milliseconds, even if more messages are due. seek() reads everything
+// that it needs.
 class ReplayLink final : public transport::ListenerLink, public TimelineControl {
  public:
   static Result<std::unique_ptr<ReplayLink>> open(const std::string& path, const ReplayOptions& options);
   static Result<std::unique_ptr<ReplayLink>> open(std::unique_ptr<record::Source> source,
                                                   const ReplayOptions& options);
 
-  // ListenerLink. Time begins with the first poll: what is opened early waits for who opens late. What is
-  // sent is not heard: a recording answers to nobody.
+  // ListenerLink. Time starts with the first poll, so that the renderer misses nothing. send() is ignored: a
+  // recording has no back channel.
   void poll(const std::function<void(const transport::LinkEvent&)>& on_event) override;
   void wait(std::chrono::nanoseconds timeout) override;
   void send(transport::PeerId, std::span<const std::byte>) override {}
@@ -61,43 +60,44 @@ class ReplayLink final : public transport::ListenerLink, public TimelineControl 
   ReplayLink(record::Playback playback, const ReplayOptions& options);
   Result<void> choose_streams(const std::vector<std::string>& names);
 
-  // How much is read in one go.
+  // Time limit of one poll.
   class Turn;
   enum class Fetched { message, later, end };
-  // The next message of the part that is played, in pending_, its stream chosen or not. later: the turn is
-  // over.
+  // Fetches the next message of the played range, of a chosen stream or not, into pending_. later: the time
+  // limit is reached.
   Fetched fetch(Turn& turn);
   void play_pending();
-  // Messages up to that moment, without their frames; then the newest frame of each stream. Until it is done
-  // nobody hears anything of it.
+  // Seek: applies all messages up to that time without their frames, then the newest frame of each stream.
+  // Events are delivered only when the seek is complete.
   void show_state_at(uint64_t log_time_ns);
-  void begin_to_show(uint64_t log_time_ns, uint64_t look_back_ns);
-  bool go_on_showing(Turn& turn);  // false: there is more to read
+  void begin_seek(uint64_t log_time_ns, uint64_t look_back_ns);
+  bool continue_seek(Turn& turn);  // false: more to read
   bool all_have_frames() const;
-  void take_leave();
+  void send_goodbyes();
   void reach_end();
   void run();
   uint64_t frames() const;
 
   record::Playback playback_;
-  std::vector<std::unique_ptr<StreamPlayer>> players_;  // by stream; null: not asked for
+  std::vector<std::unique_ptr<StreamPlayer>> players_;  // by stream; null: not chosen
   size_t first_chosen_ = 0;
   std::deque<QueuedEvent> queue_;  // published, not polled yet
   uint64_t start_ns_, end_ns_;
   bool each_frame_, end_streams_, looping_;
 
   ReplayClock clock_;
-  std::optional<record::Played> pending_;  // read, and not due; valid until the playback moves
-  std::vector<size_t> leaving_;  // streams whose goodbyes are held: the last of a recording leave its picture
-  bool begun_ = false;           // polled, or steered: time runs
+  std::optional<record::Played> pending_;  // next message, not due yet; valid until the playback moves
+  // Streams with a delayed goodbye: the last goodbyes of a recording are dropped, so that its image remains.
+  std::vector<size_t> delayed_goodbyes_;
+  bool begun_ = false;  // polled or controlled: time runs
   bool at_end_ = false;
   bool step_ = false;
   struct Showing {
     uint64_t log_time_ns, look_back_ns;
-    size_t queued;  // before it began
+    size_t queued;  // events queued before the seek
   };
   std::optional<Showing> showing_;
-  uint64_t frames_at_round_ = 0;  // a round without a frame is not played again
+  uint64_t frames_at_round_ = 0;  // a round without a frame is not repeated
   std::optional<size_t> newest_;  // stream of the newest frame
   uint64_t damaged_ = 0;
   std::vector<std::string> notes_;

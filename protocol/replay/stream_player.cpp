@@ -4,19 +4,19 @@
 #include <chrono>
 #include <fstream>
 
-#include "protocol/transport/clock.h"
-#include "protocol/transport/random.h"
+#include "protocol/base/clock.h"
+#include "protocol/base/random.h"
 
 namespace fire3dv::replay {
 namespace {
 
 constexpr int kMostRepliesPerPoll = 256;
-// As an adapter's.
+// The limits of an adapter.
 constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;
 constexpr size_t kMostEditKeys = 65'536;
 
 uint64_t now_ns() {
-  return static_cast<uint64_t>(transport::monotonic_ns());
+  return static_cast<uint64_t>(monotonic_ns());
 }
 
 wire::ClockInfo clocks_now(double sim_seconds_per_second) {
@@ -34,10 +34,15 @@ wire::ClockInfo clocks_now(double sim_seconds_per_second) {
 
 void StreamPlayer::jump(bool new_epoch) {
   jumped_ = true;
-  has_whole_ = false;
-  sequence_ = covered_ = 0;
+  reset_frames();
   fresh_epoch_ = fresh_epoch_ || new_epoch;
   recorded_epoch_ = 0;
+}
+
+// Open frames count as incomplete.
+void StreamPlayer::reset_frames() {
+  counts_.incomplete += assembler_.close_up_to(UINT64_MAX);
+  begun_sequence_ = sequence_ = 0;
   gathered_.reset();
 }
 
@@ -45,18 +50,15 @@ uint64_t StreamPlayer::publish_time_ns() const {
   return as_of_ns_ != 0 ? as_of_ns_ : now_ns();
 }
 
-bool StreamPlayer::send_gathered() {
+bool StreamPlayer::publish_assembled() {
   gathering_ = false;
-  // The newest frame may be begun and not whole: its parts have replaced poses of the one before.
-  const bool is_whole = gathered_ && has_whole_ && covered_ >= node_count_;
-  if (is_whole) {
-    wire::PoseFrameView whole;
-    whole.header = *gathered_;
-    whole.node_count = node_count_;
-    send_whole(whole);
-  }
+  if (!gathered_) return false;
+  wire::PoseFrameView whole;
+  whole.header = *gathered_;
+  whole.node_count = node_count_;
   gathered_.reset();
-  return is_whole;
+  send_whole(whole);
+  return true;
 }
 
 Result<void> StreamPlayer::play(const record::Played& played) {
@@ -83,7 +85,7 @@ Result<void> StreamPlayer::play_edit(const record::Played& played) {
   const uint64_t rest = edit_bytes_ - (is_new ? 0 : known->second);
   if ((is_new && edit_bytes_of_key_.size() == kMostEditKeys) ||
       rest + played.message.size() > kMostEditBytes) {
-    ++counts_.unkept_edits;
+    ++counts_.dropped_edits;
     return {};
   }
   edit_bytes_ = rest + played.message.size();
@@ -96,7 +98,7 @@ Result<void> StreamPlayer::play_edit(const record::Played& played) {
 void StreamPlayer::end() {
   if (is_live()) link_->send_control(wire::encode(wire::Goodbye{epoch_}));
   ended_ = true;
-  gathered_.reset();
+  reset_frames();
 }
 
 Result<void> StreamPlayer::play_description(const wire::StreamDescription& description,
@@ -104,13 +106,11 @@ Result<void> StreamPlayer::play_description(const wire::StreamDescription& descr
   if (description.protocol_major != wire::kProtocolMajor) return {};
   recorded_epoch_ = description.epoch;
   ended_ = false;
-  edit_bytes_of_key_.clear();  // the link drops them with the old description
+  edit_bytes_of_key_.clear();  // the link drops them together with the old description
   edit_bytes_ = 0;
-  epoch_ = fresh_epoch_ ? transport::random_id() : description.epoch;
+  epoch_ = fresh_epoch_ ? random_id() : description.epoch;
   node_count_ = static_cast<uint32_t>(description.node_names.size());
-  has_whole_ = false;
-  sequence_ = covered_ = 0;
-  gathered_.reset();
+  reset_frames();
   if (verbatim_ && epoch_ == recorded_epoch_) return link_->set_description(message);
   wire::StreamDescription told = description;
   told.epoch = epoch_;
@@ -119,53 +119,65 @@ Result<void> StreamPlayer::play_description(const wire::StreamDescription& descr
 }
 
 void StreamPlayer::play_frame(const wire::PoseFrameView& frame, std::span<const std::byte> message) {
-  const bool is_partial = !frame.node_indices.empty();
-  const uint64_t sequence = frame.header.sequence;
-  if (recorded_epoch_ == 0 || frame.header.epoch != recorded_epoch_ || frame.node_count != node_count_ ||
-      sequence < sequence_ || (is_partial && !has_whole_)) {
+  const bool is_of_stream =
+      recorded_epoch_ != 0 && frame.header.epoch == recorded_epoch_ && frame.node_count == node_count_;
+  if (!is_of_stream || frame.header.sequence <= sequence_) {
     ++counts_.skipped;
     return;
   }
-  if (sequence > sequence_) {
-    // What is begun and not whole is given up, as a renderer would.
-    if (covered_ != 0 && covered_ < node_count_) {
-      ++counts_.incomplete;
-      has_whole_ = false;
-    }
-    covered_ = 0;
-  } else if (covered_ >= node_count_ && covered_ != 0) {
-    ++counts_.skipped;  // said twice
-    return;
-  }
-  sequence_ = sequence;
-  poses_.resize(node_count_);
-  if (is_partial) {
-    for (size_t i = 0; i < frame.poses.size(); ++i) poses_[frame.node_indices[i]] = frame.poses[i];
-    covered_ = node_count_;
-    if (gathering_)
-      gathered_ = frame.header;
-    else
-      send_partial(frame, message);
-    return;
-  }
-  std::copy(frame.poses.begin(), frame.poses.end(), poses_.begin() + frame.first_node);
-  covered_ += static_cast<uint32_t>(frame.poses.size());
-  if (covered_ < node_count_) return;
-  has_whole_ = true;
+  if (!frame.node_indices.empty()) return play_partial(frame, message);
+  begun_sequence_ = std::max(begun_sequence_, frame.header.sequence);
+  if (frame.poses.size() < node_count_) return play_part(frame);
+  poses_.assign(frame.poses.begin(), frame.poses.end());
+  set_newest(frame.header.sequence);
   if (gathering_) {
     gathered_ = frame.header;
     return;
   }
-  const bool as_it_is = verbatim_ && !jumped_ && epoch_ == recorded_epoch_ &&
-                        frame.poses.size() == node_count_ &&
-                        message.size() <= link_->max_pose_message_bytes();
-  if (as_it_is) {
-    ++counts_.frames;
-    sim_time_ns_ = frame.header.sim_time_ns;
-    link_->publish({message, {}});
+  const bool as_it_is =
+      verbatim_ && !jumped_ && epoch_ == recorded_epoch_ && message.size() <= link_->max_pose_message_bytes();
+  if (!as_it_is) return send_whole(frame);
+  ++counts_.frames;
+  sim_time_ns_ = frame.header.sim_time_ns;
+  link_->publish({message, {}});
+}
+
+void StreamPlayer::play_part(const wire::PoseFrameView& part) {
+  using Outcome = stream::FrameAssembler::Outcome;
+  const Outcome outcome = assembler_.add(part);
+  counts_.incomplete += assembler_.take_given_up();
+  if (outcome == Outcome::stale || outcome == Outcome::refused) ++counts_.skipped;
+  if (outcome != Outcome::whole) return;
+  poses_.assign(assembler_.poses().begin(), assembler_.poses().end());
+  set_newest(part.header.sequence);
+  if (gathering_)
+    gathered_ = part.header;
+  else
+    send_whole(part);
+}
+
+// Publishes a partial frame only if its base frame is complete; otherwise it would mix the poses of two
+// steps.
+void StreamPlayer::play_partial(const wire::PoseFrameView& frame, std::span<const std::byte> message) {
+  const bool has_base = sequence_ != 0 && begun_sequence_ == sequence_;
+  if (sequence_ != 0) begun_sequence_ = std::max(begun_sequence_, frame.header.sequence);
+  if (!has_base) {
+    ++counts_.skipped;
     return;
   }
-  send_whole(frame);
+  for (size_t i = 0; i < frame.poses.size(); ++i) poses_[frame.node_indices[i]] = frame.poses[i];
+  set_newest(frame.header.sequence);
+  if (gathering_)
+    gathered_ = frame.header;
+  else
+    send_partial(frame, message);
+}
+
+// Marks poses_ as this frame and drops older open frames.
+void StreamPlayer::set_newest(uint64_t sequence) {
+  sequence_ = sequence;
+  begun_sequence_ = std::max(begun_sequence_, sequence);
+  counts_.incomplete += assembler_.close_up_to(sequence);
 }
 
 void StreamPlayer::send_whole(wire::PoseFrameView frame) {
@@ -190,7 +202,7 @@ void StreamPlayer::send_partial(wire::PoseFrameView frame, std::span<const std::
   link_->publish_partial({partial, {}}, parts_);
 }
 
-// All of poses_ under the frame's header, in as many messages as the link needs.
+// Encodes all of poses_ with the frame's header, in as many messages as the link needs.
 void StreamPlayer::cut(wire::PoseFrameView whole) {
   sim_time_ns_ = whole.header.sim_time_ns;
   whole.header.epoch = epoch_;

@@ -1,5 +1,5 @@
-// One recorded stream onto one link. The link may be of another kind than the one that was recorded: frames
-// are put together and cut again as it needs them.
+// Publisher of one recorded stream on one link, which may be of another kind than the recorded one. Assembles
+// frames from their parts and splits them again for the link. Publishes a frame completely or not at all.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/record/playback.h"
+#include "protocol/stream/frame_assembler.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/encode.h"
@@ -17,40 +18,40 @@
 namespace fire3dv::replay {
 
 struct PlayerCounts {
-  uint64_t frames = 0;        // published
-  uint64_t skipped = 0;       // stale, or built on one that is not in the recording
-  uint64_t incomplete = 0;    // parts are missing
-  uint64_t unkept_edits = 0;  // there are more than a link is given to keep
+  uint64_t frames = 0;         // published
+  uint64_t skipped = 0;        // stale, duplicated, contradictory, or partial messages without a base frame
+  uint64_t incomplete = 0;     // frames with missing parts
+  uint64_t dropped_edits = 0;  // edits beyond the memory limit of the link
 };
 
 class StreamPlayer {
  public:
-  // verbatim: the bytes as they were recorded. Otherwise publish times and the description's clock are those
-  // of this machine now, as a renderer that compares them with its own clock needs them.
+  // verbatim: publishes the recorded bytes. Otherwise replaces publish times and the description's clock by
+  // those of this machine, which renderers compare with their own clock.
   StreamPlayer(std::unique_ptr<transport::PublisherLink> link, bool verbatim)
       : link_(std::move(link)), verbatim_(verbatim) {}
 
-  // What follows is not continued from what was played: the first frame says so. new_epoch: sequences and
-  // edits begin anew, as they must when the same frames come again.
+  // Starts a discontinuity: the first frame after it carries the flag. new_epoch: restarts sequence numbers
+  // and edits, required when frames are repeated.
   void jump(bool new_epoch);
-  // What follows is published as of then, on this machine's monotonic clock; 0, the default: when it is
-  // played.
-  void publish_as_of(uint64_t monotonic_ns) { as_of_ns_ = monotonic_ns; }
-  // Frames are put together and not published: send_gathered() publishes the newest whole one, alone. So that
-  // what is shown at some moment need not be published from the frame on that it builds on.
-  void gather() { gathering_ = true; }
-  // False: there is no whole frame.
-  bool send_gathered();
-  bool has_gathered() const { return gathered_.has_value(); }
-  // Something is described and has not ended.
+  // Sets the publish time of the following messages on this machine's monotonic clock. 0 (default): the time
+  // of playing.
+  void set_publish_time(uint64_t monotonic_ns) { as_of_ns_ = monotonic_ns; }
+  // Assembles frames without publishing them until publish_assembled() publishes the newest whole one. A seek
+  // thereby skips the frames that the target frame builds on.
+  void begin_assembly() { gathering_ = true; }
+  // Returns false if no whole frame is available.
+  bool publish_assembled();
+  bool has_assembled() const { return gathered_.has_value(); }
+  // True between the description and the end of the stream.
   bool is_live() const { return epoch_ != 0 && !ended_; }
-  // Of the newest frame that was published.
+  // Simulated time of the newest published frame.
   std::optional<int64_t> sim_time_ns() const { return sim_time_ns_; }
-  // An error is the link's.
+  // Errors come from the link only.
   Result<void> play(const record::Played& played);
-  // Says goodbye, unless the recording did.
+  // Sends Goodbye unless the recording did.
   void end();
-  // Takes what renderers say. Returns how many there are.
+  // Discards the renderers' replies. Returns their number.
   uint32_t poll();
   std::string problem() const { return link_->problem(); }
   const PlayerCounts& counts() const { return counts_; }
@@ -60,6 +61,10 @@ class StreamPlayer {
                                 std::span<const std::byte> message);
   Result<void> play_edit(const record::Played& played);
   void play_frame(const wire::PoseFrameView& frame, std::span<const std::byte> message);
+  void play_part(const wire::PoseFrameView& part);
+  void play_partial(const wire::PoseFrameView& frame, std::span<const std::byte> message);
+  void set_newest(uint64_t sequence);
+  void reset_frames();
   void send_whole(wire::PoseFrameView frame);
   void send_partial(wire::PoseFrameView frame, std::span<const std::byte> message);
   void cut(wire::PoseFrameView whole);
@@ -79,14 +84,14 @@ class StreamPlayer {
   std::optional<wire::PoseFrameHeader> gathered_;
   std::optional<int64_t> sim_time_ns_;
 
-  // What the link keeps for those who join later: it has no bound of its own.
+  // Bytes of edits that the link stores for late joiners; the link itself has no limit.
   std::map<uint64_t, uint64_t> edit_bytes_of_key_;
   uint64_t edit_bytes_ = 0;
 
-  uint64_t sequence_ = 0;  // that poses_ is of, or becomes
-  uint32_t covered_ = 0;   // nodes of it that have come
-  bool has_whole_ = false;
-  std::vector<wire::Affine3x4> poses_;
+  stream::FrameAssembler assembler_;
+  uint64_t begun_sequence_ = 0;         // newest frame with any played message
+  uint64_t sequence_ = 0;               // sequence of poses_; 0: none
+  std::vector<wire::Affine3x4> poses_;  // newest whole frame, updated by later partial frames
   std::vector<wire::PoseFrameEncoder> encoders_;
   std::vector<wire::MessagePieces> parts_;
 };

@@ -2,18 +2,18 @@
 
 #include <exception>
 
-#include "protocol/transport/shm_listener.h"
-#include "protocol/transport/shm_publisher.h"
-#include "protocol/transport/tcp_listener.h"
-#include "protocol/transport/tcp_publisher.h"
-#include "protocol/transport/udp_listener.h"
-#include "protocol/transport/udp_publisher.h"
-#include "protocol/transport/uri.h"
+#include "protocol/transport/core/uri.h"
+#include "protocol/transport/shm/shm_listener.h"
+#include "protocol/transport/shm/shm_publisher.h"
+#include "protocol/transport/tcp/tcp_listener.h"
+#include "protocol/transport/tcp/tcp_publisher.h"
+#include "protocol/transport/udp/udp_listener.h"
+#include "protocol/transport/udp/udp_publisher.h"
 
 namespace fire3dv::transport {
 namespace {
 
-// What a library below throws (memory, threads) becomes an error like any other.
+// Converts exceptions of libraries (memory, threads) to errors.
 template <typename Link, typename Open>
 Result<std::unique_ptr<Link>> without_exceptions(std::string_view uri, Open open) {
   try {

@@ -1,55 +1,53 @@
-// Opens links by URI.
+// Factory functions of links by URI.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <string_view>
 
+#include "protocol/base/error.h"
 #include "protocol/base/peer_budget.h"
-#include "protocol/error.h"
 #include "protocol/transport/link.h"
 
 namespace fire3dv::transport {
 
-// tls:// links. All files are PEM; keys must be closed to other users.
+// TLS options. All files are PEM; key files must not be accessible to other users.
 struct TlsPublisherOptions {
-  std::string ca_file;           // whom to trust; empty: the system's certificates
-  std::string certificate_file;  // of this publisher, for listeners that ask; may be empty
+  std::string ca_file;           // trusted CAs; empty: the system's certificates
+  std::string certificate_file;  // client certificate for listeners that require one; may be empty
   std::string key_file;
 };
 struct TlsListenerOptions {
   std::string certificate_file;
   std::string key_file;
-  std::string
-      client_ca_file;  // publishers must show a certificate that this one signed; empty: anyone may come
+  std::string client_ca_file;  // CA of the required client certificates; empty: no client certificates
 };
 
 struct PublisherOptions {
   size_t max_frame_bytes =
-      0;  // shm: size of a ring slot; 0 = from the first frame's node count with room to spare
-  uint32_t ring_slots = 8;  // shm
+      0;  // shm: size of a ring slot; 0: derived from the first frame's node count, with reserve
+  uint32_t ring_slots = 8;  // shm only
   TlsPublisherOptions tls;
-  std::string key_file;  // udp: the pre-shared key (64 hexadecimal digits); empty: neither sealed nor proved
+  // Udp: pre-shared key (64 hexadecimal digits); empty: no encryption or authentication.
+  std::string key_file;
 };
 
 struct ListenerOptions {
   Delivery delivery = Delivery::newest;
-  bool insecure = false;  // allow tcp and udp listeners on addresses other than loopback
+  bool insecure = false;  // allows tcp and udp listeners on addresses other than loopback
   uint32_t max_peers = 64;
-  // Budgets of the peers; null: the listener makes a pool of its own with the default limits.
+  // Budgets of the peers. Null: the listener creates a pool with the default limits.
   std::shared_ptr<BudgetPool> budgets;
   TlsListenerOptions tls;
-  std::string key_file;  // udp: as the publishers'
+  std::string key_file;  // udp: same key as the publishers
 };
 
-// Succeeds whether or not a renderer is there: connecting goes on in the background for as long as the link
-// lives.
+// Opens a publisher. Succeeds without a renderer: the link keeps connecting in the background.
 Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view uri,
                                                       const PublisherOptions& options = {});
 
-// Succeeds whether or not an adapter is there. Fails for a port in use, an address that is not ours, key
-// files that others can read, and an address other than loopback without a key (udp), a certificate (tls) or
-// `insecure`.
+// Opens a listener. Succeeds without an adapter. Fails for a port in use, a foreign address, or key files
+// readable by others. Addresses other than loopback require a key (udp), a certificate (tls) or `insecure`.
 Result<std::unique_ptr<ListenerLink>> open_listener(std::string_view uri,
                                                     const ListenerOptions& options = {});
 

@@ -1,12 +1,12 @@
-// Matrices of the wire: `a_from_b` takes coordinates in frame b to frame a; 3x4, row-major, [row * 4 +
-// column].
+// Transforms of the wire format: `a_from_b` maps coordinates of frame b to frame a; 3x4, row-major, [row * 4
+// + column].
 #pragma once
 
 #include <array>
 
 namespace fire3dv::wire {
 
-// The pose on the wire is the pose on the GPU: the layout of VkTransformMatrixKHR.
+// Pose matrix, identical on the wire and on the GPU: the layout of VkTransformMatrixKHR.
 struct Affine3x4 {
   std::array<float, 12> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // row-major, [row * 4 + column]
   bool operator==(const Affine3x4&) const = default;

@@ -12,7 +12,7 @@
 namespace fire3dv::wire {
 namespace {
 
-constexpr size_t kBlock = 16;  // poses that are checked without a branch
+constexpr size_t kBlock = 16;  // poses per branch-free block
 
 std::string describe(double value) {
   if (std::isnan(value)) return "NaN";
@@ -59,7 +59,7 @@ Result<void> check_names(std::string_view field, const std::vector<std::string>&
   return {};
 }
 
-// By sorting rather than hashing: names come from outside, and no choice of names makes sorting slow.
+// Sorts instead of hashing: names are untrusted, and no choice of names makes sorting slow.
 Result<void> check_unique(std::string_view field, const std::vector<std::string>& names) {
   std::vector<uint32_t> order(names.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -82,7 +82,7 @@ Result<void> first_error(std::initializer_list<Result<void>> results) {
   return {};
 }
 
-// Rising, so that no node is named twice, and in the frame.
+// Indices must rise strictly (no node twice) and lie within the frame.
 Result<void> check_indices(const PoseFrameView& frame) {
   const std::span<const uint32_t> indices = frame.node_indices;
   if (frame.first_node != 0)
@@ -183,7 +183,7 @@ Result<void> check_text(std::string_view field, std::string_view text, size_t ma
 
 namespace {
 
-// Magnitudes of floats order as the integers of their bits do, and NaN stands above them all.
+// Magnitudes of floats order like the integers of their bit patterns; NaN is above all of them.
 __attribute__((always_inline)) inline size_t count_good_blocks(std::span<const Affine3x4> poses,
                                                                float limit) {
   const int32_t most = std::bit_cast<int32_t>(limit);
@@ -199,8 +199,7 @@ __attribute__((always_inline)) inline size_t count_good_blocks(std::span<const A
 }
 
 #if defined(__x86_64__)
-// A publish over shared memory is a copy of the poses: this second look at them must not cost more than the
-// copy.
+// Publishing over shared memory is one copy of the poses: this second pass must not cost more than the copy.
 __attribute__((target("avx2"))) size_t count_good_blocks_avx2(std::span<const Affine3x4> poses, float limit) {
   return count_good_blocks(poses, limit);
 }
@@ -217,8 +216,7 @@ size_t good_blocks(std::span<const Affine3x4> poses, float limit) {
 }  // namespace
 
 Result<void> check_poses(std::string_view field, std::span<const Affine3x4> poses, float limit) {
-  // The common case is one pass over blocks, which compilers do with vectors; only a bad frame is searched
-  // for its first bad element.
+  // Fast path: one vectorised pass over blocks. Only a bad frame is searched for its first bad element.
   const size_t checked = kBlock * good_blocks(poses, limit);
   for (size_t i = checked; i < poses.size(); ++i) {
     uint32_t good = 0;

@@ -1,4 +1,4 @@
-// Which values a scene edit may hold.
+// Validation of scene edits.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -16,10 +16,10 @@ std::string text_of(double value) {
 
 struct Range {
   double low, high;
-  bool open = false;  // the bounds themselves are not allowed
+  bool open = false;  // excludes the bounds
 };
 
-// NaN is in no range.
+// NaN is outside every range.
 Result<void> check_range(const std::string& field, double value, Range range) {
   const bool good =
       range.open ? value > range.low && value < range.high : value >= range.low && value <= range.high;
@@ -69,7 +69,8 @@ class CheckValue {
     if (auto good = check_each("color_rgb", value.color_rgb, {0, most_}); !good) return good;
     if (auto good = check_range("intensity", value.intensity, {0, most_}); !good) return good;
     if (auto good = check_range("range_m", value.range_m, {0, most_}); !good) return good;
-    constexpr double kQuarter = std::numbers::pi / 2 + 1e-6;  // in float, pi / 2 may be a little more
+    // Pi / 2 rounded to float may be slightly larger.
+    constexpr double kQuarter = std::numbers::pi / 2 + 1e-6;
     if (auto good = check_range("outer_cone_rad", value.outer_cone_rad, {0, kQuarter}); !good) return good;
     if (auto good = check_range("inner_cone_rad", value.inner_cone_rad, {0, kQuarter}); !good) return good;
     if (value.kind == LightKind::spot && !(value.inner_cone_rad < value.outer_cone_rad))

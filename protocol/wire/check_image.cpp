@@ -1,5 +1,5 @@
-// Which values messages about images may hold. What a later minor version may add (outputs, lenses, times) is
-// not refused here: a renderer answers that it does not make them.
+// Validation of image messages. Values that a later minor version may add (outputs, lenses, times) pass: the
+// renderer replies that it does not support them.
 #include <cmath>
 #include <cstdio>
 
@@ -31,7 +31,7 @@ Result<void> check_size(const char* message, const Intrinsics& camera) {
   return {};
 }
 
-// NaN fails each of these.
+// NaN fails every comparison.
 Result<void> check_projection(const char* message, const Intrinsics& camera, double most) {
   const std::string positive = "it must be above 0, and finite";
   if (!(camera.fx > 0 && camera.fx <= most)) return wrong(message, "fx", camera.fx, positive);

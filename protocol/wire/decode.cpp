@@ -13,12 +13,12 @@
 namespace fire3dv::wire {
 namespace {
 
-// The deepest table is the clock in the description in the message, or the value of an edit; a message has
-// three tables. Fields of later minor versions are not followed, so that they need no room here.
+// Verifier limits. The deepest table is the clock in the description in the message, or the value of an edit;
+// a message has three tables. Fields of later minor versions are not followed and need no reserve.
 constexpr flatbuffers::uoffset_t kMaxDepth = 4;
 constexpr flatbuffers::uoffset_t kMaxTables = 4;
-constexpr size_t kSmallestMessage = 12;              // root offset, identifier, the root table's own offset
-constexpr size_t kLargestMessage = size_t{1} << 30;  // FlatBuffers itself ends at 2 GiB
+constexpr size_t kSmallestMessage = 12;  // root offset, identifier, vtable offset of the root table
+constexpr size_t kLargestMessage = size_t{1} << 30;  // FlatBuffers is limited to 2 GiB
 constexpr size_t kAlignment = 16;
 constexpr size_t kKeptAfterRefusal = 1 << 20;
 
@@ -33,8 +33,8 @@ std::span<const Affine3x4> view(const flatbuffers::Vector<const fbs::Affine3x4*>
   return {reinterpret_cast<const Affine3x4*>(poses->Data()), poses->size()};
 }
 
-// The entries of a list may all point at one long string, so that a small message would become a large one:
-// names that are longer together than the message that brought them are not read.
+// Rejects names that are longer in total than their message: list entries may share one long string, and a
+// small message must not expand to a large one.
 Result<void> read_names(std::string_view field, const Strings* list, size_t message_bytes,
                         const DecodeLimits& limits, std::vector<std::string>& names) {
   if (!list) return {};
@@ -52,7 +52,7 @@ Result<void> read_names(std::string_view field, const Strings* list, size_t mess
   return {};
 }
 
-// A status of a later minor version says no in a way that this one does not know.
+// Unknown statuses of later minor versions count as refused.
 WelcomeStatus read_status(uint8_t status) {
   return status <= static_cast<uint8_t>(WelcomeStatus::bad_key) ? static_cast<WelcomeStatus>(status)
                                                                 : WelcomeStatus::refused;
@@ -133,7 +133,7 @@ Result<Message> read(const fbs::Status& table, size_t message_bytes, const Decod
   return Message(std::move(result));
 }
 
-// Of another major: the shared fields alone.
+// Description of another major version: shared fields only.
 Result<Message> read_shared(const fbs::AnyDescription& table, const DecodeLimits& limits) {
   StreamDescription result;
   result.protocol_major = table.protocol_major();
@@ -176,8 +176,8 @@ struct Decoder::Impl {
   void take_copy(std::span<const std::byte> bytes);
   Result<Message> read_message();
 
-  // Null when the bytes are not a message with that root. The whole structure is checked each time, so that
-  // no reader depends on what another one has looked at.
+  // Returns null if the bytes are not a message with that root. Verifies the whole structure on each call,
+  // independent of earlier readers.
   template <typename Root>
   const Root* verified() const {
     const auto* data = reinterpret_cast<const uint8_t*>(copy_.get());
@@ -192,7 +192,7 @@ struct Decoder::Impl {
 void Decoder::Impl::take_copy(std::span<const std::byte> bytes) {
   if (bytes.size() > capacity_) {
     const size_t wanted =
-        bytes.size() + bytes.size() / 4;  // frames that grow a little do not allocate each time
+        bytes.size() + bytes.size() / 4;  // 25% reserve: slightly growing frames do not reallocate each time
     copy_.reset(static_cast<std::byte*>(::operator new[](wanted, std::align_val_t(kAlignment))));
     capacity_ = wanted;
   }
@@ -262,7 +262,7 @@ Result<Message> Decoder::Impl::read_message() {
     case fbs::Body::NONE:
       break;
   }
-  std::abort();  // every type up to Body::MAX has a case above
+  std::abort();  // unreachable: every type up to Body::MAX has a case above
 }
 
 Result<Message> Decoder::Impl::decode(std::span<const std::byte> bytes) {
@@ -281,7 +281,7 @@ Result<Message> Decoder::Impl::decode(std::span<const std::byte> bytes) {
   }
   take_copy(bytes);
   Result<Message> message = read_message();
-  // Strangers must not make a renderer keep the largest message that they could think of.
+  // An invalid message must not make the renderer retain a large buffer.
   if (!message.ok() && capacity_ > kKeptAfterRefusal) {
     copy_.reset();
     capacity_ = size_ = 0;

@@ -1,4 +1,4 @@
-// Bytes to messages. The FlatBuffers verifier runs in decode.cpp and nowhere else.
+// Decoder: bytes to messages. FlatBuffers verification happens only in decode.cpp.
 #pragma once
 
 #include <cstddef>
@@ -7,27 +7,28 @@
 #include <optional>
 #include <span>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/messages.h"
 
 namespace fire3dv::wire {
 
-// What a message may hold before it is refused. The defaults suit a renderer; tests lower them.
+// Limits for received messages. The defaults suit a renderer; tests lower them.
 struct DecodeLimits {
   size_t max_message_bytes = 256u << 20;
   uint32_t max_nodes = 1u << 20;
-  uint32_t max_name_bytes = 1024;  // of a node's, adapter's or renderer's name
-  uint32_t max_text_bytes = 4096;  // of a URI or a message for people
-  float max_abs_value = 1e12f;     // of a pose element: larger is refused as nonsense, like NaN and infinity
+  uint32_t max_name_bytes = 1024;  // names of nodes, adapters and renderers
+  uint32_t max_text_bytes = 4096;  // URIs and user messages
+  // Magnitude of a pose element; larger ones are rejected, like NaN and infinity.
+  float max_abs_value = 1e12f;
 };
 
-// Of an image request: what an answer has to name.
+// Identity of an image request, for a refusal.
 struct ImageRequestName {
   uint64_t epoch = 0, id = 0;
 };
 
-// Owns a private aligned copy of the bytes being decoded, so that neither alignment nor a writer that changes
-// shared memory after the check can hurt. One decoder per thread; the copy's memory is reused.
+// Decoder with a private aligned copy of the bytes, so that neither misalignment nor concurrent writes to
+// shared memory after verification matter. One decoder per thread; reuses the copy's memory.
 class Decoder {
  public:
   explicit Decoder(DecodeLimits limits = {});
@@ -35,16 +36,16 @@ class Decoder {
   Decoder(Decoder&&) noexcept;
   Decoder& operator=(Decoder&&) noexcept;
 
-  // Structure first, then values: finite numbers, counts, string lengths, UTF-8, no control characters in
-  // names. The error says which field is wrong; it is the peer's fault, never ours. Views in the message are
-  // valid until the next call.
+  // Validates the structure, then the values: finite numbers, counts, string lengths, UTF-8, no control
+  // characters in names. The error names the invalid field; the fault is always the peer's. Views in the
+  // message are valid until the next call.
   //
-  // A StreamDescription or Welcome of another protocol major holds only the fields that all majors share
-  // (versions, epoch, and the adapter's name or the status): the caller compares protocol_major and answers
+  // A StreamDescription or Welcome of another protocol major contains only the fields shared by all majors
+  // (versions, epoch, and adapter name or status). The caller compares protocol_major and answers
   // version_mismatch.
   Result<Message> decode(std::span<const std::byte> bytes);
 
-  // Of the message before, when it was an image request that holds what is not allowed.
+  // Set if the last message was an image request with invalid values.
   const std::optional<ImageRequestName>& refused_request() const;
 
  private:

@@ -12,7 +12,7 @@ std::string text_of(const flatbuffers::String* text) {
   return text ? std::string(text->c_str(), text->size()) : std::string();
 }
 
-// An absent struct leaves the default.
+// Leaves the default if the struct is absent.
 template <typename Struct, typename Array>
 void read_struct(const Struct* from, Array& to) {
   static_assert(sizeof(Struct) == sizeof(Array));
@@ -51,7 +51,7 @@ NodeAdded read_node(const fbs::EditNodeAdded& table) {
   return node;
 }
 
-// False: of a kind that this version does not know.
+// Returns false for an unknown kind of a later version.
 bool read_value(const fbs::SceneEdit& table, EditValue& value) {
   switch (table.value_type()) {
     case fbs::EditValue::NONE:

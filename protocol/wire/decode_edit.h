@@ -1,7 +1,7 @@
-// The part of the decoder that reads scene edits; private to protocol/wire.
+// Decoding of scene edits; private to protocol/wire.
 #pragma once
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::wire::fbs {
@@ -10,7 +10,7 @@ struct SceneEdit;
 
 namespace fire3dv::wire {
 
-// `table` lies in a buffer that the verifier has passed.
+// `table` must be in a verified buffer.
 Result<Message> read_scene_edit(const fbs::SceneEdit& table, const DecodeLimits& limits);
 
 }  // namespace fire3dv::wire

@@ -8,7 +8,7 @@
 namespace fire3dv::wire {
 namespace {
 
-// An absent struct leaves the default.
+// Leaves the default if the struct is absent.
 template <typename Struct, typename Array>
 void read_struct(const Struct* from, Array& to) {
   static_assert(sizeof(Struct) == sizeof(Array));
@@ -65,15 +65,15 @@ Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimit
   frame.intrinsics = read_intrinsics(table);
   frame.pixel_bytes = table.pixel_bytes();
   if (const auto* planes = table.planes()) {
-    // Of an output that a later version added nothing is known but that it is there: it is passed over.
+    // Skips outputs of later versions, which are unknown here.
     for (flatbuffers::uoffset_t i = 0; i < planes->size(); ++i) {
-      // Copied out: the verifier does not hold a list of structs to their alignment.
+      // Copies the struct: the verifier does not check the alignment of a vector of structs.
       fbs::ImagePlane plane;
       std::memcpy(&plane, planes->Data() + i * sizeof plane, sizeof plane);
       if (plane.output() >= kImageOutputCount) continue;
       frame.planes.push_back({plane.output(), static_cast<ImageFormat>(plane.format()), plane.width(),
                               plane.height(), plane.row_stride(), plane.offset(), plane.bytes()});
-      if (frame.planes.size() > kImageOutputCount) break;  // refused below: an output is there twice
+      if (frame.planes.size() > kImageOutputCount) break;  // rejected by check(): a duplicate output
     }
   }
   if (auto good = check(frame, limits); !good) return good.error();
@@ -84,7 +84,7 @@ Result<Message> read_image_refused(const fbs::ImageRefused& table, const DecodeL
   ImageRefused refused;
   refused.epoch = table.epoch();
   refused.request = table.request();
-  // A reason of a later minor version says no in a way that this one does not know.
+  // Unknown reasons of later minor versions keep the default.
   const uint8_t reason = table.reason();
   if (reason >= 1 && reason <= kImageRefusalCount) refused.reason = static_cast<ImageRefusal>(reason);
   refused.message = text_of(table.message());

@@ -1,7 +1,7 @@
-// The part of the decoder that reads what is about images; private to protocol/wire.
+// Decoding of image messages; private to protocol/wire.
 #pragma once
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::wire::fbs {
@@ -12,7 +12,7 @@ struct ImageRefused;
 
 namespace fire3dv::wire {
 
-// The tables lie in a buffer that the verifier has passed.
+// The tables must be in a verified buffer.
 Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeLimits& limits);
 Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimits& limits);
 Result<Message> read_image_refused(const fbs::ImageRefused& table, const DecodeLimits& limits);

@@ -19,7 +19,7 @@ Result<EditStore::Prepared> EditStore::prepare(SceneEdit edit) const {
   auto message = std::make_shared<const Bytes>(encode(edit));
   const size_t freed = known == stored_.end() ? 0 : cost_of(known->second.message->size());
   const size_t needed = used_bytes_ - freed + cost_of(message->size());
-  // What becomes smaller always has room: else a full store could not be emptied.
+  // A smaller value always fits: otherwise a full store could not shrink.
   if (needed > budget_bytes_ && cost_of(message->size()) > freed)
     return Error{"SceneEdit of \"" + printable(edit.node) + "\": all edits together would take " +
                  std::to_string(needed) + " bytes; the budget is " + std::to_string(budget_bytes_) +
@@ -41,7 +41,7 @@ void EditStore::commit(Prepared&& prepared) {
 void EditStore::set_epoch(uint64_t epoch) {
   epoch_ = epoch;
   for (auto& [name, stored] : stored_) {
-    // A copy: links may still be sending the one of before.
+    // Copies the message: links may still be sending the old one.
     Bytes message = *stored.message;
     wire::set_epoch(message, epoch);
     stored.message = std::make_shared<const Bytes>(std::move(message));

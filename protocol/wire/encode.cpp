@@ -4,11 +4,11 @@
 #include <cstring>
 
 #include "fire3dv_generated.h"
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
-// Each table is filled field by field rather than by the generated Create functions, whose order of fields is
-// flatc's affair: the bytes must not depend on the version of a tool. Default values are written too, so that
-// every field has a place that PoseFrameEncoder can patch.
+// Tables are built field by field, not by the generated Create functions: their field order depends on the
+// flatc version, and the bytes must not. Defaults are written as well, so that PoseFrameEncoder can patch
+// every field.
 
 namespace fire3dv::wire {
 namespace {
@@ -42,7 +42,7 @@ Bytes finish(FlatBufferBuilder& builder, fbs::Body type, Offset<void> body) {
   return Bytes(begin, begin + builder.GetSize());
 }
 
-// The poses are written first and so lie last: all that stands before them is the head.
+// Poses are written first and thus placed last; everything before them is the head.
 Bytes build_pose_frame(const PoseFrameView& frame) {
   FlatBufferBuilder builder(256 + frame.poses.size_bytes());
   builder.ForceDefaults(true);
@@ -51,7 +51,8 @@ Bytes build_pose_frame(const PoseFrameView& frame) {
                            ? 0
                            : builder.CreateVector(frame.node_indices.data(), frame.node_indices.size());
   fbs::PoseFrameBuilder table(builder);
-  if (!frame.node_indices.empty()) table.add_node_indices(indices);  // older readers refuse the field
+  // Only if present: older readers reject the field.
+  if (!frame.node_indices.empty()) table.add_node_indices(indices);
   table.add_poses(poses);
   table.add_flags(frame.header.flags);
   table.add_node_count(frame.node_count);
@@ -174,8 +175,8 @@ Bytes encode(const PoseFrameView& frame) {
 }
 
 MessagePieces PoseFrameEncoder::encode(const PoseFrameView& frame) {
-  // A pose has 48 bytes, a multiple of every alignment in the message, so the head of a frame without poses
-  // differs from that of any other only in the length of the vector, its last four bytes.
+  // A pose has 48 bytes, a multiple of every alignment in the message. The head of an empty frame therefore
+  // differs from others only in its last four bytes, the vector length.
   if (head_.empty()) {
     head_ = build_pose_frame({});
     const fbs::PoseFrame* table = fbs::GetMessage(head_.data())->body_as_PoseFrame();

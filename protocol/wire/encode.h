@@ -1,4 +1,4 @@
-// Messages to bytes. Nothing here does I/O.
+// Encoder: messages to bytes. No I/O.
 #pragma once
 
 #include <cstddef>
@@ -23,25 +23,25 @@ Bytes encode(const SceneEdit& edit);
 Bytes encode(const ImageRequest& request);
 Bytes encode(const ImageFrame& frame);
 Bytes encode(const ImageRefused& refused);
-// Changes the epoch of an encoded SceneEdit: a stream that begins anew keeps its edits, which may be large.
+// Patches the epoch of an encoded SceneEdit: a restarted stream retains its edits, which may be large.
 void set_epoch(Bytes& scene_edit, uint64_t epoch);
-// For tests, recordings and partial frames; else a publisher uses PoseFrameEncoder.
+// For tests, recordings and partial frames; publishers use PoseFrameEncoder.
 Bytes encode(const PoseFrameView& frame);
 
-// A message in two pieces that stand one after the other on the wire. The second is the caller's own pose
-// array, so that a pose is copied once: from the simulator into the link.
+// Message in two consecutive pieces. The second is the caller's pose array, so that poses are copied once,
+// from the simulator into the link.
 struct MessagePieces {
   std::span<const std::byte> head;
   std::span<const std::byte> body;
   size_t size() const { return head.size() + body.size(); }
 };
 
-// Encodes the pose frames of one stream. The head is laid out once; each frame only patches the header fields
-// in place, so that encode() neither allocates (after the first call) nor copies poses. Not thread-safe; the
-// pieces are valid until the next call.
+// Pose frame encoder of one stream. Builds the head once and patches its fields per frame: encode() neither
+// allocates (after the first call) nor copies poses. Not thread-safe; the pieces are valid until the next
+// call.
 class PoseFrameEncoder {
  public:
-  // Of a whole frame, or of consecutive nodes.
+  // Encodes a whole frame or a range of nodes.
   MessagePieces encode(const PoseFrameView& frame);
 
  private:
@@ -51,9 +51,8 @@ class PoseFrameEncoder {
   } offsets_{};
 };
 
-// How many poses a message of at most max_message_bytes holds, for datagram links: a longer frame is cut into
-// parts of so many poses. Each part is a PoseFrameView of its own and useful alone. 0: not even one pose
-// fits.
+// Maximum number of poses in a message of max_message_bytes, for datagram links, which split longer frames.
+// Each part is an independent PoseFrameView. 0: not even one pose fits.
 uint32_t poses_per_part(size_t max_message_bytes);
 
 }  // namespace fire3dv::wire

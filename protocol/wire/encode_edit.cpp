@@ -1,10 +1,10 @@
-// Scene edits to bytes. As in encode.cpp, each table is filled field by field, so that the bytes do not
-// depend on the version of a tool.
+// Encoding of scene edits. Tables are built field by field, as in encode.cpp, so that the bytes do not depend
+// on the flatc version.
 #include <cstring>
 #include <type_traits>
 
 #include "fire3dv_generated.h"
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::wire {

@@ -1,5 +1,5 @@
-// Messages about images to bytes. As in encode.cpp, each table is filled field by field, so that the bytes do
-// not depend on the version of a tool.
+// Encoding of image messages. Tables are built field by field, as in encode.cpp, so that the bytes do not
+// depend on the flatc version.
 #include <cstring>
 
 #include "fire3dv_generated.h"

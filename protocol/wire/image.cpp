@@ -2,7 +2,7 @@
 
 #include <iterator>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::wire {
 namespace {

@@ -20,7 +20,7 @@ void write_image_block_head(std::span<std::byte> block, uint64_t request, std::s
 
 namespace {
 
-// One private copy of bytes that another process may change meanwhile.
+// Copies bytes that another process may write concurrently: each byte is read once.
 void copy_once(std::byte* to, const std::byte* shared, size_t bytes) {
   for (size_t i = 0; i < bytes; ++i) to[i] = __atomic_load_n(shared + i, __ATOMIC_RELAXED);
 }

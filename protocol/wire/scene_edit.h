@@ -1,6 +1,6 @@
-// What a stream changes about the scene besides poses. An edit is state, not an event: it has a key (node,
-// property), the newest value of a key is all that counts, and whoever joins late gets the newest values.
-// SPEC section 12 is normative. Units and frames as in glTF: metres, radians, linear colour.
+// Scene edits: changes of a stream to the scene other than poses. An edit is state, not an event: only the
+// newest value of a key (node, property) counts, and late joiners receive the newest values. SPEC section 12
+// is normative. Units and frames as in glTF: metres, radians, linear colour.
 #pragma once
 
 #include <array>
@@ -15,13 +15,13 @@
 
 namespace fire3dv::wire {
 
-// With the node's name this is the key. The numbers are the wire's.
+// Key of an edit, together with the node's name. The numbers are part of the protocol.
 enum class Property : uint8_t {
   visible = 0,
   base_color = 1,
   light = 2,
   camera = 3,
-  node = 4,  // that there is such a node at all
+  node = 4,  // existence of the node
   vertices = 5,
 };
 constexpr size_t kPropertyCount = 6;
@@ -31,13 +31,13 @@ inline const char* property_name(Property property) {
   return kNames[static_cast<size_t>(property)];
 }
 
-// The node and all below it: neither drawn nor casting shadows when false.
+// Visibility of a node and its descendants; hidden nodes cast no shadows.
 struct Visible {
   bool visible = true;
   bool operator==(const Visible&) const = default;
 };
 
-// Replaces the base colour factor of all materials of the node's own mesh, for this node alone.
+// Base colour factor of all materials of the node's own mesh, for this node only.
 struct BaseColor {
   std::array<float, 4> rgba{1, 1, 1, 1};  // linear, 0 to 1
   bool operator==(const BaseColor&) const = default;
@@ -45,7 +45,7 @@ struct BaseColor {
 
 enum class LightKind : uint8_t { directional = 0, point = 1, spot = 2 };
 
-// The light on the node, new or instead of the file's. It shines along the node's -Z, as in glTF.
+// Light of the node; adds or replaces the file's light. Points along the node's -Z, as in glTF.
 struct Light {
   LightKind kind = LightKind::point;
   std::array<float, 3> color_rgb{1, 1, 1};  // linear
@@ -57,40 +57,40 @@ struct Light {
   bool operator==(const Light&) const = default;
 };
 
-// The perspective camera on the node, new or instead of the file's. It looks along the node's -Z.
+// Perspective camera of the node; adds or replaces the file's camera. Looks along the node's -Z.
 struct Camera {
   float vertical_fov_rad = 0.8f;  // above 0, below pi
   float near_m = 0.01f;           // above 0
   float far_m = 0;                // above near; 0 = infinite
-  float exposure = 0;             // factor on linear colour; 0 = as the renderer was told
+  float exposure = 0;             // factor on linear colour; 0 = renderer's setting
   bool operator==(const Camera&) const = default;
 };
 
-// A node that the scene's file does not have: the roots of a glTF asset become its children. At most one of
-// uri and glb is given; with neither the node is empty, and may carry a light or a camera.
+// Additional node: the roots of a glTF asset become its children. At most one of uri and glb is set; with
+// neither the node is empty, and may carry a light or a camera.
 struct NodeAdded {
   std::string parent;          // name of another node; empty: the scene's root
-  Affine3x4 parent_from_node;  // at rest; poses act on it as on any other node
-  // Relative to the folder that the renderer's user named; nothing is fetched from elsewhere.
+  Affine3x4 parent_from_node;  // rest pose; pose frames apply as to any other node
+  // Path relative to the user's asset folder; never fetched from elsewhere.
   std::string asset_uri;
-  std::vector<std::byte> asset_glb;  // a whole .glb file
+  std::vector<std::byte> asset_glb;  // contents of a .glb file
   bool operator==(const NodeAdded&) const = default;
 };
 
-// The node and all below it are not there.
+// Removes the node and its descendants.
 struct NodeRemoved {
   bool operator==(const NodeRemoved&) const = default;
 };
 
-// New places of the vertices of the node's own mesh, in the frame of the mesh: those of all its primitives
-// one after the other, in the order of the file. Triangles stay as they are.
+// New vertex positions of the node's own mesh, in mesh space: of all primitives, concatenated in file order.
+// The triangles are unchanged.
 struct Vertices {
   std::vector<std::array<float, 3>> positions;  // metres
-  std::vector<std::array<float, 3>> normals;  // as many, or none: the renderer finds them from the triangles
+  std::vector<std::array<float, 3>> normals;    // same count, or empty: computed from the triangles
   bool operator==(const Vertices&) const = default;
 };
 
-// As the scene's file says.
+// Restores the file's value.
 struct Cleared {
   bool operator==(const Cleared&) const = default;
 };
@@ -98,18 +98,17 @@ struct Cleared {
 using EditValue = std::variant<Cleared, Visible, BaseColor, Light, Camera, NodeAdded, NodeRemoved, Vertices>;
 
 struct SceneEdit {
-  uint64_t epoch = 0;  // of the stream; a publisher's store fills it in
-  // Rises by one with each edit of the stream, whatever its key; 0 = not published yet. Edits travel in
-  // rising order. Those that a newer edit of the same key has replaced are left out, so that numbers may be
-  // missing.
+  uint64_t epoch = 0;  // of the stream; set by the publisher's store
+  // Rises by one with each edit of the stream, whatever its key; 0 = not published. Edits are sent in rising
+  // order. Replaced edits are omitted, so that numbers may be missing.
   uint64_t version = 0;
-  std::string node;  // found by name or path, as the nodes that poses move
+  std::string node;  // name or path, resolved like posed nodes
   Property property = Property::visible;
-  EditValue value;  // Cleared, or what the property takes: `node` takes NodeAdded and NodeRemoved
+  EditValue value;  // Cleared, or a value of the property; `node` takes NodeAdded and NodeRemoved
   bool operator==(const SceneEdit&) const = default;
 };
 
-// Which property a value belongs to; nothing for Cleared, which any property takes.
+// True if the value belongs to the property; Cleared belongs to every property.
 inline bool fits(Property property, const EditValue& value) {
   constexpr Property kOf[] = {Property::visible, Property::visible, Property::base_color, Property::light,
                               Property::camera,  Property::node,    Property::node,       Property::vertices};

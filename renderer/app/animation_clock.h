@@ -1,4 +1,4 @@
-// What time it is for the scene's animations.
+// Clock of the scene's animations, in seconds.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace fire3dv::app {
 
-// Without a window animations go by images, so that the same command gives the same images on every machine.
+// Image rate of animations without a window: independent of the machine, so that a command reproduces its
+// images.
 constexpr int kHeadlessImagesPerSecond = 30;
 
-// The simulated time of a stream as long as there is one; before and after it, time goes on by what `now_s`
-// advances.
+// Simulated time of a stream while it is available; before and after, advances with `now_s`.
 class AnimationClock {
  public:
   double at(std::optional<int64_t> sim_time_ns, double now_s) {

@@ -7,9 +7,9 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/base/file_io.h"
 #include "protocol/base/text.h"
-#include "renderer/app/mark_held.h"
-#include "renderer/sinks/whole_file.h"
+#include "renderer/app/screenshots/stale_overlay.h"
 
 namespace fire3dv::app {
 namespace {
@@ -50,7 +50,7 @@ passes::DrawSettings draw_settings(const Options& options,
 void install_stop_signals() {
   struct sigaction action {};
   action.sa_handler = [](int) { stop_requested = 1; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second one ends the program at once
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second signal kills the process
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }
@@ -60,7 +60,7 @@ bool stop_was_requested() {
 }
 
 FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-                     StreamIntake& intake, LiveScene& scene, state::AnimationPlayer* animations,
+                     StreamReceiver& intake, LiveScene& scene, state::AnimationPlayer* animations,
                      CameraRig& camera, sinks::FrameSink& sink, WindowView* window, FrameStats& stats,
                      const Options& options)
     : device_(device),
@@ -84,34 +84,36 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       started_(Clock::now()),
       last_image_(started_),
       progress_("images:") {
+  scene.charge_edit_time([&intake](state::StreamId stream, int64_t ns) { intake.add_edit_time(stream, ns); });
   frames_.time(gpu::Timed::passes);  // for statistics, metrics and panels
   VkExtent2D extent{options.width, options.height};
   if (window) taken_.color_srgb8 = true;
   if (window) extent = window->image_extent();
-  own_extent_ = extent;
+  frame_extent_ = extent;
   renderer_.set_size(extent);
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
   std::fprintf(stderr, "fire3dv: drawn %s, %u samples a pixel, shadows by %s\n",
                compute ? "from a visibility buffer" : "forward", static_cast<uint32_t>(renderer_.samples()),
-               passes::describe(renderer_.shadow_way()));
+               passes::describe(renderer_.shadow_technique()));
   if (renderer_.traces()) {
-    std::fprintf(stderr, "fire3dv: what rays meet is built %s\n", gpu::describe(device.queues().side));
+    std::fprintf(stderr, "fire3dv: acceleration structures are built %s\n",
+                 gpu::describe(device.queues().side));
   }
 }
 
 Result<void> FrameLoop::run() {
   while (!done()) {
-    // What adapters have sent.
-    const bool is_held = options_.lockstep && (undrawn_ || has_due_images_);
-    if (!is_held) undrawn_ = take_in();
-    say_notes();
+    // Messages of adapters.
+    const bool is_held = options_.lockstep && (has_undrawn_frame_ || has_due_images_);
+    if (!is_held) has_undrawn_frame_ = poll_streams();
+    log_notes();
 
     if (metrics_) metrics_->tell(intake_, poses_, scene_.faults());
 
-    // What the user does.
+    // User input.
     if (window_) steer();
 
-    // What simulators have asked for.
+    // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);
     has_due_images_ = served.has_more;
     if (options_.on_request) {
@@ -119,13 +121,13 @@ Result<void> FrameLoop::run() {
       continue;
     }
 
-    // What is to be drawn, if anything.
+    // Rendering.
     if (Result<void> awaited = await_stream(); !awaited) return awaited;
     if (options_.lockstep && has_due_images_) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
       continue;
     }
-    if ((awaits_stream_ && !window_) || (options_.lockstep && !undrawn_)) {
+    if ((awaits_stream_ && !window_) || (options_.lockstep && !has_undrawn_frame_)) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
       intake_.wait(std::chrono::milliseconds(1));
       continue;
@@ -135,27 +137,27 @@ Result<void> FrameLoop::run() {
       window_->wait_events(0.05);
       continue;
     }
-    // Waiting for the display took its time: show the newest there is by now.
-    if (window_ && !options_.lockstep) take_in();
+    // The display wait took time: poll again to show the newest poses.
+    if (window_ && !options_.lockstep) poll_streams();
     if (animations_) animate();
     if (Result<void> listed = list_instances(); !listed) return listed;
     draw();
-    undrawn_ = false;
+    has_undrawn_frame_ = false;
 
-    // What is finished.
+    // Finished images.
     if (Result<void> delivered = deliver(); !delivered) return delivered;
     progress_.update(images_, options_.frames);
   }
   image_service_.wait(image_service_.submitted());
   if (Result<void> delivered = deliver(); !delivered) return delivered;
   if (window_) window_->finish();
-  say_notes();
+  log_notes();
   if (Result<void> finished = sink_.finish(); !finished) return finished;
   if (first_finished_) stats_.note_start("first image", milliseconds(*first_finished_ - options_.begun));
   return stats_.finish();
 }
 
-void FrameLoop::say_notes() {
+void FrameLoop::log_notes() {
   const auto say = [this](const std::vector<std::string>& notes) {
     for (const std::string& note : notes) {
       std::fprintf(stderr, "fire3dv: %s\n", terminal_text(note).c_str());
@@ -169,12 +171,12 @@ void FrameLoop::say_notes() {
   if (next_) say(next_->take_notes());
 }
 
-// With no image of our own: a frame has been shown when what was asked of it is drawn. In lockstep that is
-// all of it; else a frame may be replaced while images of it are due.
+// Acknowledgement in on-request mode: a frame counts as displayed when its requested images are rendered. In
+// lockstep these are all of its images; otherwise a newer frame may replace it earlier.
 Result<void> FrameLoop::finish_served(const ImageService::Drawn& served) {
-  const bool is_news = undrawn_ && !(options_.lockstep && served.has_more);
+  const bool is_news = has_undrawn_frame_ && !(options_.lockstep && served.has_more);
   if (is_news) unacknowledged_.push_back({image_service_.submitted(), poses_.shown()});
-  if (is_news) undrawn_ = false;
+  if (is_news) has_undrawn_frame_ = false;
   if (!served.any && image_service_.in_flight())
     (void)image_service_.wait_for(image_service_.submitted(), options_.peer_limits.slices.image_ns);
   if (Result<void> delivered = deliver(); !delivered) return delivered;
@@ -182,11 +184,11 @@ Result<void> FrameLoop::finish_served(const ImageService::Drawn& served) {
   return {};
 }
 
-bool FrameLoop::take_in() {
+bool FrameLoop::poll_streams() {
   const bool came = intake_.poll();
   const uint64_t replaced = scene_.replaced();
   const bool released = scene_.follow();
-  if (scene_.replaced() != replaced) intake_.tell_bindings();
+  if (scene_.replaced() != replaced) intake_.notify_bindings();
   return came || released;
 }
 
@@ -195,8 +197,8 @@ bool FrameLoop::done() {
   if (options_.frames && images_ >= options_.frames) return true;
   if (next_ && next_->is_ready()) return goes_on_ = true;
   if (!options_.exit_when_done || intake_.active_streams() != 0) return false;
-  // A recording may have streams that come when others have gone, or none at all.
-  return timeline_ ? timeline_->timeline().at_end && !undrawn_ : intake_.had_streams();
+  // A recording may contain later streams, or none.
+  return timeline_ ? timeline_->timeline().at_end && !has_undrawn_frame_ : intake_.had_streams();
 }
 
 Result<void> FrameLoop::await_stream() {
@@ -209,7 +211,8 @@ Result<void> FrameLoop::await_stream() {
   const std::chrono::duration<double> limit = options_.stream_timeout;
   if (limit.count() == 0 || Clock::now() - started_ < limit) return {};
   std::string uris;
-  for (const StreamIntake::LinkReport& link : intake_.links()) uris += (uris.empty() ? "" : ", ") + link.uri;
+  for (const StreamReceiver::LinkReport& link : intake_.links())
+    uris += (uris.empty() ? "" : ", ") + link.uri;
   std::ostringstream seconds;
   seconds << limit.count();
   return Error{"no pose frame arrived at " + uris + " within " + seconds.str() +
@@ -217,8 +220,8 @@ Result<void> FrameLoop::await_stream() {
 }
 
 void FrameLoop::steer() {
-  window_->steer(facts_.gather(scene_.scene(), scene_.replaced(), intake_, poses_, renderer_, device_,
-                               camera_.node(), window_->records_video()),
+  window_->steer(facts_.begin_assembly(scene_.scene(), scene_.replaced(), intake_, poses_, renderer_, device_,
+                                       camera_.node(), window_->records_video()),
                  timeline_);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
@@ -231,9 +234,9 @@ void FrameLoop::animate() {
 }
 
 void FrameLoop::draw() {
-  if (window_) own_extent_ = window_->image_extent();
-  const VkExtent2D extent = own_extent_;
-  renderer_.set_size(extent);  // images for simulators have theirs
+  if (window_) frame_extent_ = window_->image_extent();
+  const VkExtent2D extent = frame_extent_;
+  renderer_.set_size(extent);  // image requests have changed the size
   gpu::Recorder& recorder = frames_.begin();
   const Clock::time_point begun = Clock::now();
   const passes::View view =
@@ -244,7 +247,7 @@ void FrameLoop::draw() {
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
   renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_, inspection);
   if (taken_.color_srgb8)
-    renderer_.mark_held(recorder, condition_to_mark(poses_.streams(), options_.play.mark_held));
+    renderer_.mark_held(recorder, stale_condition(poses_.streams(), options_.play.mark_held));
   if (wants_pixels() && !awaits_stream_) read_back(recorder, {images_, view.camera, shown, {}});
   if (window_) window_->record(recorder, frames_.belt(), {images_, view.camera, shown});
   const uint64_t done_at = window_ ? frames_.submit(window_->waits(), window_->signals()) : frames_.submit();
@@ -258,10 +261,10 @@ void FrameLoop::draw() {
 }
 
 void FrameLoop::read_back(gpu::Recorder& recorder, ImageTag tag) {
-  passes::ReadbackBelt<ImageTag>::Planes planes;
+  passes::ReadbackRing<ImageTag>::Planes planes;
   if (taken_.any_plane()) {
     planes = {&renderer_.planes(), passes::bytes_of(renderer_.plane_places())};
-    tag.planes = take_planes(options_.outputs, renderer_.plane_places(), scene_.scene(), poses_);
+    tag.planes = collect_planes(options_.outputs, renderer_.plane_places(), scene_.scene(), poses_);
   }
   gpu::Image* const image = options_.outputs.color_srgb8 ? &renderer_.image() : nullptr;
   readback_.record(recorder, image, renderer_.extent(), planes, std::move(tag));
@@ -275,7 +278,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
   last_image_ = Clock::now();
   const auto now_ns = static_cast<int64_t>(last_image_.time_since_epoch() / std::chrono::nanoseconds(1));
   for (const state::FrameTag& tag : shown) {
-    // Of several streams the youngest counts. A publish time of another machine's clock says nothing here.
+    // Minimum over all streams. Publish times of other machines' clocks are not comparable.
     const double age_ms = static_cast<double>(now_ns - static_cast<int64_t>(tag.publish_time_ns)) * 1e-6;
     if (age_ms >= 0 && (!cost.pose_age_ms || age_ms < *cost.pose_age_ms)) cost.pose_age_ms = age_ms;
   }
@@ -285,7 +288,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
 }
 
 Result<void> FrameLoop::deliver() {
-  // In lockstep the adapter waits for this image, so the GPU is waited for too; else it comes when it comes.
+  // In lockstep the adapter waits for this image, so the GPU is awaited; otherwise delivery is asynchronous.
   if (options_.lockstep) image_service_.wait(image_service_.submitted());
   Result<void> result;
   readback_.poll([&](ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels) {
@@ -323,14 +326,14 @@ Result<void> FrameLoop::hand_over(ImageTag tag, VkExtent2D extent, std::span<con
   return sink_.take(std::move(image));
 }
 
-// Beside the images: what the numbers of instances stand for.
+// Writes the instance list: the meaning of the instance numbers in the images.
 Result<void> FrameLoop::list_instances() {
   const bool labelled = taken_[passes::Plane::instance_u32] || options_.outputs[passes::Plane::semantic_u32];
   if (!wants_pixels() || !labelled || instances_listed_ == scene_.replaced()) return {};
   instances_listed_ = scene_.replaced();
   const std::string text = instance_list(scene_.scene());
-  return sinks::write_whole_file(options_.out / "instances.jsonl",
-                                 {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+  return write_whole_file(options_.out / "instances.jsonl",
+                          {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
 }  // namespace fire3dv::app

@@ -1,4 +1,4 @@
-// The frame loop: what adapters sent, what to show of it, drawing it, handing it on.
+// Frame loop of the renderer: polls streams and input, renders, and delivers images.
 #pragma once
 
 #include <chrono>
@@ -7,58 +7,58 @@
 
 #include "protocol/replay/timeline.h"
 #include "renderer/app/animation_clock.h"
-#include "renderer/app/camera_rig.h"
-#include "renderer/app/frame_planes.h"
 #include "renderer/app/frame_stats.h"
-#include "renderer/app/image_service.h"
-#include "renderer/app/live_scene.h"
-#include "renderer/app/options.h"
+#include "renderer/app/loading/live_scene.h"
+#include "renderer/app/options/options.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/show.h"
-#include "renderer/app/stream_intake.h"
-#include "renderer/app/viewer_facts.h"
-#include "renderer/app/window_view.h"
+#include "renderer/app/screenshots/frame_planes.h"
+#include "renderer/app/streams/image_service.h"
+#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/app/viewer_document.h"
+#include "renderer/app/window/camera_rig.h"
+#include "renderer/app/window/viewer_facts.h"
+#include "renderer/app/window/window_view.h"
 #include "renderer/gpu/frame_ring.h"
-#include "renderer/passes/readback_belt.h"
+#include "renderer/passes/outputs/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/animation.h"
 
 namespace fire3dv::app {
 
-// Set by SIGINT and SIGTERM, once install_stop_signals() was called: the loop ends in order.
+// Installs handlers of SIGINT and SIGTERM, which end the loop in order.
 void install_stop_signals();
 bool stop_was_requested();
 
-// How the options want scenes drawn. environment: null for the studio.
+// Draw settings of the command line. environment: null for the studio environment.
 passes::DrawSettings draw_settings(const Options& options,
                                    std::shared_ptr<const scene::EnvironmentImage> environment);
 
 class FrameLoop {
  public:
-  // All is borrowed. The renderer has its scene. window may be null; so may animations, where none play.
+  // Borrows all arguments. The renderer has its scene. `window` and `animations` may be null.
   FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-            StreamIntake& intake, LiveScene& scene, state::AnimationPlayer* animations, CameraRig& camera,
+            StreamReceiver& intake, LiveScene& scene, state::AnimationPlayer* animations, CameraRig& camera,
             sinks::FrameSink& sink, WindowView* window, FrameStats& stats, const Options& options);
 
-  // Borrowed; null: nobody wants to know. Before run().
+  // Borrowed; null: no metrics. Call before run().
   void report_to(RendererMetrics* metrics) { metrics_ = metrics; }
-  // Borrowed; null: nothing is replayed, or recorded. Before run().
+  // Borrowed; null: no replay or recording. Call before run().
   void follow(replay::TimelineControl* timeline) { timeline_ = timeline; }
   void record_with(Recording* recording) { recording_ = recording; }
-  // Borrowed: these draw images for simulators, too, as the settings say at any time. Before run().
-  void spread_images_over(FurtherDevices& further, const passes::DrawSettings& settings) {
+  // Borrowed secondary devices that also render image requests, with the current settings. Call before run().
+  void spread_images_over(SecondaryDevices& further, const passes::DrawSettings& settings) {
     image_service_.spread_over(further, settings);
     std::vector<const gpu::Device*> devices;
     for (const auto& each : further.all()) devices.push_back(&each->device());
     scene_.draw_on_too(std::move(devices));
   }
-  // Ends run() when it is ready.
-  void go_on_with(NextShow* next) { next_ = next; }
+  // Ends run() when the next scene is loaded.
+  void go_on_with(DocumentLoader* next) { next_ = next; }
   Result<void> run();
-  bool goes_on() const { return goes_on_; }  // with that one: it is why run() has ended
+  bool switches_document() const { return goes_on_; }  // true if run() ended for the next scene
   uint64_t images() const { return images_; }
 
  private:
@@ -66,18 +66,18 @@ class FrameLoop {
     uint64_t frame_index;
     std::string camera;
     std::vector<state::FrameTag> shown;
-    TakenPlanes planes;
+    ReadbackPlanes planes;
   };
   bool done();
-  Result<void> await_stream();  // clears awaits_stream_ at the first pose frame; fails after the time-out
-  void say_notes();
-  bool take_in();  // what adapters have sent; true when there is a pose frame to show
-  void steer();    // by the user
+  Result<void> await_stream();  // clears awaits_stream_ at the first pose frame; fails after the timeout
+  void log_notes();
+  bool poll_streams();  // polls streams; true if there is a new pose frame
+  void steer();         // applies user input
   void animate();
   void draw();
   void read_back(gpu::Recorder& recorder, ImageTag tag);
   Result<void> finish_served(const ImageService::Drawn& served);
-  Result<void> deliver();  // finished images to the sink
+  Result<void> deliver();  // passes finished images to the sink
   Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels);
   Result<void> list_instances();
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
@@ -85,7 +85,7 @@ class FrameLoop {
 
   gpu::Device& device_;
   state::PoseState& poses_;
-  StreamIntake& intake_;
+  StreamReceiver& intake_;
   LiveScene& scene_;
   state::AnimationPlayer* animations_;
   AnimationClock animation_clock_;
@@ -96,29 +96,29 @@ class FrameLoop {
   RendererMetrics* metrics_ = nullptr;
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
-  NextShow* next_ = nullptr;
+  DocumentLoader* next_ = nullptr;
   bool goes_on_ = false;
-  ViewerFacts facts_;  // for panels, where there is a window
+  ViewerFacts facts_;  // for panels, if there is a window
   const Options& options_;
 
   gpu::FrameRing frames_;
   passes::SceneRenderer& renderer_;
-  passes::ReadbackBelt<ImageTag> readback_;
+  passes::ReadbackRing<ImageTag> readback_;
   ImageService image_service_;
-  VkExtent2D own_extent_{};     // of the images that are drawn unasked
-  passes::ImageOutputs taken_;  // of each image: what is wanted, and what that is made of
+  VkExtent2D frame_extent_{};   // size of the images that are not requested
+  passes::ImageOutputs taken_;  // outputs of each image and their sources
   passes::CameraHistory history_;
-  std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the list's scene
-  uint64_t images_ = 0;                       // drawn
-  uint64_t uncounted_images_ = 0;             // drawn in a window before the first pose frame
-  bool awaits_stream_ = false;                // --wait-for-stream: no pose frame has come yet
-  bool undrawn_ = false;  // lockstep: a pose frame is shown that no image has been drawn of yet
-  bool has_due_images_ = false;  // requested images of the shown frames are not all drawn yet
+  std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the listed scene
+  uint64_t images_ = 0;                       // drawn images
+  uint64_t uncounted_images_ = 0;             // images drawn in a window before the first pose frame
+  bool awaits_stream_ = false;                // --wait-for-stream: no pose frame yet
+  bool has_undrawn_frame_ = false;            // lockstep: the current pose frame has no image yet
+  bool has_due_images_ = false;               // requested images of the current frames are due
   struct Unacknowledged {
     ImageService::Mark drawn;
     std::vector<state::FrameTag> shown;
   };
-  std::vector<Unacknowledged> unacknowledged_;  // until what was drawn of these frames is done
+  std::vector<Unacknowledged> unacknowledged_;  // until the images of these frames are finished
   const std::chrono::steady_clock::time_point started_;
   std::optional<std::chrono::steady_clock::time_point> first_finished_;
   std::chrono::steady_clock::time_point last_image_;

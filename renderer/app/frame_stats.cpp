@@ -7,8 +7,8 @@
 namespace fire3dv::app {
 namespace {
 
-// Passes in the order of a frame. One that did not run in an image is 0 there. Where the acceleration
-// structures are built on another queue, "tlas wait" is how long the main one stood still for them.
+// CSV columns: passes in frame order; 0 if a pass did not run. "tlas wait": time that the graphics queue
+// waited for acceleration structures of the async compute queue.
 constexpr const char* kColumns[] = {
     "drives",      "poses",       "transforms",  "draws",      "deform",   "deformed blas", "tlas",
     "light views", "clear",       "cull",        "raster",     "expand",   "tiles",         "farthest depth",
@@ -62,7 +62,7 @@ void FrameStats::note_start(const std::string& what, double ms) {
 }
 
 void FrameStats::add(const FrameCost& cost) {
-  if (cost.frame_index > 0) frame_ms_.push_back(cost.frame_ms);  // the first has no image before it
+  if (cost.frame_index > 0) frame_ms_.push_back(cost.frame_ms);  // the first image has no interval
   cpu_ms_.push_back(cost.cpu_ms);
   if (cost.pose_age_ms) pose_age_ms_.push_back(*cost.pose_age_ms);
   waiting_[cost.frame_index] = cost;
@@ -122,7 +122,7 @@ std::string FrameStats::summary() const {
     text += line((std::string("  ") + column + where).c_str(), pass->second);
   }
   if (!pose_age_ms_.values().empty()) text += line("pose age", pose_age_ms_);
-  text.pop_back();  // whoever prints it ends the line
+  text.pop_back();  // the caller prints the final newline
   return text;
 }
 

@@ -1,4 +1,4 @@
-// What each image cost and how old its pose was: a CSV row per image and a summary at the end.
+// Frame statistics: cost of each image and age of its pose, as CSV rows and a summary.
 #pragma once
 
 #include <cstdio>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/state/pose_state.h"
 
@@ -18,13 +18,13 @@ namespace fire3dv::app {
 
 struct FrameCost {
   uint64_t frame_index = 0;
-  double frame_ms = 0;  // from the last image to this one
-  double cpu_ms = 0;    // spent by this thread on recording and submitting
+  double frame_ms = 0;  // since the previous image
+  double cpu_ms = 0;    // recording and submission on this thread
   std::optional<double>
-      pose_age_ms;  // submit time minus publish time of the newest shown frame; same machine only
+      pose_age_ms;  // submit time minus publish time of the newest displayed frame; same machine only
 };
 
-// The newest times, as many as a summary needs: a renderer may run for weeks.
+// Bounded history of times for the summary: a renderer may run for weeks.
 class RecentTimes {
  public:
   void push_back(double ms);
@@ -39,11 +39,11 @@ class FrameStats {
  public:
   static Result<FrameStats> create(const std::filesystem::path& csv);  // empty: no file
 
-  // How long after the program's begin something of its start was there: in the summary, in this order.
+  // Notes the time from program start to a start-up milestone, for the summary, in this order.
   void note_start(const std::string& what, double ms);
   void add(const FrameCost& cost);
   void add(const gpu::FrameTimes& times);
-  // Writes the last rows; says when the file could not be written.
+  // Writes the last rows; returns an error if the file could not be written.
   Result<void> finish();
   std::string summary() const;
 
@@ -57,10 +57,10 @@ class FrameStats {
   std::unique_ptr<std::FILE, CloseFile> file_;
   bool header_written_ = false;
   std::string start_;
-  std::map<uint64_t, FrameCost> waiting_;  // costs whose GPU times have not come yet
+  std::map<uint64_t, FrameCost> waiting_;  // costs without GPU times yet
   RecentTimes frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
   std::map<std::string, RecentTimes> pass_ms_;
-  std::set<std::string> aside_;  // those of them that ran on the side queue
+  std::set<std::string> aside_;  // passes on the async compute queue
 };
 
 }  // namespace fire3dv::app

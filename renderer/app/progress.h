@@ -1,5 +1,5 @@
-// How far a long job is: one line that is rewritten on a terminal, a line now and then elsewhere. Short jobs
-// say nothing.
+// Progress display of long jobs: one rewritten line on a terminal, an occasional line elsewhere. Short jobs
+// print nothing.
 #pragma once
 
 #include <chrono>
@@ -14,9 +14,9 @@ class Progress {
   explicit Progress(std::string what);
   ~Progress();
   void update(uint64_t done, uint64_t total);  // total 0 = unknown
-  // The same with the time that is left, if the rest goes as fast as what was done since the first call.
+  // Adds the remaining time, extrapolated from the rate since the first call.
   void update_with_end(uint64_t done, uint64_t total);
-  // A job of several stages: a bar and a percentage of the stage.
+  // Job with several stages: shows a bar and a percentage of the stage.
   void update(const char* stage, uint64_t done, uint64_t total);
 
  private:

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "protocol/record/attach.h"
-#include "protocol/transport/clock.h"
+#include "protocol/base/clock.h"
+#include "protocol/record/mcap/attach.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::app {
@@ -43,7 +43,7 @@ Result<std::unique_ptr<Recording>> Recording::open(const RecordingOptions& optio
 void Recording::take(size_t listener, const transport::LinkEvent& event) {
   using Kind = transport::LinkEvent::Kind;
   const uint64_t peer = uint64_t{listener} << 48 | event.peer;
-  const int64_t at_ns = event.received_ns != 0 ? event.received_ns : transport::monotonic_ns();
+  const int64_t at_ns = event.received_ns != 0 ? event.received_ns : monotonic_ns();
   if (event.kind == Kind::pose || event.kind == Kind::control)
     log_.take(peer, event.message, at_ns, event.kind == Kind::pose);
   if (event.kind == Kind::disconnected) log_.end_peer(peer, at_ns);

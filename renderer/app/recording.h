@@ -1,5 +1,5 @@
-// Records what the renderer's links bring, message by message, on a thread of its own. Whatever the disk
-// does, the renderer goes on: it hears once that something is not recorded, and at the end how much.
+// Recorder of the renderer's links, on its own thread. Disk problems never block the renderer: the first loss
+// is reported once, the total at the end.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,21 @@
 
 #include "protocol/record/log_thread.h"
 #include "protocol/transport/link.h"
-#include "renderer/app/recording_options.h"
+#include "renderer/app/options/recording_options.h"
 
 namespace fire3dv::app {
 
 class Recording {
  public:
-  // Makes the file. scene: what is shown; it is attached where the options say so.
+  // Creates the file. scene: the displayed scene, attached if the options request it.
   static Result<std::unique_ptr<Recording>> open(const RecordingOptions& options,
                                                  const std::filesystem::path& scene);
 
-  // An event of the listener of this number. Never waits.
+  // Records an event of the listener with this index. Never blocks.
   void take(size_t listener, const transport::LinkEvent& event);
-  // Sentences for the user since the last call.
+  // Messages to the user since the last call.
   std::vector<std::string> take_notes();
-  // Writes what is left. What there is in the file, in a sentence.
+  // Writes the queue. Returns a summary sentence.
   std::string finish();
 
  private:

@@ -2,14 +2,14 @@
 
 #include <utility>
 
-#include "protocol/transport/clock.h"
+#include "protocol/base/clock.h"
 #include "renderer/app/version.h"
 #include "renderer/metrics/process_use.h"
 
 namespace fire3dv::app {
 namespace {
 
-constexpr int64_t kTellEveryNs = 100 * transport::kMillisecondNs;
+constexpr int64_t kTellEveryNs = 100 * kMillisecondNs;
 
 const char* name_of(state::Condition condition) {
   switch (condition) {
@@ -50,15 +50,15 @@ Result<std::unique_ptr<RendererMetrics>> RendererMetrics::open(const std::string
   return self;
 }
 
-void RendererMetrics::drawn(const std::vector<state::FrameTag>& shown, const StreamIntake& intake,
+void RendererMetrics::drawn(const std::vector<state::FrameTag>& shown, const StreamReceiver& intake,
                             const FrameCost& cost) {
-  const int64_t now_ns = transport::monotonic_ns();
+  const int64_t now_ns = monotonic_ns();
   if (gathered_.images > 0) gathered_.interval.add(cost.frame_ms * 1e-3);
   gathered_.cpu.add(cost.cpu_ms * 1e-3);
   ++gathered_.images;
   for (const state::FrameTag& tag : shown) {
     Drawn& drawn = drawn_of_epoch_[tag.epoch];
-    if (std::exchange(drawn.sequence, tag.sequence) == tag.sequence) continue;  // again the same
+    if (std::exchange(drawn.sequence, tag.sequence) == tag.sequence) continue;  // frame already counted
     drawn.epoch = tag.epoch;
     ++drawn.frames;
     const std::optional<int64_t> published_ns = intake.published_ns(tag.epoch, tag.publish_time_ns);
@@ -79,9 +79,9 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
   }
 }
 
-void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& poses,
+void RendererMetrics::tell(const StreamReceiver& intake, const state::PoseState& poses,
                            const state::EditFaults& faults) {
-  const int64_t now_ns = transport::monotonic_ns();
+  const int64_t now_ns = monotonic_ns();
   if (now_ns < next_ns_) return;
   next_ns_ = now_ns + kTellEveryNs;
   gathered_.taken_ns = now_ns;
@@ -92,8 +92,8 @@ void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& p
   gathered_.image_requests_refused = intake.refused_image_requests();
   gathered_.peers = peer_uses(intake);
   gathered_.streams.clear();
-  std::map<uint64_t, Drawn> still_there;  // what was counted of streams that have ended goes
-  for (StreamIntake::Report& report : intake.report()) {
+  std::map<uint64_t, Drawn> still_there;  // drops the counts of ended streams
+  for (StreamReceiver::Report& report : intake.report()) {
     const state::Stream& stream = poses.streams()[report.id];
     StreamNumbers numbers;
     numbers.drawn = still_there[stream.epoch] = drawn_of_epoch_[stream.epoch];
@@ -106,9 +106,9 @@ void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& p
     numbers.incomplete = stream.frames_incomplete;
     numbers.stale = stream.frames_stale;
     numbers.refused = stream.frames_refused;
-    numbers.baseless = stream.frames_baseless;
-    numbers.held = stream.frames_held;
-    numbers.overtaken = stream.frames_overtaken;
+    numbers.baseless = stream.frames_without_base;
+    numbers.held = stream.frames_queued;
+    numbers.overtaken = stream.frames_superseded;
     numbers.edits_received = stream.edits_received;
     numbers.edits_stale = stream.edits_stale;
     numbers.edits_refused = stream.edits_refused;
@@ -121,9 +121,9 @@ void RendererMetrics::tell(const StreamIntake& intake, const state::PoseState& p
   told_.swap(told);
 }
 
-std::vector<metrics::PeerUse> RendererMetrics::peer_uses(const StreamIntake& intake) const {
+std::vector<metrics::PeerUse> RendererMetrics::peer_uses(const StreamReceiver& intake) const {
   std::map<const PeerBudget*, state::StreamId> streams;
-  for (const StreamIntake::Report& report : intake.report()) streams[report.budget.get()] = report.id;
+  for (const StreamReceiver::Report& report : intake.report()) streams[report.budget.get()] = report.id;
   std::vector<metrics::PeerUse> uses;
   for (BudgetPool::Report& report : budgets_->report()) {
     const auto stream = streams.find(report.peer);
@@ -133,7 +133,7 @@ std::vector<metrics::PeerUse> RendererMetrics::peer_uses(const StreamIntake& int
   return uses;
 }
 
-// --- the server's thread
+// --- server thread ---
 
 void RendererMetrics::write_page(metrics::Exposition& page) const {
   std::shared_ptr<const Numbers> numbers;
@@ -145,7 +145,7 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
   page.sample({{"version", kVersion}}, uint64_t{1});
   metrics::write_process_use(page);
   if (!numbers) return;  // no image yet
-  const int64_t now_ns = transport::monotonic_ns();
+  const int64_t now_ns = monotonic_ns();
   page.family("fire3dv_snapshot_age_seconds", "gauge",
               "How old the numbers on this page are: large when the renderer stands still.");
   page.sample({}, static_cast<double>(now_ns - numbers->taken_ns) * 1e-9);
@@ -178,7 +178,7 @@ void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& num
 void RendererMetrics::write_links(metrics::Exposition& page, const Numbers& numbers) {
   const auto each = [&](const char* name, const char* type, const char* help, auto value) {
     page.family(name, type, help);
-    for (const StreamIntake::LinkReport& link : numbers.links)
+    for (const StreamReceiver::LinkReport& link : numbers.links)
       page.sample({{"listener", link.uri}}, uint64_t{value(link.stats)});
   };
   using Stats = transport::LinkStats;
@@ -200,7 +200,7 @@ void RendererMetrics::write_links(metrics::Exposition& page, const Numbers& numb
        [](const Stats& stats) { return stats.images_dropped; });
   page.family("fire3dv_listener_rejected_total", "counter",
               "What came to a listener, or who came, and was turned away.");
-  for (const StreamIntake::LinkReport& link : numbers.links) {
+  for (const StreamReceiver::LinkReport& link : numbers.links) {
     for (size_t i = 0; i < transport::kCauseCount; ++i)
       page.sample(
           {{"listener", link.uri}, {"cause", transport::cause_name(static_cast<transport::Cause>(i))}},
@@ -212,7 +212,7 @@ void RendererMetrics::write_links(metrics::Exposition& page, const Numbers& numb
 }
 
 void RendererMetrics::write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns) {
-  // Names need not differ; the number does.
+  // Labels use the number: names need not be unique.
   const auto each = [&](const char* name, const char* type, const char* help, auto write) {
     page.family(name, type, help);
     for (const StreamNumbers& stream : numbers.streams) write(std::to_string(stream.report.id), stream);

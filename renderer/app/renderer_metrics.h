@@ -1,5 +1,5 @@
-// What a running renderer tells of itself at --metrics: links, streams, images, passes, memory. The frame
-// loop leaves numbers here a few times a second and waits for nobody; the server's thread makes text of them.
+// Prometheus metrics of the renderer (--metrics): links, streams, images, passes, memory. The frame loop
+// publishes a snapshot a few times a second without blocking; the server thread formats it.
 #pragma once
 
 #include <map>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/app/frame_stats.h"
-#include "renderer/app/stream_intake.h"
+#include "renderer/app/streams/stream_receiver.h"
 #include "renderer/metrics/http_server.h"
 #include "renderer/metrics/peer_use.h"
 #include "renderer/state/edit_book.h"
@@ -23,24 +23,24 @@ class RendererMetrics {
                                                        std::shared_ptr<const BudgetPool> budgets);
   std::string address() const { return server_->address(); }
 
-  // --- the frame loop's thread
-  // An image was submitted that shows these frames.
-  void drawn(const std::vector<state::FrameTag>& shown, const StreamIntake& intake, const FrameCost& cost);
+  // --- frame loop thread ---
+  // Counts a submitted image that displays these frames.
+  void drawn(const std::vector<state::FrameTag>& shown, const StreamReceiver& intake, const FrameCost& cost);
   void add(const gpu::FrameTimes& times);
-  // Once an image: hands on what has come together, when the last time is long enough ago.
-  void tell(const StreamIntake& intake, const state::PoseState& poses, const state::EditFaults& faults);
+  // Call once per image: publishes a snapshot if the interval has elapsed.
+  void tell(const StreamReceiver& intake, const state::PoseState& poses, const state::EditFaults& faults);
 
  private:
   struct Drawn {
     uint64_t epoch = 0;
-    uint64_t sequence = 0;  // the newest that an image shows
+    uint64_t sequence = 0;  // newest displayed sequence
     uint64_t frames = 0;
     int64_t published_ns = 0;
     bool is_published_known = false;
     metrics::Histogram latency;
   };
   struct StreamNumbers {
-    StreamIntake::Report report;
+    StreamReceiver::Report report;
     Drawn drawn;
     std::string name;
     state::Condition condition{};
@@ -58,7 +58,7 @@ class RendererMetrics {
     uint64_t images = 0;
     metrics::Histogram interval, cpu, gpu;
     std::map<std::string, PassNumbers> passes;
-    std::vector<StreamIntake::LinkReport> links;
+    std::vector<StreamReceiver::LinkReport> links;
     std::array<uint64_t, kRefusalCount> refusals{};
     std::vector<StreamNumbers> streams;
     state::EditFaults edit_faults;
@@ -66,23 +66,23 @@ class RendererMetrics {
     std::vector<metrics::PeerUse> peers;
   };
   RendererMetrics() = default;
-  void write_page(metrics::Exposition& page) const;  // the server's thread
+  void write_page(metrics::Exposition& page) const;  // server thread
   static void write_images(metrics::Exposition& page, const Numbers& numbers);
   static void write_links(metrics::Exposition& page, const Numbers& numbers);
   static void write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns);
   static void write_edits(metrics::Exposition& page, const Numbers& numbers);
 
-  std::vector<metrics::PeerUse> peer_uses(const StreamIntake& intake) const;
+  std::vector<metrics::PeerUse> peer_uses(const StreamReceiver& intake) const;
 
   std::shared_ptr<const BudgetPool> budgets_;
-  // The frame loop's thread alone.
+  // Used on the frame loop thread only.
   Numbers gathered_;
   std::map<uint64_t, Drawn> drawn_of_epoch_;
   int64_t next_ns_ = 0;
 
-  mutable std::mutex mutex_;  // held to take or replace a pointer, never longer
+  mutable std::mutex mutex_;  // guards pointer copies only
   std::shared_ptr<const Numbers> told_;
-  std::unique_ptr<metrics::HttpServer> server_;  // last: its thread ends before what it reads
+  std::unique_ptr<metrics::HttpServer> server_;  // last: its thread ends before its data
 };
 
 }  // namespace fire3dv::app

@@ -7,19 +7,19 @@
 #include <optional>
 
 #include "protocol/transport/open.h"
-#include "renderer/app/cache_places.h"
-#include "renderer/app/environment_folder.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/further_devices.h"
-#include "renderer/app/image_service.h"
-#include "renderer/app/pipeline_file.h"
+#include "renderer/app/loading/environment_cache.h"
+#include "renderer/app/loading/pipeline_cache_file.h"
+#include "renderer/app/options/cache_locations.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/show.h"
 #include "renderer/app/start.h"
-#include "renderer/app/viewer_control.h"
-#include "renderer/app/window_view.h"
-#include "renderer/gpu/device.h"
+#include "renderer/app/streams/image_service.h"
+#include "renderer/app/streams/secondary_devices.h"
+#include "renderer/app/viewer_document.h"
+#include "renderer/app/window/viewer_control.h"
+#include "renderer/app/window/window_view.h"
+#include "renderer/gpu/device/device.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/null_sink.h"
 
@@ -36,9 +36,10 @@ int list_devices(const gpu::Instance& instance) {
   return 0;
 }
 
-// insist: on each. Those that another scene cannot have again are said, and it is shown without.
+// Opens all listeners. insist: any failure is an error; otherwise failed listeners are reported, and the
+// scene is shown without them.
 Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
-                            StreamIntake& intake, NextShow& notes) {
+                            StreamReceiver& intake, DocumentLoader& notes) {
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
     const bool wants_all = options.lockstep || !options.recording.record.empty();
@@ -101,19 +102,19 @@ Result<Windows> open_windows(const Options& options) {
   return windows;
 }
 
-// What stays when the user opens another scene.
+// State that persists when the user opens another scene.
 struct Stage {
   gpu::Instance& instance;
   gpu::Device& device;
   std::optional<passes::SceneRenderer>& renderer;
   FrameStats& stats;
-  const CachePlaces& places;
+  const CacheLocations& places;
   Windows& windows;
   gui::Viewer& viewer;
-  FurtherDevices& further;
+  SecondaryDevices& further;
   const std::shared_ptr<BudgetPool> budgets;  // of all adapters
-  std::unique_ptr<RendererMetrics> metrics;   // null: nobody wants to know
-  bool first = true;                          // nothing has been shown yet
+  std::unique_ptr<RendererMetrics> metrics;   // null: no metrics
+  bool first = true;                          // no scene has been shown yet
 
   void note_start(const char* what) const {
     if (!first) return;
@@ -123,7 +124,7 @@ struct Stage {
   std::chrono::steady_clock::time_point begun;
 };
 
-// Another scene need not have what the options name: then it is shown without.
+// Retries with an empty option if a later scene lacks the named object.
 template <typename Value, typename Make>
 Result<Value> make_or_default(const Stage& stage, Options& options, std::string Options::*name, Make&& make) {
   Result<Value> made = make(options);
@@ -133,7 +134,7 @@ Result<Value> make_or_default(const Stage& stage, Options& options, std::string 
   return make(options);
 }
 
-// With what images of this size are drawn into.
+// Uploads the scene and allocates render targets of this size.
 Result<void> place_scene(const Stage& stage, const scene::LoadedScene& loaded, VkExtent2D extent) {
   try {
     if (Result<void> enough = make_room(stage.device, stage.viewer.draw, loaded.scene, stage.renderer);
@@ -148,9 +149,9 @@ Result<void> place_scene(const Stage& stage, const scene::LoadedScene& loaded, V
   }
 }
 
-// What was dropped may need more memory than the device has beside what is shown: then it is tried without
-// that, and then there is a new renderer, without a scene.
-Result<void> put_on_device(const Stage& stage, const scene::LoadedScene& loaded, VkExtent2D extent) {
+// Places a scene. The device memory may not suffice for the old and the new scene together: the second
+// attempt starts with a new renderer without a scene.
+Result<void> upload_scene(const Stage& stage, const scene::LoadedScene& loaded, VkExtent2D extent) {
   if (stage.first) return place_scene(stage, loaded, extent);
   Result<void> placed;
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -164,10 +165,11 @@ Result<void> put_on_device(const Stage& stage, const scene::LoadedScene& loaded,
   return placed;
 }
 
-// Until it ends, or the user wants to see another: that one, or null. before: what was shown, as long as an
-// error means that it can be shown again.
-Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Show>& before,
-                                   const std::string& why_again) {
+// Runs the frame loop until it ends. Returns the next scene that the user opened, or null. before: the
+// previous scene, kept while an error means that it can be shown again.
+Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
+                                             std::unique_ptr<ViewerDocument>& before,
+                                             const std::string& why_again) {
   Options options = show.options();
   sinks::Window* const window = stage.windows.empty() ? nullptr : stage.windows.front().window.get();
   SceneLoad& load = show.load();
@@ -176,9 +178,9 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
     sinks::Window::poll_events();
     if (window->should_close()) show.abandon();
   });
-  if (!loaded && window && window->should_close()) return std::unique_ptr<Show>();
+  if (!loaded && window && window->should_close()) return std::unique_ptr<ViewerDocument>();
   if (!loaded) return loaded.error();
-  stage.note_start(load.was_kept() ? "scene from the cache" : "scene");
+  stage.note_start(load.is_cached() ? "scene from the cache" : "scene");
   for (const std::string& note : load.notes()) say(note);
   const scene::Scene* const scene = &(*loaded)->scene;
   describe(show.scene_path(), *scene);
@@ -192,11 +194,11 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
       stage, options, &Options::animate, [&](const Options& o) { return open_animations(o, *scene); });
   if (!animations) return animations.error();
   state::PoseState poses(*scene);
-  StreamIntake intake(poses, options.lockstep, options.play, stage.budgets);
+  StreamReceiver intake(poses, options.lockstep, options.play, stage.budgets);
   intake.offer_images(image_abilities(*stage.renderer));
-  NextShow next(show, stage.places, [&](const scene::Scene& other) {
+  DocumentLoader next(show, stage.places, [&](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);
-    for (const std::unique_ptr<FurtherDevice>& each : stage.further.all()) {
+    for (const std::unique_ptr<SecondaryDevice>& each : stage.further.all()) {
       if (can) can = can_show(each->device(), other);
     }
     return can;
@@ -216,7 +218,7 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
     say("replaying " + timeline->uri());
     intake.add(std::move(replayed));
   }
-  if (stage.first) {  // they count on from scene to scene
+  if (stage.first) {  // one instance counts over all scenes
     Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options, stage.budgets);
     if (!metrics) return metrics.error();
     stage.metrics = std::move(*metrics);
@@ -224,7 +226,7 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
   Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
   if (!sink) return sink.error();
 
-  // However this ends, the windows let go of the device first.
+  // Detaches the windows from the device on every exit path.
   struct Detach {
     const Windows& windows;
     ~Detach() {
@@ -238,14 +240,14 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
 
   VkExtent2D extent{options.width, options.height};
   if (window && window->framebuffer_extent().width != 0) extent = window->framebuffer_extent();
-  if (Result<void> placed = put_on_device(stage, **loaded, extent); !placed) return placed.error();
+  if (Result<void> placed = upload_scene(stage, **loaded, extent); !placed) return placed.error();
   passes::SceneRenderer& renderer = *stage.renderer;
   stage.further.forget_scene();
   stage.note_start("scene on the device");
   LiveScene live(**loaded, poses, renderer, *camera,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.most_textures()});
   if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
-  load.begin_keeping();
+  load.begin_caching();
   std::unique_ptr<WindowView> view;
   if (window) {
     Result<std::unique_ptr<WindowView>> made =
@@ -264,28 +266,29 @@ Result<std::unique_ptr<Show>> play(Stage& stage, Show& show, std::unique_ptr<Sho
   before.reset();
   Result<void> finished = loop.run();
   if (*recording) say((*recording)->finish());
-  if (const std::optional<Error> fault = load.finish_keeping()) say_of_cache(*fault);
+  if (const std::optional<Error> fault = load.finish_caching()) log_cache_error(*fault);
   say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) +
       "\n" + stage.stats.summary());
   if (!finished) return finished.error();
-  return loop.goes_on() ? next.take() : nullptr;
+  return loop.switches_document() ? next.take() : nullptr;
 }
 
 }  // namespace
 
 int run(const Options& options) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write, as a full disk is
-  // A window, when there is one, says which Vulkan extensions it needs.
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit then fails the write like a full disk
+  // The window determines the required Vulkan extensions.
   Result<Windows> windows = open_windows(options);
   if (!windows) return fail(windows.error());
   gpu::InstanceOptions instance_options;
   instance_options.validation = options.validation;
   if (!windows->empty()) instance_options.window_extensions = windows->front().window->instance_extensions();
-  // What there is to show, before anything that takes long.
-  const CachePlaces places = cache_places(options.cache, [](const char* name) { return std::getenv(name); });
-  std::unique_ptr<Show> show;
+  // Opens the scene before all slow steps.
+  const CacheLocations places =
+      cache_places(options.cache, [](const char* name) { return std::getenv(name); });
+  std::unique_ptr<ViewerDocument> show;
   if (!options.list_devices) {
-    Result<std::unique_ptr<Show>> opened = Show::open(options, places);
+    Result<std::unique_ptr<ViewerDocument>> opened = ViewerDocument::open(options, places);
     if (!opened) return fail(opened.error());
     show = std::move(*opened);
   }
@@ -296,26 +299,26 @@ int run(const Options& options) {
 
   int exit_code = 0;
   {
-    // The cheap things that can be wrong come first.
+    // Cheap checks come first.
     Result<FrameStats> stats = FrameStats::create(options.stats);
     if (!stats) return fail(stats.error());
     Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
         load_surroundings(options.environment);
     if (!environment) return fail(environment.error());
 
-    // The scene loads while the device opens and its pipelines are made.
+    // The scene loads while the device opens and pipelines compile.
     Result<OpenDevices> devices = open_devices(**instance, options);
     if (show->load().has_failed()) return fail(show->load().wait().error());
     if (!devices) return fail(devices.error());
     gpu::Device& device = *devices->first;
-    PipelineFile pipelines(device, places.pipelines);
+    PipelineCacheFile pipelines(device, places.pipelines);
     if (pipelines.note()) say(*pipelines.note());
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
     viewer.draw.kept_environments = environment_store(places.surroundings);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
-    Result<FurtherDevices> further = FurtherDevices::open(**instance, devices->further, options.async_compute,
-                                                          places, viewer.draw, *renderer);
+    Result<SecondaryDevices> further = SecondaryDevices::open(
+        **instance, devices->further, options.async_compute, places, viewer.draw, *renderer);
     if (!further) return fail(further.error());
     Stage stage{**instance, device,   renderer,
                 *stats,     places,   *windows,
@@ -327,17 +330,17 @@ int run(const Options& options) {
     if (Result<void> can = renderer->can_show(options.debug_view); !can)
       return fail(Error{"--view: " + can.error().message});
     viewer.debug_view = options.debug_view;
-    std::unique_ptr<Show> before;
+    std::unique_ptr<ViewerDocument> before;
     std::string note;
     while (show) {
       const std::string why_again = std::exchange(note, {});
-      Result<std::unique_ptr<Show>> next = play(stage, *show, before, why_again);
+      Result<std::unique_ptr<ViewerDocument>> next = play(stage, *show, before, why_again);
       if (next) {
         before = std::exchange(show, std::move(*next));
       } else if (before) {
         note = next.error().message + "; what was shown is shown again";
         show = std::move(before);
-        if (Result<void> again = show->begin_again(); !again) note += ", but " + again.error().message;
+        if (Result<void> again = show->restart_epoch(); !again) note += ", but " + again.error().message;
       } else {
         if (!why_again.empty()) say(why_again);
         exit_code = fail(next.error());
@@ -346,7 +349,7 @@ int run(const Options& options) {
       stage.first = false;
       forget_scene(viewer);
     }
-    if (Result<void> kept = pipelines.keep(); !kept) say_of_cache(kept.error());
+    if (Result<void> kept = pipelines.keep(); !kept) log_cache_error(kept.error());
   }
   if (const uint64_t messages = (*instance)->validation_messages()) {
     exit_code = fail(Error{std::to_string(messages) + " validation messages"});

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "protocol/base/text.h"
-#include "renderer/scene/radiance_file.h"
+#include "renderer/scene/textures/radiance_file.h"
 
 namespace fire3dv::app {
 
@@ -17,7 +17,7 @@ int fail(const Error& error) {
   return 1;
 }
 
-void say_of_cache(const Error& error) {
+void log_cache_error(const Error& error) {
   say("cache: " + error.message +
       "; the next start will be as slow as this one (--cache names another folder)");
 }

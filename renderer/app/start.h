@@ -1,5 +1,4 @@
-// The steps of a program's start that a live run and an offline one share: device, surroundings, animations,
-// and what is said of them.
+// Start-up steps shared by live and offline runs: device, environment, animations, and their messages.
 #pragma once
 
 #include <filesystem>
@@ -8,38 +7,38 @@
 #include <string>
 #include <vector>
 
-#include "protocol/error.h"
-#include "renderer/app/options.h"
-#include "renderer/gpu/device.h"
+#include "protocol/base/error.h"
+#include "renderer/app/options/options.h"
+#include "renderer/gpu/device/device.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/state/animation.h"
 
 namespace fire3dv::app {
 
-void say(const std::string& text);  // to the user, on standard error
-int fail(const Error& error);       // the same, and the exit code
-// A run without a cache is a good run.
-void say_of_cache(const Error& error);
+void say(const std::string& text);  // prints to standard error
+int fail(const Error& error);       // same; returns the exit code
+// Reports a cache error, which is not fatal.
+void log_cache_error(const Error& error);
 
-// The one that the options want; report: what it says of itself.
+// Opens the device of the options; report: receives its description.
 Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options,
                                                  gpu::DeviceReport* report = nullptr);
 
-// Of the devices that --devices names the first, and after it the indices of the others.
+// Devices of --devices: the first one opened, and the indices of the secondary devices.
 struct OpenDevices {
   std::unique_ptr<gpu::Device> first;
   std::vector<uint32_t> further;
 };
-// All that the options want.
+// Opens the devices of the options.
 Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options);
 
-// Warnings, and what is in the scene.
+// Prints warnings and a summary of the scene.
 void describe(const std::filesystem::path& path, const scene::Scene& scene);
 
-// What can be known before its scene takes the place of another.
+// Checks a scene before it replaces another one.
 Result<void> can_show(const gpu::Device& device, const scene::Scene& scene);
 
-// Few scenes have so many textures that the renderer has to be made anew for them.
+// Recreates the renderer if the scene needs more textures than it supports (rare).
 Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
                        std::optional<passes::SceneRenderer>& renderer);
 

@@ -1,3 +1,4 @@
+// Version of the renderer, set by CMake.
 #pragma once
 
 namespace fire3dv::app {

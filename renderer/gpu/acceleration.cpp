@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "renderer/gpu/pipeline.h"
-#include "renderer/gpu/touch_ahead.h"
+#include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/gpu/prefault.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -37,7 +37,7 @@ AccelerationStructure create_structure(Device& device, VkAccelerationStructureTy
   return structure;
 }
 
-// One structure is of the one or of the other.
+// One structure holds either boxes or triangles.
 bool is_of_boxes(const std::vector<TriangleGeometry>& mesh) {
   return std::any_of(mesh.begin(), mesh.end(), [](const TriangleGeometry& g) { return g.boxes != 0; });
 }
@@ -123,8 +123,7 @@ void MeshBuilds::create(std::span<const std::vector<TriangleGeometry>> meshes) {
   }
   if (builds_.empty()) return;
   touching_ = touch_ahead(std::move(to_be_written));
-  // One build after the other through one scratch buffer: loading is bound by the disk and the CPU, not by
-  // this.
+  // The builds share one scratch buffer and run in sequence: loading is bound by the disk and the CPU.
   scratch_ = create_buffer(device_, scratch_size + scratch_alignment(device_),
                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
 }
@@ -154,8 +153,8 @@ std::vector<AccelerationStructure> MeshBuilds::finish(BlasBuildReport& report) {
   loader_.finish();
   touching_ = {};
   for (const MeshBuild& build : builds_) report.bytes_built += build.sizes.accelerationStructureSize;
-  // To a software device memory is given page by page when it is written: a copy of much wins nothing and
-  // costs as much again.
+  // A software device gets memory page by page on first write. Compacting a large structure therefore costs
+  // as much as it saves.
   if (device_.report().type == DeviceType::software && report.bytes_built > kMostCopiedInSoftware) {
     report.bytes_compacted = report.bytes_built;
   } else if (!builds_.empty()) {
@@ -185,7 +184,7 @@ void MeshBuilds::compact(BlasBuildReport& report) {
           device_.functions().cmd_copy_acceleration_structure(commands, &copy);
         });
     report.bytes_compacted += sizes[b];
-    structure = std::move(smaller);  // the large one retires after the copy
+    structure = std::move(smaller);  // the large structure retires after the copy
   }
   loader_.finish();
 }

@@ -1,12 +1,12 @@
-// Acceleration structures: one bottom level per mesh, built once and compacted; one top level, rebuilt every
-// frame from instances that a shader has written.
+// Acceleration structures: one compacted bottom-level structure per mesh, built once, and one top-level
+// structure. The top-level structure is rebuilt every frame from instances that a shader has written.
 #pragma once
 
 #include <span>
 #include <thread>
 #include <vector>
 
-#include "renderer/gpu/loader_commands.h"
+#include "renderer/gpu/device/loader_commands.h"
 #include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {
@@ -17,28 +17,28 @@ struct AccelerationStructure {
   VkDeviceAddress address = 0;
 };
 
-// Whether rays are traced to boxes around a few triangles each, which a shader then meets one by one, where a
-// mesh's are all opaque and keep their shape: llvmpipe makes a tree of the order in which it is given things,
-// whatever that is, and writes 104 bytes for each.
+// True where a mesh's structure holds boxes around a few triangles each, and a shader intersects those
+// triangles itself. Only opaque meshes of constant shape use boxes. Reason: llvmpipe builds its tree in input
+// order and writes 104 bytes for each primitive.
 bool traces_to_boxes(const Device& device);
 
 constexpr VkDeviceSize kBoxStride = 32;
 
-// One geometry of triangles: 3 float32 positions per vertex, uint32 indices relative to the first vertex. Or
-// of boxes.
+// One geometry of a bottom-level structure: triangles with 3 float32 positions per vertex and uint32 indices
+// relative to the first vertex, or boxes.
 struct TriangleGeometry {
   VkDeviceAddress positions = 0;  // of the first vertex
   VkDeviceAddress indices = 0;    // of the first index
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
-  bool opaque = true;  // false: rays stop for a look at alpha
-  // Each kBoxStride after the one before, and begins with its VkAabbPositionsKHR. 0: triangles.
+  bool opaque = true;  // false: the any-hit test reads alpha
+  // Boxes at a stride of kBoxStride; each record begins with its VkAabbPositionsKHR. 0: triangles.
   VkDeviceAddress boxes = 0;
   uint32_t box_count = 0;
 };
 
-// Geometry descriptions of one mesh, with the arrays that Vulkan's build call points to. Whoever moves it
-// points info.pGeometries at `geometries` again.
+// Geometry descriptions of one mesh and the arrays that Vulkan's build call points to. After a move, the
+// caller sets info.pGeometries to `geometries` again.
 struct MeshBuild {
   std::vector<VkAccelerationStructureGeometryKHR> geometries;
   std::vector<VkAccelerationStructureBuildRangeInfoKHR> ranges;
@@ -55,16 +55,16 @@ struct BlasBuildReport {
   VkDeviceSize bytes_compacted = 0;
 };
 
-// The bottom levels of a scene's meshes, built while other things are uploaded.
+// Builder of all bottom-level structures of a scene; the builds overlap with other uploads.
 class MeshBuilds {
  public:
-  // meshes[i]: the geometries of one mesh. inputs: the buffers that the geometries point into, filled by what
-  // has been submitted; they must live until finish(). Submits without waiting.
+  // meshes[i]: geometries of one mesh. inputs: buffers that the geometries point into, filled by commands
+  // submitted earlier; they must live until finish(). Submits without waiting.
   MeshBuilds(Device& device, std::span<const std::vector<TriangleGeometry>> meshes,
              std::vector<Buffer*> inputs);
 
-  // Waits, and makes them compact where that pays. One structure for each mesh; a null address for one
-  // without triangles. Once.
+  // Waits and compacts the structures where that pays. Returns one structure per mesh, with a null address
+  // for a mesh without triangles. Call it once.
   std::vector<AccelerationStructure> finish(BlasBuildReport& report);
 
  private:
@@ -75,16 +75,15 @@ class MeshBuilds {
   Device& device_;
   std::vector<Buffer*> inputs_;
   LoaderCommands loader_;
-  std::vector<AccelerationStructure> built_;  // of each mesh
-  std::vector<MeshBuild> builds_;             // of those with triangles
+  std::vector<AccelerationStructure> built_;  // per mesh
+  std::vector<MeshBuild> builds_;             // only meshes with triangles
   std::vector<uint32_t> mesh_of_build_;
   Buffer scratch_;
-  QueryPool compact_sizes_;  // of each build
-  std::jthread touching_;    // what is built into; after it in order of destruction
+  QueryPool compact_sizes_;  // per build
+  std::jthread touching_;    // pre-faults built_; must be destroyed before it
 };
 
-// What a structure that is built for each frame is best at: it takes less time to build, or rays less to
-// trace.
+// Build preference of a per-frame structure. few: fast build. many: fast trace.
 enum class Rays : uint8_t { few, many };
 
 class TopLevel {

@@ -11,7 +11,7 @@ constexpr VkShaderStageFlags kRayStages =
 
 }  // namespace
 
-// 1 M is what desktop drivers and lavapipe give.
+// Desktop drivers and lavapipe support 1 M descriptors.
 uint32_t BindlessTextures::most(const Device& device) {
   VkPhysicalDeviceVulkan12Properties properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};
   VkPhysicalDeviceProperties2 chain{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &properties};

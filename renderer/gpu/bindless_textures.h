@@ -1,12 +1,12 @@
-// Descriptor set 0, the same for every pass: the scene's textures, indexed by the shader, the images of its
-// surroundings, and the top-level acceleration structure where the device has ray queries.
+// Bindless descriptor set 0, shared by all passes. It holds the scene's textures, the environment images and,
+// with ray queries, the top-level acceleration structure.
 #pragma once
 
 #include <array>
 #include <span>
 #include <vector>
 
-#include "renderer/gpu/device.h"
+#include "renderer/gpu/device/device.h"
 #include "shaders/shared/bindings.h"
 
 namespace fire3dv::gpu {
@@ -22,16 +22,16 @@ using EnvironmentTextures =
 class BindlessTextures {
  public:
   BindlessTextures() = default;
-  // layout: from create_layout, with room for the textures. environment: from
-  // FIRE3DV_BINDING_ENVIRONMENT_PICTURE on. top_level may be VK_NULL_HANDLE. The set does not own what it
-  // points to.
+  // layout: from create_layout, with room for the textures. environment: bindings from
+  // FIRE3DV_BINDING_ENVIRONMENT_PICTURE on. top_level may be VK_NULL_HANDLE. The set does not own the objects
+  // that it points to.
   BindlessTextures(Device& device, VkDescriptorSetLayout layout, std::span<const SampledTexture> textures,
                    const EnvironmentTextures& environment, VkAccelerationStructureKHR top_level);
 
-  // For pipeline layouts, which are made before any scene. lavapipe clears memory for all that a layout has
-  // room for, 256 bytes each, so there is no more room than scenes have use for.
+  // Creates the set layout for pipeline layouts, before any scene is loaded. Keep capacity small: lavapipe
+  // clears 256 bytes for each descriptor of a layout.
   static SetLayout create_layout(Device& device, uint32_t capacity);
-  // What a device can have.
+  // Largest capacity that the device supports.
   static uint32_t most(const Device& device);
 
   VkDescriptorSet set() const { return set_; }

@@ -5,7 +5,8 @@
 namespace fire3dv::gpu {
 namespace {
 
-constexpr VkDeviceSize kStructureAlignment = 256;  // Vulkan's, of the offset in the storage
+constexpr VkDeviceSize kStructureAlignment = 256;  // Vulkan's alignment of a structure's offset in its
+                                                   // storage
 constexpr VkBuildAccelerationStructureFlagsKHR kFlags =
     VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
     VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;

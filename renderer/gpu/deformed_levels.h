@@ -1,5 +1,5 @@
-// Bottom-level acceleration structures of meshes whose vertices move: built by the first frame that uses
-// them, updated by later ones. An update keeps the tree and fits its boxes anew.
+// Bottom-level acceleration structures of deformed meshes. The first frame builds them, later frames update
+// them; an update keeps the tree and refits its boxes.
 #pragma once
 
 #include <vector>
@@ -15,16 +15,16 @@ class DeformedLevels {
   DeformedLevels(Device& device, const std::vector<std::vector<TriangleGeometry>>& meshes);
 
   bool empty() const { return builds_.empty(); }
-  VkDeviceAddress address(size_t mesh) const { return addresses_[mesh]; }  // 0: it has none
+  VkDeviceAddress address(size_t mesh) const { return addresses_[mesh]; }  // 0: no structure
   Buffer& storage() { return storage_; }
   Buffer& scratch() { return scratch_; }
-  // Builds or updates all of them. The caller declares storage() and scratch() as build_write and what the
-  // geometries point to as build_input.
+  // Records the build or the update of all structures. The caller declares storage() and scratch() as
+  // build_write and the geometries' buffers as build_input.
   void record(VkCommandBuffer commands);
 
  private:
   Device* device_ = nullptr;
-  Buffer storage_, scratch_;  // pieces of both for each mesh, so that all are built side by side
+  Buffer storage_, scratch_;  // separate ranges per mesh, so that all builds run in parallel
   std::vector<AccelerationHandle> handles_;
   std::vector<VkDeviceAddress> addresses_;
   std::vector<MeshBuild> builds_;

@@ -22,7 +22,7 @@ VkCommandBuffer create_commands(Device& device, const CommandPool& pool) {
   return commands;
 }
 
-// From one timestamp to a later one; a counter of fewer than 64 bits may have wrapped around.
+// Ticks between two timestamps; a counter of fewer than 64 bits may have wrapped around.
 uint64_t ticks_between(uint64_t begin, uint64_t end, uint32_t valid_bits) {
   const uint64_t ticks = end - begin;
   return valid_bits < 64 ? ticks & ((uint64_t{1} << valid_bits) - 1) : ticks;
@@ -114,8 +114,8 @@ void FrameRing::read_times(Slot& slot) {
         const auto ticks_taken = static_cast<double>(ticks_between(pass_begin, pass_end, bits));
         times.passes.push_back({pass.name, ticks_taken * ms_per_tick, pass.aside});
       }
-      // Vulkan lets only times of one queue be compared. The main one's hold those of the other between them:
-      // it begins before that and waits for it.
+      // Vulkan compares timestamps of one queue only. The main queue's span includes the async queue's work,
+      // since it begins earlier and waits for it.
       if (pass.aside) continue;
       if (!begin) begin = pass_begin;
       times.total_ms = static_cast<double>(ticks_between(*begin, pass_end, bits)) * ms_per_tick;

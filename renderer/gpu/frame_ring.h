@@ -1,5 +1,5 @@
-// Frames in flight: command buffer, upload belt and timestamps of each, reused when the GPU has finished with
-// them.
+// Ring of frames in flight: command buffers, upload staging ring and timestamp queries of each frame. A slot
+// is reused when the GPU has finished its frame.
 #pragma once
 
 #include <array>
@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "renderer/gpu/device.h"
+#include "renderer/gpu/device/device.h"
 #include "renderer/gpu/recorder.h"
-#include "renderer/gpu/upload_belt.h"
+#include "renderer/gpu/staging_ring.h"
 
 namespace fire3dv::gpu {
 
@@ -21,42 +21,42 @@ constexpr uint32_t kMaxTimestamps = 128;
 struct PassTime {
   const char* name;
   double milliseconds;
-  bool aside;  // on the side queue, beside others
+  bool aside;  // on the async compute queue, overlapped with other passes
 };
 
-// GPU times of one finished frame. What ran on the side queue did so within the frame's span, but beside
-// other passes: all together may sum up to more than the frame.
+// GPU times of one finished frame, in milliseconds. Passes on the async compute queue overlap others, so the
+// sum may exceed the total.
 struct FrameTimes {
   uint64_t frame_index = 0;
-  std::vector<PassTime> passes;  // of frames whose passes were timed
-  double total_ms = 0;           // from the first pass's begin to the last one's end, on the main queue
+  std::vector<PassTime> passes;  // only of frames with pass timing
+  double total_ms = 0;           // main queue: begin of the first pass to end of the last one
 };
 
 class FrameRing {
  public:
   explicit FrameRing(Device& device);
 
-  // Of the frames that are begun from now on; before the first call each is timed as a whole.
+  // Selects the timestamps of later frames; the default times the frame as a whole.
   void time(Timed timed) { timed_ = timed; }
 
-  // Waits until the slot's earlier frame is done (that is the back-pressure of the whole renderer), frees
-  // what retired, and begins recording.
+  // Waits for the slot's earlier frame, frees retired objects and begins recording. This wait is the
+  // renderer's back-pressure.
   Recorder& begin();
-  UploadBelt& belt() { return slots_[slot_].belt; }
-  // Ends recording and submits. Returns the timeline value of the frame.
+  StagingRing& belt() { return slots_[slot_].belt; }
+  // Ends recording and submits. Returns the frame's timeline value.
   uint64_t submit(std::span<const SemaphoreSignal> waits = {}, std::span<const SemaphoreSignal> signals = {});
 
   uint64_t frame_index() const { return frame_index_; }  // of the frame being recorded, from 0
-  // Reads the times of all frames that are done. Called after the last frame, to miss none.
+  // Reads the times of all finished frames. Call it once more after the last frame, so that none is missed.
   std::vector<FrameTimes> take_finished();
 
  private:
   struct Slot {
     explicit Slot(Device& device) : belt(device) {}
     CommandPool pool, side_pool;
-    ForkedCommands commands;  // only the first, where there is no side queue
+    ForkedCommands commands;  // only the first one without an async compute queue
     QueryPool queries;
-    UploadBelt belt;
+    StagingRing belt;
     std::optional<Recorder> recorder;
     uint64_t done_at = 0;  // timeline value
     uint64_t frame_index = 0;

@@ -1,6 +1,5 @@
-// Every Vulkan object has one owner: a move-only Handle. Its destructor does not destroy the object but
-// retires it to the frames that may still use it; Device frees it when the timeline has passed them. Nobody
-// waits for the GPU.
+// Move-only owner of a Vulkan object. The destructor retires the object instead of destroying it; Device
+// destroys it once the timeline has passed the frames that may use it. No thread waits for the GPU.
 #pragma once
 
 #include <array>
@@ -8,7 +7,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "renderer/gpu/vk.h"
+#include "renderer/gpu/device/vk.h"
 
 struct VmaAllocation_T;
 
@@ -35,7 +34,7 @@ enum class ObjectKind : uint8_t {
 constexpr size_t kObjectKinds = static_cast<size_t>(ObjectKind::swapchain) + 1;
 const char* object_kind_name(ObjectKind kind);
 
-// Objects that exist now, retired ones included until they are freed. Counted for the leak test.
+// Live objects by kind, including retired objects until they are freed. The leak test reads these counts.
 using LiveObjects = std::array<int64_t, kObjectKinds>;
 
 namespace detail {

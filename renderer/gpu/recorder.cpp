@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -14,22 +14,23 @@ struct Dependency {
   VkAccessFlags2 src_access = 0;
 };
 
-// What must come before this access, given what came since the last write; then notes the access.
+// Returns the dependency of an access on the accesses since the last write, then records the access in
+// `state`.
 Dependency depend(UseState& state, const Access& next, bool changes_layout) {
   Dependency dependency;
   if (next.writes || changes_layout) {
-    // After every earlier access: write after write, write after read.
+    // Waits for every earlier access: write after write, write after read.
     dependency.needed = changes_layout || state.write_stages || state.read_stages;
     dependency.src_stages = state.write_stages | state.read_stages;
     dependency.src_access = state.write_access;
     state.write_stages = next.writes ? next.stages : VK_PIPELINE_STAGE_2_NONE;
     state.write_access = next.writes ? next.access : VK_ACCESS_2_NONE;
     state.read_stages = next.writes ? VK_PIPELINE_STAGE_2_NONE : next.stages;
-    // A write is visible to nobody yet, not even to later commands in its own stage.
+    // The write is not yet visible to any later access, not even in its own stage.
     state.visible_stages = state.visible_access = 0;
     if (!next.writes) {
-      // A layout change alone: its barrier makes it visible to this reader; later ones wait through this
-      // one's stages.
+      // A layout change without a write: its barrier makes the image visible to this reader. Later readers
+      // wait through this reader's stages.
       state.write_stages = next.stages;
       state.visible_stages = next.stages;
       state.visible_access = next.access;
@@ -98,8 +99,8 @@ bool Recorder::copies_beside_this() const {
   return copies_beside_next_ && piece_ != Piece::aside && !copies_at_end_.empty();
 }
 
-// What is copied may have another buffer in its place by now, so its state is not asked: all that came before
-// is waited for, and all that comes later waits.
+// The source buffer may have been replaced, so its use state is unknown. The copies therefore wait for all
+// earlier commands, and all later commands wait for them.
 void Recorder::record_copies() {
   if (copies_at_end_.empty()) return;
   end_copies();
@@ -172,7 +173,7 @@ void Recorder::go_on_in(VkCommandBuffer commands, Piece piece) {
   FIRE3DV_VK(vkBeginCommandBuffer(commands_, &info));
 }
 
-// From the main queue's first pass on.
+// The frame's time starts at the first pass of the main queue.
 void Recorder::begin_frame_time() {
   if (times_passes() || !queries_ || next_query_ != 0 || piece_ == Piece::aside) return;
   vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, 0);
@@ -199,7 +200,7 @@ void Recorder::write_timestamps_end(const char* name, std::optional<uint32_t> be
   timestamps_.push_back({name, *begin_query, *begin_query + 1, piece_ == Piece::aside});
 }
 
-// Whether one of them has to wait for the piece aside, which may still run.
+// True if a resource has to wait for the async piece, which may still run.
 bool Recorder::touches_aside(std::span<const Use> uses) const {
   return std::any_of(uses.begin(), uses.end(), [&](const Use& use) {
     const UseState& state = use.buffer ? use.buffer->use : use.image->use;
@@ -207,10 +208,9 @@ bool Recorder::touches_aside(std::span<const Use> uses) const {
   });
 }
 
-// Semaphores stand between the pieces of a frame on both queues, and make all that was written before them
-// visible to all that comes behind them. So on the side queue a barrier is needed only against the piece's
-// own writes, and on the main one none against the side queue's. Besides, stages of the main queue would not
-// be allowed in a barrier on the other one.
+// Semaphores between the pieces of a frame make earlier writes visible to later pieces on both queues. So the
+// async queue needs barriers against its own writes only, and the main queue needs none against it. Stages of
+// the main queue would also be invalid in a barrier on the async queue.
 bool Recorder::is_ordered_by_fork(UseState& state, const Access& next) {
   if (piece_ != Piece::aside) {
     if (state.side_write) state = {.layout = state.layout, .side_read = state.side_read};
@@ -228,7 +228,7 @@ bool Recorder::is_ordered_by_fork(UseState& state, const Access& next) {
     state.read_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     return false;
   }
-  state.side_read = fork_->number;  // what the main queue knows of it stays as it is
+  state.side_read = fork_->number;  // the main queue's state stays as it is
   return true;
 }
 
@@ -243,7 +243,7 @@ void Recorder::barriers(std::span<const Use> uses) {
     if (use.buffer) {
       const Dependency d = depend(use.buffer->use, use.access, false);
       if (!d.needed) continue;
-      // One memory barrier for all buffers: drivers make no difference, and it keeps the list short.
+      // One memory barrier covers all buffers: drivers make no difference.
       memory_needed = true;
       memory.srcStageMask |= d.src_stages;
       memory.srcAccessMask |= d.src_access;

@@ -1,6 +1,6 @@
-// Records the passes of one frame. A pass says what it reads and writes where it records; the barriers in
-// front of it follow from that, in the order of recording, and so does what it waits for on another queue.
-// Timestamps surround each named pass, or the frame.
+// Recorder of one frame's passes, with derived barriers. Each pass declares its reads and writes; barriers
+// and waits across queues follow from the order of recording. Timestamps surround each named pass, or the
+// frame.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace fire3dv::gpu {
 
-// The accesses that passes declare.
+// Accesses that passes declare.
 namespace access {
 inline constexpr Access compute_read{VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT,
                                      false};
@@ -61,7 +61,7 @@ inline constexpr Access present{VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE, fals
                                 VK_IMAGE_LAYOUT_PRESENT_SRC_KHR};
 }  // namespace access
 
-// One resource and how the pass touches it. `discard` says that a written image's old content is not needed.
+// One resource and its access by a pass. `discard`: the old content of a written image is not needed.
 struct Use {
   Use(Buffer& b, const Access& a) : buffer(&b), access(a) {}
   Use(Image& i, const Access& a, bool discard_content = false)
@@ -75,26 +75,26 @@ struct Use {
 struct PassTimestamps {
   const char* name;
   uint32_t begin_query, end_query;
-  bool aside;  // on the side queue
+  bool aside;  // on the async compute queue
 };
 
-// What timestamps surround. Each makes the passes wait for one another a little longer.
+// Scope of timestamps. Pass timestamps delay the passes a little, since each one serialises its neighbours.
 enum class Timed : uint8_t { frame, passes };
 
-// What it takes to record a piece of a frame for the side queue.
+// Command buffers and number of a frame with a piece on the async compute queue.
 struct Fork {
-  ForkedCommands commands;  // `before` is the buffer that recording begins with
+  ForkedCommands commands;  // recording begins in `before`
   uint64_t number = 0;      // distinct on the device, never 0
   bool times_aside = false;
 };
 
-// Whatever these stages after it do sees all that those before it have done, for resources whose state is not
-// known.
+// Makes all earlier work of the stages `before` visible to all later work of the stages `after`. For
+// resources of unknown state.
 void wait_for(VkCommandBuffer commands, VkPipelineStageFlags2 before, VkPipelineStageFlags2 after);
 
 class Recorder {
  public:
-  // queries may be null: no timestamps then. The pool must be reset and hold max_queries.
+  // queries may be null: no timestamps. The pool must be reset and hold max_queries.
   Recorder(VkCommandBuffer commands, VkQueryPool queries, uint32_t max_queries,
            std::optional<Fork> fork = std::nullopt, Timed timed = Timed::passes)
       : commands_(commands),
@@ -109,21 +109,22 @@ class Recorder {
     pass(name, std::span<const Use>(uses.begin(), uses.size()), record);
   }
   void pass(const char* name, std::span<const Use> uses, const std::function<void(VkCommandBuffer)>& record);
-  // For the host, at the end of the frame, all together: between passes each copy would hold them up. Or
-  // before one of both is written again, if that comes first. `into` is borrowed until finish(). Timed as the
-  // pass "counts".
+  // Copies to the host at the end of the frame, or before either buffer is written again. All copies run
+  // together, because a copy between passes stalls them. `into` is borrowed until finish(). Timed as the pass
+  // "counts".
   void copy_at_end(const Buffer& from, Buffer& into, std::vector<VkBufferCopy> regions);
-  // What is to be copied at the end by now: copied beside the next pass of the main queue instead.
+  // Moves the copies requested so far from the end of the frame to the next pass of the main queue,
+  // overlapped with it.
   void copy_beside_next() { copies_beside_next_ = true; }
-  // Only the barriers: hands a resource to someone outside the passes (the host, a presentation engine).
+  // Records barriers only: hands a resource to a user outside the passes (the host, a presentation engine).
   void transition(std::initializer_list<Use> uses);
 
-  // What `record` records runs beside the passes that follow, on the side queue, where there is one; else
-  // here and now. Once a frame, with buffers alone. A later pass waits for it if it declares what that has
-  // written, or writes what that reads; so does the end of the frame. wait_name: of the time for which the
-  // main queue stands still at that place, static storage.
+  // Records commands that overlap with the following passes on the async compute queue, or inline without
+  // one. Call it at most once a frame, with buffers only. A later pass waits if it declares a resource that
+  // the async piece has written, or writes one that it reads. The end of the frame always waits. wait_name:
+  // static storage; name of the main queue's wait time.
   void aside(const char* wait_name, const std::function<void()>& record);
-  // Ends recording. Returns the pieces, if there are several.
+  // Ends recording. Returns the pieces of a forked frame.
   std::optional<ForkedCommands> finish();
 
   VkCommandBuffer commands() const { return commands_; }
@@ -164,7 +165,7 @@ class Recorder {
   uint32_t next_query_ = 0;
   std::vector<PassTimestamps> timestamps_;
   std::vector<CopyAtEnd> copies_at_end_;
-  std::vector<CopyAtEnd> copies_begun_;  // beside a pass; nobody has waited for them yet
+  std::vector<CopyAtEnd> copies_begun_;  // overlapped with a pass; not waited for yet
   bool copies_beside_next_ = false;
 };
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "renderer/gpu/device.h"
+#include "renderer/gpu/device/device.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -37,9 +37,9 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
   info.size = buffer.size_bytes;
   info.usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
                VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-  // What acceleration structures lie in and are built from is used by both queues, and owned by neither. An
-  // image could lose its compression by that, a buffer has none; handing over ownership would cost a barrier
-  // on either queue for each buffer in each frame. (Scratch memory is used by the side queue alone.)
+  // Both queues use the buffers of acceleration structures and their inputs, so sharing is concurrent. Images
+  // could lose compression by that, buffers cannot; ownership transfers would cost two barriers a buffer and
+  // frame. Scratch memory belongs to the async queue alone.
   constexpr VkBufferUsageFlags kOfBothQueues =
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;

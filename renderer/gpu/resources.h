@@ -1,16 +1,16 @@
-// Buffers and images: a handle, what a shader needs to reach it, and how it was last used, from which the
-// recorder derives barriers.
+// Buffers and images: the handle, the address or view for shaders, and the use state. The recorder derives
+// barriers from the use state.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
+#include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/handle.h"
-#include "renderer/gpu/vk.h"
 
 namespace fire3dv::gpu {
 
-// How commands touch a resource.
+// One kind of access by commands to a resource.
 struct Access {
   VkPipelineStageFlags2 stages = 0;
   VkAccessFlags2 access = 0;
@@ -18,15 +18,15 @@ struct Access {
   VkImageLayout layout = VK_IMAGE_LAYOUT_GENERAL;  // images only
 };
 
-// The accesses since, and with, the last write. Kept by the recorder.
+// Accesses since the last write, including it. The recorder updates it.
 struct UseState {
   VkPipelineStageFlags2 write_stages = 0;
   VkAccessFlags2 write_access = 0;
   VkPipelineStageFlags2 read_stages = 0;     // since that write
-  VkPipelineStageFlags2 visible_stages = 0;  // which stages and accesses the write was made visible to
+  VkPipelineStageFlags2 visible_stages = 0;  // stages and accesses that see the write
   VkAccessFlags2 visible_access = 0;
   VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
-  // The forks of frames in which the side queue last wrote and read it; 0: none that still matters.
+  // Fork numbers of the async queue's last write and read; 0: no pending access.
   uint64_t side_write = 0, side_read = 0;
 };
 
@@ -45,7 +45,8 @@ struct Image {
   ImageHandle handle;
   ImageView view;  // the whole image
   VkFormat format = VK_FORMAT_UNDEFINED;
-  VkFormat written_as = VK_FORMAT_UNDEFINED;  // what shaders write; `format`, unless ImageInfo says another
+  VkFormat written_as = VK_FORMAT_UNDEFINED;  // format of shader writes; differs from `format` only where
+                                              // ImageInfo requests it
   VkExtent2D extent{};
   uint32_t mip_levels = 1;
   uint32_t layers = 1;
@@ -61,14 +62,14 @@ enum class Memory {
   device,    // fastest for the GPU
   upload,    // written by the CPU in order, read by the GPU; mapped
   readback,  // written by the GPU, read by the CPU; mapped, cached
-  shared,    // `device`, and mapped: for software devices, all of whose memory is the CPU's
+  shared,    // `device`, and mapped: for software devices, whose memory is the CPU's
 };
 
-// Of what is filled once, by LoaderCommands: `device`, or `shared` where it can be.
+// Memory type of buffers that LoaderCommands fills once: `shared` where possible, otherwise `device`.
 Memory filled_memory(const Device& device);
 
-// usage is extended by SHADER_DEVICE_ADDRESS and the transfer bits. A size of 0 becomes a small one, so that
-// an empty scene needs no special case.
+// Adds SHADER_DEVICE_ADDRESS and the transfer bits to usage. A size of 0 becomes a small one, so that an
+// empty scene needs no special case.
 Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags usage, Memory memory);
 
 struct ImageInfo {
@@ -77,12 +78,12 @@ struct ImageInfo {
   VkImageUsageFlags usage = 0;
   uint32_t mip_levels = 1;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
-  bool cube = false;  // six layers, seen as the faces of a cube
-  // For a format that shaders cannot write: one of as many bits that they can. Undefined: the format itself.
+  bool cube = false;  // six layers, viewed as the faces of a cube
+  // Storage format of the same size, for a format that shaders cannot write. Undefined: the format itself.
   VkFormat written_as = VK_FORMAT_UNDEFINED;
 };
 Image create_image(Device& device, const ImageInfo& info);
-// One level as an array of its layers, as it is written: what a shader can write to.
+// View of one level as an array of its layers, in the format of shader writes.
 ImageView create_level_view(Device& device, const Image& image, uint32_t level);
 
 }  // namespace fire3dv::gpu

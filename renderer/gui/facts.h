@@ -1,4 +1,4 @@
-// What panels tell: numbers that the program knows of itself, gathered once a frame. Plain data.
+// Data that panels display: numbers gathered once per frame. Plain structs.
 #pragma once
 
 #include <array>
@@ -16,26 +16,26 @@ namespace fire3dv::gui {
 struct PassFact {
   std::string name;
   double ms = 0;
-  bool aside = false;  // on the side queue, beside others
+  bool aside = false;  // on the async compute queue
 };
 
 struct FrameFacts {
-  uint64_t images = 0;     // drawn so far; where it has not risen, nothing here is news
-  double interval_ms = 0;  // from the last image to this one
-  double cpu_ms = 0;       // of recording and submitting
-  double gpu_ms = 0;       // of the newest frame that is finished
+  uint64_t images = 0;     // drawn so far; if unchanged, all values here are unchanged
+  double interval_ms = 0;  // since the previous image
+  double cpu_ms = 0;       // recording and submission
+  double gpu_ms = 0;       // newest finished frame
   std::optional<double> pose_age_ms;
-  std::vector<PassFact> passes;  // of that frame, in its order
+  std::vector<PassFact> passes;  // of that frame, in execution order
   glm::uvec2 extent_px{0};
-  // Of the scene as it is shown, each as often as it is drawn.
+  // Counts of the displayed scene, with instancing.
   uint64_t triangles = 0;
   uint64_t clusters = 0;
-  std::optional<uint64_t> clusters_drawn;  // after culling; none where the raster path does not count them
-  uint64_t late_clusters = 0;              // of them those that were hidden in the frame before
+  std::optional<uint64_t> clusters_drawn;  // after culling; empty if the raster path does not count them
+  uint64_t late_clusters = 0;              // the part drawn by the second (disocclusion) pass
   uint64_t shadow_rays = 0;
-  uint64_t gpu_bytes = 0;  // that this program has asked for
+  uint64_t gpu_bytes = 0;  // allocated by this program
   uint64_t resident_bytes = 0;
-  std::string device, raster, shadows;  // in words
+  std::string device, raster, shadows;  // display texts
   uint32_t samples = 0;
 };
 
@@ -50,18 +50,18 @@ struct StreamFact {
   std::string name, listener, clock;
   state::Condition condition = state::Condition::live;
   bool interpolated = false;
-  int64_t delay_ns = 0;          // with which it is shown, where interpolated
-  double rate_hz = 0;            // whole frames a second
-  std::optional<double> age_ms;  // since the shown frame was published
+  int64_t delay_ns = 0;          // playout delay, if interpolated
+  double rate_hz = 0;            // whole frames per second
+  std::optional<double> age_ms;  // age of the displayed frame since its publication
   uint64_t sequence = 0;
   int64_t sim_time_ns = 0;
   uint32_t poses = 0, unmatched = 0, conflicting = 0;
-  uint64_t shown = 0;  // frames
-  // Frames and messages that were not shown, by cause.
+  uint64_t shown = 0;  // displayed frames
+  // Frames and messages that were not displayed, by cause.
   uint64_t incomplete = 0, stale = 0, refused = 0, baseless = 0, overtaken = 0;
   uint64_t edits = 0, edits_refused = 0;
   std::vector<UseFact> uses;   // above 1 % of the limit, or with refusals
-  std::vector<float> gaps_ms;  // between the newest frames that came, the oldest first
+  std::vector<float> gaps_ms;  // intervals between the newest frames, oldest first
 };
 
 struct LinkFact {
@@ -71,7 +71,7 @@ struct LinkFact {
 };
 
 struct LogLine {
-  double time_s = 0;  // since the program's begin
+  double time_s = 0;  // since program start
   std::string text;
 };
 
@@ -79,11 +79,11 @@ struct Facts {
   FrameFacts frame;
   std::vector<StreamFact> streams;
   std::vector<LinkFact> links;
-  std::vector<LogLine> log;      // the newest ones, the oldest first
-  uint64_t log_lines = 0;        // ever: what stands before `log` is gone
-  std::optional<size_t> camera;  // of the scene, in its order; none: the free one
+  std::vector<LogLine> log;      // newest lines, oldest first
+  uint64_t log_lines = 0;        // total; lines before `log` are dropped
+  std::optional<size_t> camera;  // index of the scene's camera; empty: free camera
   bool recording_video = false;
-  // One sentence for each that cannot be had with this device and scene; empty: it can.
+  // Reasons for features that this device or scene does not support; empty: supported.
   std::string why_no_debug_views;
 };
 

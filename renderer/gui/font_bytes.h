@@ -1,4 +1,4 @@
-// The letters of panels: a TrueType font that the build puts into the program, so that no file is looked for.
+// Font of the panels: TrueType data, embedded at build time.
 #pragma once
 
 #include <cstddef>

@@ -43,13 +43,13 @@ Cursor cursor_of(ImGuiMouseCursor cursor) {
 struct Gui::Panels {
   ImGuiContext* context = nullptr;
   Ui ui;
-  float scale = 0;  // of the fonts as they are
+  float scale = 0;  // scale of the built fonts
   std::deque<Event> waiting;
-  std::string clipboard;  // as it was handed out last
+  std::string clipboard;  // last text returned to ImGui, which keeps the pointer
   Cursor cursor = Cursor::arrow;
   bool wants_mouse = false, wants_keyboard = false;
   Rect image_rect;
-  float left_rest_px = 0;  // of the left column, all but the tree
+  float left_rest_px = 0;  // height of the left column without the tree
 
   FramePanel frame;
   StreamsPanel streams;
@@ -72,8 +72,8 @@ Gui::Gui(const Layout& layout, Clipboard clipboard)
   panels_->context = ImGui::CreateContext();
   ImGui::SetCurrentContext(panels_->context);
   ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = io.LogFilename = nullptr;  // what is kept is in layout_file.h
-  // Lists may have more corners than their 16-bit indices count: gui_tiles.h takes offsets.
+  io.IniFilename = io.LogFilename = nullptr;  // settings are persisted by layout_file.h
+  // Draw lists may exceed 16-bit vertex indices: gui_tiles.h supports vertex offsets.
   io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors | ImGuiBackendFlags_RendererHasVtxOffset;
   set_up_keys(io);
   io.ClipboardUserData = this;
@@ -90,10 +90,9 @@ Gui::Gui(const Layout& layout, Clipboard clipboard)
 
 Gui::~Gui() = default;
 
-// A press and its release, or a press and the way to another place, may come between two frames, and panels
-// see a state and not a story: what would be lost waits for the next frame. A press waits for the frame after
-// the move to its place: Dear ImGui 1.90 ignores it on rows unless the mouse was over them in the frame
-// before.
+// Spreads events over frames, since ImGui sees only the state per frame. A press and its release, or a press
+// and a later move, need separate frames. A press also waits for the frame after the move to its position:
+// ImGui 1.90 ignores it on rows that were not hovered in the previous frame.
 void Gui::Panels::take_events(ImGuiIO& io) {
   bool mouse_moved = false, button_changed = false;
   std::array<bool, static_cast<size_t>(Key::count)> key_changed{};
@@ -140,7 +139,7 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
     ++fonts_number_;
   }
   io.DisplaySize = {std::max(input.display_px.x, 1.0f), std::max(input.display_px.y, 1.0f)};
-  constexpr float kLeastDeltaS = 1e-4f;  // ImGui takes no frames at the same moment
+  constexpr float kLeastDeltaS = 1e-4f;  // ImGui rejects a time step of 0
   io.DeltaTime = std::max(input.delta_s, kLeastDeltaS);
   set_modifiers(io, input.ctrl, input.shift, input.alt);
   panels.waiting.insert(panels.waiting.end(), input.events.begin(), input.events.end());
@@ -158,13 +157,13 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   panels.wants_mouse = io.WantCaptureMouse;
   panels.wants_keyboard = io.WantTextInput;
   panels.cursor = cursor_of(ImGui::GetMouseCursor());
-  layout_.camera_speed = viewer.camera_speed;  // keys set it, too
+  layout_.camera_speed = viewer.camera_speed;  // keys change it as well
   return *ImGui::GetDrawData();
 }
 
 void Gui::Panels::lay_out(const Context& c) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  // A small window is shared: the image keeps a third of it. ImGui would choose a size itself instead of 0.
+  // In a small window the image keeps a third. ImGui would replace a size of 0 by its own choice.
   const float third = std::max(std::floor(display.x / 3), 1.0f);
   const float left = std::min(ui.points(c.layout.left_pt), third);
   const float right = std::min(ui.points(c.layout.right_pt), third);
@@ -199,7 +198,7 @@ void Gui::Panels::lay_out(const Context& c) {
   image_rect = {{left, 0}, {display.x - right, low}};
 }
 
-// Returns where it begins.
+// Returns the upper edge of the panel.
 float Gui::Panels::bottom(const Context& c, float left, float right, float height) {
   const ImGuiStyle& style = ImGui::GetStyle();
   const float header = ImGui::GetTextLineHeight() + ui.points(9) + 2 * style.ItemSpacing.y;
@@ -223,7 +222,8 @@ float Gui::Panels::bottom(const Context& c, float left, float right, float heigh
 void Gui::Panels::edges(const Context& c, float left, float right, float bottom_y) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float thick = ui.points(kEdgePt), half = std::floor(thick / 2);
-  // In front of the columns, which have it; ImGui puts what is not to come to the front behind all others.
+  // Drawn in front of the columns: these have NoBringToFrontOnFocus, which ImGui puts behind all other
+  // windows.
   constexpr ImGuiWindowFlags kEdge = (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) |
                                      ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoScrollbar |
                                      ImGuiWindowFlags_NoFocusOnAppearing;

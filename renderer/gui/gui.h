@@ -1,5 +1,5 @@
-// The panels over the image. They read facts, the scene and its poses, and write what the user wants
-// (viewer.h); they know neither a window nor a GPU: what is to be drawn is a list that gui_pass.h draws.
+// Panels over the image. They read facts, scene and poses, and write the user's requests (viewer.h).
+// Independent of window and GPU: the output is a draw list for gui_pass.h.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 #include "renderer/gui/input.h"
 #include "renderer/gui/layout_file.h"
 #include "renderer/gui/viewer.h"
-#include "renderer/scene/scene_edits.h"
+#include "renderer/scene/edits/scene_edits.h"
 #include "renderer/state/pose_state.h"
 
 struct ImDrawData;
@@ -20,21 +20,21 @@ struct ImFontAtlas;
 
 namespace fire3dv::gui {
 
-// What is shown, borrowed for one frame.
+// Displayed objects, borrowed for one frame.
 struct Shown {
   const scene::Scene& scene;
   const state::PoseState& poses;
   const scene::SceneEdits* edits = nullptr;     // null: none
-  uint64_t scene_number = 0;                    // another one for another scene
-  replay::TimelineControl* timeline = nullptr;  // null: nothing is replayed
+  uint64_t scene_number = 0;                    // unique per scene
+  replay::TimelineControl* timeline = nullptr;  // null: no replay
 };
 
-// Pixels of the image.
+// Rectangle in image pixels.
 struct Rect {
   glm::vec2 low{0}, high{0};
 };
 
-// Something of a panel that the user can act on, as it was laid out in the last frame. For tests.
+// Interactive widget of a panel, as laid out in the last frame. For tests.
 struct Control {
   enum class Kind : uint8_t { button, check, slider, choice, color, text, row, header, edge };
   Kind kind = Kind::button;
@@ -54,24 +54,24 @@ class Gui {
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
-  // Once a frame, before the camera is moved: takes the input and lays out the panels. The list is valid
-  // until the next call. Viewer::gui off: nothing but the help is drawn, and no input is wanted.
+  // Processes the input and lays out the panels; call once per frame, before the camera moves. The list is
+  // valid until the next call. With Viewer::gui off, draws only the help and captures no input.
   const ImDrawData& frame(const Input& input, const Facts& facts, const Shown& shown, Viewer& viewer);
 
-  // Of the last frame: whether the mouse is over a panel or held by one, and whether keys are text. A click
-  // that began on the image is not wanted, wherever it ends.
+  // Input capture in the last frame: mouse over or held by a panel; keys used as text. A click that began on
+  // the image is never captured.
   bool wants_mouse() const;
   bool wants_keyboard() const;
   Cursor cursor() const;
-  Rect image_rect() const;  // what panels leave of the image
+  Rect image_rect() const;  // part of the image not covered by panels
 
   const Layout& layout() const { return layout_; }
   const ImFontAtlas& fonts() const;
-  uint64_t fonts_number() const { return fonts_number_; }  // another one for other fonts
+  uint64_t fonts_number() const { return fonts_number_; }  // changes with the fonts
 
   void note_controls(bool on);
   const std::vector<Control>& controls() const;
-  uint32_t tree_rows() const;  // of the scene tree, that were laid out in the last frame
+  uint32_t tree_rows() const;  // rows of the scene tree laid out in the last frame
 
  private:
   struct Panels;

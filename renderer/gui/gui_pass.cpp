@@ -23,19 +23,19 @@ GuiPass::GuiPass(gpu::Device& device) : device_(device) {
   pipeline_ = gpu::create_compute_pipeline(device, layout_.get(), "gui.comp");
 
   VkSamplerCreateInfo info{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
-  info.magFilter = info.minFilter = VK_FILTER_LINEAR;  // soft edges lie between texels
+  info.magFilter = info.minFilter = VK_FILTER_LINEAR;  // glyph edges lie between texels
   info.addressModeU = info.addressModeV = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkSampler sampler = VK_NULL_HANDLE;
   FIRE3DV_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
   sampler_ = gpu::Sampler(device, sampler);
 }
 
-void GuiPass::upload_fonts(gpu::Recorder& recorder, gpu::UploadBelt& belt, const ImFontAtlas& fonts) {
+void GuiPass::upload_fonts(gpu::Recorder& recorder, gpu::StagingRing& belt, const ImFontAtlas& fonts) {
   const VkExtent2D extent{static_cast<uint32_t>(fonts.TexWidth), static_cast<uint32_t>(fonts.TexHeight)};
   FIRE3DV_ASSERT(fonts.TexPixelsAlpha8);
   fonts_ = gpu::create_image(
       device_, {VK_FORMAT_R8_UNORM, extent, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  const gpu::UploadBelt::Piece piece =
+  const gpu::StagingRing::Piece piece =
       belt.write(std::span<const uint8_t>(fonts.TexPixelsAlpha8, size_t{extent.width} * extent.height));
   recorder.pass("gui", {Use(fonts_, access::transfer_write, true)}, [&](VkCommandBuffer commands) {
     VkBufferImageCopy copy{};
@@ -66,7 +66,7 @@ void GuiPass::bind(const gpu::Image& image) {
   vkUpdateDescriptorSets(device_.handle(), 2, writes, 0, nullptr);
 }
 
-void GuiPass::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, gpu::Image& image,
+void GuiPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, gpu::Image& image,
                      const ImDrawData& draw_data, const ImFontAtlas& fonts, uint64_t fonts_number) {
   const bool new_fonts = fonts_number_ != fonts_number;
   if (new_fonts) upload_fonts(recorder, belt, fonts);

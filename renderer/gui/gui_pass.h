@@ -1,13 +1,13 @@
-// Draws panels onto a finished image, by compute: on a large GPU that is several times as fast as its raster
-// pipeline. Pixels without a panel are not touched.
+// Compute pass that draws panels onto a finished image. On large GPUs it is several times as fast as
+// rasterisation. Pixels without a panel are not accessed.
 #pragma once
 
 #include <memory>
 
-#include "renderer/gpu/descriptors.h"
-#include "renderer/gpu/pipeline.h"
+#include "renderer/gpu/pipelines/descriptors.h"
+#include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/gpu/recorder.h"
-#include "renderer/gpu/upload_belt.h"
+#include "renderer/gpu/staging_ring.h"
 #include "renderer/gui/gui_tiles.h"
 
 struct ImDrawData;
@@ -19,13 +19,13 @@ class GuiPass {
  public:
   explicit GuiPass(gpu::Device& device);
 
-  // fonts_number: another one for other fonts, which are uploaded then. The image is rgba8, with colours as
-  // displays take them, and may be another one each time.
-  void record(gpu::Recorder& recorder, gpu::UploadBelt& belt, gpu::Image& image, const ImDrawData& draw_data,
+  // fonts_number: a new number uploads the fonts. The image is rgba8 with sRGB-encoded colours, and may
+  // differ between calls.
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, gpu::Image& image, const ImDrawData& draw_data,
               const ImFontAtlas& fonts, uint64_t fonts_number);
 
  private:
-  void upload_fonts(gpu::Recorder& recorder, gpu::UploadBelt& belt, const ImFontAtlas& fonts);
+  void upload_fonts(gpu::Recorder& recorder, gpu::StagingRing& belt, const ImFontAtlas& fonts);
   void bind(const gpu::Image& image);
 
   gpu::Device& device_;
@@ -35,7 +35,7 @@ class GuiPass {
   gpu::Sampler sampler_;
   gpu::DescriptorSet set_;
   gpu::Image fonts_;
-  uint64_t fonts_number_ = 0;  // of what is uploaded; 0: nothing is
+  uint64_t fonts_number_ = 0;  // number of the uploaded fonts; 0: none
   GuiTiles tiles_;
 };
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::gui {
 namespace {
@@ -19,7 +19,8 @@ glm::vec4 corner(const ImDrawVert& vertex, const ImVec2& origin) {
   return {vertex.pos.x - origin.x, vertex.pos.y - origin.y, vertex.uv.x, vertex.uv.y};
 }
 
-// Most of what panels consist of: letters, backgrounds, frames. Two triangles of ImGui's order of corners.
+// True for two triangles that form an axis-aligned rectangle in ImGui's vertex order: glyphs, backgrounds and
+// frames, the bulk of the panels.
 bool is_rectangle(const ImDrawVert* vertices, const ImDrawIdx* index) {
   if (index[3] != index[0] || index[4] != index[2]) return false;
   const ImDrawVert &a = vertices[index[0]], &b = vertices[index[1]], &c = vertices[index[2]],
@@ -58,8 +59,7 @@ void GuiTiles::build(const ImDrawData& draw_data, glm::uvec2 image_px) {
   const glm::uvec2 grid = (image_px + FIRE3DV_GUI_TILE - 1u) / FIRE3DV_GUI_TILE;
   head_.assign(size_t{grid.x} * grid.y, kEnd);
   covered_.assign(head_.size(), false);
-  // From the last to the first, so that what is hidden is known before it is met, and lists come out in
-  // order.
+  // Back to front in reverse: occluders come first, and the lists end up in drawing order.
   for (size_t i = primitives_.size(); i-- > 0;) link(static_cast<uint32_t>(i), grid);
 
   for (uint32_t y = 0; y < grid.y; ++y) {
@@ -101,7 +101,7 @@ void GuiTiles::add(const ImDrawData& draw_data) {
         index += rectangle ? 6 : 3;
         if (((a.col | b.col | c.col) & IM_COL32_A_MASK) == 0) continue;
         if (!rectangle) {
-          // The shader takes one order of corners. No area: nothing is inside, and there is no weight.
+          // The shader requires one winding. Degenerate triangles have no interior and no weights.
           const glm::vec2 ab = glm::vec2(primitive.b) - glm::vec2(primitive.a),
                           ac = glm::vec2(primitive.c) - glm::vec2(primitive.a);
           const float area = ab.x * ac.y - ab.y * ac.x;
@@ -123,7 +123,7 @@ void GuiTiles::link(uint32_t number, glm::uvec2 grid) {
   if (!(box.low.x < box.high.x && box.low.y < box.high.y)) return;
   const glm::uvec2 first(box.low / kTile);
   const glm::uvec2 last = glm::min(glm::uvec2(box.high / kTile), grid - 1u);
-  // One texel of the fonts is opaque, and what has no picture takes that one at all its corners.
+  // One texel of the fonts is opaque; untextured primitives use it at all vertices.
   const bool is_opaque = primitive.kind == FIRE3DV_GUI_RECTANGLE && primitive.color_a >> 24 == 0xff &&
                          primitive.a.z == primitive.b.z && primitive.a.w == primitive.b.w;
   for (uint32_t y = first.y; y <= last.y; ++y) {

@@ -1,5 +1,5 @@
-// Panels as lists for the GPU: what ImGui lays out, as rectangles and triangles, and which of them are in
-// which tile of the image. Tiles without any are left out, and what an opaque rectangle hides is dropped.
+// Tile lists of panels for the GPU: ImGui's output as rectangles and triangles, binned into image tiles.
+// Empty tiles are omitted, and primitives behind an opaque rectangle are dropped.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,13 @@ namespace fire3dv::gui {
 
 class GuiTiles {
  public:
-  // Lists of what is drawn onto an image of this size. Valid until the next call.
+  // Builds the lists for an image of this size. Valid until the next call.
   void build(const ImDrawData& draw_data, glm::uvec2 image_px);
 
   const std::vector<gpu_types::GuiPrimitive>& primitives() const { return primitives_; }
   const std::vector<gpu_types::GuiTile>& tiles() const { return tiles_; }
-  const std::vector<uint32_t>& entries() const { return entries_; }  // primitives of tiles, as they are drawn
+  // Primitive indices of the tiles, in drawing order.
+  const std::vector<uint32_t>& entries() const { return entries_; }
 
  private:
   struct Link {

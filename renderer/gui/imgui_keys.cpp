@@ -5,7 +5,7 @@
 namespace fire3dv::gui {
 namespace {
 
-// Dear ImGui's keys in the order of Key; 1.89 renamed one.
+// ImGui keys in the order of Key; 1.89 renamed one.
 #if IMGUI_VERSION_NUM >= 18900
 constexpr int kKeypadEnter = ImGuiKey_KeypadEnter;
 #else

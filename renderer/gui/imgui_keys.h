@@ -1,5 +1,4 @@
-// Key input of Dear ImGui, by the interface of the version that is installed: key events since 1.89, key
-// arrays before.
+// Key input of Dear ImGui for the installed version: key events since 1.89, key arrays before.
 #pragma once
 
 #include <imgui.h>
@@ -8,7 +7,8 @@
 
 namespace fire3dv::gui {
 
-// Once after the context is made. Events reach the next frame: the caller spreads them over frames itself.
+// Call once after the context is created. Disables ImGui's event trickling: the caller spreads events over
+// frames.
 void set_up_keys(ImGuiIO& io);
 void set_key(ImGuiIO& io, Key key, bool down);
 void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt);

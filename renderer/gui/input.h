@@ -1,5 +1,4 @@
-// What keyboard and mouse do, for panels. Plain data: whoever has a window fills it, and a test does without
-// one.
+// Keyboard and mouse events for panels. Plain structs, filled by the window's owner or by a test.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +9,7 @@
 
 namespace fire3dv::gui {
 
-// Those that panels look at; text comes as text.
+// Keys that panels handle; text arrives as Text events.
 enum class Key : uint8_t {
   none,
   tab,
@@ -39,7 +38,7 @@ enum class Key : uint8_t {
 };
 enum class Button : uint8_t { left, right, middle };
 
-// Positions are pixels of the image, from its upper left corner.
+// Positions are in image pixels from the upper left corner.
 struct MouseMoved {
   glm::vec2 at_px{0};
 };
@@ -57,18 +56,18 @@ struct KeyChanged {
 struct Text {
   char32_t character = 0;
 };
-struct MouseLeft {};  // the window
+struct MouseLeft {};  // left the window
 using Event = std::variant<MouseMoved, MouseButton, MouseWheel, KeyChanged, Text, MouseLeft>;
 
 struct Input {
   glm::vec2 display_px{0};
-  float scale = 1;    // of text and panels: 2 on a display with twice the density
+  float scale = 1;    // UI scale: 2 on a display with twice the density
   float delta_s = 0;  // since the last frame
   bool ctrl = false, shift = false, alt = false;
-  std::vector<Event> events;  // since the last frame, in their order
+  std::vector<Event> events;  // since the last frame, in order
 };
 
-// Where the mouse is, as panels want it seen.
+// Requested mouse cursor.
 enum class Cursor : uint8_t { arrow, text, resize_horizontal, resize_vertical, hand };
 
 }  // namespace fire3dv::gui

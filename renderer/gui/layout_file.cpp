@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "renderer/sinks/whole_file.h"
+#include "protocol/base/file_io.h"
 
 namespace fire3dv::gui {
 namespace {
@@ -31,7 +31,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
-// False: it is no setting.
+// Returns false for an unknown setting.
 bool set(Layout& layout, std::string_view name, std::string_view value) {
   for (const Number& number : kNumbers) {
     if (name != number.name) continue;
@@ -90,7 +90,7 @@ Result<Layout> parse_layout(std::string_view text) {
 
 std::optional<std::filesystem::path> layout_place(
     const std::function<const char*(const char*)>& environment) {
-  // The specification: a path that is not absolute is to be ignored.
+  // The XDG specification requires that relative paths are ignored.
   const auto absolute = [&](const char* name) {
     const char* value = environment(name);
     return std::filesystem::path(value && *value == '/' ? value : "");
@@ -105,7 +105,7 @@ Result<Layout> load_layout(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return Layout{};
   constexpr const char* kRemedy = "; the panels are arranged as they are at first";
-  const Result<std::vector<uint8_t>> bytes = sinks::read_whole_file(file, kMostBytes);
+  const Result<std::vector<uint8_t>> bytes = read_whole_file(file, kMostBytes);
   if (!bytes) return Error{bytes.error().message + kRemedy};
   Result<Layout> layout = parse_layout({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
   if (!layout) return Error{file.string() + ": " + layout.error().message + kRemedy};
@@ -117,7 +117,7 @@ Result<void> save_layout(const std::filesystem::path& file, const Layout& layout
   std::filesystem::create_directories(file.parent_path(), error);
   if (error) return Error{file.string() + ": its folder cannot be made: " + error.message()};
   const std::string text = layout_text(layout);
-  return sinks::write_whole_file(file, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+  return write_whole_file(file, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
 }  // namespace fire3dv::gui

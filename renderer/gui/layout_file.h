@@ -1,4 +1,4 @@
-// How the user has arranged the panels, and the file in which that is kept.
+// Panel layout of the user, and its settings file.
 #pragma once
 
 #include <array>
@@ -9,15 +9,15 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::gui {
 
 enum class Panel : uint8_t { tree, node, cameras, frame, streams, lights, materials, render, log, timeline };
 constexpr size_t kPanels = 10;
-const char* panel_name(Panel panel);  // of one word, in lower case
+const char* panel_name(Panel panel);  // one lowercase word
 
-// Sizes are points: pixels of a display of scale 1.
+// Sizes are in points: pixels of a display of scale 1.
 struct Layout {
   float left_pt = 264, right_pt = 316, log_pt = 132;
   std::array<bool, kPanels> open{true, true, true, true, true, false, false, true, true, true};
@@ -29,16 +29,15 @@ struct Layout {
 };
 constexpr float kLeastColumnPt = 180, kMostColumnPt = 720, kLeastLogPt = 60, kMostLogPt = 720;
 
-// A line for each setting. What a line does not say stays as it is by default; a line that is none is an
-// error.
+// Text form: one setting per line. Missing settings keep their defaults; invalid lines are errors.
 std::string layout_text(const Layout& layout);
 Result<Layout> parse_layout(std::string_view text);
 
-// Below XDG_CONFIG_HOME, or ~/.config; nothing where neither is known.
+// Path below XDG_CONFIG_HOME or ~/.config; nothing if neither is known.
 std::optional<std::filesystem::path> layout_place(const std::function<const char*(const char*)>& environment);
-// Where there is no file: as it is by default. The error says that and why, where the file is damaged.
+// Returns the defaults if there is no file. Fails for a damaged file.
 Result<Layout> load_layout(const std::filesystem::path& file);
-// The file is whole, the old one or the new one, whenever it is looked at. Makes its folder.
+// Replaces the file atomically. Creates its folder.
 Result<void> save_layout(const std::filesystem::path& file, const Layout& layout);
 
 }  // namespace fire3dv::gui

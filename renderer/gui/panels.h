@@ -1,4 +1,5 @@
-// The panels. Each reads what it is shown and writes what the user wants; what it keeps is how it looks.
+// Panel classes. Each reads Shown and Facts and writes the user's requests to Viewer; members hold only UI
+// state.
 #pragma once
 
 #include <map>
@@ -19,7 +20,7 @@ struct Context {
   Layout& layout;
 };
 
-// The newest values of something, the oldest first.
+// Ring of the newest values, oldest first.
 class History {
  public:
   static constexpr size_t kKept = 160;
@@ -34,7 +35,7 @@ class History {
 
 class FramePanel {
  public:
-  void note(const FrameFacts& facts);  // once an image, open or not: histories have no gaps
+  void note(const FrameFacts& facts);  // call once per image, whether open or not: histories have no gaps
   void draw(const Context& context);
 
  private:
@@ -43,7 +44,7 @@ class FramePanel {
   History interval_ms_, cpu_ms_, gpu_ms_;
   std::map<std::string, History, std::less<>> pass_ms_;
   std::vector<std::string> pass_order_;
-  std::string plotted_;  // a pass; empty: CPU and GPU
+  std::string plotted_;  // pass name; empty: CPU and GPU
 };
 
 class StreamsPanel {
@@ -54,8 +55,8 @@ class StreamsPanel {
   void draw_stream(const Context& context, const StreamFact& stream);
 };
 
-// The nodes of a scene as a tree of rows. Only those that can be seen are laid out, and what is open or found
-// is looked up anew only when it changes: a scene may have a hundred thousand nodes.
+// Scene tree. Lays out only visible rows, and recomputes expansion and search only on changes: a scene may
+// have a hundred thousand nodes.
 class TreePanel {
  public:
   void draw(const Context& context, float height_px);
@@ -73,12 +74,12 @@ class TreePanel {
 
   const scene::Scene* scene_ = nullptr;
   uint64_t scene_number_ = 0;
-  std::vector<uint32_t> children_, first_child_, roots_;  // of each node, one after the other
+  std::vector<uint32_t> children_, first_child_, roots_;  // children of all nodes, concatenated
   std::vector<bool> open_;
   std::vector<Row> rows_;
   bool rows_are_old_ = true;
   std::string search_;
-  uint32_t revealed_ = scene::kNone;  // the selection that the list was last brought to
+  uint32_t revealed_ = scene::kNone;  // selection that the list was last scrolled to
   bool scroll_to_selection_ = false;
   uint32_t rows_drawn_ = 0;
 };
@@ -90,7 +91,7 @@ class CamerasPanel {
   void draw(const Context& context);
 
  private:
-  std::vector<uint32_t> nodes_;  // of the scene with this number
+  std::vector<uint32_t> nodes_;  // camera nodes of scene scene_number_
   uint64_t scene_number_ = UINT64_MAX;
 };
 
@@ -115,7 +116,7 @@ class LightsPanel {
 
  private:
   void draw_light(const Context& context, uint32_t node, const scene::Light& light);
-  uint32_t open_ = scene::kNone;  // node
+  uint32_t open_ = scene::kNone;  // node index
 };
 
 void draw_render_panel(const Context& context);
@@ -125,18 +126,18 @@ class LogPanel {
   void draw(const Context& context);
 
  private:
-  uint64_t seen_ = 0, cleared_ = 0;  // Facts::log_lines
+  uint64_t seen_ = 0, cleared_ = 0;  // values of Facts::log_lines
 };
 
 void draw_timeline_panel(const Context& context);
 void draw_help(const Context& context);
 
-// Numbers as people read them: "1 234 567", "1.2 M", "3.4 GiB".
+// Numbers for display: "1 234 567", "1.2 M", "3.4 GiB".
 std::string grouped(uint64_t number);
 std::string short_number(double number);
 std::string bytes_text(uint64_t bytes);
 bool contains_no_case(std::string_view text, std::string_view wanted);
-// A node's name, or what it is where the file gives none.
+// Node name, or a substitute for unnamed nodes.
 std::string node_label(const scene::Scene& scene, uint32_t node);
 
 }  // namespace fire3dv::gui

@@ -34,7 +34,7 @@ void apply_theme(float scale) {
   style.PopupBorderSize = 1;
   style.FrameBorderSize = 0;
   style.ScaleAllSizes(scale);
-  style.WindowMinSize = {1, 1};  // columns are as narrow as the user makes them
+  style.WindowMinSize = {1, 1};  // columns may be arbitrarily narrow
   style.DisabledAlpha = 0.4f;
 
   ImVec4* const colors = style.Colors;
@@ -69,8 +69,8 @@ void make_fonts(ImFontAtlas& fonts, float scale) {
   static constexpr ImWchar kRanges[] = {0x0020, 0x024f,                  // Latin
                                         0x0370, 0x03ff, 0x0400, 0x045f,  // Greek, Cyrillic
                                         0x2010, 0x2026,                  // dashes, quotes, dots
-                                        0x2190, 0x2193, 0x2248, 0x2265,  // arrows; about, at most, at least
-                                        0x25a0, 0x25cf,                  // shapes: play, stop, seen
+                                        0x2190, 0x2193, 0x2248, 0x2265,  // arrows; almost equal, <=, >=
+                                        0x25a0, 0x25cf,                  // shapes: play, stop, visible
                                         0xfffd, 0xfffd, 0};
   fonts.Clear();
   fonts.Flags |= ImFontAtlasFlags_NoMouseCursors;
@@ -80,7 +80,7 @@ void make_fonts(ImFontAtlas& fonts, float scale) {
   config.OversampleV = 1;
   config.PixelSnapH = true;
   const auto bytes = font_bytes();
-  // ImGui takes a pointer that is not const, and changes nothing where it does not own the data.
+  // ImGui's parameter is not const, but data that it does not own is not modified.
   fonts.AddFontFromMemoryTTF(const_cast<std::byte*>(bytes.data()), static_cast<int>(bytes.size()),
                              std::round(kTextPt * scale), &config, kRanges);
   unsigned char* pixels = nullptr;

@@ -23,7 +23,7 @@ float decoded(float srgb) {
   return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
 }
 
-// ImGui takes no button without an area, and windows may be as small as a pixel.
+// ImGui rejects buttons without an area, and windows may be as small as a pixel.
 bool invisible_button(const char* name, float width, float height) {
   return ImGui::InvisibleButton(name, {std::max(width, 1.0f), std::max(height, 1.0f)});
 }
@@ -165,7 +165,7 @@ bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> 
   begin_row(label);
   bool changed = false;
   const bool open = ImGui::BeginCombo("##", names[std::min(chosen, names.size() - 1)]);
-  // The closed list's own place: what is inside comes later.
+  // Registers the closed combo box, before its popup adds other items.
   note_control(Control::Kind::choice, label);
   if (!open) hint(hint_text);
   if (open) {
@@ -185,7 +185,7 @@ bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> 
 bool Ui::color(const char* label, glm::vec3& linear, const char* hint_text) {
   ImGui::PushID(label);
   const float width = begin_row(label);
-  // As displays show it, which is how people choose; values that shine brighter than a display stay in range.
+  // Edits sRGB-encoded values, as displayed. Values brighter than the display stay in range.
   glm::vec3 shown(encoded(linear.r), encoded(linear.g), encoded(linear.b));
   const ImVec4 swatch{std::min(shown.r, 1.0f), std::min(shown.g, 1.0f), std::min(shown.b, 1.0f), 1};
   constexpr ImGuiColorEditFlags kFlags = ImGuiColorEditFlags_NoAlpha | ImGuiColorEditFlags_NoTooltip;
@@ -225,7 +225,7 @@ bool Ui::row(const char* text, bool chosen, ImU32 text_color, float width) {
   ImGui::PopID();
   note_control(Control::Kind::row, text);
   if (!ImGui::IsItemVisible()) return clicked;
-  // Not as the item's label: of that, ImGui shows nothing from ## on, and files name as they like.
+  // Drawn as text instead of the item's label: ImGui hides label text from ## on, and names come from files.
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   const ImVec4 clip{low.x, low.y, width > 0 ? at.x + width : high.x, high.y};
   ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, text_color,
@@ -272,7 +272,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const ImVec2 size{ImGui::GetContentRegionAvail().x, points(height_pt)};
   ImGui::Dummy(size);
-  if (!ImGui::IsItemVisible()) return;  // many streams have many
+  if (!ImGui::IsItemVisible()) return;  // there may be many streams
   ImDrawList* const list = ImGui::GetWindowDrawList();
   list->AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::kWell);
   float top = least_top;
@@ -281,7 +281,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
     for (const float value : curve.values) top = std::max(top, value);
     most = std::max(most, curve.values.size());
   }
-  // A round number above the largest value, so that the scale does not breathe with it.
+  // Rounds the scale up to 1, 2, 5 or 10 times a power of ten, so that it rarely changes.
   const float decade = std::pow(10.0f, std::floor(std::log10(top)));
   for (const float step : {1.0f, 2.0f, 5.0f, 10.0f}) {
     if (step * decade < top * 0.999f) continue;
@@ -297,7 +297,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
       return ImVec2{first_x + step_x * static_cast<float>(i), y};
     };
     const ImU32 fill = (curve.color & ~IM_COL32_A_MASK) | 0x30u << IM_COL32_A_SHIFT;
-    // Each of these is a path of its own to ImGui, so that the line comes after all of them.
+    // ImGui builds each quad as a separate path, so the line is drawn after all of them.
     for (size_t i = 0; i + 1 < count; ++i) {
       const ImVec2 a = place(i), b = place(i + 1);
       list->AddQuadFilled({a.x, at.y + size.y}, a, b, {b.x, at.y + size.y}, fill);

@@ -1,5 +1,5 @@
-// The few kinds of things that panels are made of, each with one look. All that a user can act on passes
-// through here, so that a test finds it.
+// Widget set of the panels with a uniform style. All interactive controls are created here, so that tests can
+// find them.
 #pragma once
 
 #include <imgui.h>
@@ -16,7 +16,7 @@
 
 namespace fire3dv::gui {
 
-// Rows are as high as one line: what would break it becomes a blank.
+// Replaces line breaks by spaces: rows have the height of one line.
 std::string one_line(std::string_view text);
 
 class Ui {
@@ -28,19 +28,19 @@ class Ui {
   void begin_frame(float display_scale);
   float points(float pt) const { return std::round(pt * scale); }
 
-  // A panel's title, which opens and closes it. True: it is open. What follows belongs to it.
+  // Panel title that toggles the panel. Returns true if open. Subsequent widgets belong to this panel.
   bool header(const char* title, bool& open);
-  // What follows belongs to this panel, which has no title.
+  // Starts a panel without a title.
   void enter(const char* panel) { panel_ = panel; }
 
-  // A label at the left, and what it says at the right.
+  // Label on the left, value on the right.
   void value(const char* label, const char* format, ...) IM_FMTARGS(3);
   void value(const char* label, ImU32 color, const std::string& text);
-  void note(const std::string& text);  // quiet words over the whole width
+  void note(const std::string& text);  // dimmed text over the full width
 
   bool button(const char* label, bool enabled = true, const char* hint = nullptr, bool pressed = false);
   void same_line() { ImGui::SameLine(0, points(4)); }
-  // These have the label at the left, too, and are true when the user has changed the value.
+  // Widgets with a label on the left; return true if the user changed the value.
   bool check(const char* label, bool& value, const char* hint = nullptr);
   struct Range {
     float least, most;
@@ -52,20 +52,20 @@ class Ui {
               const char* hint = nullptr);
   bool color(const char* label, glm::vec3& linear, const char* hint = nullptr);
   bool text(const char* name, const char* hint, std::string& value);
-  // A line of a list that can be chosen.
+  // Selectable list row.
   bool row(const char* text, bool chosen, ImU32 text_color = theme::kText, float width = 0);
-  // A small sign at the end of a row.
+  // Small icon button at the end of a row.
   bool sign(const char* name, const char* glyph, ImU32 color, float width);
-  // The edge between two parts of the window; returns by how many pixels it was moved.
+  // Draggable splitter; returns its movement in pixels.
   float edge(const char* name, bool upright, const Rect& rect);
 
-  // Filled curves of the newest values, each against the same scale from 0. The first lies below.
+  // Filled curves with a common scale from 0. The first is drawn at the bottom.
   struct Curve {
     std::span<const float> values;
     ImU32 color;
   };
   void plot(std::span<const Curve> curves, float height_pt, float least_top, const char* unit);
-  // A bar behind the text that follows in this line: the share of the width.
+  // Bar behind the following text of this line; share of the width.
   void bar(float share, ImU32 color);
 
   void hint(const char* text);

@@ -11,7 +11,7 @@ std::string number(double value) {
   if (std::isnan(value)) return "NaN";
   if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
   char text[64];
-  // Not printf: its decimal point is the locale's. 0.0005 and not 5e-04, where a person may read along.
+  // std::to_chars is independent of the locale, unlike printf. Fixed notation is easier to read for people.
   const bool plain = value == 0 || (std::abs(value) > 1e-9 && std::abs(value) < 1e15);
   const auto [end, error] = std::to_chars(text, text + sizeof text, value,
                                           plain ? std::chars_format::fixed : std::chars_format::scientific);
@@ -31,7 +31,7 @@ void append_escaped(std::string& to, std::string_view text) {
 }  // namespace
 
 void Histogram::add(double seconds) {
-  if (!(seconds >= 0)) return;  // of a clock that is not ours, or no number
+  if (!(seconds >= 0)) return;  // NaN, or a clock that ran backwards
   const auto bound = std::lower_bound(kUpperBounds_s.begin(), kUpperBounds_s.end(), seconds);
   ++buckets_[static_cast<size_t>(bound - kUpperBounds_s.begin())];
   ++count_;

@@ -1,5 +1,5 @@
-// Numbers in the text format that Prometheus and its kin read (version 0.0.4): families of samples, each
-// with labels. What comes from outside reaches this text in label values alone, and is escaped there.
+// Prometheus text exposition format (version 0.0.4): metric families with labelled samples. Untrusted text
+// appears in label values only and is escaped.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace fire3dv::metrics {
 
-// How often something took how long. Memory does not grow with what is counted.
+// Duration histogram with fixed buckets, in seconds. Memory is constant.
 class Histogram {
  public:
   static constexpr std::array<double, 13> kUpperBounds_s = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
@@ -21,7 +21,7 @@ class Histogram {
 
   uint64_t count() const { return count_; }
   double sum_s() const { return sum_s_; }
-  // Of all that took at most kUpperBounds_s[bound].
+  // Number of samples of at most kUpperBounds_s[bound].
   uint64_t count_up_to(size_t bound) const;
 
  private:
@@ -35,12 +35,12 @@ class Exposition {
   using Label = std::pair<std::string_view, std::string_view>;
   using Labels = std::span<const Label>;
 
-  // Begins a family: its samples follow. type: counter, gauge, histogram or summary.
+  // Begins a metric family; its samples follow. type: counter, gauge, histogram or summary.
   void family(std::string_view name, std::string_view type, std::string_view help);
   void sample(std::initializer_list<Label> labels, double value);
   void sample(std::initializer_list<Label> labels, uint64_t value);
   void histogram(std::initializer_list<Label> labels, const Histogram& histogram);
-  // Of a summary without quantiles.
+  // Summary without quantiles.
   void summary(std::initializer_list<Label> labels, uint64_t count, double sum);
 
   const std::string& text() const { return text_; }

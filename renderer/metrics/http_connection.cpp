@@ -35,7 +35,7 @@ bool is_printable(char c) {
   return c >= 0x20 && c <= 0x7e;
 }
 
-// "GET /metrics HTTP/1.1", without the line's end.
+// Parses a request line without line end, for example "GET /metrics HTTP/1.1". Returns the response status.
 int judge_line(std::string_view line) {
   if (!std::all_of(line.begin(), line.end(), is_printable)) return 400;
   const size_t first = line.find(' ');
@@ -48,14 +48,14 @@ int judge_line(std::string_view line) {
   if (!version.starts_with("HTTP/")) return 400;
   if (!version.starts_with("HTTP/1.") || version.size() != 8) return 505;
   if (method != "GET") return 405;
-  target = target.substr(0, target.find('?'));  // scrapers may be told to add parameters; there are none
+  target = target.substr(0, target.find('?'));  // scrapers may add query parameters; they are ignored
   return target == "/metrics" ? 200 : 404;
 }
 
 }  // namespace
 
-std::optional<int> judge_request(std::string_view request) {
-  // Who does not speak HTTP need not be waited for until the end of a line that never comes.
+std::optional<int> request_status(std::string_view request) {
+  // Other protocols are rejected by their first byte; their data may never contain a line end.
   if (!request.empty() && !is_printable(request.front())) return 400;
   size_t end = request.find("\r\n\r\n");
   end = std::min(end, request.find("\n\n"));
@@ -77,7 +77,7 @@ std::string write_response(int status, std::string_view page) {
   text += std::string("Content-Type: text/plain; ") + (status == 200 ? "version=0.0.4; " : "") +
           "charset=utf-8\r\n";
   if (status == 405) text += "Allow: GET\r\n";
-  // Names of streams come from outside: no browser shall take this for anything but text.
+  // Stream names are untrusted: nosniff prevents browsers from interpreting them as HTML.
   text += "X-Content-Type-Options: nosniff\r\nCache-Control: no-store\r\nConnection: close\r\n";
   text += "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n";
   return text.append(body);
@@ -103,7 +103,7 @@ void HttpConnection::receive(const std::function<std::string(int status)>& answe
       return;
     }
     request_.append(buffer, static_cast<size_t>(got));
-    const std::optional<int> status = judge_request(request_);
+    const std::optional<int> status = request_status(request_);
     if (!status) continue;
     request_ = {};
     response_ = answer(*status);
@@ -127,7 +127,7 @@ void HttpConnection::send() {
   state_ = State::draining;
 }
 
-// To close while something unread waits would throw away what the visitor has not read of the answer.
+// Drains unread input before close(): otherwise TCP resets the connection and discards the response.
 void HttpConnection::drain() {
   char buffer[2048];
   while (true) {

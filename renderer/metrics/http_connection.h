@@ -1,5 +1,5 @@
-// One visitor of the metrics: a request of a few lines, an answer, and the end. Whoever is slow, says too
-// much or something else is sent away; nothing of a request is kept but what tells which page is wanted.
+// HTTP/1.1 connection of one metrics scraper: one request, one response, close. Slow, oversized or malformed
+// requests are rejected. It never blocks.
 #pragma once
 
 #include <cstdint>
@@ -8,29 +8,29 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/transport/unique_fd.h"
+#include "protocol/base/unique_fd.h"
 
 namespace fire3dv::metrics {
 
 constexpr size_t kMostRequestBytes = 8 << 10;
 
-// The status with which a request is answered; nothing: it is not whole yet.
-std::optional<int> judge_request(std::string_view request);
+// Returns the response status of a request, or nullopt while the request is incomplete.
+std::optional<int> request_status(std::string_view request);
 
-// A whole answer with this status. `page` is sent with 200 alone.
+// Formats a complete response. `page` is the body of status 200 only.
 std::string write_response(int status, std::string_view page);
 
 class HttpConnection {
  public:
-  HttpConnection(transport::UniqueFd fd, int64_t now_ns) : fd_(std::move(fd)), came_at_ns_(now_ns) {}
+  HttpConnection(UniqueFd fd, int64_t now_ns) : fd_(std::move(fd)), came_at_ns_(now_ns) {}
 
   int fd() const { return fd_.get(); }
   int64_t came_at_ns() const { return came_at_ns_; }
   bool is_over() const { return over_; }
   bool was_answered() const { return state_ == State::draining; }
-  // What poll(2) is to wait for.
+  // Event mask for poll(2).
   short wants() const;
-  // Does what is possible without waiting. answer: the text for a status.
+  // Makes progress without blocking. answer: formats the response of a status.
   void go_on(const std::function<std::string(int status)>& answer);
 
  private:
@@ -40,7 +40,7 @@ class HttpConnection {
 
   enum class State { receiving, sending, draining };
 
-  transport::UniqueFd fd_;
+  UniqueFd fd_;
   int64_t came_at_ns_;
   State state_ = State::receiving;
   std::string request_, response_;

@@ -6,23 +6,20 @@
 #include <cerrno>
 #include <vector>
 
-#include "protocol/transport/address.h"
-#include "protocol/transport/clock.h"
-#include "protocol/transport/uri.h"
+#include "protocol/base/clock.h"
+#include "protocol/transport/core/address.h"
+#include "protocol/transport/core/uri.h"
 
 namespace fire3dv::metrics {
 namespace {
 
-using transport::kMillisecondNs;
-using transport::kSecondNs;
-
-// From the connection to the end of the answer. A scrape on loopback takes milliseconds.
+// Timeout from accept to the end of the response. A scrape on loopback takes milliseconds.
 constexpr int64_t kLongestVisitNs = 5 * kSecondNs;
 constexpr size_t kMostConnections = 32;
 constexpr int64_t kAcceptAgainNs = 100 * kMillisecondNs;
 constexpr int64_t kIdleNs = kSecondNs;
 
-// The links' own rules for hosts and ports.
+// Host and port follow the rules of link URIs.
 Result<transport::Uri> parse(const std::string& at) {
   Result<transport::Uri> uri = transport::parse_uri("tcp://" + at);
   if (!uri)
@@ -62,7 +59,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(const std::string& at, bool
   return server;
 }
 
-HttpServer::HttpServer(std::string address, transport::UniqueFd fd, Page page)
+HttpServer::HttpServer(std::string address, UniqueFd fd, Page page)
     : address_(std::move(address)), listening_(std::move(fd)), page_(std::move(page)) {}
 
 void HttpServer::run() {
@@ -72,13 +69,13 @@ void HttpServer::run() {
       polled.clear();
       for (const HttpConnection& connection : connections_)
         polled.push_back({connection.fd(), connection.wants(), 0});
-      const int64_t now_ns = transport::monotonic_ns();
+      const int64_t now_ns = monotonic_ns();
       if (now_ns >= accept_again_ns_) polled.push_back({listening_.get(), POLLIN, 0});
       polled.push_back({thread_.wake_fd(), POLLIN, 0});
       ::poll(polled.data(), polled.size(),
              static_cast<int>((connections_.empty() ? kIdleNs : kAcceptAgainNs) / kMillisecondNs));
-      accept_all(transport::monotonic_ns());
-      serve_all(transport::monotonic_ns());
+      accept_all(monotonic_ns());
+      serve_all(monotonic_ns());
     } catch (const std::exception&) {  // no memory: whoever asked comes again
       connections_.clear();
     }
@@ -87,18 +84,17 @@ void HttpServer::run() {
 
 void HttpServer::accept_all(int64_t now_ns) {
   if (now_ns < accept_again_ns_) return;
-  // A turn takes no more than there is room for, so that a flood does not keep those from being answered who
-  // are here.
+  // Accepts a bounded number per turn, so that a flood does not starve open connections.
   for (size_t i = 0; i < kMostConnections; ++i) {
-    transport::UniqueFd fd(::accept4(listening_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    UniqueFd fd(::accept4(listening_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd) {
       const bool nobody = errno == EAGAIN || errno == EWOULDBLOCK;
       if (!nobody && errno != EINTR && errno != ECONNABORTED) accept_again_ns_ = now_ns + kAcceptAgainNs;
       return;
     }
-    if (connections_.size() == kMostConnections) {  // who holds a place longest makes room
+    if (connections_.size() == kMostConnections) {  // evict the oldest connection
       connections_.pop_front();
-      ++sent_away_full_;
+      ++evicted_;
     }
     connections_.emplace_back(std::move(fd), now_ns);
   }
@@ -110,7 +106,7 @@ void HttpServer::serve_all(int64_t now_ns) {
   std::erase_if(connections_, [&](const HttpConnection& connection) {
     if (connection.is_over()) return true;
     if (now_ns - connection.came_at_ns() < kLongestVisitNs) return false;
-    sent_away_slow_ += connection.was_answered() ? 0 : 1;
+    timed_out_ += connection.was_answered() ? 0 : 1;
     return true;
   });
 }
@@ -125,8 +121,8 @@ std::string HttpServer::answer(int status) {
     exposition.sample({{"code", std::to_string(answered.status)}}, answered.count);
   exposition.family("fire3dv_metrics_sent_away_total", "counter",
                     "Connections to this page that were closed without an answer.");
-  exposition.sample({{"cause", "slow"}}, sent_away_slow_);
-  exposition.sample({{"cause", "full"}}, sent_away_full_);
+  exposition.sample({{"cause", "slow"}}, timed_out_);
+  exposition.sample({{"cause", "full"}}, evicted_);
   return write_response(200, exposition.text());
 }
 

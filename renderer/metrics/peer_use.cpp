@@ -9,7 +9,7 @@
 namespace fire3dv::metrics {
 namespace {
 
-// Largest part of a limit that the peer uses; a peer with refusals comes before all others.
+// Largest used fraction of a limit; peers with refusals rank above all others.
 double rank_of(const PeerUse& peer, const PeerLimits& limits) {
   double rank = 0;
   for (size_t i = 0; i < kResourceCount; ++i) {
@@ -31,7 +31,7 @@ void keep_largest(std::vector<PeerUse>& peers, const PeerLimits& limits) {
   peers = std::move(kept);
 }
 
-// Two samples of a page must not have the same labels.
+// Makes names unique: two samples of a family must not have the same labels.
 void name_apart(std::vector<PeerUse>& peers) {
   std::set<std::string> names;
   for (PeerUse& peer : peers) {

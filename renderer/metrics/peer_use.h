@@ -1,4 +1,5 @@
-// Metrics of peers' budgets: use, limits and refusals by peer and resource, for a bounded number of peers.
+// Metrics of peer budgets: use, limits and refusals by peer and resource. The number of listed peers is
+// bounded.
 #pragma once
 
 #include <array>
@@ -11,12 +12,12 @@
 
 namespace fire3dv::metrics {
 
-// Peers beyond this number, those with the least use, are counted but not listed.
+// Peers with the least use beyond this number are counted, not listed.
 constexpr size_t kMaxListedPeers = 64;
 
 struct PeerUse {
   std::string peer;    // name; made unique and printable by write_peer_use()
-  std::string stream;  // number of the peer's stream, as in other families; empty: it has none
+  std::string stream;  // stream number as in other families; empty: none
   std::array<uint64_t, kResourceCount> used{}, refused{};
 };
 

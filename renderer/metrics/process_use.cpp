@@ -32,7 +32,7 @@ uint64_t open_files() {
   uint64_t count = 0;
   if (!folder) return count;
   while (const dirent* entry = ::readdir(folder.get())) count += entry->d_name[0] != '.';
-  return count == 0 ? 0 : count - 1;  // the folder itself is open, too
+  return count == 0 ? 0 : count - 1;  // the folder's own descriptor is open, too
 }
 
 double seconds(const timeval& time) {

@@ -1,4 +1,4 @@
-// What this process takes of the machine, in the families that Prometheus's own libraries use.
+// Process metrics (memory, CPU time, descriptors) with the family names of Prometheus client libraries.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace fire3dv::metrics {
 
-// Of memory, in RAM; 0 where the system does not tell.
+// Resident set size in bytes; 0 if unknown.
 uint64_t resident_bytes();
 
 void write_process_use(Exposition& exposition);

@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "protocol/base/file_io.h"
 #include "renderer/sinks/frame_line.h"
 #include "renderer/sinks/png.h"
-#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -24,7 +24,8 @@ constexpr unsigned kMostWorkers = 16;
 constexpr uint64_t kMostLineBytes = 1 << 20;
 constexpr uint64_t kMostFrameBytes = uint64_t{2} << 30;
 
-// A file is renamed when it is complete, so only a machine that lost power leaves half of one.
+// Checks signature and end of a PNG. Files are renamed when complete, so only a power cut leaves a partial
+// one.
 bool is_whole_png(const fs::path& path) {
   constexpr std::array<unsigned char, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   constexpr std::array<unsigned char, 8> kEnd{'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
@@ -38,16 +39,16 @@ bool is_whole_png(const fs::path& path) {
   return file && begin == kBegin && end == kEnd;
 }
 
-// Of a list that may be anything: neither a pipe nor a line without an end holds it up.
+// Line reader for an untrusted file: neither a pipe nor an endless line blocks it.
 class ListLines {
  public:
-  // false: there is none, or it is not a file.
+  // Returns false if the file is missing or not a regular file.
   bool open(const fs::path& path) {
-    file_ = transport::UniqueFd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    file_ = UniqueFd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     struct stat about {};
     return file_ && ::fstat(file_.get(), &about) == 0 && S_ISREG(about.st_mode);
   }
-  // Without its end; false when no line that has one is left.
+  // Returns false at the end; an unterminated last line is dropped.
   bool next(std::string& line) {
     line.clear();
     for (;;) {
@@ -67,7 +68,7 @@ class ListLines {
   bool too_long() const { return too_long_; }
 
  private:
-  transport::UniqueFd file_;
+  UniqueFd file_;
   std::array<char, 1 << 16> buffer_{};
   ssize_t at_ = 0, have_ = 0;
   bool too_long_ = false;
@@ -83,8 +84,7 @@ Result<void> make_folder(const fs::path& folder) {
   fs::create_directories(folder, fault);
   if (!fault && !fs::is_directory(folder, fault) && !fault)
     fault = std::make_error_code(std::errc::not_a_directory);
-  if (fault)
-    return Error{"cannot make the folder " + folder.string() + ": " + sinks::system_reason(fault.value())};
+  if (fault) return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value())};
   return {};
 }
 
@@ -99,13 +99,13 @@ Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, co
   ListLines list;
   if (!list.open(folder / kFrameListName)) return strange;
   const Part part = manifest.part();
-  // A line without an end is the one in which the run was ended.
+  // An unterminated line is the one during which the run was killed.
   for (std::string line; list.next(line);) {
     const auto json = nlohmann::json::parse(line, nullptr, false);
     const auto number = json.is_object() ? json.find("frame") : json.end();
     if (!json.is_object() || number == json.end() || !number->is_number_unsigned()) continue;
     const auto frame = number->get<uint64_t>();
-    // The file's name follows from the number: nothing that stands in a list leads elsewhere.
+    // The file name is derived from the number, so a list cannot name other files.
     if (frame < part.first || frame - part.first >= part.frames || frames.contains(frame)) continue;
     if (is_whole_png(folder / frame_file_name(frame))) frames[frame] = std::move(line);
   }
@@ -116,7 +116,7 @@ Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, co
 Result<StoredFrame> read_frame(const fs::path& folder, uint64_t frame, const Manifest& manifest) {
   const fs::path path = folder / frame_file_name(frame);
   StoredFrame stored;
-  auto bytes = sinks::read_whole_file(path, kMostFrameBytes);
+  auto bytes = read_whole_file(path, kMostFrameBytes);
   if (!bytes) return bytes.error();
   auto png = sinks::decode_png(*bytes);
   if (!png) return Error{"cannot read " + path.string() + ": " + png.error().message};
@@ -150,9 +150,9 @@ Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, c
   return result;
 }
 
-// Goes with the process, however that ends. File systems that have no locks do without.
+// Advisory lock, released when the process ends. File systems without locks work without it.
 Result<void> FrameFolder::lock() {
-  lock_ = transport::UniqueFd(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  lock_ = UniqueFd(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock_ && ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
     return Error{"another run is writing to " + folder_.string() +
                  ": wait for its end, or name another folder"};
@@ -168,7 +168,7 @@ Result<void> FrameFolder::begin(const Machine& machine) {
   errno = 0;
   list_.open(folder_ / kFrameListName, std::ios::app);
   if (!list_)
-    return Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + sinks::system_reason(errno)};
+    return Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + system_reason(errno)};
   const unsigned workers = std::clamp(std::thread::hardware_concurrency(), 1u, kMostWorkers);
   for (unsigned i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
   return {};
@@ -182,7 +182,7 @@ Result<void> FrameFolder::take(sinks::FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image) && !workers_.empty());
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return jobs_.size() < workers_.size() + 4 || error_; });
-  if (error_) return tell_error_once();
+  if (error_) return take_error();
   jobs_.push_back(std::make_unique<Job>());
   jobs_.back()->image = std::move(image);
   changed_.notify_all();
@@ -192,8 +192,8 @@ Result<void> FrameFolder::take(sinks::FrameImage&& image) {
 Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, const std::string& line) {
   auto stored = read_frame(from_folder, frame, manifest_);
   if (!stored) return stored.error();
-  if (auto written = sinks::write_whole_file(folder_ / frame_file_name(frame), stored->bytes,
-                                             base::Durability::contents);
+  if (auto written =
+          write_whole_file(folder_ / frame_file_name(frame), stored->bytes, base::Durability::contents);
       !written)
     return written;
   const std::lock_guard lock(mutex_);
@@ -203,7 +203,7 @@ Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, cons
   job->taken = job->written = true;
   jobs_.push_back(std::move(job));
   list_written();
-  return tell_error_once();
+  return take_error();
 }
 
 void FrameFolder::work() {
@@ -215,7 +215,7 @@ void FrameFolder::work() {
     changed_.wait(lock, [&] { return untaken() != jobs_.end() || closing_ || error_; });
     const auto found = untaken();
     if (found == jobs_.end() || error_) return;
-    Job& job = **found;  // stays where it is until it is written
+    Job& job = **found;  // address-stable until it is written
     job.taken = true;
     lock.unlock();
     const std::string name = frame_file_name(job.image.frame_index);
@@ -231,14 +231,13 @@ void FrameFolder::work() {
 }
 
 void FrameFolder::list_written() {
-  // A frame that was under way when a later one failed is listed all the same.
+  // Frames that were in progress when a later one failed are listed, too.
   while (list_ && !jobs_.empty() && jobs_.front()->written) {
     Job& job = *jobs_.front();
     errno = 0;
-    list_ << job.line << std::flush;  // a run that is killed keeps its list
+    list_ << job.line << std::flush;  // flush per line: a killed run keeps its list
     if (!list_ && !error_)
-      error_ =
-          Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + sinks::system_reason(errno)};
+      error_ = Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + system_reason(errno)};
     job.line.pop_back();
     lines_[job.image.frame_index] = std::move(job.line);
     jobs_.pop_front();
@@ -258,12 +257,12 @@ void FrameFolder::end_threads() {
 Result<void> FrameFolder::finish() {
   end_threads();
   const std::lock_guard lock(mutex_);
-  if (error_) return tell_error_once();
+  if (error_) return take_error();
   const bool in_order = kept_.empty() || lines_.empty() || kept_.rbegin()->first < lines_.begin()->first;
   kept_.merge(lines_);
   if (!in_order) return write_list();
   if (!list_.is_open()) return {};
-  // Frames were flushed one by one; their names and the list were not.
+  // File contents are flushed already; the list and the directory entries are not.
   list_.close();
   const fs::path list = folder_ / kFrameListName;
   int fault = base::flush_file(list);
@@ -278,11 +277,11 @@ Result<void> FrameFolder::write_list() {
   std::string text;
   for (const auto& [frame, line] : kept_) text += line + "\n";
   list_.close();
-  return sinks::write_whole_file(folder_ / kFrameListName,
-                                 {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+  return write_whole_file(folder_ / kFrameListName,
+                          {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
-Result<void> FrameFolder::tell_error_once() {
+Result<void> FrameFolder::take_error() {
   if (!error_ || error_told_) return {};
   error_told_ = true;
   return *error_;

@@ -1,12 +1,10 @@
-// A folder that frames are written to, and that an interrupted run goes on with:
+// Resumable frame folder: the output of an offline run, and its sink with several encoder threads:
 //
-//   DIR/manifest.json      what they are of (manifest.h)
+//   DIR/manifest.json      settings, frame range and machine (manifest.h)
 //   DIR/frame_000000.png   and so on, each complete or absent
-//   DIR/frames.jsonl       one line a frame: which file, which camera, which pose frames it shows
-//   (frame_line.h)
+//   DIR/frames.jsonl       one line per frame: file, camera, pose frames (frame_line.h)
 //
-// A frame counts when its file is whole and it is listed. Several threads encode, since that takes longer
-// than drawing on a GPU; lines are written in the order of the frames.
+// A frame counts as done if its file is complete and listed. Lines are written in frame order.
 #pragma once
 
 #include <condition_variable>
@@ -23,18 +21,17 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/transport/unique_fd.h"
+#include "protocol/base/unique_fd.h"
 #include "renderer/offline/manifest.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::offline {
 
-// Of a folder: each frame that is whole and listed, with its line (without the line's end).
+// Returns the complete and listed frames of a folder with their lines (without line feed).
 Result<std::map<uint64_t, std::string>> listed_frames(const std::filesystem::path& folder,
                                                       const Manifest& manifest);
 
-// One of them, with its file's bytes. Refused when it is not what its name says: another frame, or of another
-// size.
+// Reads one listed frame with its file's bytes. Fails if the file holds another frame or size.
 struct StoredFrame {
   std::vector<uint8_t> bytes;
   sinks::FrameImage image;
@@ -43,23 +40,23 @@ Result<StoredFrame> read_frame(const std::filesystem::path& folder, uint64_t fra
 
 class FrameFolder final : public sinks::FrameSink {
  public:
-  // Makes the folder. What is there of the same run is kept; the error says what else is there, or what of
-  // the path is in the way.
+  // Creates or reopens the folder and keeps frames of the same run. Fails if the folder holds anything else,
+  // or if a path element is in the way.
   static Result<std::unique_ptr<FrameFolder>> open(const std::filesystem::path& folder,
                                                    const Manifest& manifest);
   ~FrameFolder() override;
 
   bool has(uint64_t frame) const { return kept_.contains(frame); }
   uint64_t kept() const { return kept_.size(); }
-  // Of the run whose frames were kept, if there was one.
+  // Machine that rendered the existing frames; nullopt: there are none.
   const std::optional<Machine>& machine_before() const { return machine_before_; }
-  // Now frames may come: who draws them is known.
+  // Writes the manifest with the machine; must precede the first frame.
   Result<void> begin(const Machine& machine);
 
   Result<void> take(sinks::FrameImage&& image) override;
-  // A frame that lies in another folder, and its line there.
+  // Copies a frame from another folder, together with its line there.
   Result<void> copy(uint64_t frame, const std::filesystem::path& from_folder, const std::string& line);
-  // Lists the frames in order, whatever was there before.
+  // Writes the list in frame order.
   Result<void> finish() override;
 
  private:
@@ -71,22 +68,22 @@ class FrameFolder final : public sinks::FrameSink {
     bool taken = false, written = false;
   };
   void work();
-  void list_written();  // with mutex_ held
+  void list_written();  // requires mutex_
   void end_threads();
   Result<void> write_list();
-  Result<void> tell_error_once();  // with mutex_ held
+  Result<void> take_error();  // requires mutex_
 
   Result<void> lock();
 
   const std::filesystem::path folder_;
-  transport::UniqueFd lock_;  // two runs in one folder would write the same files
+  UniqueFd lock_;  // excludes a second run in the same folder
   Manifest manifest_;
-  std::map<uint64_t, std::string> kept_;  // lines
+  std::map<uint64_t, std::string> kept_;  // lines of existing frames
   std::optional<Machine> machine_before_;
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::unique_ptr<Job>> jobs_;  // in order; a line is written when all before it are
+  std::deque<std::unique_ptr<Job>> jobs_;  // in frame order; a line is written after all earlier ones
   std::ofstream list_;
   std::map<uint64_t, std::string> lines_;  // of this run
   bool closing_ = false;

@@ -7,7 +7,7 @@
 namespace fire3dv::offline {
 namespace {
 
-// at_ns() multiplies by these without overflowing.
+// Limits that keep the products in at_ns() within int64_t.
 constexpr int64_t kMostNumerator = 1'000'000'000, kMostDenominator = 100'000;
 
 std::optional<int64_t> whole_number(std::string_view text) {
@@ -17,7 +17,7 @@ std::optional<int64_t> whole_number(std::string_view text) {
   return value;
 }
 
-// "29.97" as 2997 / 100.
+// Parses "29.97" as 2997/100.
 std::optional<FrameRate> decimal(const std::string& text) {
   const size_t point = text.find('.');
   if (point == std::string::npos) {
@@ -76,7 +76,7 @@ Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRat
   if (wanted >= static_cast<double>(kMostFrames))
     return Error{"that would be more than " + std::to_string(kMostFrames) +
                  " frames: choose a part with --start and --end, or fewer frames a second with --fps"};
-  // The last one that is not behind the end: floating point finds it but for one.
+  // Last frame not after the end: floating point is exact within one frame.
   times.frames = static_cast<uint64_t>(wanted) + 2;
   while (times.at_ns(times.frames - 1) > last_ns) --times.frames;
   return times;

@@ -9,7 +9,7 @@
 #include "renderer/app/progress.h"
 #include "renderer/app/start.h"
 #include "renderer/offline/frame_folder.h"
-#include "renderer/sinks/video_sink.h"
+#include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -22,8 +22,8 @@ struct Found {
 };
 
 struct Whole {
-  Manifest manifest;                 // of all parts together
-  std::map<uint64_t, Found> frames;  // every one of them
+  Manifest manifest;                 // of all shards together
+  std::map<uint64_t, Found> frames;  // complete
 };
 
 std::string frames_text(uint64_t first, uint64_t last) {
@@ -40,8 +40,8 @@ Result<Manifest> manifest_of(const std::filesystem::path& folder) {
   return std::move(**manifest);
 }
 
-// A name for each machine, and a warning where there are several.
-void tell_unlike_machines(const std::vector<std::pair<std::filesystem::path, Machine>>& machines) {
+// Warns if shards were rendered on different machines.
+void warn_of_different_machines(const std::vector<std::pair<std::filesystem::path, Machine>>& machines) {
   const auto text = [](const Machine& machine) {
     return wire::printable(machine.device) + ", " + wire::printable(machine.driver) + ", " +
            wire::printable(machine.cpu);
@@ -54,7 +54,7 @@ void tell_unlike_machines(const std::vector<std::pair<std::filesystem::path, Mac
       ": frames may differ in a pixel's last digits");
 }
 
-// The first gap, and which shard would fill it.
+// Fails with the first gap, and names the shard that would fill it.
 Result<void> check_all_there(const Whole& whole) {
   const uint64_t frames = whole.manifest.times.frames;
   uint64_t next = 0;
@@ -79,7 +79,7 @@ Result<void> check_all_there(const Whole& whole) {
   return Error{text + ": render them with the same command, which goes on where it stopped"};
 }
 
-Result<Whole> gather(const std::vector<std::filesystem::path>& folders) {
+Result<Whole> begin_assembly(const std::vector<std::filesystem::path>& folders) {
   Whole whole;
   std::vector<std::pair<std::filesystem::path, Machine>> machines;
   for (const std::filesystem::path& folder : folders) {
@@ -100,7 +100,7 @@ Result<Whole> gather(const std::vector<std::filesystem::path>& folders) {
     }
   }
   if (auto all = check_all_there(whole); !all) return all.error();
-  if (!machines.empty()) tell_unlike_machines(machines);
+  if (!machines.empty()) warn_of_different_machines(machines);
   return whole;
 }
 
@@ -145,8 +145,7 @@ Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
       say("stopped; the same command goes on from here");
       return false;
     }
-    if (auto copied = (*folder)->copy(frame, found.folder, found.line); !copied)
-      return copied.error();
+    if (auto copied = (*folder)->copy(frame, found.folder, found.line); !copied) return copied.error();
   }
   if (auto finished = (*folder)->finish(); !finished) return finished.error();
   say(std::to_string(whole.frames.size()) + " frames in " + out.string());
@@ -156,7 +155,7 @@ Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
 }  // namespace
 
 int join(const JoinOptions& options) {
-  const auto whole = gather(options.folders);
+  const auto whole = begin_assembly(options.folders);
   if (!whole) return app::fail(whole.error());
   const auto done = sinks::is_video_name(options.out) ? encode(*whole, options.out, options.video)
                                                       : copy_all(*whole, options.out);
@@ -166,7 +165,7 @@ int join(const JoinOptions& options) {
 
 Result<bool> encode_and_clear(const std::filesystem::path& folder, const std::filesystem::path& out,
                               const VideoOptions& video) {
-  const auto whole = gather({folder});
+  const auto whole = begin_assembly({folder});
   if (!whole) return whole.error();
   const auto encoded = encode(*whole, out, video);
   if (!encoded || !*encoded) return encoded;
@@ -174,7 +173,7 @@ Result<bool> encode_and_clear(const std::filesystem::path& folder, const std::fi
   for (const auto& [frame, found] : whole->frames)
     std::filesystem::remove(folder / frame_file_name(frame), fault);
   for (const char* name : {kFrameListName, kManifestName}) std::filesystem::remove(folder / name, fault);
-  std::filesystem::remove(folder, fault);  // only when nothing else is in it
+  std::filesystem::remove(folder, fault);  // fails unless the folder is empty
   return true;
 }
 

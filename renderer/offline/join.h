@@ -1,16 +1,16 @@
-// `fire3dv join`: the frames of shards as one video or one folder, after a check that each frame is there
-// exactly once and that all are of one recording, drawn in one way.
+// `fire3dv join`: merges the frames of shards into one video or one folder. It fails unless each frame exists
+// exactly once and all shards have the same recording and settings.
 #pragma once
 
 #include "renderer/offline/render_options.h"
 
 namespace fire3dv::offline {
 
-// The exit code.
+// Returns the exit code.
 int join(const JoinOptions& options);
 
-// The video of one whole folder of frames; then what fire3dv wrote into the folder is removed. False: asked
-// to stop.
+// Encodes one complete frame folder, then deletes the files that fire3dv wrote there. Returns false if the
+// user stopped it.
 Result<bool> encode_and_clear(const std::filesystem::path& folder, const std::filesystem::path& out,
                               const VideoOptions& video);
 

@@ -6,11 +6,11 @@
 #include <span>
 #include <system_error>
 
+#include "protocol/base/digest.h"
+#include "protocol/base/file_io.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/image_size.h"
-#include "renderer/scene/digest.h"
+#include "renderer/app/options/image_size.h"
 #include "renderer/sinks/text.h"
-#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -21,7 +21,7 @@ constexpr uint64_t kMostManifestBytes = 1 << 20;
 constexpr const char* kFormat = "fire3dv frames";
 constexpr int kVersion = 1;
 constexpr uint32_t kMostShards = 100'000;
-constexpr size_t kMostSettings = 64;  // each is looked up among all
+constexpr size_t kMostSettings = 64;  // look-ups are linear
 
 std::string shown(const std::string& text) {
   return wire::printable(text.empty() ? "nothing" : text, 256);
@@ -31,7 +31,7 @@ std::string size_text(const Manifest& manifest) {
   return std::to_string(manifest.width) + "x" + std::to_string(manifest.height);
 }
 
-// All that decides about bytes, by name.
+// Named values that determine the bytes of frames.
 std::vector<std::pair<std::string, std::string>> facts(const Manifest& manifest) {
   std::vector<std::pair<std::string, std::string>> facts = manifest.settings;
   facts.emplace_back("fps", to_text(manifest.times.rate));
@@ -41,7 +41,7 @@ std::vector<std::pair<std::string, std::string>> facts(const Manifest& manifest)
   return facts;
 }
 
-// A number in range, or nothing.
+// Reads an integer in [least, most].
 template <typename T>
 bool get(const ordered_json& from, const char* name, T least, T most, T& value) {
   const auto found = from.find(name);
@@ -100,7 +100,7 @@ std::string setting_text(const std::string& value) {
   constexpr size_t kMostBytes = 4000;
   std::string text = sinks::printable_utf8(value, kMostBytes);
   if (text == value) return text;
-  return text + " (" + scene::hex(scene::digest_of(std::as_bytes(std::span(value)))).substr(0, 32) + ")";
+  return text + " (" + hex(digest_of(std::as_bytes(std::span(value)))).substr(0, 32) + ")";
 }
 
 std::optional<std::string> difference(const Manifest& there, const Manifest& here, bool with_part) {
@@ -134,7 +134,7 @@ Result<std::optional<Manifest>> read_manifest(const std::filesystem::path& folde
   const std::filesystem::path path = folder / kManifestName;
   std::error_code fault;
   if (!std::filesystem::exists(path, fault) && !fault) return std::optional<Manifest>();
-  auto bytes = sinks::read_whole_file(path, kMostManifestBytes);
+  auto bytes = read_whole_file(path, kMostManifestBytes);
   if (!bytes) return bytes.error();
   const ordered_json json = ordered_json::parse(bytes->begin(), bytes->end(), nullptr, false);
   Manifest manifest;
@@ -162,7 +162,7 @@ Result<void> write_manifest(const std::filesystem::path& folder, const Manifest&
                      {"cpu", sinks::printable_utf8(manifest.machine.cpu, 256)}};
   const std::string text = json.dump(2) + "\n";
   const auto* const first = reinterpret_cast<const uint8_t*>(text.data());
-  return sinks::write_whole_file(folder / kManifestName, {first, text.size()});
+  return write_whole_file(folder / kManifestName, {first, text.size()});
 }
 
 std::string cpu_name() {

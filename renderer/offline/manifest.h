@@ -1,7 +1,6 @@
-// What a folder of frames is of: everything that decides about a frame's bytes, which part of all frames it
-// holds, and what drew them. Written as manifest.json beside the frames, so that a run that was interrupted
-// knows whether it may go on, and a join whether parts belong together. Of a folder of assets it has the path
-// alone, since what streams will add from it is not known before.
+// Manifest of a frame folder (manifest.json): all settings that determine the bytes of frames, the shard, and
+// the machine. A resumed run and a join compare manifests. A folder of assets is recorded by its path only,
+// since the assets that streams will add are not known in advance.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +10,21 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "renderer/offline/frame_times.h"
 
 namespace fire3dv::offline {
 
-// What drew the frames. On others of its kind a frame may differ in a pixel's last digits.
+// Machine that rendered the frames. Frames of other machines may differ in the last digits of a pixel.
 struct Machine {
   std::string device, driver, cpu;
   bool operator==(const Machine&) const = default;
 };
 
 struct Manifest {
-  // Each with a name for people; all have to be equal for frames to belong together.
+  // Names (for messages) and values; frames belong together only if all are equal.
   std::vector<std::pair<std::string, std::string>> settings;
-  FrameTimes times;  // of all parts together
+  FrameTimes times;  // of all shards together
   uint32_t width = 0, height = 0;
   uint32_t shard = 1, shards = 1;
   Machine machine;
@@ -33,19 +32,19 @@ struct Manifest {
   Part part() const { return part_of(times.frames, shard, shards); }
 };
 
-// A setting's value as a manifest can hold it: valid UTF-8 of bounded length. What is changed by that has its
-// digest with it, so that two that differ still do.
+// Encodes a setting's value as valid UTF-8 of bounded length. A shortened value includes its digest, so that
+// different values stay different.
 std::string setting_text(const std::string& value);
 
-// "fps is 30 there and 60 here", of the first difference that decides about bytes; nothing: frames of both
-// belong together. with_part: they are even of the same part.
+// Describes the first difference, for example "fps is 30 there and 60 here"; nullopt: frames of both belong
+// together. with_part: the shard is compared, too.
 std::optional<std::string> difference(const Manifest& there, const Manifest& here, bool with_part);
 
 constexpr const char* kManifestName = "manifest.json";
 constexpr const char* kFrameListName = "frames.jsonl";
 std::string frame_file_name(uint64_t frame);  // frame_000123.png
 
-// Nothing where the folder has none. The error names the file.
+// Returns nullopt if the folder has no manifest. The error names the file.
 Result<std::optional<Manifest>> read_manifest(const std::filesystem::path& folder);
 Result<void> write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
 

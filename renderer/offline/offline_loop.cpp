@@ -10,7 +10,7 @@ namespace fire3dv::offline {
 
 OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
     : parts_(parts), times_(times), frames_(parts.device), readback_(parts.device) {
-  // A free camera frames the scene as the file has it, whichever frame is the first to be drawn.
+  // A free camera is fitted to the scene at rest, independent of the first rendered frame.
   const VkExtent2D extent = parts_.renderer.extent();
   (void)parts_.camera.view(parts_.poses,
                            static_cast<float>(extent.width) / static_cast<float>(extent.height));
@@ -33,7 +33,7 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
   return frame == end;
 }
 
-// Everything that belongs to the moment is there before it is drawn, however long it takes to be made.
+// Waits until all scene changes of the moment are loaded, so that the image is deterministic.
 void OfflineLoop::show(uint64_t frame) {
   const int64_t line_ns = times_.at_ns(frame);
   parts_.show.advance(line_ns);
@@ -73,7 +73,7 @@ Result<void> OfflineLoop::deliver() {
     image.shown = std::move(tag.shown);
     result = parts_.sink.take(std::move(image));
   });
-  (void)frames_.take_finished();  // times that nobody asks for
+  (void)frames_.take_finished();  // GPU times are not used
   return result;
 }
 

@@ -1,5 +1,5 @@
-// Draws moments of a recording one after the other, without a wait between them: the device always has the
-// next frame, and finished images go to a sink, which encodes on threads of its own.
+// Offline render loop: renders the frames of a recording at full speed. Frames in flight keep the device
+// busy; the sink encodes finished images on its own threads.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/camera_rig.h"
-#include "renderer/app/live_scene.h"
+#include "renderer/app/loading/live_scene.h"
+#include "renderer/app/window/camera_rig.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/offline/frame_times.h"
 #include "renderer/offline/recorded_show.h"
-#include "renderer/passes/readback_belt.h"
+#include "renderer/passes/outputs/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/animation.h"
@@ -22,12 +22,12 @@ namespace fire3dv::offline {
 
 class OfflineLoop {
  public:
-  // All is borrowed. animations: null where none play.
+  // All members are borrowed. animations null: none play.
   struct Parts {
     gpu::Device& device;
     passes::SceneRenderer& renderer;
     state::PoseState& poses;
-    RecordedShow& show;
+    RecordedStreams& show;
     app::LiveScene& scene;
     std::optional<state::AnimationPlayer>* animations;
     app::CameraRig& camera;
@@ -35,7 +35,7 @@ class OfflineLoop {
   };
   OfflineLoop(const Parts& parts, const FrameTimes& times);
 
-  // The frames of the part that are not wanted are passed over. False: asked to stop before the last one.
+  // Renders the frames of the part for which is_wanted is true. Returns false if should_stop ended it early.
   Result<bool> run(const Part& part, const std::function<bool(uint64_t frame)>& is_wanted,
                    const std::function<bool()>& should_stop);
   uint64_t images() const { return images_; }
@@ -53,7 +53,7 @@ class OfflineLoop {
   Parts parts_;
   FrameTimes times_;
   gpu::FrameRing frames_;
-  passes::ReadbackBelt<Tag> readback_;
+  passes::ReadbackRing<Tag> readback_;
   uint64_t images_ = 0;
 };
 

@@ -8,14 +8,14 @@
 namespace fire3dv::offline {
 namespace {
 
-constexpr size_t kMostNameBytes = 2048;  // enough for one name
-constexpr size_t kMostNotes = 20;        // of one call: a file may hold any number of runs
+constexpr size_t kMostNameBytes = 2048;  // room for one name
+constexpr size_t kMostNotes = 20;        // per call: a file may hold any number of runs
 
 }  // namespace
 
-Result<RecordedShow> RecordedShow::open(const Open& open_recording, const Timeline& timeline,
-                                        state::PoseState& poses) {
-  RecordedShow show(timeline, poses);
+Result<RecordedStreams> RecordedStreams::open(const Open& open_recording, const Timeline& timeline,
+                                              state::PoseState& poses) {
+  RecordedStreams show(timeline, poses);
   for (size_t i = 0; i < timeline.streams().size(); ++i) {
     auto playback = open_recording();
     if (!playback) return playback.error();
@@ -27,7 +27,7 @@ Result<RecordedShow> RecordedShow::open(const Open& open_recording, const Timeli
   return show;
 }
 
-void RecordedShow::advance(int64_t line_ns) {
+void RecordedStreams::advance(int64_t line_ns) {
   while (Stream* stream = next_until(line_ns)) apply(*stream, stream->cursor.take());
   for (Stream& stream : streams_) {
     if (!stream.id) continue;
@@ -36,8 +36,8 @@ void RecordedShow::advance(int64_t line_ns) {
   }
 }
 
-// Whose next effect comes first. Of several at one moment, what was recorded first.
-RecordedShow::Stream* RecordedShow::next_until(int64_t line_ns) {
+// Stream with the earliest effect; ties are resolved by recording order.
+RecordedStreams::Stream* RecordedStreams::next_until(int64_t line_ns) {
   Stream* first = nullptr;
   std::tuple<int64_t, uint64_t> first_at;
   for (Stream& stream : streams_) {
@@ -51,7 +51,7 @@ RecordedShow::Stream* RecordedShow::next_until(int64_t line_ns) {
   return first;
 }
 
-void RecordedShow::apply(Stream& stream, const StreamCursor::Effect& effect) {
+void RecordedStreams::apply(Stream& stream, const StreamCursor::Effect& effect) {
   using Kind = StreamCursor::Effect::Kind;
   if (effect.kind == Kind::end) {
     if (stream.id) poses_.remove_stream(*stream.id);
@@ -59,7 +59,7 @@ void RecordedShow::apply(Stream& stream, const StreamCursor::Effect& effect) {
     return;
   }
   if (effect.kind == Kind::frame) return;
-  auto decoded = decoder_.decode(effect.message);  // it was sound when it was read
+  auto decoded = decoder_.decode(effect.message);  // decoded successfully before
   if (!decoded) return;
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
     begin(stream, *description);
@@ -70,7 +70,7 @@ void RecordedShow::apply(Stream& stream, const StreamCursor::Effect& effect) {
   }
 }
 
-void RecordedShow::begin(Stream& stream, const wire::StreamDescription& description) {
+void RecordedStreams::begin(Stream& stream, const wire::StreamDescription& description) {
   if (stream.id) poses_.remove_stream(*stream.id);
   stream.id = poses_.add_stream(description);
   if (notes_.size() >= kMostNotes) return;
@@ -87,7 +87,7 @@ void RecordedShow::begin(Stream& stream, const wire::StreamDescription& descript
   notes_.push_back(std::move(note));
 }
 
-uint64_t RecordedShow::left_out() const {
+uint64_t RecordedStreams::left_out() const {
   uint64_t count = 0;
   for (const Stream& stream : streams_) count += stream.cursor.left_out();
   return count;

@@ -1,5 +1,5 @@
-// A recording as the renderer's pose state shows it at any moment of its timeline, one moment after the
-// other. Depends on the moment alone: not on those that were asked for before.
+// Recorded streams applied to the pose state at ascending times of the timeline. The state is a pure function
+// of the time, independent of earlier calls.
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,23 @@
 
 namespace fire3dv::offline {
 
-class RecordedShow {
+class RecordedStreams {
  public:
-  // Opens the recording once more; each stream is read by itself.
+  // Opens the recording again; each stream has its own reader.
   using Open = std::function<Result<record::Playback>()>;
-  // timeline: of the same recording. It and poses are borrowed.
-  static Result<RecordedShow> open(const Open& open_recording, const Timeline& timeline,
-                                   state::PoseState& poses);
+  // timeline: of the same recording. timeline and poses are borrowed.
+  static Result<RecordedStreams> open(const Open& open_recording, const Timeline& timeline,
+                                      state::PoseState& poses);
 
-  // Moments never go back. Streams begin and end, edits come and poses are shown as they are to be then.
+  // Applies all effects up to a time and shows the poses at it. Times must not decrease.
   void advance(int64_t line_ns);
 
-  // Sentences for the user since the last call.
+  // Returns and clears the messages for the user.
   std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
   uint64_t left_out() const;
 
  private:
-  RecordedShow(const Timeline& timeline, state::PoseState& poses) : timeline_(timeline), poses_(poses) {}
+  RecordedStreams(const Timeline& timeline, state::PoseState& poses) : timeline_(timeline), poses_(poses) {}
   struct Stream {
     StreamCursor cursor;
     std::optional<state::StreamId> id;

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 
-#include "protocol/record/attach.h"
+#include "protocol/base/digest.h"
+#include "protocol/record/mcap/attach.h"
 #include "protocol/wire/check.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/scene/digest.h"
-#include "renderer/scene/member_bytes.h"
+#include "renderer/scene/cache/member_bytes.h"
 
 namespace fire3dv::offline {
 namespace {
 
-// What the adapters believed that they drove, as a hint for people.
+// Scene name that the adapters reported, as a hint in errors.
 std::string scene_hint(record::Playback& playback) {
   playback.rewind();
   record::Played played;
@@ -57,12 +57,11 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
 }
 
 std::string content_of(const scene::Scene& of) {
-  // The lists of members serve readers and writers, and so take what could be changed; a writer changes
-  // nothing.
+  // Member visitors take a mutable scene for readers and writers; a writer does not modify it.
   auto& scene = const_cast<scene::Scene&>(of);
   std::vector<uint64_t> values;
   const auto add = [&](std::span<const std::byte> bytes) {
-    scene::Checksum checksum;
+    Checksum checksum;
     checksum.add(bytes);
     values.push_back(checksum.value());
   };
@@ -70,7 +69,7 @@ std::string content_of(const scene::Scene& of) {
   visit_members(scene, members);
   add(members.bytes());
   scene::visit_arrays(scene, [&](auto& array) { add(std::as_bytes(std::span(array))); });
-  return scene::hex(scene::digest_of(std::as_bytes(std::span(values)))).substr(0, 32);
+  return hex(digest_of(std::as_bytes(std::span(values)))).substr(0, 32);
 }
 
 }  // namespace fire3dv::offline

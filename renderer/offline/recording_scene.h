@@ -1,5 +1,5 @@
-// The scene that a recording is drawn in: the file that the user named, or else the one that travels in the
-// recording. Nothing that a recording says is taken for a path.
+// Scene of an offline run: the file named by the user, else the scene stored in the recording. No text of the
+// recording is used as a path.
 #pragma once
 
 #include <functional>
@@ -7,35 +7,35 @@
 #include <optional>
 #include <string>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/record/playback.h"
-#include "renderer/app/options.h"
-#include "renderer/app/recorded_scene.h"
-#include "renderer/app/scene_load.h"
-#include "renderer/scene/scene_cache.h"
+#include "renderer/app/loading/recorded_scene.h"
+#include "renderer/app/loading/scene_load.h"
+#include "renderer/app/options/options.h"
+#include "renderer/scene/cache/scene_cache.h"
 
 namespace fire3dv::offline {
 
 class RecordingScene {
  public:
-  // Begins to load it. The error says what could be named where there is none.
+  // Starts loading. If there is no scene, the error suggests one.
   static Result<std::unique_ptr<RecordingScene>> open(const app::Options& options,
                                                       const scene::SceneCacheSettings& cache,
                                                       record::Playback& playback,
                                                       std::function<bool()> should_stop);
 
-  const std::string& title() const { return title_; }  // for people
+  const std::string& title() const { return title_; }  // for messages
   app::SceneLoad& load() { return *load_; }
 
  private:
   RecordingScene() = default;
 
   std::string title_;
-  std::unique_ptr<app::RecordedScene> recorded_;  // where it is the recording's
+  std::unique_ptr<app::RecordedScene> recorded_;  // set if the recording stores the scene
   std::optional<app::SceneLoad> load_;
 };
 
-// The same for scenes that look the same: of all that is in it.
+// Digest of the scene's content: equal scenes have equal digests.
 std::string content_of(const scene::Scene& scene);
 
 }  // namespace fire3dv::offline

@@ -6,11 +6,12 @@
 #include <memory>
 #include <system_error>
 
+#include "protocol/base/digest.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/cache_places.h"
-#include "renderer/app/environment_folder.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/pipeline_file.h"
+#include "renderer/app/loading/environment_cache.h"
+#include "renderer/app/loading/pipeline_cache_file.h"
+#include "renderer/app/options/cache_locations.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/start.h"
 #include "renderer/app/version.h"
@@ -19,8 +20,7 @@
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/recording_scene.h"
 #include "renderer/offline/timeline.h"
-#include "renderer/scene/digest.h"
-#include "renderer/sinks/video_sink.h"
+#include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -69,14 +69,14 @@ Result<FrameTimes> choose_times(const Timeline& timeline, const RenderOptions& o
   return frame_times(std::min(into(options.start_s), last_ns), last_ns, options.rate);
 }
 
-// Everything that decides about a frame's bytes, but for the machine.
+// Manifest without the machine: all inputs that determine the bytes of frames.
 Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& timeline,
                                  const FrameTimes& times, const scene::Scene& scene) {
   constexpr uint64_t kMostBytes = uint64_t{1} << 50;
   const auto digest_of = [](const std::filesystem::path& file) -> Result<std::string> {
-    auto digest = scene::digest_of_file(file, kMostBytes);
+    auto digest = digest_of_file(file, kMostBytes);
     if (!digest) return digest.error();
-    return scene::hex(*digest).substr(0, 32);
+    return hex(*digest).substr(0, 32);
   };
   const auto recording = digest_of(options.recording);
   if (!recording) return recording.error();
@@ -113,7 +113,7 @@ sinks::VideoSettings video_settings(const RenderOptions& options) {
   return settings;
 }
 
-// Where frames go: into a folder, or straight into a video.
+// Destination of frames: a folder or a video.
 struct Output {
   std::unique_ptr<FrameFolder> folder;
   std::unique_ptr<sinks::VideoSink> video;
@@ -133,7 +133,7 @@ Result<Output> open_output(const RenderOptions& options, const Manifest& manifes
     output.video = std::move(*video);
     return output;
   }
-  // What would keep the video from being made is told before its frames are drawn.
+  // Checks the video settings before frames are rendered.
   if (is_video) {
     if (auto good = sinks::check_video_settings(video_settings(options)); !good) return good.error();
   }
@@ -143,8 +143,8 @@ Result<Output> open_output(const RenderOptions& options, const Manifest& manifes
   return output;
 }
 
-// Nothing of an earlier run that was drawn elsewhere is thrown away, but it is said.
-void tell_other_machine(const FrameFolder& folder, const Machine& machine) {
+// Frames of another machine are kept, with a warning.
+void warn_of_other_machine(const FrameFolder& folder, const Machine& machine) {
   const auto& before = folder.machine_before();
   if (!before || *before == machine || folder.kept() == 0) return;
   say("warning: the frames that are there were drawn by " + wire::printable(before->device) + " (" +
@@ -160,7 +160,7 @@ class Render {
         drawing_(options.drawing),
         places_(app::cache_places(drawing_.cache, [](const char* name) { return std::getenv(name); })) {}
 
-  Result<bool> run();  // false: asked to stop
+  Result<bool> run();  // false: stopped by the user
   bool validation_was_silent() const { return !instance_ || instance_->validation_messages() == 0; }
 
  private:
@@ -169,14 +169,14 @@ class Render {
 
   const RenderOptions& options_;
   const app::Options& drawing_;
-  const app::CachePlaces places_;
+  const app::CacheLocations places_;
   std::unique_ptr<gpu::Instance> instance_;
 };
 
 Result<bool> Render::run() {
   auto playback = open_recording(options_);
   if (!playback) return playback.error();
-  // It loads while the recording is read.
+  // The scene loads while the recording is read.
   auto scene = RecordingScene::open(drawing_, places_.scenes, *playback, app::stop_was_requested);
   if (!scene) return scene.error();
   app::SceneLoad& load = (*scene)->load();
@@ -206,8 +206,8 @@ Result<bool> Render::run() {
       if (output->video) output->video->abandon();
       return drawn;
     }
-    load.begin_keeping();
-    if (const auto fault = load.finish_keeping()) app::say_of_cache(*fault);
+    load.begin_caching();
+    if (const auto fault = load.finish_caching()) app::log_cache_error(*fault);
   } else {
     // An empty shard has a manifest, too.
     if (part.frames == 0) {
@@ -231,7 +231,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   gpu::DeviceReport report;
   auto device = app::open_device(*instance_, drawing_, &report);
   if (!device) return device.error();
-  app::PipelineFile pipelines(**device, places_.pipelines);
+  app::PipelineCacheFile pipelines(**device, places_.pipelines);
   if (pipelines.note()) say(*pipelines.note());
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
   settings.kept_environments = app::environment_store(places_.surroundings);
@@ -250,13 +250,13 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
       loaded, poses, *renderer, *camera,
       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->most_textures()});
   if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
-  auto show = RecordedShow::open([&] { return open_recording(options_); }, timeline, poses);
+  auto show = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
   if (!show) return show.error();
 
   const Part part = manifest.part();
   if (output.folder) {
     const Machine machine{report.name, report.driver, cpu_name()};
-    tell_other_machine(*output.folder, machine);
+    warn_of_other_machine(*output.folder, machine);
     if (output.folder->kept() > 0) say(std::to_string(output.folder->kept()) + " frames are there already");
     if (auto begun = output.folder->begin(machine); !begun) return begun.error();
   }
@@ -269,7 +269,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (show->left_out() != 0)
     say("warning: " + std::to_string(show->left_out()) +
         " scene edits were left out: too many stand between two frames");
-  // What was drawn of an interrupted video is of no use; of a folder it is.
+  // An interrupted folder can be resumed, an interrupted video cannot.
   if (*drawn || output.folder) {
     if (auto finished = output.sink().finish(); !finished) return finished.error();
   }
@@ -277,14 +277,14 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (!*drawn)
     say(output.folder ? "stopped; the same command goes on from here"
                       : "stopped; nothing is left of the video (--resume keeps what is drawn)");
-  if (auto kept = pipelines.keep(); !kept) app::say_of_cache(kept.error());
+  if (auto kept = pipelines.keep(); !kept) app::log_cache_error(kept.error());
   return drawn;
 }
 
 }  // namespace
 
 int render(const RenderOptions& options) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write, as a full disk is
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit becomes a write error, as a full disk
   Render rendering(options);
   const Result<bool> done = rendering.run();
   if (!rendering.validation_was_silent()) return fail(Error{"validation messages; see above"});

@@ -1,11 +1,11 @@
-// `fire3dv render`: a recording as a video, or as a folder of frames.
+// `fire3dv render`: renders a recording to a video or to a frame folder.
 #pragma once
 
 #include "renderer/offline/render_options.h"
 
 namespace fire3dv::offline {
 
-// The exit code.
+// Returns the exit code.
 int render(const RenderOptions& options);
 
 }  // namespace fire3dv::offline

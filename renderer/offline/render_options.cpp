@@ -6,9 +6,11 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <memory>
 #include <string_view>
 
-#include "renderer/sinks/video_file.h"
+#include "protocol/base/command_line.h"
+#include "renderer/sinks/video/video_file.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -21,12 +23,12 @@ int usage_error(const char* command, const std::string& text) {
   return kUsageError;
 }
 
-// Words of this command's own; all others are for drawing, and go where the renderer's own go.
+// Options of this command; all others are renderer options.
 constexpr std::array kWithValue{"--fps", "--start", "--end",   "--clock",
                                 "--out", "--shard", "--codec", "--crf"};
 constexpr std::array kFlags{"--resume", "--full-chroma", "--help", "-h"};
 
-// Of the words for drawing, those that change no pixel, and those that are kept otherwise.
+// Renderer options that do not affect pixels, or that the manifest stores otherwise.
 constexpr std::array kNeutralWithValue{"--cache", "--device", "--async-compute", "--size", "--environment"};
 constexpr std::array kNeutralFlags{"--validation", "--no-validation", "--headless"};
 
@@ -75,12 +77,15 @@ std::string look_of(const std::vector<std::string>& words, const std::string& sc
 }
 
 void add_video_options(CLI::App& app, VideoOptions& video) {
-  app.add_option(
-      "--codec", video.codec,
-      "of a video: h264 (the default, av1 in .webm), h265, av1, or ffv1, which loses nothing (.mkv)");
-  app.add_option("--crf", video.crf, "its quality: 0 is the best; h264 and h265 go to 51, av1 to 63");
-  app.add_flag("--full-chroma", video.full_chroma,
-               "keep colours of single pixels (4:4:4), which few players show");
+  constexpr const char* kGroup = "Video";
+  app.add_option("--codec", video.codec,
+                 "h264 (default), h265, av1 (default of .webm), or lossless ffv1 (.mkv)")
+      ->type_name("NAME")
+      ->group(kGroup);
+  app.add_option("--crf", video.crf, "quality: 0 is best; h264 and h265 to 51, av1 to 63")
+      ->type_name("N")
+      ->group(kGroup);
+  app.add_flag("--full-chroma", video.full_chroma, "4:4:4 chroma, which few players decode")->group(kGroup);
 }
 
 std::optional<std::string> check_out(const std::filesystem::path& out, const VideoOptions& video) {
@@ -106,7 +111,7 @@ std::string for_live_streams(const std::string& option) {
   return option + " is for streams that are live; a recording is rendered without";
 }
 
-// Of these the renderer's own parser would not say what is wrong here, or nothing at all.
+// Rejects options for which the renderer's parser has no or a misleading error.
 std::optional<std::string> check_words(const std::vector<std::string>& words) {
   constexpr std::array kLive{"--play", "--delay", "--mark-held", "--on-request"};
   for (const std::string& word : words) {
@@ -119,7 +124,7 @@ std::optional<std::string> check_words(const std::vector<std::string>& words) {
   return {};
 }
 
-// What the renderer takes and an offline run has no use for.
+// Rejects renderer options that have no meaning offline.
 std::optional<std::string> check_drawing(const app::Options& drawing) {
   const auto none = for_live_streams;
   if (!drawing.listen.empty()) return none("--listen");
@@ -143,28 +148,26 @@ std::optional<std::string> check_drawing(const app::Options& drawing) {
 
 std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   RenderOptions options;
-  CLI::App app{
-      "Draws a recording, every frame of the video exactly once at its simulated time, as fast as the device "
-      "can.\n"
-      "Options for looks, size, camera and device are those of fire3dv itself (see fire3dv --help)."};
-  app.name("fire3dv render FILE.mcap [SCENE] --out VIDEO|DIR");
+  CLI::App app{"Renders a recording: each frame of the video once, at its simulated time."};
+  app.name("fire3dv render");
+  app.formatter(std::make_shared<HelpFormatter>("FILE.mcap [SCENE] --out VIDEO|DIR [OPTIONS]"));
+  app.footer("Options of images, drawing and devices are those of fire3dv. Details: man fire3dv-render.");
+  app.set_help_flag("-h,--help", "print this help and exit");
   std::string fps = "30", shard;
-  app.add_option("--out", options.out,
-                 "a video (.mp4, .mkv, .webm), or a folder for one PNG per frame; a run into a folder that "
-                 "was interrupted goes on where it stopped");
-  app.add_option("--fps", fps, "frames a second of simulated time: 30, 29.97, 30000/1001")
+  app.add_option("--out", options.out, "video (.mp4, .mkv, .webm), or folder of PNG files")
+      ->type_name("VIDEO|DIR");
+  app.add_option("--fps", fps, "frames per second of simulated time, also 30000/1001")
+      ->type_name("RATE")
       ->capture_default_str();
-  app.add_option("--start", options.start_s, "seconds after the first recorded frame")->capture_default_str();
-  app.add_option("--end", options.end_s,
-                 "seconds after the first recorded frame; without: the last recorded frame");
-  app.add_option(
-      "--clock", options.clock,
-      "the stream whose simulated time the video follows; without: the one whose frames come first");
-  app.add_option("--shard", shard,
-                 "I/N: draw the I-th of N parts into a folder; fire3dv join puts them together");
-  app.add_flag("--resume", options.resume,
-               "keep a video's frames in VIDEO.frames until it is whole, so that an interrupted run goes on "
-               "where it stopped");
+  app.add_option("--start", options.start_s, "begin SECONDS after the first recorded frame")
+      ->type_name("SECONDS")
+      ->capture_default_str();
+  app.add_option("--end", options.end_s, "end SECONDS after it (default: last frame)")->type_name("SECONDS");
+  app.add_option("--clock", options.clock, "stream whose simulated time the video follows (default: first)")
+      ->type_name("STREAM");
+  app.add_option("--shard", shard, "render part I of N into a folder; fire3dv join merges them")
+      ->type_name("I/N");
+  app.add_flag("--resume", options.resume, "keep finished frames, so that an interrupted run continues");
   add_video_options(app, options.video);
   Words words = split(argc, argv);
   try {

@@ -1,4 +1,4 @@
-// The command lines of `fire3dv render` and `fire3dv join`.
+// Command-line options of `fire3dv render` and `fire3dv join`.
 #pragma once
 
 #include <filesystem>
@@ -7,28 +7,28 @@
 #include <variant>
 #include <vector>
 
-#include "renderer/app/options.h"
+#include "renderer/app/options/options.h"
 #include "renderer/offline/frame_times.h"
 
 namespace fire3dv::offline {
 
-// How a video is encoded.
+// Video encoder settings.
 struct VideoOptions {
-  std::string codec;  // empty: the container's usual one
+  std::string codec;  // empty: default of the container
   std::optional<int> crf;
   bool full_chroma = false;
 };
 
 struct RenderOptions {
   std::string recording;
-  app::Options drawing;  // scene, camera, size, device, and how it looks
-  std::string look;      // of those words, what decides about pixels
+  app::Options drawing;  // scene, camera, size, device and appearance
+  std::string look;      // those drawing options that affect pixels
   FrameRate rate;
   double start_s = 0;  // after the first frame of the recording
   std::optional<double> end_s;
-  std::string clock;          // stream whose simulated time counts; empty: the first one's
-  std::filesystem::path out;  // a video by its ending, else a folder
-  bool resume = false;        // videos: by way of a folder of frames
+  std::string clock;          // stream whose simulator time is used; empty: the first one's
+  std::filesystem::path out;  // a video by its extension, else a folder
+  bool resume = false;        // videos: via a frame folder
   uint32_t shard = 1, shards = 1;
   VideoOptions video;
 };
@@ -39,7 +39,7 @@ struct JoinOptions {
   VideoOptions video;
 };
 
-// Options, or the exit code with which the program ends now. argv[1] is the command.
+// Returns options or an exit code. argv[1] is the subcommand.
 std::variant<RenderOptions, int> parse_render_options(int argc, char** argv);
 std::variant<JoinOptions, int> parse_join_options(int argc, char** argv);
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "renderer/state/interpolate.h"
+#include "renderer/state/playout/interpolate.h"
 
 namespace fire3dv::offline {
 namespace {
 
-constexpr uint64_t kMostPendingBytes = uint64_t{256} << 20;  // as what a renderer keeps of a live stream
+constexpr uint64_t kMostPendingBytes = uint64_t{256} << 20;  // as for a live stream
 
 }  // namespace
 
@@ -38,8 +38,8 @@ void StreamCursor::queue(Effect effect) {
   queue_.push_back(std::move(effect));
 }
 
-// Reads until something is queued, or the file ends. A file in which other runs stand than the timeline was
-// made of has been written to meanwhile: it ends here.
+// Reads until an effect is queued or the file ends. A run that the timeline does not list was written after
+// the timeline was read: the stream ends there.
 void StreamCursor::fill() {
   const Timeline::StreamTimes& times = timeline_.streams()[stream_];
   record::Played played;
@@ -48,7 +48,7 @@ void StreamCursor::fill() {
     at_end_ = step == record::Playback::Step::end;
     if (step != record::Playback::Step::played || played.stream != stream_) continue;
     const StreamFrames::Taken taken = frames_.take(played);
-    // Where something stands that no frame follows.
+    // Time of a message that no frame follows.
     const auto by_guide = [&] {
       const int64_t after_ns = newest_ns_ == kAlways ? kAlways : newest_ns_ + 1;
       return std::max(after_ns, timeline_.guide_at(played.log_time_ns));
@@ -116,7 +116,7 @@ void StreamCursor::keep_edit(const record::Played& played) {
 const StreamCursor::Frame* StreamCursor::next_frame() const {
   for (const Effect& effect : queue_) {
     if (effect.kind == Effect::Kind::frame) return &effect.frame;
-    if (effect.kind != Effect::Kind::edit) return nullptr;  // the run ends before
+    if (effect.kind != Effect::Kind::edit) return nullptr;  // the run ends first
   }
   return nullptr;
 }

@@ -1,6 +1,6 @@
-// One stream of a recording, read from its beginning on: what takes effect when, on the timeline. Reads ahead
-// as far as the next frame, and no farther. Each stream has a cursor and a reader of its own, so that one
-// that pauses does not make the others' frames pile up.
+// Cursor over one stream of a recording: its effects with their times on the timeline, in order. It reads
+// ahead to the next frame only. Each stream has its own cursor and reader, so that a paused stream does not
+// make frames of the others accumulate.
 #pragma once
 
 #include <cstdint>
@@ -36,12 +36,12 @@ class StreamCursor {
     wire::Bytes message;  // of begin and edit
     Frame frame;
   };
-  // The next one, if there is any; valid until take().
+  // Next effect, or null at the end; valid until take().
   const Effect* peek();
   Effect take();
 
-  // What is to be seen at a time, all effects up to which were taken: between the frame that was taken last
-  // and the next one. Nothing before the first frame of a run. The poses are valid until the next call.
+  // Interpolated frame at a time, between the last taken frame and the next one. All effects up to this time
+  // must have been taken. nullopt before the first frame of a run. Poses are valid until the next call.
   struct Moment {
     wire::PoseFrameHeader header;
     std::span<const wire::Affine3x4> poses;
@@ -49,7 +49,7 @@ class StreamCursor {
   };
   std::optional<Moment> at(int64_t line_ns);
 
-  uint64_t left_out() const { return left_out_; }  // edits, of which too many stand between two frames
+  uint64_t left_out() const { return left_out_; }  // edits over kMostPendingBytes between two frames
 
  private:
   void fill();
@@ -63,11 +63,11 @@ class StreamCursor {
   StreamFrames frames_;
   std::deque<Effect> queue_;
   bool at_end_ = false;
-  size_t runs_ = 0, segments_ = 0;  // begun so far
+  size_t runs_ = 0, segments_ = 0;  // started so far
   uint64_t frames_in_run_ = 0;
-  int64_t newest_ns_ = kAlways;  // of all that was queued: effects of a stream never go back
+  int64_t newest_ns_ = kAlways;  // of all queued effects; effects of a stream are ordered
 
-  // Edits since the last frame: of each key the newest, by their order.
+  // Newest edit of each key since the last frame, in recording order.
   struct Pending {
     uint64_t key, log_time_ns;
     wire::Bytes message;
@@ -76,9 +76,9 @@ class StreamCursor {
   std::map<uint64_t, uint64_t> order_of_key_;
   uint64_t next_order_ = 0, pending_bytes_ = 0, left_out_ = 0;
 
-  std::optional<Frame> shown_;  // taken last
+  std::optional<Frame> shown_;  // last taken frame
   std::vector<wire::Affine3x4> between_;
-  uint64_t shown_sequence_ = 0, shown_next_ = 0;  // what was asked for last was made of these
+  uint64_t shown_sequence_ = 0, shown_next_ = 0;  // cache key of between_, with shown_way_
   double shown_way_ = -1;
 };
 

@@ -3,7 +3,7 @@
 namespace fire3dv::offline {
 namespace {
 
-constexpr int64_t kMostSimTimeNs = int64_t{1} << 60;  // 36 years: sums of some of these do not overflow
+constexpr int64_t kMostSimTimeNs = int64_t{1} << 60;  // 36 years: sums of a few such times do not overflow
 
 const scene::Scene& no_scene() {
   static const scene::Scene scene;
@@ -22,7 +22,7 @@ StreamFrames::Taken StreamFrames::take(const record::Played& played) {
     return taken;
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-    if (id_ && description->epoch == epoch_) return taken;  // repeated
+    if (id_ && description->epoch == epoch_) return taken;  // repeated description
     if (description->protocol_major != wire::kProtocolMajor) {
       ++unusable_;
       return taken;
@@ -46,7 +46,7 @@ StreamFrames::Taken StreamFrames::take(const record::Played& played) {
   } else if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
     taken.edited = true;
     taken.frame = frames_.apply(*id_, std::move(*edit));
-    (void)frames_.take_scene_changes();  // their values are of no use here
+    (void)frames_.take_scene_changes();  // only the frames are used
   } else if (const auto* unknown = std::get_if<wire::UnknownEdit>(&*decoded)) {
     taken.edited = true;
     taken.frame = frames_.apply(*id_, *unknown);

@@ -1,5 +1,5 @@
-// One stream of a recording, put together as the renderer would: whole frames in order, from parts and
-// partial frames, none before the edits that it belongs to.
+// Frame decoder of one recorded stream. It yields whole frames in order, assembled from parts and partial
+// frames. As in a live renderer, a frame follows the scene edits that it depends on.
 #pragma once
 
 #include <cstdint>
@@ -16,24 +16,24 @@ class StreamFrames {
  public:
   StreamFrames();
 
-  // What a message of the stream has brought. An edit may bring a frame too, which had waited for it.
+  // Effect of one message. An edit may release a frame that waited for it.
   struct Taken {
     bool began = false, ended = false;
     bool edited = false;
-    bool frame = false;  // header() and poses() are of a new one
-    bool segment =
-        false;  // with that frame simulated time begins anew: the first of a run, or time went back
+    bool frame = false;  // header() and poses() have a new frame
+    // The frame begins a segment: it is the first of a run, or simulator time went back.
+    bool segment = false;
   };
   Taken take(const record::Played& played);
 
   const wire::PoseFrameHeader& header() const { return frames_.streams()[*id_].header; }
   std::span<const wire::Affine3x4> poses() const { return frames_.streams()[*id_].poses; }
-  uint64_t unusable() const { return unusable_; }  // messages that were passed over
+  uint64_t unusable() const { return unusable_; }  // skipped messages
 
  private:
   wire::Decoder decoder_;
-  state::PoseState
-      frames_;  // of a scene without nodes: only what it makes of a stream's messages counts here
+  // Binds to an empty scene; only its frame assembly is used.
+  state::PoseState frames_;
   std::optional<state::StreamId> id_;
   uint64_t epoch_ = 0;
   std::optional<int64_t> sim_time_ns_;  // of the newest frame of this run

@@ -12,7 +12,7 @@ namespace fire3dv::offline {
 namespace {
 
 constexpr size_t kMostStreams = 64;
-constexpr size_t kMostSegments = 1'000'000;  // of all streams; runs, too
+constexpr size_t kMostSegments = 1'000'000;  // of all streams; limit of runs, too
 constexpr size_t kMostGuidePoints = 1 << 20;
 constexpr int64_t kSameClockNs = kSecondNs / 10;
 constexpr int64_t kMostLineNs = int64_t{1} << 61;
@@ -31,7 +31,7 @@ class Timeline::Builder {
   Result<void> finish();
 
  private:
-  // The clock of a segment before it is known where it stands.
+  // Simulator time range of a segment before its placement.
   struct Span {
     int64_t first_sim_ns = 0, last_sim_ns = 0;
     int64_t step_ns = 1;  // between its last two frames
@@ -42,7 +42,7 @@ class Timeline::Builder {
   struct Building {
     StreamFrames frames;
     std::vector<Span> spans;
-    int64_t last_ns = kAlways;  // of the newest frame that is placed
+    int64_t last_ns = kAlways;  // newest placed frame
   };
 
   Result<void> begin_segment(size_t stream, int64_t sim_ns);
@@ -55,8 +55,8 @@ class Timeline::Builder {
   const record::Playback& playback_;
   std::vector<Building> streams_;
   std::optional<size_t> guide_;
-  bool guide_runs_ = false;   // its first frame has come
-  int64_t guide_now_ns_ = 0;  // on the line
+  bool guide_runs_ = false;   // its first frame was read
+  int64_t guide_now_ns_ = 0;  // on the timeline
   size_t segments_ = 0;
 };
 
@@ -100,8 +100,7 @@ Result<void> Timeline::Builder::take(const record::Played& played) {
   ++line_.frames_;
   if (!span.placed) return {};
   const int64_t line_ns = sim_ns + times.segments.back().line_from_sim_ns;
-  if (std::abs(line_ns) > kMostLineNs)
-    return too_far_apart(stream);
+  if (std::abs(line_ns) > kMostLineNs) return too_far_apart(stream);
   run.first_ns = std::min(run.first_ns, line_ns);
   building.last_ns = line_ns;
   if (stream != *guide_) return {};
@@ -129,13 +128,13 @@ Result<void> Timeline::Builder::begin_segment(size_t stream, int64_t sim_ns) {
   building.spans.push_back(span);
   times.segments.emplace_back();
   const bool is_guide = stream == *guide_;
-  if (!is_guide && !guide_runs_) return {};  // where it stands shows when the guide comes
+  if (!is_guide && !guide_runs_) return {};  // placed when the guide's first frame is read
   int64_t first_ns = sim_ns;
   if (!is_guide) {
     const int64_t by_guide_ns = sim_ns + line_.streams_[*guide_].segments.back().line_from_sim_ns;
     first_ns = std::abs(by_guide_ns - guide_now_ns_) <= kSameClockNs ? by_guide_ns : guide_now_ns_;
   }
-  // Frames of one stream do not overlap on the line.
+  // Segments of one stream must not overlap on the timeline.
   if (before && (is_guide || first_ns <= building.last_ns)) first_ns = building.last_ns + before->step_ns;
   place(stream, building.spans.size() - 1, first_ns - sim_ns);
   return {};
@@ -146,8 +145,7 @@ void Timeline::Builder::place(size_t stream, size_t segment, int64_t line_from_s
   streams_[stream].spans[segment].placed = true;
 }
 
-// Segments that were there before it: the newest by its newest frame, the others in front of that, one after
-// the other.
+// Places segments that precede the guide: the newest by its newest frame, earlier ones end to end before it.
 Result<void> Timeline::Builder::guide_has_come(int64_t line_ns) {
   for (size_t stream = 0; stream < streams_.size(); ++stream) {
     Building& building = streams_[stream];
@@ -158,7 +156,7 @@ Result<void> Timeline::Builder::guide_has_come(int64_t line_ns) {
     for (size_t i = building.spans.size() - 1; i-- > 0;) {
       const int64_t next_ns =
           building.spans[i + 1].first_sim_ns + line_.streams_[stream].segments[i + 1].line_from_sim_ns;
-      // Each goes farther back: without a limit their sum would not be a number any more.
+      // Each segment moves farther back: the limit prevents overflow.
       if (std::abs(next_ns) > kMostLineNs) return too_far_apart(stream);
       place(stream, i, next_ns - building.spans[i].step_ns - building.spans[i].last_sim_ns);
     }
@@ -223,7 +221,7 @@ Result<Timeline> Timeline::read(record::Playback& playback, const std::string& c
   return line;
 }
 
-// Points close to each other say the same; when there are many, every other one is enough.
+// Thins out guide points: close ones are redundant; at the limit every other one is dropped.
 void Timeline::remember(uint64_t log_time_ns, int64_t line_ns) {
   if (!guide_.empty() && log_time_ns < guide_.back().first + guide_spacing_ns_) return;
   guide_.emplace_back(log_time_ns, line_ns);

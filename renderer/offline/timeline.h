@@ -1,16 +1,14 @@
-// Where the frames of all streams of a recording stand on one line of simulated time:
+// Common timeline of all streams of a recording, in simulator nanoseconds:
 //
-// - The line is the clock of one stream, the guide. Where its time begins anew (another run, or time that
-// went back),
-//   the new segment follows the one before.
-// - Another stream whose clock shows the same as the guide's (within 100 ms, when a segment of it begins) is
-// read by
-//   it. Any other is laid where it began, beside the frame of the guide that was the newest then, and from
-//   there on a second of one is a second of the other.
-// - Descriptions and goodbyes take effect where the guide was when they came.
+// - The timeline is the clock of one stream, the guide. A new segment of the guide (another run, or time that
+//   went back) follows the previous one.
+// - A stream whose clock agrees with the guide's within 100 ms at the start of a segment uses the guide's
+//   timeline. Any other segment starts beside the newest guide frame at that moment and advances at the same
+//   rate.
+// - Descriptions and goodbyes take effect at the guide's time of their arrival.
 //
-// So what is shown at a moment follows from the file alone. One pass over the file finds it; memory is a few
-// numbers for each run.
+// The mapping is a pure function of the file. One pass over the file finds it; memory is a few numbers per
+// run.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/record/playback.h"
 
 namespace fire3dv::offline {
@@ -29,37 +27,37 @@ constexpr int64_t kNever = std::numeric_limits<int64_t>::max(), kAlways = std::n
 
 class Timeline {
  public:
-  // clock: the guide's name; empty: the stream whose first frame comes first. on_progress: log times, done
-  // and all; false ends the reading with an error.
+  // clock: name of the guide; empty: the stream with the first frame. on_progress: log times read and in
+  // total; returning false aborts with an error.
   using OnProgress = std::function<bool(uint64_t done, uint64_t total)>;
   static Result<Timeline> read(record::Playback& playback, const std::string& clock,
                                const OnProgress& on_progress);
 
   // From a description to a goodbye or to the next description.
   struct Run {
-    int64_t first_ns = kNever;  // of its first frame, on the line
+    int64_t first_ns = kNever;  // of its first frame, on the timeline
     uint64_t frames = 0;
   };
-  // In which simulated time does not go back.
+  // Range of frames in which simulator time does not go back.
   struct Segment {
-    int64_t line_from_sim_ns = 0;  // to be added
-    int64_t hold_ns = 0;           // frames farther apart are not joined: nothing moves until the later one
+    int64_t line_from_sim_ns = 0;  // offset to be added
+    int64_t hold_ns = 0;           // larger frame gaps are not interpolated: the earlier frame holds
   };
   struct StreamTimes {
     std::vector<Run> runs;
     std::vector<Segment> segments;
   };
 
-  const std::vector<StreamTimes>& streams() const { return streams_; }  // as Playback::streams()
+  const std::vector<StreamTimes>& streams() const { return streams_; }  // parallel to Playback::streams()
   const std::string& guide() const { return guide_name_; }
-  // Of the first and the last frame of all streams.
+  // First and last frame of all streams.
   int64_t first_ns() const { return first_ns_; }
   int64_t last_ns() const { return last_ns_; }
   uint64_t frames() const { return frames_; }
-  // Of the newest frame of the guide that had come by then; kAlways before the first.
+  // Timeline time of the newest guide frame at a log time; kAlways before the first one.
   int64_t guide_at(uint64_t log_time_ns) const;
 
-  // For the user: what was passed over.
+  // Counts of skipped messages for warnings.
   uint64_t damaged() const { return damaged_; }
   uint64_t unusable() const { return unusable_; }
 
@@ -71,7 +69,7 @@ class Timeline {
   std::string guide_name_;
   int64_t first_ns_ = kNever, last_ns_ = kAlways;
   uint64_t frames_ = 0, damaged_ = 0, unusable_ = 0;
-  std::vector<std::pair<uint64_t, int64_t>> guide_;  // log time, line; not each frame
+  std::vector<std::pair<uint64_t, int64_t>> guide_;  // log time, timeline time; thinned out
   uint64_t guide_spacing_ns_ = 5'000'000;
 };
 

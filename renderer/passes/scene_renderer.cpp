@@ -4,9 +4,9 @@
 #include <array>
 #include <utility>
 
-#include "renderer/passes/material_records.h"
-#include "renderer/passes/on_top_rect.h"
-#include "renderer/passes/scene_parts.h"
+#include "renderer/passes/forward/forward_bounds.h"
+#include "renderer/passes/resources/material_records.h"
+#include "renderer/passes/resources/scene_parts.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -20,19 +20,19 @@ RasterPath choose_path(const gpu::Device& device, RasterPath wanted) {
                                                                         : RasterPath::forward;
 }
 
-// The largest count that the device has and the user allows.
+// Largest sample count that the device supports and the settings allow.
 VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path, uint32_t wanted) {
   const VkSampleCountFlags possible =
       device.limits().framebufferColorSampleCounts & device.limits().framebufferDepthSampleCounts;
-  if (path == RasterPath::visibility) wanted = wanted >= 4 ? 4 : 1;  // what the compute path has
+  if (path == RasterPath::visibility) wanted = wanted >= 4 ? 4 : 1;  // counts of the compute path
   for (uint32_t count = 16; count > 1; count /= 2) {
     if (count <= wanted && (possible & count)) return static_cast<VkSampleCountFlagBits>(count);
   }
   return VK_SAMPLE_COUNT_1_BIT;
 }
 
-// Of sizes that are not drawn at the moment.
-constexpr VkDeviceSize kMostKeptBytes = VkDeviceSize{256} << 20;
+// Limits of cached targets of other sizes.
+constexpr VkDeviceSize kMaxCacheBytes = VkDeviceSize{256} << 20;
 constexpr size_t kMostKeptSizes = 8;
 
 bool any_soft(const std::vector<scene::PlacedLight>& lights) {
@@ -44,7 +44,7 @@ bool any_soft(const std::vector<scene::PlacedLight>& lights) {
 
 scene::Levels levels_for(LevelsOfDetail wanted) {
   if (wanted == LevelsOfDetail::off) return scene::Levels::none;
-  return wanted == LevelsOfDetail::automatic ? scene::Levels::where_they_pay : scene::Levels::all;
+  return wanted == LevelsOfDetail::automatic ? scene::Levels::automatic_levels : scene::Levels::all;
 }
 
 SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
@@ -61,7 +61,8 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       deform_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
       shadow_way_(choose_shadow_way(device, settings.shadows, path_ == RasterPath::visibility)),
-      // The forward path finds what rays start from in the same way, where it cannot trace them itself.
+      // The forward path takes ray origins from a visibility buffer, where its fragment shader cannot trace
+      // rays.
       visibility_(path_ == RasterPath::visibility || shadow_way_.back_end == RayBackEnd::pipeline
                       ? std::optional<VisibilityPass>(std::in_place, device, layout_.get(),
                                                       scene_set_layout_.get(),
@@ -76,7 +77,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       held_mark_(device),
       environment_(device, settings.environment ? *settings.environment : scene::studio_environment(),
                    settings.kept_environments.get()) {
-  settings_.environment.reset();  // the GPU has it now
+  settings_.environment.reset();  // the GPU copy is complete
 }
 
 void SceneRenderer::apply(const DrawSettings& settings) {
@@ -113,9 +114,9 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   uses.rays_to_boxes = gpu::traces_to_boxes(device_) && shadow_way_.back_end != RayBackEnd::pipeline;
   uses.drawn_forward = path_ != RasterPath::visibility;
   auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
-                                              environment_.textures(), uses);
+                                              environment_.textures(), uses, gpu_scene_.get());
   shadows_.set_scene(scene, *gpu_scene);
-  // From here on nothing fails.
+  // No call below fails.
   gpu_scene_ = std::move(gpu_scene);
   scene_ = &scene;
   may_have_on_top_ = any_on_top(scene);
@@ -124,15 +125,16 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   deform_.forget();
   forward_.forget();
   if (outputs_) outputs_->set_scene();
-  for (const std::unique_ptr<Targets>& targets : kept_targets_) targets->visibility.forget();  // other ids
+  // the new scene has other ids
+  for (const std::unique_ptr<Targets>& targets : kept_targets_) targets->visibility.forget();
 }
 
-// Maps save most rays, but to lights that have a size.
+// Maps save most rays, except those to soft lights.
 gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
   return shadow_way_.hybrid && !any_soft(scene::lights_of(scene, nullptr)) ? gpu::Rays::few : gpu::Rays::many;
 }
 
-// What record() will most likely ask for, while the scene is copied.
+// Starts compilation of the shading pipelines that record() will probably use, during the scene upload.
 void SceneRenderer::expect_shading(const scene::Scene& scene) {
   if (path_ != RasterPath::visibility) return;
   VisibilityPass::Shading shading;
@@ -141,8 +143,8 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   shading.second_uv = any_second_uv(scene.materials);
   shading.leaves_samples = any_on_top(scene);
   if (shading.leaves_samples && !visibility_->can_leave_samples()) return;
-  // The last one is made first. Shadows may be switched off at any time; a CPU takes too long to have one
-  // ready for that.
+  // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes
+  // too long to precompile that variant.
   if (!gpu::takes_cpu_variants(device_)) visibility_->expect(shading);
   shading.shadows = number_of_shadows(shadow_way_.method == ShadowMethod::ray);
   const std::vector<scene::PlacedLight> lights = scene::lights_of(scene, nullptr);
@@ -154,14 +156,14 @@ void SceneRenderer::set_size(VkExtent2D extent, uint32_t views) {
   const bool as_it_is = targets_ && targets_->extent.width == extent.width &&
                         targets_->extent.height == extent.height && targets_->views == views;
   if (as_it_is) return;
-  targets_ = nullptr;  // where memory does not suffice, only some passes have the new ones: then a size has
-                       // to be set again
+  targets_ = nullptr;  // after an allocation failure only some passes have the new targets, so set_size()
+                       // must be called again
   Targets& targets = targets_of(extent, views);
   try {
     if (visibility_) visibility_->set_targets(targets);
     shadows_.set_targets(targets);
   } catch (const gpu::VulkanFailure&) {
-    // Half of it is of no use.
+    // Drop partially set targets.
     if (visibility_) visibility_->forget_targets();
     shadows_.forget_targets();
     kept_targets_.erase(kept_targets_.begin());
@@ -204,7 +206,7 @@ void SceneRenderer::drop_old_targets() {
   VkDeviceSize bytes = 0;
   for (size_t i = 1; i < kept_targets_.size(); ++i) {
     bytes += bytes_of(*kept_targets_[i]);
-    if (i < kMostKeptSizes && bytes <= kMostKeptBytes) continue;
+    if (i < kMostKeptSizes && bytes <= kMaxCacheBytes) continue;
     kept_targets_.resize(i);
     return;
   }
@@ -212,7 +214,7 @@ void SceneRenderer::drop_old_targets() {
 
 Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views) const {
   if (views > 1) {
-    // What is hidden may be shown by the frame that is recorded.
+    // Edits may show hidden nodes in the recorded frame.
     const bool alone = path_ != RasterPath::visibility || may_have_on_top_;
     if (alone || outputs[Plane::color_linear_f16])
       return Error{
@@ -233,22 +235,22 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
   return {};
 }
 
-void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::UploadBelt& belt,
+void SceneRenderer::record_what_moves(gpu::Recorder& recorder, gpu::StagingRing& belt,
                                       const state::PoseState& poses) {
-  rays_meet_frame_ = false;
+  acceleration_frame_ = false;
   begin_frame();
-  // What has been edited of the scene.
+  // Scene edits.
   if (edits_ && edit_follower_.follow(recorder, belt, *gpu_scene_, *scene_, *edits_, shadows_))
     deform_.vertices_written();
-  // Where everything is now.
+  // Node transforms.
   transforms_.record(recorder, belt, *gpu_scene_, poses);
-  // Which way triangles face now.
+  // Winding of the draws.
   gpu_scene_->follow_senses(recorder, belt, *scene_, poses);
-  // Which shape it has now.
+  // Deformed vertices.
   deform_.record(recorder, belt, *gpu_scene_, poses);
 }
 
-void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+void SceneRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses,
                            std::span<const View> views, const ImageOutputs& outputs,
                            std::span<CameraHistory> histories, OfFrame of_frame, const Inspection& wanted) {
   FIRE3DV_ASSERT(views.size() == targets_->views && can_take(outputs, targets_->views).ok());
@@ -258,16 +260,16 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   const bool lit = shaded && shadows_on_;
   if (of_frame == OfFrame::first) record_what_moves(recorder, belt, poses);
   shadows_.upload_choices(recorder, belt);
-  if (lit) shadows_.empty_lists(recorder);  // here, where nothing is held up by it
-  // What shadow rays can meet, beside the following, where there is a queue for that.
-  if (lit && shadows_.traces() && !std::exchange(rays_meet_frame_, true))
-    recorder.aside("tlas wait", [&] { record_what_rays_meet(recorder); });
-  // What the camera and the lights see of it.
+  if (lit) shadows_.empty_lists(recorder);  // early, where it delays no other pass
+  // Acceleration structures, on the async compute queue where available.
+  if (lit && shadows_.traces() && !std::exchange(acceleration_frame_, true))
+    recorder.aside("tlas wait", [&] { build_acceleration_structures(recorder); });
+  // Visibility of the camera and shadow maps.
   const bool compute =
-      path_ == RasterPath::visibility && (!gpu_scene_->has_on_top || visibility_->can_leave_samples());
+      path_ == RasterPath::visibility && (!gpu_scene_->has_forward_only || visibility_->can_leave_samples());
   const bool masked = lit && shadow_way_.method == ShadowMethod::ray &&
                       (compute || shadow_way_.back_end == RayBackEnd::pipeline);
-  // The forward path draws everything as the file has it, and takes the mask of exactly that.
+  // The forward path draws LOD 0 only, and its mask must match that.
   const Sees sees{(compute && shaded) || masked || surfaces || inspects, compute && shows_levels(), lit};
   if (sees.camera) visibility_->begin();
   if (sees.lights && shadows_.needs_maps()) shadows_.begin_maps();
@@ -275,7 +277,7 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   for (const View& view : views) globals.push_back(upload_globals(belt, view, masked));
   if (outputs_) outputs_->begin(outputs, *gpu_scene_, targets_->extent, targets_->views);
   find_visible(recorder, belt, views, globals, sees);
-  // What that is, how far away it is and where it goes.
+  // Output planes.
   if (surfaces)
     outputs_->record(recorder, belt, {*scene_, *gpu_scene_, visibility_->buffer(), views, globals},
                      histories);
@@ -290,16 +292,15 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::UploadBelt& belt, const
   if (inspects) mark(recorder, belt, views[0], globals[0], inspection, masked);
 }
 
-void SceneRenderer::shade(gpu::Recorder& recorder, gpu::UploadBelt& belt, const state::PoseState& poses,
+void SceneRenderer::shade(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses,
                           std::span<const View> views, std::span<const VkDeviceAddress> globals,
                           const Shading& how) {
-  const bool on_top = gpu_scene_->has_on_top, leave_samples = on_top || how.linear.buffer;
+  const bool on_top = gpu_scene_->has_forward_only, leave_samples = on_top || how.linear.buffer;
   const VkRect2D whole{{0, 0}, targets_->extent};
   const VkRect2D on_top_area =
-      how.compute && on_top ? on_top_rect(*gpu_scene_, *scene_, poses, views[0], targets_->extent) : whole;
+      how.compute && on_top ? forward_bounds(*gpu_scene_, *scene_, poses, views[0], targets_->extent) : whole;
   const VkRect2D left = how.linear.buffer || views.size() > 1 ? whole : on_top_area;
-  // Which lights reach that, and its colour: in linear HDR where something goes on top, and what a display
-  // shows of it.
+  // Shadows and colour: linear HDR for forward-only draws, otherwise the display image.
   if (how.compute) {
     shade_from_visibility(recorder, views, globals, how.masked, leave_samples ? &left : nullptr);
   } else if (how.masked) {
@@ -331,7 +332,7 @@ void SceneRenderer::shade_from_visibility(gpu::Recorder& recorder, std::span<con
                        {0, views, globals, number_of_shadows(masked)}, post, left);
     return;
   }
-  // One after the other, since there is one list of rays and one mask.
+  // In sequence, since all views share one ray list and one mask.
   for (uint32_t view = 0; view < views.size(); ++view) {
     if (view > 0) shadows_.empty_lists(recorder);
     const VisibilityPass::Shaded shaded{view, views.subspan(view, 1), globals.subspan(view, 1),
@@ -352,14 +353,14 @@ uint32_t SceneRenderer::number_of_shadows(bool masked) const {
 
 bool SceneRenderer::shows_levels() const {
   return settings_.levels_of_detail != LevelsOfDetail::off &&
-         gpu_scene_->cluster_instance_count > gpu_scene_->own_cluster_instance_count;
+         gpu_scene_->cluster_instance_count > gpu_scene_->lod0_cluster_instance_count;
 }
 
 bool SceneRenderer::levels_in_maps() const {
   return settings_.levels_of_detail == LevelsOfDetail::everywhere;
 }
 
-void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt, std::span<const View> views,
+void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const View> views,
                                  std::span<const VkDeviceAddress> globals, const Sees& sees) {
   std::vector<ClusterRaster*> sets;
   if (sees.camera) {
@@ -381,7 +382,7 @@ void SceneRenderer::find_visible(gpu::Recorder& recorder, gpu::UploadBelt& belt,
   if (!sets.empty()) ClusterRaster::record(recorder, sets);
 }
 
-void SceneRenderer::record_what_rays_meet(gpu::Recorder& recorder) {
+void SceneRenderer::build_acceleration_structures(gpu::Recorder& recorder) {
   GpuScene& scene = *gpu_scene_;
   deform_.record_levels(recorder, scene);
   recorder.pass(
@@ -393,7 +394,7 @@ void SceneRenderer::record_what_rays_meet(gpu::Recorder& recorder) {
       });
 }
 
-VkDeviceAddress SceneRenderer::upload_globals(gpu::UploadBelt& belt, const View& view, bool masked) {
+VkDeviceAddress SceneRenderer::upload_globals(gpu::StagingRing& belt, const View& view, bool masked) {
   const GpuScene& scene = *gpu_scene_;
   gpu_types::Globals globals{};
   globals.world_from_node = scene.world_from_node.address;

@@ -10,7 +10,7 @@ glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect) {
   const float far = camera.far_m;
   glm::mat4 m(0);
   if (camera.orthographic) {
-    // The file's extent is kept in height; the width follows the image, so that nothing is stretched.
+    // The file's height is kept; the width follows the image's aspect, so that nothing is stretched.
     const float half_height = camera.half_extent_m.y;
     const float far_plane = far > near ? far : near + 1e4f;
     m[0][0] = 1 / (half_height * image_aspect);
@@ -46,7 +46,7 @@ Intrinsics intrinsics_of(const scene::Camera& camera, glm::uvec2 image_px) {
 }
 
 Result<void> check(const Intrinsics& intrinsics) {
-  constexpr float kMost = 1e6f;  // focal lengths and places of the middle, in pixels
+  constexpr float kMost = 1e6f;  // focal lengths and principal point, in pixels
   for (const float focal_px : {intrinsics.fx_px, intrinsics.fy_px}) {
     if (!(focal_px >= 1e-3f && focal_px <= kMost))
       return Error{"the camera's fx and fy must be numbers of pixels from 0.001 to 1000000"};
@@ -66,13 +66,13 @@ Result<void> check(const Intrinsics& intrinsics) {
 
 namespace {
 
-// How far the middle of the image lies from what the camera looks at, in normalised coordinates.
+// Offset of the image centre from the principal point, in normalised coordinates.
 glm::vec2 middle_ndc(const Intrinsics& intrinsics) {
   return (glm::vec2(intrinsics.cx_px, intrinsics.cy_px) + 0.5f) * 2.0f / glm::vec2(intrinsics.image_px) -
          1.0f;
 }
 
-// A camera's pose has no scale: only its axes and place count, as glTF says.
+// Camera poses have no scale: only axes and position count, as in glTF.
 glm::mat4 without_scale(const glm::mat4& world_from_camera) {
   glm::mat4 rigid(1);
   for (int axis = 0; axis < 3; ++axis) {
@@ -155,9 +155,9 @@ NearWindow near_window(const View& view) {
 glm::vec2 half_pixel_depth(const View& view, uint32_t image_height) {
   const glm::mat4 rows = glm::transpose(view.clip_from_world);
   const glm::vec3 y(rows[1]), z(rows[2]), w(rows[3]);
-  // Half a pixel, in metres for each metre of distance; or in metres.
+  // Half a pixel: metres per metre of distance, or metres for an orthographic view.
   float half_pixel = 1 / (static_cast<float>(image_height) * glm::length(y));
-  // There the row leans towards the look.
+  // In an off-centre view, row y leans towards the view direction.
   if (view.off_centre) half_pixel = glm::length(view.world_from_ndc_y) / static_cast<float>(image_height);
   if (view.orthographic) return {0, half_pixel * glm::length(z)};
   // z / w = b / w - a: a step dw in distance changes it by (z / w + a) dw / w.

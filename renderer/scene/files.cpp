@@ -1,13 +1,7 @@
 #include "renderer/scene/files.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -50,11 +44,11 @@ constexpr std::array<int8_t, 256> base64_values() {
   return values;
 }
 
-Result<Bytes> base64_decoded(std::string_view text) {
+Result<FileBytes> base64_decoded(std::string_view text) {
   static constexpr std::array<int8_t, 256> kValues = base64_values();
   for (int padding = 0; padding < 2 && text.ends_with('='); ++padding) text.remove_suffix(1);
   if (text.size() % 4 == 1) return Error{"its base64 text is cut short"};
-  Bytes bytes;
+  FileBytes bytes;
   bytes.size = text.size() / 4 * 3 + (text.size() % 4 == 0 ? 0 : text.size() % 4 - 1);
   bytes.data = std::make_unique_for_overwrite<std::byte[]>(bytes.size);
   uint32_t bits = 0;
@@ -69,7 +63,7 @@ Result<Bytes> base64_decoded(std::string_view text) {
   return bytes;
 }
 
-Result<Bytes> data_uri_decoded(std::string_view uri) {
+Result<FileBytes> data_uri_decoded(std::string_view uri) {
   const size_t comma = uri.find(',');
   if (comma == std::string_view::npos) return Error{"the data: URI has no comma"};
   if (!uri.substr(0, comma).ends_with(";base64"))
@@ -83,61 +77,6 @@ bool has_scheme(std::string_view uri) {
 }
 
 }  // namespace
-
-std::string quote(std::string_view text) {
-  constexpr size_t kLongest = 120;
-  return "\"" + printable_text(text, kLongest) + (text.size() > kLongest ? "...\"" : "\"");
-}
-
-Result<OpenFile> OpenFile::open(const std::filesystem::path& path, uint64_t max_bytes) {
-  // Non-blocking, so that opening a pipe returns and can be refused.
-  OpenFile file;
-  file.fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file.fd_ < 0) return Error{"cannot open " + quote(path.string()) + ": " + std::strerror(errno)};
-  struct stat status {};
-  if (fstat(file.fd_, &status) != 0)
-    return Error{"cannot read " + quote(path.string()) + ": " + std::strerror(errno)};
-  if (!S_ISREG(status.st_mode)) return Error{quote(path.string()) + " is not a regular file"};
-  file.size_ = static_cast<uint64_t>(status.st_size);
-  if (file.size_ > max_bytes) {
-    return Error{quote(path.string()) + " holds " + std::to_string(file.size_) + " bytes; at most " +
-                 std::to_string(max_bytes) + " are read"};
-  }
-  return file;
-}
-
-OpenFile::OpenFile(OpenFile&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), size_(std::exchange(other.size_, 0)) {}
-
-OpenFile::~OpenFile() {
-  if (fd_ >= 0) close(fd_);
-}
-
-bool OpenFile::read(uint64_t offset, std::span<std::byte> to) const {
-  errno = 0;
-  while (!to.empty()) {
-    const ssize_t got = pread(fd_, to.data(), to.size(), static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got == 0) errno = 0;
-    if (got <= 0) return false;
-    offset += static_cast<uint64_t>(got);
-    to = to.subspan(static_cast<size_t>(got));
-  }
-  return true;
-}
-
-Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
-  Result<OpenFile> file = OpenFile::open(path, max_bytes);
-  if (!file) return file.error();
-  Bytes bytes;
-  bytes.size = file->size();
-  bytes.data = std::make_unique_for_overwrite<std::byte[]>(bytes.size);
-  if (!file->read(0, {bytes.data.get(), bytes.size})) {
-    return errno ? Error{"cannot read " + quote(path.string()) + ": " + std::strerror(errno)}
-                 : Error{quote(path.string()) + " became shorter while it was read"};
-  }
-  return bytes;
-}
 
 AssetFolder::AssetFolder(const std::filesystem::path& asset, std::vector<SourceFile>* log) : log_(log) {
   std::error_code error;
@@ -158,7 +97,7 @@ Result<std::filesystem::path> AssetFolder::resolve(std::string_view uri) const {
   const std::optional<std::string> decoded = percent_decoded(uri);
   if (!decoded) return Error{name + " has a broken percent escape"};
   if (decoded->find('\0') != std::string::npos) return Error{name + " holds a zero byte"};
-  // Decoding may bring a scheme or a backslash to light; no honest exporter writes either.
+  // Decoding may reveal a scheme or a backslash; no honest exporter writes them.
   if (has_scheme(*decoded) || decoded->find('\\') != std::string::npos) {
     return Error{name + " is not a relative path with '/' between its parts"};
   }
@@ -176,7 +115,7 @@ Result<std::filesystem::path> AssetFolder::resolve(std::string_view uri) const {
   return resolved;
 }
 
-Result<Bytes> AssetFolder::read(std::string_view uri, uint64_t max_bytes) const {
+Result<FileBytes> AssetFolder::read(std::string_view uri, uint64_t max_bytes) const {
   if (uri.starts_with("data:")) return data_uri_decoded(uri);
   auto path = resolve(uri);
   if (!path) return path.error();

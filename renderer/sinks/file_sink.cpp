@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <system_error>
 
+#include "protocol/base/file_io.h"
 #include "renderer/sinks/frame_line.h"
 #include "renderer/sinks/npy.h"
 #include "renderer/sinks/png.h"
 #include "renderer/sinks/text.h"
-#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::sinks {
 namespace {
@@ -52,7 +52,7 @@ Result<void> FileSink::take(FrameImage&& image) {
   changed_.wait(lock, [&] { return queue_.size() < limit || error_; });
   if (error_) {
     ++frames_dropped_;
-    return tell_error_once();
+    return take_error();
   }
   queue_.push_back(std::move(image));
   changed_.notify_all();
@@ -69,10 +69,11 @@ Result<void> FileSink::finish() {
   if (was_open) worker_.join();
   std::lock_guard lock(mutex_);
   if (was_open && !error_) flush_series();
-  return tell_error_once();
+  return take_error();
 }
 
-// One flush of the list and of each folder makes the whole series durable: contents were flushed one by one.
+// Makes the whole series durable. File contents are flushed one by one, so one flush of the list and of each
+// folder suffices.
 void FileSink::flush_series() {
   log_.close();
   const std::filesystem::path list = options_.folder / "frames.jsonl";
@@ -85,7 +86,7 @@ void FileSink::flush_series() {
                    " to the disk: " + system_reason(fault)};
 }
 
-Result<void> FileSink::tell_error_once() {
+Result<void> FileSink::take_error() {
   if (!error_ || error_told_) return {};
   error_told_ = true;
   return *error_;
@@ -98,7 +99,7 @@ void FileSink::work() {
     if (queue_.empty()) return;
     FrameImage image = std::move(queue_.front());
     queue_.pop_front();
-    changed_.notify_all();  // room for the next while this one is written
+    changed_.notify_all();  // the next frame may queue while this one is written
     lock.unlock();
     Result<void> written = write(image);
     lock.lock();
@@ -137,7 +138,7 @@ Result<void> FileSink::write(const FrameImage& image) {
     if (!written) return written.error();
   }
   errno = 0;
-  log_ << frame_line(files, image) << std::flush;  // a run that is killed keeps its list
+  log_ << frame_line(files, image) << std::flush;  // flush per line: a killed run keeps its list
   if (!log_)
     return Error{"cannot write " + (options_.folder / "frames.jsonl").string() + ": " + system_reason(errno)};
   return {};
@@ -147,7 +148,7 @@ Result<std::filesystem::path> FileSink::folder_of(const std::string& camera) {
   if (!options_.folder_per_camera) return std::filesystem::path{};
   if (const auto known = folder_of_camera_.find(camera); known != folder_of_camera_.end())
     return known->second;
-  // Two names may become one when they are made fit for a file system; the later one gets a number.
+  // Different names may map to the same safe file name; the later one gets a number.
   const std::string base = safe_file_name(camera.empty() ? "camera" : camera);
   std::string name = base;
   const auto taken = [&] {

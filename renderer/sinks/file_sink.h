@@ -1,12 +1,10 @@
-// Writes every frame as a PNG, from a thread of its own:
+// PNG and .npy file sink with its own writer thread:
 //
 //   DIR/frame_000000.png, DIR/frame_000001.png ...   or DIR/CAMERA/frame_... with folder_per_camera
-//   DIR/frames.jsonl   one line a frame, in the order written: which file, which camera, which pose frames it
-//   shows.
-//                      Epochs are hexadecimal strings: JSON readers lose digits of 64-bit numbers.
+//   DIR/frames.jsonl   one line per frame in write order: files, camera, pose frames (frame_line.h)
 //
-// Files of an earlier run in DIR are overwritten by name and otherwise left alone; frames.jsonl lists this
-// run's only.
+// Epochs in frames.jsonl are hexadecimal strings, since JSON readers lose digits of 64-bit numbers. Files of
+// an earlier run are replaced by name, others stay; frames.jsonl lists this run only.
 #pragma once
 
 #include <atomic>
@@ -29,15 +27,15 @@ namespace fire3dv::sinks {
 
 struct FileSinkOptions {
   std::filesystem::path folder;
-  bool folder_per_camera = false;  // needed when several cameras are taken in one run
-  size_t queue_limit = 4;          // frames that wait for the disk before take() does
+  bool folder_per_camera = false;  // required if one run writes several cameras
+  size_t queue_limit = 4;          // frames in the queue before take() blocks
 };
 
 class FileSink final : public FrameSink {
  public:
-  // Makes the folder. The error names what of the path is in the way.
+  // Creates the folder. The error names the path element in the way.
   static Result<std::unique_ptr<FileSink>> open(const FileSinkOptions& options);
-  ~FileSink() override;  // finishes; an error not told before is lost, so call finish()
+  ~FileSink() override;  // calls finish(); loses an unreported error
 
   Result<void> take(FrameImage&& image) override;
   Result<void> finish() override;
@@ -51,10 +49,10 @@ class FileSink final : public FrameSink {
   Result<void> write(const FrameImage& image);
   Result<std::filesystem::path> folder_of(const std::string& camera);
   void flush_series();
-  Result<void> tell_error_once();  // with mutex_ held
+  Result<void> take_error();  // requires mutex_
 
   const FileSinkOptions options_;
-  // The worker's own.
+  // Owned by the worker thread.
   std::ofstream log_;
   std::map<std::string, std::filesystem::path> folder_of_camera_;  // relative to options_.folder
   std::map<std::filesystem::path, uint64_t> last_frame_of_folder_;

@@ -17,7 +17,7 @@ std::string list(const Values& values, Write&& write) {
 }
 
 std::string number(float value) {
-  if (!std::isfinite(value)) return "null";  // JSON has no word for it
+  if (!std::isfinite(value)) return "null";  // JSON has no literal for it
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
   return text;

@@ -1,4 +1,5 @@
-// What an image shows, as one line of JSON: a line of frames.jsonl beside images, or beside a video.
+// JSON record of one image: its files, camera, outputs and pose frames. It is one line of frames.jsonl beside
+// images, or of VIDEO.jsonl.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +10,13 @@
 
 namespace fire3dv::sinks {
 
-// Relative to the list's folder.
+// Paths relative to the folder of the list.
 struct FrameFiles {
-  std::filesystem::path color;                // empty: none was wanted
-  std::vector<std::filesystem::path> planes;  // as the image's
+  std::filesystem::path color;                // empty: colour was not requested
+  std::vector<std::filesystem::path> planes;  // parallel to FrameImage::planes
 };
 
-// With the line's end.
+// Includes the trailing line feed.
 std::string frame_line(const FrameFiles& files, const FrameImage& image);
 
 }  // namespace fire3dv::sinks

@@ -3,7 +3,7 @@
 #include <bit>
 #include <string>
 
-#include "renderer/sinks/whole_file.h"
+#include "protocol/base/file_io.h"
 
 namespace fire3dv::sinks {
 
@@ -13,7 +13,7 @@ std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_
   std::string shape = std::to_string(height) + ", " + std::to_string(width);
   if (plane.channels > 1) shape += ", " + std::to_string(plane.channels);
   std::string header = "{'descr': '" + plane.type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
-  // Numbers begin at a multiple of 64 bytes, and a line feed stands before them.
+  // The format requires data at a multiple of 64 bytes, after a line feed.
   constexpr size_t kBefore = 10;
   header.append(63 - (kBefore + header.size()) % 64, ' ');
   header += '\n';

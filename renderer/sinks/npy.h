@@ -1,4 +1,4 @@
-// Planes of numbers as .npy files, which NumPy opens by numpy.load (format version 1.0).
+// NumPy .npy writer (format version 1.0) for image planes.
 #pragma once
 
 #include <cstdint>
@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "protocol/base/atomic_file.h"
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::sinks {
 
-// An array of height x width numbers, or of height x width x channels where there are several.
+// Encodes an array of shape (height, width), or (height, width, channels) for several channels.
 std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_t height);
 
-// The error names the path. The file is complete or absent.
+// Writes the file atomically. The error names the path.
 Result<void> write_npy(const std::filesystem::path& path, const FramePlane& plane, uint32_t width,
                        uint32_t height, base::Durability durability = base::Durability::contents_and_name);
 

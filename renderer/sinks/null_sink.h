@@ -1,4 +1,4 @@
-// Takes frames and drops them: for benchmarks and for runs that only watch a window.
+// Sink that drops all frames. For benchmarks, and for runs that only show a window.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// libpng reports errors by longjmp. So that no destructor is jumped over, each function that calls setjmp has
-// only trivial locals, and all that it fills belongs to its caller; callbacks catch what the library's C
-// frames must not see.
+// PNG encoder and decoder on libpng. libpng reports errors by longjmp, which must not skip destructors:
+// functions that call setjmp have trivial locals only, and callers own all outputs. Callbacks catch
+// exceptions, which must not unwind through C frames.
 #include "renderer/sinks/png.h"
 
 #include <png.h>
@@ -9,18 +9,18 @@
 #include <csetjmp>
 #include <cstring>
 
+#include "protocol/base/file_io.h"
 #include "renderer/sinks/text.h"
-#include "renderer/sinks/whole_file.h"
 
 namespace fire3dv::sinks {
 namespace {
 
-constexpr size_t kMaxTextBytes = 4096;     // of one chunk that we write
-constexpr uint32_t kMaxReadChunks = 1000;  // of one file that we read
+constexpr size_t kMaxTextBytes = 4096;     // per written chunk
+constexpr uint32_t kMaxReadChunks = 1000;  // per file
 constexpr size_t kMaxReadChunkBytes = 1 << 20;
 
 struct Fault {
-  char text[160] = "out of memory";  // until libpng says something else
+  char text[160] = "out of memory";  // default until libpng reports an error
 };
 
 [[noreturn]] void on_error(png_structp png, png_const_charp text) {
@@ -28,7 +28,7 @@ struct Fault {
   std::snprintf(fault->text, sizeof fault->text, "%s", text);
   png_longjmp(png, 1);
 }
-void on_warning(png_structp, png_const_charp) {}  // odd but readable: nobody needs to be told
+void on_warning(png_structp, png_const_charp) {}  // warnings concern readable files and are ignored
 
 void append_bytes(png_structp png, png_bytep data, size_t size) {
   bool out_of_memory = false;
@@ -69,8 +69,8 @@ bool encode(const Encoding& job, Fault& fault) {
   }
   png_set_write_fn(png, job.out, append_bytes, flush_nothing);
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
-  // Rendered images: one cheap filter and a low level are within a few percent of the best size at a fraction
-  // of the time, and the encoder shares its cores with the renderer.
+  // Rendered images: one cheap filter and a low compression level are within a few percent of the best size
+  // at a fraction of the time. The encoder shares its cores with the renderer.
   png_set_compression_level(png, 2);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB | PNG_FILTER_UP);
   png_set_IHDR(png, info, job.width, job.height, 8, job.opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGBA,
@@ -99,7 +99,7 @@ struct Decoding {
   std::vector<uint8_t*>* rows;
 };
 
-// Calls that may throw stand in functions of their own, so that the one with setjmp sees a plain answer.
+// Throwing calls are in functions of their own, so that the setjmp function sees a plain bool.
 bool make_room(const Decoding& job, uint32_t width, uint32_t height) {
   try {
     FrameImage& image = job.file->image;
@@ -166,8 +166,8 @@ bool decode(Decoding& job, Fault& fault) {
   return true;
 }
 
-// libpng makes and clears a buffer of the size that a chunk claims before it reads: a few bytes could cost
-// gigabytes and seconds. So the claims are held against what is there first.
+// Checks chunk lengths against the file size. libpng allocates and clears the claimed length before it reads,
+// so a few hostile bytes could cost gigabytes and seconds.
 const char* chunk_fault(std::span<const uint8_t> bytes) {
   if (bytes.size() < 8 || png_sig_cmp(bytes.data(), 0, 8) != 0) return "it does not begin as a PNG";
   bytes = bytes.subspan(8);

@@ -1,17 +1,17 @@
-// PNG files that say what they show. Text chunks of every image that FIRE-3DV writes:
+// PNG codec with provenance metadata. Each image that FIRE-3DV writes has these text chunks:
 //
 //   Software     "FIRE-3DV 0.1.0"
-//   Camera       name of the camera; absent when the image has none
+//   Camera       camera name; absent if the image has none
 //   Frame        index of the image in its run of the renderer, from 0
-//   Streams      how many streams the image shows; 0 = the scene at rest
-//   Stream       the adapter's name
+//   Streams      number of streams in the image; 0 = the scene at rest
+//   Stream       adapter name
 //   Epoch        16 hexadecimal digits: the run of the stream
-//   Sequence     which pose frame, from 1
-//   SimTimeNs    the simulator's time, nanoseconds
-//   PublishTimeNs  when it was published, by the publisher's monotonic clock, nanoseconds
+//   Sequence     sequence number of the pose frame, from 1
+//   SimTimeNs    simulator time in nanoseconds
+//   PublishTimeNs  publish time on the publisher's monotonic clock, in nanoseconds
 //
-// The last five stand once for each stream; when there are several, with a number: "Stream.0", "Stream.1" ...
-// Names that are plain ASCII are tEXt chunks, others iTXt in UTF-8. The pixels are marked as sRGB.
+// The last five occur once per stream; several streams have numbered keywords: "Stream.0", "Stream.1" ...
+// ASCII text is stored in tEXt chunks, other text in iTXt chunks (UTF-8). Pixels are tagged as sRGB.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "protocol/base/atomic_file.h"
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::sinks {
@@ -30,7 +30,7 @@ namespace fire3dv::sinks {
 using TextChunks = std::vector<std::pair<std::string, std::string>>;  // keyword, UTF-8 text
 
 struct PngFile {
-  FrameImage image;  // with frame_index, camera and shown as the text chunks have them
+  FrameImage image;  // frame_index, camera and shown come from the text chunks
   TextChunks text;
   bool srgb = false;
 };
@@ -40,22 +40,22 @@ struct PngLimits {
   uint64_t max_pixels = uint64_t{1} << 28;
 };
 
-// Opaque images are stored without an alpha channel. The same image gives the same bytes.
+// Encodes deterministically. Opaque images are stored without alpha channel.
 Result<std::vector<uint8_t>> encode_png(const FrameImage& image);
 
-// Bytes may come from anywhere. Every PNG colour type becomes RGBA with 8 bits; text that is not ours is kept
-// as it is.
+// Decodes untrusted bytes. Every colour type is converted to 8-bit RGBA; unknown text chunks are returned as
+// they are.
 Result<PngFile> decode_png(std::span<const uint8_t> bytes, const PngLimits& limits = {});
 
-// The errors of these two name the path. Files are replaced atomically.
+// Errors name the path. Files are replaced atomically.
 Result<void> write_png(const std::filesystem::path& path, const FrameImage& image,
                        base::Durability durability = base::Durability::contents_and_name);
 Result<PngFile> read_png(const std::filesystem::path& path, const PngLimits& limits = {});
 
-// The text chunks as the table above says, and back.
+// Convert between provenance and the text chunks of the table above.
 TextChunks text_of(const FrameImage& image);
 void apply_text(const TextChunks& text, FrameImage& image);
 
-std::string hex64(uint64_t value);  // 16 digits, as epochs are written
+std::string hex64(uint64_t value);  // 16 digits, the notation of epochs
 
 }  // namespace fire3dv::sinks

@@ -1,4 +1,4 @@
-// What an image shows, as PNG text chunks and back.
+// PNG text chunks of an image's provenance, and their parser.
 #include <charconv>
 #include <cstdio>
 #include <string_view>
@@ -60,7 +60,7 @@ void apply_text(const TextChunks& text, FrameImage& image) {
     if (keyword == "Frame") read_number(value, image.frame_index);
     if (keyword == "Streams") read_number(value, stream_count);
   }
-  // A file may claim any count; it cannot show more streams than it has chunks.
+  // The count is untrusted: a file cannot show more streams than it has chunks.
   image.shown.assign(stream_count <= text.size() ? stream_count : 0, {});
   for (const auto& [keyword, value] : text) {
     const std::string_view name = keyword;

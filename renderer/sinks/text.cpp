@@ -5,8 +5,8 @@
 namespace fire3dv::sinks {
 namespace {
 
-// Length of the valid UTF-8 character at the start of text, 0 when there is none. Overlong forms, surrogates
-// and values past U+10FFFF are not valid.
+// Byte length of the valid UTF-8 character at the start, or 0. Overlong forms, surrogates and values above
+// U+10FFFF are invalid.
 size_t character_length(std::string_view text) {
   const auto at = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
   const auto follows = [&](size_t i, uint8_t low = 0x80, uint8_t high = 0xbf) {
@@ -48,7 +48,8 @@ std::string printable_utf8(std::string_view text, size_t max_bytes) {
 std::string json_string(std::string_view text) {
   std::string out = "\"";
   for (const char c :
-       printable_utf8(text, text.size())) {  // leaves quotes and backslashes alone to be escaped
+       // printable_utf8() does not escape quotes and backslashes.
+       printable_utf8(text, text.size())) {
     if (c == '"' || c == '\\') out += '\\';
     out += c;
   }

@@ -1,4 +1,4 @@
-// Text from outside (adapter and camera names) made fit for files that other programs read.
+// Sanitisers for untrusted text (adapter and camera names) in output files.
 #pragma once
 
 #include <string>
@@ -6,15 +6,15 @@
 
 namespace fire3dv::sinks {
 
-// Valid UTF-8 without control characters, at most max_bytes, cut between characters. What is not valid
-// becomes '?'.
+// Returns valid UTF-8 without control characters, cut to max_bytes between characters. Invalid bytes become
+// '?'.
 std::string printable_utf8(std::string_view text, size_t max_bytes);
 
-// A quoted JSON string.
+// Returns a quoted JSON string.
 std::string json_string(std::string_view text);
 
-// A file name of letters, digits, '-', '_' and '.', never empty, hidden or special; other characters become
-// '_'.
+// Returns a file name of letters, digits, '-', '_' and '.'. It is never empty, hidden or special; all other
+// characters become '_'.
 std::string safe_file_name(std::string_view text);
 
 }  // namespace fire3dv::sinks

@@ -21,7 +21,7 @@ gpu::Semaphore create_semaphore(gpu::Device& device) {
   return gpu::Semaphore(device, semaphore);
 }
 
-int windows_open = 0;  // GLFW ends with the last one
+int windows_open = 0;  // the last one terminates GLFW
 
 std::string glfw_error() {
   const char* text = nullptr;
@@ -120,10 +120,10 @@ void Window::detach() {
 
 void Window::lose_surface() {
   device_->wait(device_->last_submitted());
-  vkQueueWaitIdle(device_->queue());  // presentations have no other sign of being over; this is no frame
+  vkQueueWaitIdle(device_->queue());  // presentations have no fence; not called per frame
   rendered_.clear();
   images_.clear();
-  // The surface must outlive the swapchain, so this one object is not left to retirement.
+  // The surface must outlive the swapchain, so the swapchain is destroyed now instead of retired.
   if (swapchain_) {
     swapchain_.reset();
     device_->retire_all_now();
@@ -163,7 +163,7 @@ float Window::scale() const {
   return std::clamp(std::max(x, y), 0.5f, 8.0f);
 }
 
-// Cursors are told in the display's coordinates, which are not pixels everywhere.
+// Cursor positions are in screen coordinates, which differ from pixels on some displays.
 void Window::add_event(InputEvent event) {
   int width = 0, height = 0;
   glfwGetWindowSize(window_, &width, &height);
@@ -179,7 +179,7 @@ void Window::add_event(InputEvent event) {
   input_.events.push_back(event);
 }
 
-// Where it was at an event, not where it is by now: frames may be slow.
+// Stores the position of the event instead of the current one: frames may be slow.
 void Window::on_cursor(double x, double y) {
   cursor_x_ = x;
   cursor_y_ = y;
@@ -240,12 +240,12 @@ bool Window::create_swapchain() {
   if (is_surface_lost(found)) return false;
   gpu::check(found, "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
   VkExtent2D extent = capabilities.currentExtent;
-  if (extent.width == UINT32_MAX) extent = framebuffer_extent();  // the surface takes the swapchain's size
+  if (extent.width == UINT32_MAX) extent = framebuffer_extent();  // the swapchain defines the surface size
   extent.width =
       std::clamp(extent.width, capabilities.minImageExtent.width, capabilities.maxImageExtent.width);
   extent.height =
       std::clamp(extent.height, capabilities.minImageExtent.height, capabilities.maxImageExtent.height);
-  if (extent.width == 0 || extent.height == 0) return false;  // minimised just now
+  if (extent.width == 0 || extent.height == 0) return false;  // minimised since the last check
 
   uint32_t count = 0;
   vkGetPhysicalDeviceSurfaceFormatsKHR(device_->physical(), surface_, &count, nullptr);
@@ -253,7 +253,7 @@ bool Window::create_swapchain() {
   vkGetPhysicalDeviceSurfaceFormatsKHR(device_->physical(), surface_, &count, formats.data());
   VkSurfaceFormatKHR format = formats.front();
   for (const VkSurfaceFormatKHR& candidate : formats) {
-    // The image is encoded already, so the format must not encode it again.
+    // UNORM, not SRGB: the image is sRGB-encoded already.
     if (candidate.format == VK_FORMAT_B8G8R8A8_UNORM || candidate.format == VK_FORMAT_R8G8B8A8_UNORM) {
       format = candidate;
       break;
@@ -292,7 +292,8 @@ bool Window::create_swapchain() {
   return true;
 }
 
-// A hidden window may get no image, and a display may take its surface away: adapters must not wait for it.
+// Times out, since a hidden window may get no image and a display may lose its surface; adapters must not
+// wait.
 bool Window::acquire(uint64_t patience_ns) {
   if (minimized()) return false;
   if (surfaces_lost_ > 0 && surface_ == VK_NULL_HANDLE) {
@@ -338,7 +339,7 @@ void Window::record(gpu::Recorder& recorder, gpu::Image& image, uint32_t column,
       barrier(0, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
               VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
     }
-    // A blit and not a copy: it converts the order of the channels.
+    // vkCmdBlitImage instead of a copy, since it converts the channel order.
     VkImageBlit blit{};
     blit.srcSubresource = blit.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     blit.srcOffsets[1] = {static_cast<int32_t>(image.extent.width), static_cast<int32_t>(image.extent.height),
@@ -380,7 +381,7 @@ void Window::present() {
   }
 }
 
-// A display that takes one surface away may give another; one that takes each is gone.
+// Recreates a lost surface; fails if each new surface is lost, too.
 bool Window::is_surface_lost(VkResult result) {
   if (result != VK_ERROR_SURFACE_LOST_KHR) return false;
   constexpr uint32_t kMostInARow = 10;

@@ -1,5 +1,4 @@
-// What the user did in a window, in the order in which it was done. Plain data: neither making nor reading it
-// takes a window.
+// Input events of a window in the order of their occurrence. Plain data, independent of GLFW and of a window.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +8,10 @@
 
 namespace fire3dv::sinks {
 
-// By their places on a US keyboard: W, A, S, D lie as a hand does on every one.
+// Keys by their physical position on a US layout, so that W, A, S, D are in the same place on all keyboards.
 enum class Key : uint8_t {
   other,
-  digit_0,  // digits and letters follow one another
+  digit_0,  // digits and letters are contiguous
   digit_1,
   digit_9 = digit_0 + 9,
   a,
@@ -46,7 +45,7 @@ enum class Key : uint8_t {
   right_super,
 };
 
-// 'a' to 'z'.
+// Letter key; c is 'a' to 'z'.
 constexpr Key letter(char c) {
   return static_cast<Key>(static_cast<int>(Key::a) + c - 'a');
 }
@@ -59,18 +58,18 @@ struct Modifiers {
 
 struct InputEvent {
   enum class Kind : uint8_t {
-    move,    // of the cursor
-    button,  // went down or up
+    move,    // cursor movement
+    button,  // pressed or released
     wheel,
-    key,    // went down or up, or is repeated while it is down
-    text,   // a character was typed
-    focus,  // came (down) or went
-    leave,  // the cursor is outside
+    key,    // pressed, released or repeated
+    text,   // character input
+    focus,  // gained (down) or lost
+    leave,  // cursor left the window
   };
   Kind kind = Kind::move;
   Modifiers modifiers;
-  glm::vec2 cursor_px{0};  // in pixels of the image, from its top left corner
-  glm::vec2 wheel{0};      // to the right and up, in notches
+  glm::vec2 cursor_px{0};  // image pixels, origin top left
+  glm::vec2 wheel{0};      // right and up, in notches
   Button button = Button::left;
   Key key = Key::other;
   bool down = false, repeated = false;
@@ -79,8 +78,8 @@ struct InputEvent {
 
 struct WindowInput {
   std::vector<InputEvent> events;
-  std::vector<std::filesystem::path> dropped;  // files that were dragged here
-  float scale = 1;                             // pixels of the image for one of a display of usual density
+  std::vector<std::filesystem::path> dropped;  // dropped files
+  float scale = 1;                             // content scale: 1 on a standard-density display
 };
 
 }  // namespace fire3dv::sinks

@@ -1,4 +1,4 @@
-// GLFW's keys as ours.
+// Key map from GLFW to sinks::Key.
 #pragma once
 
 #include "renderer/sinks/window_input.h"

@@ -18,7 +18,7 @@ void normalize(std::span<float> rotation) {
   double square = 0;
   for (const float part : rotation) square += double{part} * double{part};
   const double length = std::sqrt(square);
-  // A spline may pass through 0, where it has no direction.
+  // A cubic spline may pass through the zero quaternion, which has no direction.
   if (!(length > 1e-12)) {
     std::fill(rotation.begin(), rotation.end(), 0.0f);
     rotation[3] = 1;
@@ -27,13 +27,13 @@ void normalize(std::span<float> rotation) {
   for (float& part : rotation) part = static_cast<float>(part / length);
 }
 
-// Along the shorter arc.
+// Spherical linear interpolation along the shorter arc.
 void slerp(const float* from, const float* to, double fraction, std::span<float> value) {
   double cosine = 0;
   for (size_t i = 0; i < 4; ++i) cosine += double{from[i]} * double{to[i]};
   const double sign = cosine < 0 ? -1 : 1;
   const double angle = std::acos(std::min(std::abs(cosine), 1.0));
-  // So close that the sine says nothing: the chord is the arc.
+  // For small angles sin(angle) loses precision; linear interpolation is exact enough.
   double a = 1 - fraction, b = fraction;
   if (angle > 1e-4) {
     a = std::sin(angle * (1 - fraction)) / std::sin(angle);
@@ -46,12 +46,12 @@ double looped(double time_s, double duration_s) {
   return duration_s > 0 ? time_s - std::floor(time_s / duration_s) * duration_s : 0.0;
 }
 
-// "0 \"Walk\", 1 \"Run\""
+// Example: "0 \"Walk\", 1 \"Run\"".
 std::string list_animations(const scene::Scene& scene) {
   constexpr size_t kShown = 10;
   std::string text;
   for (size_t i = 0; i < std::min(scene.animations.size(), kShown); ++i)
-    text += (i ? ", " : "") + std::to_string(i) + " " + scene::quote(scene.animations[i].name);
+    text += (i ? ", " : "") + std::to_string(i) + " " + quote(scene.animations[i].name);
   if (scene.animations.size() > kShown)
     text += " and " + std::to_string(scene.animations.size() - kShown) + " more";
   return text;
@@ -93,8 +93,8 @@ void sample(const scene::Scene& scene, const scene::AnimationChannel& channel, d
   const std::span times = std::span(scene.key_times_s).subspan(channel.first_time, channel.key_count);
   const bool spline = channel.interpolation == Interpolation::cubic_spline;
   const size_t width = channel.width;
-  const auto key_value = [&](size_t key,
-                             size_t part) {  // part of a spline's key: in-tangent, value, out-tangent
+  // The part of a cubic spline's key: 0 in-tangent, 1 value, 2 out-tangent.
+  const auto key_value = [&](size_t key, size_t part) {
     return &scene.key_values[channel.first_value + (spline ? key * 3 + part : key) * width];
   };
   const auto later = std::upper_bound(times.begin(), times.end(), time_s,
@@ -133,7 +133,7 @@ Result<std::vector<uint32_t>> choose_animations(const scene::Scene& scene, const
   if (named.size() == 1) return named;
   const std::string there_are = "; there are " + list_animations(scene);
   if (named.size() > 1) {
-    return Error{"--animate " + scene::quote(argument) + ": " + std::to_string(named.size()) +
+    return Error{"--animate " + quote(argument) + ": " + std::to_string(named.size()) +
                  " animations have that name, so give an index" + there_are};
   }
   if (argument == "all") {
@@ -146,12 +146,12 @@ Result<std::vector<uint32_t>> choose_animations(const scene::Scene& scene, const
   const auto parsed = std::from_chars(argument.data(), end, index);
   if (parsed.ec == std::errc() && parsed.ptr == end && index < scene.animations.size())
     return std::vector<uint32_t>{index};
-  return Error{"--animate " + scene::quote(argument) + ": no animation has that name or index" + there_are};
+  return Error{"--animate " + quote(argument) + ": no animation has that name or index" + there_are};
 }
 
 std::string animation_title(const scene::Scene& scene, uint32_t animation) {
   const std::string& name = scene.animations[animation].name;
-  return name.empty() ? std::to_string(animation) : scene::quote(name);
+  return name.empty() ? std::to_string(animation) : quote(name);
 }
 
 AnimationPlayer::AnimationPlayer(const scene::Scene& scene, const std::vector<uint32_t>& animations)

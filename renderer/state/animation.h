@@ -1,4 +1,5 @@
-// The scene's animations, evaluated: where nodes are that no stream moves, and what morph targets weigh.
+// Animation player of a scene: transforms of animated nodes and morph target weights at a time. It evaluates
+// channels as glTF defines them; times are in seconds. Not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -7,43 +8,44 @@
 #include <string>
 #include <vector>
 
-#include "protocol/error.h"
-#include "renderer/scene/scene.h"
+#include "protocol/base/error.h"
+#include "renderer/scene/model/scene.h"
 
 namespace fire3dv::state {
 
-// Of each node, and laid out as Scene::morph_weights.
+// Rest pose of every node, and morph weights in the layout of Scene::morph_weights.
 struct RestPose {
   std::vector<glm::mat4> parent_from_node, world_from_node;
   std::vector<float> morph_weights;
 };
 RestPose rest_pose(const scene::Scene& scene);
 
-// A channel's value at a time, as glTF defines it; before the first key and after the last one theirs.
-// `value` takes channel.width floats; rotations are normalised.
+// Evaluates a channel as glTF defines it. Times outside the keys are clamped to the first and last key.
+// `value` has room for channel.width floats; rotations are normalised.
 void sample(const scene::Scene& scene, const scene::AnimationChannel& channel, double time_s,
             std::span<float> value);
 
-// What an argument of --animate means: an animation's name, its index, or "all": those that move nothing that
-// an earlier one moves, since clips of one figure exclude each other. The error lists what there is.
+// Parses the argument of --animate: an animation's name, its index, or "all". "all" leaves out animations
+// whose nodes an earlier animation moves, since clips of one figure exclude each other. The error lists the
+// choices.
 Result<std::vector<uint32_t>> choose_animations(const scene::Scene& scene, const std::string& argument);
 
-// "Walk" in quotes, or its index where it has no name.
+// The animation's name in quotes, or its index if it has no name.
 std::string animation_title(const scene::Scene& scene, uint32_t animation);
 
-// Plays animations in loops, each from 0 to its last key.
+// Plays animations in loops from time 0 to their last key.
 class AnimationPlayer {
  public:
   AnimationPlayer(const scene::Scene& scene, const std::vector<uint32_t>& animations);
 
-  // Valid until the next call. Depends on the time alone, not on what was asked before.
+  // The result is a pure function of the time. It is valid until the next call.
   const RestPose& at(double time_s);
 
  private:
   struct Playing {
     uint32_t channel;
     float duration_s;
-    uint32_t parts = scene::kNone;  // kNone: weights
+    uint32_t parts = scene::kNone;  // kNone: morph weights
   };
   struct Parts {
     uint32_t node;
@@ -54,8 +56,8 @@ class AnimationPlayer {
 
   const scene::Scene& scene_;
   std::vector<Playing> playing_;
-  std::vector<Parts> parts_;     // of the nodes whose transform is animated
-  std::vector<uint32_t> moved_;  // they and all below them, parents first
+  std::vector<Parts> parts_;     // of nodes with an animated transform
+  std::vector<uint32_t> moved_;  // these nodes and their descendants, parents first
   RestPose pose_;
   std::vector<float> value_;
 };

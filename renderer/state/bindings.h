@@ -1,5 +1,5 @@
-// Index of scene nodes by name and path. Nodes of the scene's file come first: nodes that streams add never
-// take a name from them or make one of theirs ambiguous.
+// Index of scene nodes by name and path. Nodes of the scene file take precedence over nodes that streams add:
+// an added node never takes a name from a file node or makes it ambiguous.
 #pragma once
 
 #include <cstdint>
@@ -9,29 +9,29 @@
 #include <unordered_map>
 
 #include "protocol/base/keyed_hash.h"
-#include "renderer/scene/scene.h"
+#include "renderer/scene/model/scene.h"
 
 namespace fire3dv::state {
 
 class NodeNames {
  public:
-  // file_nodes: the first nodes of the scene that are of its file; the others were added to it.
+  // file_nodes: the number of leading nodes that belong to the scene file; all others were added.
   explicit NodeNames(const scene::Scene& scene, uint32_t file_nodes = UINT32_MAX);
 
-  // The node of exactly this name if only one has it, else the node of this path if only one has it, else
-  // scene::kNone. Added nodes count only where no node of the file has the name or path.
+  // Returns the only node with this exact name, else the only node with this path, else scene::kNone. Added
+  // nodes count only where no file node has the name or path.
   uint32_t find(std::string_view name) const;
-  // Some node, or some node of the scene's file, has this name or path, be it one or several.
+  // has() finds nodes of the file and added nodes, file_has() nodes of the file. Several matches count, too.
   bool has(std::string_view name) const { return has(file_, name) || has(added_, name); }
   bool file_has(std::string_view name) const { return has(file_, name); }
-  // The node that stands first in the scene among those of this path; scene::kNone: none has it.
+  // Returns the first node in scene order with this path, or scene::kNone.
   uint32_t first_of_path(std::string_view path) const;
 
-  // Longest chain of nodes whose names fall into one bucket, for tests.
+  // Length of the longest hash bucket; tests check resistance to chosen collisions.
   size_t longest_bucket() const;
 
  private:
-  // Names that several nodes share bind nothing rather than the first of them.
+  // A name that several nodes share is ambiguous and binds no node.
   struct Entry {
     uint32_t first = scene::kNone;
     bool is_shared = false;

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
+#include <span>
 
+#include "renderer/scene/edits/replaced_vertices.h"
 #include "renderer/scene/files.h"
-#include "renderer/scene/replaced_vertices.h"
 
 namespace fire3dv::state {
 namespace {
@@ -43,7 +45,7 @@ bool takes_away(const wire::EditValue& value) {
 
 }  // namespace
 
-void EditBook::take(std::vector<SceneChanges> changes, const NodeNames* file_names) {
+void EditRegistry::take(std::vector<SceneChanges> changes, const NodeNames* file_names) {
   std::vector<std::string> added;
   for (SceneChanges& change : changes) {
     if (change.ended) {
@@ -52,12 +54,14 @@ void EditBook::take(std::vector<SceneChanges> changes, const NodeNames* file_nam
       if (change.may_return) {
         reserve(stream->second);
       } else {
+        end(stream->second);
         streams_.erase(stream);
       }
-      ++wanted_revision_;
+      change_wanted(change.age);
       continue;
     }
-    StreamBook& stream = streams_[change.age];
+    StreamRegistry& stream = streams_[change.age];
+    stream.age = change.age;
     stream.id = change.stream;
     stream.budget = change.budget;
     for (size_t i = 0; i < change.edits.size(); ++i) {
@@ -71,35 +75,127 @@ void EditBook::take(std::vector<SceneChanges> changes, const NodeNames* file_nam
 }
 
 // Undoes what the stream changed, and leaves its nodes to it alone.
-void EditBook::reserve(StreamBook& stream) {
+void EditRegistry::reserve(StreamRegistry& stream) {
+  std::vector<uint32_t>& nodes = stream.reserved_nodes;
   for (const auto& [key, kept] : stream.edits) {
-    if (kept.bound_node != kNone) stream.reserved_nodes.push_back(kept.bound_node);
+    if (kept.bound_node != kNone) nodes.push_back(kept.bound_node);
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  nodes.shrink_to_fit();
+  for (const uint32_t node : nodes) reserve_node(stream.age, node);
+  for (auto& [key, kept] : stream.edits) {
+    retire(kept);
+    unlink(kept);
   }
   stream.edits.clear();
-  std::sort(stream.reserved_nodes.begin(), stream.reserved_nodes.end());
-  const auto end = std::unique(stream.reserved_nodes.begin(), stream.reserved_nodes.end());
-  stream.reserved_nodes.erase(end, stream.reserved_nodes.end());
-  stream.reserved_nodes.shrink_to_fit();
   stream.budget.reset();
 }
 
-void EditBook::keep(StreamBook& stream, wire::SceneEdit&& edit, BudgetCharge charge) {
+void EditRegistry::end(StreamRegistry& stream) {
+  for (auto& [key, kept] : stream.edits) {
+    retire(kept);
+    unlink(kept);
+  }
+  for (const uint32_t node : stream.reserved_nodes) release_node(stream.age, node);
+}
+
+// Its value is not in force any more.
+void EditRegistry::retire(Kept& kept) {
+  const std::pair version(kept.stream->age, kept.edit.version);
+  for (Versions* versions : {&unsearched_, &unmatched_, &refused_}) versions->erase(version);
+  if (std::exchange(kept.is_there, false)) unwanted_.push_back(version);
+}
+
+uint64_t EditRegistry::Editors::oldest() const {
+  return std::min(edits.empty() ? UINT64_MAX : edits.front()->stream->age,
+                  reserved.empty() ? UINT64_MAX : reserved.front());
+}
+
+template <typename Change>
+void EditRegistry::change_editors(uint32_t node, const Change& change) {
+  const auto editors = editors_.try_emplace(node).first;
+  const uint64_t before = editors->second.oldest();
+  change(editors->second);
+  owners_changed_ |= age_rank(editors->second.oldest()) != age_rank(before);
+  if (editors->second.oldest() == UINT64_MAX) editors_.erase(editors);
+  dirty_.push_back(node);
+}
+
+void EditRegistry::link(Kept& kept, uint32_t node) {
+  kept.bound_node = node;
+  change_editors(node, [&](Editors& editors) {
+    const auto is_before = [](const Kept* a, const Kept* b) {
+      if (a->stream->age != b->stream->age) return a->stream->age < b->stream->age;
+      const int names = a->edit.node.compare(b->edit.node);
+      return names != 0 ? names < 0 : a->edit.property < b->edit.property;
+    };
+    editors.edits.insert(std::lower_bound(editors.edits.begin(), editors.edits.end(), &kept, is_before),
+                         &kept);
+  });
+  count_taker(kept, 1);
+}
+
+void EditRegistry::unlink(Kept& kept) {
+  if (kept.bound_node == kNone) return;
+  count_taker(kept, -1);
+  change_editors(kept.bound_node, [&](Editors& editors) { std::erase(editors.edits, &kept); });
+  kept.bound_node = kNone;
+}
+
+void EditRegistry::reserve_node(uint64_t age, uint32_t node) {
+  change_editors(node, [&](Editors& editors) {
+    const auto place = std::lower_bound(editors.reserved.begin(), editors.reserved.end(), age);
+    if (place == editors.reserved.end() || *place != age) editors.reserved.insert(place, age);
+  });
+}
+
+void EditRegistry::release_node(uint64_t age, uint32_t node) {
+  change_editors(node, [&](Editors& editors) { std::erase(editors.reserved, age); });
+}
+
+void EditRegistry::count_taker(const Kept& kept, int more) {
+  if (!takes_away(kept.edit.value)) return;
+  const auto count = [more](auto& counts, auto key) {
+    const auto entry = counts.try_emplace(key, 0).first;
+    entry->second += static_cast<uint32_t>(more);
+    if (entry->second == 0) counts.erase(entry);
+  };
+  count(takers_, kept.bound_node);
+  count(taker_ranks_, age_rank(kept.stream->age));
+}
+
+void EditRegistry::keep(StreamRegistry& stream, wire::SceneEdit&& edit, BudgetCharge charge) {
   const Key key(edit.node, edit.property);
-  if (edit.property == wire::Property::node) ++wanted_revision_;
+  if (edit.property == wire::Property::node) change_wanted(stream.age);
   const auto known = stream.edits.find(key);
-  if (known != stream.edits.end()) finish(stream, known->second);  // nobody will see it any more
+  if (known != stream.edits.end()) {
+    finish(stream, known->second);  // nobody will see it any more
+    retire(known->second);
+  }
   if (std::holds_alternative<wire::Cleared>(edit.value)) {
-    if (known != stream.edits.end()) stream.edits.erase(known);
+    if (known == stream.edits.end()) return;
+    unlink(known->second);
+    stream.edits.erase(known);
     return;
   }
   Kept& kept = stream.edits[key];
   const uint32_t bound_node = kept.bound_node;
   const bool is_searched = kept.is_searched;
+  if (bound_node != kNone) count_taker(kept, -1);
   kept = {};
+  kept.stream = &stream;
   kept.bound_node = bound_node;
   kept.is_searched = is_searched;
   kept.charge = std::move(charge);
   kept.edit = std::move(edit);
+  const std::pair version(stream.age, kept.edit.version);
+  if (bound_node != kNone) {
+    count_taker(kept, 1);
+    dirty_.push_back(bound_node);
+  } else {
+    (is_searched ? unmatched_ : unsearched_).emplace(version, &kept);
+  }
   if (auto* node = std::get_if<wire::NodeAdded>(&kept.edit.value)) {
     kept.node = std::make_shared<const wire::NodeAdded>(std::move(*node));
     kept.finished = false;
@@ -116,7 +212,7 @@ void EditBook::keep(StreamBook& stream, wire::SceneEdit&& edit, BudgetCharge cha
 }
 
 // Of several streams that add a node of one name the oldest does, and none where the file has the name.
-void EditBook::settle_name(const std::string& name, const NodeNames* file_names) {
+void EditRegistry::settle_name(const std::string& name, const NodeNames* file_names) {
   const Key key(name, wire::Property::node);
   const bool in_file = file_names && file_names->file_has(name);
   bool taken = in_file;
@@ -130,12 +226,12 @@ void EditBook::settle_name(const std::string& name, const NodeNames* file_names)
   }
 }
 
-void EditBook::finish(StreamBook& stream, Kept& kept) {
+void EditRegistry::finish(StreamRegistry& stream, Kept& kept) {
   if (std::exchange(kept.finished, true)) return;
   finished_.push_back({stream.id, kept.edit.epoch, kept.edit.version});
 }
 
-std::vector<WantedNode> EditBook::wanted_nodes() const {
+std::vector<WantedNode> EditRegistry::wanted_nodes() const {
   std::vector<WantedNode> wanted;
   for (const auto& [age, stream] : streams_) {
     const auto first = static_cast<std::ptrdiff_t>(wanted.size());
@@ -149,7 +245,7 @@ std::vector<WantedNode> EditBook::wanted_nodes() const {
   return wanted;
 }
 
-EditBook::Kept* EditBook::find(const WantedNode& node) {
+EditRegistry::Kept* EditRegistry::find(const WantedNode& node) {
   const auto stream = streams_.find(node.age);
   if (stream == streams_.end()) return nullptr;
   const auto kept = stream->second.edits.find(Key(node.name, wire::Property::node));
@@ -157,7 +253,7 @@ EditBook::Kept* EditBook::find(const WantedNode& node) {
   return same ? &kept->second : nullptr;  // else another edit has taken its place meanwhile
 }
 
-bool EditBook::is_wanted(const WantedNode& node) const {
+bool EditRegistry::is_wanted(const WantedNode& node) const {
   const auto stream = streams_.find(node.age);
   if (stream == streams_.end()) return false;
   const auto kept = stream->second.edits.find(Key(node.name, wire::Property::node));
@@ -165,128 +261,221 @@ bool EditBook::is_wanted(const WantedNode& node) const {
          kept->second.node && !kept->second.refused;
 }
 
-void EditBook::node_is_there(const WantedNode& node) {
-  if (Kept* const kept = find(node)) finish(streams_[node.age], *kept);
+bool EditRegistry::node_is_there(const WantedNode& node) {
+  Kept* const kept = find(node);
+  if (!kept) return false;
+  kept->is_there = kept->node && !kept->refused;
+  finish(*kept->stream, *kept);
+  return kept->is_there;
 }
 
-void EditBook::refuse_node(const WantedNode& node, const std::string& reason) {
-  if (Kept* const kept = find(node)) refuse(streams_[node.age], *kept, reason);
+void EditRegistry::change_wanted(uint64_t age) {
+  ++wanted_revision_;
+  wanted_ages_.insert(age);
 }
 
-void EditBook::refuse(StreamBook& stream, Kept& kept, const std::string& reason) {
+std::set<std::shared_ptr<PeerBudget>> EditRegistry::take_wanted_changes() {
+  std::set<std::shared_ptr<PeerBudget>> peers;
+  for (const uint64_t age : std::exchange(wanted_ages_, {})) {
+    const auto stream = streams_.find(age);
+    peers.insert(stream == streams_.end() ? nullptr : stream->second.budget);
+  }
+  return peers;
+}
+
+void EditRegistry::refuse_node(const WantedNode& node, const std::string& reason) {
+  if (Kept* const kept = find(node)) refuse(*kept->stream, *kept, reason);
+}
+
+void EditRegistry::refuse(StreamRegistry& stream, Kept& kept, const std::string& reason) {
   constexpr uint32_t kMaxTold = 8;  // of one stream
   if (std::exchange(kept.refused, true)) return;
+  refused_.emplace(std::pair(stream.age, kept.edit.version), &kept);
+  if (std::exchange(kept.is_there, false)) unwanted_.emplace_back(stream.age, kept.edit.version);
   ++faults_.refused;
-  ++wanted_revision_;
+  change_wanted(stream.age);
   if (++stream.refusals_told <= kMaxTold)
-    notes_.push_back("the node " + scene::quote(kept.edit.node) + " of stream \"" + stream.name +
+    notes_.push_back("the node " + quote(kept.edit.node) + " of stream \"" + stream.name +
                      "\" is not added: " + reason +
                      (stream.refusals_told == kMaxTold ? "; further nodes are refused without a word" : ""));
   finish(stream, kept);
 }
 
+// Refused edits have no effect until their keys get other values.
+void EditRegistry::erase_refused() {
+  for (const auto& [version, kept] : Versions(std::move(refused_))) {
+    StreamRegistry& stream = *kept->stream;
+    const Key key(kept->edit.node, kept->edit.property);
+    retire(*kept);
+    unlink(*kept);
+    stream.edits.erase(key);
+  }
+  refused_.clear();
+}
+
+void EditRegistry::search(Kept& kept, const PoseState& poses) {
+  kept.is_searched = true;
+  const uint32_t node = poses.names().find(kept.edit.node);
+  if (node != kNone) return link(kept, node);
+  unmatched_.emplace(std::pair(kept.stream->age, kept.edit.version), &kept);
+}
+
 // Edits stay with their nodes when the scene is replaced, whatever names the new one has.
-void EditBook::bind(const PoseState& poses) {
-  const uint64_t revision = poses.scene_revision();
-  const bool is_next = revision == scene_revision_ + 1, is_same = revision == scene_revision_;
+void EditRegistry::bind_all(const PoseState& poses) {
+  const bool is_next = poses.scene_revision() == scene_revision_ + 1;
   const std::vector<uint32_t>& new_node = poses.new_node_of_old();
   const auto follow = [&](uint32_t node) {
-    if (is_same) return node;
     return is_next && node < new_node.size() ? new_node[node] : kNone;
   };
-  scene_revision_ = revision;
+  scene_revision_ = poses.scene_revision();
+  driver_revision_ = poses.driver_revision();
+  editors_.clear();
+  dirty_.clear();
+  unsearched_.clear();
+  unmatched_.clear();
+  takers_.clear();
+  taker_ranks_.clear();
+  owners_below_.clear();
+  parents_.clear();
+  node_edits_.clear();
+  vertex_nodes_.clear();
+  vertex_uses_of_node_.clear();
+  vertex_budgets_.clear();
+  owners_changed_ = true;
+  resolved_ = {true, {}};
   for (auto& [age, stream] : streams_) {
-    if (!is_same) {
-      for (uint32_t& node : stream.reserved_nodes) node = follow(node);
-      std::erase(stream.reserved_nodes, kNone);
-    }
+    for (uint32_t& node : stream.reserved_nodes) node = follow(node);
+    std::erase(stream.reserved_nodes, kNone);
+    for (const uint32_t node : stream.reserved_nodes) reserve_node(age, node);
     for (auto& [key, kept] : stream.edits) {
-      kept.bound_node = kept.refused ? kNone : follow(kept.bound_node);
-      if (kept.refused || kept.bound_node != kNone || (is_same && kept.is_searched)) continue;
-      kept.bound_node = poses.names().find(key.first);
-      kept.is_searched = true;
+      const uint32_t node = follow(std::exchange(kept.bound_node, kNone));
+      if (node != kNone) {
+        link(kept, node);
+      } else {
+        search(kept, poses);
+      }
     }
   }
 }
 
-// The oldest stream that edits each node.
-EditBook::Owners EditBook::find_editors(size_t node_count) const {
-  Owners editors(node_count, UINT64_MAX);
-  for (const auto& [age, stream] : streams_) {
-    for (const uint32_t node : stream.reserved_nodes) editors[node] = std::min(editors[node], age);
-    for (const auto& [key, kept] : stream.edits) {
-      if (kept.bound_node != kNone) editors[kept.bound_node] = std::min(editors[kept.bound_node], age);
-    }
+// Who moves a node decides whose edits of it count.
+void EditRegistry::follow_drivers(const PoseState& poses) {
+  const uint64_t before = std::exchange(driver_revision_, poses.driver_revision());
+  if (before == driver_revision_) return;
+  owners_changed_ = true;
+  const std::optional<std::span<const uint32_t>> changed = poses.driver_changes_since(before);
+  if (!changed) {
+    for (const auto& [node, editors] : editors_) dirty_.push_back(node);
+    return;
   }
-  return editors;
+  for (const uint32_t node : *changed) {
+    if (editors_.contains(node)) dirty_.push_back(node);
+  }
 }
 
-// Ages of the oldest streams that edit or drive each node or one below it. Empty: nobody takes nodes away
-// from an older stream, and there is no need to know.
-std::vector<uint64_t> EditBook::find_owners_below(const scene::Scene& scene, const PoseState& poses,
-                                                  const Owners& editors) const {
-  const uint64_t oldest = age_rank(std::min(streams_.begin()->first, poses.oldest_age()));
-  const bool is_needed = std::any_of(streams_.begin(), streams_.end(), [&](const auto& entry) {
-    const auto& edits = entry.second.edits;
-    return age_rank(entry.first) != oldest && std::any_of(edits.begin(), edits.end(), [](const auto& edit) {
-             return takes_away(edit.second.edit.value);
-           });
-  });
-  if (!is_needed) return {};
-  std::vector<uint64_t> owners(scene.nodes.size());
+void EditRegistry::find_owners_below(const scene::Scene& scene, const PoseState& poses) {
+  const uint64_t oldest = streams_.empty() ? 0 : std::min(streams_.begin()->first, poses.oldest_age());
+  const bool is_needed = !taker_ranks_.empty() && taker_ranks_.rbegin()->first > age_rank(oldest);
+  if (!is_needed) {
+    for (const auto& [node, count] : takers_) {
+      if (has_older_below(node)) dirty_.push_back(node);
+    }
+    owners_below_.clear();
+    return;
+  }
+  if (!std::exchange(owners_changed_, false) && !owners_below_.empty()) return;
+  if (parents_.empty()) {
+    for (const scene::Node& node : scene.nodes) parents_.push_back(node.parent);
+  }
+  std::vector<uint64_t> owners(parents_.size());
   for (uint32_t node = 0; node < owners.size(); ++node)
     owners[node] = poses.age_of_driver(node).value_or(UINT64_MAX);
-  for (uint32_t node = 0; node < owners.size(); ++node) owners[node] = std::min(owners[node], editors[node]);
+  for (const auto& [node, editors] : editors_) owners[node] = std::min(owners[node], editors.oldest());
   for (size_t node = owners.size(); node-- > 0;) {  // children stand behind their parents
-    const uint32_t parent = scene.nodes[node].parent;
+    const uint32_t parent = parents_[node];
     if (parent != scene::kNone) owners[parent] = std::min(owners[parent], owners[node]);
   }
-  return owners;
+  std::swap(owners_below_, owners);
+  for (const auto& [node, count] : takers_) {
+    const bool same = !owners.empty() && age_rank(owners[node]) == age_rank(owners_below_[node]);
+    if (!same && (!owners.empty() || has_older_below(node))) dirty_.push_back(node);
+  }
+}
+
+// An older stream than those that edit the node has it, or one below it.
+bool EditRegistry::has_older_below(uint32_t node) const {
+  const auto editors = editors_.find(node);
+  return !owners_below_.empty() && editors != editors_.end() &&
+         age_rank(owners_below_[node]) < age_rank(editors->second.oldest());
 }
 
 // The oldest stream that edits or drives a node keeps it.
-scene::NodeEdits EditBook::resolve(const scene::Scene& scene, const PoseState& poses, bool complete) {
-  scene::NodeEdits result;
-  vertex_nodes_.clear();
-  vertex_budgets_.clear();
-  if (streams_.empty()) return result;
-  // Refused edits have no effect until their keys get other values.
-  for (auto& [age, stream] : streams_)
-    std::erase_if(stream.edits, [](const auto& edit) { return edit.second.refused; });
-  bind(poses);
-  const Owners editors = find_editors(scene.nodes.size());
-  const std::vector<uint64_t> owners_below = find_owners_below(scene, poses, editors);
+const scene::NodeEdits& EditRegistry::resolve(const scene::Scene& scene, const PoseState& poses,
+                                              bool complete) {
+  erase_refused();
   for (auto& [age, stream] : streams_) {
-    if (stream.id < poses.streams().size() && poses.streams()[stream.id].active)
+    if (stream.id < poses.streams().size() && poses.streams()[stream.id].active &&
+        stream.name != poses.streams()[stream.id].name)
       stream.name = poses.streams()[stream.id].name;
-    for (auto& [key, kept] : stream.edits) {
-      if (kept.refused) continue;
-      const uint32_t node = kept.bound_node;
-      if (node == scene::kNone) {
-        // What is on its way may be found later, and what is not there need not be removed.
-        if (complete && !kept.node && !std::holds_alternative<wire::NodeRemoved>(kept.edit.value))
-          fault(stream, kept, &EditFaults::unmatched, "no scene node is called " + scene::quote(key.first));
-        continue;
-      }
-      const auto is_older = [rank = age_rank(age)](uint64_t other) { return age_rank(other) < rank; };
-      if (is_older(editors[node]) || is_older(poses.age_of_driver(node).value_or(UINT64_MAX))) {
-        fault(stream, kept, &EditFaults::conflicting,
-              "another stream has the node " + scene::quote(key.first));
-        continue;
-      }
-      if (!owners_below.empty() && takes_away(kept.edit.value) && is_older(owners_below[node])) {
-        fault(stream, kept, &EditFaults::conflicting,
-              "an older stream has nodes below " + scene::quote(key.first));
-        continue;
-      }
-      if (!kept.node) apply(scene, node, stream, kept, result[node]);  // an addition changes nothing further
-    }
   }
-  return result;
+  if (poses.scene_revision() != scene_revision_) bind_all(poses);
+  for (const auto& [version, kept] : std::exchange(unsearched_, {})) search(*kept, poses);
+  follow_drivers(poses);
+  find_owners_below(scene, poses);
+  // In the order in which their edits came: limits of lights go to those that came first.
+  std::set<uint32_t> done;
+  for (const uint32_t node : dirty_) {
+    if (done.insert(node).second) resolve_node(scene, poses, node);
+  }
+  dirty_.clear();
+  if (complete) report_unmatched();
+  return node_edits_;
 }
 
-void EditBook::apply(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
-                     scene::NodeEdit& result) {
+EditRegistry::Resolved EditRegistry::take_resolved() {
+  Resolved resolved = std::exchange(resolved_, {});
+  std::sort(resolved.nodes.begin(), resolved.nodes.end());
+  resolved.nodes.erase(std::unique(resolved.nodes.begin(), resolved.nodes.end()), resolved.nodes.end());
+  if (resolved.all) resolved.nodes.clear();
+  return resolved;
+}
+
+void EditRegistry::resolve_node(const scene::Scene& scene, const PoseState& poses, uint32_t node) {
+  ++nodes_resolved_;
+  if (!resolved_.all) resolved_.nodes.push_back(node);
+  drop_vertex_uses(node);
+  node_edits_.erase(node);
+  const auto editors = editors_.find(node);
+  if (editors == editors_.end()) return;
+  const uint64_t owner = std::min(editors->second.oldest(), poses.age_of_driver(node).value_or(UINT64_MAX));
+  for (Kept* const kept : editors->second.edits) {
+    if (kept->refused) continue;
+    StreamRegistry& stream = *kept->stream;
+    const auto is_older = [rank = age_rank(stream.age)](uint64_t other) { return age_rank(other) < rank; };
+    if (is_older(owner)) {
+      fault(stream, *kept, &EditFaults::conflicting, "another stream has the node " + quote(kept->edit.node));
+      continue;
+    }
+    if (!owners_below_.empty() && takes_away(kept->edit.value) && is_older(owners_below_[node])) {
+      fault(stream, *kept, &EditFaults::conflicting,
+            "an older stream has nodes below " + quote(kept->edit.node));
+      continue;
+    }
+    // An addition changes nothing further.
+    if (!kept->node) apply(scene, node, stream, *kept, node_edits_[node]);
+  }
+}
+
+// What is on its way may be found later, and what is not there need not be removed.
+void EditRegistry::report_unmatched() {
+  for (const auto& [version, kept] : std::exchange(unmatched_, {})) {
+    if (kept->node || std::holds_alternative<wire::NodeRemoved>(kept->edit.value)) continue;
+    fault(*kept->stream, *kept, &EditFaults::unmatched, "no scene node is called " + quote(kept->edit.node));
+  }
+}
+
+void EditRegistry::apply(const scene::Scene& scene, uint32_t node, StreamRegistry& stream, Kept& kept,
+                         scene::NodeEdit& result) {
   const wire::EditValue& value = kept.edit.value;
   if (const auto* visible = std::get_if<wire::Visible>(&value)) {
     result.hidden = !visible->visible;
@@ -311,17 +500,18 @@ void EditBook::apply(const scene::Scene& scene, uint32_t node, StreamBook& strea
 
 // A light beyond the limit is refused; one whose shadow is beyond its limit shines without a shadow. What the
 // scene's own light at the node costs already is not charged.
-bool EditBook::charge_light(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
-                            scene::Light& light) {
+bool EditRegistry::charge_light(const scene::Scene& scene, uint32_t node, StreamRegistry& stream, Kept& kept,
+                                scene::Light& light) {
   if (!stream.budget) return true;
   const uint32_t own = scene.nodes[node].light;
   const bool has_light = own != scene::kNone;
   const bool has_shadow = has_light && scene.lights[own].casts_shadow && scene.lights[own].type == light.type;
   if (!std::exchange(kept.is_light_charged, true)) {
-    const std::string name = "the light at the node " + scene::quote(kept.edit.node);
+    const std::string name = "the light at the node " + quote(kept.edit.node);
     Result<BudgetCharge> charge = BudgetCharge::take(stream.budget, Resource::lights, has_light ? 0 : 1);
     if (!charge) {
       kept.refused = true;
+      refused_.emplace(std::pair(stream.age, kept.edit.version), &kept);
       fault(stream, kept, &EditFaults::refused, name + ": " + charge.error().message);
       return false;
     }
@@ -340,15 +530,36 @@ bool EditBook::charge_light(const scene::Scene& scene, uint32_t node, StreamBook
   return true;
 }
 
-std::shared_ptr<PeerBudget> EditBook::vertex_budget(const std::string& node) const {
+// Of several streams that use the name the youngest pays.
+std::shared_ptr<PeerBudget> EditRegistry::vertex_budget(const std::string& node) const {
   const auto found = vertex_budgets_.find(node);
-  return found == vertex_budgets_.end() ? nullptr : found->second;
+  return found == vertex_budgets_.end() ? nullptr : found->second.rbegin()->second;
 }
 
-void EditBook::replace_vertices(const scene::Scene& scene, uint32_t node, StreamBook& stream, Kept& kept,
-                                scene::NodeEdit& result) {
-  const std::string name = "the node " + scene::quote(kept.edit.node);
-  if (!scene::takes_vertices(scene.nodes[node])) {
+void EditRegistry::scene_made_for(const std::vector<std::string>& vertex_nodes,
+                                  std::map<std::string, std::string> reasons) {
+  made_for_ = {vertex_nodes.begin(), vertex_nodes.end()};
+  vertex_refusals_ = std::move(reasons);
+  for (const auto& [node, uses] : vertex_uses_of_node_) dirty_.push_back(node);
+}
+
+void EditRegistry::drop_vertex_uses(uint32_t node) {
+  const auto uses = vertex_uses_of_node_.find(node);
+  if (uses == vertex_uses_of_node_.end()) return;
+  for (const VertexUse& use : uses->second) {
+    const auto budgets = vertex_budgets_.find(use.name);
+    budgets->second.erase({use.age, node});
+    if (!budgets->second.empty()) continue;
+    vertex_budgets_.erase(budgets);
+    vertex_nodes_.erase(use.name);
+  }
+  vertex_uses_of_node_.erase(uses);
+}
+
+void EditRegistry::replace_vertices(const scene::Scene& scene, uint32_t node, StreamRegistry& stream,
+                                    Kept& kept, scene::NodeEdit& result) {
+  const std::string name = "the node " + quote(kept.edit.node);
+  if (!scene::can_replace_vertices(scene.nodes[node])) {
     fault(stream, kept, &EditFaults::unfit,
           scene.nodes[node].mesh == scene::kNone
               ? name + " has no mesh whose vertices could be replaced"
@@ -363,7 +574,8 @@ void EditBook::replace_vertices(const scene::Scene& scene, uint32_t node, Stream
     return;
   }
   vertex_nodes_.insert(kept.edit.node);
-  vertex_budgets_[kept.edit.node] = stream.budget;
+  vertex_budgets_[kept.edit.node][{stream.age, node}] = stream.budget;
+  vertex_uses_of_node_[node].push_back({kept.edit.node, stream.age});
   result.vertices = kept.vertices;
   if (scene.nodes[node].own_vertices) {
     finish(stream, kept);
@@ -376,7 +588,8 @@ void EditBook::replace_vertices(const scene::Scene& scene, uint32_t node, Stream
 }
 
 // The user hears of each cause once a stream; all of them are counted.
-void EditBook::fault(StreamBook& stream, Kept& kept, uint64_t EditFaults::*cause, const std::string& reason) {
+void EditRegistry::fault(StreamRegistry& stream, Kept& kept, uint64_t EditFaults::*cause,
+                         const std::string& reason) {
   if (!kept.node) finish(stream, kept);
   if (kept.fault_version == kept.edit.version) return;
   kept.fault_version = kept.edit.version;

@@ -1,4 +1,5 @@
-// Set of small indices as a bit field, with its size and a revision that rises with each change.
+// Bit set of small indices with its size and a revision counter. Every change increments the revision. Not
+// thread-safe.
 #pragma once
 
 #include <bit>
@@ -11,7 +12,7 @@ namespace fire3dv::state {
 class IndexSet {
  public:
   IndexSet() = default;
-  explicit IndexSet(size_t end) : words_((end + 63) / 64) {}  // of indices below `end`
+  explicit IndexSet(size_t end) : words_((end + 63) / 64) {}  // holds indices below `end`
 
   void insert(uint32_t index) { change(index, true); }
   void erase(uint32_t index) { change(index, false); }
@@ -20,10 +21,10 @@ class IndexSet {
   bool empty() const { return size_ == 0; }
   uint64_t revision() const { return revision_; }
   bool has_same(const IndexSet& other) const { return words_ == other.words_; }
-  // After a rebuild that ended with the same indices: nothing has changed.
+  // Restores the revision after a rebuild that produced the same indices.
   void set_revision(uint64_t revision) { revision_ = revision; }
 
-  // Calls visit(index) in rising order until it returns false.
+  // Calls visit(index) in ascending order until it returns false.
   template <typename Visit>
   void visit(Visit&& visit) const {
     for (size_t word = 0; word < words_.size(); ++word) {

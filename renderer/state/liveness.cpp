@@ -11,10 +11,11 @@ constexpr double kIntervalsUntilLate = 4;
 
 }  // namespace
 
-// The shorter of two gaps in a row: one pause is no interval.
+// The interval estimate uses the shorter of two consecutive gaps, so that one pause does not count as
+// interval.
 void Liveness::on_frame(int64_t received_ns) {
   const int64_t gap_ns = received_ns - last_ns_;
-  if (last_ns_ != 0 && gap_ns < 0) return;  // parts of an older frame that came late
+  if (last_ns_ != 0 && gap_ns < 0) return;  // late parts of an older frame
   if (last_ns_ != 0 && last_gap_ns_ != 0) {
     const double usual_ns = std::min(static_cast<double>(std::min(gap_ns, last_gap_ns_)), kMostIntervalNs);
     interval_ns_ += (usual_ns - interval_ns_) / 4;

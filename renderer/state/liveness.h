@@ -1,4 +1,5 @@
-// How a stream stands, for people: a picture that is held must not pass for one that lives.
+// Liveness monitor of a stream: live, late or lost, by arrival times of its frames. Viewers mark the images
+// of stale streams with it. Times are in nanoseconds. Not thread-safe.
 #pragma once
 
 #include <array>
@@ -9,22 +10,23 @@
 namespace fire3dv::state {
 
 enum class Condition : uint8_t {
-  live,  // frames come
-  late,  // none has come for a quarter of a second, or for four of the stream's own intervals
-  lost,  // none has come for seconds
+  live,  // frames arrive
+  // No frame for 0.25 s or for four of the stream's own intervals.
+  late,
+  lost,  // no frame for seconds
 };
 constexpr const char* condition_name(Condition condition) {
   constexpr const char* kNames[] = {"live", "late", "lost"};
   return kNames[static_cast<size_t>(condition)];
 }
 
-// From the times at which whole frames come.
+// Input: arrival times of whole frames.
 class Liveness {
  public:
   void on_frame(int64_t received_ns);
-  // Live as long as no frame has come at all: nothing is held then.
+  // Returns live before the first frame: no stale frame is shown then.
   Condition at(int64_t now_ns) const;
-  // Between the newest frames, the oldest first: how evenly they come, for people to look at.
+  // Intervals between the newest frames, oldest first, for jitter plots.
   std::vector<float> gaps_ms() const;
 
  private:
@@ -35,7 +37,7 @@ class Liveness {
   double interval_ns_ = 0;
   static constexpr size_t kGapsKept = 96;
   std::array<float, kGapsKept> gaps_ms_{};
-  size_t gaps_ = 0;  // ever
+  size_t gaps_ = 0;  // count since the start
 };
 
 }  // namespace fire3dv::state

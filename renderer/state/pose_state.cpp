@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "renderer/scene/math.h"
+#include "renderer/scene/model/math.h"
 
 namespace fire3dv::state {
 
@@ -15,7 +15,7 @@ PoseState::PoseState(const scene::Scene& scene)
       driver_stream_of_node_(scene.nodes.size(), kNone),
       driver_pose_of_node_(scene.nodes.size(), kNone) {}
 
-// The nearest driven ancestor-or-self decides; below it the rest pose goes on. Parents stand before their
+// A node follows its nearest driven ancestor or itself; rest transforms apply below. Parents precede
 // children.
 void PoseState::derive_drives() const {
   for (uint32_t node = 0; node < scene_->nodes.size(); ++node) {
@@ -23,7 +23,7 @@ void PoseState::derive_drives() const {
     drive = NodeDrive{};
     const uint32_t stream = driver_stream_of_node_[node];
     if (stream != kNone && streams_[stream].header.sequence != 0) {
-      const auto& offsets = wishes_[stream].body_from_node;
+      const auto& offsets = receive_states_[stream].body_from_node;
       drive.stream = stream;
       drive.pose_index = driver_pose_of_node_[node];
       if (!offsets.empty()) drive.body_from_node = offsets[offsets.size() == 1 ? 0 : drive.pose_index];
@@ -57,8 +57,8 @@ void PoseState::set_rest(const RestPose& rest) {
 
 void PoseState::interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns) {
   if (id >= streams_.size() || !streams_[id].active) return;
-  Wish& wish = wishes_[id];
-  // What partial frames stand on from now on.
+  ReceiveState& wish = receive_states_[id];
+  // Base of later partial frames.
   const std::vector<wire::Affine3x4>& poses = streams_[id].poses;
   if (!wish.playout && wish.newest_sequence != 0 && wish.memory.reserve(wish.newest_poses, poses.size()))
     wish.newest_poses.assign(poses.begin(), poses.end());
@@ -67,16 +67,16 @@ void PoseState::interpolate(StreamId id, std::optional<int64_t> fixed_delay_ns) 
 }
 
 void PoseState::show_newest(StreamId id, int64_t now_ns) {
-  if (id >= streams_.size() || !wishes_[id].playout) return;
+  if (id >= streams_.size() || !receive_states_[id].playout) return;
   constexpr int64_t kLongAfterAllNs = 60'000'000'000;
-  if (const auto last = wishes_[id].playout->at(now_ns + kLongAfterAllNs); last && last->changed)
+  if (const auto last = receive_states_[id].playout->at(now_ns + kLongAfterAllNs); last && last->changed)
     show(id, last->header, last->poses);
-  wishes_[id].playout.reset();
+  receive_states_[id].playout.reset();
   streams_[id].interpolated = false;
 }
 
 int64_t PoseState::delay_ns(StreamId id) const {
-  return wishes_[id].playout ? wishes_[id].playout->delay_ns() : 0;
+  return receive_states_[id].playout ? receive_states_[id].playout->delay_ns() : 0;
 }
 
 bool PoseState::push(StreamId id, const wire::PoseFrameView& frame) {
@@ -87,8 +87,8 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
                      int64_t received_ns) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   Stream& stream = streams_[id];
-  Wish& wish = wishes_[id];
-  // A whole frame says of all nodes what a partial one of its sequence says of some, and so is not stale.
+  ReceiveState& wish = receive_states_[id];
+  // A whole frame is not stale if its sequence was only received in part: it completes that frame.
   const bool may_repair =
       frame.header.sequence == wish.newest_sequence && wish.newest_is_partial && frame.node_indices.empty();
   if (frame.header.epoch != stream.epoch ||
@@ -104,29 +104,30 @@ bool PoseState::push(StreamId id, const wire::PoseFrameView& frame, int64_t publ
   if (frame.first_node == 0 && frame.poses.size() == frame.node_count) {
     return take(id, frame.header, frame.poses, published_ns, received_ns);
   }
-  const FrameAssembly::Outcome outcome = wish.assembly.add(frame);
-  stream.frames_incomplete += wish.assembly.take_given_up();
+  using Outcome = stream::FrameAssembler::Outcome;
+  const Outcome outcome = wish.assembler.add(frame);
+  stream.frames_incomplete += wish.assembler.take_given_up();
   switch (outcome) {
-    case FrameAssembly::Outcome::whole:
-      return take(id, wish.assembly.header(), wish.assembly.poses(), published_ns, received_ns);
-    case FrameAssembly::Outcome::open:
+    case Outcome::whole:
+      return take(id, wish.assembler.header(), wish.assembler.poses(), published_ns, received_ns);
+    case Outcome::open:
       break;
-    case FrameAssembly::Outcome::stale:
+    case Outcome::stale:
       ++stream.frames_stale;
       break;
-    case FrameAssembly::Outcome::refused:
+    case Outcome::refused:
       ++stream.frames_refused;
       break;
-    case FrameAssembly::Outcome::over_budget:
+    case Outcome::over_budget:
       return refuse_frame(id);
   }
   return false;
 }
 
-// The peer's budget has no room for the frame: it is dropped.
+// Drops a frame that exceeds the peer's budget, and reports it.
 bool PoseState::refuse_frame(StreamId id) {
   ++streams_[id].frames_refused;
-  const Wish& wish = wishes_[id];
+  const ReceiveState& wish = receive_states_[id];
   if (!wish.budget) return false;
   const uint64_t used = wish.budget->used(Resource::pose_bytes);
   refuse(id, Resource::pose_bytes,
@@ -139,17 +140,17 @@ bool PoseState::refuse_frame(StreamId id) {
 
 void PoseState::refuse(StreamId id, Resource resource, const std::string& message) {
   const uint32_t bit = 1u << static_cast<uint32_t>(resource);
-  if ((std::exchange(wishes_[id].refusals, wishes_[id].refusals | bit) & bit) != 0) return;
+  if ((std::exchange(receive_states_[id].refusals, receive_states_[id].refusals | bit) & bit) != 0) return;
   refusals_.push_back({id, resource, message});
 }
 
-// Stands on the newest frame that came, shown or not.
+// Merges a partial frame over the newest received frame, whether that is shown yet or not.
 bool PoseState::take_partial(StreamId id, const wire::PoseFrameView& frame, int64_t published_ns,
                              int64_t received_ns) {
   Stream& stream = streams_[id];
-  Wish& wish = wishes_[id];
+  ReceiveState& wish = receive_states_[id];
   if (wish.newest_sequence == 0) {
-    ++stream.frames_baseless;
+    ++stream.frames_without_base;
     return false;
   }
   if (frame.header.sequence <= wish.newest_sequence) {
@@ -171,33 +172,33 @@ bool PoseState::take_partial(StreamId id, const wire::PoseFrameView& frame, int6
 bool PoseState::take(StreamId id, const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
                      int64_t published_ns, int64_t received_ns) {
   Stream& stream = streams_[id];
-  Wish& wish = wishes_[id];
+  ReceiveState& wish = receive_states_[id];
   if (received_ns != 0) wish.liveness.on_frame(received_ns);
   if (header.sequence == wish.newest_sequence && wish.newest_is_partial) return repair(id, header, poses);
   if (header.scene_version <= wish.edits.applied())
     return accept(id, header, poses, published_ns, received_ns);
-  if (header.sequence <= wish.newest_sequence) {  // what is older than a frame that waits need not wait too
+  if (header.sequence <= wish.newest_sequence) {  // frames older than a queued frame do not queue
     ++stream.frames_stale;
     return false;
   }
-  const HeldFrames::Outcome held = wish.held.hold(header, poses, published_ns, received_ns);
-  if (held == HeldFrames::Outcome::over_budget) return refuse_frame(id);
+  const FrameQueue::Outcome held = wish.held.hold(header, poses, published_ns, received_ns);
+  if (held == FrameQueue::Outcome::over_budget) return refuse_frame(id);
   wish.newest_sequence = header.sequence;
   wish.newest_is_partial = false;
-  ++stream.frames_held;
-  if (held == HeldFrames::Outcome::replaced) ++stream.frames_overtaken;
-  wish.assembly.forget(wish.newest_sequence);
+  ++stream.frames_queued;
+  if (held == FrameQueue::Outcome::replaced) ++stream.frames_superseded;
+  wish.assembler.close(wish.newest_sequence);
   return false;
 }
 
-// True when it is shown at once.
+// Returns true if the frame is shown immediately.
 bool PoseState::accept(StreamId id, const wire::PoseFrameHeader& header,
                        std::span<const wire::Affine3x4> poses, int64_t published_ns, int64_t received_ns) {
   Stream& stream = streams_[id];
-  Wish& wish = wishes_[id];
+  ReceiveState& wish = receive_states_[id];
   if (!wish.memory.reserve(wish.playout ? wish.newest_poses : stream.poses, poses.size()))
     return refuse_frame(id);
-  stream.frames_overtaken += wish.held.drop_up_to(header.sequence);
+  stream.frames_superseded += wish.held.drop_up_to(header.sequence);
   if (header.sequence >= wish.newest_sequence) {
     if (header.sequence > wish.newest_sequence) wish.newest_is_partial = false;
     wish.newest_sequence = header.sequence;
@@ -214,20 +215,20 @@ bool PoseState::accept(StreamId id, const wire::PoseFrameHeader& header,
     return refuse_frame(id);
   else
     ++stream.frames_stale;
-  return false;  // advance() shows it when its time has come
+  return false;  // advance() shows it at its due time
 }
 
-// The whole of the newest frame, of which a part was taken before.
+// Completes the newest frame after a partial one of the same sequence.
 bool PoseState::repair(StreamId id, const wire::PoseFrameHeader& header,
                        std::span<const wire::Affine3x4> poses) {
   Stream& stream = streams_[id];
-  Wish& wish = wishes_[id];
+  ReceiveState& wish = receive_states_[id];
   wish.newest_is_partial = false;
   bool changed = false;
-  if (!wish.held.empty()) {  // the newest of them is this one
-    const HeldFrame& held = wish.held.newest();
+  if (!wish.held.empty()) {  // the newest queued frame has this sequence
+    const QueuedFrame& held = wish.held.newest();
     if (wish.held.hold(header, poses, held.published_ns, held.received_ns) ==
-        HeldFrames::Outcome::over_budget)
+        FrameQueue::Outcome::over_budget)
       return refuse_frame(id);
   } else if (wish.playout) {
     wish.newest_poses.assign(poses.begin(), poses.end());
@@ -236,14 +237,14 @@ bool PoseState::repair(StreamId id, const wire::PoseFrameHeader& header,
     show(id, header, poses);
     changed = true;
   }
-  wish.assembly.forget(wish.newest_sequence);
+  wish.assembler.close(wish.newest_sequence);
   return changed;
 }
 
 bool PoseState::release_held(StreamId id) {
-  Wish& wish = wishes_[id];
+  ReceiveState& wish = receive_states_[id];
   bool changed = false;
-  while (const HeldFrame* frame = wish.held.release(wish.edits.applied()))
+  while (const QueuedFrame* frame = wish.held.release(wish.edits.applied()))
     changed |= accept(id, frame->header, frame->poses, frame->published_ns, frame->received_ns);
   return changed;
 }
@@ -256,7 +257,7 @@ bool PoseState::advance(int64_t now_ns) {
     return true;
   });
   for (StreamId id = 0; id < streams_.size(); ++id) {
-    Wish& wish = wishes_[id];
+    ReceiveState& wish = receive_states_[id];
     if (!streams_[id].active) continue;
     streams_[id].condition = wish.liveness.at(now_ns);
     if (!wish.playout) continue;
@@ -279,26 +280,26 @@ void PoseState::show_moment(StreamId id, const wire::PoseFrameHeader& header,
 void PoseState::show(StreamId id, const wire::PoseFrameHeader& header,
                      std::span<const wire::Affine3x4> poses) {
   Stream& stream = streams_[id];
-  if (!wishes_[id].memory.reserve(stream.poses, poses.size())) return (void)refuse_frame(id);
+  if (!receive_states_[id].memory.reserve(stream.poses, poses.size())) return (void)refuse_frame(id);
   const bool first = stream.header.sequence == 0;
   stream.poses.assign(poses.begin(), poses.end());
   stream.header = header;
   ++stream.revision;
-  stream.frames_incomplete += wishes_[id].assembly.close_up_to(stream.header.sequence);
-  if (!first) return;  // until now its nodes were at rest
+  stream.frames_incomplete += receive_states_[id].assembler.close_up_to(stream.header.sequence);
+  if (!first) return;  // its nodes rested before the first frame
   drives_changed_ = true;
   ++drive_revision_;
 }
 
 uint64_t PoseState::revision() const {
   uint64_t revision = drive_revision_;
-  for (const Stream& stream : streams_) revision += stream.revision;  // each only ever rises
+  for (const Stream& stream : streams_) revision += stream.revision;  // each term is monotonic
   return revision;
 }
 
 std::optional<uint64_t> PoseState::age_of_driver(uint32_t node) const {
   const uint32_t stream = driver_stream_of_node_[node];
-  return stream == kNone ? std::nullopt : std::optional(wishes_[stream].order);
+  return stream == kNone ? std::nullopt : std::optional(receive_states_[stream].order);
 }
 
 glm::mat4 PoseState::world_from_node(uint32_t node) const {
@@ -325,8 +326,8 @@ std::optional<int64_t> PoseState::sim_time_ns() const {
   uint64_t newest = 0;
   for (size_t id = 0; id < streams_.size(); ++id) {
     const Stream& stream = streams_[id];
-    if (!stream.active || stream.header.sequence == 0 || wishes_[id].order < newest) continue;
-    newest = wishes_[id].order;
+    if (!stream.active || stream.header.sequence == 0 || receive_states_[id].order < newest) continue;
+    newest = receive_states_[id].order;
     time = stream.header.sim_time_ns;
   }
   return time;

@@ -1,5 +1,4 @@
-// Scene edits through the pose state: what streams change besides poses, handed on to whoever holds the
-// scene.
+// Scene edits of streams within PoseState. They are collected here and handed to the owner of the scene.
 #include <algorithm>
 
 #include "renderer/state/pose_state.h"
@@ -9,16 +8,16 @@ namespace fire3dv::state {
 bool PoseState::apply(StreamId id, wire::SceneEdit&& edit) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   if (edit.epoch != streams_[id].epoch) return count_edit(id, StreamEdits::Outcome::stale);
-  const StreamEdits::Outcome outcome = wishes_[id].edits.add(std::move(edit));
+  const StreamEdits::Outcome outcome = receive_states_[id].edits.add(std::move(edit));
   if (outcome == StreamEdits::Outcome::refused)
-    refuse(id, wishes_[id].edits.refused_resource(), wishes_[id].edits.refusal());
+    refuse(id, receive_states_[id].edits.refused_resource(), receive_states_[id].edits.refusal());
   return count_edit(id, outcome);
 }
 
 bool PoseState::apply(StreamId id, const wire::UnknownEdit& edit) {
   if (id >= streams_.size() || !streams_[id].active) return false;
   if (edit.epoch != streams_[id].epoch) return count_edit(id, StreamEdits::Outcome::stale);
-  return count_edit(id, wishes_[id].edits.skip(edit.version));
+  return count_edit(id, receive_states_[id].edits.skip(edit.version));
 }
 
 bool PoseState::count_edit(StreamId id, StreamEdits::Outcome outcome) {
@@ -38,7 +37,7 @@ bool PoseState::count_edit(StreamId id, StreamEdits::Outcome outcome) {
 
 bool PoseState::finish_edit(StreamId id, uint64_t epoch, uint64_t version) {
   if (id >= streams_.size() || !streams_[id].active || streams_[id].epoch != epoch) return false;
-  wishes_[id].edits.finish(version);
+  receive_states_[id].edits.finish(version);
   return release_held(id);
 }
 
@@ -47,10 +46,10 @@ std::vector<SceneChanges> PoseState::take_scene_changes() {
   changes.swap(ended_);
   const auto first = static_cast<std::ptrdiff_t>(changes.size());
   for (StreamId id = 0; id < streams_.size(); ++id) {
-    if (!streams_[id].active || !wishes_[id].edits.has_news()) continue;
-    StreamEdits::Taken taken = wishes_[id].edits.take();
-    changes.push_back({id, streams_[id].epoch, wishes_[id].order, false, std::move(taken.edits),
-                       wishes_[id].budget, std::move(taken.charges)});
+    if (!streams_[id].active || !receive_states_[id].edits.has_news()) continue;
+    StreamEdits::Taken taken = receive_states_[id].edits.take();
+    changes.push_back({id, streams_[id].epoch, receive_states_[id].order, false, std::move(taken.edits),
+                       receive_states_[id].budget, std::move(taken.charges)});
   }
   std::sort(changes.begin() + first, changes.end(),
             [](const SceneChanges& a, const SceneChanges& b) { return a.age < b.age; });

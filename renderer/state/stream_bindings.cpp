@@ -1,5 +1,5 @@
-// Binding of streams to scene nodes. It is incremental: a stream that comes or goes costs its own names and
-// the nodes that pass from one stream to another, whatever other streams hold.
+// Binding of streams to scene nodes within PoseState. It is incremental: adding or removing a stream costs
+// its own names and the nodes that change drivers, independent of other streams.
 #include <algorithm>
 
 #include "protocol/base/keyed_hash.h"
@@ -8,20 +8,20 @@
 namespace fire3dv::state {
 namespace {
 
-constexpr uint64_t kRunMask = (uint64_t{1} << 24) - 1;  // of age_rank()
+constexpr uint64_t kRunMask = (uint64_t{1} << 24) - 1;  // reconnection counter in an age; see age_rank()
 
 }  // namespace
 
 StreamId PoseState::free_slot() {
   for (StreamId id = 0; id < streams_.size(); ++id) {
-    if (!streams_[id].active && !wishes_[id].is_place) return id;
+    if (!streams_[id].active && !receive_states_[id].is_place) return id;
   }
   streams_.emplace_back();
-  wishes_.emplace_back();
+  receive_states_.emplace_back();
   return static_cast<StreamId>(streams_.size() - 1);
 }
 
-// True when the place exists: its slot is the caller's.
+// Returns true if the reservation exists; the caller then owns its slot.
 bool PoseState::take_place(uint64_t order, StreamId& slot) {
   const auto place = std::find_if(places_.begin(), places_.end(), [&](const Place& each) {
     return each.order == order && each.slot != kNone;
@@ -37,7 +37,8 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description, std::
   StreamId id = kNone;
   const bool returns = place != 0 && take_place(place, id);
   if (!returns) id = free_slot();
-  const std::vector<uint32_t> reserved = std::move(wishes_[id].node_of_pose);  // of the place
+  const std::vector<uint32_t> reserved =
+      std::move(receive_states_[id].node_of_pose);  // nodes of the reservation
 
   Stream& stream = streams_[id];
   const uint64_t revision = stream.revision + 1;
@@ -51,22 +52,22 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description, std::
   stream.unmatched_names = stream.conflicting_names = stream.contested_names = IndexSet(count);
   stream.scene_node_of_pose.assign(count, kNone);
 
-  Wish& wish = wishes_[id];
-  wish = Wish{};
+  ReceiveState& wish = receive_states_[id];
+  wish = ReceiveState{};
   wish.order = returns ? place + 1 : next_rank_++ << 24;
-  wish.assembly = FrameAssembly(budget);
-  wish.held = HeldFrames(budget);
+  wish.assembler = stream::FrameAssembler(budget);
+  wish.held = FrameQueue(budget);
   wish.edits = StreamEdits(budget);
-  wish.memory = PoseMemory(budget);
+  wish.memory = stream::PoseMemory(budget);
   wish.budget = std::move(budget);
-  if (load_assets_aside_) wish.edits.load_aside();
+  if (load_assets_asynchronously_) wish.edits.load_aside();
   wish.names = description.node_names;
-  // A list of another length has no meaning (the decoder refuses it); identity is the stated default.
+  // A list of another length is meaningless (the decoder refuses it); the documented default is identity.
   const size_t offsets = description.body_from_node.size();
   if (offsets == 1 || offsets == count) wish.body_from_node = description.body_from_node;
   wish.node_of_pose.assign(count, kNone);
   for (uint32_t pose = 0; pose < count; ++pose) bind(id, pose, names_.find(wish.names[pose]));
-  for (const uint32_t node : reserved) {  // those that it does not ask for any more
+  for (const uint32_t node : reserved) {  // reserved nodes that it does not claim any more
     if (driver_stream_of_node_[node] == id && driver_pose_of_node_[node] == kNone) pass_on(node);
   }
   bindings_changed();
@@ -77,13 +78,14 @@ void PoseState::clear_slot(StreamId id) {
   const uint64_t revision = streams_[id].revision + 1;
   streams_[id] = Stream{};
   streams_[id].revision = revision;
-  wishes_[id] = Wish{};
+  receive_states_[id] = ReceiveState{};
   bindings_changed();
 }
 
 void PoseState::remove_stream(StreamId id) {
   if (id >= streams_.size() || !streams_[id].active) return;
-  if (wishes_[id].edits.was_taken()) ended_.push_back({id, streams_[id].epoch, wishes_[id].order, true, {}});
+  if (receive_states_[id].edits.was_taken())
+    ended_.push_back({id, streams_[id].epoch, receive_states_[id].order, true, {}});
   drop_claims(id);
   for (const uint32_t node : streams_[id].scene_node_of_pose) {
     if (node != kNone) pass_on(node);
@@ -93,7 +95,8 @@ void PoseState::remove_stream(StreamId id) {
 
 uint64_t PoseState::suspend_stream(StreamId id, int64_t until_ns) {
   if (id >= streams_.size() || !streams_[id].active) return 0;
-  const Place place{wishes_[id].order, until_ns, id, wishes_[id].edits.was_taken(), streams_[id].epoch};
+  const Place place{receive_states_[id].order, until_ns, id, receive_states_[id].edits.was_taken(),
+                    streams_[id].epoch};
   if (place.has_edits) {
     ended_.push_back({id, place.epoch, place.order, true, {}});
     ended_.back().may_return = true;
@@ -107,14 +110,14 @@ uint64_t PoseState::suspend_stream(StreamId id, int64_t until_ns) {
   }
   nodes.shrink_to_fit();
   clear_slot(id);
-  wishes_[id].order = place.order;
-  wishes_[id].is_place = true;
-  wishes_[id].node_of_pose = std::move(nodes);
+  receive_states_[id].order = place.order;
+  receive_states_[id].is_place = true;
+  receive_states_[id].node_of_pose = std::move(nodes);
   reserve_place(place);
   return place.order;
 }
 
-// Of one rank there is one place with nodes and one with edits; of all ranks the oldest have places.
+// Each rank has one reservation of nodes and one of edits. Beyond kMaxPlaces the youngest rank expires.
 void PoseState::reserve_place(Place place) {
   if (place.has_edits) {
     std::erase_if(places_, [&](const Place& other) {
@@ -139,7 +142,7 @@ void PoseState::lend_place(uint64_t place, StreamId id) {
   if (found == places_.end() || id >= streams_.size() || !streams_[id].active) return;
   if (std::exchange(found->has_edits, false))
     ended_.push_back({found->slot, found->epoch, found->order, true, {}});
-  std::erase_if(wishes_[found->slot].node_of_pose, [&](uint32_t node) {
+  std::erase_if(receive_states_[found->slot].node_of_pose, [&](uint32_t node) {
     for (auto claim = claims_.lower_bound({node, 0, 0, 0}); claim != claims_.end() && claim->node == node;
          ++claim) {
       if (claim->stream != id) continue;
@@ -158,7 +161,7 @@ void PoseState::lend_place(uint64_t place, StreamId id) {
 void PoseState::end_place(const Place& place) {
   if (place.has_edits) ended_.push_back({place.slot, place.epoch, place.order, true, {}});
   if (place.slot == kNone) return;
-  for (const uint32_t node : wishes_[place.slot].node_of_pose) {
+  for (const uint32_t node : receive_states_[place.slot].node_of_pose) {
     if (driver_stream_of_node_[node] == place.slot) pass_on(node);
   }
   clear_slot(place.slot);
@@ -167,7 +170,8 @@ void PoseState::end_place(const Place& place) {
 uint64_t PoseState::oldest_age() const {
   uint64_t oldest = UINT64_MAX;
   for (StreamId id = 0; id < streams_.size(); ++id) {
-    if (streams_[id].active || wishes_[id].is_place) oldest = std::min(oldest, wishes_[id].order);
+    if (streams_[id].active || receive_states_[id].is_place)
+      oldest = std::min(oldest, receive_states_[id].order);
   }
   return oldest;
 }
@@ -176,7 +180,7 @@ std::vector<std::string> PoseState::names_at(StreamId id, const IndexSet& indice
   std::vector<std::string> names;
   size_t bytes = 0;
   indices.visit([&](uint32_t index) {
-    const std::string& name = wishes_[id].names[index];
+    const std::string& name = receive_states_[id].names[index];
     bytes += name.size() + 8;
     if (bytes > max_bytes) return false;
     names.push_back(name);
@@ -187,18 +191,19 @@ std::vector<std::string> PoseState::names_at(StreamId id, const IndexSet& indice
 
 void PoseState::bind(StreamId id, uint32_t pose, uint32_t node) {
   ++names_touched_;
-  wishes_[id].node_of_pose[pose] = node;
+  receive_states_[id].node_of_pose[pose] = node;
   if (node == kNone) return streams_[id].unmatched_names.insert(pose);
   const StreamId driver = driver_stream_of_node_[node];
   const uint32_t driver_pose = driver_pose_of_node_[node];
   if (driver == kNone || (driver == id && driver_pose == kNone)) return drive(id, pose, node);
-  claims_.insert({node, wishes_[id].order, pose, id});
+  claims_.insert({node, receive_states_[id].order, pose, id});
   streams_[id].conflicting_names.insert(pose);
-  // The driver hears of each node once, by its own name for it. Two names of one stream are its own affair.
+  // The driver reports each contested node once, by its own name. Two names within one stream are no contest.
   if (driver != id && driver_pose != kNone) streams_[driver].contested_names.insert(driver_pose);
 }
 
 void PoseState::drive(StreamId id, uint32_t pose, uint32_t node) {
+  note_driver_change(node);
   driver_stream_of_node_[node] = id;
   driver_pose_of_node_[node] = pose;
   streams_[id].scene_node_of_pose[pose] = node;
@@ -213,9 +218,10 @@ bool PoseState::is_contested(uint32_t node, StreamId driver) const {
   return false;
 }
 
-// The driver of the node leaves it: the oldest stream that waits for it is next.
+// The node's driver leaves it: the oldest claim is next.
 void PoseState::pass_on(uint32_t node) {
   ++names_touched_;
+  note_driver_change(node);
   driver_stream_of_node_[node] = driver_pose_of_node_[node] = kNone;
   const auto next = claims_.lower_bound({node, 0, 0, 0});
   if (next == claims_.end() || next->node != node) return;
@@ -225,8 +231,25 @@ void PoseState::pass_on(uint32_t node) {
   drive(claim.stream, claim.pose, node);
 }
 
+// Whoever follows them more seldom than all nodes change looks at all nodes.
+void PoseState::note_driver_change(uint32_t node) {
+  constexpr size_t kMinKept = 1024;
+  if (driver_changes_.size() >= std::max(kMinKept, driver_stream_of_node_.size())) forget_driver_changes();
+  driver_changes_.push_back(node);
+}
+
+void PoseState::forget_driver_changes() {
+  driver_changes_begin_ = driver_revision() + 1;
+  driver_changes_.clear();
+}
+
+std::optional<std::span<const uint32_t>> PoseState::driver_changes_since(uint64_t revision) const {
+  if (revision < driver_changes_begin_ || revision > driver_revision()) return std::nullopt;
+  return std::span(driver_changes_).subspan(revision - driver_changes_begin_);
+}
+
 void PoseState::drop_claim(StreamId id, uint32_t pose, uint32_t node) {
-  claims_.erase({node, wishes_[id].order, pose, id});
+  claims_.erase({node, receive_states_[id].order, pose, id});
   const StreamId driver = driver_stream_of_node_[node];
   const uint32_t driver_pose = driver_pose_of_node_[node];
   if (driver != kNone && driver != id && driver_pose != kNone && !is_contested(node, driver))
@@ -236,7 +259,7 @@ void PoseState::drop_claim(StreamId id, uint32_t pose, uint32_t node) {
 void PoseState::drop_claims(StreamId id) {
   streams_[id].conflicting_names.visit([&](uint32_t pose) {
     ++names_touched_;
-    drop_claim(id, pose, wishes_[id].node_of_pose[pose]);
+    drop_claim(id, pose, receive_states_[id].node_of_pose[pose]);
     return true;
   });
 }
@@ -247,7 +270,7 @@ void PoseState::bindings_changed() {
   drives_changed_ = true;
 }
 
-// Names and paths of nodes that one of both scenes does not have: others are found, or not, as before.
+// Returns names and paths of nodes that only one of both scenes has; all other look-ups are unchanged.
 std::vector<PoseState::ChangedName> PoseState::find_changed_names(const scene::Scene& before) const {
   std::vector<ChangedName> changed;
   const auto add = [&changed](const scene::Node& node) {
@@ -267,10 +290,10 @@ std::vector<PoseState::ChangedName> PoseState::find_changed_names(const scene::S
   return changed;
 }
 
-// Looks only for those of the stream's names that may have a node now.
+// Looks up only those unmatched names that may have a node now.
 void PoseState::bind_unmatched(StreamId id, const std::vector<ChangedName>& changed) {
   Stream& stream = streams_[id];
-  Wish& wish = wishes_[id];
+  ReceiveState& wish = receive_states_[id];
   std::vector<uint32_t> found;
   if (stream.unmatched_names.size() <= changed.size()) {
     stream.unmatched_names.visit([&](uint32_t pose) {
@@ -313,6 +336,7 @@ void PoseState::set_scene(const scene::Scene& scene) {
     new_node_of_old_[node] = same ? node : names_.first_of_path(path);
   }
   ++scene_revision_;
+  forget_driver_changes();
   scene_ = &scene;
   rest_ = rest_pose(scene);
   node_drives_.assign(scene.nodes.size(), {});
@@ -326,34 +350,34 @@ void PoseState::set_scene(const scene::Scene& scene) {
   std::vector<StreamId> by_age;
   for (StreamId id = 0; id < streams_.size(); ++id) {
     Stream& stream = streams_[id];
-    if (wishes_[id].is_place) wishes_[id].node_of_pose.clear();
+    if (receive_states_[id].is_place) receive_states_[id].node_of_pose.clear();
     if (!stream.active) continue;
     by_age.push_back(id);
-    const size_t count = wishes_[id].names.size();
+    const size_t count = receive_states_[id].names.size();
     for (IndexSet Stream::*set :
          {&Stream::unmatched_names, &Stream::conflicting_names, &Stream::contested_names})
       streams_before[id].*set = std::exchange(stream.*set, IndexSet(count));
     stream.scene_node_of_pose.assign(count, kNone);
   }
-  // Nodes stay with the streams that drive them.
+  // Nodes stay with their driving streams.
   for (uint32_t old = 0; old < drivers.size(); ++old) {
     const uint32_t node = new_node_of_old_[old];
     const StreamId id = drivers[old];
     if (id == kNone || node == kNone || driver_stream_of_node_[node] != kNone) continue;
     driver_stream_of_node_[node] = id;
     driver_pose_of_node_[node] = driver_poses[old];
-    if (wishes_[id].is_place) {
-      wishes_[id].node_of_pose.push_back(node);
+    if (receive_states_[id].is_place) {
+      receive_states_[id].node_of_pose.push_back(node);
     } else {
-      wishes_[id].node_of_pose[driver_poses[old]] = node;
+      receive_states_[id].node_of_pose[driver_poses[old]] = node;
       streams_[id].scene_node_of_pose[driver_poses[old]] = node;
     }
   }
   std::sort(by_age.begin(), by_age.end(),
-            [this](StreamId a, StreamId b) { return wishes_[a].order < wishes_[b].order; });
+            [this](StreamId a, StreamId b) { return receive_states_[a].order < receive_states_[b].order; });
   const std::vector<ChangedName> changed = find_changed_names(before);
   for (const StreamId id : by_age) {
-    Wish& wish = wishes_[id];
+    ReceiveState& wish = receive_states_[id];
     for (uint32_t pose = 0; pose < wish.names.size(); ++pose) {
       if (streams_[id].scene_node_of_pose[pose] != kNone) continue;
       const uint32_t old = wish.node_of_pose[pose];
@@ -366,7 +390,7 @@ void PoseState::set_scene(const scene::Scene& scene) {
     }
     bind_unmatched(id, changed);
   }
-  // Who follows the sets by their revisions hears of changes only.
+  // Unchanged sets keep their revision, so that observers see changes only.
   for (const StreamId id : by_age) {
     for (IndexSet Stream::*set :
          {&Stream::unmatched_names, &Stream::conflicting_names, &Stream::contested_names}) {

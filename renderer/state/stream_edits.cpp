@@ -5,7 +5,7 @@
 namespace fire3dv::state {
 namespace {
 
-// Of tree nodes, key strings' headers and the edit itself, here and in the EditBook.
+// Of tree nodes, key strings' headers and the edit itself, here and in the EditRegistry.
 constexpr size_t kBytesPerEdit = 512, kBytesPerKey = 96;
 
 size_t key_bytes(const std::string& node) {

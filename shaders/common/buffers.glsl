@@ -1,4 +1,4 @@
-// Typed views of device addresses.
+// Buffer references: typed access to device addresses. Also affine-matrix helpers.
 #ifndef FIRE3DV_BUFFERS_GLSL
 #define FIRE3DV_BUFFERS_GLSL
 
@@ -59,7 +59,7 @@ vec3 transform_direction(AffineRows m, vec3 d) {
   return vec3(dot(m.row0.xyz, d), dot(m.row1.xyz, d), dot(m.row2.xyz, d));
 }
 
-// Normals go with the cofactors, which need no inverse and keep their sense under reflection.
+// Normals transform by the cofactor matrix, which needs no inverse and keeps their side under reflection.
 vec3 transform_normal(AffineRows m, vec3 n) {
   const vec3 r0 = m.row0.xyz, r1 = m.row1.xyz, r2 = m.row2.xyz;
   const vec3 c0 = cross(r1, r2);
@@ -67,7 +67,7 @@ vec3 transform_normal(AffineRows m, vec3 n) {
   return sense * vec3(dot(c0, n), dot(cross(r2, r0), n), dot(cross(r0, r1), n));
 }
 
-// The same up to its length, where it is known that the transform scales evenly.
+// The same up to its length; cheaper where the transform is known to scale uniformly.
 vec3 normal_direction(AffineRows m, uint node_facts, vec3 n) {
   return (node_facts & FIRE3DV_NODE_EVEN) != 0 ? transform_direction(m, n) : transform_normal(m, n);
 }
@@ -83,7 +83,7 @@ bool scales_evenly(AffineRows m) {
          all(lessThan(abs(vec3(dot(x, y), dot(y, z), dot(z, x))), vec3(tolerance)));
 }
 
-// How much a transform stretches at most; exact where it only scales evenly.
+// Upper bound of the transform's largest stretch; exact for uniform scale.
 float largest_stretch(AffineRows m) {
   const vec3 x = vec3(m.row0.x, m.row1.x, m.row2.x), y = vec3(m.row0.y, m.row1.y, m.row2.y),
              z = vec3(m.row0.z, m.row1.z, m.row2.z);

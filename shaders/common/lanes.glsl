@@ -1,13 +1,13 @@
-// Variant FIRE3DV_CPU is for devices that are a CPU: invocations are lanes of its vectors. Each lane reads for itself even
-// what is the same for all, and a read takes as long as some dozen additions; only what lies at an address that is known
-// without reading is read once for all, and that outside of branches alone. So such a variant copies what it needs of the
-// globals first; and of a record that all lanes want, each reads one word, which the others take from it. There are eight
-// (see pipeline.cpp). All loops of an invocation together end after 65535 turns (gallivm's limit, which it keeps to
-// without a word): what an invocation goes through one after the other has to stay far below.
+// Subgroup helpers of variant FIRE3DV_CPU, for devices that are a CPU: invocations are lanes of one 8-wide
+// vector (see pipeline.cpp). A read costs as much as some dozen additions, and each lane repeats it, even for
+// a uniform address. The driver merges only reads at statically known addresses outside of branches. So these
+// variants copy the globals first, and each lane reads one word of a uniform record and broadcasts it. Limit:
+// all loops of an invocation together end after 65535 iterations without an error (gallivm). Sequential work
+// must stay far below it.
 #ifndef FIRE3DV_LANES_GLSL
 #define FIRE3DV_LANES_GLSL
 
-#include "common/made_for.glsl"
+#include "common/scene_variant.glsl"
 
 #ifdef FIRE3DV_CPU
 #extension GL_KHR_shader_subgroup_basic : require
@@ -37,7 +37,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ins
 #define FIRE3DV_WORD(own_words, i) subgroupBroadcast(own_words, i)
 #define FIRE3DV_NUMBER(own_words, i) uintBitsToFloat(subgroupBroadcast(own_words, i))
 
-// 0 when it is 0 in all lanes.
+// Maximum over all lanes; 0 if x is 0 in all of them.
 uint largest_of_lanes(uint x) {
   const uint a = max(subgroupBroadcast(x, 0), subgroupBroadcast(x, 1)), b = max(subgroupBroadcast(x, 2), subgroupBroadcast(x, 3)),
              c = max(subgroupBroadcast(x, 4), subgroupBroadcast(x, 5)), d = max(subgroupBroadcast(x, 6), subgroupBroadcast(x, 7));
@@ -52,7 +52,7 @@ float least_of_lanes(float x) {
 
 bool all_lanes_have(uint x) { return subgroupBallot(x != subgroupBroadcast(x, 0)).x == 0; }
 
-// What these read must be the same for all lanes, and none may be missing.
+// The functions below need uniform arguments and all lanes active.
 AffineRows affine_for_all(uint64_t affines, uint index) {
   AffineWords record = AffineWords(affines)[index];
   const uint low = FIRE3DV_OWN_WORD(record, 0, 12), high = FIRE3DV_OWN_WORD(record, 8, 12);
@@ -76,7 +76,7 @@ ClusterInstance instance_for_all(uint64_t instances, uint index) {
                          FIRE3DV_WORD(words, 4), FIRE3DV_WORD(words, 5));
 }
 
-// Three vertices' positions are nine words: the lanes read the first eight.
+// Three vertex positions are nine words: the lanes read the first eight.
 void positions_for_all(uint64_t positions, uint vertex[3], out vec3 node[3]) {
   const uint lane = gl_SubgroupInvocationID, corner = lane < 3 ? vertex[0] : lane < 6 ? vertex[1] : vertex[2];
   const uint words = UintRef(positions).at[corner * 3 + lane % 3], last = UintRef(positions).at[vertex[2] * 3 + 2];
@@ -85,14 +85,14 @@ void positions_for_all(uint64_t positions, uint vertex[3], out vec3 node[3]) {
   node[2] = vec3(FIRE3DV_NUMBER(words, 6), FIRE3DV_NUMBER(words, 7), uintBitsToFloat(last));
 }
 
-// The first two words of records of so many, one for each of three vertices.
+// First two words of three vertices' records with record_words words each.
 void pairs_for_all(uint64_t records, const uint record_words, uint vertex[3], out uvec2 pair[3]) {
   const uint lane = gl_SubgroupInvocationID, corner = lane < 2 ? vertex[0] : lane < 4 ? vertex[1] : vertex[2];
   const uint words = UintRef(records).at[corner * record_words + lane % 2];
   for (uint i = 0; i < 3; ++i) pair[i] = uvec2(FIRE3DV_WORD(words, 2 * i), FIRE3DV_WORD(words, 2 * i + 1));
 }
 
-// Without the planes around it.
+// Reads the view without its frustum planes.
 RasterView view_for_all(uint64_t views, uint index) {
   ViewWords record = ViewWords(views)[index];
   const uint a = FIRE3DV_OWN_WORD(record, 0, 52), b = FIRE3DV_OWN_WORD(record, 8, 52), c = FIRE3DV_OWN_WORD(record, 40, 52),

@@ -1,13 +1,14 @@
-// What the visibility buffer says of a pixel, triangle by triangle.
+// Per-pixel decoding of the visibility buffer into ids and depths.
 #ifndef FIRE3DV_PIXEL_IDS_GLSL
 #define FIRE3DV_PIXEL_IDS_GLSL
 #include "common/generations.glsl"
-#include "common/raster_rules.glsl"
+#include "visibility/raster_rules.glsl"
 #include "common/sample_place.glsl"
 
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };  // id, kept_depth()
+// id, kept_depth()
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };
 
-// Ids of a pixel's samples; 0 = background. Kept in one vector: an array that is indexed by a variable would live in
+// Ids of a pixel's samples; 0: background. One vector, because a dynamically indexed array would live in
 // memory.
 #if FIRE3DV_SAMPLES == 4
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer SamplePairRef { uvec4 at[]; };
@@ -29,7 +30,7 @@ vec4 pixel_depths(GlobalsRef globals, uint64_t visibility, uint pixel) {
 
 uint id_of_sample(PixelIds ids, int s) { return s < 2 ? (s == 0 ? ids.x : ids.y) : (s == 2 ? ids.z : ids.w); }
 
-// As bits.
+// Bit mask of the samples with this id.
 uint samples_with(PixelIds ids, uint id) {
   return (ids.x == id ? 1u : 0u) | (ids.y == id ? 2u : 0u) | (ids.z == id ? 4u : 0u) | (ids.w == id ? 8u : 0u);
 }
@@ -45,7 +46,7 @@ uint id_of_sample(PixelIds ids, int s) { return ids; }
 uint samples_with(PixelIds ids, uint id) { return ids == id ? 1u : 0u; }
 #endif
 
-// Where in the image the triangle is looked at, in pixels.
+// Image position at which the triangle is evaluated, in pixels.
 vec2 place_of_samples(uvec2 pixel, uint same) {
 #if FIRE3DV_SAMPLES == 4
   return vec2(pixel) + 0.5 + sample_place(same);

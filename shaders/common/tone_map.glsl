@@ -1,11 +1,12 @@
-// From linear HDR to what a display takes.
+// Tone mapping operators and sRGB encoding.
 #ifndef FIRE3DV_TONE_MAP_GLSL
 #define FIRE3DV_TONE_MAP_GLSL
 
 // Reinhard et al. 2002, per channel.
 vec3 tone_map_reinhard(vec3 color) { return color / (1 + color); }
 
-// The ACES reference and output transforms for sRGB as fitted by Hill (2016): to a wider space, a rational curve, back.
+// ACES reference and output transforms for sRGB, as fitted by Hill (2016): into a wider space, a rational
+// curve, back.
 vec3 tone_map_aces(vec3 color) {
   const mat3 in_from_srgb = mat3(0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777);
   const mat3 srgb_from_out = mat3(1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602);
@@ -14,8 +15,8 @@ vec3 tone_map_aces(vec3 color) {
   return clamp(srgb_from_out * curve, 0, 1);
 }
 
-// Khronos PBR Neutral: colours below the shoulder come out as they are; above it they are compressed and lose
-// saturation. Formula and constants of the specification of 2024.
+// Khronos PBR Neutral (specification of 2024): keeps colours below the shoulder; compresses and desaturates
+// the others.
 vec3 tone_map_neutral(vec3 color) {
   const float start = 0.8 - 0.04, desaturation = 0.15;
   const float least = min(color.r, min(color.g, color.b));
@@ -38,7 +39,7 @@ vec3 encode_srgb(vec3 linear) {
 }
 
 
-// Exposed and mapped to what a display shows, linear, 0 to 1.
+// Display-linear colour after exposure and tone mapping, 0 to 1.
 vec3 display_linear(vec3 color, float exposure, uint tone_map) {
   color = clamp(color * exposure, vec3(0), vec3(65504));
   switch (tone_map) {

@@ -1,4 +1,4 @@
-// What vertices have beside their positions, as renderer/scene/packed_vertices.cpp packs it.
+// Decoding of packed vertex attributes; renderer/scene/model/packed_vertices.cpp packs them.
 #ifndef FIRE3DV_VERTICES_GLSL
 #define FIRE3DV_VERTICES_GLSL
 #include "common/buffers.glsl"
@@ -10,7 +10,7 @@
 float low_half(uint word) { return int(word << 16) >> 16; }
 float high_half(uint word) { return int(word) >> 16; }
 
-// Times FIRE3DV_DIRECTION_STEPS.
+// Scaled by FIRE3DV_DIRECTION_STEPS.
 vec3 long_normal(FrameRecord frame) {
   return vec3(low_half(frame.normal_xy), high_half(frame.normal_xy), low_half(frame.normal_z_tangent_z));
 }
@@ -31,7 +31,7 @@ uint packed_halves(float low, float high) {
   return (uint(steps.x) & 0xffffu) | uint(steps.y) << 16;
 }
 
-// Unit vectors. w: the bitangent's sign.
+// Inputs are unit vectors. w: the bitangent's sign.
 FrameRecord packed_frame(vec3 normal, vec4 tangent) {
   const uint z = uint(int(round(tangent.z * FIRE3DV_TANGENT_Z_STEPS))) << 17 | (tangent.w < 0 ? 0 : 0x10000u);
   return FrameRecord(packed_halves(normal.x, normal.y), (packed_halves(normal.z, 0) & 0xffffu) | z);

@@ -1,7 +1,7 @@
-// From an id of the visibility buffer to the triangle, and to the point of it that a pixel shows.
+// Reconstruction of the triangle and the surface point of a pixel from its visibility buffer id.
 #ifndef FIRE3DV_VISIBLE_TRIANGLE_GLSL
 #define FIRE3DV_VISIBLE_TRIANGLE_GLSL
-#include "common/raster_rules.glsl"
+#include "visibility/raster_rules.glsl"
 #include "common/surface_point.glsl"
 #include "common/textures.glsl"
 #include "common/vertices.glsl"
@@ -11,9 +11,10 @@ struct VisibleTriangle {
   uint material;
 #ifdef FIRE3DV_CPU
   MaterialRecord material_record;
-  bool for_all;  // no lane is missing, and all show this triangle
+  bool for_all;  // all lanes are active and show this triangle
 #else
-  // Of its corners, read together with their positions, so that one wait is for all. What nobody uses is not read.
+  // Vertex attributes, read together with the positions to overlap their latencies. The compiler removes
+  // unused reads.
   FrameRecord frame[3];
   uint tangent_xy[3];
   vec2 uv0[3];
@@ -30,7 +31,7 @@ uint part_of_id(GlobalsRef globals, uint id) {
   return ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1].part;
 }
 
-// What its part says of a triangle.
+// Reads the primitive instance of a triangle.
 void read_part(GlobalsRef globals, ClusterInstance instance, inout VisibleTriangle t) {
   t.part = PartRef(globals.value.parts).at[instance.part];
   t.material = t.part.material;
@@ -50,7 +51,7 @@ void place_corners(GlobalsRef globals, inout VisibleTriangle t, vec3 a, vec3 b, 
 }
 
 #ifdef FIRE3DV_CPU
-// The same where no lane is missing: mostly neighbours show the same body.
+// The same with all lanes active: neighbours mostly show the same primitive instance.
 void read_part_together(GlobalsRef globals, ClusterInstance instance, inout VisibleTriangle t) {
   const uint first = subgroupBroadcast(instance.part, 0);
   t.part = part_for_all(globals.value.parts, first);
@@ -61,7 +62,7 @@ void read_part_together(GlobalsRef globals, ClusterInstance instance, inout Visi
   if (instance.part != first) read_part(globals, instance, t);
 }
 
-// Large triangles: all lanes show one, which is read once for them.
+// All lanes show one large triangle, which is read once.
 VisibleTriangle triangle_for_all(GlobalsRef globals, uint id) {
   const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, (id >> 7) - 1);
   const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + (id & 127)];
@@ -78,7 +79,7 @@ VisibleTriangle triangle_for_all(GlobalsRef globals, uint id) {
 
 MaterialRecord material_of(GlobalsRef globals, VisibleTriangle t) { return t.material_record; }
 
-// Read where they are needed: a CPU pays for each read, not for waiting.
+// Reads on demand: on a CPU the number of reads matters, not their latency.
 FrameRecord frame_of(GlobalsRef globals, VisibleTriangle t, int corner) { return FrameRef(globals.value.frames).at[t.vertex[corner]]; }
 uint tangent_xy_of(GlobalsRef globals, VisibleTriangle t, int corner) {
   return tangent_xy_of(UintRef(globals.value.tangents), t.vertex[corner]);
@@ -101,7 +102,7 @@ uint tangent_xy_of(GlobalsRef globals, VisibleTriangle t, int corner) { return t
 vec2 uv0_of(GlobalsRef globals, VisibleTriangle t, int corner) { return t.uv0[corner]; }
 #endif
 
-// together: no lane is missing.
+// together: all lanes are active.
 VisibleTriangle own_triangle(GlobalsRef globals, uint id, const bool together) {
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[(id >> 7) - 1];
   const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + (id & 127)];
@@ -139,14 +140,14 @@ VisibleTriangle visible_triangle(GlobalsRef globals, uint id, const bool togethe
 
 VisibleTriangle visible_triangle(GlobalsRef globals, uint id) { return visible_triangle(globals, id, false); }
 
-// As this view sees it, for its alpha.
+// Replaces clip positions by those of another view, for alpha tests.
 VisibleTriangle seen_from(VisibleTriangle t, RasterView view) {
   for (int i = 0; i < 3; ++i) t.clip[i] = clip_position(view.clip_from_world, t.world[i]);
   return t;
 }
 
-// Of the point that is seen at a place of the image, in pixels. Perspective-correct, from homogeneous coordinates: a
-// corner may lie behind the eye.
+// Perspective-correct barycentrics at an image position in pixels, from homogeneous coordinates: a vertex may
+// lie behind the eye.
 vec3 barycentrics_at(VisibleTriangle t, vec2 pixel, vec2 size) {
   const vec2 ndc = pixel / size * 2 - 1;
   const vec2 a = t.clip[0].xy - ndc * t.clip[0].w;
@@ -157,22 +158,22 @@ vec3 barycentrics_at(VisibleTriangle t, vec2 pixel, vec2 size) {
   return sum != 0 ? weight / sum : vec3(1, 0, 0);
 }
 
-// Weights of a point in the triangle: rounding puts that of a tiny triangle far outside.
+// Clamps barycentrics to the triangle, since rounding may put those of a tiny triangle far outside.
 vec3 inside(vec3 barycentrics) {
   const vec3 b = max(barycentrics, vec3(0));
   return b / (b.x + b.y + b.z);
 }
 
-// Weights of a point in the triangle's plane, in it or, where the triangle stands for its neighbours, about its own size
-// outside.
+// Limits barycentrics to about one triangle size outside, as needed where the triangle represents merged
+// neighbours.
 vec3 nearby(vec3 barycentrics) {
   const vec3 from_middle = barycentrics - 1.0 / 3;
   const vec3 size = abs(from_middle);
   return from_middle * min(1, 2 / max(size.x, max(size.y, size.z))) + 1.0 / 3;
 }
 
-// How barycentrics change from a pixel's middle to the next one's, right and down: within blocks of 2 x 2 pixels, as the
-// raster pipeline finds derivatives, so that both choose the same texels.
+// Derivatives of barycentrics within blocks of 2 x 2 pixels, as in the raster pipeline, so that both select
+// the same mip levels.
 void barycentric_changes(VisibleTriangle t, vec2 place, vec2 size, out vec3 dx, out vec3 dy) {
   const vec2 middle = floor(place) + 0.5;
   const vec2 step = vec2(1) - 2 * mod(floor(place), vec2(2));  // to the other pixel of the block
@@ -181,7 +182,7 @@ void barycentric_changes(VisibleTriangle t, vec2 place, vec2 size, out vec3 dx, 
   dy = (barycentrics_at(t, middle + vec2(0, step.y), size) - here) * step.y;
 }
 
-// Of the three vertices; the second set is not fetched where no texture uses it.
+// Texture coordinates of the vertices; the second set is read only if a texture uses it.
 struct TriangleUv {
   vec4 at[3];
 };
@@ -207,7 +208,7 @@ vec4 color_at(GlobalsRef globals, VisibleTriangle t, vec3 b) {
   return color_of(extras, t.vertex[0]) * b.x + color_of(extras, t.vertex[1]) * b.y + color_of(extras, t.vertex[2]) * b.z;
 }
 
-// Of the three vertices.
+// Tangent frames of the vertices.
 struct TriangleFrames {
   FrameRecord at[3];
 };
@@ -255,7 +256,8 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec3 b = nearby(barycentrics_at(t, pixel, size));
   const uint flags = material_of(globals, t).flags;
   vec3 b_dx = vec3(0), b_dy = vec3(0);
-#if defined(FIRE3DV_CPU) && !defined(FIRE3DV_FIND_SHADOWS)  // where a branch costs less; the size of a pixel is for those who trace
+// On a CPU the branch costs less than the derivatives; only shaders that trace need the pixel's size.
+#if defined(FIRE3DV_CPU) && !defined(FIRE3DV_FIND_SHADOWS)
   if (kTextures && (flags & FIRE3DV_MATERIAL_TEXTURED) != 0)
 #endif
     barycentric_changes(t, pixel, size, b_dx, b_dy);
@@ -266,7 +268,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec3 along_x = t.world[0] * b_dx.x + t.world[1] * b_dx.y + t.world[2] * b_dx.z;
   const vec3 along_y = t.world[0] * b_dy.x + t.world[1] * b_dy.y + t.world[2] * b_dy.z;
   point.pixel_size_m = min(length(along_x), length(along_y));
-  // Twice, for what lies between the samples that an error was measured at.
+  // Factor 2 covers error between the sampled positions of the simplification.
   point.lift_m = t.surface_error > 0 ? 2 * t.surface_error * largest_stretch(t.world_from_node) : 0;
   point.uv = point.uv_dx = point.uv_dy = vec4(0);
   TriangleUv uv;
@@ -296,11 +298,11 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
     point.tangent_world = vec4(transform_direction(t.world_from_node, tangent.xyz), tangent.w);
   }
 
-  // Which side is seen follows from the winding, as for the raster pipeline; a reflection swaps the sides.
+  // The winding determines the visible side, as in the raster pipeline; a reflection swaps sides.
   vec3 plane = cross(t.world[1] - t.world[0], t.world[2] - t.world[0]);
   if ((t.node_facts & FIRE3DV_NODE_MIRRORED) != 0) plane = -plane;
   plane = dot(plane, plane) > 0 ? normalize(plane) : point.normal_world;
-  // A surface with one side shows that one. Of one with two, the ray through the pixel tells.
+  // Single-sided surfaces show their front. For double-sided ones the view ray decides.
   const vec2 ndc = pixel / size * 2 - 1;
   const vec3 look = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
                     globals.value.world_from_ndc_origin;
@@ -310,7 +312,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   return point;
 }
 
-// The test of an alpha-masked surface at a place of an image of this size.
+// Alpha test at a position of an image of this size.
 bool is_solid_at(GlobalsRef globals, VisibleTriangle t, vec2 pixel, vec2 size) {
   const vec3 b = inside(barycentrics_at(t, pixel, size));
   vec3 b_dx, b_dy;

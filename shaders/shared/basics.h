@@ -1,6 +1,6 @@
-// What every structure shared by C++ and GLSL is made of. The layout is scalar (as C++ lays structures out);
-// a test compares the offsets with the compiled shaders' reflection. 64-bit members come first or are aligned
-// to 8.
+// Basic types of the structures that C++ and GLSL share. The layout is scalar, like that of C++; a test
+// compares the offsets with the compiled shaders' reflection. 64-bit members come first or are aligned to 8
+// bytes.
 #ifndef FIRE3DV_SHARED_BASICS_H
 #define FIRE3DV_SHARED_BASICS_H
 
@@ -28,7 +28,7 @@ using glm::vec4;
 using uint = uint32_t;
 #endif
 
-// A 3x4 affine matrix by rows: the layout of Affine3x4 on the wire and of VkTransformMatrixKHR.
+// A 3x4 affine matrix in row-major order: the layout of Affine3x4 on the wire and of VkTransformMatrixKHR.
 struct AffineRows {
   vec4 row0;
   vec4 row1;

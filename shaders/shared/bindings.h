@@ -1,8 +1,8 @@
-// Binding numbers, for C++ and GLSL alike.
+// Descriptor bindings and specialisation constants, shared by C++ and GLSL.
 #ifndef FIRE3DV_SHARED_BINDINGS_H
 #define FIRE3DV_SHARED_BINDINGS_H
 
-// Specialisation constants: what a pipeline is made for, see common/made_for.glsl
+// specialisation constants, see common/scene_variant.glsl
 #define FIRE3DV_MADE_FOR_SHADOWS 0
 #define FIRE3DV_MADE_FOR_TEXTURES 1
 #define FIRE3DV_MADE_FOR_MASKS 2
@@ -17,14 +17,14 @@
 #define FIRE3DV_BINDING_ENVIRONMENT_ALBEDO 4
 #define FIRE3DV_BINDING_TEXTURES 5  // last, since its count varies
 
-// set 0 of an image filter
+// set 0 of image filters
 #define FIRE3DV_BINDING_FILTER_IN 0
 #define FIRE3DV_BINDING_FILTER_OUT 1
 
-// set 1: a frame's images
+// set 1: images of a frame
 #define FIRE3DV_BINDING_DISPLAY 0
 #define FIRE3DV_BINDING_HDR 1
-// set 0 of what prepares the surroundings
+// set 0 of environment preprocessing
 #define FIRE3DV_BINDING_LEVEL_IN 0  // all levels, through a sampler
 #define FIRE3DV_BINDING_LEVEL_OUT 1
 #define FIRE3DV_BINDING_LEVEL_ABOVE 2  // one level, texel by texel

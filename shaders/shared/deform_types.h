@@ -1,11 +1,11 @@
-// Skins and morph targets.
+// GPU records of skins and morph targets.
 #ifndef FIRE3DV_SHARED_DEFORM_TYPES_H
 #define FIRE3DV_SHARED_DEFORM_TYPES_H
 #include "basics.h"
 
 FIRE3DV_SHARED_BEGIN
 
-// Up to four of the joints that move a vertex, as indices into its skin.
+// Up to four joint influences of a vertex, as indices into its skin.
 struct InfluenceRecord {
   uint joints_low;  // two 16-bit indices
   uint joints_high;
@@ -17,7 +17,7 @@ struct JointRecord {
   uint node;
 };
 
-// A box that moves with a joint of the skin, or with the node of the mesh where joint is FIRE3DV_NO_INDEX.
+// Bounding box in the space of a skin's joint, or of the mesh's node where joint is FIRE3DV_NO_INDEX.
 struct JointBoundsRecord {
   uint joint;
   vec3 low;
@@ -30,28 +30,28 @@ struct MorphDeltaRecord {
   vec3 tangent;
 };
 
-// A primitive at a node, which has a copy of its vertices.
+// A primitive instance with deformed vertices of its own.
 struct DeformRecord {
   uint node;
-  uint primitive;     // of the copy
-  uint rest_vertex;   // the first one of those that stay as they are
-  uint posed_vertex;  // the first one of the copy
+  uint primitive;     // of the deformed copy
+  uint rest_vertex;   // first source vertex, in the rest pose
+  uint posed_vertex;  // first deformed vertex
   uint vertex_count;
-  uint first_source;     // of each vertex: its number in the arrays that the scene has in its own order
-  uint skinned;          // 1: written in the world; 0: in the node's frame
-  float sign_x;          // skinned ones: -1 where the frame that they are drawn in mirrors the world
+  uint first_source;     // per vertex: its index in the scene's original vertex arrays
+  uint skinned;          // 1: output in world space; 0: in node space
+  float sign_x;          // skinned: -1 where the draw space mirrors world space
   uint first_influence;  // FIRE3DV_NO_INDEX: moves with the node
   uint influence_sets;
   uint first_joint;
-  uint first_bounds;  // of skinned ones
+  uint first_bounds;  // skinned only
   uint bounds_count;
   uint first_delta;
-  uint delta_stride;  // from one target to the next
+  uint delta_stride;  // between consecutive targets
   uint target_count;
   uint first_weight;
 };
 
-// What one workgroup deforms.
+// Range of vertices that one workgroup deforms.
 struct DeformGroup {
   uint record;
   uint first_vertex;
@@ -69,9 +69,9 @@ struct DeformPush {
   FIRE3DV_ADDRESS world_from_node;  // AffineRows[]
   FIRE3DV_ADDRESS positions;        // vec3[], read and written
   FIRE3DV_ADDRESS frames;           // FrameRecord[], read and written
-  FIRE3DV_ADDRESS tangents;         // uint[], read and written; 0: there are none
-  FIRE3DV_ADDRESS primitives;       // PrimitiveRecord[], spheres written
-  uint group_count;                 // of workgroups
+  FIRE3DV_ADDRESS tangents;         // uint[], read and written; 0: no tangents
+  FIRE3DV_ADDRESS primitives;       // PrimitiveRecord[], bounding spheres written
+  uint group_count;                 // workgroups
 };
 
 FIRE3DV_SHARED_END

@@ -1,13 +1,13 @@
-// Vertices, primitives, the parts of a scene and their clusters.
+// GPU records of vertices, primitives, primitive instances and clusters.
 #ifndef FIRE3DV_SHARED_GEOMETRY_TYPES_H
 #define FIRE3DV_SHARED_GEOMETRY_TYPES_H
 #include "basics.h"
 
 FIRE3DV_SHARED_BEGIN
 
-// What every pixel reads lies so that it is loaded 16 bytes at a time: structures of their multiples, members
-// that do not cross them, buffer references that say so. Word by word the loads alone would be most of the
-// time.
+// Records that every pixel reads are laid out for loads of 16 bytes: sizes are multiples, members do not
+// cross boundaries, and buffer references declare the alignment. Word-by-word loads would dominate the time.
+
 // scene::TangentFrame and scene::VertexExtras on the GPU, in words.
 struct FrameRecord {
   uint normal_xy;
@@ -21,7 +21,7 @@ struct ExtrasRecord {
 };
 
 struct PrimitiveRecord {
-  vec3 mesh_center;  // sphere around the whole mesh, node space
+  vec3 mesh_center;  // bounding sphere of the whole mesh, node space
   float mesh_radius;
   uint first_index;
   uint first_vertex;
@@ -29,15 +29,15 @@ struct PrimitiveRecord {
   uint first_ray_box;  // where rays are traced to boxes
 };
 
-// scene::RayBox on the GPU; vertices and triangles are absolute.
+// scene::RayAabb on the GPU; vertex and triangle indices are absolute.
 struct RayBoxRecord {
   vec3 low, high;
   uint first_vertex;
-  uint triangles;  // the first one; above FIRE3DV_RAY_BOX_COUNT_SHIFT how many, less one
+  uint triangles;  // low bits: first triangle; from FIRE3DV_RAY_BOX_COUNT_SHIFT on: count - 1
 };
 #define FIRE3DV_RAY_BOX_COUNT_SHIFT 28
 
-// A primitive at a node, in the order of the scene: what clusters, ids and draws refer to.
+// A primitive instance (a primitive at a node), in scene order. Clusters, ids and draws refer to it.
 struct PartRecord {
   uint node;
   uint primitive;
@@ -47,15 +47,15 @@ struct PartRecord {
 
 #define FIRE3DV_PART_DOUBLE_SIDED 1u
 #define FIRE3DV_PART_MASK 2u    // alpha-masked
-#define FIRE3DV_PART_ON_TOP 4u  // blended, or not of triangles: drawn by the forward pass alone
+#define FIRE3DV_PART_ON_TOP 4u  // blended, lines or points: drawn by the forward pass only
 #define FIRE3DV_PART_CLOSED 8u  // see scene::CasterShape
 #define FIRE3DV_PART_PLANAR 16u
-#define FIRE3DV_PART_DEFORMED 32u  // vertices change: bounds are not known
+#define FIRE3DV_PART_DEFORMED 32u  // vertices change: cluster bounds are unknown
 #define FIRE3DV_PART_NO_SHADOW 64u
 #define FIRE3DV_PART_UNLIT 128u    // lines and points without normals
-#define FIRE3DV_PART_COLORED 256u  // has vertices of another colour than white
+#define FIRE3DV_PART_COLORED 256u  // has vertex colours other than white
 
-// scene::Cluster on the GPU; vertices and triangles are absolute.
+// scene::Cluster on the GPU; vertex and triangle indices are absolute.
 struct ClusterRecord {
   vec3 center;
   float radius;
@@ -65,9 +65,9 @@ struct ClusterRecord {
   uint first_triangle;
   uint vertex_count;
   uint triangle_count;
-  uint made_by;         // of levels of detail: into LevelGroupRecord[]; FIRE3DV_NO_INDEX = the file's own
-  uint merged_by;       // FIRE3DV_NO_INDEX = there is nothing coarser
-  float surface_error;  // how far this surface may be from the file's own, node space
+  uint made_by;    // LevelGroupRecord[] index of the group that produced the cluster; FIRE3DV_NO_INDEX: LOD 0
+  uint merged_by;  // group that simplified the cluster; FIRE3DV_NO_INDEX: no coarser level
+  float surface_error;  // maximum distance to the LOD 0 surface, node space
   uint padding;
 };
 
@@ -79,9 +79,9 @@ struct LevelGroupRecord {
   float surface_error;
 };
 
-// A cluster of a part. Its number, plus one and times 128, plus the triangle is the id in the visibility
-// buffer. What drawing and shading need of the part and the cluster is repeated here, so that they wait for one read instead of
-// two, one after the other.
+// Cluster of a primitive instance. An id in the visibility buffer is (index + 1) * 128 + triangle. The record
+// repeats the fields of instance and cluster that raster and shading need: one read instead of two dependent
+// ones.
 struct ClusterInstance {
   uint part;
   uint cluster;

@@ -1,16 +1,16 @@
-// What shades, draws on top and finishes the image is told.
+// Parameters of shading, forward draws and post-processing.
 #ifndef FIRE3DV_SHARED_IMAGE_TYPES_H
 #define FIRE3DV_SHARED_IMAGE_TYPES_H
 #include "basics.h"
 
 FIRE3DV_SHARED_BEGIN
 
-// One step of the preparation of the surroundings.
+// One step of environment preprocessing.
 struct EnvironmentPush {
-  uint size;  // of the level that is written, in texels
+  uint size;  // of the written level, in texels
   uint samples;
   float roughness;  // perceptual
-  float lod;        // of what is read
+  float lod;        // of the source image
 };
 
 struct ForwardPush {
@@ -23,9 +23,9 @@ struct ForwardPush {
 #define FIRE3DV_TONE_MAP_NEUTRAL 3u
 
 struct PostPush {
-  // uvec2[pixel]: half floats of the light itself, where the whole image is finished; 0 = nobody wants them
+  // uvec2[pixel]: linear radiance as half floats, for whole-image passes; 0: not requested
   FIRE3DV_ADDRESS linear;
-  uint first_x;  // of the pixels that are finished, and where they end
+  uint first_x;  // range of processed pixels; end_x and end_y are exclusive
   uint first_y;
   uint end_x;
   uint end_y;
@@ -42,16 +42,16 @@ struct SurfacesPush {
 struct ShadePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS lists;       // RayList[FIRE3DV_RAY_LISTS], where shading finds what needs rays or `listed`
-  FIRE3DV_ADDRESS entries;     // RayEntry[], one for each pixel
+  FIRE3DV_ADDRESS lists;       // RayList[FIRE3DV_RAY_LISTS], written by shading or read if `listed`
+  FIRE3DV_ADDRESS entries;     // RayEntry[], one per pixel
   FIRE3DV_ADDRESS found;       // FoundRay[]
-  uint found_room;             // how many there can be
+  uint found_room;             // capacity of found
   float exposure;
   uint tone_map;
-  uint listed;     // 1: only the pixels of the list are shaded
-  uint first_row;  // of the display image, which may hold several
-  // Where samples are left for what goes on top, where any are. Others are shown at once by variants for a
-  // CPU, and left all the same by the rest.
+  uint listed;     // 1: only the listed pixels are shaded
+  uint first_row;  // in the display image, which may stack several images
+  // Bounds of forward-only draws, whose pixels keep linear samples. The CPU variants tone-map pixels outside
+  // of them at once; the other variants keep samples everywhere.
   uint left_x;
   uint left_y;
   uint left_end_x;

@@ -1,14 +1,14 @@
-// Looking into an image: what lies at a pixel, other things shown than light, an outline.
+// Parameters of the inspection passes: picking, debug views and outline.
 #ifndef FIRE3DV_SHARED_INSPECT_TYPES_H
 #define FIRE3DV_SHARED_INSPECT_TYPES_H
 #include "basics.h"
 
 FIRE3DV_SHARED_BEGIN
 
-// What a pixel shows.
+// Surface at the picked pixel.
 struct PickedSurface {
   vec3 world;
-  float depth_m;  // along the look; infinite for the background
+  float depth_m;  // along the view direction; infinite for the background
   uint node;      // FIRE3DV_NO_INDEX: the background
 };
 
@@ -16,7 +16,7 @@ struct PickPush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
   FIRE3DV_ADDRESS picked;      // PickedSurface, written
-  vec3 look_world;             // unit
+  vec3 look_world;             // unit view direction
   uint orthographic;
   uint x;
   uint y;
@@ -27,20 +27,20 @@ struct PickPush {
 #define FIRE3DV_DEBUG_INSTANCES 3u
 #define FIRE3DV_DEBUG_CLUSTERS 4u
 #define FIRE3DV_DEBUG_OVERDRAW 5u
-#define FIRE3DV_DEBUG_DEPTH_RANGE 6u  // before depth: finds what there is, and shows nothing
+#define FIRE3DV_DEBUG_DEPTH_RANGE 6u  // before the depth view: finds the range, writes no image
 
-// Of what an image shows; the bits of positive floats order as these do.
+// Depth range of an image, as bits of positive floats, which order like the floats.
 struct DepthRange {
-  uint inverse_nearest;  // complements, so that clearing to 0 makes the range empty
+  uint inverse_nearest;  // complement, so that clearing to 0 makes the range empty
   uint farthest;
 };
 
 struct DebugViewPush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS counts;      // uint64_t[pixel], of overdraw
+  FIRE3DV_ADDRESS counts;      // uint64_t[pixel], overdraw counts
   FIRE3DV_ADDRESS range;       // DepthRange
-  vec3 look_world;             // unit
+  vec3 look_world;             // unit view direction
   uint orthographic;
   uint view;  // FIRE3DV_DEBUG_*
 };
@@ -50,13 +50,13 @@ struct ShadowDoubtPush {
   FIRE3DV_ADDRESS entries;  // RayEntry[]
   uint width;               // of the image
   uint height;
-  uint marks;  // 0: the image turns grey; 1: what is on the list is marked
+  uint marks;  // 0: turns the image grey; 1: marks the listed pixels
 };
 
 struct OutlinePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS selected;    // uint[]: a bit for each node
+  FIRE3DV_ADDRESS selected;    // uint[]: one bit per node
 };
 
 FIRE3DV_SHARED_END

@@ -1,4 +1,4 @@
-// Lights, their maps and their rays.
+// GPU records of lights, shadow maps and shadow rays.
 #ifndef FIRE3DV_SHARED_LIGHT_TYPES_H
 #define FIRE3DV_SHARED_LIGHT_TYPES_H
 #include "basics.h"
@@ -11,17 +11,17 @@ FIRE3DV_SHARED_BEGIN
 
 struct LightRecord {
   vec3 color;     // linear colour times intensity: candela, or lux for a directional light
-  float range_m;  // 0 = infinite
+  float range_m;  // 0: infinite
   uint type;
-  uint node;         // the light stands at this node and shines along its -Z
+  uint node;         // the light's node; it shines along the node's -Z
   float cone_scale;  // KHR_lights_punctual: attenuation = clamp(cos(angle) * scale + offset, 0, 1)^2
   float cone_offset;
-  float radius_m;            // point, spot: 0 = hard shadows
+  float radius_m;            // point, spot; 0: hard shadows
   float angular_radius_rad;  // directional
   uint padding0, padding1;
 };
 
-// As it stands now; found by transforms.comp.
+// World-space state of a light in this frame, written by deform/transforms.comp.
 struct LightPlace {
   vec3 color;
   float range_m;
@@ -35,87 +35,87 @@ struct LightPlace {
   float sine;  // of angular_radius_rad
 };
 
-// How a light's shadow is found.
+// Shadow parameters of a light.
 struct LightShadow {
-  uint first_view;  // of the lights' RasterViews: 1, or 6 sides of a cube
+  uint first_view;  // index of the light's RasterViews: 1, or 6 cube faces
   uint view_count;
-  uint mask_word;  // where the mask keeps this light's result
+  uint mask_word;  // position of this light's result in the mask
   uint mask_shift;
-  uint rays;  // 0: casts none; 1: hard, one bit for each sample; more: soft, 8 bits for each sample
+  uint rays;  // 0: no shadow; 1: hard, one bit per sample; more: soft, 8 bits per sample
   uint padding0, padding1, padding2;
 };
 
-// A mesh in one plane, which shadow maps leave out: whether it lies between a point and a light is computed.
+// A planar occluder: a mesh in one plane. Shadow maps omit it; shading computes its occlusion analytically.
 struct SheetRecord {
   vec4 plane_node;
   uint part;
 };
 
-// Where it is now.
+// World-space state of a planar occluder in this frame.
 struct SheetPlace {
   vec3 normal_world;  // unit
-  float radius_m;     // around its middle
+  float radius_m;     // around center_world
   vec3 center_world;
   uint part;
-  vec3 in_plane_world;  // a point
+  vec3 in_plane_world;  // a point of the plane
   uint padding;
 };
 
 #define FIRE3DV_SHADOWS_OFF 0u
-#define FIRE3DV_SHADOWS_MASK 1u  // found by rays before shading
+#define FIRE3DV_SHADOWS_MASK 1u  // traced before shading
 #define FIRE3DV_SHADOWS_MAP 2u
-#define FIRE3DV_SHADOWS_INLINE 3u  // rays traced where the surface is shaded
-#define FIRE3DV_SHADOWS_ANY 4u     // of a pipeline: as the globals say
+#define FIRE3DV_SHADOWS_INLINE 3u  // traced in the shading pass
+#define FIRE3DV_SHADOWS_ANY 4u     // specialisation constant: the globals decide
 
-// A pixel's rays that are to be traced, of one word of its mask.
+// Shadow rays of one pixel for one word of its mask.
 struct RayEntry {
   uint pixel;
   uint word;
-  uint wanted;  // bits as in the mask; of a soft light the lowest one of each sample
+  uint wanted;  // bits as in the mask; for a soft light, the lowest bit of each sample
 };
 
-// One ray, to a hard light, of a pixel whose mask has one word.
+// One ray to a hard light, for a pixel with a mask of one word.
 struct FoundRay {
   vec3 origin_world;
   uint light;
   uint pixel;
-  uint lit;  // bits of the mask that are set if the light arrives
+  uint lit;  // bits of the mask to set if the light is visible
 };
 
 struct RayList {
   uint width;  // of vkCmdTraceRaysIndirectKHR: entries
   uint height;
   uint depth;
-  uint groups_x;  // of vkCmdDispatchIndirect, for 64 entries each
+  uint groups_x;  // of vkCmdDispatchIndirect, 64 entries a group
   uint groups_y;
   uint groups_z;
-  uint rays;  // counted for the statistics, where they are not the entries
+  uint rays;  // ray count for statistics, where it differs from the entries
 };
 
-// The lists of a frame: RayEntry[] of what needs rays; FoundRay[] of its rays, where shading has found them, without
-// groups; and of the first again, at least all of it if there were more rays than room, else none.
+// Lists of a frame. PIXELS: RayEntry[] of pixels that need rays. FOUND: FoundRay[] of the rays that shading
+// has listed; without groups. LEFT: covers all of PIXELS if the rays overflowed FOUND, otherwise empty.
 #define FIRE3DV_LIST_PIXELS 0u
 #define FIRE3DV_LIST_FOUND 1u
 #define FIRE3DV_LIST_LEFT 2u
 #define FIRE3DV_RAY_LISTS 3
 
-#define FIRE3DV_LIGHT_VIEW_THREADS 256u  // that look at parts together: a power of two
+#define FIRE3DV_LIGHT_VIEW_THREADS 256u  // threads of the reduction over primitive instances: a power of two
 
 struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
-  FIRE3DV_ADDRESS cameras;  // address of the globals of each camera: FIRE3DV_ADDRESS[]
-  FIRE3DV_ADDRESS wanted;  // LightViewWanted[]
-  FIRE3DV_ADDRESS views;   // RasterView[], written
-  FIRE3DV_ADDRESS sheets;  // SheetRecord[]
+  FIRE3DV_ADDRESS cameras;  // FIRE3DV_ADDRESS[]: globals of each camera
+  FIRE3DV_ADDRESS wanted;   // LightViewWanted[]
+  FIRE3DV_ADDRESS views;    // RasterView[], written
+  FIRE3DV_ADDRESS sheets;   // SheetRecord[]
   uint view_count;
-  uint levels_of_detail;  // 1: maps may hold coarser triangles
+  uint levels_of_detail;  // 1: maps may hold coarser LODs
   uint camera_count;
 };
 
-// A light's view before it is fitted to what there is to see.
+// A light's view before it is fitted to the visible casters.
 struct LightViewWanted {
   uint light;
-  uint side;  // of a cube; FIRE3DV_NO_INDEX = not of a cube
+  uint side;  // cube face; FIRE3DV_NO_INDEX: not a cube
   uint size;  // texels along each side
   uint first_texel;
   float half_angle_rad;  // spot
@@ -127,7 +127,7 @@ struct ShadowPush {
   FIRE3DV_ADDRESS lists;       // RayList[FIRE3DV_RAY_LISTS]
   FIRE3DV_ADDRESS entries;     // RayEntry[]
   FIRE3DV_ADDRESS found;       // FoundRay[]
-  uint found_room;             // how many there can be
+  uint found_room;             // capacity of found
   uint hybrid;                 // 0: every ray is traced
 };
 

@@ -1,21 +1,21 @@
-// Materials and their textures.
+// GPU records of materials and texture uses.
 #ifndef FIRE3DV_SHARED_MATERIAL_TYPES_H
 #define FIRE3DV_SHARED_MATERIAL_TYPES_H
 #include "basics.h"
 
 FIRE3DV_SHARED_BEGIN
 
-// Beside the number of a texture.
+// Flags beside the texture index.
 #define FIRE3DV_TEXTURE_SECOND_UV 0x80000000u
-#define FIRE3DV_TEXTURE_ANISOTROPIC 0x40000000u  // the sampler is
+#define FIRE3DV_TEXTURE_ANISOTROPIC 0x40000000u  // the sampler is anisotropic
 #define FIRE3DV_TEXTURE_NUMBER 0x3fffffffu
 
 struct TextureUse {
-  uint texture;  // FIRE3DV_NO_INDEX = none
-  uint size;     // of its largest level, two halves: a device that is asked for it takes as long as for a texel
+  uint texture;  // FIRE3DV_NO_INDEX: none
+  uint size;     // of level 0, two halves; a size query on the device costs as much as a texel fetch
   vec2 uv_offset;
-  vec4 uv_rows;  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) +
-                 // offset.y
+  // KHR_texture_transform: u' = dot(uv_rows.xy, uv) + offset.x, v' = dot(uv_rows.zw, uv) + offset.y
+  vec4 uv_rows;
 };
 
 #define FIRE3DV_MATERIAL_DOUBLE_SIDED 1u
@@ -25,8 +25,8 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_TRANSMISSION 16u
 #define FIRE3DV_MATERIAL_SHEEN 32u
 #define FIRE3DV_MATERIAL_CLEARCOAT 64u
-#define FIRE3DV_MATERIAL_TEXTURED 128u  // what a material needs to know of its vertices: texture coordinates,
-#define FIRE3DV_MATERIAL_SECOND_UV 256u      // the second set of them,
+#define FIRE3DV_MATERIAL_TEXTURED 128u       // required vertex attributes: texture coordinates,
+#define FIRE3DV_MATERIAL_SECOND_UV 256u      // their second set,
 #define FIRE3DV_MATERIAL_NORMAL_MAPPED 512u  // tangents
 
 struct MaterialRecord {
@@ -38,7 +38,7 @@ struct MaterialRecord {
   float occlusion_strength;
   float alpha_cutoff;
   uint flags;
-  uint extension;  // into MaterialExtensionRecord[]; FIRE3DV_NO_INDEX = core glTF alone
+  uint extension;  // into MaterialExtensionRecord[]; FIRE3DV_NO_INDEX: core glTF only
   uint padding0, padding1;
   TextureUse base_color_texture;
   TextureUse metallic_roughness_texture;
@@ -47,9 +47,9 @@ struct MaterialRecord {
   TextureUse emissive_texture;
 };
 
-// What extensions of glTF add, apart, since few materials have any.
+// Parameters of glTF extensions, kept apart because few materials use them.
 struct MaterialExtensionRecord {
-  vec3 dielectric_f0;  // of KHR_materials_ior, times specular's colour
+  vec3 dielectric_f0;  // of KHR_materials_ior, times the specular colour
   float specular;
   vec3 sheen_color;
   float sheen_roughness;

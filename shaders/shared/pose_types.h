@@ -1,11 +1,11 @@
-// Where nodes' poses come from.
+// GPU records of pose sources and parameters of the transforms pass.
 #ifndef FIRE3DV_SHARED_POSE_TYPES_H
 #define FIRE3DV_SHARED_POSE_TYPES_H
 #include "basics.h"
 
 FIRE3DV_SHARED_BEGIN
 
-// Where the pose of one node comes from. See state::NodeDrive.
+// Pose source of one node. See state::NodeDrive.
 struct NodeSource {
   AffineRows body_from_node;  // world_from_node at rest when stream is FIRE3DV_NO_INDEX
   uint stream;
@@ -22,7 +22,7 @@ struct TransformsPush {
   FIRE3DV_ADDRESS streams;           // StreamSource[]
   FIRE3DV_ADDRESS world_from_node;   // AffineRows[], written
   FIRE3DV_ADDRESS instance_of_node;  // uint[]
-  FIRE3DV_ADDRESS instances;         // VkAccelerationStructureInstanceKHR[], transforms written; 0 = none
+  FIRE3DV_ADDRESS instances;         // VkAccelerationStructureInstanceKHR[], transforms written; 0: none
   FIRE3DV_ADDRESS node_facts;        // uint[]: FIRE3DV_NODE_*, written
   FIRE3DV_ADDRESS light_of_node;     // uint[]
   FIRE3DV_ADDRESS lights;            // LightRecord[]
@@ -30,8 +30,8 @@ struct TransformsPush {
   uint node_count;
 };
 
-#define FIRE3DV_NODE_MIRRORED 1u  // its transform turns what it moves inside out
-#define FIRE3DV_NODE_EVEN 2u      // it scales all directions alike
+#define FIRE3DV_NODE_MIRRORED 1u  // negative determinant
+#define FIRE3DV_NODE_EVEN 2u      // uniform scale
 
 FIRE3DV_SHARED_END
 #endif

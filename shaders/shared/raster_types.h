@@ -1,31 +1,31 @@
-// Drawing clusters by compute.
+// GPU records of cluster culling and the compute rasteriser.
 #ifndef FIRE3DV_SHARED_RASTER_TYPES_H
 #define FIRE3DV_SHARED_RASTER_TYPES_H
 #include "basics.h"
 
 FIRE3DV_SHARED_BEGIN
 
-// From where clusters are culled and triangles drawn: the camera, or a light's map.
+// View for culling and raster: the camera, or a shadow map of a light.
 struct RasterView {
   mat4 clip_from_world;
   vec4 planes_world[6];  // inside where dot(xyz, p) + w >= 0
-  vec4 eye_world;        // w = 1: a point; w = 0: an orthographic view, which looks along xyz
+  vec4 eye_world;        // w = 1: a position; w = 0: an orthographic view along xyz
   uint width;
   uint height;
-  uint first_texel;  // of the light's maps; of a camera the first sample
-  // For shadow maps. Orthographic: metres for each unit of depth, and the side of a texel in metres.
-  // Perspective: the near distance in metres, and the side of a texel at a distance of 1 m.
+  uint first_texel;  // in the lights' maps; for a camera, its first sample
+  // For shadow maps. Orthographic: metres per unit of depth, and a texel's side in metres. Perspective: the
+  // near distance in metres, and a texel's side at a distance of 1 m.
   float depth_m;
   float texel_m;
-  // Of levels of detail: how many times the error that is allowed 1 m is, at a distance of 1 m in perspective
-  // views. 0: everything as the file has it.
+  // LOD selection: 1 m divided by the allowed error, at a distance of 1 m in perspective views. 0: LOD 0
+  // only.
   float level_scale;
-  uint first_tile;  // of the lists of tiles, where these are drawn one by one
+  uint first_tile;  // in the per-tile lists of the CPU variants
   uint padding;
 };
 
-// A list of clusters, begun with the arguments of the dispatch that draws them: one row of groups, and `count` 0, or, where a
-// device has no rows that long, several.
+// Cluster list with its indirect dispatch arguments in front. The dispatch has one row of groups and `count`
+// 0, or several rows where the device limits a row.
 struct ClusterList {
   uint groups_x;
   uint groups_y;
@@ -38,12 +38,12 @@ struct ViewWork {
   ClusterList masked;
 };
 
-// Triangles too large for one thread: cut at the view's border if need be, then into tiles.
+// Triangles too large for one thread: clipped if necessary, then split into tiles.
 struct LargeWork {
-  ClusterList expand;  // one group for each entry of `huge`
-  ClusterList tiles;   // one group for each entry of `tiles`
+  ClusterList expand;  // one group per entry of `huge`
+  ClusterList tiles;   // one group per entry of `tiles`
   uint prepared_count;
-  uint lost;  // triangles for which there was no room
+  uint lost;  // triangles dropped for lack of room
 };
 
 struct HugeTriangle {
@@ -52,7 +52,7 @@ struct HugeTriangle {
 };
 
 struct PreparedTriangle {
-  ivec2 a, b, c;  // 1/256 pixel; in an order that makes the area positive
+  ivec2 a, b, c;  // 1/256 pixel; in an order of positive area
   float za, zb, zc;
   uint id;
   uint view;
@@ -61,53 +61,52 @@ struct PreparedTriangle {
 #define FIRE3DV_TILE_SHIFT 5u  // tiles of 32 x 32 pixels
 
 struct TileEntry {
-  uint prepared;  // FIRE3DV_NO_INDEX = none
+  uint prepared;  // FIRE3DV_NO_INDEX: none
   uint tile;      // x | y << 16
 };
 
-// Where hidden clusters are left out, those that were seen in the frame before are drawn first. What is left
-// is drawn unless it is behind these, for certain.
+// Rounds of two-pass occlusion culling. EARLY draws the clusters visible in the last frame. LATE draws the
+// others, unless the HiZ pyramid proves them hidden.
 #define FIRE3DV_ROUND_ONLY 0u
 #define FIRE3DV_ROUND_EARLY 1u
 #define FIRE3DV_ROUND_LATE 2u
 
-// In a list: triangles of the cluster are drawn on one side alone.
+// List entry flag: only one side of the cluster's triangles is drawn.
 #define FIRE3DV_LISTED_ONE_SIDE 0x80000000u
 
-#define FIRE3DV_CLEAR_QUADS 8u  // of a target, that a thread empties
+#define FIRE3DV_CLEAR_QUADS 8u  // 16-byte quads of a target that one thread clears
 
-// All that the raster shaders share for one set of views.
+// Shared parameters of the raster shaders for one set of views.
 struct RasterSet {
   FIRE3DV_ADDRESS views;  // RasterView[]
   FIRE3DV_ADDRESS work;   // ViewWork[]
-  // uint[view][cluster instance]: solid ones in front, masked ones at the back; with FIRE3DV_LISTED_ONE_SIDE
+  // uint[view][cluster instance]: solid at the front, masked at the back; with FIRE3DV_LISTED_ONE_SIDE
   FIRE3DV_ADDRESS lists;
   FIRE3DV_ADDRESS large;     // LargeWork
   FIRE3DV_ADDRESS huge;      // HugeTriangle[]
   FIRE3DV_ADDRESS prepared;  // PreparedTriangle[]
   FIRE3DV_ADDRESS tiles;     // TileEntry[]
-  // Where triangles are drawn tile by tile (tiles_cpu.comp), else 0: uint[tile], an entry's place + 1, and
-  // uint[entry], that of the next entry of its tile; 0 = none.
+  // Per-tile lists of visibility/tiles_cpu.comp, otherwise 0. tile_lists: uint[tile], first entry + 1.
+  // tile_next: uint[entry], next entry + 1 of the tile; 0: none.
   FIRE3DV_ADDRESS tile_lists;
   FIRE3DV_ADDRESS tile_next;
   FIRE3DV_ADDRESS target;    // uint64_t[pixel][sample] of the camera; uint[] of the lights
-  FIRE3DV_ADDRESS was_seen;  // uint[cluster instance]: 1 = in view and not hidden, by the frame before
-  FIRE3DV_ADDRESS farthest;  // float[]: of blocks of pixels, see common/farthest_depth.glsl
+  FIRE3DV_ADDRESS was_seen;  // uint[cluster instance]: 1 = visible in the last frame
+  FIRE3DV_ADDRESS farthest;  // float[]: HiZ pyramid, see visibility/farthest_depth.glsl
   uint instance_count;
   uint huge_capacity;
   uint prepared_capacity;
   uint tile_capacity;
-  uint cull;        // 0: every cluster is drawn
-  uint round;       // FIRE3DV_ROUND_*
-  uint look_first;  // 1: a light's texel is read before it is written, where waiting for a read costs less
+  uint cull;         // 0: every cluster is drawn
+  uint round;        // FIRE3DV_ROUND_*
+  uint look_first;   // 1: reads a light's texel before the write, where read latency costs less
   uint one_row;      // 1: see ClusterList
-  uint cull_groups;  // of the dispatch that culls, in x and y, for each view; those behind them empty the target
-  uint clear_quads;  // of 16 bytes, that these empty
+  uint cull_groups;  // culling groups in x and y, per view; later groups clear the target
+  uint clear_quads;  // 16-byte quads to clear
   uint generation;   // of the target
 };
 
-// Steps between the values that depths of one drawing after the other are kept with, as bits on top of their own:
-// see passes::ClusterTarget.
+// Step between the generations of stored depths, in their two top bits. See passes::ClusterTarget.
 #define FIRE3DV_GENERATION 0x40000000u
 #define FIRE3DV_LAST_GENERATION 0xc0000000u
 

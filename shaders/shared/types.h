@@ -1,4 +1,4 @@
-// Structures that C++ writes and GLSL reads: one text for both compilers. See basics.h for the rules.
+// All structures that C++ writes and GLSL reads. See basics.h for the layout rules.
 #ifndef FIRE3DV_SHARED_TYPES_H
 #define FIRE3DV_SHARED_TYPES_H
 #include "basics.h"
@@ -14,7 +14,7 @@
 
 FIRE3DV_SHARED_BEGIN
 
-// What every shader of a frame may need; one per frame.
+// Globals of a frame, read by every shader.
 struct Globals {
   FIRE3DV_ADDRESS world_from_node;          // AffineRows[]
   FIRE3DV_ADDRESS node_facts;               // uint[]: FIRE3DV_NODE_*
@@ -37,31 +37,30 @@ struct Globals {
   FIRE3DV_ADDRESS cluster_triangles;        // uint[], scene::ClusteredGeometry::triangles
   FIRE3DV_ADDRESS cluster_instances;        // ClusterInstance[]
   FIRE3DV_ADDRESS ray_boxes;                // RayBoxRecord[], where rays are traced to boxes
-  FIRE3DV_ADDRESS light_shadows;            // LightShadow[], as lights
+  FIRE3DV_ADDRESS light_shadows;            // LightShadow[], in the order of lights
   FIRE3DV_ADDRESS light_views;              // RasterView[]
-  FIRE3DV_ADDRESS shadow_maps;  // uint[], kept_depth(): of each view, at texels' middles, then outer ones
+  FIRE3DV_ADDRESS shadow_maps;  // uint[], kept_depth(): per view, the centre map, then the outer map
   FIRE3DV_ADDRESS shadow_mask;  // uint[pixel][mask_words]
   FIRE3DV_ADDRESS sheets;       // SheetPlace[]
   FIRE3DV_ADDRESS far_sides;    // uint[part]: 1 = see casts_by_far_sides()
   mat4 clip_from_world;
   vec3 eye_world;
-  vec4 near_window;  // passes::NearWindow: middle and radius
+  vec4 near_window;  // passes::NearWindow: centre and radius
   vec4 near_plane;
   uint light_count;
-  float environment_intensity;  // factor on what the environment's images hold
+  float environment_intensity;  // factor on the environment's radiance
   vec2 environment_turn;        // cosine and sine of its rotation about +Y
-  vec3 background;              // where nothing is, unless the surroundings show; linear
-  float
-      background_lod;  // of the environment's picture, so that its texels are a pixel large; < 0: background
-  vec3 world_from_ndc_x;  // the direction of the ray through a pixel is x * ndc.x + y * ndc.y + origin
+  vec3 background;              // linear colour without a visible environment
+  float background_lod;   // LOD of the environment image with texels of one pixel; < 0: background colour
+  vec3 world_from_ndc_x;  // ray direction of a pixel: x * ndc.x + y * ndc.y + origin
   vec3 world_from_ndc_y;
   vec3 world_from_ndc_origin;
-  vec2 half_pixel_depth;  // how far half a pixel's width is in depth, at depth z: x * z + y
+  vec2 half_pixel_depth;  // depth change of half a pixel's width, at depth z: x * z + y
   uint shadows;           // FIRE3DV_SHADOWS_*
   uint width;             // of the image
   uint height;
-  uint visibility_generation;  // of the depths in it: a multiple of FIRE3DV_GENERATION
-  uint map_generation;         // the same, of shadow_maps
+  uint visibility_generation;  // of the buffer's depths: a multiple of FIRE3DV_GENERATION
+  uint map_generation;         // the same for shadow_maps
   uint mask_words;
   uint sheet_count;
   uint part_count;

@@ -1,11 +1,12 @@
-"""The plugin in the real AMBF: what is received is what AMBF itself says, and streams end as they should.
+"""Integration test of the AMBF plugin inside the real AMBF simulator: stream contents and stream end.
 
-AMBF is no part of this project, so this runs where its user has it: -DAMBF_DIR=... builds the plugins, and then
+AMBF is not part of this project. The test runs on a machine that has it: -DAMBF_DIR=... builds the plugins, then
 
     tests/ambf/against_ambf.py --simulator PATH_TO/ambf_simulator --launch PATH_TO/launch.yaml --models 0,1 BUILD
 
-It starts AMBF without a window, moves all joints of models whose namespace begins with /psm, and compares. With
---gui (and a display) AMBF's own cameras are compared, too, with those that the plugin finds without a window.
+The script starts AMBF without a window, moves all joints of models whose namespace begins with /psm, and compares the
+received poses with AMBF's own. With --gui (and a display) it also compares AMBF's cameras with the cameras that the
+plugin reads without a window.
 """
 import argparse
 import json
@@ -18,7 +19,7 @@ import tempfile
 import time
 
 HANG_S = 120
-started = []  # processes: whatever happens, none of them outlives this one
+started = []  # every started process; the test ends all of them on exit
 
 
 def wait_until(what, predicate):
@@ -37,7 +38,7 @@ def end_what_is_left():
 
 
 class Renderer:
-    """The reading end of a link, whose messages go to a file."""
+    """Receiver of a link; records its messages to a file."""
 
     def __init__(self, args, uri, folder):
         self.path = os.path.join(folder, f"stream{time.monotonic_ns()}")
@@ -72,7 +73,7 @@ class Ambf:
 
 
 def recorded(path):
-    """Keys, and for each time in ns the bytes of all poses."""
+    """Returns the keys, and the bytes of all poses for each time in ns."""
     with open(path, "rb") as file:
         keys = json.loads(file.readline())
         size = 8 + 48 * len(keys)
@@ -83,7 +84,7 @@ def recorded(path):
 
 
 def compare(messages, record):
-    """Poses that were compared, the largest difference, and names that AMBF has no object of."""
+    """Returns the number of compared poses, the largest difference, and the names without an AMBF object."""
     keys, steps = recorded(record)
     names, compared, worst, strangers = [], 0, 0.0, set()
     for message in messages:
@@ -120,7 +121,7 @@ def shm_file(uri):
 
 
 def one_run(args, folder, name, order, end, uri=None):
-    """Starts both in this order, lets 300 frames come, ends AMBF and compares."""
+    """Starts both programs in the given order, waits for 300 frames, ends AMBF and compares."""
     uri = uri or f"shm://against-ambf-{os.getpid()}-{name}"
     record = os.path.join(folder, name)
     if order == "renderer first":
@@ -147,7 +148,7 @@ def one_run(args, folder, name, order, end, uri=None):
 
 
 def cameras(args, folder):
-    """World poses of cameras in the first frame: those that are read from files, and AMBF's own."""
+    """Returns the world poses of cameras in the first frame: those read from files and AMBF's own."""
     found = {}
     for gui in (False, True):
         uri = f"shm://against-ambf-{os.getpid()}-cameras-{gui}"

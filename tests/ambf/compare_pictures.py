@@ -1,9 +1,9 @@
-"""AMBF's own pictures beside ours: the same bodies in the same places, from the same camera.
+"""Image comparison of AMBF's own renderer with fire3dv, from the same camera and of the same bodies.
 
-tests/ambf/pictures_plugin.cpp has written AMBF's into a folder: everything, and each object alone. This draws the same
-with fire3dv, of a scene that fire3dv-convert has made of the same launch file, and tells of all objects together and
-of each how much the silhouettes have in common (pixels of both / pixels of either) and how far apart their middles
-are. What is drawn is what differs from the picture in which nothing is shown.
+tests/ambf/pictures_plugin.cpp has written AMBF's images to a folder: one of all objects and one of each object. This
+script renders the same views with fire3dv, from a scene that fire3dv-convert made of the same launch file. For all
+objects together and for each alone it prints the intersection over union of the silhouettes and the distance of their
+centroids. A silhouette is the set of pixels that differ from the image without objects.
 
     tests/ambf/compare_pictures.py --pictures FOLDER --scene SCENE.glb --out FOLDER BUILD
 """
@@ -17,7 +17,7 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "adapters/generic/python"))
 WORLD_FROM_STREAM = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0]
-FEW = 20  # pixels; less says nothing
+FEW = 20  # pixels; smaller silhouettes are not significant
 
 
 class Image:
@@ -35,7 +35,7 @@ class Image:
 
 
 def covered(image, none):
-    """The pixels, as numbers, that are not as in the picture of nothing."""
+    """Returns the indices of the pixels that differ from the image without objects."""
     found = set()
     for y, (row, bare) in enumerate(zip(image.rows(), none.rows())):
         if row == bare:
@@ -59,7 +59,7 @@ def compared(name, theirs, ours, width):
 
 
 def draw(args, told):
-    """One image for everything, for nothing, and for each object alone; their files in this order."""
+    """Renders one image of all objects, one of none, and one of each object; returns their files in this order."""
     import fire3dv
     shown = [o for o in told["objects"] if o["drawn"]]
     keys = [o["key"] for o in shown]
@@ -75,7 +75,7 @@ def draw(args, told):
     renderer = subprocess.Popen(command)
     with fire3dv.Stream(uri, adapter_name="pictures") as stream:
         stream.describe(names, world_from_stream=WORLD_FROM_STREAM)
-        # A picture of everything, of nothing, and one at a time.
+        # First image: all objects. Second: none. Then one object at a time.
         for number in range(len(shown) + 2):
             if number == 1:
                 for key in keys:
@@ -120,7 +120,7 @@ def main():
         if line["theirs"] or line["ours"]:
             print(f"{line['theirs']:8} {line['ours']:8} pixels  {line['iou']:.4f} in common  "
                   f"{line.get('apart_px', float('nan')):6.3f} px apart  {line['name']}")
-    # Ghost objects, which are places and not things, have their lines above and are not in the sum.
+    # Ghost objects are sensor volumes without a visible body: printed above, excluded from the sum.
     seen = [line for line, one in zip(lines[1:], shown) if line["theirs"] >= FEW and one["kind"] == 0]
     print(f"{len(seen)} rigid bodies of at least {FEW} pixels: {min(line['iou'] for line in seen):.4f} in common at least, "
           f"{max(line.get('apart_px', float('inf')) for line in seen):.3f} px apart at most")

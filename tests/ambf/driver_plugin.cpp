@@ -1,7 +1,7 @@
-// Against the real AMBF: a plugin that moves what it can and writes down where AMBF itself says that
-// everything is, for tests/ambf/against_ambf.py to compare with what our plugin's stream says. Everything at
-// 1 kHz, as doubles that were cut to floats, into the file that FIRE3DV_AMBF_RECORD names: a line of JSON
-// with the keys, then for each step an i64 of simulation time in ns and 12 floats for each key, rows first.
+// AMBF plugin that drives joints and records ground-truth poses, for tests/ambf/against_ambf.py. It writes
+// the file named by FIRE3DV_AMBF_RECORD at 1 kHz. The file starts with one line of JSON with the keys. Each
+// step is an i64 simulation time in ns and, for each key, a row-major 3x4 matrix (12 floats, rounded from
+// doubles).
 #include <afFramework.h>
 
 #include <algorithm>
@@ -63,8 +63,8 @@ class Driver : public ambf::afSimulatorPlugin {
     return timed_->init(argc, argv, m_worldPtr) >= 1;
   }
 
-  // Both arms of the Surgical Robotics Challenge, so that their tools are at work in front of the camera;
-  // each joint swings about its place in a time of its own. The second arm is the mirrored one.
+  // Moves both arms of the Surgical Robotics Challenge, so that their tools work in front of the camera. Each
+  // joint oscillates about its rest position with its own period. The second arm is the mirrored one.
   void move(double now_s) {
     struct Place {
       const char* joint;

@@ -1,8 +1,8 @@
-// Against the real AMBF, with a window: AMBF's own pictures, for tests/ambf/compare_pictures.py. After some
-// seconds the physics is stopped; then the first camera draws everything, and each object alone, into files
-// of the folder that FIRE3DV_AMBF_PICTURES names: NUMBER.ppm, and pictures.json with size, camera, and name
-// and pose of all that moves. How many frames a second AMBF draws, with the physics running and without, is
-// told on stderr at the end; where the folder is called "-" that is all.
+// AMBF plugin that records AMBF's own images, for tests/ambf/compare_pictures.py. Needs a window. After some
+// seconds it pauses the physics. The first camera then renders all objects, and each object alone, to
+// NUMBER.ppm in the folder named by FIRE3DV_AMBF_PICTURES. pictures.json holds the size, the camera, and the
+// name and pose of each moving object. At the end stderr gets AMBF's frame rate with and without physics;
+// with the folder "-" the plugin measures the frame rate only.
 #include <GL/glew.h>
 #include <afFramework.h>
 #include <pthread.h>
@@ -54,7 +54,7 @@ class Pictures : public ambf::afSimulatorPlugin {
   }
 
  private:
-  // Frames from the first to the last that fell into a span, and what they took.
+  // Frame count and total time of frames that lie entirely within an interval.
   struct Span {
     int frames = 0;
     double first_ms = 0, last_ms = 0;
@@ -76,7 +76,7 @@ class Pictures : public ambf::afSimulatorPlugin {
 
   void take_all() {
     auto* const camera = static_cast<ambf::afCamera*>(m_worldPtr->getCameraMap()->begin()->second);
-    m_worldPtr->getChaiWorld()->m_backgroundColor.set(1, 0, 1);  // what no body has
+    m_worldPtr->getChaiWorld()->m_backgroundColor.set(1, 0, 1);  // a colour that no body has
     for (auto* const label :
          {camera->m_graphicsDynamicsFreqLabel, camera->m_wallSimTimeLabel, camera->m_devicesModesLabel,
           camera->m_deviceButtonLabel, camera->m_controllingDeviceLabel})

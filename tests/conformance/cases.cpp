@@ -1,3 +1,4 @@
+// Golden messages of protocol 1.0: valid, of later versions, and with invalid values.
 #include "tests/conformance/cases.h"
 
 #include <cmath>
@@ -18,7 +19,7 @@ Affine3x4 pose(float x) {
 
 StreamDescription description() {
   StreamDescription result;
-  result.protocol_minor = 0;  // these were drawn with version 1.0 and stay
+  result.protocol_minor = 0;  // these golden messages date from version 1.0 and keep it
   result.adapter_name = "conformance";
   result.epoch = kEpoch;
   result.node_names = {"base", "arm"};
@@ -77,7 +78,7 @@ std::vector<Case> cases_of_this_version() {
       frame(1, 0, {pose(1)},
             {UINT64_MAX, UINT64_MAX - 1, INT64_MIN, UINT64_MAX - 2, UINT64_MAX - 3, UINT32_MAX}));
   add("pose_frame-discontinuity", frame(1, 0, {pose(1)}, {kEpoch, 2, -5, 1000000, 0, kFrameDiscontinuity}));
-  // Negative zero, the smallest and the largest numbers, a matrix of determinant zero.
+  // Negative zero, the smallest and largest floats, and a singular matrix.
   constexpr float kTiny = std::numeric_limits<float>::denorm_min();
   add("pose_frame-extreme_numbers",
       frame(2, 0, {{{-0.0f, kTiny, -kTiny, 1e12f, 0, 0, 0, -1e12f, 0, 0, 0, 0.1f}}, {{0}}}, kHeader));
@@ -124,7 +125,7 @@ std::vector<Case> cases_of_later_versions() {
     table.add_protocol_major(1);
     table.add_protocol_minor(1);
     table.add_epoch(kEpoch);
-    table.add_status(9);  // unknown: reads as refused
+    table.add_status(9);  // unknown status: readers treat it as refused
     table.add_renderer_name(name);
     table.add_notes(notes);
     add("later-welcome_with_new_field_and_status", to_bytes(builder, later::Body::Welcome, table.Finish()));
@@ -225,7 +226,7 @@ std::vector<Case> refused_cases() {
   }
 
   {
-    // A thousand entries that all point at one name: small to send, large when copied out.
+    // A decompression bomb: a thousand entries share one name, so the message is small and its copy large.
     flatbuffers::FlatBufferBuilder builder;
     const auto name = builder.CreateString(std::string(1000, 'x'));
     const auto names = builder.CreateVector(std::vector(1000, name));

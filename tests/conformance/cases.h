@@ -1,4 +1,5 @@
-// What the golden messages hold. Run tests/conformance/generate after a change; the files are committed.
+// Golden messages of the conformance suite. After a change run tests/conformance/generate and commit the
+// files.
 #pragma once
 
 #include <string>
@@ -9,25 +10,25 @@
 namespace fire3dv::conformance {
 
 struct Case {
-  std::string name;  // of the files data/NAME.bin and data/NAME.json
+  std::string name;  // stem of the files data/NAME.bin and data/NAME.json
   wire::Bytes bytes;
-  bool encodable = true;  // false: made by a later version, to be read only
-  std::string refused;    // not empty: readers must refuse it with an error that holds this text
+  bool encodable = true;  // false: a message of a later version, for decoding only
+  std::string refused;    // not empty: readers must refuse the message with an error that contains this text
 };
 
-// Messages of this version, one for each message and feature.
+// Messages of this version: one for each message type and feature.
 std::vector<Case> cases_of_this_version();
-// Messages of later versions: what the extension rule is about.
+// Messages of later versions, for the extension rule of SPEC.md.
 std::vector<Case> cases_of_later_versions();
-// Messages whose structure is sound and whose values are not.
+// Structurally valid messages with invalid values.
 std::vector<Case> refused_cases();
 
-// The same of scene edits and partial frames, since 1.1.
+// The same for scene edits and partial frames, since 1.1.
 std::vector<Case> edit_cases();
 std::vector<Case> later_edit_cases();
 std::vector<Case> refused_edit_cases();
 
-// The same of images, since 1.2.
+// The same for images, since 1.2.
 std::vector<Case> image_cases();
 std::vector<Case> refused_image_cases();
 

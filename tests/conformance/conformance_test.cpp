@@ -1,5 +1,6 @@
-// Every golden message means what its JSON says, and that JSON encodes to its bytes. Reads nothing but the
-// committed files, so that a change of the encoder and the decoder together is noticed too.
+// Conformance test of the wire codec against golden messages: bytes decode to the JSON, and the JSON encodes
+// to the bytes. The committed files are the only reference, so a matching change of encoder and decoder
+// fails.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -79,10 +80,10 @@ TEST(Conformance, WhatMustBeRefusedIsRefusedByNameOfTheField) {
 TEST(Conformance, ACutMessageIsRefusedAtEveryByte) {
   wire::Decoder decoder;
   for (const Golden& golden : all_golden()) {
-    // What a reader of this version does not look at may be missing without its noticing.
+    // A reader of this version ignores these fields, so their absence goes unnoticed.
     if (!golden.meaning.contains("message") || golden.meaning.contains("only_read")) continue;
     const std::span<const std::byte> bytes(golden.bytes);
-    // The last bytes may be padding.
+    // Up to 8 trailing bytes may be padding.
     for (size_t length = 0; length + 8 < bytes.size(); ++length) {
       const auto message = decoder.decode(bytes.first(length));
       ASSERT_FALSE(message.ok()) << golden.name << " cut to " << length << " of " << bytes.size() << " bytes";

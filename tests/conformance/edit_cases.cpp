@@ -1,3 +1,4 @@
+// Golden messages of scene edits and partial frames (protocol 1.1): valid, of later versions, and invalid.
 #include <cmath>
 
 #include "later_generated.h"

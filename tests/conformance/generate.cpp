@@ -1,6 +1,6 @@
-// Writes the golden messages and their meanings: build/<preset>/tests/conformance_generate
-// tests/conformance/data Run by hand after a deliberate change of the protocol, and look at the difference
-// before committing it.
+// Generator of the golden messages and their JSON:
+//   build/<preset>/tests/conformance_generate tests/conformance/data
+// Run it by hand after a deliberate change of the protocol, and review the diff before the commit.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

@@ -1,3 +1,4 @@
+// Golden messages of image requests and image frames (protocol 1.2): valid, of later versions, and invalid.
 #include <cmath>
 
 #include "tests/conformance/cases.h"
@@ -72,7 +73,7 @@ std::vector<Case> image_cases() {
   r = request();
   r.outputs |= 1u << 20;
   r.when = static_cast<ImageWhen>(9);
-  add("image_request-of_later_version", encode(r));  // readable, so that it can be answered
+  add("image_request-of_later_version", encode(r));  // decodable, so that the renderer can answer it
   add("image_frame-color_and_depth", encode(frame()));
   ImageFrame boxes = frame();
   boxes.planes = {{7, ImageFormat::box2d, 3, 1, 96, 0, 96}, {8, ImageFormat::box3d, 0, 1, 0, 128, 0}};

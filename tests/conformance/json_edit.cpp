@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::conformance {
 namespace {

@@ -1,4 +1,4 @@
-// The values of scene edits as JSON.
+// JSON conversion of scene edit values.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

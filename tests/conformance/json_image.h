@@ -1,4 +1,4 @@
-// Messages about images as JSON.
+// JSON conversion of image messages.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,7 +10,7 @@ namespace fire3dv::conformance {
 nlohmann::ordered_json image_to_json(const wire::ImageRequest& m);
 nlohmann::ordered_json image_to_json(const wire::ImageFrame& m);
 nlohmann::ordered_json image_to_json(const wire::ImageRefused& m);
-// Empty where the JSON is of another message.
+// Returns an empty buffer if the JSON describes another message type.
 wire::Bytes encode_image_json(const nlohmann::ordered_json& json);
 
 }  // namespace fire3dv::conformance

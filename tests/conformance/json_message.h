@@ -1,5 +1,5 @@
-// Messages as JSON: the meaning that stands beside each golden message. Says every field, so that a
-// comparison of two such texts is a comparison of two messages.
+// JSON conversion of wire messages: the meaning beside each golden message. The JSON contains every field, so
+// two messages are equal exactly if their JSON texts are equal.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,11 +9,11 @@
 
 namespace fire3dv::conformance {
 
-// {"type": "Ack", "epoch": 1, ...}. Floats are written with all their digits.
+// Returns {"type": "Ack", "epoch": 1, ...}. Floats are written with all digits (round trip).
 nlohmann::ordered_json to_json(const wire::Message& message);
 
-// Encodes the message that the JSON means, independently of how it was made. Aborts on JSON that means none:
-// the files are ours.
+// Encodes the message that the JSON describes, independently of the generator. Aborts on invalid JSON: the
+// files belong to this project.
 wire::Bytes encode_json(const nlohmann::ordered_json& meaning);
 
 }  // namespace fire3dv::conformance

@@ -1,4 +1,4 @@
-# Golden messages. The generator is built with the tests so that it keeps compiling; it is run by hand.
+# Golden messages. The generator is built with the tests so that it keeps compiling; run it by hand.
 set(later_schema ${CMAKE_CURRENT_SOURCE_DIR}/later.fbs)
 set(later_dir ${CMAKE_CURRENT_BINARY_DIR}/generated)
 find_program(FIRE3DV_FLATC flatc REQUIRED)

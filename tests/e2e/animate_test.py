@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""--animate: by images where nothing else tells the time, by simulated time where a stream does, and never against it."""
+"""End-to-end test of --animate: time advances per image without a stream, follows simulated time with one, and never goes
+back.
+"""
 import json
 import struct
 
 from harness import main, shown
-from pictures import check, expect_square, place_of
+from image_reader import check, expect_square, place_of
 
 IMAGES_PER_SECOND = 30
 FIRST_PLACE, LAST_PLACE, DURATION_S = -60.0, 60.0, 1.0
@@ -16,7 +18,7 @@ def place_at(time_s):
 
 
 def sliding_scene(test):
-    """The tests' scene with an animation "slide" of the red and the blue square."""
+    """Writes the tests' scene with an animation "slide" of the red and the blue square."""
     with open(test.scene, "rb") as file:
         data = file.read()
     length, = struct.unpack_from("<I", data, 12)
@@ -50,7 +52,7 @@ def by_images(test):
         renderer.expect_exit(0)
         pictures = [renderer.picture(frame) for frame in renderer.frames()]
         check(len(pictures) == 32, f"{len(pictures)} images")
-        for i in (1, 10, 29, 31):  # the last is in the second loop
+        for i in (1, 10, 29, 31):  # the last one is in the second loop
             for square in ("red", "blue"):
                 expect_square(pictures[i], square, place_at(i / IMAGES_PER_SECOND), f"image {i}")
         expect_square(pictures[10], "green", 66.0, "what is not animated")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""fire3dv-bench frame and images: what they write, on scenes as small as can be. No time is asserted."""
+"""Output test of fire3dv-bench frame and images, on minimal scenes. It asserts no time."""
 import csv
 import os
 import shlex
@@ -8,7 +8,7 @@ import sys
 import xml.dom.minidom
 
 from harness import HANG_S, main, vulkan_environment
-from pictures import check, read_png
+from image_reader import check, read_png
 
 STAGES = ("poses", "TLAS", "cull", "raster", "shadow", "shading", "post")
 CONDITIONS = ("product", "product, no shadows", "paper", "paper, no shadows")
@@ -62,7 +62,7 @@ def table(test):
 
 
 def pictures(test):
-    """Both raster paths draw the same scene, with the bodies where the first step has them."""
+    """Both raster paths draw the same scene, with the bodies at the poses of the first step."""
     images = []
     for raster in ("visibility", "forward"):
         frame(test, os.path.join(test.folder, raster), "--sizes", "5K", "--frames", "1", "--conditions", "product",
@@ -84,7 +84,7 @@ def images_of_a_file(test):
     check(len(cells) == 10 and cells[0] == "FIRE-3DV" and cells[3:5] == ["160x90", "3"], f"no row of a table: {result.stdout}")
     check(all(float(cell) > 0 for cell in cells[5:]), f"{cells}")
     check(read_png(png).width == 160, "no picture")
-    # In this shape of picture the scene's squares lie outside, and drawing nothing is fast.
+    # At this aspect ratio the squares lie outside of the image, and an empty frame is fast.
     result = bench(test, "images", test.scene, "--resolution", "80x60")
     check(result.returncode == 1 and "blank" in result.stderr and result.stdout == "", f"{result}")
 
@@ -118,8 +118,8 @@ def bad_input(test):
 
 
 def peers(test):
-    """The script that alternates with another program: here with one that prints what it is told to."""
-    script = os.path.join(os.path.dirname(__file__), "..", "..", "tools", "bench", "peers.py")
+    """Tests the script that alternates with another program, here one that prints given text."""
+    script = os.path.join(os.path.dirname(__file__), "..", "..", "tools", "lab", "bench", "scripts", "peers.py")
     log = os.path.join(test.folder, "log")
 
     def command(who, milliseconds):

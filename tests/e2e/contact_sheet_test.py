@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""fire3dv-contact-sheet: what it draws, lists and refuses."""
+"""End-to-end test of fire3dv-contact-sheet: images, listings and refusals."""
 import base64
 import json
 import os
@@ -9,7 +9,7 @@ import subprocess
 import zlib
 
 from harness import HANG_S, main, vulkan_environment
-from pictures import check, read_png
+from image_reader import check, read_png
 
 PAPER = (24, 24, 24)
 
@@ -28,7 +28,7 @@ def sheet(test, *arguments):
 
 
 def collection(test):
-    """Three scenes, one of them below, a file that is none, and a way out of the folder."""
+    """Writes three scenes, one in a subfolder, an invalid file, and a link out of the folder."""
     folder = test.path("collection")
     os.makedirs(os.path.join(folder, "below"))
     for name in ("a.glb", "b.GLB", os.path.join("below", "c.glb")):
@@ -67,7 +67,7 @@ def pages(test):
 
 
 def too_many_textures(test):
-    """More than the renderer of all files has room for: refused, and nothing worse."""
+    """A scene with more textures than the renderer holds is refused without further effect."""
     folder = test.path("many")
     os.makedirs(folder)
     with open(test.scene, "rb") as file:

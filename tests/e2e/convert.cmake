@@ -1,4 +1,4 @@
-# Descriptions through both programs: converted, kept, moved by a stream, refused.
+# Robot description files through both programs: conversion, cache, streams and refusals.
 if(TARGET fire3dv AND TARGET fire3dv-convert)
   find_program(FIRE3DV_PYTHON python3)
   set(descriptions_cases command_line kept without_cache unkept refused)

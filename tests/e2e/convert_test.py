@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Descriptions of robots: fire3dv-convert's command line, fire3dv that takes them as scenes and keeps what was made of
-them, streams that move their links, and what is refused.
+"""End-to-end test of robot description files: the command line of fire3dv-convert, description files as scenes of fire3dv
+with cached conversion, streams that move links, and refusals.
 
-convert_test.py FIRE3DV FIRE3DV_CONVERT [CASE...]"""
+convert_test.py FIRE3DV FIRE3DV_CONVERT [CASE...]
+"""
 import glob
 import json
 import os
@@ -13,7 +14,7 @@ import subprocess
 import time
 
 from harness import Program, main, vulkan_environment
-from pictures import check
+from image_reader import check
 
 TREE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 ROBOTS = os.path.join(TREE, "tests", "assets", "robots")
@@ -22,10 +23,10 @@ PANDA = next((path for path in (os.path.join(root, "robots", "franka_emika_panda
               if os.path.isdir(path)), None)
 HAS_MUJOCO = os.environ.get("FIRE3DV_HAS_MUJOCO") == "1"
 SIZE = (200, 150)
-# The stream's frame is that of URDF and MJCF, Z up; glTF's is Y up.
+# The stream frame is that of URDF and MJCF (Z up); glTF is Y up.
 Z_UP = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0]
 
-# Two tiny boxes hold the bounds, by which a scene without cameras is framed, whatever the arm does.
+# Two tiny boxes fix the scene bounds. They frame a scene without cameras, independent of the arm's pose.
 ARM = """<robot name="two links"><link name="base">
 <visual><origin xyz="-1.2 -1.2 -1"/><geometry><box size="0.01 0.01 0.01"/></geometry></visual>
 <visual><origin xyz="1.2 1.2 1.5"/><geometry><box size="0.01 0.01 0.01"/></geometry></visual>
@@ -62,14 +63,14 @@ def document_of(path):
 
 
 def draw(test, scene, *arguments, cache="off"):
-    """The picture's rows, and what was said of it."""
+    """Returns the rows of the image and the text on stderr."""
     renderer = test.renderer("--frames", "1", "--shadows", "map", "--cache", cache, *arguments, scene=scene, size=SIZE)
     renderer.expect_exit(0)
     return renderer.picture(renderer.frames()[0]).rows, renderer.err
 
 
 def different(a, b):
-    """The part of the pixels that differ visibly."""
+    """Returns the fraction of pixels that differ visibly."""
     pixels = far = 0
     for row_a, row_b in zip(a, b):
         for at in range(0, len(row_a), 3):
@@ -125,7 +126,7 @@ def command_line(test):
 def kept(test):
     cache = test.path("cache")
     arm = write(test, "arm.urdf", ARM.format(0, MISSING))
-    time.sleep(0.1)  # what is written while it is read would not be vouched for
+    time.sleep(0.1)  # a file written less than a time stamp's resolution ago is not cached
 
     def converted():
         files = glob.glob(os.path.join(cache, "scenes", "*.converted.glb"))
@@ -138,7 +139,7 @@ def kept(test):
     check(converted() == inode and first == again, "the second start takes what was kept")
     for lines in (said, said_again):
         check(any("warning: " in line and "hand.obj" in line for line in lines), "what is missing is said at every start")
-    write(test, "hand.obj", TETRAHEDRON)  # what was looked for in vain is there now
+    write(test, "hand.obj", TETRAHEDRON)  # the missing file of the first attempt exists now
     time.sleep(0.1)
     whole, said = draw(test, arm, cache=cache)
     check(converted() != inode and whole != first, "a mesh that has come is shown")
@@ -148,7 +149,7 @@ def kept(test):
     check(draw(test, arm, cache=cache)[0] != whole and converted() != inode, "a changed description is read anew")
     for path in glob.glob(os.path.join(cache, "scenes", "*.converted.glb")):
         with open(path, "wb") as file:
-            file.write(b"glTF")  # damaged behind our back
+            file.write(b"glTF")  # damage the cache entry
     check(draw(test, arm, cache=cache)[0] != whole, "a damaged one is made anew")
     for path in glob.glob(os.path.join(cache, "scenes", "*.conversion")):
         with open(path, encoding="utf-8") as file:
@@ -179,16 +180,16 @@ def without_cache(test):
 
 
 def unkept(test):
-    """What can be converted is shown, whatever befalls the place where it would be kept."""
+    """A convertible file is drawn even if the cache cannot be written."""
     arm = write(test, "arm.urdf", ARM.format(0, ""))
     cache = test.path("cache")
     plain, _ = draw(test, arm, cache=cache)
     path, = glob.glob(os.path.join(cache, "scenes", "*.converted.glb"))
     os.remove(path)
-    os.mkdir(path)  # nothing can be renamed to there
+    os.mkdir(path)  # a folder that rename() cannot replace
     rows, said = draw(test, arm, cache=cache)
     check(rows == plain, "the same picture")
-    check(any("it is not kept for the next start: cannot write" in line for line in said), said)
+    check(any("it is not cached for the next start: cannot write" in line for line in said), said)
     for closed in ("<&-", ">&-", "<&- >&-"):
         run = subprocess.run(["sh", "-c", f'exec "$@" {closed}', "sh", test.programs_at["fire3dv"], arm, "--headless", "--frames",
                               "1", "--size", "64x64", "--cache", "off", "--out", test.path("closed")],
@@ -210,7 +211,8 @@ def refused(test):
     check("needs a scene that is a description" in failing(fire3dv, test.scene, "--models", "0", code=2), "no description")
     check("must be numbers" in failing(fire3dv, os.path.join(TREE, "tests/assets/adf/launch.yaml"), "--models", "x"), "-l")
 
-    # Beside another fire3dv-convert, or none. A link to the program is followed to where it is: so a copy.
+    # The program uses the fire3dv-convert in its own folder, or none. It resolves symbolic links to itself,
+    # so this test copies it.
     alone = test.path("alone")
     os.mkdir(alone)
     copy = os.path.join(alone, "fire3dv")
@@ -229,7 +231,7 @@ def refused(test):
         check(said in failing(copy, arm), f"{body}: {said}")
     write(test, "alone/fire3dv-convert", "#!/bin/sh\nexec sleep 1000\n")
     run = Program(test, "fire3dv", [copy, arm, "--headless", "--frames", "1", "--cache", "off"], env=vulkan_environment())
-    run.wait_err("device 0")  # it is at work
+    run.wait_err("device 0")  # wait until it runs
     run.signal(15)
     check(run.wait() == 1 and "it was told to stop" in run.stderr_text(), f"a stop ends a conversion:\n{run.stderr_text()}")
 
@@ -248,7 +250,7 @@ def product(a, b):
 
 
 def poses_of(glb):
-    """Of all nodes below the root, in its frame: what a simulator would publish."""
+    """Returns the poses of all nodes below the root, in its frame, as a simulator would publish them."""
     nodes, poses = document_of(glb)["nodes"], {}
 
     def visit(index, above):
@@ -262,7 +264,7 @@ def poses_of(glb):
 
 
 def move(test, at_rest, posed, links):
-    """A stream that poses these links of the one makes it look like the other, which rests so."""
+    """A stream that poses these links makes the first scene equal to the second, which rests in that pose."""
     import fire3dv
     convert(test, posed, "-o", test.path("posed.glb"))
     poses = poses_of(test.path("posed.glb"))
@@ -296,7 +298,7 @@ def moved_mjcf(test):
     shutil.copytree(os.path.join(ROBOTS, "arm_description"), test.path("arm_description"))
     rest = write(test, "rest.xml", text)
     posed = write(test, "posed.xml", text.replace('qpos="0.5 0.9 0.03 0.03', 'qpos="-0.4 1.6 0.03 0.03'))
-    move(test, rest, posed, ["upper arm", "forearm"])  # fingers follow
+    move(test, rest, posed, ["upper arm", "forearm"])  # the fingers follow
 
 
 def moved_panda(test):

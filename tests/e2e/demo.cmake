@@ -1,4 +1,4 @@
-# The demo in a small form, over each transport: what the README promises is what is run.
+# Short run of the demo over each transport: executes the commands of the README.
 if(TARGET fire3dv AND TARGET bullet_arm)
   foreach(transport shm tcp udp)
     add_test(NAME demo_${transport}

@@ -22,7 +22,7 @@ def check(condition, text):
 
 
 def png_size_and_text(path):
-    """Width, height, and the tEXt chunks."""
+    """Returns width, height, and the tEXt chunks."""
     with open(path, "rb") as file:
         data = file.read()
     check(data[:8] == b"\x89PNG\r\n\x1a\n", f"{path} is no PNG")

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Which device and which of its queues are taken, and that it says so. The tests' driver gives one device, lavapipe, with
-one queue."""
+"""End-to-end test of device and queue selection and of its log lines. The test driver offers one device (lavapipe) with
+one queue.
+"""
 import csv
 import json
 import re
@@ -8,7 +9,7 @@ import struct
 import subprocess
 
 from harness import HANG_S, main, vulkan_environment
-from pictures import check
+from image_reader import check
 
 WITHIN = r"gives: .*ray query.*up to \d+ samples"
 
@@ -35,7 +36,7 @@ def chosen(*arguments):
 
 
 def lit_scene(test):
-    """The tests' scene under a light: something to trace rays to."""
+    """Writes the tests' scene with a light, so that shadow rays are traced."""
     with open(test.scene, "rb") as file:
         data = file.read()
     length, = struct.unpack_from("<I", data, 12)
@@ -56,11 +57,11 @@ def lit_scene(test):
 def queues(test):
     scene, pictures = lit_scene(test), []
     for wish, said in (("auto", "on the main queue"), ("off", "on the main queue"),
-                       ("on", "in submissions of their own on the main queue, there being no other")):
+                       ("on", r"in separate submissions on the main queue \(no async compute queue\)")):
         stats = test.path(f"{wish}.csv")
         renderer = test.renderer("--frames", "3", "--async-compute", wish, "--stats", stats, scene=scene)
         renderer.expect_exit(0)
-        renderer.wait_err(rf"^fire3dv: what rays meet is built {said}$")
+        renderer.wait_err(rf"^fire3dv: acceleration structures are built {said}$")
         pictures.append([renderer.picture(frame).rows for frame in renderer.frames()])
         with open(stats, encoding="utf-8") as file:
             for row in csv.DictReader(file):
@@ -70,7 +71,7 @@ def queues(test):
     check(len(pictures[0]) == 3 and pictures[0] == pictures[1] == pictures[2], "images differ")
     untraced = test.renderer("--frames", "1", "--async-compute", "on", "--shadows", "map", scene=scene)
     untraced.expect_exit(0)
-    check(not untraced.find_err("what rays meet"), f"it builds what nobody traces:\n{untraced.stderr_text()}")
+    check(not untraced.find_err("acceleration structures"), f"it builds what nobody traces:\n{untraced.stderr_text()}")
 
 
 CASES = {"list_devices": list_devices, "by_itself": chosen(), "by_name": chosen("--device", "llvmpipe"),

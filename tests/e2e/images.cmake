@@ -1,4 +1,4 @@
-# Images by API, through the Python package.
+# Image requests through the Python package.
 include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 if(TARGET fire3dv AND NOT FIRE3DV_SANITIZE)
   foreach(case random_depth lockstep same_as_file all_outputs many_cameras several_devices lenses refusals fair_turns stop_request killed_clients restarted_renderer example)

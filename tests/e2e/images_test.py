@@ -1,7 +1,8 @@
-"""Images by API: each is of the frame that it claims, which a bar code in the scene tells, over each link, however many
-are asked for; clients and renderers may die; what is not made is refused.
+"""End-to-end test of image requests over each link. A bar code in the scene proves that each image shows its frame, with
+any number of open requests. Clients and renderers may die; impossible requests are refused.
 
-images_test.py FIRE3DV [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package."""
+images_test.py FIRE3DV [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package.
+"""
 import json
 import os
 import random
@@ -14,7 +15,7 @@ import numpy
 import barcode
 import fire3dv
 from harness import HANG_S, Program, main, vulkan_environment, wait_until
-from pictures import check, read_png
+from image_reader import check, read_png
 from prometheus import scrape, url_of
 
 LINKS = ("shm", "tcp")
@@ -85,7 +86,7 @@ def lockstep(test, link, *arguments):
                 [image] = stream.step(1000 * number, barcode.poses_of(number), [camera], HANG_S)
                 check_image(image, number, number)
                 check(image.lost == 0, f"{image.lost} images were lost in lockstep")
-        # A frame by its number, asked for before and after it is published.
+        # A request for a frame number may precede or follow the publication of the frame.
         for number in range(STEPS + 1, STEPS + 21, 2):
             ahead = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="exactly", sequence=number)
             stream.publish(1000 * number, barcode.poses_of(number))
@@ -99,14 +100,14 @@ def lockstep(test, link, *arguments):
 
 
 def same_as_file(test, link):
-    """The image that is sent back is the one that the file sink writes of the same frame and camera."""
+    """The returned image equals the file that the file sink writes of the same frame and camera."""
     uri = test.fresh_uri(link)
     folder = test.path("files")
     renderer = renderer_of(test, uri, "--lockstep", "--out", folder)
     with open_stream(uri) as stream:
         camera = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth")
         w, h = barcode.SIZE
-        fx = 4 * barcode.DISTANCE  # a unit is 4 pixels at that distance
+        fx = 4 * barcode.DISTANCE  # one unit is 4 pixels at that distance
         posed = stream.request_image(w, h, fx=fx, near_m=1, far_m=100, when="every_nth",
                                      parent_from_camera=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, barcode.DISTANCE])
         kept = []
@@ -125,7 +126,7 @@ def same_as_file(test, link):
         check((own == posed_image).all(), f"frame {sequence}: by pose it differs from by name")
 
 
-OUTPUTS = list(fire3dv.OUTPUTS)  # in the order in which files' names follow
+OUTPUTS = list(fire3dv.OUTPUTS)  # in the order of the file name suffixes
 FILES = ["linear", "depth", "instance", "semantic", "normal", "motion"]
 
 
@@ -134,14 +135,14 @@ def same_bytes(one, other):
 
 
 def all_outputs(test, link):
-    """Planes and boxes that are sent back are those that the file sink writes of the same frame and camera."""
+    """Returned planes and boxes equal the files that the file sink writes of the same frame and camera."""
     uri = test.fresh_uri(link)
     folder = test.path("files")
     renderer = renderer_of(test, uri, "--lockstep", "--out", folder, "--outputs",
                            ",".join(["color", *FILES, "boxes2d", "boxes3d"]))
     kept = []
     with open_stream(uri) as stream:
-        # From the first frame on: an image may be made before any has come, and then the first has moved since.
+        # Starts with frame 1: an image of the rest pose before it would add motion to the first frame.
         camera = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth", sequence=1, outputs=OUTPUTS)
         for number in range(1, 5):
             [image] = stream.step(1000 * number, barcode.poses_of(number), [camera], HANG_S)
@@ -165,21 +166,22 @@ def all_outputs(test, link):
             check(int(box["instance"]) == line["instance"] and
                   numpy.allclose(box["world_from_box"].ravel(), line["world_from_box"], rtol=1e-6),
                   f"frame {number + 1}: the box {box} is {line} in the file")
-        # Who appears comes from behind the camera, and who stays does not move.
+        # Appearing bars come from behind the camera; the others do not move.
         came = numpy.isin(seen, [] if number == 0 else numpy.setdiff1d(seen, kept[number - 1]["instance_u32"]))
         check(came.any() == (number > 0) and numpy.isnan(planes["motion"][came]).all() and
               (planes["motion"][~came] == 0).all(), f"frame {number + 1}: motion is not what the bars did")
 
 
 def many_cameras(test, link):
-    """Cameras of several sizes and kinds that are due at once: each image has the bytes that it has alone. Between them the
-    renderer draws its own images, of the size of some of them."""
+    """Cameras of several sizes and kinds are due together: each image has the same bytes as alone. Between them the
+    renderer draws its own images, in some of the same sizes.
+    """
     many_cameras_of(test, link)
-    many_cameras_of(test, link, "--fxaa", "off")  # then colours are drawn together, too
+    many_cameras_of(test, link, "--fxaa", "off")  # without FXAA the colour images are batched, too
 
 
 def several_devices(test, link):
-    """The same of two devices, which are one device opened twice here; each request's images come in their order."""
+    """The same with two devices, here one device opened twice; the images of each request arrive in order."""
     many_cameras_of(test, link, "--fxaa", "off", "--devices", "0,0")
     lockstep(test, link, "--devices", "0,0")
     random_depth(test, link, "--devices", "0,0")
@@ -190,7 +192,7 @@ def several_devices(test, link):
                    for _ in range(5)]
         for number in range(1, 31):
             if number == 15:
-                stream.add_node("one more")  # all devices get another scene
+                stream.add_node("one more")  # all devices replace their scene
             if number == 20:
                 stream.set_base_color(barcode.NAMES[0], (1, 1, 1, 1))
             for image in stream.step(1000 * number, barcode.poses_of(number), cameras, HANG_S):
@@ -234,7 +236,7 @@ LENSES = {"plumb_bob": (-0.12, 0.02, 0.004, -0.003, -0.001), "fisheye": (0.05, -
 
 
 def distorted(lens, x, y):
-    """The formulas of OpenCV's documentation."""
+    """Lens formulas of OpenCV's documentation."""
     k = LENSES[lens]
     if lens == "fisheye":
         r = numpy.hypot(x, y) + 1e-12
@@ -249,7 +251,7 @@ def distorted(lens, x, y):
 def undistorted(lens, u, v):
     if lens == "fisheye":
         low, high = numpy.zeros_like(u), numpy.full_like(u, 1.5)
-        for _ in range(60):  # halves where the angle can be
+        for _ in range(60):  # bisection of the angle
             middle = (low + high) / 2
             short = distorted(lens, numpy.tan(middle), 0)[0] < numpy.hypot(u, v)
             low, high = numpy.where(short, middle, low), numpy.where(short, high, middle)
@@ -265,7 +267,9 @@ def undistorted(lens, u, v):
 
 
 def lenses(test, link):
-    """Through lenses the bars stand where the formulas put them, a pixel at most off at their edges, as far away as they are."""
+    """Through a lens the bars appear at the positions of the formulas, within a pixel at their edges, and at the right
+    depth.
+    """
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request")
     width, height, fx, fy, cx, cy, away = 160, 40, 60.0, 64.0, 77.0, 21.0, 10.0
@@ -288,7 +292,7 @@ def lenses(test, link):
                 if pose[2, 3] == 0:
                     want[(abs(x - pose[0, 3]) <= 0.5) & (abs(y) <= half_height)] = 1 + bar
             got = image["instance_u32"].astype(int)
-            # Away from edges: all around is the same.
+            # Only pixels away from edges: all neighbours have the same value.
             inner = numpy.ones_like(want, bool)
             for dy in (-1, 0, 1):
                 for dx in (-1, 0, 1):
@@ -336,14 +340,14 @@ def refusals(test, link):
         expect_refused(lambda: stream.request_image(8, 8, node="bar 1").wait(HANG_S), "no perspective camera")
         flat = [0] * 12
         expect_refused(lambda: stream.request_image(8, 8, fx=8, parent_from_camera=flat).wait(HANG_S), "flat")
-        # Nobody is worse off by it.
+        # Other requests are unaffected.
         with stream.request_image(*barcode.SIZE, node=barcode.CAMERA).wait(HANG_S) as image:
             check_image(image, 1, 1)
         counted = {"fire3dv_image_requests_refused_total": 3, "fire3dv_listener_images_sent_total": 1,
                    "fire3dv_listener_images_dropped_total": 0, "fire3dv_image_requests": 0}
         wait_until(lambda: f"the metrics {counted}",
                    lambda: all(scrape(url_of(renderer)).total(name) == count for name, count in counted.items()))
-        # No more open requests than the limit of one peer; the limit is logged once.
+        # Open requests stop at the limit per peer; the limit is logged once.
         for _ in range(3):
             stream.request_image(8, 8, node=barcode.CAMERA, when="exactly", sequence=1000)
         for _ in range(2):
@@ -357,7 +361,7 @@ def refusals(test, link):
 
 
 def ask_large(stream, side, count, sequence):
-    """Images that become due together, with that frame."""
+    """Requests images that become due together, at that frame."""
     return [stream.request_image(side, side, fx=side, near_m=1, far_m=100, sequence=sequence,
                                  parent_from_camera=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, barcode.DISTANCE])
             for _ in range(count)]
@@ -374,7 +378,7 @@ def images_now(stream):
 
 
 def fair_turns(test, link):
-    """A stream goes on while another one always has large images due, and each of its images shows its frame."""
+    """A stream makes progress while another one always has large images due, and each of its images shows its frame."""
     uri, other = test.fresh_uri(link), test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request", "--listen", other)
     with open_stream(uri) as victim, fire3dv.Stream(other, adapter_name="greedy") as greedy:
@@ -391,13 +395,13 @@ def fair_turns(test, link):
                     greedy.publish(1000, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
                 if number > before:
                     large += images_now(greedy)
-        # When all large images that are due are drawn first, they come between two images of the victim.
+        # Without fair scheduling all due large images would come between two images of the victim.
         check(number - before >= 3 * large, f"{number - before} images of the victim beside {large} large ones")
     stop(renderer)
 
 
 def stop_request(test, link):
-    """A renderer that is told to stop draws no more of the images that are due."""
+    """A renderer that is told to stop draws no further due images."""
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request")
     with open_stream(uri) as stream:
@@ -430,7 +434,7 @@ while True:
 
 
 def killed_clients(test, link):
-    """Clients that are killed with requests open and images in their hands; the next one finds all as it was."""
+    """Clients are killed with open requests and borrowed images; the next client finds clean state."""
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request")
     for _ in range(4):
@@ -470,7 +474,7 @@ def restarted_renderer(test, link):
 
 
 def example(test, link):
-    """examples/camera_to_numpy."""
+    """Runs examples/camera_to_numpy."""
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request")
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples/camera_to_numpy/camera_to_numpy.py")

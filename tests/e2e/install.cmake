@@ -1,5 +1,5 @@
-# Installs the client into a prefix of its own, moves that prefix, and builds and runs both examples against it: with
-# find_package and with pkg-config, as their READMEs say.
+# Client installation: installs into a prefix, moves it, and builds and runs both examples against
+# it, with find_package and with pkg-config, as their READMEs describe.
 if(TARGET client_c)
   add_test(NAME install_client
     COMMAND ${CMAKE_COMMAND}
@@ -10,7 +10,7 @@ if(TARGET client_c)
   set_tests_properties(install_client PROPERTIES LABELS "e2e;cpu" TIMEOUT 600)
 endif()
 
-# No program and no library of the build searches the current directory for libraries.
+# No program or library of the build searches the current directory for libraries.
 add_test(NAME run_paths
          COMMAND ${CMAKE_CURRENT_LIST_DIR}/run_paths_test.py --readelf ${CMAKE_READELF} ${PROJECT_BINARY_DIR})
 set_tests_properties(run_paths PROPERTIES LABELS "e2e;cpu" TIMEOUT 300)

@@ -1,4 +1,4 @@
-# What `cmake --install` gives, programs and all, used from where it was moved to.
+# Complete installation: the programs of `cmake --install` run from a moved prefix.
 if(TARGET fire3dv AND TARGET bullet_arm)
   add_test(NAME install_programs
            COMMAND ${CMAKE_CURRENT_LIST_DIR}/install_programs_test.sh ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} $<CONFIG>)

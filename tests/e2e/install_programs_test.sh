@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs into a prefix, moves it, and runs the programs there. install_programs_test.sh SOURCE BUILD CONFIG
+# Installation test: installs into a prefix, moves it, and runs the programs there.
+# install_programs_test.sh SOURCE BUILD CONFIG
 set -euo pipefail
 source_dir=$1 build_dir=$2 config=$3
 work=$(mktemp -d)
@@ -10,11 +11,12 @@ cmake --install "$build_dir" --prefix "$work/first" >/dev/null
 mv "$work/first" "$work/moved"
 prefix=$work/moved
 
-# Programs run and find their library beside them.
-for program in fire3dv fire3dv-bench fire3dv-convert bullet_arm; do
+# The programs run and find their library relative to themselves.
+for program in fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay bullet_arm; do
   env -u LD_LIBRARY_PATH "$prefix/bin/$program" --help >"$work/help.txt" || fail "$program --help ended with $?"
   [ -s "$work/help.txt" ] || fail "$program --help says nothing"
 done
+[ ! -e "$prefix/bin/fire3dv-bench" ] || fail "fire3dv-bench is installed: it measures the project itself"
 "$prefix/bin/bullet_arm" --write-scene "$work/arm.glb"
 [ "$(head -c 4 "$work/arm.glb")" = glTF ] || fail "bullet_arm wrote no glTF"
 loaded=$(ldd "$prefix/bin/bullet_arm" | awk '/libfire3dv-client/ { print $3 }')
@@ -26,21 +28,27 @@ esac
 "$(dirname "${BASH_SOURCE[0]}")/run_paths_test.py" --outside "$source_dir" --outside "$build_dir" "$prefix" ||
   fail "a library search path is wrong"
 
-# Shaders are inside: an image is drawn with the source and the build out of the way of the current folder.
+# Shaders are embedded: an image is drawn without access to the source or the build.
 (cd "$work" && "$prefix/bin/fire3dv" arm.glb --headless --size 64x36 --camera camera_front --frames 1 --out images 2>"$work/log.txt") ||
   { cat "$work/log.txt" >&2; fail "fire3dv ended with $?"; }
 [ "$(head -c 4 "$work/images/frame_000000.png" | tail -c 3)" = PNG ] || fail "fire3dv wrote no PNG"
 
-# The converter is found beside the renderer, wherever that is.
+# The renderer finds the converter in its own folder.
 "$prefix/bin/fire3dv" "$source_dir/tests/assets/robots/arm_description/urdf/arm.urdf" --headless --size 64x36 --frames 1 \
   --cache off --out "$work/described" 2>"$work/log.txt" || { cat "$work/log.txt" >&2; fail "fire3dv with a URDF ended with $?"; }
 [ -s "$work/described/frame_000000.png" ] || fail "fire3dv wrote no PNG of a URDF"
 
+if command -v go-md2man >/dev/null; then
+  for page in fire3dv fire3dv-render fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay bullet_arm; do
+    grep -q '^\.SH OPTIONS' "$prefix/share/man/man1/$page.1" || fail "the manual page $page(1) is not installed"
+  done
+fi
 for paper in LICENSE NOTICE README.md CHANGELOG.md SPEC.md SPEC-transport.md SPEC-record.md; do
   [ -n "$(find "$prefix/share/doc" -name "$paper")" ] || fail "$paper is not installed"
 done
 
-# What is shipped knows no path of the machine that built it. Other builds carry debug information and sanitizers.
+# Release files contain no path of the build machine. Other builds carry debug information and
+# sanitizers.
 if [ "$config" = Release ]; then
   if grep -rlF -e "$source_dir/" -e "$build_dir/" "$prefix" >"$work/paths.txt"; then
     fail "the path of the source or the build is in: $(tr '\n' ' ' <"$work/paths.txt")"

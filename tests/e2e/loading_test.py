@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A scene that was loaded before comes out of the cache, with the same picture; nothing that is wrong with a cache ends a run."""
+"""End-to-end test of the scene cache: a cached scene gives the same image, and no fault of the cache ends a run."""
 import glob
 import json
 import math
@@ -8,7 +8,7 @@ import struct
 import zlib
 
 from harness import main, vulkan_environment
-from pictures import check
+from image_reader import check
 
 
 def png(colour):
@@ -20,7 +20,7 @@ def png(colour):
 
 
 def write_hill(folder, colour=(200, 40, 40)):
-    """A textured hill of 24 000 triangles: a .gltf, its .bin and its texture."""
+    """Writes a textured hill of 24 000 triangles: a .gltf, its .bin and its texture."""
     side = 110
     binary = bytearray()
     for y in range(side):
@@ -56,7 +56,7 @@ def write_hill(folder, colour=(200, 40, 40)):
 
 
 def start(test, scene, *arguments, env=None):
-    """One image: its bytes, and what was said."""
+    """Draws one image; returns its bytes and the text on stderr."""
     renderer = test.renderer("--frames", "1", *arguments, scene=scene, env=env)
     renderer.expect_exit(0)
     with open(os.path.join(renderer.folder, "frame_000000.png"), "rb") as file:
@@ -111,7 +111,7 @@ def nowhere_to_keep(test):
         env.pop(name, None)
     image, said = start(test, scene, "--cache", "auto", env=env)
     check(image == first and not came_from_cache(said), f"without a home:\n{said}")
-    image, said = start(test, scene, "--cache", test.path("hill/hill.bin"))  # a file where the folder should be
+    image, said = start(test, scene, "--cache", test.path("hill/hill.bin"))  # a file instead of the cache folder
     check(image == first and "cache: cannot make the folder" in said and "hill.bin" in said,
           f"a folder that cannot be made:\n{said}")
     env = dict(vulkan_environment(), XDG_CACHE_HOME=test.path("user"))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""--metrics: the page is what Prometheus reads, its numbers are true, and no visitor holds the renderer up."""
+"""End-to-end test of --metrics: Prometheus can read the page, its numbers are right, and no client blocks the renderer."""
 import random
 import socket
 import subprocess
@@ -7,10 +7,10 @@ import urllib.error
 import urllib.request
 
 from harness import HANG_S, main, shown, vulkan_environment, wait_until
-from pictures import check
+from image_reader import check
 from prometheus import Page, scrape, url_of
 
-ODD_NAME = 'arm "left"\\'  # what has to be escaped
+ODD_NAME = 'arm "left"\\'  # needs escaping
 
 
 def wait_page(url, what, predicate):
@@ -45,7 +45,7 @@ def numbers(test):
     check(page.get("process_resident_memory_bytes") > 1 << 20 and page.get("process_open_fds") > 3, "process")
     check(page.get("fire3dv_pass_gpu_seconds_count", **{"pass": "shade"}) > 0, "no times of passes")
     check(sum(page.all("fire3dv_stream_state", **of)) == 1, "not one state")
-    # Received frames were drawn, or a newer one came before the next image.
+    # Each received frame was drawn, or a newer one arrived before the next image.
     last = wait_page(url, "silence", lambda p: p.get("fire3dv_stream_state", state="lost", **of) == 1)
     received = last.get("fire3dv_stream_frames_received_total", **of)
     drawn = last.get("fire3dv_stream_frames_shown_total", **of)
@@ -66,7 +66,7 @@ def numbers(test):
 
 
 def visitors(test):
-    """Rude ones of all kinds at once, while a stream is drawn."""
+    """Misbehaving clients of all kinds at the same time, while a stream is drawn."""
     shm = test.fresh_uri("shm")
     renderer = test.renderer("--metrics", "[::1]:0", listen=[shm])
     url = url_of(renderer)
@@ -76,7 +76,7 @@ def visitors(test):
     noise = random.Random(6)
     silent = [socket.create_connection(("::1", port), HANG_S) for _ in range(100)]
     greedy = socket.create_connection(("::1", port), HANG_S)
-    greedy.sendall(b"GET /metrics HTTP/1.1\r\n\r\n" * 100)  # and reads nothing
+    greedy.sendall(b"GET /metrics HTTP/1.1\r\n\r\n" * 100)  # and never reads
     for data in [b"\0", b"\xff" * 9000, b"GET /metrics HTTP/1.1\r\nX: " + b"a" * 100000] + [noise.randbytes(n) for n in (1, 99, 9999)]:
         with socket.create_connection(("::1", port), HANG_S) as visitor:
             try:
@@ -85,7 +85,7 @@ def visitors(test):
                 while visitor.recv(4096):
                     pass
             except OSError:
-                pass  # it may hang up at any time
+                pass  # the server may close at any time
     for path, code in (("/", 404), ("/metrics/../../etc/passwd", 404), ("/" + "a" * 9000, 431)):
         try:
             urllib.request.urlopen(url.replace("/metrics", path), timeout=HANG_S).close()
@@ -114,7 +114,7 @@ def addresses(test):
 
 
 def reader(test):
-    """The reader itself refuses what Prometheus would."""
+    """Negative control: the reader refuses input that Prometheus refuses."""
     for wrong in ("a 1", "# TYPE a gauge\na 1\n", "# HELP a b\n# TYPE a gauge\na 1\na 2\n", "# HELP a b\n# TYPE a gauge\na{x=y} 1\n",
                   "# HELP a b\n# TYPE a gauge\na 1,5\n", "# HELP a b\n# TYPE a counter\na 1\n", "# HELP a b\n# TYPE a gauge\nb 1\n",
                   '# HELP a b\n# TYPE a gauge\na{x="\n"} 1\n', '# HELP a b\n# TYPE a gauge\na{x="1",x="2"} 1\n'):

@@ -1,4 +1,4 @@
-# fire3dv-mujoco: as its README has it, driven by lines, given images, and refused.
+# Tests of fire3dv-mujoco: commands of its README, control by lines, images, and refusals.
 if(TARGET fire3dv AND TARGET fire3dv-mujoco AND TARGET stream_dump)
   foreach(cases commands drawn images refused)
     add_test(NAME mujoco_${cases}
@@ -9,7 +9,7 @@ if(TARGET fire3dv AND TARGET fire3dv-mujoco AND TARGET stream_dump)
   endforeach()
 endif()
 
-# Beside MuJoCo's own renderer, where there is an OpenGL for it.
+# Comparison with MuJoCo's own renderer; needs OpenGL.
 if(TARGET fire3dv AND TARGET fire3dv-mujoco-compare)
   add_test(NAME mujoco_compare
     COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/mujoco_compare_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-mujoco>

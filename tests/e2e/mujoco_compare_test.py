@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Labels and depth are those that MuJoCo's own renderer draws of the same model, from the same camera.
+"""Comparison with MuJoCo's own renderer as the reference: labels and depth of the same model and camera.
 
-mujoco_compare_test.py FIRE3DV FIRE3DV_MUJOCO FIRE3DV_MUJOCO_COMPARE [CASE...]; 77 where OpenGL is not to be had."""
+mujoco_compare_test.py FIRE3DV FIRE3DV_MUJOCO FIRE3DV_MUJOCO_COMPARE [CASE...]; exits with 77 without OpenGL.
+"""
 import os
 import signal
 import sys
 
 from harness import Program, main, vulkan_environment
-from pictures import check
+from image_reader import check
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 CRANE = os.path.join(ROOT, "tests", "assets", "robots", "crane.xml")
@@ -37,7 +38,7 @@ def agreement(test, model, camera, objects):
 
 
 def gripper(test):
-    """The collection's, where it is."""
+    """Uses the model of the collection, if available."""
     model = os.path.join(ASSETS, "robots", "robotiq_2f85", "scene.xml")
     if not os.path.exists(model):
         print(f"gripper: skipped, {model} is not there")

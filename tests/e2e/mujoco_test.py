@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""fire3dv-mujoco: obeys what is typed, is drawn as its README says, gets images back, and says what is wrong."""
+"""End-to-end test of fire3dv-mujoco: typed commands, the commands of its README, images, and error messages."""
 import json
 import math
 import os
@@ -9,7 +9,7 @@ import signal
 import struct
 
 from harness import Program, main, shown, vulkan_environment, wait_until
-from pictures import check, read_png
+from image_reader import check, read_png
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 CRANE = os.path.join(ROOT, "tests", "assets", "robots", "crane.xml")
@@ -17,7 +17,7 @@ PROGRAMS = ["fire3dv", "fire3dv-mujoco", "stream_dump"]
 
 
 def readme(section):
-    """The command lines of a section of the README, without their folder."""
+    """Returns the command lines of a section of the README, without their folder."""
     with open(os.path.join(ROOT, "adapters", "mujoco", "README.md"), encoding="utf-8") as file:
         text = file.read().split(f"\n## {section}\n", 1)[1].split("\n## ", 1)[0]
     found = [shlex.split(line) for block in re.findall(r"```sh\n(.*?)```", text, re.S) for line in block.splitlines()]
@@ -30,7 +30,7 @@ def simulator(test, *arguments):
 
 
 def commands(test):
-    """Each line does what it says, and the stream shows it: time, flags, sequence."""
+    """The stream shows the effect of each command: time, flags, sequence."""
     dump = Program(test, "stream_dump", [test.programs_at["stream_dump"], "tcp://127.0.0.1:0", "240"])
     uri = wait_until("stream_dump to listen", lambda: dump.out and dump.out[0])
     program = simulator(test, CRANE, "--to", uri, "--paused", "--rate", "0", "--speed", "4", "--ctrl", "sin")
@@ -67,7 +67,7 @@ def commands(test):
 
 
 def drawn(test):
-    """The README's commands give an image for each frame, and a scene of geoms looks as one of bodies."""
+    """The README's commands draw an image of each frame; a scene of geoms looks like one of bodies."""
     pictures = []
     render, simulate = readme("Run a model")[-2:]
     write, show = readme("Tell geoms apart")
@@ -106,13 +106,13 @@ def lines_of(path):
 
 
 def plane(folder, frame, name, kind):
-    """The numbers of a .npy file; its head is of 128 bytes."""
+    """Returns the numbers of a .npy file with a header of 128 bytes."""
     with open(os.path.join(folder, frame["planes"][name]), "rb") as file:
         return [number for (number,) in struct.iter_unpack("<" + kind, file.read()[128:])]
 
 
 def images(test):
-    """The README's commands bring each camera's image of each frame back: those that the renderer writes itself."""
+    """The README's commands return each camera's image of each frame, equal to the files of the renderer."""
     render, simulate = readme("Images")
     check(simulate[4:6] == ["--images", "chaser:320x240"] and simulate[8:10] == ["--out", "images"], "the README has changed")
     planes = ["--outputs", "color,depth,instance,boxes2d"]
@@ -145,7 +145,7 @@ def images(test):
             (folder, mine, "instance", "I"), (folder, mine, "depth", "f"), (renderer.folder, frame, "depth", "f")))
         check(len(labels) == len(depths) == len(true_depths) == size[0] * size[1], f"{mine} lacks pixels")
         check(labels == plane(renderer.folder, frame, "instance", "I"), f"{mine} has other labels")
-        # The lens went through pixels and back.
+        # Tolerance: the lens is converted to pixels and back.
         check(all(math.isclose(a, b, rel_tol=1e-6) for a, b in zip(depths, true_depths)), f"{mine} has other depths")
     cameras = lines_of(os.path.join(folder, "cameras.jsonl"))
     check(len(cameras) == 8 and [c["world_from_camera"] for c in cameras if c["camera"] == "free camera"][0][7] > 0.1,
@@ -153,7 +153,7 @@ def images(test):
     fovy = math.radians(50)  # of the model
     check(all(abs(c["fy"] - size[1] / 2 / math.tan(fovy / 2)) < 1e-3 and c["cx"] == (size[0] - 1) / 2
               for c in cameras if c["camera"] == "chaser"), f"{cameras[0]}")
-    # Without lockstep what comes is written, while the simulation is paused, too.
+    # Without lockstep images are written as they arrive, also while the simulation is paused.
     uri = test.fresh_uri("tcp")
     renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], CRANE, "--validation", "--cache", "off", "--listen", uri,
                                          *render[4:]], vulkan_environment())
@@ -164,7 +164,7 @@ def images(test):
     check(lines_of(listed)[0]["frame"] == 1, "an image shows no frame of the simulation")
     program.signal(signal.SIGINT)
     program.expect_exit(0)
-    # In lockstep one that sends no images is waited for, too.
+    # In lockstep the program waits for each renderer, also for one that sends no images.
     program = simulator(test, CRANE, "--to", uri, "--to", test.fresh_uri("shm"), "--images", "chaser:48x36", "--out", test.path("two"),
                         "--lockstep", "--ack-timeout", "2", "--duration", "0.1")
     program.expect_exit(1)

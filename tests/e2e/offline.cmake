@@ -1,6 +1,6 @@
-# Recordings drawn offline: by the program, against itself and against what was seen live.
+# Offline rendering of recordings: against itself and against images of the live run.
 if(TARGET fire3dv)
-  fire3dv_program(e2e_offline_recording SOURCES ${CMAKE_CURRENT_LIST_DIR}/offline_recording.cpp LINK fire3dv_record)
+  fire3dv_program(e2e_offline_recording SOURCES ${CMAKE_CURRENT_LIST_DIR}/programs/offline_recording.cpp LINK fire3dv_record)
   set_target_properties(e2e_offline_recording PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   add_test(NAME offline
     COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/offline_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-record>

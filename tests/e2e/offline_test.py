@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Recordings drawn offline: the same bytes from a cold start, in shards, after a kill, and as they were seen live."""
+"""End-to-end test of offline rendering: identical bytes from a cold start, in shards, after a kill, and from the live run."""
 import json
 import os
 import shutil
@@ -7,10 +7,10 @@ import signal
 import subprocess
 
 from harness import HANG_S, Program, check, main, shown, vulkan_environment, wait_until
-from pictures import read_png
+from image_reader import read_png
 
 SIZE = "160x90"
-FRAMES = 40  # of the recording at FPS: 60 frames of 10 ms, then 20 more, from the first to the last
+FRAMES = 40  # of the recording at FPS: 60 frames of 10 ms, then 20 more, first to last
 FPS = 50
 
 
@@ -45,7 +45,7 @@ def join(test, *arguments, code=0):
 
 
 def files_of(folder):
-    """All but the manifest, which says what drew them and which shard they are."""
+    """Returns all files except for the manifest, which names the renderer and the shard."""
     return {name: open(os.path.join(folder, name), "rb").read() for name in sorted(os.listdir(folder)) if name != "manifest.json"}
 
 
@@ -63,7 +63,7 @@ def has_green(picture):
 
 
 def whole_run(test):
-    """All frames in one go: the truth that the other ways are held to."""
+    """Renders all frames in one run: the reference for the other runs."""
     folder = os.path.join(test.folder, "whole")
     if not os.path.exists(folder):
         render(test, recording(test), folder, "--fps", FPS)
@@ -85,7 +85,8 @@ def frames_are_right(test):
     check(all(arms), f"frames without the arm: {[i for i, arm in enumerate(arms) if not arm]}")
     pictures = [read_png(os.path.join(folder, line["file"])) for line in lines]
     check(len({b"".join(bytes(row) for row in picture.rows) for picture in pictures}) >= FRAMES - 2, "frames look alike")
-    # Green is hidden from frame 20 (200 ms) to 50; the added asset, which has one of its own, is there from 25 to 40.
+    # Green is hidden from frame 20 (200 ms) to 50; the added asset contains a green square and exists from 25
+    # to 40.
     for line, picture in zip(lines, pictures):
         at_ms = 10 + 20 * line["frame"]
         hidden = 200 <= at_ms < 500 and not 250 <= at_ms < 400
@@ -95,7 +96,8 @@ def frames_are_right(test):
 def a_cold_start_changes_nothing(test):
     folder = whole_run(test)
     lines = lines_of(os.path.join(folder, "frames.jsonl"))
-    # 30 to 33: the node with an asset is there then, and hidden things are; what led there is drawn by none of them.
+    # 30 to 33: the asset node exists, and nodes are hidden. The edits precede these frames, so none of them
+    # draws the transition.
     for first, last in ((7, 9), (14, 17), (32, 33)):
         out = test.path(f"alone{first}")
         render(test, recording(test), out, "--fps", FPS, "--start", first / FPS, "--end", last / FPS)
@@ -118,7 +120,7 @@ def shards_are_the_whole(test):
     check("warning" not in said, said)
     check(files_of(joined) == files_of(folder), "joined shards are other bytes than a single run")
 
-    # One encoding of all of it, as straight from the renderer.
+    # One video of all shards equals a direct one.
     straight, together = test.path("straight.mp4"), test.path("together.mp4")
     render(test, recording(test), straight, "--fps", FPS)
     join(test, *parts, "--out", together)
@@ -127,7 +129,7 @@ def shards_are_the_whole(test):
              for path in (straight + ".jsonl", together + ".jsonl", os.path.join(folder, "frames.jsonl"))]
     check(lists[0] == lists[1] == lists[2], "the lists beside videos are other ones")
 
-    # What does not belong together, or is not all of it, is said.
+    # Shards that do not match, or are incomplete, are reported.
     said = join(test, parts[0], parts[2], "--out", test.path("x.mp4"), code=1)
     check("frames 13 to 25 of 40 are missing: render again with --shard 2/3" in said, said)
     check("name each part once" in join(test, *parts, parts[1], "--out", test.path("x.mp4"), code=1), "a part was taken twice")
@@ -163,7 +165,7 @@ def a_killed_run_is_gone_on_with(test):
     program.kill()
     kept = len(lines_of(path))
     check(5 <= kept, "it did not come far enough")
-    if kept == FRAMES:  # the kill came too late on this machine: as if it had not
+    if kept == FRAMES:  # the kill came after the last frame on this machine: removes frames by hand
         for frame in range(20, FRAMES):
             os.unlink(os.path.join(out, f"frame_{frame:06}.png"))
         kept = 20
@@ -180,7 +182,7 @@ def a_killed_run_is_gone_on_with(test):
     said = render(test, recording(test), out, "--fps", 25, code=1)
     check("holds frames of another run (fps is 50 there and 25 here)" in said, said)
 
-    # A video by way of its frames, which go when it is whole.
+    # A video is assembled from frame files, which are removed once it is complete.
     video = test.path("resumed.mkv")
     frames = video + ".frames"
     program = start(test, recording(test), video, "--fps", FPS, "--codec", "ffv1", "--resume")
@@ -208,14 +210,14 @@ def live_is_replayed_is_offline(test):
     recorder.expect_exit(0)
 
     offline = test.path("offline")
-    render(test, file, offline, "--fps", 100)  # the simulator's own rate
+    render(test, file, offline, "--fps", 100)  # the simulator's rate
     drawn = {shown(line, "arm")["sequence"]: line for line in lines_of(os.path.join(offline, "frames.jsonl"))}
     check(len(drawn) >= frames // 2, f"{len(drawn)} frames were recorded")
 
     again = test.fresh_uri("shm")
     replayed = test.renderer("--lockstep", "--exit-when-done", listen=[again])
     replayed.uris()
-    # Frame by frame: a renderer that is slow to start would miss what its link does not hold.
+    # Steps frame by frame: a renderer that starts slowly would miss frames that the link does not hold.
     replay = Program(test, "replay", [test.programs_at["replay"], file, "--to", again, "--wait", "--step"])
     for sequence in sorted(drawn):
         replay.process.stdin.write("\n")
@@ -280,7 +282,7 @@ def bad_input(test):
         check(not os.path.exists(out), f"{arguments} left a folder")
     check("has no manifest.json" in join(test, test.folder, "--out", out, code=1), "a folder without frames was taken")
 
-    # A recording that was cut is drawn as far as it goes; a disk that is full is told, and holds whole frames alone.
+    # A truncated recording is drawn up to its end. A full disk is an error, and all written frames are whole.
     said = render(test, cut, out, "--fps", FPS)
     check("warning" in said and 5 <= len(lines_of(os.path.join(out, "frames.jsonl"))) < FRAMES, said)
 
@@ -309,7 +311,7 @@ if __name__ == "__main__":
             for part in parts:
                 part(test)
         return run
-    # One folder for all that is compared with the whole run, which is drawn once.
+    # One folder for all comparisons with the reference run, which is drawn once.
     main({"same_bytes": all_of(frames_are_right, a_cold_start_changes_nothing, shards_are_the_whole, a_killed_run_is_gone_on_with,
                                the_scene_may_travel),
           "live": live_is_replayed_is_offline, "bad_input": bad_input},

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""Planes and boxes beside the colours of an image, as files: they agree with the picture, and with where things are."""
+"""End-to-end test of output planes and boxes as files: they agree with the colour image and with the poses."""
 import ast
 import json
 import os
 import struct
 
 from harness import main
-from pictures import HALF_SQUARE, PLACE_AT_REST, SIZE, SQUARES, check, write_scene
+from image_reader import HALF_SQUARE, PLACE_AT_REST, SIZE, SQUARES, check, write_scene
 
 NAMES = ["linear", "depth", "instance", "semantic", "normal", "motion"]
 
 
 def read_npy(path):
-    """Pixels by rows, each a tuple."""
+    """Returns the pixels by rows, each a tuple."""
     with open(path, "rb") as file:
         data = file.read()
     check(data[:8] == b"\x93NUMPY\x01\x00", f"{path} begins with {data[:8]}")
@@ -35,7 +35,7 @@ def instances(renderer):
 
 
 def write_classes(path):
-    """The squares' scene again, with a class for two of them."""
+    """Writes the squares' scene with a class for two of them."""
     with open(path, "rb") as file:
         data = file.read()
     length = struct.unpack_from("<I", data, 12)[0]
@@ -93,7 +93,7 @@ def all_outputs(test):
 
 
 def planes_alone(test):
-    """No colour is written, nor listed, where none is wanted; and boxes can be had alone."""
+    """Without colour among the outputs no colour is written or listed; boxes alone are possible."""
     renderer = test.renderer("--frames", "1", "--outputs", "boxes2d,depth")
     renderer.expect_exit(0)
     files = sorted(os.listdir(renderer.folder))
@@ -103,7 +103,7 @@ def planes_alone(test):
 
 
 def views(test):
-    """A view shows the scene that planes beside it tell of, and needs what it is made from."""
+    """A view shows the scene that the planes describe, and requires its inputs."""
     renderer = test.renderer("--frames", "1", "--view", "normals", "--outputs", "color,instance", "--samples", "1")
     renderer.expect_exit(0)
     frame, = renderer.frames()

@@ -1,7 +1,8 @@
-"""NumPy arrays of every kind through the Python package: the numbers that come are those of the array, without a copy
-where it is contiguous float32, and shapes that fit by chance alone are refused.
+"""NumPy test of the Python package: all kinds of arrays arrive with equal numbers, contiguous float32 without a copy.
+Shapes with a matching size but a wrong meaning are refused.
 
-python_arrays_test.py STREAM_DUMP"""
+python_arrays_test.py STREAM_DUMP
+"""
 import copy
 import pickle
 import sys
@@ -44,12 +45,12 @@ with fire3dv.Stream(lines.uri, "arrays") as stream:
         sequence = stream.publish(i, array)
         assert sequence == i + 1 == stream.sequence
         assert lines.frame(epoch, sequence)["poses"] == base.reshape(2, 12).tolist(), i
-    stream.publish_some(8, np.arange(2), base)  # the first one names all
+    stream.publish_some(8, np.arange(2), base)  # the first frame contains all nodes
     for indices in (np.array([1]), np.array([1], np.uint32), np.array([1], np.uint8), [1], [np.int64(1)]):
         sequence = stream.publish_some(9, indices, base[:1])
         assert lines.frame(epoch, sequence)["poses"][-1] == base[0].ravel().tolist()
 
-    refused(lambda: stream.publish(0, np.zeros((3, 4, 4), np.float32)), "(3, 4, 4)")  # 48 numbers, as four poses have
+    refused(lambda: stream.publish(0, np.zeros((3, 4, 4), np.float32)), "(3, 4, 4)")  # 48 numbers, as for four poses
     refused(lambda: stream.publish(0, np.zeros((2, 4, 3), np.float32)), "(2, 4, 3)")
     refused(lambda: stream.publish(0, np.zeros(23, np.float32)), "23 numbers")
     refused(lambda: stream.publish(0, np.zeros((2, 3, 4), np.complex64)), "complex64")
@@ -76,5 +77,5 @@ for call in (stream.poll, lambda: stream.publish(0, base), lambda: stream.descri
         assert "closed" in str(error) and error.code == fire3dv.ERROR_STATE
         for other in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
             assert (type(other), other.code, str(other)) == (type(error), error.code, str(error))
-stream.close()  # twice is fine
+stream.close()  # close() is idempotent
 print("ok")

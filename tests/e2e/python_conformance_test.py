@@ -1,10 +1,9 @@
-"""The Python package against the golden messages: what they say is said through it and comes over the link as their
-JSON has it, and what must be refused is refused, by the name of the same field.
+"""Conformance test of the Python package against the golden messages: the package sends each message, and the receiver
+decodes its JSON. Invalid messages are refused with the name of the same field.
 
 python_conformance_test.py STREAM_DUMP FOLDER_OF_GOLDEN_MESSAGES
 
-Golden messages that no client can be made to send are named below with the reason, so that one that is new must be
-placed here.
+Golden messages that no client can send are listed below with the reason, so that each new one must be classified here.
 """
 import glob
 import json
@@ -34,7 +33,7 @@ def golden():
     return result
 
 
-# --- what can be said ------------------------------------------------------------------------------------------------
+# --- messages that the package can send ------------------------------------------------------------------------------
 
 NOT_SAID = {
     "pose_frame-part": "the library cuts frames by itself",
@@ -42,7 +41,7 @@ NOT_SAID = {
     "stream_description-later_minor": "the library says its own version",
     "stream_description-minor_1": "is one without an adapter's nodes, as stream_description-no_nodes",
 }
-OWN = {"epoch", "clock", "protocol_minor", "sequence", "publish_time_ns", "scene_version", "version"}  # the library's
+OWN = {"epoch", "clock", "protocol_minor", "sequence", "publish_time_ns", "scene_version", "version"}  # set by the library
 
 
 def same(name, came, meant):
@@ -62,7 +61,7 @@ def say_description(stream, lines, name, meant):
 def say_frame(stream, lines, name, meant):
     stream.describe([f"node {i}" for i in range(meant["node_count"])])
     poses = np.array(meant["poses"], np.float32).reshape(-1, 3, 4)
-    if "node_indices" in meant:  # after one that names all
+    if "node_indices" in meant:  # needs a preceding frame with all nodes
         everywhere = np.tile(np.eye(3, 4, dtype=np.float32), (meant["node_count"], 1, 1))
         lines.frame(stream.poll().epoch, stream.publish_some(0, np.arange(meant["node_count"]), everywhere))
         sequence = stream.publish_some(meant["sim_time_ns"], np.array(meant["node_indices"]), poses, meant["flags"])
@@ -99,7 +98,7 @@ def say_edit(stream, lines, name, meant):
                               m in lines.messages[before:]), meant)
 
 
-# --- what is refused -------------------------------------------------------------------------------------------------
+# --- refused calls ---------------------------------------------------------------------------------------------------
 
 FULL = {"node_names": ["base", "arm", "robot/link 1", "Körper", "🤖"], "world_from_stream": np.eye(3, 4),
         "body_from_node": [pose(i) for i in range(5)], "nominal_rate_hz": 240, "scene_uri": "file:scene.glb"}
@@ -138,7 +137,8 @@ def seen(**changes):
 
 NO_CLIENT_SAYS_IT = "numbers of the header are the library's"
 NO_TEXT = "is no str of Python, which raises before the library is asked"
-# name without "refused-": a call that must be refused and what the sentence must hold, or why no call says it
+# name without "refused-": a call that must be refused and a part of its error message, or why no call sends
+# it
 REFUSED = {
     "description_adapter_name_newline": (lambda _: fire3dv.Stream("shm://x", adapter_name="a\nb"), "adapter_name"),
     "description_body_from_node_count": (described(body_from_node=[pose(i) for i in range(4)]), "body_from_node"),
@@ -206,7 +206,7 @@ REFUSED = {
 
 
 def main():
-    lines = StreamLines(sys.argv[1], "tcp://127.0.0.1:0")  # what is sent in part comes in part
+    lines = StreamLines(sys.argv[1], "tcp://127.0.0.1:0")  # partial frames stay partial over tcp
     say = {"StreamDescription": say_description, "PoseFrame": say_frame, "SceneEdit": say_edit}
     said = refused = 0
     with fire3dv.Stream(lines.uri, adapter_name="conformance") as stream:

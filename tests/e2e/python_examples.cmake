@@ -1,4 +1,4 @@
-# examples/dataset and examples/stereo_endoscope, as their READMEs have them.
+# Examples dataset and stereo_endoscope: runs the commands of their READMEs.
 include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)  # Python cannot load a client with a sanitizer
   foreach(case dataset stereo_endoscope)

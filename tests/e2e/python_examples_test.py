@@ -1,6 +1,7 @@
-"""The Python examples, as their READMEs have them: the scene is written, drawn on request, and what comes out is true.
+"""End-to-end test of the Python examples by the commands of their READMEs: scene, images on request, correct results.
 
-python_examples_test.py FIRE3DV BULLET_ARM [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package."""
+python_examples_test.py FIRE3DV BULLET_ARM [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package.
+"""
 import json
 import os
 import shlex
@@ -10,13 +11,13 @@ import sys
 import numpy
 
 from harness import HANG_S, Program, main, vulkan_environment
-from pictures import check, read_png
+from image_reader import check, read_png
 
 EXAMPLES = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples"))
 
 
 def readme(example):
-    """The three commands, each a list of words: they write the scene, draw it, and ask for images."""
+    """Returns the three commands as lists of words: write the scene, draw it, and request images."""
     with open(os.path.join(EXAMPLES, example, "README.md"), encoding="utf-8") as file:
         lines = [shlex.split(line) for line in file if line.startswith("    ")]
     check(len(lines) == 3 and lines[1][0] == "./fire3dv", f"{example} has other commands: {lines}")
@@ -33,7 +34,7 @@ def python(test, example, *arguments):
 
 
 def refuses(test, example, *arguments):
-    """A mistake is told in a sentence, not by Python's own trace."""
+    """An error prints one sentence instead of a Python traceback."""
     script = os.path.join(EXAMPLES, example, f"{example}.py")
     program = Program(test, example, [sys.executable, script, *arguments], dict(os.environ))
     program.expect_exit(2)
@@ -59,7 +60,7 @@ def rows_of(folder, name):
 
 
 def mask_of(segmentation):
-    """COCO's uncompressed run lengths: column by column, 0 first."""
+    """Decodes COCO's uncompressed run lengths: column by column, 0 first."""
     values = numpy.repeat(numpy.arange(len(segmentation["counts"])) % 2, segmentation["counts"])
     return values.reshape(segmentation["size"], order="F")
 
@@ -98,7 +99,7 @@ def dataset(test):
             check(numpy.isfinite(depth[mask == 1]).all() and (depth[mask == 1] < 6).all(), "an object is infinitely far")
             together += mask
         check(together.max() == 1, "two objects share a pixel")
-        # An object stands out from the floor behind it, in colour as in depth.
+        # An object differs from the floor behind it in colour and in depth.
         edges = (together[:, 1:] != together[:, :-1])
         steps = numpy.abs(numpy.diff(pictures[-1].astype(int), axis=1)).max(axis=2)
         check(steps[edges].mean() > 3 * steps[~edges].mean(), "labels do not lie where colours change")

@@ -1,7 +1,8 @@
-"""pip installs the Python package from the tree, with the library in it, and it works where it is; where the library is
-not to be found, the error says what was tried and what helps.
+"""Installation test of the Python package: pip installs it from the tree with the library inside, and it runs in place.
+Without the library the error names the searched places and the remedy.
 
-python_install_test.py SOURCE_TREE LIBRARY VERSION"""
+python_install_test.py SOURCE_TREE LIBRARY VERSION
+"""
 import os
 import shutil
 import subprocess
@@ -21,7 +22,7 @@ def python(*arguments, **environment):
 
 with tempfile.TemporaryDirectory() as folder:
     source, target = os.path.join(folder, "source"), os.path.join(folder, "target")
-    # A copy: setuptools writes beside what it builds.
+    # Copies the sources: setuptools writes into the source folder.
     shutil.copytree(os.path.join(tree, "adapters", "generic", "python"), source,
                     ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
     done = python("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--no-index",

@@ -1,5 +1,5 @@
-# The Python package against the library of this build. An interpreter that was not built with a sanitizer cannot load a
-# library that was.
+# Python package with the library of this build. A Python interpreter without a sanitizer cannot
+# load a library with one.
 include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 find_program(FIRE3DV_PYTHON python3)
 if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
@@ -8,7 +8,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
     set_tests_properties(python_module_${name} PROPERTIES LABELS "e2e;cpu" TIMEOUT 300
       ENVIRONMENT "PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python;PYTHONDONTWRITEBYTECODE=1;FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
   endfunction()
-  foreach(scheme shm tcp)  # whether or not there is NumPy
+  foreach(scheme shm tcp)  # with and without NumPy
     python_module_case(${scheme} ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_module_test.py $<TARGET_FILE:stream_dump> ${scheme})
   endforeach()
   python_module_case(arrays ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_arrays_test.py $<TARGET_FILE:stream_dump>)

@@ -1,6 +1,7 @@
-"""The Python module: what is published and edited arrives, and what is wrong raises with the library's sentence.
+"""Test of the Python module: frames and edits arrive, and errors raise with the library's message.
 
-python_module_test.py STREAM_DUMP shm|tcp"""
+python_module_test.py STREAM_DUMP shm|tcp
+"""
 import array
 import json
 import math
@@ -33,7 +34,7 @@ uri = dump.stdout.readline().strip()
 with fire3dv.Stream(uri, adapter_name="python", scene_budget_bytes=200_000) as stream:
     expect_error(fire3dv.ERROR_STATE, "fire3dv_describe", lambda: stream.publish(0, [pose(0)]))
     stream.describe(["a", "b"], world_from_stream=[1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7], nominal_rate_hz=100)
-    while not stream.poll().renderers:  # the frames below are to be seen by somebody
+    while not stream.poll().renderers:  # the frames below need a receiver
         pass
     stream.set_visible("door", False)
     stream.set_base_color("door", [0.25, 0.5, 1, 1])

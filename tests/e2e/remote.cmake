@@ -1,7 +1,8 @@
-# Two hosts and a bad network between them, on this machine: network namespaces, which take root. Elsewhere it says so.
+# Two virtual hosts with an impaired network between them: network namespaces, which need root.
+# Without them the tests report that they are skipped.
 if(COMMAND fire3dv_e2e_test)  # of programs.cmake
   foreach(case conditions held unmarked)
-    fire3dv_e2e_test(networks_${case} SCRIPT networks_test.py
+    fire3dv_e2e_test(networks_${case} SCRIPT links/networks_test.py
                      PROGRAMS fire3dv e2e_publisher fire3dv-impair fire3dv-motion CASES ${case})
     set_tests_properties(networks_${case} PROPERTIES SKIP_RETURN_CODE 77)
   endforeach()

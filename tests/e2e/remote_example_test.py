@@ -12,7 +12,7 @@ import tempfile
 
 import hosts
 from harness import vulkan_environment
-from pictures import Failure, check
+from image_reader import Failure, check
 
 HANG_S = 900
 
@@ -36,7 +36,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="fire3dv-remote-") as folder:
         os.makedirs(os.path.join(folder, "build", "release"))
         os.symlink(bin_dir, os.path.join(folder, "build", "release", "bin"))
-        # The names of namespaces are files: here they are nobody else's, and gone with the test.
+        # Namespace names are files in /run: a private /run keeps them separate and removes them with the
+        # test.
         script = "mount -t tmpfs tmpfs /run\nset -eu\n" + commands_of(readme)
         done = subprocess.run(["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc", "bash", "-c", script],
                               cwd=folder, env={**vulkan_environment(), "XDG_CACHE_HOME": os.path.join(folder, "cache")},

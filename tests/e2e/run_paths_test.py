@@ -33,7 +33,7 @@ def binaries_below(folder):
 
 
 def search_paths(readelf, path):
-    """(DT_RPATH or DT_RUNPATH, its elements) of a file."""
+    """Returns (DT_RPATH or DT_RUNPATH, its elements) of a file."""
     output = subprocess.run([readelf, "-dW", path], check=True, capture_output=True, text=True).stdout
     for tag, value in re.findall(r"\((RPATH|RUNPATH)\)[^\[\n]*\[(.*)\]$", output, re.MULTILINE):
         yield f"DT_{tag}", value.split(":")
@@ -56,7 +56,7 @@ def main():
     parser.add_argument("--outside", action="append", default=[], metavar="FOLDER")
     parser.add_argument("folder")
     args = parser.parse_args()
-    # The rule itself: a reader that finds no fault in anything would pass every build.
+    # Self-test of the rule: a check that never fails would pass every build.
     assert fault_of("", []) and fault_of("lib", []) and fault_of("/b/lib", ["/b"]) and not fault_of("/bb/lib", ["/b"])
     assert not fault_of("$ORIGIN/../lib", []) and not fault_of("/usr/lib/x", [])
     faults, binaries, with_path = [], 0, 0

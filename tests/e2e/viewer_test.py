@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""What a user of the window does, with real input: bodies are selected and hidden, pictures are taken, cameras have
-windows of their own, files are dropped, and a load ends when the window is closed."""
+"""End-to-end test of the viewer window with real X input: selection, hiding, screenshots, windows per camera, dropped
+files, and closing during a load.
+"""
 import glob
 import json
 import os
@@ -11,12 +12,12 @@ import sys
 import time
 
 from harness import HANG_S, Program, check_tags, main, wait_until
-from pictures import check, read_png, write_scene
+from image_reader import check, read_png, write_scene
 from screen import SIZE, all_squares, on_a_screen
 
 TOUR = os.path.join(os.path.dirname(__file__), "..", "..", "docs", "tour.md")
 
-# Where the squares are at rest, in pixels of a window of SIZE.
+# Rest positions of the squares in pixels of a window of SIZE.
 AT = {"red": (292, 30), "green": (292, 70), "blue": (292, 110)}
 
 
@@ -32,7 +33,7 @@ def open_viewer(test, screen, *arguments, **options):
 
 
 def selects(test, screen):
-    """A click selects a body, keys hide it and show it alone, Escape takes the selection away and then the window."""
+    """A click selects a body, keys hide and isolate it; Escape clears the selection and then closes the window."""
     renderer, window = open_viewer(test, screen)
     at_rest = screen.picture(window).rows
 
@@ -67,19 +68,19 @@ def selects(test, screen):
     wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
     click(*AT["blue"])
     wait_until("an outline again", lambda: screen.picture(window).rows != at_rest)
-    click(100, 90)  # nothing is there
+    click(100, 90)  # background
     wait_until("no outline", lambda: screen.picture(window).rows == at_rest)
     screen.xdotool("key", "Escape")
     renderer.expect_exit(0)
 
 
-# Where the panels' controls are in a window of this size, with the lights' panel alone open.
+# Positions of the panels' controls in a window of this size, with only the lights panel open.
 PANELS_SIZE = (640, 400)
 FRAME_HEADER, LIGHTS_ROW, COLOUR, INTENSITY, DARKER = (470, 24), (475, 135), (570, 155), (572, 178), (535, 178)
 
 
 def drag(screen, window, begin, end):
-    """As a hand does it: it rests where it presses, and images pass while it moves."""
+    """Drags with a pause after the press and images between the moves, as a user does."""
     screen.xdotool("mousemove", "--window", window, *begin)
     time.sleep(0.3)
     screen.xdotool("mousedown", 1)
@@ -93,7 +94,7 @@ def drag(screen, window, begin, end):
 
 
 def panels(test, screen):
-    """A light's slider is dragged and the light changes, the view does not; Tab hides panels; their arrangement is kept."""
+    """Dragging a light's slider changes the light and not the view; Tab hides the panels; their layout is saved."""
     scene, arrangement = test.path("sun.glb"), test.path("config/fire3dv/window.conf")
     write_scene(scene, sun=True, place=0)
     os.makedirs(os.path.dirname(arrangement))
@@ -128,7 +129,7 @@ def panels(test, screen):
 
 
 def captures(test, screen):
-    """P takes pictures that say what they show and never replace one, V a video."""
+    """P takes screenshots with frame tags that never replace a file, V records a video."""
     folder = test.path("taken")
     uri = test.fresh_uri("shm")
     renderer, window = open_viewer(test, screen, "--screenshots", folder, listen=[uri])
@@ -136,7 +137,7 @@ def captures(test, screen):
     publisher.do("publish 3")
     renderer.wait_frame("a frame of the stream", lambda f: f["streams"])
     screen.xdotool("mousemove", "--window", window, 100, 80)
-    for _ in range(2):  # one after the other: keys that come between two images count once
+    for _ in range(2):  # one at a time: key presses between two images count once
         screen.xdotool("key", "p")
         renderer.wait_err(r"screenshot .*\.png")
     pictures = wait_until("two pictures", lambda: (lambda found: len(found) == 2 and found)(
@@ -162,7 +163,7 @@ def captures(test, screen):
 
 
 def several(test, screen):
-    """A window for each camera. One that is closed leaves the others, the first ends the program."""
+    """One window per camera. Closing one leaves the others open; closing the first ends the program."""
     renderer = test.renderer("--window", "front", "--window", "camera of front", headless=False, size=SIZE, env=screen.env)
     first = screen.window(renderer, "^FIRE-3DV front$")
     second = screen.window(renderer, "^FIRE-3DV camera of front$")
@@ -181,7 +182,7 @@ def several(test, screen):
 
 
 def cameras_of_windows(test, screen):
-    """A window keeps its camera when another scene is shown, also where one before it was closed."""
+    """A window keeps its camera when another scene is loaded, also after an earlier window was closed."""
     scene, other = test.path("three cameras.glb"), test.path("red.glb")
     write_scene(scene, away=True)
     write_scene(other, {"red": ((1, 0, 0), 30)}, away=True)
@@ -200,7 +201,7 @@ def cameras_of_windows(test, screen):
 
 
 def tiny(test, screen):
-    """A window that is a pixel wide has its panels all the same, and no video."""
+    """A window one pixel wide still has panels, and records no video."""
     folder = test.path("taken")
     renderer = test.viewer(test.scene, "--screenshots", folder, env=screen.env, size=(1, 200))
     window = screen.window(renderer)
@@ -212,7 +213,7 @@ def tiny(test, screen):
 
 
 def stereo(test, screen):
-    """Two cameras side by side, each moved where the mouse is."""
+    """Two cameras side by side; the mouse moves the one under it."""
     renderer = test.renderer("--stereo", "front,camera of front", headless=False, size=(640, 180), env=screen.env)
     window = screen.window(renderer)
 
@@ -226,8 +227,7 @@ def stereo(test, screen):
 
 
 def drop(test, screen):
-    """A scene that is dropped is shown instead; one that cannot be leaves what is shown. An address that cannot be had again
-    is said."""
+    """A dropped scene replaces the shown one; an invalid one leaves it. An address that cannot be bound again is reported."""
     other, broken, key = test.path("other scene.glb"), test.path("broken.glb"), test.path("key")
     with open(os.open(key, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="ascii") as file:
         file.write("0123456789abcdef" * 4 + "\n")
@@ -251,7 +251,7 @@ def drop(test, screen):
 
 
 def closed_while_loading(test, screen):
-    """Closing the window ends a load, and is no error."""
+    """Closing the window ends a load without an error."""
     large = test.path("large.glb")
     write_large_scene(large)
     renderer = test.renderer("--lod", "off", headless=False, size=SIZE, scene=large, env=screen.env)
@@ -262,7 +262,7 @@ def closed_while_loading(test, screen):
 
 
 def tour(test, screen):
-    """docs/tour.md's commands, as they stand there, but for addresses and the size."""
+    """Runs the commands of docs/tour.md with other addresses and another size."""
     with open(TOUR, encoding="utf-8") as file:
         blocks = re.findall(r"```sh\n(.*?)```", file.read(), re.S)
     commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
@@ -286,7 +286,7 @@ def tour(test, screen):
 
 
 def write_large_scene(path):
-    """Many meshes that share their vertices: a small file that takes long to prepare."""
+    """Writes many meshes that share their vertices: a small file that takes long to prepare."""
     side, meshes = 100, 300
     positions = b"".join(struct.pack("<3f", x, (x * 7 + y * 3) % 5, y) for y in range(side) for x in range(side))
     corners = [(y * side + x) for y in range(side - 1) for x in range(side - 1)]

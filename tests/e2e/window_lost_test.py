@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""A display that takes the window's surface away gets another one; a GPU that is gone ends the program in words, and one
-without memory for what is dropped leaves what is shown."""
+"""End-to-end test of Vulkan errors in the viewer: a lost surface is recreated, a lost device ends the program with a
+message, and out of memory during a drop leaves the shown scene.
+"""
 import os
 
 from harness import HANG_S, main, wait_until
-from pictures import check, write_scene
+from image_reader import check, write_scene
 from screen import SIZE, all_squares, on_a_screen
 
 
@@ -28,7 +29,7 @@ def device(test, screen):
 
 def memory(test, screen):
     other, full = test.path("other.glb"), test.path("full")
-    # Beside the red square so many out of sight that the buffer of their corners is as large as no other.
+    # Many invisible squares make the vertex buffer larger than any other buffer.
     write_scene(other, {"red": ((1, 0, 0), 30), **{f"far {i}": ((0, 1, 0), 100_000 + 100 * i) for i in range(3000)}})
     corners = 12 * 4 * 3001
 
@@ -49,7 +50,7 @@ def memory(test, screen):
     renderer.wait_err(r"other\.glb: the device has no memory for it; what was shown is shown again")
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
     os.remove(full)
-    # Where it is there without what is shown.
+    # One failure: memory is available once the shown scene is released.
     lose(1)
     screen.x11.drop(int(window), other, HANG_S)
     wait_until("red alone", shows_red_alone)

@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
-"""The window, on a display of our own: what it shows is seen by a screenshot, and keys and mouse do what README says.
-"""
+"""End-to-end test of the window on a virtual display: screenshots, keys and mouse, as the README describes them."""
 import os
 import time
 
 from harness import main, shown, wait_until
-from pictures import check, place_of
+from image_reader import check, place_of
 from screen import SIZE, all_squares, on_a_screen
 
 def streams(test, screen):
-    """Poses move what the window shows, through resizes, until Escape ends it in order."""
+    """Poses move the shown bodies, through resizes, until Escape ends the program normally."""
     uri = test.fresh_uri("shm")
     renderer = test.renderer(headless=False, listen=[uri], size=SIZE, env=screen.env)
     window = screen.window(renderer)
@@ -29,7 +28,7 @@ def streams(test, screen):
     check(len(places) == 3, f"{places}")
 
     publisher.do("stream 60")
-    for step in range(50):  # a window's edge that is dragged; nobody waits for an image of each size
+    for step in range(50):  # a dragged window border; no wait for an image of each size
         screen.xdotool("windowsize", window, 300 + step % 10 * 10, 200 + step * 2)
     for size in ((400, 220), (200, 300), (64, 64), (360, 200)):
         screen.xdotool("windowsize", window, *size)
@@ -45,7 +44,7 @@ def streams(test, screen):
 
 
 def mouse(test, screen):
-    """Left drag orbits, the wheel zooms, F frames all, 1 goes back to the scene's camera."""
+    """Left drag orbits, the wheel zooms, F frames all, 1 returns to the scene's camera."""
     renderer = test.renderer(headless=False, size=SIZE, env=screen.env)
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
@@ -83,7 +82,7 @@ def mouse(test, screen):
 
 
 def minimized(test, screen):
-    """A window that nobody sees draws nothing and keeps no core busy, and comes back."""
+    """An invisible window draws nothing, uses no CPU time, and comes back."""
     renderer = test.renderer(headless=False, size=SIZE, env=screen.env)
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
@@ -115,7 +114,7 @@ def number_of_images(test, screen):
 
 
 def display_gone(test, screen):
-    """The X server dies: the program ends, it does not hang."""
+    """When the X server dies, the program ends and does not hang."""
     renderer = test.renderer(headless=False, size=SIZE, env=screen.env)
     screen.window(renderer)
     renderer.wait_frame("an image", lambda f: True)

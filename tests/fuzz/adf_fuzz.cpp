@@ -1,4 +1,5 @@
-// An AMBF description of any bytes: refused with a sentence, or a model whose parts fit together.
+// Fuzz target of the ADF reader (AMBF description files): arbitrary bytes are refused with a message, or give
+// a consistent model.
 #include <unistd.h>
 
 #include <cmath>
@@ -13,7 +14,7 @@
 namespace fire3dv::fuzz {
 namespace {
 
-// Of this process's own, removed when it ends.
+// Temporary file of this process, removed at its end.
 struct File {
   std::filesystem::path path =
       std::filesystem::temp_directory_path() / ("fire3dv-adf-fuzz-" + std::to_string(getpid()) + ".yaml");

@@ -1,5 +1,5 @@
-// Decisions of a generated test: bytes of the fuzzer's input while there are any, then numbers of a generator
-// that is seeded by the whole input. The same input gives the same decisions.
+// Decisions of a generated test: first the bytes of the fuzzer's input, then numbers of a generator that is
+// seeded by the whole input. Equal inputs give equal decisions.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class Choices {
     for (const uint8_t byte : input) hash = (hash ^ byte) * 0x100000001b3;
     generator_.seed(hash);
   }
-  // 0 to count - 1.
+  // Returns 0 to count - 1.
   uint64_t below(uint64_t count) {
     if (next_ == input_.size()) return generator_() % count;
     return input_[next_++] * ((count + 255) / 256) % count;

@@ -1,8 +1,9 @@
-// Mutates the seeds of a target, from a seeded generator: the same runs give the same inputs.
-//   TARGET RUNS [SEED]         runs mutated seeds
-//   TARGET --seconds S FILE [SEED]   the same for so long; FILE holds the input that runs, for --file
-//   TARGET --corpus FOLDER     writes the seeds as files, for libFuzzer
-//   TARGET --file FILE...      runs files as they are
+// Mutation driver for fuzz targets without libFuzzer. A seeded generator mutates the target's seeds, so equal
+// arguments give equal inputs.
+//   TARGET RUNS [SEED]                 runs mutated seeds
+//   TARGET --seconds S FILE [SEED]     runs mutated seeds for S seconds; FILE keeps the current one
+//   TARGET --corpus FOLDER             writes the seeds as files, for libFuzzer
+//   TARGET --file FILE...              runs files unchanged
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -30,7 +31,7 @@ Input mutate(const std::vector<Input>& seeds, std::mt19937_64& generator) {
       case 1:
         input[at] = static_cast<uint8_t>(generator());
         break;
-      case 2: {  // numbers at the edges
+      case 2: {  // boundary values
         static constexpr uint64_t kEdges[] = {0,      1,          0x7f,       0xff,      0x7fff,
                                               0xffff, 0x7fffffff, 0xffffffff, UINT64_MAX};
         const uint64_t edge = kEdges[generator() % std::size(kEdges)];
@@ -48,7 +49,7 @@ Input mutate(const std::vector<Input>& seeds, std::mt19937_64& generator) {
             input.begin() + static_cast<std::ptrdiff_t>(at),
             input.begin() + static_cast<std::ptrdiff_t>(std::min(input.size(), at + 1 + generator() % 16)));
         break;
-      case 6: {  // a piece of another seed
+      case 6: {  // splices a piece of another seed
         const Input& other = seeds[generator() % seeds.size()];
         if (other.empty()) break;
         const size_t from = generator() % other.size();
@@ -58,7 +59,7 @@ Input mutate(const std::vector<Input>& seeds, std::mt19937_64& generator) {
                      other.begin() + static_cast<std::ptrdiff_t>(from + count));
         break;
       }
-      default: {  // a piece of its own, once more
+      default: {  // duplicates a piece of the input
         const size_t count = std::min<size_t>(1 + generator() % 64, input.size() - at);
         const Input piece(input.begin() + static_cast<std::ptrdiff_t>(at),
                           input.begin() + static_cast<std::ptrdiff_t>(at + count));

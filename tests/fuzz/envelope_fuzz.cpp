@@ -1,10 +1,10 @@
-// TCP's byte stream, cut at places that the input chooses: no message is longer than what came, nor is more
-// memory taken.
+// Fuzz target of TCP framing: a byte stream cut at positions that the input chooses. No message is longer
+// than the received bytes, and memory stays within them.
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/error.h"
-#include "protocol/transport/tcp_frame.h"
+#include "protocol/base/error.h"
+#include "protocol/transport/tcp/tcp_frame.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {

@@ -1,7 +1,8 @@
-// A visitor's request, as it comes bit by bit: a whole request has one answer, whatever comes after it.
+// Fuzz target of the metrics server's HTTP request parser: a complete request gets one valid response, and an
+// incomplete one is shorter than the limit.
 #include <string_view>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "renderer/metrics/http_connection.h"
 #include "tests/fuzz/target.h"
 
@@ -22,11 +23,11 @@ std::vector<Input> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace fire3dv;
   const std::string_view request(reinterpret_cast<const char*>(data), size);
-  const std::optional<int> judged = metrics::judge_request(request);
+  const std::optional<int> judged = metrics::request_status(request);
   FIRE3DV_ASSERT(judged || size < metrics::kMostRequestBytes);
   if (!judged) return 0;
   FIRE3DV_ASSERT(*judged == 200 || (*judged >= 400 && *judged <= 505));
-  // The page is for who asked for it, and for nobody else.
+  // Only GET /metrics returns the page.
   const bool asked = request.starts_with("GET /metrics HTTP/1.") || request.starts_with("GET /metrics?");
   FIRE3DV_ASSERT(*judged != 200 || asked);
   const std::string response = metrics::write_response(*judged, "page\n");

@@ -1,11 +1,11 @@
-// A recording from anywhere: whatever it says, it is read to its end, checked, played and recovered, and what
-// is recovered is whole.
-#include "protocol/error.h"
+// Fuzz target of recordings: an arbitrary file is read to its end, checked, played and recovered; the
+// recovered file is valid.
+#include "protocol/base/error.h"
 #include "protocol/record/playback.h"
 #include "protocol/record/recover.h"
 #include "protocol/record/verify.h"
 #include "tests/fuzz/target.h"
-#include "tests/unit/record_files.h"
+#include "tests/unit/record/record_files.h"
 
 namespace fire3dv::fuzz {
 

@@ -1,7 +1,7 @@
-// Whole sessions of several peers in one process, from links to the edited scene, without a GPU: they
-// connect, describe, publish, edit, request images, leave and come back in any order. After each step the
-// state is consistent, older streams have kept what is theirs, and every peer is within its budget; after the
-// last disconnect everything is released.
+// Fuzz target of whole sessions of several peers in one process, from links to the edited scene, without a
+// GPU. Peers connect, describe, publish, edit, request images, leave and return in any order. Invariants
+// after each step: consistent state, rights of older streams, budgets of all peers. After the last disconnect
+// all memory is released.
 #include <malloc.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <map>
 
-#include "renderer/app/stream_intake.h"
+#include "renderer/app/streams/stream_receiver.h"
 #include "tests/fuzz/session_link.h"
 #include "tests/fuzz/session_peer.h"
 #include "tests/fuzz/session_scene.h"
@@ -24,7 +24,7 @@ constexpr size_t kPeers = 6;
 constexpr int kSteps = 160;
 constexpr size_t kMaxHeapGrowthBytes = size_t{96} << 20;
 
-// Small ones, so that sessions reach them.
+// Small limits, so that sessions reach them.
 PeerLimits small_limits() {
   PeerLimits limits;
   limits.of(Resource::names) = 1000;
@@ -69,7 +69,7 @@ class Session {
     for (size_t i = 0; i < kPeers; ++i)
       if (peers_[i].is_connected) disconnect(i);
     for (int i = 0; i < 1000 && (i < 20 || !is_over()); ++i) {
-      now_ns_ += 1'000'000'000;  // grace times end
+      now_ns_ += 1'000'000'000;  // beyond all grace times
       turn(true);
     }
     check_released();
@@ -151,8 +151,8 @@ class Session {
     return epochs;
   }
 
-  // Some images are left for later turns, as when a time slice is over.
-  void draw(const state::ImageBook::Due& due) {
+  // Leaves some images for later turns, as an expired time slice does.
+  void draw(const state::ImageRequestRegistry::Due& due) {
     if (choices_.one_in(8)) return;
     if (choices_.one_in(8)) {
       intake_.refuse_image(due, wire::ImageRefusal::unknown_camera, "no such camera");
@@ -169,14 +169,14 @@ class Session {
     (void)intake_.send_image(due.asker, frame, [](std::span<std::byte>) {});
   }
 
-  // One round of the frame loop.
+  // One iteration of the frame loop.
   void turn(bool finish = false) {
     now_ns_ += choices_.one_of<int64_t>({0, 1'000, 1'000'000, 1'000'000, 100'000'000, 6'000'000'000});
     intake_.poll();
     const bool replaced = scene_.follow(finish || choices_.one_in(2));
-    if (replaced || choices_.one_in(4)) intake_.tell_bindings();
+    if (replaced || choices_.one_in(4)) intake_.notify_bindings();
     for (const state::ImageDemand& demand : intake_.image_demands(now_ns_)) {
-      for (const state::ImageBook::Due& due : intake_.due_images(demand.asker, now_ns_)) draw(due);
+      for (const state::ImageRequestRegistry::Due& due : intake_.due_images(demand.asker, now_ns_)) draw(due);
     }
     if (choices_.one_in(2)) intake_.acknowledge(poses_.shown());
     (void)intake_.take_notes();
@@ -219,8 +219,8 @@ class Session {
     FIRE3DV_ASSERT(active == intake_.active_streams());
   }
 
-  // The stream has not described itself again, which may have been from another connection. Known only while
-  // it drives a node: each run has an age of its own.
+  // True if the stream has not been described again, possibly by another connection. Known only while it
+  // drives a node: each run has its own age.
   bool is_same_run(const Owned& owned) const {
     const state::Stream& stream = poses_.streams()[owned.stream];
     if (!stream.active || stream.epoch != owned.epoch) return false;
@@ -229,7 +229,7 @@ class Session {
     return false;
   }
 
-  // What an older stream drives stays its own: its nodes, their paths, and whether they are seen.
+  // Nodes that an older stream drives keep their driver, their paths and their visibility.
   void check_rights() {
     const std::vector<scene::Node>& nodes = scene_.scene().nodes;
     std::multimap<std::string, uint32_t> by_path;
@@ -263,7 +263,7 @@ class Session {
         FIRE3DV_ASSERT(report.used[i] <= budgets_->limits().per_peer[i]);
   }
 
-  // Of streams that are accepted, every request is answered or open.
+  // Each request of an accepted stream is answered or open.
   void check_requests() const {
     if (lockstep_ || intake_.waiting_messages() != 0) return;
     std::set<uint64_t> settled;
@@ -272,7 +272,7 @@ class Session {
     for (const auto& [peer, id] : link_->images()) settled.insert(id);
     for (size_t i = 0; i < kPeers; ++i) {
       const auto welcome = link_->welcomed().find(ids_[i]);
-      if (contested_.contains(peers_[i].epoch)) continue;  // the stream may be another connection's
+      if (contested_.contains(peers_[i].epoch)) continue;  // the stream may belong to another connection
       if (!peers_[i].is_connected || peers_[i].is_damaged || welcome == link_->welcomed().end()) continue;
       if (welcome->second != std::pair(peers_[i].epoch, wire::WelcomeStatus::accepted)) continue;
       for (const auto& [place, id] : peers_[i].requests) FIRE3DV_ASSERT(settled.contains(id));
@@ -284,7 +284,7 @@ class Session {
            scene_.is_settled();
   }
 
-  // All peers have left.
+  // After all peers have left.
   void check_released() {
     FIRE3DV_ASSERT(is_over());
     FIRE3DV_ASSERT(intake_.open_image_requests() == 0);
@@ -297,13 +297,13 @@ class Session {
   const std::shared_ptr<BudgetPool> budgets_ = BudgetPool::create(small_limits());
   state::PoseState poses_;
   SessionScene scene_;
-  app::StreamIntake intake_;
+  app::StreamReceiver intake_;
   SessionLink* link_ = nullptr;
   std::array<SessionPeer, kPeers> peers_;
   std::array<transport::PeerId, kPeers> ids_{};
   transport::PeerId last_id_ = 0;
-  std::set<uint64_t> contested_;  // epochs of which two connected peers have described a stream
-  const size_t heap_bytes_ = ::mallinfo2().uordblks;  // sanitizers count nothing here
+  std::set<uint64_t> contested_;  // epochs whose streams two connected peers have described
+  const size_t heap_bytes_ = ::mallinfo2().uordblks;  // sanitizers report 0
   int64_t now_ns_ = 1'000'000'000;
   std::map<std::string, Owned> owned_;  // by path, as of the last turn
 };

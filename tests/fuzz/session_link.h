@@ -1,4 +1,4 @@
-// Listener of a fuzzed session: hands out queued events and keeps the replies.
+// Listener link of a fuzzed session: delivers queued events and records the replies.
 #pragma once
 
 #include <deque>
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 
@@ -29,7 +29,7 @@ class SessionLink final : public transport::ListenerLink {
     }
   }
   void wait(std::chrono::nanoseconds) override {}
-  // Replies are valid messages.
+  // Checks that each reply is a valid message.
   void send(transport::PeerId peer, std::span<const std::byte> message) override {
     const auto decoded = decoder_.decode(message);
     FIRE3DV_ASSERT(decoded.ok());
@@ -54,7 +54,7 @@ class SessionLink final : public transport::ListenerLink {
   using PeerAndRequest = std::pair<transport::PeerId, uint64_t>;
   const std::vector<PeerAndRequest>& refused() const { return refused_; }
   const std::vector<PeerAndRequest>& images() const { return images_; }
-  // Epoch and status of a peer's last Welcome.
+  // Returns epoch and status of the last Welcome of each peer.
   const std::map<transport::PeerId, std::pair<uint64_t, wire::WelcomeStatus>>& welcomed() const {
     return welcomed_;
   }

@@ -1,3 +1,4 @@
+// Message generation of fuzzed peers: valid messages with boundary values, and some invalid ones.
 #include "tests/fuzz/session_peer.h"
 
 #include <cmath>
@@ -8,7 +9,7 @@
 namespace fire3dv::fuzz {
 namespace {
 
-// Names and paths of base_scene(), of added nodes and their assets, and of nothing.
+// Names and paths of base_scene(), of added nodes and their assets, and unknown ones.
 const std::vector<std::string>& names_in_use() {
   static const std::vector<std::string> names = {
       "root",      "body",       "left",       "twin",   "camera",         "root/left", "root/left/twin",
@@ -27,7 +28,7 @@ float edge_float(Choices& choices) {
   return choices.one_of({0.0f, 1.0f, -1.0f, 0.5f, 1e-30f, 9.9e11f, 1e30f, kInfinity, std::nanf(""), 3.1f});
 }
 
-// Mostly a number that is allowed.
+// Returns a valid number in most cases.
 float number(Choices& choices) {
   return choices.one_in(30) ? edge_float(choices) : static_cast<float>(choices.below(100)) / 16;
 }
@@ -69,7 +70,7 @@ wire::Bytes SessionPeer::describe(Choices& choices, const std::set<uint64_t>& ep
   if (choices.one_in(20)) description.world_from_stream.m[choices.below(12)] = edge_float(choices);
   if (choices.one_in(4)) description.clock.boot_id = "another machine";
   wire::Bytes bytes = wire::encode(description);
-  requests.clear();  // those of a description that was refused are not known to the renderer
+  requests.clear();  // the renderer does not know the requests of a refused description
   static wire::Decoder decoder;
   const bool is_valid = decoder.decode(bytes).ok() && description.protocol_major == wire::kProtocolMajor;
   if (is_valid || description.protocol_major != wire::kProtocolMajor) {
@@ -103,7 +104,7 @@ wire::Bytes SessionPeer::pose_frame(Choices& choices) {
       if (choices.one_in(2)) indices.push_back(choices.one_in(60) ? count + i : i);
     poses.resize(indices.size());
     frame.node_indices = indices;
-  } else if (count > 1 && choices.one_in(4)) {  // a part; the next may be of the same sequence
+  } else if (count > 1 && choices.one_in(4)) {  // one part; the next part may have the same sequence
     frame.first_node = static_cast<uint32_t>(choices.below(count));
     poses.resize(1 + choices.below(count - frame.first_node));
     if (choices.one_in(2) && sequence_ > 0) --sequence_;

@@ -1,5 +1,5 @@
-// Peer of a fuzzed session: makes messages that are mostly valid, with values at the edges, and remembers
-// what it has told the renderer.
+// Peer of a fuzzed session: generates mostly valid messages with boundary values, and records what it has
+// sent.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ namespace fire3dv::fuzz {
 
 class SessionPeer {
  public:
-  // A new connection: what the peer knew is gone.
+  // A new connection: clears the peer's state.
   void reset() { *this = {}; }
 
   wire::Bytes describe(Choices& choices, const std::set<uint64_t>& epochs_of_others);
@@ -24,13 +24,13 @@ class SessionPeer {
   wire::Bytes edit(Choices& choices);
   wire::Bytes image_request(Choices& choices);
   wire::Bytes goodbye(Choices& choices);
-  // Pings, replies that only renderers send, and bytes that are no message.
+  // Pings, replies that only renderers send, and undecodable bytes.
   static wire::Bytes other_message(Choices& choices);
 
   bool is_connected = false;
-  uint64_t epoch = 0;                     // of its last description; 0: none, or it said goodbye
-  bool is_damaged = false;                // a message was changed on its way: what it says here may be wrong
-  std::map<uint32_t, uint64_t> requests;  // ids by place, sent in this epoch, all well-formed
+  uint64_t epoch = 0;       // of its last description; 0: none, or after a goodbye
+  bool is_damaged = false;  // a message was mutated in transit: the state recorded here may be wrong
+  std::map<uint32_t, uint64_t> requests;  // well-formed requests of this epoch: ids by place
 
  private:
   wire::SceneEdit edit_of(Choices& choices, wire::Property property);

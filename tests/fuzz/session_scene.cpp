@@ -1,3 +1,4 @@
+// Edited scene of a fuzzed session: base scene, edits and simulated background builds.
 #include "tests/fuzz/session_scene.h"
 
 #include <algorithm>
@@ -5,8 +6,8 @@
 #include <cstring>
 #include <thread>
 
-#include "protocol/error.h"
-#include "renderer/scene/load_gltf.h"
+#include "protocol/base/error.h"
+#include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::fuzz {
 namespace {
@@ -57,7 +58,7 @@ const scene::LoadedScene& base_scene() {
 }
 
 SessionScene::SessionScene(state::PoseState& poses) : poses_(poses), build_(base_scene(), {}) {
-  poses.load_assets_aside();
+  poses.load_assets_asynchronously();
 }
 
 bool SessionScene::follow(bool finish_build) {
@@ -75,7 +76,7 @@ bool SessionScene::follow(bool finish_build) {
   if (build_.idle() && (keys_of(wanted) != nodes_ || vertex_nodes != vertex_nodes_))
     begin_build(std::move(wanted), vertex_nodes);
   bool shown = false;
-  for (const state::EditBook::Finished& edit : book_.take_finished())
+  for (const state::EditRegistry::Finished& edit : book_.take_finished())
     shown |= poses_.finish_edit(edit.stream, edit.epoch, edit.version);
   (void)book_.take_notes();
   return shown;
@@ -113,7 +114,7 @@ bool SessionScene::show_built(app::SceneBuild::Built&& built) {
     book_.refuse_node(refused.node, refused.reason);
   if (!built.fault.empty()) {
     for (const state::WantedNode& node : built.added) book_.refuse_node(node, built.fault);
-    build_.keep_only(added_);
+    build_.retain_only(added_);
     book_.scene_made_for(vertex_nodes_);
     return true;
   }

@@ -1,5 +1,5 @@
-// The edited scene of a fuzzed session: app::LiveScene without renderer and camera. Builds end when the
-// caller says so, so that the same input gives the same session.
+// Edited scene of a fuzzed session: app::LiveScene without renderer and camera. The caller ends the builds,
+// so equal inputs give equal sessions.
 #pragma once
 
 #include <map>
@@ -10,14 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/app/scene_build.h"
-#include "renderer/scene/scene_edits.h"
+#include "renderer/app/loading/scene_build.h"
+#include "renderer/scene/edits/scene_edits.h"
 #include "renderer/state/edit_book.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::fuzz {
 
-// A valid binary glTF file of a few nodes; assets and the base scene are made of it.
+// Returns a valid binary glTF file of a few nodes, for assets and the base scene.
 std::vector<std::byte> small_glb();
 const scene::LoadedScene& base_scene();
 
@@ -25,14 +25,15 @@ class SessionScene {
  public:
   explicit SessionScene(state::PoseState& poses);
 
-  // Applies what streams have changed, as app::LiveScene::follow() does between two frames.
+  // Applies the pending edits of streams, as app::LiveScene::follow() does between two frames.
   bool follow(bool finish_build);
 
   bool is_settled() const { return build_.idle() && book_.empty(); }
   const scene::Scene& scene() const { return merged_ ? merged_->scene : base_scene().scene; }
-  // Nodes that an edit hides or removes, without those whose own stream has withdrawn them.
+  // Returns the nodes hidden or removed by an edit, except for those that their own stream has withdrawn.
   const std::set<uint32_t>& hidden() const { return hidden_; }
-  // Smallest age of a stream that has asked to hide or remove this node; nothing: none has.
+  // Returns the smallest age of a stream with an edit that hides or removes this node; nothing if there is
+  // none.
   std::optional<uint64_t> oldest_hider(uint32_t node) const;
 
  private:
@@ -43,7 +44,7 @@ class SessionScene {
   void resolve(const std::vector<state::WantedNode>& wanted);
 
   state::PoseState& poses_;
-  state::EditBook book_;
+  state::EditRegistry book_;
   scene::SceneEdits edits_;
   std::unique_ptr<const scene::LoadedScene> merged_;
   std::vector<state::WantedNode> added_;

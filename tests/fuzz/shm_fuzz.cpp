@@ -1,5 +1,5 @@
-// A segment of which the input has overwritten words: a reader, and a publisher that reads replies, take what
-// is sound or say that it is damaged, and touch nothing outside.
+// Fuzz target of shared-memory segments with overwritten words: a reader, and a publisher that reads replies,
+// accept valid data or report damage, and access no memory outside of the segment.
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -7,9 +7,9 @@
 #include <cstring>
 #include <map>
 
-#include "protocol/error.h"
-#include "protocol/transport/byte_order.h"
-#include "protocol/transport/shm_reader.h"
+#include "protocol/base/error.h"
+#include "protocol/transport/core/byte_order.h"
+#include "protocol/transport/shm/shm_reader.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {
@@ -55,23 +55,23 @@ void append(Input& input, uint32_t offset, uint64_t value) {
 
 }  // namespace
 
-// An input is words: where each goes (u32) and what it becomes (u64).
+// An input is a list of words: offset (u32) and new value (u64).
 std::vector<Input> seeds() {
   std::vector<Input> inputs(9);
-  append(inputs[0], 256, 6);          // poses published
-  append(inputs[1], 64, 4096);        // the pose ring's place
-  append(inputs[1], 64 + 16, 100);    // and capacity
-  append(inputs[2], 4096 + 64, 500);  // a reply ring's head
+  append(inputs[0], 256, 6);          // number of published poses
+  append(inputs[1], 64, 4096);        // offset of the pose ring
+  append(inputs[1], 64 + 16, 100);    // and its capacity
+  append(inputs[2], 4096 + 64, 500);  // head of a reply ring
   append(inputs[2], 4096 + 192, 0x4633445600000040);
   append(inputs[3], 448, 1);  // retired
   append(inputs[3], 320, 7);
-  append(inputs[4], 512, 2);  // another generation of states
+  append(inputs[4], 512, 2);  // another generation of the state log
   append(inputs[4], 576, 2);
   append(inputs[4], 704, 48);
-  append(inputs[5], 768, 4096);  // bytes of the states that are there
-  append(inputs[6], 160, 4096);  // the states' place
+  append(inputs[5], 768, 4096);  // bytes in the state log
+  append(inputs[6], 160, 4096);  // offset of the state log
   append(inputs[6], 168, 64);
-  append(inputs[7], 176, 4096);  // the images' place
+  append(inputs[7], 176, 4096);  // offset of the images
   append(inputs[7], 184, 128);
   append(inputs[8], 192, 4096);  // their length and number
   append(inputs[8], 200, 8);
@@ -117,9 +117,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   ReplyConsumer replies(victim.segment.reader(0));
   std::vector<std::byte> message;
   const RingGeometry& geometry = victim.segment.geometry.images;
-  ImageTaker images(base, geometry);
+  ImageReader images(base, geometry);
   for (int i = 0; i < 64; ++i) {
-    ImageNotice notice;
+    ImageNotification notice;
     if (replies.pop(message, notice) != ReplyConsumer::Outcome::image || !images.is_sound(notice)) continue;
     const auto block = images.take(notice, 0);
     if (!block) continue;
@@ -130,6 +130,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   for (uint64_t slot = 0; slot < geometry.count; ++slot)
     std::memset(base + geometry.offset + slot * geometry.stride, 0, kSlotHeaderBytes);
   for (const auto& [at, word] : before) std::memcpy(base + at, &word, 8);
-  std::memset(&victim.segment.reader(1), 0, 192);  // what the readers above left there
+  std::memset(&victim.segment.reader(1), 0, 192);  // clears the slot that the readers above left
   return 0;
 }

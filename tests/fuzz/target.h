@@ -1,5 +1,5 @@
-// A fuzz target is a source that defines these two. It runs under libFuzzer, or under driver.cpp, which needs
-// no special compiler: what CI runs everywhere is then the same code that ran for hours elsewhere.
+// Interface of a fuzz target: a source file that defines these two functions. It runs under libFuzzer, or
+// under driver.cpp, which needs no special compiler, so CI and long libFuzzer runs test the same code.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace fire3dv::fuzz {
 
 using Input = std::vector<uint8_t>;
 
-// Sound inputs to begin with.
+// Returns valid inputs for the initial corpus.
 std::vector<Input> seeds();
 
 }  // namespace fire3dv::fuzz

@@ -1,13 +1,15 @@
-// Datagrams in the order in which the input has them, into a session of each side and a listener of a group:
-// nothing is believed that its hash does not hold, and what is held stays within the budget.
+// Fuzz target of UDP datagrams in any order, for a session of each side and a group listener. Messages with a
+// wrong hash are rejected, and buffered bytes stay within the budget.
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/error.h"
-#include "protocol/transport/byte_order.h"
-#include "protocol/transport/udp_group.h"
-#include "protocol/transport/udp_handshake.h"
-#include "protocol/transport/udp_session.h"
+#include "protocol/base/error.h"
+#include "protocol/transport/core/byte_order.h"
+#include "protocol/transport/udp/multicast/udp_group.h"
+#include "protocol/transport/udp/dtls/udp_dtls.h"
+#include "protocol/transport/udp/udp_handshake.h"
+#include "protocol/transport/udp/dtls/udp_record.h"
+#include "protocol/transport/udp/udp_session.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {
@@ -17,14 +19,14 @@ using namespace transport::udp;
 
 constexpr uint64_t kSession = 0x1122334455667788;
 
-// An input is datagrams, each with its length in two bytes before it.
+// An input is a list of datagrams, each preceded by its length in two bytes (little endian).
 void append(Input& input, std::span<const std::byte> datagram) {
   input.push_back(static_cast<uint8_t>(datagram.size()));
   input.push_back(static_cast<uint8_t>(datagram.size() >> 8));
   for (const std::byte byte : datagram) input.push_back(static_cast<uint8_t>(byte));
 }
 
-// A carousel's round: the offer, the description, another message.
+// One carousel round: the offer, the description, another message.
 Input round_of(size_t bytes) {
   Input input;
   Session session(kSession, 0, nullptr);
@@ -67,9 +69,14 @@ std::vector<Input> seeds() {
     write_ack(ack.data() + kHeaderBytes, {1, 2, {5, 0, 0, 0}});
     append(input, std::span(ack).first(kHeaderBytes + kAckBytes));
     append(input, write_hello(5, 6));
-    append(input, write_hello(5, 6, {}, nullptr, 9000));
-    append(input, write_accept(5, kSession, {}, {}, nullptr));
-    append(input, write_accept(5, kSession, {}, {}, nullptr, 9000));
+    append(input, write_hello(5, 6, 9000));
+    append(input, write_accept(5, kSession));
+    append(input, write_accept(5, kSession, 9000));
+    const auto key = PreSharedKey::from_secret(transport::Secret(std::vector<std::byte>(32, std::byte{1})));
+    FIRE3DV_ASSERT(key.ok());
+    const auto publisher = (*key)->connect();
+    publisher->handshake({});
+    for (const auto& datagram : publisher->take_outgoing()) append(input, datagram);
     inputs.push_back(std::move(input));
     inputs.push_back(round_of(bytes));
   }
@@ -95,12 +102,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     data += 2 + length;
     size -= 2 + length;
     now += 1'000'000;
+    const RecordDatagram records = inspect_records(datagram);
+    FIRE3DV_ASSERT(records.kind != RecordDatagram::Kind::data || datagram.size() >= kRecordOverheadBytes);
     Header header;
     if (!read_header(datagram, header)) continue;
+    FIRE3DV_ASSERT(records.kind == RecordDatagram::Kind::none);
     if (header.type == Type::hello && datagram.size() >= kHelloBytes) (void)read_hello(datagram);
     if (header.type == Type::accept) {
-      (void)read_accept(datagram, {}, nullptr);
-      (void)read_accept(datagram, {}, nullptr, 9000);
+      (void)read_accept(datagram);
+      (void)read_accept(datagram, 9000);
     }
     std::span<const std::byte> payload;
     if (session.hear(header, datagram, now, payload) != Session::Heard::payload) continue;
@@ -121,7 +131,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       FIRE3DV_ASSERT(group.held_bytes() <= kBudget);
     }
     const size_t held = session.receiver().held_bytes();
-    const auto outcome = session.control(header, payload, kBudget - std::min(kBudget, held), now);
+    const auto outcome = session.control(header.type, payload, kBudget - std::min(kBudget, held), now);
     if (outcome == ControlReceiver::Outcome::complete) (void)session.receiver().take();
     FIRE3DV_ASSERT(session.receiver().held_bytes() <= 4 * kBudget);
     if (outcome == ControlReceiver::Outcome::corrupt) break;

@@ -1,8 +1,8 @@
-// Bytes to messages: whatever is accepted can be walked from end to end, and encodes to something that is
-// accepted.
+// Fuzz target of the wire decoder: each accepted message can be traversed completely, and its encoding is
+// accepted again.
 #include <cmath>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/encode.h"
 #include "tests/fuzz/target.h"
@@ -117,7 +117,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (const auto* one = std::get_if<wire::SceneEdit>(&*message))
     FIRE3DV_ASSERT(wire::fits(one->property, one->value));
   const wire::Bytes again = std::visit([](const auto& m) { return fuzz::encode_again(m); }, *message);
-  // Another major's description holds only what all majors share.
+  // A description of another major version has only the fields common to all versions.
   const auto* description = std::get_if<wire::StreamDescription>(&*message);
   const auto* welcome = std::get_if<wire::Welcome>(&*message);
   const bool ours = (description == nullptr || description->protocol_major == wire::kProtocolMajor) &&

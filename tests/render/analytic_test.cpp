@@ -1,10 +1,10 @@
-// Images against formulas: what a pixel must be is known without a picture.
+// Render tests against closed-form radiometry and geometry: the expected pixels follow from formulas.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
@@ -17,7 +17,7 @@ passes::DrawSettings no_ambient() {
   return settings;
 }
 
-// What an 8-bit pixel says of the light before tone mapping: the sRGB curve and Reinhard's, backwards.
+// Inverts the sRGB curve and Reinhard's operator: the radiance of an 8-bit pixel before tone mapping.
 float light_of(int channel) {
   const float encoded = static_cast<float>(channel) / 255.0f;
   const float display = encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
@@ -26,16 +26,15 @@ float light_of(int channel) {
 
 class Analytic : public ValidationIsSilent {};
 
-// A rough non-metal under one light is close to Lambert: albedo / pi * lux * cos(theta), less what its
-// surface reflects and plus the broad lobe of roughness 1. Both are in the formula below, as glTF 2.0
-// appendix B has them.
+// A rough dielectric under one light is close to Lambert: albedo / pi * lux * cos(theta), minus the reflected
+// part, plus the broad specular lobe of roughness 1. The formula below has both terms (glTF 2.0, appendix B).
 TEST_F(Analytic, LambertSphereUnderOneLight) {
   SceneBuilder builder;
   const float albedo = 0.6f, lux = 2.0f;
   const glm::vec3 to_light = glm::normalize(glm::vec3(0.5f, 0.7f, 0.6f));
   builder.mesh_node("ball", builder.sphere(builder.material(matte(glm::vec3(albedo))), 1, 256), glm::mat4(1));
   builder.light_node(sun({1, 1, 1}, lux), shining_towards(-to_light));
-  builder.camera_node("camera", {0, 0, 100}, {0, 0, 0}, 2 * std::atan(1.2f / 100));  // nearly parallel
+  builder.camera_node("camera", {0, 0, 100}, {0, 0, 0}, 2 * std::atan(1.2f / 100));  // nearly orthographic
   const scene::Scene scene = builder.build();
   RenderBench bench(scene, {200, 200}, no_ambient());
   const sinks::FrameImage image = bench.draw_at_rest();
@@ -53,7 +52,7 @@ TEST_F(Analytic, LambertSphereUnderOneLight) {
       const glm::vec3 v(0, 0, 1), h = glm::normalize(to_light + v);
       const float n_dot_v = n.z, v_dot_h = glm::dot(v, h);
       const float fresnel = 0.04f + 0.96f * std::pow(1 - v_dot_h, 5.0f);
-      // At roughness 1 the distribution is 1 / pi everywhere, and the shadowing's roots are 1.
+      // At roughness 1 the distribution is 1 / pi everywhere, and the roots of the shadowing term are 1.
       const float specular = fresnel * (1 / kPi) * 0.5f / (n_dot_l + n_dot_v);
       const float expected = ((1 - fresnel) * albedo / kPi + specular) * n_dot_l * lux;
       const float seen = light_of(pixel(image, x, y).r);
@@ -64,7 +63,7 @@ TEST_F(Analytic, LambertSphereUnderOneLight) {
   EXPECT_GT(compared, 300);
 }
 
-// A square held over the ground under a light straight above: its shadow is its own outline.
+// A square above the ground under a vertical directional light: its shadow is its own outline.
 TEST_F(Analytic, ShadowEdgesFollowGeometry) {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.8f, 0.8f, 0.8f})), 10), glm::mat4(1));
@@ -81,7 +80,7 @@ TEST_F(Analytic, ShadowEdgesFollowGeometry) {
       const float px = std::abs((static_cast<float>(x) + 0.5f) / 100 - 1);
       const float py = std::abs((static_cast<float>(y) + 0.5f) / 100 - 1);
       const float outside_m = std::max(px, py) - 0.5f;
-      if (std::abs(outside_m) < 0.011f) continue;  // the pixels that the edge itself crosses
+      if (std::abs(outside_m) < 0.011f) continue;  // skips pixels that the edge crosses
       if (outside_m < 0) {
         ASSERT_EQ(pixel(image, x, y), glm::ivec3(0)) << "lit in the shadow at " << x << ", " << y;
       } else {
@@ -91,7 +90,7 @@ TEST_F(Analytic, ShadowEdgesFollowGeometry) {
   }
 }
 
-// Tiny and huge scenes alike cast shadows and have no acne: the same picture at scales 250,000 times apart.
+// Shadows are independent of the scale, without acne: equal images at scales 250,000 times apart.
 TEST_F(Analytic, ShadowsScaleWithTheScene) {
   std::vector<sinks::FrameImage> images;
   for (const float scale : {0.002f, 1.0f, 500.0f}) {
@@ -130,13 +129,13 @@ TEST_F(Analytic, PointLightFallsWithTheSquare) {
     const scene::Scene scene = builder.build();
     RenderBench bench(scene, {33, 33}, no_ambient());
     const float seen = light_of(pixel(bench.draw_at_rest(), 16, 16).r);
-    // Straight up and down: the specular lobe of roughness 1 adds F0 / (4 pi).
+    // At normal incidence and view the specular lobe of roughness 1 adds F0 / (4 pi).
     const float expected = (0.96f * albedo + 0.04f / 4) / kPi * candela / (height * height);
     EXPECT_NEAR(seen, expected, 0.02f * expected + 0.005f) << "at " << height << " m";
   }
 }
 
-// Black in, black out; nothing in front: the background. Exposure scales light before tone mapping.
+// A black material gives black, empty pixels the background. Exposure scales radiance before tone mapping.
 TEST_F(Analytic, ExposureScalesLight) {
   SceneBuilder builder;
   scene::Material material = matte({0.25f, 0.25f, 0.25f});

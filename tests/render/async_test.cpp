@@ -1,7 +1,6 @@
-// A frame of which a piece runs on a side queue: the same images, byte for byte, in the same number of
-// objects, and each pass waits for what it needs and for nothing else. The tests' driver has one queue, which
-// then takes the pieces one after the other: what the orders of two queues may be is gone through in
-// tests/unit/forked_submit_test.cpp.
+// Render test of frames with work on the async compute queue: byte-identical images, no leaked objects, and
+// each pass waits only for its dependencies. The test driver has one queue, which executes the submissions in
+// order; tests/unit/drawing/forked_submit_test.cpp enumerates the possible orders of two queues.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/render/bent_bar.h"
-#include "tests/render/render_bench.h"
+#include "tests/render/support/bent_bar.h"
+#include "tests/render/support/render_bench.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -24,7 +23,7 @@ using Names = std::vector<std::string>;
 constexpr VkExtent2D kExtent{64, 48};
 
 gpu::Device& forking_device() {
-  instance();  // outlives the device: constructed before
+  instance();  // must outlive the device, so it is constructed before
   static const std::unique_ptr<gpu::Device> device = open_device(gpu::AsyncCompute::on);
   return *device;
 }
@@ -36,7 +35,7 @@ passes::DrawSettings settings_of(RasterPath raster, passes::ShadowSettings shado
   return settings;
 }
 
-// The bar bends, and the one beside it wanders.
+// The bar bends, and its neighbour moves.
 std::vector<state::RestPose> poses_of(const scene::Scene& scene, uint32_t count) {
   std::vector<state::RestPose> poses;
   for (uint32_t i = 0; i < count; ++i) {
@@ -164,7 +163,7 @@ TEST_F(Async, NothingIsLeftBehind) {
     const passes::DrawSettings settings = settings_of(RasterPath::visibility, {ShadowMethod::ray, false});
     RenderBench bench(first, kExtent, settings, device);
     const passes::View view = first_camera_view(first, state::PoseState(first), kExtent);
-    // The scene is replaced while frames that use it are in flight.
+    // Replaces the scene while frames that use it are in flight.
     for (uint32_t i = 0; i < 10; ++i) {
       const scene::Scene& scene = i % 2 ? second : first;
       bench.renderer().set_scene(scene);
@@ -178,7 +177,7 @@ TEST_F(Async, NothingIsLeftBehind) {
   EXPECT_EQ(device.allocated_bytes(), bytes_before);
 }
 
-// A recorder with three buffers that commands fill and copy.
+// Recorder with four buffers that commands fill and copy.
 class AsidePasses : public ValidationIsSilent {
  protected:
   explicit AsidePasses(gpu::Device& on = forking_device()) : device_(on), frames_(on) {
@@ -200,7 +199,7 @@ class AsidePasses : public ValidationIsSilent {
                     vkCmdCopyBuffer(commands, from.get(), to.get(), 1, &all);
                   });
   }
-  // Submits; returns the passes of the main queue.
+  // Submits the frame and returns the passes of the graphics queue.
   Names finish() {
     for (gpu::Buffer& buffer : buffers_) recorder_->transition({gpu::Use(buffer, gpu::access::host_read)});
     device_.wait(frames_.submit());
@@ -268,7 +267,7 @@ TEST_F(AsidePasses, AFrameIsTimedAsAWholeOrPassByPass) {
   }
 }
 
-// What a frame's end copies for the host is what was there when it was asked for.
+// A copy for the host at the end of the frame reads the buffer as it was at the call.
 TEST_F(AsidePasses, CopiesComeBeforeWhatTheyReadIsOverwritten) {
   gpu::Recorder& recorder = begin();
   fill(recorder, "fill a", a_, 1);
@@ -280,7 +279,7 @@ TEST_F(AsidePasses, CopiesComeBeforeWhatTheyReadIsOverwritten) {
   EXPECT_EQ(value(b_), 1u);
 }
 
-// Or beside a pass that does not write it; whoever does so later waits.
+// The copy may overlap the next pass if that does not write its source; a later writer waits.
 TEST_F(AsidePasses, CopiesGoBesideTheNextPass) {
   uint32_t number = 0;
   for (const gpu::Timed timed : {gpu::Timed::frame, gpu::Timed::passes}) {

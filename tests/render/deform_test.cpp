@@ -1,16 +1,16 @@
-// Skins and morph targets: what the GPU deforms looks as what was computed vertex by vertex, on both raster
-// paths and with shadows of every kind, and follows the poses from frame to frame.
+// Render test of skins and morph targets on the GPU: images equal those of meshes deformed on the CPU, on
+// both raster paths, with every shadow technique, and from frame to frame.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "renderer/scene/bounds.h"
-#include "renderer/scene/load_gltf.h"
-#include "tests/render/bent_bar.h"
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/bounds.h"
+#include "tests/render/support/bent_bar.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -58,7 +58,7 @@ glm::mat4 turned(float angle, const glm::vec3& axis) {
   return glm::rotate(glm::mat4(1), angle, axis);
 }
 
-// The second one lies elsewhere, so that bounds which stayed behind would lose its shadow.
+// The second pose lies elsewhere: stale bounds would lose its shadow.
 BarPose one_pose() {
   return {at({-0.6f, 0, 0}), at({0, 1, 0}) * turned(0.9f, {0, 0, 1}), 1};
 }
@@ -89,7 +89,7 @@ TEST_F(Deform, ABarBendsAsComputedInEveryWayOfDrawing) {
   }
 }
 
-// Outsides stay outsides.
+// A mirroring transform flips the winding, and front faces stay front faces.
 TEST_F(Deform, AFigureMirroredByItsJointsIsDrawnAsComputed) {
   BarPose pose = one_pose();
   pose.world_from_root = pose.world_from_root * glm::scale(glm::mat4(1), {-1, 1, 1});
@@ -126,7 +126,7 @@ TEST_F(Deform, AMorphTargetWeighsWhatItIsSaidTo) {
   }
 }
 
-// Where the box around a node's mesh is in the image: low x, low y, high x, high y.
+// Screen-space bounds of a node's box: low x, low y, high x, high y.
 glm::vec4 box_in_image(const scene::Box& box, const passes::View& view) {
   glm::vec2 low(1e9f), high(-1e9f);
   for (int corner = 0; corner < 8; ++corner) {
@@ -142,7 +142,7 @@ glm::vec4 box_in_image(const scene::Box& box, const passes::View& view) {
   return {low, high};
 }
 
-// Of what is not background: how many pixels, and how many of them lie outside a rectangle.
+// Counts the pixels that differ from the background, and those of them outside a rectangle.
 std::pair<int, int> covered_and_outside(const sinks::FrameImage& image, const glm::vec4& rectangle) {
   const glm::ivec3 background = pixel(image, 0, 0);
   int covered = 0, outside = 0;
@@ -171,7 +171,7 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
     for (const double time_s : {0.0, 0.4, 0.9}) poses_shown.push_back(player.at(time_s));
   } else {
     scene = skinned_bar(one_pose());
-    scene.nodes[0].mesh = scene.nodes[4].mesh = scene::kNone;  // the ground, and the bar that does not bend
+    scene.nodes[0].mesh = scene.nodes[4].mesh = scene::kNone;  // the ground, and the bar without a skin
     for (const BarPose& pose : {one_pose(), other_pose()}) poses_shown.push_back(moved(scene, pose));
   }
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
@@ -205,7 +205,7 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
   }
 }
 
-// Opaque, among opaque things alone: no ray needs triangles but for what may change.
+// All meshes are opaque: rays need triangles only for meshes with per-instance vertices.
 TEST_F(Deform, WhatMayChangeCastsItsShadowAmongWhatCannot) {
   const auto scene_with = [](bool box, bool own_vertices) {
     SceneBuilder builder;
@@ -241,7 +241,7 @@ TEST_F(Deform, ReloadingLeavesNothingBehind) {
     bench.renderer().set_scene(first);
     draw(bench, first, state::PoseState(first));
   };
-  for (uint32_t frame = 0; frame < gpu::kFramesInFlight; ++frame) draw_both();  // each slot has its memory
+  for (uint32_t frame = 0; frame < gpu::kFramesInFlight; ++frame) draw_both();  // once per frame in flight
   device().retire_all_now();
   const gpu::LiveObjects before = device().live_objects();
   const uint64_t bytes_before = device().allocated_bytes();

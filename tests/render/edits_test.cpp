@@ -1,10 +1,10 @@
-// What is edited of a scene looks as a scene that was made so, on both raster paths and with shadows of every
-// kind; what is taken back is as it was, to the byte; and nothing is left on the GPU.
+// Render test of scene edits: an edited scene equals a scene built that way, on both raster paths and with
+// every shadow technique. A withdrawn edit restores the image byte for byte, and no GPU objects leak.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/scene_edits.h"
-#include "tests/render/bent_bar.h"
-#include "tests/render/render_bench.h"
+#include "renderer/scene/edits/scene_edits.h"
+#include "tests/render/support/bent_bar.h"
+#include "tests/render/support/render_bench.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -27,7 +27,7 @@ const Way kWays[] = {
     {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
 };
 
-// What is asked of the room below, done when it is made.
+// Variant of the room below, applied when the scene is built.
 struct Room {
   bool ball = true, table = true, glass = true, screen = true;
   std::optional<glm::vec4> twin_color, glass_color;
@@ -40,12 +40,12 @@ scene::Material tinted(glm::vec4 color, scene::AlphaMode mode = scene::AlphaMode
   scene::Material material = matte(glm::vec3(color));
   material.base_color = color;
   material.alpha_mode = mode;
-  material.clearcoat = mode == scene::AlphaMode::opaque ? 0.5f : 0;  // an extension that a copy must keep
+  material.clearcoat = mode == scene::AlphaMode::opaque ? 0.5f : 0;  // an extension that a copy must retain
   return material;
 }
 
-// A ground, a table with a cup on it, two balls of one mesh, a pane of glass, and a flat screen that shadows.
-// Nodes that are left out leave an empty one, so that indices stay.
+// A ground, a table with a cup on it, two balls of one mesh, a pane of glass, and a flat screen that casts a
+// shadow. A removed object leaves an empty node, so that indices stay.
 scene::Scene room(const Room& wanted) {
   SceneBuilder builder;
   const glm::vec4 clay(0.6f, 0.5f, 0.4f, 1), water(0.2f, 0.4f, 0.8f, 0.5f);
@@ -96,7 +96,7 @@ passes::DrawSettings settings_of(const Way& way) {
   return settings;
 }
 
-// One scene, drawn again and again while it is edited.
+// One scene in one renderer, drawn repeatedly between edits.
 class Edited {
  public:
   Edited(const scene::Scene& scene, const Way& way)
@@ -133,7 +133,7 @@ scene::NodeEdit shining(const scene::Light& light) {
 
 class Edits : public ValidationIsSilent, public ::testing::WithParamInterface<Way> {
  protected:
-  // By one renderer for all: most of a renderer's time goes into its pipelines.
+  // One renderer for all scenes: pipeline creation dominates the time of a new renderer.
   sinks::FrameImage made_so(const Room& wanted) {
     const scene::Scene scene = room(wanted);
     if (!bench_) bench_.emplace(scene, kExtent, settings_of(GetParam()));
@@ -178,7 +178,7 @@ TEST_P(Edits, AColourIsOfOneNodeAloneAndIsGivenBack) {
   other.twin_color = kRed;
   EXPECT_TRUE(
       matches_image(edited.draw({{twin, colored(kRed)}}), made_so(other), file("red"), Tolerance::colour()));
-  other.twin_color = kGreen;  // the same node once more, then one before it and one behind it
+  other.twin_color = kGreen;  // the same node again, then one before and one behind it
   EXPECT_TRUE(matches_image(edited.draw({{twin, colored(kGreen)}}), made_so(other), file("green"),
                             Tolerance::colour()));
   other.glass_color = smoke;
@@ -208,7 +208,7 @@ TEST_P(Edits, LightsChangeComeAndGo) {
   other.lamp = lamp;
   EXPECT_TRUE(matches_image(edited.draw({{light, shining(other.sun)}, {lamp_node, shining(lamp)}}),
                             made_so(other), file("lamp"), Tolerance::colour()));
-  lamp.type = scene::LightType::point;  // six views instead of one
+  lamp.type = scene::LightType::point;  // six shadow map views instead of one
   other.lamp = lamp;
   other.sun = Room{}.sun;
   EXPECT_TRUE(matches_image(edited.draw({{lamp_node, shining(lamp)}}), made_so(other), file("bulb"),
@@ -263,7 +263,7 @@ TEST_F(EditsOnce, AsItWasLookedAt) {
                              "edits", Tolerance::colour()));
 }
 
-// Every edit there is, again and again: what it replaced is gone, and frames without edits write nothing.
+// Every kind of edit, repeatedly: replaced objects are released, and frames without edits write nothing.
 TEST_F(EditsOnce, NothingIsLeftBehind) {
   const scene::Scene scene = room({});
   Edited edited(scene, kWays[0]);

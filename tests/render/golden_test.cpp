@@ -1,10 +1,10 @@
-// Pictures that were looked at and found right, kept as goldens.
+// Golden image tests of geometry, materials, shadows and textures; the goldens were reviewed by eye.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -16,7 +16,7 @@ class Golden : public ValidationIsSilent {
  protected:
   static void expect_golden(const scene::Scene& scene, const char* name,
                             const passes::DrawSettings& settings = {}) {
-    // Every path to the picture leads to the same one.
+    // Both raster paths must match the golden.
     for (const passes::RasterPath path : {passes::RasterPath::forward, passes::RasterPath::visibility}) {
       passes::DrawSettings wanted = settings;
       wanted.raster = path;
@@ -44,7 +44,7 @@ void studio(SceneBuilder& builder) {
   builder.light_node(lamp, at({-3, 3, 3}));
 }
 
-// The smallest picture there is: one triangle's worth of everything.
+// The smallest complete image: one box, one material, one light.
 TEST_F(Golden, Box) {
   SceneBuilder builder;
   studio(builder);
@@ -127,12 +127,12 @@ TEST_F(Golden, TexturesOfEveryKind) {
   builder.mesh_node("ball", builder.sphere(id, 0.7f), at({1, 0.7f, 0}));
   builder.camera_node("camera", {0, 2.2f, 4.5f}, {0, 0.6f, 0});
   passes::DrawSettings settings;
-  settings.post.fxaa = false;  // it would turn a texel's difference into one of its neighbours
+  settings.post.fxaa = false;  // FXAA would spread a difference of one texel to its neighbours
   expect_golden(builder.build(), "textures", settings);
 }
 
-// Masked surfaces have holes that light falls through; blended ones show what is behind, in any order, and
-// cast no shadow; one-sided ones are not seen from behind; a mirrored node is not inside out.
+// Alpha-masked surfaces let light through their holes. Blended ones show the background, in any order, and
+// cast no shadow. Single-sided ones are culled from behind. A mirrored node keeps its front faces.
 TEST_F(Golden, AlphaAndSides) {
   SceneBuilder builder;
   studio(builder);

@@ -1,13 +1,13 @@
-// Panels over an image: every pixel is what the triangles that ImGui has laid out say, one after the other,
-// and where there are none nothing is touched.
+// Render test of the ImGui pass against a CPU rasterizer: each pixel is the blend of ImGui's triangles in
+// their order, and pixels without panels stay unchanged.
 #include <gtest/gtest.h>
 #include <imgui.h>
 
 #include <cmath>
 
 #include "renderer/gui/gui_pass.h"
-#include "tests/render/render_bench.h"
-#include "tests/unit/gui_world.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/unit/app/gui_world.h"
 
 namespace fire3dv::test {
 namespace {
@@ -16,7 +16,7 @@ constexpr uint32_t kWidth = 700, kHeight = 420;
 
 class GuiPicture : public ValidationIsSilent {};
 
-// The image under the panels and the image with them.
+// The image without and with panels.
 struct Pictures {
   sinks::FrameImage bare, with_panels;
 };
@@ -55,7 +55,7 @@ class Screen {
   state::PoseState poses_;
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
-  passes::ReadbackBelt<int> readback_;
+  passes::ReadbackRing<int> readback_;
   gui::GuiPass pass_;
   const scene::Scene& scene_;
 };
@@ -81,7 +81,8 @@ glm::vec4 color_of(ImU32 packed) {
   return {c.x, c.y, c.z, c.w};
 }
 
-// One triangle after the other, in numbers twice as long: near: how near the nearest edge is, in pixels.
+// Draws the triangles in order, in double precision. near: distance of each pixel to the nearest edge, in
+// pixels.
 void lay_over(std::vector<glm::vec3>& image, std::vector<float>& near, const ImDrawVert* (&v)[3],
               const ImVec4& clip, const ImFontAtlas& fonts) {
   const glm::dvec2 a = place(*v[0]), b = place(*v[1]), c = place(*v[2]);
@@ -141,7 +142,7 @@ TEST_F(GuiPicture, PixelsAreWhatTheTrianglesSay) {
   for (size_t i = 0; i < wanted.size(); ++i) {
     const glm::vec3 got = glm::vec3(drawn.rgba8[4 * i], drawn.rgba8[4 * i + 1], drawn.rgba8[4 * i + 2]);
     touched += near[i] < 1e8f;
-    // A pixel whose middle an edge goes through belongs to one side or the other; and so do seams of two.
+    // Skips pixels whose centre lies on an edge, which may belong to either side, and seams of two triangles.
     if (near[i] < 0.02f) continue;
     ++compared;
     const glm::vec3 d = glm::abs(got - wanted[i] * 255.0f);
@@ -152,8 +153,8 @@ TEST_F(GuiPicture, PixelsAreWhatTheTrianglesSay) {
   EXPECT_EQ(off, 0u);
 }
 
-// Two triangles with an edge in common share no pixel and leave none out, whatever their angle: seen where
-// what they show is half transparent.
+// Two triangles with a common edge share no pixel and leave no gap at any angle; half transparent colours
+// would show both.
 TEST_F(GuiPicture, SeamsAreNotSeen) {
   GuiWorld world;
   world.frame();
@@ -162,8 +163,8 @@ TEST_F(GuiPicture, SeamsAreNotSeen) {
   list._ResetForNewFrame();
   list.PushClipRectFullScreen();
   list.PushTextureID(world.gui.fonts().TexID);
-  list.Flags = 0;                       // without soft edges
-  const ImVec2 middle{350.5f, 210.5f};  // the first edge goes through pixels in their middles
+  list.Flags = 0;                       // without anti-aliased edges
+  const ImVec2 middle{350.5f, 210.5f};  // the first edge passes through pixel centres
   constexpr int kSpokes = 37;
   for (int i = 0; i < kSpokes; ++i) {
     const float from = float(i) / kSpokes * 6.2831853f, to = float((i + 1) % kSpokes) / kSpokes * 6.2831853f;
@@ -208,7 +209,7 @@ TEST_F(GuiPicture, NothingIsLeftWhenItIsGone) {
     Screen screen(world.scene);
     for (int i = 0; i < 6; ++i) {
       world.display_px = {kWidth, kHeight};
-      world.scale = i < 3 ? 1.0f : 1.5f;  // other fonts while frames are in flight
+      world.scale = i < 3 ? 1.0f : 1.5f;  // replaces the font atlas while frames are in flight
       screen.draw(world.frame(), world.gui);
     }
     world.viewer.gui = false;

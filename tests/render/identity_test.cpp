@@ -1,6 +1,6 @@
-// The proof that transports do not matter: the same 200 pose frames, in lockstep, in process, over shared
-// memory, TCP and UDP, give the same images to the byte. In process no codec is involved: frames go straight
-// into the pose state.
+// End-to-end test of transport independence: the same 200 pose frames, in lockstep, in process and over
+// shared memory, TCP and UDP, give byte-identical images. In process no codec is involved: frames go straight
+// to the pose state.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -10,9 +10,9 @@
 
 #include "fire3dv/client.h"
 #include "protocol/transport/open.h"
-#include "renderer/app/stream_intake.h"
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "renderer/app/streams/stream_receiver.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -41,7 +41,7 @@ scene::Scene make_scene() {
   return builder.build();
 }
 
-// Every body moves in every frame, along a path and about an axis of its own.
+// Every body moves in every frame, on its own path and about its own axis.
 std::vector<wire::Affine3x4> make_poses(uint32_t frame) {
   std::vector<wire::Affine3x4> poses(kBodies);
   for (uint32_t body = 0; body < kBodies; ++body) {
@@ -56,14 +56,13 @@ std::vector<wire::Affine3x4> make_poses(uint32_t frame) {
   return poses;
 }
 
-// Puts one wrong bit into one pose, to see that the comparison would see it. Frame and body are arbitrary.
+// Flips one bit of one pose, to prove that the comparison detects it. Frame and body are arbitrary.
 using Tamper = std::function<void(uint32_t frame, std::vector<wire::Affine3x4>&)>;
 void flip_one_bit(uint32_t frame, std::vector<wire::Affine3x4>& poses) {
   if (frame != 123) return;
   uint32_t bits;
   std::memcpy(&bits, &poses[17].m[3], sizeof bits);
-  bits ^=
-      1u << 21;  // of the mantissa: moves the body by a quarter of its position's power of two, and no more
+  bits ^= 1u << 21;  // of the mantissa: moves the body by at most a quarter of its position's power of two
   std::memcpy(&poses[17].m[3], &bits, sizeof bits);
 }
 
@@ -99,7 +98,7 @@ class Identity : public ValidationIsSilent {
 
   static std::vector<sinks::FrameImage> play_over(const std::string& listen_uri, const Tamper& tamper = {}) {
     state::PoseState poses(scene());
-    app::StreamIntake intake(poses, true);
+    app::StreamReceiver intake(poses, true);
     transport::ListenerOptions options;
     options.delivery = transport::Delivery::all;
     auto listener = transport::open_listener(listen_uri, options);
@@ -143,8 +142,8 @@ class Identity : public ValidationIsSilent {
     return images;
   }
 
-  // UDP sends poses to nobody until its handshake is done, and a lost frame would not be acknowledged.
-  static void wait_for_welcome(fire3dv_stream* stream, app::StreamIntake& intake) {
+  // UDP sends no poses before the end of the handshake, and a lost frame would not be acknowledged.
+  static void wait_for_welcome(fire3dv_stream* stream, app::StreamReceiver& intake) {
     fire3dv_status status{};
     status.struct_size = sizeof status;
     status.welcome = -1;
@@ -157,7 +156,7 @@ class Identity : public ValidationIsSilent {
     EXPECT_EQ(status.unmatched_names, 0u) << status.welcome_message;
   }
 
-  static bool shown_before_hang_limit(app::StreamIntake& intake) {
+  static bool shown_before_hang_limit(app::StreamReceiver& intake) {
     for (int i = 0; i < 60000; ++i) {
       if (intake.poll()) return true;
       intake.wait(std::chrono::milliseconds(1));
@@ -208,7 +207,7 @@ TEST_F(Identity, OverUdp) {
   expect_identical(play_over("udp://127.0.0.1:0"), "udp");
 }
 
-// The comparison is worth something only if it sees a single wrong bit on each way.
+// Negative controls: on each transport a single wrong bit changes exactly one image.
 TEST_F(Identity, OneWrongBitIsSeenInProcess) {
   EXPECT_EQ(count_different(play_in_process(flip_one_bit)), 1u);
 }

@@ -1,5 +1,5 @@
-// Debug views, picks and outlines against what the scene is and what the planes of the same image say; and an
-// image of which nothing is wanted has the bytes that it had before.
+// Render test of debug views, picking and outlines against the scene and the output planes of the same image.
+// Without an inspection the image stays byte-identical.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 #include <set>
 #include <tuple>
 
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
@@ -23,7 +23,7 @@ constexpr VkExtent2D kExtent{160, 120};
 constexpr uint32_t kStacks[] = {1, 2, 4, 16};
 const glm::ivec3 kNothing{15, 15, 15};
 
-// Stacks of one, two, four and sixteen plates, a ramp, a wall, and a ball with a hat on it, above nothing.
+// Stacks of one, two, four and sixteen plates, a ramp, a wall, and a ball with a hat, before the background.
 scene::Scene desk(bool orthographic = false) {
   SceneBuilder builder;
   const uint32_t plate = builder.quad(builder.material(matte({0.7f, 0.6f, 0.5f})), 0.6f);
@@ -78,7 +78,7 @@ class Inspected {
     });
     return image;
   }
-  // Without waiting.
+  // Submits a frame without waiting for it.
   void begin(const Inspection& inspection) {
     gpu::Recorder& recorder = bench_.frames().begin();
     renderer().record(recorder, bench_.frames().belt(), poses_, view(), {}, nullptr, inspection);
@@ -115,14 +115,14 @@ class Inspected {
   scene::Scene scene_;
   state::PoseState poses_;
   RenderBench bench_;
-  passes::ReadbackBelt<int> belt_;
+  passes::ReadbackRing<int> belt_;
 };
 
 glm::ivec3 at_index(const sinks::FrameImage& image, size_t i) {
   return pixel(image, static_cast<uint32_t>(i % image.width), static_cast<uint32_t>(i / image.width));
 }
 
-// As debug_view.comp has it.
+// Colour scale of post/debug_view.comp.
 glm::ivec3 heat_of(uint32_t count) {
   const float warm = std::min(std::log2(static_cast<float>(count)) / 4, 1.0f);
   const glm::vec3 blue(0, 0, 1), green(0, 1, 0), red(1, 0, 0);
@@ -165,7 +165,7 @@ TEST_P(Inspect, ViewsShowWhatTheImageIsMadeOf) {
   EXPECT_GE(color_of_node.size(), 8u);
   EXPECT_EQ(colors.size(), color_of_node.size());
 
-  // What is known without any plane.
+  // Expectations that need no plane.
   const auto color_at = [&](const sinks::FrameImage& image, const glm::vec3& world) {
     const glm::vec2 place = inspected.pixel_of(world);
     return pixel(image, static_cast<uint32_t>(place.x), static_cast<uint32_t>(place.y));
@@ -174,7 +174,7 @@ TEST_P(Inspect, ViewsShowWhatTheImageIsMadeOf) {
   EXPECT_TRUE(within(color_at(normals, {-2.5f, 0.5f, -0.5f}), {218, 218, 128}, 1));
   EXPECT_TRUE(within(color_at(normals, {-0.5f, 0.6f, -2}), {128, 128, 255}, 1));
 
-  // The farther, the darker.
+  // Depth view: the farther, the darker.
   const sinks::FrameImage depths = inspected.draw({DebugView::depth});
   std::vector<size_t> order;
   for (size_t i = 0; i < depth.size(); ++i) {
@@ -216,7 +216,7 @@ TEST_P(Inspect, ShadowDoubtMarksThePixelsOfTheListOfRays) {
   ASSERT_TRUE(inspected.renderer().can_show(DebugView::shadow_doubt).ok());
   sinks::FrameImage doubt;
   for (int i = 0; i < 3; ++i)
-    doubt = inspected.draw({DebugView::shadow_doubt});  // counts come two frames later
+    doubt = inspected.draw({DebugView::shadow_doubt});  // counters arrive two frames later
   uint64_t marked = 0;
   for (size_t i = 0; i < doubt.rgba8.size() / 4; ++i) {
     const glm::ivec3 color = at_index(doubt, i);
@@ -239,7 +239,7 @@ TEST_P(Inspect, PicksAreWhatThePlanesSay) {
     const auto depth = planes.plane<float>(passes::Plane::depth_f32);
     std::vector<passes::Picked> picked;
     uint64_t wanted = 0;
-    // One frame after the other, without waiting for one before the next.
+    // Frames in flight: no wait between two picks.
     for (uint32_t y = 5; y < kExtent.height; y += 17) {
       for (uint32_t x = 3; x < kExtent.width; x += 23) {
         Inspection inspection;
@@ -273,7 +273,7 @@ TEST_P(Inspect, PicksAreWhatThePlanesSay) {
   }
 }
 
-// What is selected keeps its look, the line is beside it, and nothing changes farther away.
+// The selected node keeps its appearance, the outline lies beside it, and distant pixels stay unchanged.
 TEST_P(Inspect, TheOutlineIsAroundTheSelectedNodeAlone) {
   Inspected inspected(desk(), GetParam());
   const sinks::FrameImage before = inspected.draw({});
@@ -298,7 +298,7 @@ TEST_P(Inspect, TheOutlineIsAroundTheSelectedNodeAlone) {
         }
       }
       const bool inside = nearest == 0, changed = at_index(outlined, i) != at_index(before, i);
-      // Of four samples a pixel beside the border may show a little of what is beyond it.
+      // With four samples a pixel at the border may contain a part of the outline.
       const float unsure = GetParam() == 1 ? 0 : 1.5f;
       if (inside && nearest_other > unsure) {
         ASSERT_FALSE(changed) << x << ", " << y;

@@ -1,10 +1,10 @@
-// GPU objects live exactly as long as they are needed: counted before and after a scene is replaced, the
-// image is resized and the renderer goes.
+// Lifetime test of GPU objects: counts and bytes before and after scene replacement, resize and destruction
+// of the renderer. A failed allocation leaves the old scene.
 #include <gtest/gtest.h>
 
-#include "renderer/passes/gpu_bytes.h"
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "renderer/passes/resources/gpu_bytes.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
@@ -35,7 +35,7 @@ std::string difference(const gpu::LiveObjects& before, const gpu::LiveObjects& a
 
 class Lifetime : public ValidationIsSilent {
  protected:
-  // What lives once all that was retired is gone.
+  // Returns the live objects after all retired ones are destroyed.
   static gpu::LiveObjects settled() {
     device().retire_all_now();
     return device().live_objects();
@@ -64,11 +64,11 @@ TEST_F(Lifetime, ReloadAndResizeLeaveNothingBehind) {
   const scene::Scene second = small_scene(5);
   RenderBench bench(first, {64, 48});
   for (uint32_t frame = 0; frame < 2 * gpu::kFramesInFlight; ++frame)
-    bench.draw_at_rest();  // each slot has its memory
+    bench.draw_at_rest();  // allocates the memory of each frame in flight
   gpu::LiveObjects before{};
   uint64_t bytes_before = 0;
   for (uint32_t i = 0; i < 10; ++i) {
-    if (i == 2) {  // targets of a few sizes are kept: by now of all that come
+    if (i == 2) {  // targets of a few sizes are cached: by now all sizes of the loop
       before = settled();
       bytes_before = device().allocated_bytes();
     }
@@ -83,7 +83,7 @@ TEST_F(Lifetime, ReloadAndResizeLeaveNothingBehind) {
   EXPECT_EQ(device().allocated_bytes(), bytes_before);
 }
 
-// Whichever allocation of a new scene fails, the old one is drawn as before, byte by byte.
+// Fails each allocation of a new scene in turn; the old scene then gives the same bytes.
 TEST_F(Lifetime, ASceneWithoutMemoryLeavesTheOldOne) {
   const scene::Scene first = small_scene(2), second = small_scene(4);
   RenderBench bench(first, {64, 48});
@@ -114,14 +114,14 @@ TEST_F(Lifetime, TheEstimateIsNoLessThanWhatASceneTakes) {
   material.base_color_texture.texture =
       builder.texture(512, 512, true, [](float u, float v) { return glm::vec4(u, v, 0.5f, 1); });
   builder.mesh_node("ball", builder.sphere(builder.material(material), 0.5f, 200), at({0, 0, 0}));
-  builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, -1, -0.2f}));  // as in the other: equal maps
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, -1, -0.2f}));  // equal shadow maps in both
   builder.camera_node("camera", {0, 1, 4}, {0, 0, 0});
   const scene::Scene large = builder.build();
   const scene::Derived derived = scene::derive(large, scene::Levels::none);
   const scene::Scene empty = small_scene(0);
   RenderBench bench(empty, {64, 48});
   bench.draw_at_rest();
-  bench.renderer().set_scene(empty);  // with maps for images of this size
+  bench.renderer().set_scene(empty);  // allocates the shadow maps for this image size
   const uint64_t before = settled_bytes();
   bench.renderer().set_scene(large, derived);
   const uint64_t taken = settled_bytes() - before, estimate = passes::estimate_gpu_bytes(large, derived);
@@ -153,7 +153,7 @@ TEST_F(Lifetime, AnObjectOutlivesTheFramesThatUseIt) {
         gpu::create_buffer(device(), 1024, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
     EXPECT_EQ(device().live_objects()[buffers], before[buffers] + 1);
   }
-  device().collect();  // the frame that is being recorded may use it
+  device().collect();  // the recording frame may still use it
   EXPECT_EQ(device().live_objects()[buffers], before[buffers] + 1);
   device().wait(frames.submit());
   device().collect();

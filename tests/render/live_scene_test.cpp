@@ -1,14 +1,14 @@
-// Scenes that streams change while they are drawn: nodes with assets come and go, vertices are replaced, and
-// what is seen is what a scene made so looks like. The picture goes on meanwhile; nothing stays on the GPU.
-#include "renderer/app/live_scene.h"
+// Render test of scenes that streams change while they are drawn: added nodes with assets, replaced vertices.
+// The result equals a scene built that way, drawing continues during builds, and no GPU objects leak.
+#include "renderer/app/loading/live_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "renderer/scene/bounds.h"
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "renderer/scene/model/bounds.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/support/image_compare.h"
 
@@ -16,7 +16,7 @@ namespace fire3dv::test {
 namespace {
 
 constexpr VkExtent2D kExtent{160, 120};
-const std::vector<glm::vec3> kSail{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};  // triangle_file()'s triangle
+const std::vector<glm::vec3> kSail{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};  // the triangle of triangle_file()
 
 struct Way {
   const char* name;
@@ -37,8 +37,8 @@ passes::DrawSettings settings_of(const Way& way) {
   return settings;
 }
 
-// sail: where a triangle of the default material stands, if it does. block: what the block's vertices are
-// moved by.
+// sail: transform of a triangle with the default material, if present. block: transform of the block's
+// vertices.
 scene::Scene harbour(const std::optional<glm::mat4>& sail, const glm::mat4& block = glm::mat4(1)) {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.7f, 0.7f, 0.7f})), 20), glm::mat4(1));
@@ -71,10 +71,10 @@ wire::Affine3x4 affine(const glm::mat4& matrix) {
   return result;
 }
 
-// A renderer and a stream that edits what it shows.
-class Show {
+// A renderer, and a stream that edits its scene.
+class ViewerDocument {
  public:
-  explicit Show(const Way& way)
+  explicit ViewerDocument(const Way& way)
       : base_(whole(harbour({}))),
         bench_(base_.scene, kExtent, settings_of(way)),
         poses_(base_.scene),
@@ -92,7 +92,7 @@ class Show {
   void edit(const std::string& node, wire::Property property, wire::EditValue value) {
     poses_.apply(stream_, {epoch_, ++version_, node, property, std::move(value)});
   }
-  // A frame that waits for all edits so far. True when it is shown at once.
+  // Publishes a frame that depends on all edits so far. Returns true if it is shown immediately.
   bool publish(const glm::mat4& pose, uint64_t sequence) {
     const std::vector<wire::Affine3x4> poses{affine(pose)};
     wire::PoseFrameView frame;
@@ -103,7 +103,7 @@ class Show {
     frame.poses = poses;
     return poses_.push(stream_, frame);
   }
-  // Until the scene was replaced once more; draws meanwhile. Returns how many images showed a pose frame.
+  // Draws until the scene is replaced once more. Returns the number of images that showed a pose frame.
   uint64_t wait_for_scene() {
     const uint64_t before = live_.replaced();
     uint64_t shown = 0;
@@ -152,9 +152,9 @@ wire::NodeAdded sail_at(const glm::mat4& parent_from_node) {
 
 class UsersLights : public ValidationIsSilent {};
 
-// The user changes lights that are there, and makes none where a stream has taken its own away.
+// The user can change existing lights; a withdrawn light of a stream stays withdrawn.
 TEST_F(UsersLights, CountWhereThereIsOneOfTheirKind) {
-  Show show(kWays[1]);
+  ViewerDocument show(kWays[1]);
   const uint32_t block = show.poses().names().find("block");
   ASSERT_NE(block, scene::kNone);
   scene::Light bulb;
@@ -181,7 +181,7 @@ TEST_F(UsersLights, CountWhereThereIsOneOfTheirKind) {
 }
 
 TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
-  Show show(GetParam());
+  ViewerDocument show(GetParam());
   const sinks::FrameImage before = show.draw();
   show.join({"sail"});
   EXPECT_EQ(show.poses().streams()[0].unmatched_names.size(), 1u);
@@ -195,7 +195,7 @@ TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
                             Tolerance::colour()));
 
   show.edit("sail", wire::Property::node, wire::NodeRemoved{});
-  show.live().follow();  // the next scene is not made yet
+  show.live().follow();  // the build of the next scene is still running
   EXPECT_TRUE(matches_image(show.draw(), before, file("removed"), Tolerance::colour()));
   show.wait_for_scene();
   EXPECT_TRUE(matches_image(show.draw(), before, file("gone"), Tolerance::exact()));
@@ -204,7 +204,7 @@ TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
 }
 
 TEST_P(LiveScenes, VerticesAreReplacedMovedAgainAndGivenBack) {
-  Show show(GetParam());
+  ViewerDocument show(GetParam());
   const sinks::FrameImage before = show.draw();
   const scene::Scene base = harbour({});
   const scene::Primitive& block = base.primitives[base.meshes[base.nodes[1].mesh].first_primitive];
@@ -242,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, LiveScenes, ::testing::ValuesIn(kWays),
 class LiveScenesOnce : public ValidationIsSilent {};
 
 TEST_F(LiveScenesOnce, NothingIsLeftBehind) {
-  Show show(kWays[0]);
+  ViewerDocument show(kWays[0]);
   const auto settled = [&] {
     for (int frame = 0; frame < 3; ++frame) (void)show.draw();
     device().retire_all_now();
@@ -263,10 +263,36 @@ TEST_F(LiveScenesOnce, NothingIsLeftBehind) {
   EXPECT_GT(show.live().take_notes().size(), 0u);
 }
 
+// Images of the scene before are shared, not uploaded again; changed pixels are other ones.
+TEST_F(LiveScenesOnce, ImagesStayOnTheDevice) {
+  SceneBuilder builder;
+  scene::Material checked = matte({1, 1, 1});
+  checked.base_color_texture.texture = builder.texture(16, 16, true, [](float u, float v) {
+    return glm::vec4((u < 0.5f) == (v < 0.5f) ? 0.2f : 0.9f, 0.4f, 0.6f, 1);
+  });
+  builder.mesh_node("ground", builder.quad(builder.material(checked), 20), glm::mat4(1));
+  builder.light_node(sun({1, 1, 1}, 2), shining_towards({-0.5f, -1, -0.6f}));
+  builder.camera_node("camera", {0.5f, 1.8f, 4}, {0, 0.5f, 0});
+  const scene::Scene scene = builder.build();
+  RenderBench bench(scene, kExtent, settings_of(kWays[0]));
+  const sinks::FrameImage before = bench.draw_at_rest();
+  const auto image = [&] { return bench.renderer().gpu_scene().scene_textures.images.at(0).image; };
+  const std::shared_ptr<gpu::Image> first = image();
+  const scene::Scene copy = scene;
+  bench.renderer().set_scene(copy);
+  EXPECT_EQ(image(), first);
+  EXPECT_EQ(bench.draw_at_rest().rgba8, before.rgba8);
+  scene::Scene changed = scene;
+  for (uint8_t& value : changed.images[0].rgba8.edit()) value = 255;
+  bench.renderer().set_scene(changed);
+  EXPECT_NE(image(), first);
+  EXPECT_NE(bench.draw_at_rest().rgba8, before.rgba8);
+}
+
 // The device has no memory for what one stream adds: the node is refused, the image stays as it was, and what
 // comes later is shown.
 TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
-  Show show(kWays[0]);
+  ViewerDocument show(kWays[0]);
   show.join({"sail"});
   show.edit("mast", wire::Property::node, sail_at(at({1, 0.5f, 0})));
   show.wait_for_scene();
@@ -294,10 +320,9 @@ TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
   EXPECT_EQ(show.live().faults().refused, 1u);
 }
 
-// One of many added nodes is hidden and shown: no scene is built for that, and the list of all is not made
-// anew.
+// Hiding and showing one of many added nodes builds no scene and does not rebuild the list of added nodes.
 TEST_F(LiveScenesOnce, VisibilityOfAnAddedNodeBuildsNothing) {
-  Show show(kWays[1]);
+  ViewerDocument show(kWays[1]);
   show.join({"sail"});
   for (int i = 0; i < 500; ++i)
     show.edit("empty" + std::to_string(i), wire::Property::node, wire::NodeAdded{});

@@ -1,12 +1,12 @@
-// Many cameras in one submission: each has, to the bit, what it has alone.
+// Render test of many cameras in one submission: each image is bit-identical to one drawn alone.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
@@ -16,7 +16,7 @@ using passes::Plane;
 constexpr VkExtent2D kExtent{48, 40};
 constexpr uint32_t kViews = 7;
 
-// Opaque and alpha-masked things, small and large triangles, and a light.
+// Opaque and alpha-masked objects, small and large triangles, and a light.
 scene::Scene stage() {
   SceneBuilder builder;
   scene::Material sieve = matte({0.9f, 0.8f, 0.2f});
@@ -37,7 +37,7 @@ scene::Scene stage() {
   return builder.build();
 }
 
-// Around the scene, near and far, each with a lens and an exposure of its own.
+// Cameras around the scene, near and far, each with its own lens and exposure.
 std::vector<passes::View> views() {
   std::vector<passes::View> views;
   for (uint32_t i = 0; i < kViews; ++i) {
@@ -65,7 +65,7 @@ passes::DrawSettings settings_of(uint32_t samples, passes::ShadowMethod shadows)
   passes::DrawSettings settings;
   settings.samples = samples;
   settings.shadows.method = shadows;
-  settings.post.fxaa = false;  // many have none
+  settings.post.fxaa = false;  // FXAA is unavailable for many cameras
   return settings;
 }
 
@@ -115,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, ManyCameras,
                                            Case{4, passes::ShadowMethod::map},
                                            Case{1, passes::ShadowMethod::ray}));
 
-// Two sizes and two sets of outputs in one submission, of which the first needs no shadows.
+// Two sizes and two sets of outputs in one submission; the first needs no shadows.
 TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
   const scene::Scene scene = stage();
   const state::PoseState poses(scene);
@@ -130,9 +130,9 @@ TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
   const sinks::FrameImage second_alone = alone.draw(poses, views[4]);
 
   passes::SceneRenderer& renderer = bench.renderer();
-  passes::ReadbackBelt<int> readback(device());
+  passes::ReadbackRing<int> readback(device());
   gpu::Recorder& recorder = bench.frames().begin();
-  gpu::UploadBelt& belt = bench.frames().belt();
+  gpu::StagingRing& belt = bench.frames().belt();
   renderer.record(recorder, belt, poses, std::span(&views[1], 1), labels, {});
   readback.record(recorder, nullptr, kExtent, {&renderer.planes(), passes::bytes_of(renderer.plane_places())},
                   0);
@@ -162,7 +162,7 @@ TEST_F(MoreCameras, WhatTheyCannotTakeIsSaid) {
   RenderBench bench(scene, kExtent);
   EXPECT_TRUE(bench.renderer().can_take({}, 1));
   EXPECT_FALSE(bench.renderer().can_take({}, 2));
-  // What is hidden may be shown again by the very frame that is recorded next.
+  // The next recorded frame may show hidden nodes again.
   scene::SceneEdits edits;
   scene::NodeEdits hidden;
   hidden[0].hidden = true;

@@ -1,18 +1,18 @@
-// Lights, nodes, textures and cameras have no fixed maximum.
+// Render test of scene sizes: lights, nodes, textures and cameras have no fixed maximum.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
 
 class Many : public ValidationIsSilent {};
 
-// 64 lights that each light a spot of their own on the ground: all 64 are bright, the gaps are dark.
+// 64 spot lights with disjoint cones on the ground: all 64 spots are bright, the gaps dark.
 TEST_F(Many, SixtyFourLights) {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.8f, 0.8f, 0.8f})), 10), glm::mat4(1));
@@ -38,7 +38,7 @@ TEST_F(Many, SixtyFourLights) {
   }
 }
 
-// A file may have nothing to draw.
+// A valid file may contain nothing to draw.
 TEST_F(Many, AnEmptySceneIsItsBackground) {
   SceneBuilder builder;
   builder.camera_node("camera", {0, 1, 5}, {0, 0, 0});
@@ -52,7 +52,7 @@ TEST_F(Many, AnEmptySceneIsItsBackground) {
   EXPECT_EQ(also.rgba8, image.rgba8);
 }
 
-// 10,000 nodes, each moved by a stream to a place of its own in a grid: each is seen where its pose puts it.
+// 10,000 nodes in a grid, each moved by a stream: each appears at its pose.
 TEST_F(Many, TenThousandMovingNodes) {
   constexpr uint32_t kSide = 100;
   SceneBuilder builder;
@@ -67,7 +67,7 @@ TEST_F(Many, TenThousandMovingNodes) {
     builder.mesh_node(name, tile, at({0, -1000, 0}));
     description.node_names.push_back(name);
     wire::Affine3x4 pose;
-    // A checkerboard: every other tile lies out of sight.
+    // A checkerboard: every other tile lies outside of the view.
     const bool visible = (i % kSide + i / kSide) % 2 == 0;
     pose.m[3] = static_cast<float>(i % kSide) - 49.5f;
     pose.m[7] = visible ? 0.0f : -1000.0f;
@@ -86,21 +86,21 @@ TEST_F(Many, TenThousandMovingNodes) {
 
   constexpr VkExtent2D kExtent{kSide * 2, kSide * 2};
   passes::DrawSettings settings;
-  settings.post.fxaa = false;  // a checkerboard of tiles of 2 x 2 pixels is what it is meant to soften
+  settings.post.fxaa = false;  // FXAA would soften a checkerboard of 2 x 2 pixel tiles
   RenderBench bench(scene, kExtent, settings);
   const sinks::FrameImage image = bench.draw(state, first_camera_view(scene, state, kExtent));
   uint32_t right = 0;
   for (uint32_t i = 0; i < kSide * kSide; ++i) {
     const bool visible = (i % kSide + i / kSide) % 2 == 0;
-    // The middle of a tile of 2 x 2 pixels is the corner of four; each of them is in the tile.
+    // The centre of a tile of 2 x 2 pixels is the corner of four pixels; each of them is in the tile.
     const int seen = pixel(image, (i % kSide) * 2, (i / kSide) * 2).r;
     right += visible == (seen > 170);
   }
   EXPECT_EQ(right, kSide * kSide);
 }
 
-// A pose may mirror a body, and one that is mirrored at rest may be posed without: the outside is seen either
-// way.
+// A pose may mirror a body, and a body mirrored at rest may get a pose without mirroring: both show front
+// faces.
 TEST_F(Many, MirroredPosesShowTheOutside) {
   for (const bool mirrored_at_rest : {false, true}) {
     SceneBuilder builder;

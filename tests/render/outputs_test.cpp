@@ -1,5 +1,5 @@
-// Planes beside an image's colour against formulas: what every pixel shows, how far away that is and where it
-// came from; that they agree with each other and with the colours; and that they cost those nothing.
+// Render test of output planes against the CPU ray caster: instance, depth, normal and motion of each pixel.
+// Planes agree with each other and with the colours, and leave the colours unchanged.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,10 +7,10 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/packing.hpp>
 
-#include "renderer/passes/boxes.h"
-#include "tests/render/cast_rays.h"
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "renderer/passes/visibility/boxes.h"
+#include "tests/render/proofs/cast_rays.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
@@ -23,7 +23,7 @@ scene::Material glowing(glm::vec3 color) {
   return material;
 }
 
-// A floor, a rectangle that stands askew, and boxes in front of each other.
+// A floor, a tilted rectangle, and boxes that occlude each other.
 struct Stage {
   scene::Scene scene;
   std::vector<Face> faces;
@@ -57,7 +57,7 @@ Stage stage() {
 
 constexpr VkExtent2D kExtent{160, 120};
 
-// Off its middle, and not square.
+// The principal point is off centre, and pixels are not square.
 Eye eye_of(const scene::Scene& scene) {
   passes::Intrinsics k;
   k.fx_px = 150;
@@ -78,7 +78,7 @@ passes::ImageOutputs everything() {
   return outputs;
 }
 
-// What image_outputs.h says that a pixel shows; nothing, where a face is too near to the edge of another.
+// Returns the expected content of a pixel (image_outputs.h); nothing near the edge of another face.
 std::optional<Hit> expected(const Eye& eye, const std::vector<Face>& faces, glm::dvec2 pixel,
                             uint32_t samples) {
   if (samples == 1) return eye.cast_surely(faces, pixel);
@@ -102,7 +102,7 @@ std::optional<Hit> expected(const Eye& eye, const std::vector<Face>& faces, glm:
     if (hit.instance == 0) continue;
     const Face& face = faces[hit.face];
     const auto depth = eye.depth_of(face, pixel);
-    for (const double by : {-0.01, 0.01}) {  // too near to its edge to say whether it covers the middle
+    for (const double by : {-0.01, 0.01}) {  // too near to the edge to decide the coverage of the centre
       for (const glm::dvec2 aside : {glm::dvec2(by, by), glm::dvec2(by, -by)})
         if (eye.depth_of(face, pixel + aside).has_value() != depth.has_value()) return std::nullopt;
     }
@@ -168,8 +168,8 @@ TEST_P(Outputs, EachPixelShowsWhatItsRayMeets) {
 }
 INSTANTIATE_TEST_SUITE_P(Samples, Outputs, ::testing::Values(1u, 4u));
 
-// A ball's depth and normals, to what its triangles leave out of the ball: they lie inside by R (1 - cos(a /
-// 2)) for each of two directions at most, along a ray by as much more as that is slanted.
+// Depth and normals of a ball within its tessellation error. Triangles lie inside of the ball by at most R (1
+// - cos(a / 2)) for each of two directions, and along a slanted ray by correspondingly more.
 TEST_P(Outputs, ABallIsRound) {
   SceneBuilder builder;
   constexpr uint32_t kSegments = 256;
@@ -181,8 +181,8 @@ TEST_P(Outputs, ABallIsRound) {
   const Taken taken = bench.take(poses, first_camera_view(scene, poses, {100, 100}), everything());
   const auto depth = taken.plane<float>(Plane::depth_f32);
   const auto normal = taken.plane<uint64_t>(Plane::normal_f16);
-  // Of four samples none of the small triangles covers the middle: it is a mean, which is exact for what is
-  // flat.
+  // With four samples small triangles may miss the centre: the value is a mean, which is exact for flat
+  // surfaces.
   const double slack_m = GetParam() == 1 ? 1e-5 : 5e-4;
   const double inside_m = 2 * (1 - std::cos(glm::radians(180.0) / kSegments));
   size_t compared = 0;
@@ -207,7 +207,7 @@ TEST_P(Outputs, ABallIsRound) {
   EXPECT_GT(compared, 2500u);
 }
 
-// A piece of a larger image, taken by a camera of its own, is that piece.
+// A crop of a larger image, drawn by its own camera, equals that part of the image.
 TEST_P(Outputs, ACameraOffItsMiddleTakesAPieceOfTheWhole) {
   const Stage stage = test::stage();
   const Eye whole = eye_of(stage.scene);
@@ -217,7 +217,7 @@ TEST_P(Outputs, ACameraOffItsMiddleTakesAPieceOfTheWhole) {
   piece.intrinsics.cy_px -= kFrom.y;
   piece.intrinsics.image_px = kSize;
   passes::DrawSettings settings = with_samples(GetParam());
-  settings.post.fxaa = false;  // looks at neighbours
+  settings.post.fxaa = false;  // FXAA reads neighbours
   const state::PoseState poses(stage.scene);
   const Taken large = RenderBench(stage.scene, kExtent, settings).take(poses, view_of(whole), everything());
   const Taken small =
@@ -237,7 +237,7 @@ TEST_P(Outputs, ACameraOffItsMiddleTakesAPieceOfTheWhole) {
       other_colors += std::max({difference.r, difference.g, difference.b}) > 2 ? 1 : 0;
     }
   }
-  // Corners are rounded to 1/256 pixel, and may be rounded the other way.
+  // Vertices are snapped to 1/256 pixel, and the two cameras may snap them differently.
   EXPECT_LE(other_labels, 6u);
   EXPECT_LE(other_depths, 12u);
   EXPECT_LE(other_colors, 30u);
@@ -261,7 +261,7 @@ TEST_F(MoreOutputs, MotionIsWhatTheCameraAndTheBodiesMoved) {
   state::PoseState poses(before.scene);
   passes::CameraHistory history;
   const glm::vec2 none(0);
-  for (int image = 0; image < 2; ++image) {  // the first, and one in which nothing has moved
+  for (int image = 0; image < 2; ++image) {  // the first image, and one without motion
     const Taken taken = bench.take(poses, view_of(eye_before), everything(), &history);
     for (const glm::vec2& motion : taken.plane<glm::vec2>(Plane::motion_f32)) ASSERT_EQ(motion, none);
   }
@@ -288,8 +288,7 @@ TEST_F(MoreOutputs, MotionIsWhatTheCameraAndTheBodiesMoved) {
   EXPECT_GT(of_box, 100u);
 }
 
-// What one asks for does not change the rest: colours with and without planes, planes with and without
-// colours.
+// Requested outputs are independent: colours with and without planes, planes with and without colours.
 TEST_P(Outputs, PlanesAndColoursDoNotTouchEachOther) {
   const Stage stage = test::stage();
   const passes::View view = view_of(eye_of(stage.scene));
@@ -341,7 +340,7 @@ TEST_P(Outputs, LinearColoursAreTheLightItself) {
   EXPECT_GT(compared, 8000u);
 }
 
-// The near and the far plane cut, and an orthographic camera's depth is along its axis too.
+// The near and the far plane clip, and an orthographic camera's depth is along its axis, too.
 TEST_F(MoreOutputs, NearFarAndOrthographicDepths) {
   const Stage stage = test::stage();
   Eye eye = eye_of(stage.scene);
@@ -367,7 +366,7 @@ TEST_F(MoreOutputs, NearFarAndOrthographicDepths) {
   const glm::mat4 pose = passes::look_at_pose({0, 4, 4}, {0, 0, 0});
   const passes::View view = passes::make_view(flat, pose, 4.0f / 3);
   const auto depth = bench.take(poses, view, everything()).plane<float>(Plane::depth_f32);
-  // A pixel of the floor at the lower edge: 45 degrees, so that depth changes as the place in the image does.
+  // A floor pixel at the lower edge: at 45 degrees depth changes as much as the position in the image.
   const double height_m = -(static_cast<double>(118) + 0.5 - 60) / 60 * 3;
   const double expected_m = std::sqrt(32.0) + height_m;
   EXPECT_NEAR(depth[118 * kExtent.width + 80], expected_m, 1e-5 * expected_m);

@@ -1,8 +1,9 @@
+# Proofs of raster and shadow correctness on many scenes and views.
 if(TARGET fire3dv_passes)
-  fire3dv_library(fire3dv_proof_bench SOURCES proof_bench.cpp LINK fire3dv_render_bench)
-  set(raster_limits_more tiles_test.cpp raster_variants_test.cpp merged_surfaces_test.cpp)
-  foreach(subject generations levels shadow_truth shadow_ways post watertight determinism raster_limits tangents)
-    fire3dv_test(render_${subject}_test SOURCES ${subject}_test.cpp ${${subject}_more} LINK fire3dv_proof_bench LABELS render
+  fire3dv_library(fire3dv_proof_bench SOURCES support/proof_bench.cpp LINK fire3dv_render_bench)
+  set(raster_limits_more proofs/tiles_test.cpp proofs/raster_variants_test.cpp proofs/coverage_merge_test.cpp)
+  foreach(subject generations lod conservative_shadows shadow_techniques post watertight determinism raster_limits tangents)
+    fire3dv_test(render_${subject}_test SOURCES proofs/${subject}_test.cpp ${${subject}_more} LINK fire3dv_proof_bench LABELS render
                  TIMEOUT 1800)
   endforeach()
 endif()

@@ -1,10 +1,10 @@
-// The two raster paths draw the same image.
+// Render test of the two raster paths: visibility and forward give the same image.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "tests/render/render_bench.h"
-#include "tests/render/scene_builder.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -33,7 +33,7 @@ class RasterPaths : public ValidationIsSilent {
   }
 };
 
-// coat: something that nobody sees has one.
+// coat: adds an invisible object with clearcoat, which selects the shader for all materials.
 scene::Scene shapes(bool coat = false) {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.6f, 0.6f, 0.6f})), 40), glm::mat4(1));
@@ -59,8 +59,8 @@ TEST_F(RasterPaths, ShapesOnGroundThatPassesTheEye) {
   expect_same(shapes());
 }
 
-// Materials of core glTF alone are shaded by a text of their own; on a device that is a CPU, by one in
-// another order, too.
+// Scenes with core glTF materials use a specialised shading shader (on CPU devices with another order of
+// work). It must match the general one.
 TEST_F(RasterPaths, CoreMaterialsAreShadedAsAllOthers) {
   for (uint32_t samples : {1u, 4u}) {
     for (const passes::ShadowMethod shadows : {passes::ShadowMethod::off, passes::ShadowMethod::map}) {
@@ -72,7 +72,7 @@ TEST_F(RasterPaths, CoreMaterialsAreShadedAsAllOthers) {
   }
 }
 
-// In the middle, at the image's edge, two with much between them, out of view, and around the eye.
+// Blended boxes at the centre, at the image's edge, far apart, out of view, and around the eye.
 TEST_F(RasterPaths, WhatGoesOnTopIsSeenWhereverItIs) {
   struct Case {
     std::vector<glm::vec3> places;

@@ -1,7 +1,8 @@
+# Basic render tests: lifetime, formulas, environment, goldens, raster paths, transports.
 if(TARGET fire3dv_passes)
-  fire3dv_library(fire3dv_render_bench SOURCES render_bench.cpp scene_builder.cpp
+  fire3dv_library(fire3dv_render_bench SOURCES support/render_bench.cpp support/scene_builder.cpp
                   LINK fire3dv_passes fire3dv_sinks fire3dv_test_support GTest::gtest)
-  foreach(subject lifetime analytic surroundings kept_surroundings many golden raster_paths held_mark)
+  foreach(subject lifetime analytic image_based_lighting environment_cache many golden raster_paths stale_overlay)
     fire3dv_test(render_${subject}_test SOURCES ${subject}_test.cpp LINK fire3dv_render_bench LABELS render
                  TIMEOUT 900)
   endforeach()

@@ -1,3 +1,4 @@
+// Key and certificate generation, with OpenSSL.
 #include "tests/support/certificates.h"
 
 #include <openssl/pem.h>

@@ -1,4 +1,4 @@
-// Certificates and keys for tests, made on the spot and good for an hour.
+// Certificates and keys for tests, generated at run time and valid for an hour.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace fire3dv::test {
 
-// A folder of its own under the system's temporary one, removed at the end.
+// A private temporary folder, removed at the end.
 class Credentials {
  public:
   Credentials();
@@ -18,13 +18,13 @@ class Credentials {
   struct Identity {
     std::string certificate_file, key_file;
   };
-  // A certificate authority; its key file signs.
+  // Creates a certificate authority; its key signs identities.
   Identity authority(const std::string& name) const;
-  // A certificate of these hosts ("DNS:example.org,IP:127.0.0.1"), signed by the authority.
+  // Creates a certificate for these hosts ("DNS:example.org,IP:127.0.0.1"), signed by the authority.
   Identity identity(const std::string& name, const std::string& hosts, const Identity& signer) const;
-  // A file with this text and this mode.
+  // Writes a file with this text and this mode.
   std::string file(const std::string& name, const std::string& text, unsigned mode) const;
-  // A pre-shared key, 64 times this digit, that nobody else can read.
+  // Writes a pre-shared key, 64 times this digit, readable by its owner only.
   std::string key(const std::string& name, char digit) const;
 
  private:

@@ -1,3 +1,4 @@
+// In-memory glTF and GLB writer.
 #include "tests/support/gltf_builder.h"
 
 #include <unistd.h>

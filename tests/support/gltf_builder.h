@@ -1,5 +1,4 @@
-// Makes small glTF files in memory. The JSON is open to the test, so that it can break what it wants to see
-// refused.
+// Builder of small glTF files in memory. Tests can edit the JSON directly to produce invalid files.
 #pragma once
 
 #include <cstddef>
@@ -20,10 +19,10 @@ class GltfBuilder {
  public:
   GltfBuilder();
 
-  nlohmann::json root;         // everything but the buffer's length
+  nlohmann::json root;         // everything except for the buffer's length
   std::vector<std::byte> bin;  // buffers[0]
 
-  // Each returns the index of what it added.
+  // Each returns the index of the added element.
   size_t add_view(std::span<const std::byte> bytes, size_t byte_stride = 0);
   size_t add_accessor(size_t view, size_t count, const char* type, ComponentType component,
                       bool normalized = false);
@@ -37,15 +36,15 @@ class GltfBuilder {
   size_t add_indices(const std::vector<uint16_t>& indices) {
     return add_data(indices, "SCALAR", kUnsignedShort, 1);
   }
-  // A mesh of one primitive.
+  // Adds a mesh of one primitive.
   size_t add_mesh(nlohmann::json primitive);
-  // The triangle (0,0,0), (1,0,0), (0,1,0).
+  // Adds the triangle (0,0,0), (1,0,0), (0,1,0).
   size_t add_triangle_mesh();
-  // A node of the scene; "name" and whatever else `members` holds.
+  // Adds a node to the scene, with "name" and the given members.
   size_t add_node(const std::string& name, nlohmann::json members = nlohmann::json::object());
-  // A node below another one, not in the scene's list.
+  // Adds a child node that is not in the scene's list.
   size_t add_child(size_t parent, const std::string& name, nlohmann::json members = nlohmann::json::object());
-  // A material with this image as base colour, the image in a buffer view.
+  // Adds a material with this image as base colour; the image is in a buffer view.
   size_t add_textured_material(const std::vector<std::byte>& image);
 
   std::vector<std::byte> glb() const;
@@ -56,7 +55,7 @@ class GltfBuilder {
   static size_t append(nlohmann::json& array, nlohmann::json value);
 };
 
-// One triangle in one node: a file that loads.
+// One triangle in one node: a valid file.
 GltfBuilder triangle_file();
 
 // A PNG of one colour.
@@ -64,7 +63,7 @@ std::vector<std::byte> png(int width, int height, uint32_t rgba);
 
 std::string data_uri(std::span<const std::byte> bytes);
 
-// A folder of its own that goes away with the object.
+// A temporary folder that is removed with the object.
 class ScratchFolder {
  public:
   ScratchFolder();

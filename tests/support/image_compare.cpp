@@ -1,3 +1,4 @@
+// Image comparison, and evidence files of failures.
 #include "tests/support/image_compare.h"
 
 #include <algorithm>
@@ -28,10 +29,10 @@ bool is_plain_name(std::string_view name) {
   });
 }
 
-// Where it went, or why it did not: either way something for the failure's text.
+// Returns the path of the written file, or the write error; both belong into the failure's text.
 std::string write_evidence(const sinks::FrameImage& image, const std::string& file_name) {
   const std::filesystem::path path = image_folder() / file_name;
-  std::error_code ignored;  // the write below says what is wrong
+  std::error_code ignored;  // the write below reports the error
   std::filesystem::create_directories(path.parent_path(), ignored);
   const auto written = sinks::write_png(path, image);
   return written ? path.string() : written.error().message;

@@ -1,17 +1,17 @@
-// The one policy on how far an image may be from what is expected. Two presets, and no way to make a third: a
-// test that needs another tolerance has found a defect or needs another scene.
+// Image tolerances of all tests. There are two presets and no third: a test that needs another tolerance has
+// found a defect or needs another scene.
 #pragma once
 
 namespace fire3dv::test {
 
 class Tolerance {
  public:
-  // Every byte the same: ids, determinism, "the transport does not matter".
+  // Byte equality: ids, determinism, transport independence.
   static constexpr Tolerance exact() { return {"exact", 0, 0.0}; }
 
-  // Colour against a golden. Two separate knobs: how far a channel of one pixel may be off, and how many
-  // pixels may be farther off than that. Rounding moves many pixels by a little; an edge that falls to the
-  // other side moves a few pixels by a lot; a wrong light, material or pose does neither.
+  // Colour against a golden: a limit per channel, and a fraction of pixels that may exceed it. Rounding
+  // changes many pixels a little; an edge on the other side changes a few pixels a lot. A wrong light,
+  // material or pose exceeds both.
   static constexpr Tolerance colour() { return {"colour", 5, 0.001}; }
 
   constexpr const char* name() const { return name_; }

@@ -1,10 +1,11 @@
+// Allocation counter: replaces glibc's allocation functions, or hooks the sanitizer's.
 #include "tests/unit/allocation_count.h"
 
 #include <cstddef>
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define FIRE3DV_SANITIZER_OWNS_MALLOC 1
-// As in <sanitizer/allocator_interface.h>, which g++ does not bring along on every system.
+// Declared as in <sanitizer/allocator_interface.h>, which g++ does not ship on every system.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void*, size_t),
                                                          void (*on_free)(const volatile void*));
 #endif
@@ -33,8 +34,7 @@ void on_free(const volatile void*) {}
 
 #else
 
-// Defined in the program, these stand before glibc's for every library in the process; operator new ends here
-// too.
+// These definitions replace glibc's for every library of the process; operator new calls them, too.
 extern "C" {
 void* __libc_malloc(size_t size);
 void* __libc_calloc(size_t items, size_t size);

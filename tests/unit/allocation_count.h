@@ -1,5 +1,5 @@
-// Counts the heap allocations of the calling thread, whichever function makes them and in whichever library.
-// Link allocation_count.cpp into the test program.
+// Counter of the calling thread's heap allocations, through any function and library. Link
+// allocation_count.cpp into the test program.
 #pragma once
 
 #include <cstdint>

@@ -1,16 +1,17 @@
+# glTF loader.
 if(TARGET fire3dv_scene)
-  fire3dv_test(scene_load_test SOURCES scene_load_test.cpp scene_material_test.cpp scene_material_extensions_test.cpp
-               scene_geometry_test.cpp
+  fire3dv_test(scene_load_test SOURCES scene/scene_load_test.cpp scene/scene_material_test.cpp scene/scene_material_extensions_test.cpp
+               geometry/scene_geometry_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
-  fire3dv_test(mip_levels_test SOURCES mip_levels_test.cpp LINK fire3dv_scene LABELS unit)
-  fire3dv_test(scene_instancing_test SOURCES scene_instancing_test.cpp
+  fire3dv_test(mip_levels_test SOURCES geometry/mip_levels_test.cpp LINK fire3dv_scene LABELS unit)
+  fire3dv_test(scene_instancing_test SOURCES scene/scene_instancing_test.cpp
                LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)
-  fire3dv_test(scene_meshopt_test SOURCES scene_meshopt_test.cpp
+  fire3dv_test(scene_meshopt_test SOURCES scene/scene_meshopt_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
-  fire3dv_test(scene_refuse_test SOURCES scene_refuse_test.cpp scene_files_test.cpp
+  fire3dv_test(scene_refuse_test SOURCES scene/scene_refuse_test.cpp scene/scene_files_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
-  fire3dv_test(scene_tangent_test SOURCES scene_tangent_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_tangent_test SOURCES geometry/scene_tangent_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
   target_compile_definitions(scene_tangent_test PRIVATE FIRE3DV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  fire3dv_test(scene_corpus_test SOURCES scene_corpus_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_corpus_test SOURCES scene/scene_corpus_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
   target_compile_definitions(scene_corpus_test PRIVATE FIRE3DV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endif()

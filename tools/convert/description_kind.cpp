@@ -16,13 +16,13 @@ size_t line_of(std::string_view text, size_t at) {
   return 1 + static_cast<size_t>(std::count(text.begin(), text.begin() + static_cast<ptrdiff_t>(at), '\n'));
 }
 
-// Where what begins at `at` with `opening` is over; npos if it is not.
+// Returns the position behind `closing`; npos if it is missing.
 size_t end_of(std::string_view text, size_t at, std::string_view closing) {
   const size_t end = text.find(closing, at);
   return end == std::string_view::npos ? end : end + closing.size();
 }
 
-// The end of a tag: a '>' in an attribute's value is none.
+// Returns the end of a tag, skipping '>' in quoted attribute values.
 size_t end_of_tag(std::string_view text, size_t at) {
   char quote = 0;
   for (; at < text.size(); ++at) {
@@ -43,7 +43,8 @@ bool is_letter(char c) {
          static_cast<unsigned char>(c) >= 0x80;
 }
 
-// Readers take a lead byte's word for how many bytes follow, even where one of those is a quote or '<'.
+// Returns true where a UTF-8 lead byte would swallow markup. Parsers trust its length, even across a quote or
+// '<'.
 bool hides_markup(std::string_view text) {
   for (size_t i = 0; i < text.size(); ++i) {
     const auto lead = static_cast<unsigned char>(text[i]);
@@ -54,7 +55,7 @@ bool hides_markup(std::string_view text) {
   return false;
 }
 
-// What all readers take for a declaration, up to the same '>'; npos: it is none.
+// Returns the end of an XML declaration that all parsers agree on; npos: none.
 size_t end_of_declaration(std::string_view text, size_t at) {
   static const std::regex form(
       R"(<\?xml(\s+(version|encoding|standalone)\s*=\s*("[\w.-]*"|'[\w.-]*'))*\s*\?>)");
@@ -77,16 +78,16 @@ bool has_key(std::string_view text, std::string_view key) {
 }  // namespace
 
 Result<std::string> read_text(const std::filesystem::path& file) {
-  const Result<scene::Bytes> bytes = scene::read_file(file, kMostBytes);
+  const Result<FileBytes> bytes = read_file(file, kMostBytes);
   if (!bytes) return bytes.error();
   const auto* first = reinterpret_cast<const char*>(bytes->data.get());
   std::string text(first, bytes->size);
-  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // some editors' mark of UTF-8
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // UTF-8 byte order mark
   return text;
 }
 
-// Readers differ in where things end that descriptions do without. What one of them takes for a comment's
-// inside would be elements to another: so only what all of them read alike is let through.
+// Parsers differ on where unusual constructs end. Text inside a comment for one parser would be elements for
+// another, so only constructs that all parsers read alike are accepted.
 Result<std::string> xml_root(std::string_view text) {
   std::string root;
   int depth = 0;
@@ -106,7 +107,7 @@ Result<std::string> xml_root(std::string_view text) {
         return refuse(
             "only <?xml version=\"1.0\"?> is read of what begins with '<?', and that only as the first");
       std::string declaration(text.substr(begin, at - begin));
-      for (char& c : declaration) c = static_cast<char>(c | 0x20);  // letters become small
+      for (char& c : declaration) c = static_cast<char>(c | 0x20);  // ASCII lower case
       const bool is_utf8 =
           declaration.find("encoding") == std::string::npos || declaration.find("utf") != std::string::npos;
       if (is_utf8 && hides_markup(text)) return refuse("the file is not in UTF-8: save it as that");
@@ -140,7 +141,7 @@ Result<std::string> xml_root(std::string_view text) {
 }
 
 Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_view text) {
-  const std::string name = scene::quote(file.string());
+  const std::string name = quote(file.string());
   if (text.starts_with("glTF")) return Error{name + " is glTF already: give it to fire3dv as it is"};
   if (text.find('\0') != std::string_view::npos)
     return Error{name + " is no text: a description is YAML or XML"};
@@ -156,7 +157,7 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
   }
   if (*root == "sdf") return Error{name + " is SDF, which is not read: export it as URDF, or as glTF"};
   if (!root->empty()) {
-    return Error{name + " is XML of the kind " + scene::quote(*root) +
+    return Error{name + " is XML of the kind " + quote(*root) +
                  ": <robot> (URDF) and <mujoco> (MJCF) are read"};
   }
   for (const std::string_view key : {"multibody configs", "world config", "bodies", "lights", "cameras",

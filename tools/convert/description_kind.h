@@ -1,26 +1,25 @@
-// What a description is, by its first bytes; and guards for what reads XML after us. Libraries that read XML
-// do it one call deeper for each element inside an element.
+// Detection of description file formats by content, and guards for the XML parsers that read them afterwards.
+// Those parsers recurse once per nested element.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <string_view>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::convert {
 
 enum class DescriptionKind { adf, urdf, mjcf };
 
-// The whole text of a description's file, at most so many bytes.
+// Reads a description file of at most 64 MiB.
 Result<std::string> read_text(const std::filesystem::path& file);
 
-// The error names the file and says what it is instead, where that is known (xacro, SDF, glTF).
+// The error names the file and, where known, its real format (xacro, SDF, glTF).
 Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_view text);
 
-// The name of the outermost element, once no element stands deeper than a hundred others, no entities are
-// defined, and nothing is there that readers of XML read differently. Empty: no XML. The error names the
-// line.
+// Returns the name of the root element. Refuses more than 100 nested elements, entity definitions and
+// constructs that parsers read differently. Empty: not XML. The error names the line.
 Result<std::string> xml_root(std::string_view text);
 
 }  // namespace fire3dv::convert

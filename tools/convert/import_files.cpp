@@ -13,7 +13,7 @@ constexpr uint64_t kMostBytes = uint64_t{1} << 28;
 
 class MemoryStream : public Assimp::IOStream {
  public:
-  explicit MemoryStream(scene::Bytes bytes) : bytes_(std::move(bytes)) {}
+  explicit MemoryStream(FileBytes bytes) : bytes_(std::move(bytes)) {}
 
   size_t Read(void* to, size_t size, size_t count) override {
     if (size == 0) return 0;
@@ -25,7 +25,7 @@ class MemoryStream : public Assimp::IOStream {
   size_t Write(const void*, size_t, size_t) override { return 0; }
   aiReturn Seek(size_t offset, aiOrigin origin) override {
     const size_t from = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size;
-    // Offsets are signed in all but their type.
+    // Negative offsets arrive as large unsigned ones; the sum wraps as intended.
     const size_t to = from + offset;
     if (to > bytes_.size) return aiReturn_FAILURE;
     at_ = to;
@@ -36,7 +36,7 @@ class MemoryStream : public Assimp::IOStream {
   void Flush() override {}
 
  private:
-  scene::Bytes bytes_;
+  FileBytes bytes_;
   size_t at_ = 0;
 };
 
@@ -60,7 +60,7 @@ Assimp::IOStream* ImportFiles::Open(const char* name, const char* mode) {
     const Result<std::filesystem::path> found = regular_file(name);
     if (!found || !folders_.hold(*found)) return nullptr;
   }
-  Result<scene::Bytes> bytes = scene::read_file(name, kMostBytes);
+  Result<FileBytes> bytes = read_file(name, kMostBytes);
   return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
 }
 

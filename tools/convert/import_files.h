@@ -1,4 +1,4 @@
-// assimp's way to files: the mesh file itself, and what lies below its folder. Everything else is not there.
+// File access of assimp: only the mesh file itself and files below its folder exist.
 #pragma once
 
 #include <assimp/IOStream.hpp>
@@ -12,7 +12,7 @@ namespace fire3dv::convert {
 
 class ImportFiles : public Assimp::IOSystem {
  public:
-  // besides: gets what is asked for beside the file itself, found or not.
+  // besides: receives all further files that assimp requests, found or not.
   ImportFiles(const std::filesystem::path& file, Sources& besides);
 
   bool Exists(const char* file) const override;

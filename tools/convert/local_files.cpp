@@ -15,7 +15,7 @@ bool is_below(const std::filesystem::path& folder, const std::filesystem::path& 
 }  // namespace
 
 Result<std::filesystem::path> regular_file(const std::filesystem::path& path) {
-  const std::string name = scene::quote(path.string());
+  const std::string name = quote(path.string());
   if (path.native().find('\0') != std::string::npos) return Error{"the path " + name + " holds a zero byte"};
   std::error_code error;
   const std::filesystem::path resolved = std::filesystem::canonical(path, error);

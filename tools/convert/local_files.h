@@ -1,33 +1,33 @@
-// Which files of this machine a description may lead to. A path may be written by a stranger: what is reached
-// must be a regular file of a real file system, and where a folder bounds it, links do not lead out of it.
+// Access control for files that a description references. Paths are untrusted: targets must be regular files
+// of a real file system. Where a folder limits access, symbolic links cannot leave it.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::convert {
 
-// The file's own path, links resolved: a regular file, and none that the kernel makes up (/proc, /sys, /dev).
-// The error says why not, and names the path.
+// Returns the path with resolved links. Refuses anything but regular files, and kernel file systems (/proc,
+// /sys, /dev). The error names the path and the reason.
 Result<std::filesystem::path> regular_file(const std::filesystem::path& path);
 
-// Without the parts that say nothing ("."), for messages. ".." stays: behind a link it leads elsewhere.
+// Removes "." components, for messages. ".." stays, since its meaning depends on symbolic links.
 std::filesystem::path tidy_path(const std::filesystem::path& path);
 
 // Folders below which files may be read.
 class AllowedFolders {
  public:
-  // A folder that does not exist allows nothing. The file system's root neither: it would allow everything.
+  // Ignores missing folders and the root folder, which would allow everything.
   void add(const std::filesystem::path& folder);
   void add(const AllowedFolders& others);
-  // `resolved` as regular_file gives it.
+  // resolved: result of regular_file().
   bool hold(const std::filesystem::path& resolved) const;
 
  private:
-  std::vector<std::filesystem::path> folders_;  // links resolved
+  std::vector<std::filesystem::path> folders_;  // resolved paths
 };
 
 }  // namespace fire3dv::convert

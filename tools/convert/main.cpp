@@ -1,5 +1,5 @@
-// fire3dv-convert FILE -o OUT.glb: descriptions of robots and scenes (AMBF, URDF, MJCF) as one binary glTF
-// file.
+// Converter program: fire3dv-convert FILE -o OUT.glb converts robot and scene descriptions (AMBF, URDF, MJCF)
+// to one binary glTF file.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -10,11 +10,12 @@
 #include <iostream>
 #include <new>
 
+#include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
-#include "renderer/scene/conversion_record.h"
-#include "tools/convert/output.h"
+#include "renderer/scene/cache/conversion_record.h"
+#include "tools/convert/glb/output.h"
+#include "tools/convert/glb/write_glb.h"
 #include "tools/convert/readers.h"
-#include "tools/convert/write_glb.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -29,8 +30,8 @@ struct Options {
   ReadOptions read;
 };
 
-// A line each, by which whoever reads them tells them apart, and nothing that a terminal would obey: names
-// are a stranger's.
+// Replaces line breaks and control characters, since names are untrusted and readers parse one message per
+// line.
 std::string printable(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
@@ -47,7 +48,7 @@ int64_t now_ns() {
   return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-// "0,2,5"
+// Parses "0,2,5".
 bool parse_indices(std::string_view text, std::vector<size_t>& indices) {
   while (!text.empty()) {
     size_t index = 0;
@@ -90,7 +91,7 @@ Result<void> write_outputs(const Options& options, int standard_output, const Mo
   }
   if (options.sources.empty()) return write_output(options.out, glb);
   if (Result<void> done = write_kept(options.out, glb); !done) return done;
-  std::vector<Sources::Source> sources{self};  // another converter may read the same files otherwise
+  std::vector<Sources::Source> sources{self};  // a different converter version may produce another scene
   sources.insert(sources.end(), model.sources.all().begin(), model.sources.all().end());
   scene::ConversionRecord record = scene::record_of(options.out, sources, begun_ns);
   record.warnings = model.warnings;
@@ -99,7 +100,7 @@ Result<void> write_outputs(const Options& options, int standard_output, const Mo
 }
 
 int run(const Options& options) {
-  // Libraries that print go elsewhere than to a scene that is written there.
+  // Redirects standard output of libraries while the scene is written there.
   const int standard_output = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
   if (options.out == "-") dup2(STDERR_FILENO, STDOUT_FILENO);
 
@@ -144,30 +145,24 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace fire3dv::convert;
-  CLI::App app{
-      "Makes one binary glTF file of a description: an AMBF launch, world or model file (YAML), URDF or "
-      "MJCF. Its nodes are called as simulators call their bodies. Exit code: 0, written; 1, it cannot be; "
-      "2, the command line is wrong.",
-      "fire3dv-convert"};
+  CLI::App app{"Converts an AMBF, URDF or MJCF description to a binary glTF scene.", "fire3dv-convert"};
+  app.formatter(std::make_shared<fire3dv::HelpFormatter>("FILE --out OUT.glb [OPTIONS]"));
+  app.footer("Exit status: 0 written, 1 failed, 2 wrong usage. Details: man fire3dv-convert.");
+  app.set_help_flag("-h,--help", "print this help and exit");
   Options options;
-  app.add_option("file", options.file, "the description; what it is, is seen by what it holds")->required();
-  app.add_option("-o,--out", options.out, "the file to write; - is the standard output")
-      ->type_name("OUT.glb");
+  app.add_option("file", options.file, "description; its kind follows from its contents")->required();
+  app.add_option("--out,-o", options.out, "file to write; -: standard output")->type_name("OUT.glb");
   CLI::Option* launch =
-      app.add_option("-l", options.launch,
-                     "which models of an AMBF launch file, by their places in it; without, as AMBF "
-                     "without -l")
+      app.add_option("--models,-l", options.launch, "AMBF: models of the launch file, by index")
           ->type_name("0,1,...");
-  app.add_flag("--all", options.read.launch_all, "all models of an AMBF launch file")->excludes(launch);
-  app.add_option("--ns", options.read.name_space, "AMBF's namespace, before all names");
-  app.add_option("--package-path", options.package_folders,
-                 "folder of packages (package:// in URDF) or of what MJCF names; may be given several times")
+  app.add_flag("--all", options.read.launch_all, "AMBF: all models of the launch file")->excludes(launch);
+  app.add_option("--ns", options.read.name_space, "AMBF: namespace of the names")->type_name("NAME");
+  app.add_option("--package-path", options.package_folders, "folder of package:// and MJCF files; repeatable")
+      ->type_name("DIR")
       ->allow_extra_args(false);
-  app.add_flag("--geoms", options.read.geoms_apart,
-               "MJCF: a node for each geom, so that edits and labels tell them apart");
-  app.add_flag("--list", options.list, "say the nodes' names on the standard output");
-  app.add_option("--sources", options.sources,
-                 "write which files the scene was made from, and when they changed")
+  app.add_flag("--geoms", options.read.geoms_apart, "MJCF: one node for each geom");
+  app.add_flag("--list", options.list, "print the names of the nodes");
+  app.add_option("--sources", options.sources, "write the list of source files and their times")
       ->type_name("FILE");
   try {
     app.parse(argc, argv);
@@ -190,7 +185,7 @@ int main(int argc, char** argv) {
     return run(options);
   } catch (const std::bad_alloc&) {
     say(options.file + ": it does not fit into memory");
-  } catch (const std::exception& fault) {  // of a library
+  } catch (const std::exception& fault) {  // thrown by a library
     say(options.file + ": it cannot be converted: " + fault.what());
   }
   return kFailed;

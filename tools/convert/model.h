@@ -1,7 +1,6 @@
-// What every description of robots and scenes becomes before it is written as glTF: nodes, meshes, materials.
-// Frames and units are the description's own, usually Z up and metres; `gltf_from_model` says how the whole
-// stands in glTF's frame (right-handed, Y up, metres). Filled by a reader (readers.h), written by
-// write_glb.h. Plain data: no thread-safety of its own.
+// Intermediate model between description readers (readers.h) and the glTF writer (write_glb.h): nodes,
+// meshes, materials. Frames and units are the description's, usually Z up and metres. gltf_from_model rotates
+// the whole to glTF's frame (right-handed, Y up, metres). Plain data without internal synchronisation.
 #pragma once
 
 #include <array>
@@ -17,7 +16,7 @@
 
 namespace fire3dv::convert {
 
-// An image as a file holds it: PNG or JPEG, else the writer makes a PNG of it.
+// Encoded image file: PNG or JPEG; the writer converts other formats to PNG.
 struct Image {
   std::string name;
   std::vector<std::byte> bytes;
@@ -25,23 +24,23 @@ struct Image {
 
 struct Material {
   std::string name;
-  glm::vec4 base_color{1};  // linear; a: opacity
+  glm::vec4 base_color{1};  // linear RGB; a: opacity
   float metallic = 0;
   float roughness = 0.5f;
   glm::vec3 emission{0};                   // linear
-  std::optional<size_t> base_color_image;  // into Model::images; multiplies base_color
+  std::optional<size_t> base_color_image;  // index into Model::images; multiplied with base_color
   std::optional<size_t> normal_image;      // tangent space, +Y up
-  bool double_sided = true;                // descriptions' meshes are not known to be closed
-  bool blended = false;                    // opacity below 1 anywhere
+  bool double_sided = true;                // meshes of descriptions are often not closed
+  bool blended = false;                    // any opacity below 1
 };
 
-// Triangles of one material, counter-clockwise seen from outside. In the frame of the node that shows them.
+// Triangles of one material, counter-clockwise seen from outside, in the node's frame.
 struct Surface {
   std::vector<glm::vec3> positions;
-  std::vector<glm::vec3> normals;  // none, or one for each position, of length 1
-  std::vector<glm::vec2> uvs;  // none, or one for each position; v grows downwards in the image, as in glTF
-  std::vector<uint32_t> indices;  // three for each triangle
-  size_t material = 0;            // into Model::materials
+  std::vector<glm::vec3> normals;  // empty, or one unit vector per position
+  std::vector<glm::vec2> uvs;      // empty, or one per position; v grows downwards in the image, as in glTF
+  std::vector<uint32_t> indices;   // three per triangle
+  size_t material = 0;             // index into Model::materials
   bool operator==(const Surface&) const = default;
 };
 
@@ -50,7 +49,7 @@ struct Mesh {
   std::vector<Surface> surfaces;
 };
 
-// Looks along -Z of its node, +Y up, as in glTF.
+// Camera that looks along -Z of its node, +Y up, as in glTF.
 struct Camera {
   std::string name;
   float vertical_fov_rad = 0.8f;
@@ -59,20 +58,20 @@ struct Camera {
   std::optional<float> aspect;  // width / height
 };
 
-// Shines along -Z of its node, as in glTF (KHR_lights_punctual).
+// Light that shines along -Z of its node, as in glTF (KHR_lights_punctual).
 struct Light {
   enum class Type { directional, point, spot };
   std::string name;
   Type type = Type::spot;
   glm::vec3 color{1};   // linear
-  float intensity = 1;  // candela; lux if directional
+  float intensity = 1;  // candela; lux for directional lights
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853982f;  // half angle
 };
 
 struct Node {
-  std::string name;              // what streams call it
-  std::optional<size_t> parent;  // stands before its children; none: a child of the model's root
+  std::string name;              // name for streams
+  std::optional<size_t> parent;  // precedes its children; empty: child of the root node
   glm::dvec3 translation{0};
   glm::dquat rotation{1, 0, 0, 0};
   glm::dvec3 scale{1};
@@ -80,7 +79,7 @@ struct Node {
 };
 
 struct Model {
-  std::string name;                                                           // of the root node
+  std::string name;                                                           // name of the root node
   glm::dquat gltf_from_model{0.7071067811865476, -0.7071067811865476, 0, 0};  // Z up to Y up
   std::vector<Node> nodes;
   std::vector<Mesh> meshes;
@@ -88,10 +87,9 @@ struct Model {
   std::vector<Image> images;
   std::vector<Camera> cameras;
   std::vector<Light> lights;
-  // Faults that cost a part of the picture and not the whole: a sentence each, which names the file and the
-  // field.
+  // Problems that cost a part of the scene: one message each, with file and field.
   std::vector<std::string> warnings;
-  // All files that were read or looked for: when none of them has changed, neither has the model.
+  // All files read or looked for. While they are unchanged, the model is, too.
   Sources sources;
 };
 

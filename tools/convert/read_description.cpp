@@ -1,6 +1,6 @@
 #include "renderer/scene/files.h"
 #include "tools/convert/description_kind.h"
-#include "tools/convert/lights.h"
+#include "tools/convert/glb/lights.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::convert {
@@ -27,8 +27,7 @@ Result<Model> read_description(const std::filesystem::path& file, const ReadOpti
   const Result<DescriptionKind> kind = kind_of(file, *text);
   if (!kind) return kind.error();
   if (*kind != DescriptionKind::adf && (!options.launch_indices.empty() || options.launch_all))
-    return Error{scene::quote(file.string()) +
-                 " is no AMBF launch file: models are chosen (-l, --all) there only"};
+    return Error{quote(file.string()) + " is no AMBF launch file: models are chosen (-l, --all) there only"};
   Result<Model> model = read_kind(*kind, file, options);
   if (model) add_light_if_none(*model);
   return model;

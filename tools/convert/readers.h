@@ -1,8 +1,9 @@
-// One function for each kind of description. Each warns of what it can do without (Model::warnings) and
-// fails, naming file, line where it is known and remedy, where nothing can be shown. A description
-// may name meshes anywhere; images are read only below the folders of the mesh that names them, of the
-// description (URDF: and of its packages) and those that the user has named. All that MJCF names must lie
-// below its folder and those. Regular files alone are opened.
+// Readers for description files, one function per format. Non-fatal problems go to Model::warnings; errors
+// name file, line where known, and remedy.
+//
+// File access: meshes may lie anywhere. Images must lie below the folder of their mesh, of the description
+// (for URDF also of its packages), or a folder that the user named. All files of MJCF must lie below its
+// folder or a named one. Only regular files are opened.
 #pragma once
 
 #include <cstdint>
@@ -10,40 +11,43 @@
 #include <string>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 
 struct ReadOptions {
-  // AMBF's -l: indices into a launch file's multibody configs, in this order. Empty: AMBF's own default.
+  // AMBF's -l: indices into a launch file's multibody configs, in this order. Empty: AMBF's default.
   std::vector<size_t> launch_indices;
   bool launch_all = false;
   std::string name_space;  // AMBF's --ns
-  // Where package:// URIs of URDF lead: folders that hold packages, or are packages. And what else a
-  // description may read.
+  // Folders for package:// URIs of URDF: they contain packages or are packages. MJCF files may lie
+  // below them, too.
   std::vector<std::filesystem::path> package_folders;
-  // Of all meshes together, and of AMBF's files together: what is over is left out, and that is said.
+  // Limits over all meshes and over all ADF files. What exceeds them is skipped with a warning.
   size_t most_triangles = 20'000'000;
   uint64_t most_adf_bytes = uint64_t{64} << 20;
-  // MJCF: each geom is a node of its own below its body, so that it can be hidden, coloured and told apart in
-  // images by its name. Without, a body is one mesh, which is drawn faster.
+  // MJCF: one node per geom below its body, so that geoms can be hidden, coloured and labelled individually.
+  // Without it each body has one mesh, which draws faster.
   bool geoms_apart = false;
 };
 
-// An AMBF launch file, world file or model file (ADF). Nodes stand in AMBF's order and are called as AMBF's
-// maps call its objects: namespace and block id, blanks kept, AMBF's index behind a name that is there
-// already. A body's pose is in the world; of what has a parent, in the parent, whose child its node is. Poses
-// are AMBF's own and so are frames: X of a camera's node points backwards and Z upwards, X of a light's node
-// along its light. What glTF takes for a camera or a light stands in a child that turns it: NAME#view (a
-// stereo camera has NAME#left and NAME#right too), NAME#light. The camera is called as AMBF calls it: NAME,
-// NAME#left, NAME#right.
+// Reads an AMBF launch, world or model file (ADF).
+//
+// Names: nodes have AMBF's order and map keys: namespace and block id, with blanks, and AMBF's number behind
+// a duplicate.
+//
+// Frames: poses are in the world, or in the parent for nodes with one. Axes are AMBF's: +X of a camera node
+// points backwards and +Z up; +X of a light node points along its light.
+//
+// Children: a rotated child node holds the glTF camera or light: NAME#view (stereo: also NAME#left and
+// NAME#right), NAME#light. The cameras are named NAME, NAME#left and NAME#right.
 Result<Model> read_adf(const std::filesystem::path& file, const ReadOptions& options);
 Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& options);
-// Through libmujoco's compiled model. Where this build has none, an error that says so.
+// Reads MJCF through libmujoco's compiled model. Fails with a message in builds without libmujoco.
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options);
 
-// By what the file is, not by what it is called. A description without lights gets one.
+// Detects the format from the contents, not from the name. Adds a light to a description without any.
 Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options);
 
 }  // namespace fire3dv::convert

@@ -1,12 +1,12 @@
-// What a model was made of. Each file is looked at before it is read, never after: who writes or replaces it
-// while it is read has changed it since then, and the next start sees that.
+// Source files of a model with their time stamps. A stamp is taken before the file is read, so that a change
+// during the read is detected at the next start.
 #pragma once
 
 #include <filesystem>
 #include <set>
 #include <vector>
 
-#include "renderer/scene/conversion_record.h"
+#include "renderer/scene/cache/conversion_record.h"
 
 namespace fire3dv::convert {
 
@@ -14,16 +14,16 @@ class Sources {
  public:
   using Source = scene::ConversionRecord::Source;
 
-  // A file that is about to be read, or looked for: found or not, as it is now. The first look counts.
+  // Adds a file before it is read or looked for, with its current stamp. The first stamp counts.
   void add(const std::filesystem::path& file) {
     if (known_.insert(file).second) all_.push_back({file, scene::stamp_of(file)});
   }
-  // One that another process has looked at.
+  // Adds a file that another process has stamped.
   void add(const Source& seen) {
     if (known_.insert(seen.file).second) all_.push_back(seen);
   }
 
-  // In the order in which they were added.
+  // In order of addition.
   const std::vector<Source>& all() const { return all_; }
   bool contains(const std::filesystem::path& file) const { return known_.contains(file); }
 

@@ -5,10 +5,10 @@ namespace {
 
 struct Character {
   size_t bytes;
-  bool fits;  // into a name
+  bool fits;  // valid in a name
 };
 
-// The one at the start of text.
+// Decodes the first character.
 Character first_of(std::string_view text) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -29,7 +29,7 @@ Character first_of(std::string_view text) {
 
 }  // namespace
 
-std::string clean_text(std::string_view text, size_t most_bytes) {
+std::string sanitize_text(std::string_view text, size_t most_bytes) {
   std::string clean;
   while (!text.empty()) {
     const Character character = first_of(text);

@@ -1,4 +1,4 @@
-// Text from files, fit to be a name in a scene and to stand in a sentence.
+// Sanitising of untrusted text for node names and messages.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace fire3dv::convert {
 
-// What is no UTF-8, a control character, or turns the direction of what follows becomes '?'; what is longer
-// is cut between characters.
-std::string clean_text(std::string_view text, size_t most_bytes = 1024);  // as streams' names
+// Replaces invalid UTF-8, control characters and bidirectional controls by '?'. Truncates at a character
+// boundary.
+std::string sanitize_text(std::string_view text, size_t most_bytes = 1024);  // default: limit of stream names
 
 }  // namespace fire3dv::convert

@@ -1,6 +1,6 @@
-// fire3dv-inspect URI...: what publishes there, and FILE.mcap: what was recorded. Stands where a renderer
-// would: over shared memory it looks on beside others, elsewhere it is the listener that simulators connect
-// to.
+// Inspection program: fire3dv-inspect URI... shows statistics of live streams, FILE.mcap those of recordings.
+// Over shared memory it reads in parallel with renderers; on other links it is the listener that simulators
+// connect to.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -9,10 +9,10 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/base/clock.h"
+#include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
-#include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
-#include "tools/check_number.h"
 #include "tools/inspect/observer.h"
 #include "tools/inspect/recording.h"
 #include "tools/listener_options.h"
@@ -21,7 +21,7 @@ namespace {
 
 volatile std::sig_atomic_t stop_requested = 0;
 
-// 1 when a recording cannot be read, or is damaged: what can be told of it is told all the same.
+// Returns 1 when a recording is unreadable or damaged; its readable part is still reported.
 int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint64_t memory_mb) {
   int result = 0;
   for (const std::string& file : files) {
@@ -41,26 +41,25 @@ int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint
 
 int main(int argc, char** argv) {
   using namespace fire3dv;
-  CLI::App app{
-      "Says which streams are published at a URI, or are in a recording: rates, what was lost, how old "
-      "frames are.",
-      "fire3dv-inspect"};
+  CLI::App app{"Prints streams of links or recordings: rates, losses and ages of frames.", "fire3dv-inspect"};
+  app.formatter(std::make_shared<HelpFormatter>("URI|FILE.mcap... [OPTIONS]"));
+  app.footer("Details: man fire3dv-inspect.");
+  app.set_help_flag("-h,--help", "print this help and exit");
   std::vector<std::string> uris;
   transport::ListenerOptions options;
   options.delivery = transport::Delivery::all;
   double seconds = 2;
   bool as_json = false;
   uint64_t memory_mb = 64;
-  app.add_option(
-         "uri", uris,
-         "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT, or recordings; several at once")
-      ->required();
-  app.add_option("--seconds", seconds, "how long to look")
+  app.add_option("uri", uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; or recordings")->required();
+  app.add_option("--seconds", seconds, "duration of the measurement")
       ->check(number_between(0.1, 86400))
+      ->type_name("N")
       ->capture_default_str();
-  app.add_flag("--json", as_json, "one JSON object a line and URI instead of text");
-  app.add_option("--memory-mb", memory_mb, "memory for what a recording says of itself")
-      ->check(CLI::Range(16u, 16'384u))
+  app.add_flag("--json", as_json, "print one JSON object for each URI, one a line");
+  app.add_option("--memory-mb", memory_mb, "memory for the index of a recording, in MB")
+      ->check(CLI::Range(16u, 16'384u).description(""))
+      ->type_name("N")
       ->capture_default_str();
   add_listener_options(app, options);
   try {
@@ -94,8 +93,8 @@ int main(int argc, char** argv) {
   }
   const auto share =
       std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(looks.size());
-  const int64_t until_ns = transport::monotonic_ns() + static_cast<int64_t>(seconds * 1e9);
-  while (!stop_requested && transport::monotonic_ns() < until_ns) {
+  const int64_t until_ns = fire3dv::monotonic_ns() + static_cast<int64_t>(seconds * 1e9);
+  while (!stop_requested && fire3dv::monotonic_ns() < until_ns) {
     for (Look& look : looks) {
       look.link->wait(share);
       look.observer.poll(*look.link);

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "protocol/transport/clock.h"
+#include "protocol/base/clock.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::inspect {
@@ -15,7 +15,7 @@ namespace {
 using transport::LinkEvent;
 using transport::LinkStats;
 
-constexpr size_t kMostStreams = 4096;  // those that ended are remembered too
+constexpr size_t kMostStreams = 4096;  // includes ended streams
 
 std::string own_boot_id() {
   std::string id;
@@ -48,7 +48,7 @@ void Observer::poll(transport::ListenerLink& link) {
       if (const auto stream = streams_.find(event.peer); stream != streams_.end())
         stream->second.ended = true;
     if (event.kind != LinkEvent::Kind::pose && event.kind != LinkEvent::Kind::control) return;
-    const int64_t received_ns = event.received_ns != 0 ? event.received_ns : transport::monotonic_ns();
+    const int64_t received_ns = event.received_ns != 0 ? event.received_ns : fire3dv::monotonic_ns();
     if (take(event.peer, event.message, received_ns)) link.accept(event.peer);
   });
 }
@@ -78,8 +78,7 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
     return false;
   }
   const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
-  if (frame == nullptr || found == streams_.end() || frame->header.epoch != found->second.epoch)
-    return false;
+  if (frame == nullptr || found == streams_.end() || frame->header.epoch != found->second.epoch) return false;
   StreamSeen& stream = found->second;
   ++stream.messages;
   stream.bytes += message.size();
@@ -90,14 +89,15 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
   stream.last_frame_ns = received_ns;
   if (!stream.same_clock) return false;
   const auto age_ns = static_cast<uint64_t>(received_ns) - frame->header.publish_time_ns;
-  if (static_cast<int64_t>(age_ns) < 0) return false;  // from the future: nobody's clock here
+  if (static_cast<int64_t>(age_ns) < 0) return false;  // publish time in the future: the clocks are not the
+                                                       // same
   ++stream.ages[std::min<size_t>(static_cast<size_t>(std::bit_width(age_ns / 1000)), kAgeBuckets - 1)];
   return false;
 }
 
 namespace {
 
-// How old frames were when they came, as bars that are as long as the fullest one allows.
+// Histogram of frame ages as text bars, scaled to the fullest bucket.
 std::string age_text(const StreamSeen& stream) {
   constexpr uint64_t kWidest = 40;
   const uint64_t fullest = *std::max_element(stream.ages.begin(), stream.ages.end());
@@ -111,7 +111,7 @@ std::string age_text(const StreamSeen& stream) {
   for (size_t i = 0; i < stream.ages.size(); ++i) {
     if (stream.ages[i] == 0) continue;
     const uint64_t bar = (stream.ages[i] * kWidest + fullest - 1) / fullest;
-    const bool last = i + 1 == stream.ages.size();  // holds all that are older, too
+    const bool last = i + 1 == stream.ages.size();  // the last bucket holds all older frames, too
     std::snprintf(line, sizeof line, "  %s%8llu us %8llu ", last ? ">=" : " <",
                   static_cast<unsigned long long>(uint64_t{1} << (last ? i - 1 : i)),
                   static_cast<unsigned long long>(stream.ages[i]));

@@ -1,5 +1,5 @@
-// What passes over a link, counted: streams, rates, sequences that are missing, how old frames are when they
-// come.
+// Statistics of the streams on a link: rates, missing sequences and frame age on arrival. It sends no
+// answers.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace fire3dv::inspect {
 
-// Powers of two of microseconds: bucket i holds ages below 2^i us.
+// Buckets are powers of two: bucket i holds ages below 2^i us.
 constexpr size_t kAgeBuckets = 24;
 
 struct StreamSeen {
@@ -21,25 +21,25 @@ struct StreamSeen {
   uint64_t epoch = 0;
   uint32_t nodes = 0;
   double nominal_rate_hz = 0;
-  bool same_clock = false;  // only then are ages known
+  bool same_clock = false;  // publisher's clock is this machine's; otherwise ages are unknown
   bool ended = false;
-  uint64_t frames = 0;    // whole, or the last part of one
-  uint64_t messages = 0;  // frames and parts of frames
+  uint64_t frames = 0;    // whole frames, counted at their last part
+  uint64_t messages = 0;  // frames and frame parts
   uint64_t bytes = 0;
-  uint64_t edits = 0;    // of the scene
-  uint64_t missing = 0;  // sequences that were passed over
+  uint64_t edits = 0;    // scene edits
+  uint64_t missing = 0;  // skipped sequences
   uint64_t sequence = 0;
   int64_t first_frame_ns = 0, last_frame_ns = 0;
   std::array<uint64_t, kAgeBuckets> ages{};
 
   double rate_hz() const;
-  // An upper bound of this quantile of the ages, in microseconds; 0 when none is known.
+  // Returns an upper bound of this quantile of ages, in microseconds; 0 when unknown.
   uint64_t age_us(double quantile) const;
 };
 
 class Observer {
  public:
-  // Takes what has come. Answers nothing: who looks on is no renderer.
+  // Processes pending messages. It sends no answer, since an observer is no renderer.
   void poll(transport::ListenerLink& link);
 
   const std::map<transport::PeerId, StreamSeen>& streams() const { return streams_; }
@@ -49,7 +49,7 @@ class Observer {
   std::string json(const transport::ListenerLink& link) const;
 
  private:
-  // True for the description of a stream.
+  // Returns true for a stream description.
   bool take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
 
   wire::Decoder decoder_;

@@ -6,7 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "protocol/record/frame_tally.h"
+#include "protocol/record/frame_counter.h"
 #include "protocol/record/stream_names.h"
 #include "protocol/record/verify.h"
 #include "protocol/wire/check.h"
@@ -20,8 +20,8 @@ using nlohmann::json;
 struct Topic {
   uint64_t messages = 0, bytes = 0;
   uint64_t first_ns = 0, last_ns = 0;
-  // Of poses alone.
-  record::FrameTally tally;
+  // Statistics of pose topics only.
+  record::FrameCounter tally;
   uint64_t runs = 0, refused = 0;
   uint64_t longest_gap_ns = 0;
   uint64_t epoch = 0, frame_at_ns = 0;
@@ -37,7 +37,7 @@ struct Topic {
   }
 };
 
-// What a stream says of itself, from its newest description.
+// Properties of a stream from its newest description.
 struct Told {
   uint32_t nodes = 0;
   std::string scene_uri;
@@ -78,7 +78,7 @@ class Look {
       ++topic.runs;
       topic.epoch = frame.header.epoch;
     }
-    if (!topic.tally.take(frame)) return;  // a further part, or late
+    if (!topic.tally.take(frame)) return;  // a further part of the frame, or a late frame
     if (topic.seen().frames == 1) topic.first_sim_ns = frame.header.sim_time_ns;
     if (topic.frame_at_ns != 0 && message.log_time_ns > topic.frame_at_ns)
       topic.longest_gap_ns = std::max(topic.longest_gap_ns, message.log_time_ns - topic.frame_at_ns);

@@ -1,10 +1,10 @@
-// What is in a recording: streams, counts, times, rates, gaps, and whether every check sum is right.
+// Summary of a recording: streams, counts, times, rates, gaps and checksum validation.
 #pragma once
 
 #include <string>
 
-#include "protocol/error.h"
-#include "protocol/record/summary.h"
+#include "protocol/base/error.h"
+#include "protocol/record/mcap/summary.h"
 
 namespace fire3dv::inspect {
 

@@ -1,6 +1,5 @@
-// fire3dv-record --from URI --out FILE.mcap: every frame of every stream that is published there. Stands
-// where a renderer would: over shared memory it looks on beside others, elsewhere it is what simulators
-// connect to.
+// Recorder program: fire3dv-record --from URI --out FILE.mcap records all frames of all streams. Over shared
+// memory it reads in parallel with renderers; on other links it is the listener that simulators connect to.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -14,11 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/clock.h"
+#include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
-#include "protocol/record/attach.h"
-#include "protocol/transport/clock.h"
+#include "protocol/record/mcap/attach.h"
 #include "protocol/transport/open.h"
-#include "tools/check_number.h"
 #include "tools/listener_options.h"
 #include "tools/record/recorder.h"
 #include "tools/record/recover_command.h"
@@ -48,27 +47,30 @@ int fail(const std::string& message) {
 }
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("--from", options.from,
-                 "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; several into one file");
-  app.add_option("--out", options.out, "the file to write; with --split-*: FILE_0000.mcap and so on");
-  app.add_option("--attach", options.attach, "files that travel in the recording, such as the scene");
-  app.add_flag(
-      "--foxglove", options.foxglove,
-      "write what Foxglove's viewers show beside our messages: where each node is, and attached .glb files");
-  app.add_option("--compression", options.compression, "zstd, lz4 or none")
-      ->check(CLI::IsMember({"zstd", "lz4", "none"}))
+  app.add_option("--from", options.from, "shm://NAME, or tcp, tls, udp://HOST:PORT; several into one file")
+      ->type_name("URI");
+  app.add_option("--out", options.out, "file to write; with --split-*: FILE_0000.mcap and so on")
+      ->type_name("FILE");
+  app.add_option("--attach", options.attach, "files to attach, such as the scene")->type_name("FILE");
+  app.add_flag("--foxglove", options.foxglove, "add Foxglove's transforms and attached .glb models");
+  app.add_option("--compression", options.compression, "compression of chunks")
+      ->check(one_of({"zstd", "lz4", "none"}))
+      ->type_name("zstd|lz4|none")
       ->capture_default_str();
-  app.add_option("--split-mb", options.split_mb,
-                 "begin a new file when one has so many MB beside what is attached")
-      ->check(check_number);
-  app.add_option("--split-s", options.split_s, "begin a new file after so many seconds")->check(check_number);
-  app.add_option("--sync", options.sync_s,
-                 "flush to the disk every so many seconds: a power cut loses no more than that, and 0.1 s; "
-                 "0: only when a file is finished")
+  app.add_option("--split-mb", options.split_mb, "start a new file after N megabytes")
       ->check(check_number)
+      ->type_name("N");
+  app.add_option("--split-s", options.split_s, "start a new file after N seconds")
+      ->check(check_number)
+      ->type_name("N");
+  app.add_option("--sync", options.sync_s, "interval of disk flushes; 0: only at the end")
+      ->check(check_number)
+      ->type_name("SECONDS")
       ->capture_default_str();
-  app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")->check(check_number);
-  app.add_flag("--until-end", options.until_end, "end when all streams that came have ended");
+  app.add_option("--seconds", options.seconds, "duration; 0: until interrupted")
+      ->check(check_number)
+      ->type_name("N");
+  app.add_flag("--until-end", options.until_end, "exit when all streams have ended");
   add_listener_options(app, options.listener);
 }
 
@@ -112,9 +114,9 @@ void say_result(const record::RecorderStatus& status) {
     std::printf("%llu more streams, which ended before %zu others came, with %llu frames\n",
                 static_cast<unsigned long long>(status.reclaimed_streams), status.streams.size(),
                 static_cast<unsigned long long>(status.reclaimed_frames));
-  if (status.unkept_edits != 0)
+  if (status.dropped_edits != 0)
     std::printf("%llu edits are not repeated where players may begin: together they are too long for that\n",
-                static_cast<unsigned long long>(status.unkept_edits));
+                static_cast<unsigned long long>(status.dropped_edits));
 }
 
 std::string unrecorded_text(uint64_t streams) {
@@ -124,7 +126,7 @@ std::string unrecorded_text(uint64_t streams) {
          "files with --split-s";
 }
 
-// The program's exit code: 0 if everything that was received is in the files.
+// Returns the exit code: 0 if all received messages are in the files.
 int report_losses(const record::RecorderStatus& status) {
   if (status.failure)
     return fail(*status.failure + " (" + std::to_string(status.unwritten) + " messages are missing)");
@@ -154,7 +156,7 @@ int record_streams(const Options& options) {
   log.split_ns = static_cast<uint64_t>(options.split_s * 1e9);
   log.flush_ns = static_cast<uint64_t>(options.sync_s * 1e9);
   const bool splits = log.split_bytes != 0 || log.split_ns != 0;
-  // Before the file is made: a mistyped name leaves none behind.
+  // Checked before the file is created, so that a mistyped name leaves no file.
   for (const std::string& path : options.attach)
     if (auto source = record::open_source(path); !source) return fail(source.error().message);
   log.foxglove = options.foxglove;
@@ -166,7 +168,7 @@ int record_streams(const Options& options) {
     for (const std::string& text : left_out)
       std::fprintf(stderr, "fire3dv-record: %s\n", fire3dv::terminal_text(text).c_str());
   }
-  // The first file is made now, so that a bad name is said before anything is lost.
+  // The first file is created now, so that a bad name is reported before data is lost.
   auto first = record::create_sink(splits ? numbered(options.out, 0) : options.out);
   if (!first) return fail(first.error().message);
   auto first_sink = std::make_shared<std::unique_ptr<record::Sink>>(std::move(*first));
@@ -175,7 +177,7 @@ int record_streams(const Options& options) {
         if (file == 0) return std::move(*first_sink);
         return record::create_sink(numbered(options.out, file));
       },
-      // What is attached is read before the first frame comes, and again for each further file.
+      // Attachments are read before the first frame arrives, and again for each further file.
       [&](record::Writer& writer, uint64_t now_ns) {
         return record::attach_files(options.attach, writer, now_ns);
       },
@@ -186,17 +188,17 @@ int record_streams(const Options& options) {
   const auto share =
       std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(links.size());
   const bool shows = ::isatty(STDERR_FILENO) != 0;
-  const int64_t begun_ns = transport::monotonic_ns();
+  const int64_t begun_ns = fire3dv::monotonic_ns();
   int64_t next_say_ns = begun_ns;
   bool unrecorded_reported = false;
-  for (int64_t now_ns = begun_ns; !stop_requested; now_ns = transport::monotonic_ns()) {
+  for (int64_t now_ns = begun_ns; !stop_requested; now_ns = fire3dv::monotonic_ns()) {
     if (options.seconds > 0 && static_cast<double>(now_ns - begun_ns) > options.seconds * 1e9) break;
     for (uint32_t i = 0; i < links.size(); ++i) {
       links[i]->wait(share);
       recorder.poll(*links[i], i, !options.from[i].starts_with("shm:"));
     }
     if (now_ns < next_say_ns) continue;
-    next_say_ns = now_ns + transport::kSecondNs / 5;
+    next_say_ns = now_ns + fire3dv::kSecondNs / 5;
     const record::RecorderStatus status = recorder.status();
     if (shows) say_progress(status, "\r");
     if (status.unrecorded_streams != 0 && !std::exchange(unrecorded_reported, true))
@@ -213,17 +215,21 @@ int record_streams(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Records every frame of the streams that are published at a URI into an MCAP file.",
-               "fire3dv-record"};
+  CLI::App app{"Records the streams that are published at a URI into an MCAP file.", "fire3dv-record"};
+  app.formatter(std::make_shared<HelpFormatter>("--from URI... --out FILE.mcap [OPTIONS]"));
+  app.footer("Rescue a damaged recording: fire3dv-record recover --help. Details: man fire3dv-record.");
+  app.set_help_flag("-h,--help", "print this help and exit");
   Options options;
   add_options(app, options);
   options.listener.delivery = transport::Delivery::all;
   CLI::App* const recover =
-      app.add_subcommand("recover", "make a whole file of what is whole in a cut or damaged one");
-  recover->add_option("file", options.recover.from, "the cut recording")->required();
-  recover->add_option("-o,--out", options.recover.to, "the file to write")->required();
-  recover->add_option("--memory-mb", options.recover.memory_mb, "memory for what the file says of itself")
-      ->check(CLI::Range(16u, 16'384u))
+      app.add_subcommand("recover", "rescue the complete parts of a truncated or damaged recording");
+  recover->formatter(std::make_shared<HelpFormatter>("FILE.mcap --out FILE.mcap [OPTIONS]"));
+  recover->add_option("file", options.recover.from, "damaged recording")->required();
+  recover->add_option("-o,--out", options.recover.to, "file to write")->type_name("FILE")->required();
+  recover->add_option("--memory-mb", options.recover.memory_mb, "memory for the index of the file, in MB")
+      ->check(CLI::Range(16u, 16'384u).description(""))
+      ->type_name("N")
       ->capture_default_str();
   try {
     app.parse(argc, argv);
@@ -233,7 +239,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { stop_requested = 1; });
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write, as a full disk is
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit becomes a write error, like a full disk
   std::signal(SIGPIPE, SIG_IGN);
   return recover->parsed() ? record::recover_file(options.recover) : record_streams(options);
 }

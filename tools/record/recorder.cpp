@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <string>
 
-#include "protocol/transport/clock.h"
+#include "protocol/base/clock.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::record {
@@ -13,7 +13,7 @@ using transport::LinkEvent;
 void Recorder::poll(transport::ListenerLink& link, uint32_t link_number, bool answers) {
   link.poll([&](const LinkEvent& event) {
     const uint64_t peer = uint64_t{link_number} << 48 | event.peer;
-    const int64_t at_ns = event.received_ns != 0 ? event.received_ns : transport::monotonic_ns();
+    const int64_t at_ns = event.received_ns != 0 ? event.received_ns : fire3dv::monotonic_ns();
     switch (event.kind) {
       case LinkEvent::Kind::note:
         std::fprintf(stderr, "fire3dv-record: %s\n", std::string(event.text).c_str());
@@ -32,8 +32,8 @@ void Recorder::poll(transport::ListenerLink& link, uint32_t link_number, bool an
   });
 }
 
-// A publisher that has only us to talk to hears that its stream is taken. Images are shown nowhere: no frame
-// is acknowledged.
+// Answers a publisher that has no other peer, so that it knows its stream is recorded. No frame is
+// acknowledged, since none is shown.
 void Recorder::answer(transport::ListenerLink& link, transport::PeerId peer,
                       std::span<const std::byte> message) {
   const auto decoded = decoder_.decode(message);
@@ -49,7 +49,7 @@ void Recorder::answer(transport::ListenerLink& link, transport::PeerId peer,
     link.send(peer, wire::encode(welcome));
   } else if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
     link.send(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns,
-                                            static_cast<uint64_t>(transport::monotonic_ns())}));
+                                            static_cast<uint64_t>(fire3dv::monotonic_ns())}));
   }
 }
 

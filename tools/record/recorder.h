@@ -1,5 +1,5 @@
-// Takes what links bring and hands it to a recording's thread: a ring in shared memory holds some frames
-// only, and a disk may stand still for longer than they last.
+// Receiver that hands messages to the recording thread. The thread decouples the link from the disk: a
+// shared-memory ring holds few frames, and a disk may stall for longer.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,10 @@ class Recorder {
  public:
   explicit Recorder(StreamLog log) : log_(std::move(log)) {}
 
-  // Takes what has come over the link. Never waits for the disk. answers: the publisher has nobody else to
-  // talk to.
+  // Processes pending messages of the link. Never waits for the disk. answers: the publisher has no other
+  // peer.
   void poll(transport::ListenerLink& link, uint32_t link_number, bool answers);
-  // Writes what is left, and finishes the file.
+  // Writes pending messages and finishes the file.
   void finish() { log_.finish(); }
   RecorderStatus status() const { return log_.status(); }
 

@@ -1,4 +1,5 @@
-// fire3dv-record recover CUT.mcap -o WHOLE.mcap
+// Recovery command: fire3dv-record recover CUT.mcap -o WHOLE.mcap copies all intact chunks and attachments of
+// a damaged recording.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@ struct RecoverOptions {
   uint64_t memory_mb = 64;
 };
 
-// The program's exit code.
+// Returns the exit code.
 int recover_file(const RecoverOptions& options);
 
 }  // namespace fire3dv::record

@@ -1,5 +1,4 @@
-// fire3dv-replay FILE.mcap --to URI: what was recorded, published again with its own timing, as its adapters
-// did.
+// Replay program: fire3dv-replay FILE.mcap --to URI publishes a recording again, with its original timing.
 #include <poll.h>
 #include <unistd.h>
 
@@ -16,21 +15,21 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/clock.h"
+#include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
 #include "protocol/record/playback.h"
 #include "protocol/replay/pacer.h"
 #include "protocol/replay/stream_player.h"
-#include "protocol/transport/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
-#include "tools/check_number.h"
 
 namespace {
 
 using namespace fire3dv;
 
 constexpr int kUsageError = 2;
-constexpr int64_t kPollEveryNs = 5 * transport::kMillisecondNs;
+constexpr int64_t kPollEveryNs = 5 * fire3dv::kMillisecondNs;
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -59,18 +58,18 @@ class Replay {
 
  private:
   Result<bool> run_once(bool again);
-  // Until then, listening to renderers. False: somebody asked to stop.
+  // Waits and processes renderers' messages meanwhile. Returns false on a stop signal.
   bool wait(int64_t ns);
   void wait_for_renderers();
-  // The next line on standard input. False: it has ended, or somebody asked to stop.
+  // Waits for a line on standard input. Returns false at its end and on a stop signal.
   bool wait_for_line();
 
   record::Playback playback_;
   const Options& options_;
   replay::Pacer pacer_;
-  std::vector<std::unique_ptr<replay::StreamPlayer>> players_;  // by stream; null: not asked for
+  std::vector<std::unique_ptr<replay::StreamPlayer>> players_;  // by stream; null: not selected
   uint64_t damaged_ = 0;
-  size_t lines_ = 0;  // that came and were not asked for yet
+  size_t lines_ = 0;  // lines read but not consumed
   bool begun_line_ = false;
 };
 
@@ -82,7 +81,7 @@ Result<void> Replay::open_links() {
     names += (i ? ", \"" : "\"") + wire::printable(streams[i].name) + "\"";
     if (options_.streams.empty()) chosen.push_back(i);
   }
-  // As they were asked for: each --to is for the --stream at its place.
+  // In order of the options: each --to belongs to the --stream at the same position.
   for (const std::string& name : options_.streams) {
     const auto found = std::ranges::find(streams, name, &record::Playback::Stream::name);
     if (found == streams.end())
@@ -106,11 +105,11 @@ Result<void> Replay::open_links() {
 }
 
 bool Replay::wait(int64_t ns) {
-  const int64_t until_ns = transport::monotonic_ns() + ns;
+  const int64_t until_ns = fire3dv::monotonic_ns() + ns;
   for (;;) {
     for (const auto& player : players_)
       if (player) player->poll();
-    const int64_t left_ns = until_ns - transport::monotonic_ns();
+    const int64_t left_ns = until_ns - fire3dv::monotonic_ns();
     if (stop_requested) return false;
     if (left_ns <= 0) return true;
     std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left_ns, kPollEveryNs)));
@@ -125,7 +124,7 @@ void Replay::wait_for_renderers() {
   }
 }
 
-// In short turns: renderers are heard meanwhile, and a signal ends it.
+// Polls in short intervals, so that renderers are served and signals end the wait.
 bool Replay::wait_for_line() {
   while (wait(0)) {
     if (lines_ != 0) {
@@ -133,18 +132,18 @@ bool Replay::wait_for_line() {
       return true;
     }
     pollfd input{STDIN_FILENO, POLLIN, 0};
-    if (::poll(&input, 1, static_cast<int>(kPollEveryNs / transport::kMillisecondNs)) <= 0) continue;
+    if (::poll(&input, 1, static_cast<int>(kPollEveryNs / fire3dv::kMillisecondNs)) <= 0) continue;
     char text[4096];
     const ssize_t bytes = ::read(STDIN_FILENO, text, sizeof text);
     if (bytes < 0 && (errno == EINTR || errno == EAGAIN)) continue;
-    if (bytes <= 0) return std::exchange(begun_line_, false);  // the last line may have no end
+    if (bytes <= 0) return std::exchange(begun_line_, false);  // the last line may lack a line end
     lines_ += static_cast<size_t>(std::count(text, text + bytes, '\n'));
     begun_line_ = text[bytes - 1] != '\n';
   }
   return false;
 }
 
-// False: there is nothing in it to play again.
+// Returns false when there is nothing to play.
 Result<bool> Replay::run_once(bool again) {
   const uint64_t begin_ns = playback_.start_ns() + static_cast<uint64_t>(options_.start_s * 1e9);
   const uint64_t end_ns =
@@ -171,12 +170,13 @@ Result<bool> Replay::run_once(bool again) {
     if (options_.step) {
       if (is_pose && !wait_for_line()) break;
       player->poll();
-    } else if (!wait(pacer_.wait_ns(played.log_time_ns, transport::monotonic_ns()))) {
+    } else if (!wait(pacer_.wait_ns(played.log_time_ns, fire3dv::monotonic_ns()))) {
       break;
     }
     if (auto good = player->play(played); !good) return good.error();
     any = any || is_pose;
-    // The link sends the description when somebody is there; what follows at once should find him there.
+    // The link sends the description once a renderer is connected; the following messages must find it
+    // connected.
     if (options_.wait && !again && played.kind == record::Played::Kind::description) {
       wait_for_renderers();
       pacer_.restart();
@@ -189,7 +189,7 @@ Result<void> Replay::run() {
   for (bool again = false;; again = true) {
     const auto any = run_once(again);
     if (!any) return any.error();
-    if (!options_.loop || !*any || stop_requested || !wait(transport::kMillisecondNs)) break;
+    if (!options_.loop || !*any || stop_requested || !wait(fire3dv::kMillisecondNs)) break;
   }
   for (const auto& player : players_)
     if (player) player->end();
@@ -204,9 +204,9 @@ void Replay::say_result() const {
         "\"%s\": %llu frames, %llu messages passed over, %llu frames incomplete\n",
         wire::printable(playback_.streams()[i].name).c_str(), static_cast<unsigned long long>(counts.frames),
         static_cast<unsigned long long>(counts.skipped), static_cast<unsigned long long>(counts.incomplete));
-    if (counts.unkept_edits != 0)
+    if (counts.dropped_edits != 0)
       std::printf("%llu edits left out: there are too many to keep\n",
-                  static_cast<unsigned long long>(counts.unkept_edits));
+                  static_cast<unsigned long long>(counts.dropped_edits));
     if (const std::string problem = players_[i]->problem(); !problem.empty())
       std::printf("%s\n", fire3dv::terminal_text(problem).c_str());
   }
@@ -234,31 +234,42 @@ int replay_file(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Publishes what was recorded, with its own timing.", "fire3dv-replay"};
+  CLI::App app{"Publishes the streams of a recording with their recorded timing.", "fire3dv-replay"};
+  app.formatter(std::make_shared<HelpFormatter>("FILE.mcap --to URI [OPTIONS]"));
+  app.footer("Details: man fire3dv-replay.");
+  app.set_help_flag("-h,--help", "print this help and exit");
   Options options;
-  app.add_option("file", options.file, "the recording, an MCAP file")->required();
-  app.add_option(
-         "--to", options.to,
-         "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT; once, or once for each stream")
+  app.add_option("file", options.file, "recording (.mcap)")->required();
+  app.add_option("--to", options.to, "shm://NAME, or tcp, tls, udp://HOST:PORT; once, or once a stream")
+      ->type_name("URI")
       ->required();
-  app.add_option("--stream", options.streams,
-                 "play these streams alone; several by their names, in the order of --to");
-  app.add_option("--speed", options.speed, "times as fast as recorded; 0: as fast as can be")
+  app.add_option("--stream", options.streams, "play these streams only, in the order of --to")
+      ->type_name("NAME");
+  app.add_option("--speed", options.speed, "factor on the recorded speed; 0: unpaced")
       ->check(check_number)
+      ->type_name("X")
       ->capture_default_str();
-  app.add_flag("--loop", options.loop, "again and again, each time as a new run of the stream");
-  app.add_option("--start", options.start_s, "seconds into the recording")->check(check_number);
-  app.add_option("--end", options.end_s, "seconds into the recording; 0: its end")->check(check_number);
-  app.add_flag("--step", options.step, "one frame for each line on standard input");
-  app.add_flag("--wait", options.wait, "begin when a renderer is there");
-  app.add_flag("--verbatim", options.verbatim, "leave publish times and clocks as they were recorded");
-  app.add_option("--memory-mb", options.memory_mb, "memory for what the file says of itself")
-      ->check(CLI::Range(16u, 16'384u))
+  app.add_flag("--loop", options.loop, "repeat, each time as a new run of the stream");
+  app.add_option("--start", options.start_s, "begin SECONDS into the recording")
+      ->check(check_number)
+      ->type_name("SECONDS");
+  app.add_option("--end", options.end_s, "end SECONDS into the recording; 0: at its end")
+      ->check(check_number)
+      ->type_name("SECONDS");
+  app.add_flag("--step", options.step, "publish one frame for each line of standard input");
+  app.add_flag("--wait", options.wait, "begin when a renderer has connected");
+  app.add_flag("--verbatim", options.verbatim, "keep recorded publish times and clocks");
+  app.add_option("--memory-mb", options.memory_mb, "memory for the index of the file, in MB")
+      ->check(CLI::Range(16u, 16'384u).description(""))
+      ->type_name("N")
       ->capture_default_str();
-  app.add_option("--key-file", options.publisher.key_file, "file of the key for udp://");
-  app.add_option("--tls-ca", options.publisher.tls.ca_file, "file of certificates to trust, for tls://");
-  app.add_option("--tls-cert", options.publisher.tls.certificate_file, "certificate for renderers that ask");
-  app.add_option("--tls-key", options.publisher.tls.key_file, "file of that certificate's key");
+  const auto add_file = [&](const char* name, std::string& file, const char* text) {
+    app.add_option(name, file, text)->type_name("FILE")->group("Security");
+  };
+  add_file("--key-file", options.publisher.key_file, "udp: pre-shared key, 64 hexadecimal digits");
+  add_file("--tls-ca", options.publisher.tls.ca_file, "tls: trusted certificates (PEM)");
+  add_file("--tls-cert", options.publisher.tls.certificate_file, "tls: client certificate (PEM)");
+  add_file("--tls-key", options.publisher.tls.key_file, "tls: private key of that certificate (PEM)");
   try {
     app.parse(argc, argv);
     if (std::set(options.streams.begin(), options.streams.end()).size() != options.streams.size())

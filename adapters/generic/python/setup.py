@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: the client library, where this source tree has been built, goes into the package.
+"""Build step that copies the client library of this source tree into the package.
 
 FIRE3DV_CLIENT_LIBRARY in the environment names another one; empty, it leaves the library out.
 """

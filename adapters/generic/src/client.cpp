@@ -1,4 +1,4 @@
-// The C functions: arguments are checked here, the stream does the work.
+// C entry points of client.h. They check arguments and call fire3dv_stream; errors become codes and messages.
 #include "fire3dv/client.h"
 
 #include <time.h>
@@ -9,8 +9,8 @@
 #include <string>
 
 #include "last_error.h"
+#include "protocol/transport/core/uri.h"
 #include "protocol/transport/open.h"
-#include "protocol/transport/uri.h"
 #include "protocol/wire/check.h"
 #include "stream.h"
 
@@ -21,10 +21,10 @@ namespace wire = fire3dv::wire;
 namespace {
 
 constexpr size_t kFirstOptionsSize =
-    offsetof(fire3dv_options, key_file);  // programs of the first version know no more
+    offsetof(fire3dv_options, key_file);  // size of the struct in the first released version
 constexpr size_t kFirstStatusSize = offsetof(fire3dv_status, conflicting_names);
 constexpr uint32_t kKnownFlags = FIRE3DV_FRAME_DISCONTINUITY;
-constexpr long kAckPollNs = 100'000;  // short beside a frame, long beside a poll
+constexpr long kAckPollNs = 100'000;  // short compared to a frame, long compared to one poll
 
 static_assert(int{FIRE3DV_FRAME_DISCONTINUITY} == int{wire::kFrameDiscontinuity});
 
@@ -39,7 +39,7 @@ int fail_null_stream() {
   return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
 }
 
-// What a frame may say, whichever nodes it names.
+// Checks flags and pose values of a whole or partial frame.
 int check_frame(uint32_t flags, std::span<const wire::Affine3x4> poses) {
   if ((flags & ~kKnownFlags) != 0) {
     return fail(FIRE3DV_ERROR_ARGUMENT,
@@ -50,7 +50,7 @@ int check_frame(uint32_t flags, std::span<const wire::Affine3x4> poses) {
   return good.ok() ? FIRE3DV_OK : fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
 }
 
-// A longer path is none that the system takes.
+// Reads at most PATH_MAX bytes; the system refuses longer paths anyway.
 std::string path_of(const char* name) {
   constexpr size_t kMostPathBytes = 4096;
   return name ? std::string(name, strnlen(name, kMostPathBytes)) : std::string();
@@ -144,7 +144,7 @@ int publish_some(fire3dv_stream* stream, int64_t sim_time_ns, const uint32_t* no
                                             "; indices must rise and be below the count of nodes, " +
                                             std::to_string(stream->node_count));
   }
-  if (!stream->keeps_poses && pose_count != stream->node_count)
+  if (!stream->has_cached_poses && pose_count != stream->node_count)
     return fail(FIRE3DV_ERROR_STATE,
                 "the first frame of a description that fire3dv_publish_some publishes must name all nodes");
   const std::span poses(reinterpret_cast<const wire::Affine3x4*>(stream_from_body), pose_count);
@@ -166,8 +166,8 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
   status.conflicting_names = stream.conflicting_names;
   status.contested_names = stream.contested_names;
   const std::string problem = stats.peers == 0 ? stream.link->problem() : std::string();
-  const std::string sentence = problem.empty() ? stream.answer_for_people()
-                                               : wire::printable(problem, sizeof status.welcome_message - 1);
+  const std::string sentence =
+      problem.empty() ? stream.status_text() : wire::printable(problem, sizeof status.welcome_message - 1);
   const size_t length = std::min(sentence.size(), sizeof status.welcome_message - 1);
   std::memcpy(status.welcome_message, sentence.data(), length);
   status.welcome_message[length] = '\0';

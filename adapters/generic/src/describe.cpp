@@ -26,7 +26,7 @@ wire::DecodeLimits outgoing_limits() {
 
 wire::DecodeLimits incoming_limits() {
   wire::DecodeLimits limits;
-  limits.max_message_bytes = size_t{64} << 20;  // a Welcome that lists every name of a large scene
+  limits.max_message_bytes = size_t{64} << 20;  // a Welcome may list every name of a large scene
   return limits;
 }
 
@@ -36,7 +36,7 @@ uint64_t monotonic_now_ns() noexcept {
 
 wire::ClockInfo read_clocks() {
   wire::ClockInfo clocks;
-  std::ifstream("/proc/sys/kernel/random/boot_id") >> clocks.boot_id;  // stays empty where there is no /proc
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> clocks.boot_id;  // stays empty without /proc
   if (!wire::check_text("boot_id", clocks.boot_id, 64).ok()) clocks.boot_id.clear();
   clocks.monotonic_at_open_ns = monotonic_now_ns();
   clocks.realtime_at_open_ns = now_ns(CLOCK_REALTIME);
@@ -63,7 +63,7 @@ Result<wire::StreamDescription> read_description(const fire3dv_description& desc
   for (size_t i = 0; i < description.node_count; ++i) {
     const char* name = description.node_names[i];
     if (!name) return Error{"node_names[" + std::to_string(i) + "] is NULL"};
-    // One byte more than is allowed is enough to be refused below, however long the name really is.
+    // One byte above the limit suffices for the check below to refuse the name.
     result.node_names.emplace_back(name, ::strnlen(name, limits.max_name_bytes + 1));
     name_bytes += result.node_names.back().size();
   }
@@ -81,7 +81,7 @@ Result<wire::StreamDescription> read_description(const fire3dv_description& desc
     result.scene_uri.assign(description.scene_uri,
                             ::strnlen(description.scene_uri, limits.max_text_bytes + 1));
   }
-  result.epoch = 1;  // any but 0: the stream chooses its own
+  result.epoch = 1;  // placeholder, not 0; the stream sets its own epoch
   const Result<void> good = wire::check(result, limits);
   if (!good.ok()) return good.error();
   return result;

@@ -1,4 +1,5 @@
-// The C functions of images: arguments become a request, the stream does the work.
+// C entry points of image.h. They check arguments and convert them to a wire::ImageRequest; fire3dv_stream
+// sends it.
 #include "fire3dv/image.h"
 
 #include <time.h>
@@ -19,15 +20,16 @@ namespace wire = fire3dv::wire;
 namespace {
 
 constexpr float kDefaultNearM = 0.01f;
-constexpr long kFirstPauseNs = 20'000;  // short beside a small image, and longer soon
+// Poll interval, doubled up to the longest: small images return within microseconds.
+constexpr long kFirstPauseNs = 20'000;
 constexpr long kLongestPauseNs = 200'000;
 
 static_assert(FIRE3DV_IMAGE_BOXES3D == static_cast<int>(wire::kBoxes3d));
 static_assert(FIRE3DV_IMAGE_EXACTLY == static_cast<int>(wire::ImageWhen::exactly));
 static_assert(FIRE3DV_LENS_FISHEYE == static_cast<int>(wire::LensModel::fisheye));
 
-// What the caller holds is the public part of it.
-struct HeldImage : fire3dv_image {
+// Borrowed image. The caller sees only its public base.
+struct BorrowedImage : fire3dv_image {
   std::vector<fire3dv_image_plane> planes;
   fire3dv::transport::PublisherLink::Image keep;
 };
@@ -38,9 +40,9 @@ int fail_null_stream() {
 
 wire::ImageRequest read_request(const fire3dv_image_request& given, uint64_t newest_sequence) {
   wire::ImageRequest request;
-  request.epoch = request.id = 1;  // any but 0, to be checked; the stream chooses
+  request.epoch = request.id = 1;  // placeholders that pass the check; the stream sets both
   if (given.node) {
-    // One byte more than is allowed is enough to be refused, however long the text really is.
+    // One byte above the limit suffices for the check to refuse the name.
     const size_t most = fire3dv::client::outgoing_limits().max_name_bytes;
     request.node.assign(given.node, strnlen(given.node, most + 1));
   }
@@ -98,7 +100,7 @@ int cancel_image(fire3dv_stream* stream, uint64_t id) {
 }
 
 fire3dv_image* make_image(fire3dv::client::Images::Arrived&& arrived) {
-  auto held = std::make_unique<HeldImage>();
+  auto held = std::make_unique<BorrowedImage>();
   const wire::ImageFrame& frame = arrived.frame;
   const wire::Intrinsics& camera = frame.intrinsics;
   for (const wire::ImagePlane& plane : frame.planes)
@@ -172,6 +174,6 @@ int fire3dv_wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms,
 
 void fire3dv_release_image(fire3dv_image** image) {
   if (!image || !*image) return;
-  delete static_cast<HeldImage*>(*image);
+  delete static_cast<BorrowedImage*>(*image);
   *image = nullptr;
 }

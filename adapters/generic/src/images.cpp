@@ -10,17 +10,17 @@
 namespace fire3dv::client {
 namespace {
 
-// Apart from those of scene edits, which count from 1.
+// Link state key of a request slot, apart from the keys of scene edits, which count from 1.
 constexpr uint64_t key_of(uint32_t place) {
   return uint64_t{1} << 63 | place;
 }
 constexpr size_t kMostRefusals = wire::kMostImageRequests;
-constexpr uint32_t kMostBoxes = 4096;  // of one image, for which room is made
+constexpr uint32_t kMostBoxes = 4096;  // per image, for the size of reserved slots
 constexpr size_t kFewHeld = 16;
 constexpr uint32_t kMostReadAtOnce = wire::kMostImageRequests;
-constexpr size_t kMostArrivedBytes = size_t{1} << 30;  // that nobody has taken
+constexpr size_t kMostArrivedBytes = size_t{1} << 30;  // limit of images that the caller has not taken
 
-bool goes_on(wire::ImageWhen when) {
+bool switches_document(wire::ImageWhen when) {
   return when == wire::ImageWhen::every_nth || when == wire::ImageWhen::rate;
 }
 
@@ -60,8 +60,8 @@ Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest 
   return last_id_;
 }
 
-// The link makes room for two images of each request that it is told of: one that comes, and one that lies
-// here or with the caller. Of requests that are over more may.
+// Requests to reserve memory for. The link reserves two images per open request: one in flight, one arrived
+// or borrowed. Images of ended requests need slots, too.
 size_t Images::requests_to_make_room_for() {
   forget_let_go();
   const size_t open = open_.size() + 1;
@@ -100,18 +100,18 @@ Result<void> Images::cancel(transport::PublisherLink& link, uint64_t epoch, uint
   return send(link, back);
 }
 
-Result<void> Images::begin_again(transport::PublisherLink& link, uint64_t epoch) {
+Result<void> Images::restart_epoch(transport::PublisherLink& link, uint64_t epoch) {
   for (auto at = open_.begin(); at != open_.end();) {
     const auto open = at++;
     wire::ImageRequest& request = open->second.request;
-    if (!goes_on(request.when)) {
+    if (!switches_document(request.when)) {
       refuse(open->first, "the stream was described anew before the image came; ask again");
       close(open);
       continue;
     }
     request.epoch = epoch;
     request.sequence = 0;
-    open->second.last_number = open->second.last_sequence = 0;  // both begin anew with the epoch
+    open->second.last_number = open->second.last_sequence = 0;  // both restart with the epoch
     open->second.has_come = false;
     if (auto sent = send(link, request); !sent) return sent;
   }
@@ -130,7 +130,7 @@ void Images::on(const wire::ImageRefused& refused) {
   close(open);
 }
 
-// What a renderer does wrong is dropped, as the specification asks.
+// Malformed images are dropped, as SPEC.md requires.
 void Images::collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id) {
   for (uint32_t read = 0; read < kMostReadAtOnce && !has_arrived(id); ++read) {
     std::optional<transport::PublisherLink::Image> image = link.poll_image();
@@ -150,9 +150,10 @@ void Images::collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id
 void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> pixels,
                      transport::PublisherLink::Image&& keep) {
   const auto open = open_.find(frame.request);
-  if (open == open_.end()) return;  // cancelled, or another renderer was faster
+  if (open == open_.end()) return;  // cancelled, or already answered by another renderer
   Open& request = open->second;
-  // Of a frame one image counts, whichever renderer was faster. Each renderer counts its own, from 1.
+  // The first image of a frame counts, whichever renderer sent it. Each renderer numbers its own images from
+  // 1.
   if (request.has_come && frame.sequence <= request.last_sequence) return;
   if (frame.number > request.last_number) request.lost += frame.number - request.last_number - 1;
   request.last_number = frame.number;
@@ -161,11 +162,11 @@ void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> p
   request.lost +=
       std::erase_if(arrived_, [&](const Arrived& image) { return image.frame.request == frame.request; });
   arrived_.push_back({frame, pixels, std::move(keep), request.lost});
-  if (!goes_on(request.request.when)) close(open);
+  if (!switches_document(request.request.when)) close(open);
   bound_arrived();
 }
 
-// What nobody takes must not fill the memory, or the room that others' images have.
+// Bounds the memory of images that the caller does not take; drops the oldest first.
 void Images::bound_arrived() {
   size_t bytes = 0;
   for (const Arrived& image : arrived_) bytes += image.pixels.size();

@@ -1,5 +1,5 @@
-// The images that a stream has asked for: which requests are open, what has come of them, and what was
-// refused.
+// Registry of a stream's image requests: open requests, arrived images, refusals. Used on the stream's
+// thread; errors leave the registry unchanged.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/messages.h"
@@ -26,17 +26,17 @@ class Images {
     uint64_t lost = 0;
   };
 
-  // Sends the request; its id and place are chosen here. On error nothing has changed.
+  // Sends the request with a new id and place. On error nothing changes.
   Result<uint64_t> ask(transport::PublisherLink& link, wire::ImageRequest request);
   Result<void> cancel(transport::PublisherLink& link, uint64_t epoch, uint64_t id);
-  // A new epoch has begun: what goes on is asked for again.
-  Result<void> begin_again(transport::PublisherLink& link, uint64_t epoch);
+  // Sends periodic requests again for a new epoch and ends the others with a refusal.
+  Result<void> restart_epoch(transport::PublisherLink& link, uint64_t epoch);
 
-  // Takes in what has come, until there is something of `id` (0: of any request).
+  // Receives images until one of request `id` (0: of any request) has arrived or the link is empty.
   void collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id);
   std::optional<Arrived> take(uint64_t id);
   void on(const wire::ImageRefused& refused);
-  // Why there is no image of `id` (0: of some request), once.
+  // Returns and removes the reason why request `id` (0: any request) has no image.
   std::optional<std::string> take_refusal(uint64_t id);
 
   bool is_open(uint64_t id) const { return open_.contains(id); }
@@ -46,10 +46,10 @@ class Images {
  private:
   struct Open {
     wire::ImageRequest request;
-    size_t block_bytes = 0;  // at most
+    size_t block_bytes = 0;  // upper bound
     uint64_t last_number = 0, last_sequence = 0;
     bool has_come = false;
-    uint64_t lost = 0;  // since an image was taken
+    uint64_t lost = 0;  // since the last image taken
   };
   Result<void> send(transport::PublisherLink& link, const wire::ImageRequest& request);
   void close(std::map<uint64_t, Open>::iterator open);
@@ -61,14 +61,14 @@ class Images {
   std::vector<uint32_t> free_places_;
   uint32_t next_place_ = 0;
   uint64_t last_id_ = 0;
-  std::optional<size_t> most_block_bytes_ = 0;  // of open_; nothing: to be found anew
+  std::optional<size_t> most_block_bytes_ = 0;  // maximum over open_; empty: recompute
   size_t requests_to_make_room_for();
   size_t most_block_bytes();
   void bound_arrived();
   void forget_let_go();
 
-  std::deque<Arrived> arrived_;                  // of each request the newest
-  std::vector<std::weak_ptr<const void>> held_;  // what was taken, and may still be looked at
+  std::deque<Arrived> arrived_;                  // at most one per request, the newest
+  std::vector<std::weak_ptr<const void>> held_;  // images taken and possibly still borrowed
   std::map<uint64_t, std::string> refused_;
   wire::Decoder decoder_;
 };

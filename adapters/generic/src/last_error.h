@@ -1,4 +1,5 @@
-// The error of a C call: a code to return and a sentence to keep for fire3dv_last_error.
+// Per-thread error of a C call: a return code and a message for fire3dv_last_error. Setting it allocates
+// nothing.
 #pragma once
 
 #include <exception>
@@ -9,13 +10,13 @@
 
 namespace fire3dv::client {
 
-// Keeps the sentence (cut to what the thread's buffer holds; nothing is allocated) and returns the code.
+// Stores the message, truncated to the thread's buffer of 1023 bytes, and returns the code.
 int fail(int code, std::string_view sentence) noexcept;
 
 const char* last_error() noexcept;
 
-// Runs the body of a C function. Nothing may be thrown into a caller's C code; what is thrown here is a lack
-// of memory or of another resource.
+// Runs the body of a C function and converts exceptions to codes, since none may reach C callers. Only
+// resource failures throw here.
 template <typename Body>
 int guarded(Body&& body) noexcept {
   try {

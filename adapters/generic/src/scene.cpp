@@ -1,4 +1,5 @@
-// The C functions of scene edits: arguments become a value, the stream does the work.
+// C entry points of scene.h. They check arguments and convert them to a wire::SceneEdit; fire3dv_stream sends
+// it.
 #include "fire3dv/scene.h"
 
 #include <cstring>
@@ -19,7 +20,7 @@ static_assert(FIRE3DV_PROPERTY_NODE == static_cast<int>(wire::Property::node));
 static_assert(FIRE3DV_LIGHT_SPOT == static_cast<int>(wire::LightKind::spot));
 
 std::string text_of(const char* text, size_t most_bytes) {
-  // One byte more than is allowed is enough to be refused, however long the text really is.
+  // One byte above the limit suffices for the check to refuse the text.
   return text ? std::string(text, strnlen(text, most_bytes + 1)) : std::string();
 }
 
@@ -36,16 +37,16 @@ int set(fire3dv_stream* stream, const char* node, wire::Property property, wire:
   return FIRE3DV_OK;
 }
 
-// Null: `given` can be read. Otherwise the reason.
+// Returns null when `given` is readable, else the error message.
 template <typename Struct>
-const char* problem_of(const Struct* given, const char* null, const char* size) {
+const char* struct_error(const Struct* given, const char* null, const char* size) {
   if (!given) return null;
   return fire3dv::client::struct_is_known(given, given->struct_size, sizeof *given) ? nullptr : size;
 }
 
 int set_light(fire3dv_stream* stream, const char* node, const fire3dv_light* light) {
   if (const char* problem =
-          problem_of(light, "light is NULL", "light.struct_size is not sizeof(fire3dv_light); set it"))
+          struct_error(light, "light is NULL", "light.struct_size is not sizeof(fire3dv_light); set it"))
     return fail(FIRE3DV_ERROR_ARGUMENT, problem);
   if (light->kind < FIRE3DV_LIGHT_DIRECTIONAL || light->kind > FIRE3DV_LIGHT_SPOT)
     return fail(FIRE3DV_ERROR_ARGUMENT,
@@ -63,7 +64,7 @@ int set_light(fire3dv_stream* stream, const char* node, const fire3dv_light* lig
 
 int set_camera(fire3dv_stream* stream, const char* node, const fire3dv_camera* camera) {
   if (const char* problem =
-          problem_of(camera, "camera is NULL", "camera.struct_size is not sizeof(fire3dv_camera); set it"))
+          struct_error(camera, "camera is NULL", "camera.struct_size is not sizeof(fire3dv_camera); set it"))
     return fail(FIRE3DV_ERROR_ARGUMENT, problem);
   return set(stream, node, wire::Property::camera,
              wire::Camera{camera->vertical_fov_rad, camera->near_m, camera->far_m, camera->exposure});
@@ -71,7 +72,7 @@ int set_camera(fire3dv_stream* stream, const char* node, const fire3dv_camera* c
 
 int add_node(fire3dv_stream* stream, const char* node, const fire3dv_node* added) {
   if (const char* problem =
-          problem_of(added, "added is NULL", "node.struct_size is not sizeof(fire3dv_node); set it"))
+          struct_error(added, "added is NULL", "node.struct_size is not sizeof(fire3dv_node); set it"))
     return fail(FIRE3DV_ERROR_ARGUMENT, problem);
   if ((added->asset_glb == nullptr) != (added->asset_glb_bytes == 0))
     return fail(FIRE3DV_ERROR_ARGUMENT, "asset_glb and asset_glb_bytes must be given together");
@@ -90,8 +91,8 @@ int add_node(fire3dv_stream* stream, const char* node, const fire3dv_node* added
 }
 
 int set_vertices(fire3dv_stream* stream, const char* node, const fire3dv_vertices* vertices) {
-  if (const char* problem = problem_of(vertices, "vertices is NULL",
-                                       "vertices.struct_size is not sizeof(fire3dv_vertices); set it"))
+  if (const char* problem = struct_error(vertices, "vertices is NULL",
+                                         "vertices.struct_size is not sizeof(fire3dv_vertices); set it"))
     return fail(FIRE3DV_ERROR_ARGUMENT, problem);
   if (vertices->vertex_count == 0 || !vertices->positions)
     return fail(FIRE3DV_ERROR_ARGUMENT, "vertices.positions is NULL or empty; clear the property instead");

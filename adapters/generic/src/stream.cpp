@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/transport/random.h"
+#include "protocol/base/random.h"
 #include "protocol/wire/check.h"
 
 namespace wire = fire3dv::wire;
@@ -20,7 +20,7 @@ void append_names(std::string& text, const char* what, const std::vector<std::st
   }
 }
 
-std::string sentence_for_people(const wire::Welcome& answer) {
+std::string welcome_text(const wire::Welcome& answer) {
   std::string text = answer.message;
   if (answer.protocol_major != wire::kProtocolMajor) {
     text = "the renderer speaks protocol " + std::to_string(answer.protocol_major) + "." +
@@ -35,7 +35,7 @@ std::string sentence_for_people(const wire::Welcome& answer) {
 }  // namespace
 
 fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription description) {
-  description.epoch = fire3dv::transport::random_id();
+  description.epoch = fire3dv::random_id();
   description.adapter_name = adapter_name;
   description.clock = fire3dv::client::read_clocks();
   const fire3dv::Result<void> taken = link->set_description(wire::encode(description));
@@ -50,13 +50,13 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   unmatched_names = conflicting_names = contested_names = 0;
   welcome_message.clear();
   status_message.clear();
-  keeps_poses = false;
-  if (auto sent = send_edits_again(); !sent) return sent;
-  return images.begin_again(*link, epoch);
+  has_cached_poses = false;
+  if (auto sent = resend_edits(); !sent) return sent;
+  return images.restart_epoch(*link, epoch);
 }
 
-// A new epoch starts without edits; those that are kept belong to it from now on.
-fire3dv::Result<void> fire3dv_stream::send_edits_again() {
+// A new epoch starts without edits on the link, so all stored edits are sent again under it.
+fire3dv::Result<void> fire3dv_stream::resend_edits() {
   scene_version = 0;
   edits.set_epoch(epoch);
   for (wire::EditStore::Stored& stored : edits.in_order()) {
@@ -82,9 +82,9 @@ void fire3dv_stream::publish(int64_t sim_time_ns, uint32_t flags,
   wire::PoseFrameView frame;
   const uint64_t now_ns = fire3dv::client::monotonic_now_ns();
   frame.header = {epoch, ++sequence, sim_time_ns, now_ns, scene_version, flags};
-  if (keeps_poses) {
+  if (has_cached_poses) {
     whole_at_ns = now_ns;
-    if (stream_from_body.data() != kept_poses.data()) keep_poses(stream_from_body);
+    if (stream_from_body.data() != cached_poses.data()) cache_poses(stream_from_body);
   }
   frame.node_count = node_count;
   ++frames_published;
@@ -104,7 +104,7 @@ void fire3dv_stream::publish(int64_t sim_time_ns, uint32_t flags,
 void fire3dv_stream::read_replies() {
   for (int i = 0; i < kMaxRepliesPerCall && link->poll(reply); ++i) {
     const fire3dv::Result<wire::Message> message = decoder.decode(reply);
-    if (!message.ok()) continue;  // a renderer's fault: dropped, as the specification asks
+    if (!message.ok()) continue;  // malformed reply: dropped, as SPEC.md requires
     if (const auto* answer = std::get_if<wire::Welcome>(&*message)) on(*answer);
     if (const auto* ack = std::get_if<wire::Ack>(&*message)) on(*ack);
     if (const auto* ping = std::get_if<wire::Ping>(&*message)) on(*ping);
@@ -113,13 +113,13 @@ void fire3dv_stream::read_replies() {
   }
 }
 
-// Epoch 0 answers a description that the renderer could not read, so it may well be ours.
+// Epoch 0 answers a description that the renderer could not decode; it may be this stream's.
 void fire3dv_stream::on(const wire::Welcome& answer) {
   if (answer.epoch != epoch && answer.epoch != 0) return;
   welcome = static_cast<int32_t>(answer.status);
   unmatched_names = static_cast<uint32_t>(answer.unmatched_names.size());
   conflicting_names = static_cast<uint32_t>(answer.conflicting_names.size());
-  welcome_message = sentence_for_people(answer);
+  welcome_message = welcome_text(answer);
 }
 
 void fire3dv_stream::on(const wire::Status& status) {
@@ -130,7 +130,7 @@ void fire3dv_stream::on(const wire::Status& status) {
   status_message = wire::printable(status_message, sizeof(fire3dv_status::welcome_message) - 1);
 }
 
-std::string fire3dv_stream::answer_for_people() const {
+std::string fire3dv_stream::status_text() const {
   if (status_message.empty()) return welcome_message;
   return wire::printable(welcome_message + "; " + status_message,
                          sizeof(fire3dv_status::welcome_message) - 1);

@@ -1,4 +1,5 @@
-// One stream of a simulator: what the C functions share.
+// Publisher stream behind the C API: link, description, edits, image requests and replies. One thread at a
+// time; functions neither wait nor throw, except for lack of memory.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +9,8 @@
 #include <vector>
 
 #include "fire3dv/client.h"
-#include "protocol/error.h"
 #include "images.h"
+#include "protocol/base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/edit_store.h"
@@ -18,21 +19,21 @@
 
 namespace fire3dv::client {
 
-// What the library refuses to send, since every reader would refuse it.
+// Limits of messages that the library sends; readers refuse anything beyond them.
 wire::DecodeLimits outgoing_limits();
 
-// What a renderer may send us.
+// Limits of messages from renderers.
 wire::DecodeLimits incoming_limits();
 
-// This machine's clocks now.
+// Reads this machine's monotonic and real-time clocks.
 wire::ClockInfo read_clocks();
 uint64_t monotonic_now_ns() noexcept;
 
-// The caller's struct as a message; the error is the caller's (FIRE3DV_ERROR_ARGUMENT). epoch is left 0.
+// Converts the caller's struct to a message with a placeholder epoch. Errors are the caller's
+// (FIRE3DV_ERROR_ARGUMENT).
 Result<wire::StreamDescription> read_description(const fire3dv_description& description);
 
-// True when a struct that the caller filled is one that this library understands: at least as long as the
-// first version of it, and nothing set in fields that this version does not know.
+// Returns true when the caller's struct has at least known_size bytes and zeros in fields beyond them.
 bool struct_is_known(const void* data, size_t struct_size, size_t known_size);
 
 }  // namespace fire3dv::client
@@ -50,14 +51,14 @@ struct fire3dv_stream {
   uint64_t frames_published = 0;
 
   fire3dv::wire::EditStore edits;
-  uint64_t scene_version = 0;  // of the newest edit that the link has taken
+  uint64_t scene_version = 0;  // version of the newest edit handed to the link
 
   fire3dv::client::Images images;
 
-  // For partial frames, from the first of them on.
-  bool keeps_poses = false;
-  std::vector<fire3dv::wire::Affine3x4> kept_poses;
-  uint64_t whole_at_ns = 0;  // when the last whole frame was published
+  // Pose cache for partial frames, filled from the first partial frame on.
+  bool has_cached_poses = false;
+  std::vector<fire3dv::wire::Affine3x4> cached_poses;
+  uint64_t whole_at_ns = 0;  // monotonic time of the last whole frame
   std::vector<fire3dv::wire::PoseFrameEncoder> part_encoders;
   std::vector<fire3dv::wire::MessagePieces> whole;
 
@@ -71,24 +72,25 @@ struct fire3dv_stream {
   std::string welcome_message;
   std::string status_message;
 
-  // Replaces what is described. On error the earlier description stays in force.
+  // Replaces the description and starts a new epoch. On error the old description stays in force.
   fire3dv::Result<void> describe(fire3dv::wire::StreamDescription description);
-  // Sends one frame, in parts where the link needs them. Neither waits nor allocates after the first frame.
+  // Sends one frame, split into parts where the link needs them. Neither waits nor allocates after the first
+  // frame.
   void publish(int64_t sim_time_ns, uint32_t flags,
                std::span<const fire3dv::wire::Affine3x4> stream_from_body);
-  // A frame that moves these nodes alone, in rising order. Nodes are all named the first time.
+  // Sends poses of these nodes, with increasing indices. The first call must name all nodes.
   void publish_some(int64_t sim_time_ns, uint32_t flags, std::span<const uint32_t> node_indices,
                     std::span<const fire3dv::wire::Affine3x4> stream_from_body);
-  // On error nothing has changed.
+  // On error nothing changes.
   fire3dv::Result<void> send_edit(fire3dv::wire::EditStore::Prepared prepared);
-  // Takes in what renderers have sent, up to a bound, so that a flood of replies cannot hold the simulator.
+  // Processes a bounded number of replies, so that a flood of them cannot stall the simulator.
   void read_replies();
-  // What renderers last said, one line.
-  std::string answer_for_people() const;
+  // Last status of renderers, one line.
+  std::string status_text() const;
 
  private:
-  fire3dv::Result<void> send_edits_again();
-  void keep_poses(std::span<const fire3dv::wire::Affine3x4> stream_from_body);
+  fire3dv::Result<void> resend_edits();
+  void cache_poses(std::span<const fire3dv::wire::Affine3x4> stream_from_body);
   void on(const fire3dv::wire::Welcome& answer);
   void on(const fire3dv::wire::Ack& ack);
   void on(const fire3dv::wire::Ping& ping);

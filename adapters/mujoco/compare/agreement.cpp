@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::mujoco {
 namespace {
 
-// The pixel and its eight neighbours show the same.
+// Returns true when the pixel's 3x3 neighbourhood has one label.
 bool is_off_edges(const LabelledDepth& image, uint32_t x, uint32_t y) {
   if (x == 0 || y == 0 || x + 1 >= image.width || y + 1 >= image.height) return false;
   const uint32_t label = image.labels[size_t{y} * image.width + x];

@@ -1,4 +1,4 @@
-// How far two images of the same moment agree.
+// Agreement statistics of labels and depth of two renderers at the same simulation times.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@ namespace fire3dv::mujoco {
 
 class Agreement {
  public:
-  // endless: labels of planes without an end. MuJoCo draws them as far as it sees, fire3dv-convert makes them
-  // of ten extents of the scene: what MuJoCo alone sees of them is counted apart and left out of all shares.
+  // endless: labels of infinite planes. MuJoCo draws them up to its far plane; fire3dv-convert exports ten
+  // scene extents. Plane pixels that only MuJoCo shows are counted separately and excluded from all shares.
   explicit Agreement(std::vector<uint32_t> endless) : endless_(std::move(endless)) {}
 
-  // What is farther than far_m counts as background.
+  // Depths beyond far_m count as background.
   void add(const LabelledDepth& ours, const LabelledDepth& theirs, float far_m);
 
   double beyond_floor_share() const;    // of all pixels
-  uint64_t objects() const;             // that are seen by either
-  double same_share() const;            // of pixels whose labels agree
-  double same_share_off_edges() const;  // of those around which MuJoCo sees one label alone, 3 x 3
-  // Of the relative error of depth, where labels agree and something is seen: what this share of the pixels
-  // keeps to.
+  uint64_t objects() const;             // seen by at least one renderer
+  double same_share() const;            // pixels with equal labels
+  double same_share_off_edges() const;  // same, over pixels whose 3x3 neighbourhood has one label in MuJoCo's
+                                        // image
+  // Returns the quantile `share` of the relative depth error over foreground pixels with equal labels.
   double depth_error(double share);
 
  private:

@@ -1,21 +1,21 @@
-// A current OpenGL context without a window or a display, for MuJoCo's renderer.
+// Current OpenGL context without window or display (EGL), for MuJoCo's renderer. Owned by one thread.
 #pragma once
 
 #include <string>
 
-#include "protocol/error.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::mujoco {
 
 class EglContext {
  public:
-  // On Mesa's surfaceless platform: a GPU's driver where Mesa has one, else its software renderer.
+  // Uses Mesa's surfaceless platform: a hardware driver where Mesa has one, else its software renderer.
   static Result<EglContext> open();
   ~EglContext();
   EglContext(EglContext&& other) noexcept;
   EglContext& operator=(EglContext&&) = delete;
 
-  // What draws, as OpenGL calls it.
+  // Returns GL_RENDERER.
   std::string renderer() const;
 
  private:

@@ -1,4 +1,4 @@
-// What a pixel shows, in one numbering for both renderers: MuJoCo's kind of object and its number.
+// Pixel labels common to both renderers: MuJoCo's object type and object id.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/scene/scene.h"
-#include "tools/convert/mjcf_names.h"
+#include "renderer/scene/model/scene.h"
+#include "tools/convert/mjcf/mjcf_names.h"
 
 namespace fire3dv::mujoco {
 
@@ -16,17 +16,17 @@ constexpr uint32_t label_of(int object_type, int object) {
   return static_cast<uint32_t>(object_type) << 24 | (static_cast<uint32_t>(object) + 1);
 }
 
-// Of planes that have no end.
+// Returns the labels of infinite planes.
 std::vector<uint32_t> endless_planes(const mjModel& model);
 
-// One image, rows from the top.
+// Label and depth image, rows from the top.
 struct LabelledDepth {
   uint32_t width = 0, height = 0;
   std::vector<uint32_t> labels;
-  std::vector<float> depths_m;  // along the camera's axis; infinite for the background
+  std::vector<float> depths_m;  // planar depth along the camera axis; infinite for background
 };
 
-// Labels of instances of the scene that scene_of() makes of the model, as a renderer numbers them.
+// Map from scene instances, as the renderer numbers them, to labels. The scene must be that of scene_of().
 class InstanceLabels {
  public:
   InstanceLabels(const mjModel& model, const scene::Scene& scene);

@@ -1,10 +1,10 @@
-// fire3dv-mujoco-compare MODEL.xml --to URI: MuJoCo's own renderer beside FIRE-3DV's images.
+// Comparison of MuJoCo's own renderer with FIRE-3DV's images: fire3dv-mujoco-compare MODEL.xml --to URI.
 #include <cstdio>
 #include <exception>
 
 #include "adapters/mujoco/compare/agreement.h"
-#include "adapters/mujoco/compare/asked_images.h"
 #include "adapters/mujoco/compare/egl_context.h"
+#include "adapters/mujoco/compare/image_client.h"
 #include "adapters/mujoco/compare/options.h"
 #include "adapters/mujoco/compare/speed.h"
 #include "renderer/sinks/png.h"
@@ -12,13 +12,13 @@
 namespace fire3dv::mujoco {
 namespace {
 
-constexpr int kFailed = 1, kNoOpenGl = 77;  // as tests say that they were skipped
+constexpr int kFailed = 1, kNoOpenGl = 77;  // exit status of skipped tests
 
 void say(const std::string& text) {
   std::fprintf(stderr, "fire3dv-mujoco-compare: %s\n", text.c_str());
 }
 
-// Counts steps: where MuJoCo resets what became unstable, its time begins anew.
+// Counts steps instead of reading the time, which MuJoCo restarts when it resets an unstable simulation.
 Result<void> step(Simulation& simulation, double seconds) {
   constexpr double kMostSteps = 1e9;
   const double steps = seconds / simulation.model().opt.timestep;
@@ -30,7 +30,7 @@ Result<void> step(Simulation& simulation, double seconds) {
   return simulation.place();
 }
 
-// Ours to the left, MuJoCo's to the right.
+// Writes FIRE-3DV's image left, MuJoCo's right.
 Result<void> write_pair(const std::filesystem::path& file, const MujocoView& view,
                         const std::vector<uint8_t>& ours, const std::vector<uint8_t>& theirs) {
   sinks::FrameImage pair;
@@ -98,7 +98,7 @@ Result<void> run(const CompareOptions& options) {
   if (!options.speed) view.fine = true, view.samples = 0, view.shadow_texels = 0;
   Result<MujocoRenderer> theirs = MujocoRenderer::open(simulation->model(), view);
   if (!theirs) return theirs.error();
-  ImageWish wish;
+  ImageSpec wish;
   wish.camera = view.camera;
   wish.width = view.width;
   wish.height = view.height;

@@ -85,7 +85,7 @@ Result<void> MujocoRenderer::draw(const mjData& data, bool labels) {
     scene_.flags[mjRND_SEGMENT] = labels;
     scene_.flags[mjRND_IDCOLOR] = labels;
     const mjrRect view{0, 0, static_cast<int>(view_.width), static_cast<int>(view_.height)};
-    // It wants the data to be writable and leaves it as it is.
+    // The function takes non-const data but does not modify it.
     mjv_updateScene(model_.get(), const_cast<mjData*>(&data), &option_, nullptr, &camera_, mjCAT_ALL,
                     &scene_);
     mjr_render(view, &scene_, &context_);

@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "adapters/mujoco/image_names.h"
-#include "tools/check_number.h"
+#include "protocol/base/command_line.h"
 
 namespace fire3dv::mujoco {
 
@@ -58,7 +58,7 @@ std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* 
       ->capture_default_str();
   try {
     app.parse(argc, argv);
-    const Result<ImageWish> wish = image_wish(images);
+    const Result<ImageSpec> wish = image_spec(images);
     if (!wish) throw CLI::ValidationError("--images", wish.error().message);
     options.view.camera = wish->camera;
     options.view.width = wish->width;

@@ -1,4 +1,4 @@
-// The command line of fire3dv-mujoco-compare.
+// Command line of fire3dv-mujoco-compare.
 #pragma once
 
 #include <filesystem>
@@ -13,14 +13,15 @@ struct CompareOptions {
   std::string model, uri;
   MujocoView view;
   bool speed = false;
-  int frames = 8;                  // agree: how many; speed: in a block
-  int blocks = 7;                  // speed: of each renderer, in turns
-  double every_s = 0.25;           // agree: simulated seconds between frames
-  double timeout_s = 60;           // for one image
-  std::filesystem::path pictures;  // agree: a folder for them; empty: none
+  int frames = 8;                  // agreement: frames in total; speed: frames per block
+  int blocks = 7;                  // speed: blocks per renderer, interleaved
+  double every_s = 0.25;           // agreement: simulated seconds between frames
+  double timeout_s = 60;           // per image
+  std::filesystem::path pictures;  // agreement: folder for image pairs; empty: none
 };
 
-// Nothing: leave with *exit_code, which is 0 after --help and 2 after a mistake; the text has been printed.
+// Returns nothing when the program must exit with *exit_code: 0 after --help, 2 after a usage error. The text
+// has been printed.
 std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* exit_code);
 
 }  // namespace fire3dv::mujoco

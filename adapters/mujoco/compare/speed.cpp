@@ -13,7 +13,8 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// The median of so many frames; `frame` steps and draws one.
+// Returns the median time of `frames` calls of `frame`, in milliseconds. `frame` steps the simulation and
+// draws once.
 template <typename Frame>
 Result<double> block_ms(int frames, std::vector<double>& all, Frame&& frame) {
   std::vector<double> times;
@@ -42,7 +43,7 @@ Result<Speed> measure_speed(Simulation& simulation, AskedImages& ours, MujocoRen
     if (Result<void> done = theirs.draw_color_and_depth(simulation.data()); !done) return done;
     return theirs.draw_labels(simulation.data());
   };
-  constexpr int kWarmUp = 3;  // shaders are compiled, and memory is taken
+  constexpr int kWarmUp = 3;  // frames for shader compilation and memory allocation
   std::vector<double> unused;
   if (auto warm = block_ms(kWarmUp, unused, our_frame); !warm) return warm.error();
   if (auto warm = block_ms(kWarmUp, unused, their_frame); !warm) return warm.error();

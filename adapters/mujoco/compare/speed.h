@@ -1,16 +1,16 @@
-// How long a step with colour, depth and labels takes, by either renderer: in turns, so that what else the
-// machine does hits both.
+// Time of a step with colour, depth and labels in both renderers. Blocks alternate, so that other load on the
+// machine affects both.
 #pragma once
 
-#include "adapters/mujoco/compare/asked_images.h"
+#include "adapters/mujoco/compare/image_client.h"
 #include "adapters/mujoco/compare/mujoco_renderer.h"
 
 namespace fire3dv::mujoco {
 
 struct Speed {
-  double ours_ms = 0, theirs_ms = 0;  // medians of a step with its images
-  double ratio = 0;                   // median over turns of theirs / ours
-  double lowest = 0, highest = 0;     // of those
+  double ours_ms = 0, theirs_ms = 0;  // median of a step with its images
+  double ratio = 0;                   // median over blocks of theirs / ours
+  double lowest = 0, highest = 0;     // range of these ratios
 };
 
 Result<Speed> measure_speed(Simulation& simulation, AskedImages& ours, MujocoRenderer& theirs, int blocks,

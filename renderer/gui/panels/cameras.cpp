@@ -1,4 +1,4 @@
-// From where the scene is seen: a camera of its own, or the free one, and how fast that moves.
+// Cameras panel: selection of a scene camera or the free camera, and its speed.
 #include "renderer/gui/panels.h"
 
 namespace fire3dv::gui {
@@ -11,13 +11,13 @@ void CamerasPanel::draw(const Context& context) {
   const std::optional<size_t> now = context.facts.camera;
   if (scene_number_ != context.shown.scene_number) {
     scene_number_ = context.shown.scene_number;
-    nodes_ = scene::camera_nodes(scene);  // asks every node
+    nodes_ = scene::camera_nodes(scene);  // visits every node
   }
   if (ui.row("Free camera", !now)) viewer.commands.free_camera = true;
   for (size_t i = 0; i < nodes_.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
     std::string text = node_label(scene, nodes_[i]);
-    if (i < 9) text = std::to_string(i + 1) + "  " + text;  // the key that chooses it
+    if (i < 9) text = std::to_string(i + 1) + "  " + text;  // shortcut key
     if (ui.row(text.c_str(), now == i)) viewer.commands.camera = i;
     ImGui::PopID();
   }

@@ -1,4 +1,4 @@
-// What an image costs: times of the CPU and of the GPU's passes, triangles, memory.
+// Frame panel: CPU and GPU times per pass, triangle counts, memory.
 #include <algorithm>
 #include <cstdio>
 
@@ -40,7 +40,7 @@ void FramePanel::note(const FrameFacts& facts) {
     pass_ms_.emplace(pass.name, History());
     pass_order_.push_back(pass.name);
   }
-  // One that did not run cost nothing: its curve goes on.
+  // Passes that did not run count as 0.
   for (auto& [name, history] : pass_ms_) {
     const auto sum = sums.find(name);
     history.add(sum == sums.end() ? 0 : static_cast<float>(sum->second));
@@ -67,7 +67,7 @@ void FramePanel::draw(const Context& context) {
   if (frame.pose_age_ms) ui.value("Pose age", "%.2f ms", *frame.pose_age_ms);
   ui.value("Triangles", "%s", grouped(frame.triangles).c_str());
   if (frame.clusters_drawn && frame.clusters > 0) {
-    // All clusters have about as many triangles, but for those at the end of a mesh.
+    // Estimate: all clusters except the last of a mesh have about the same number of triangles.
     const double share = static_cast<double>(*frame.clusters_drawn) / static_cast<double>(frame.clusters);
     ui.value("after culling", "\u2248 %s   %.0f %%",
              short_number(static_cast<double>(frame.triangles) * std::min(share, 1.0)).c_str(), share * 100);
@@ -89,7 +89,7 @@ void FramePanel::draw_passes(const Context& context) {
   const float number_width = ui.points(56);
   for (const std::string& name : pass_order_) {
     const float ms = pass_ms_[name].median();
-    if (ms < 5e-4f) continue;  // what takes no time is not worth a line
+    if (ms < 5e-4f) continue;  // omits negligible passes
     ui.bar(ms / most, theme::rgb(0x24303b));
     const bool is_plotted = plotted_ == name;
     const bool clicked = ui.row(name.c_str(), is_plotted, is_plotted ? theme::kText : theme::kDim);

@@ -1,11 +1,11 @@
-// Keys and the mouse, over the image.
+// Help overlay: keys and mouse.
 #include "renderer/gui/panels.h"
 
 namespace fire3dv::gui {
 namespace {
 
 struct Line {
-  const char* keys;  // null: a heading
+  const char* keys;  // null: heading
   const char* does;
 };
 constexpr Line kLines[] = {

@@ -1,4 +1,4 @@
-// Lights, edited while they shine.
+// Lights panel: live editing of lights.
 #include <numbers>
 
 #include "renderer/gui/panels.h"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr float kHalfTurnRad = std::numbers::pi_v<float> / 2;
 
-// True when something was changed.
+// Returns true on a change.
 bool edit(Ui& ui, scene::Light& light) {
   bool changed = ui.color("Colour", light.color);
   if (light.type == scene::LightType::directional) {
@@ -57,7 +57,7 @@ void LightsPanel::draw(const Context& context) {
     ui.note("The scene has none: its surroundings light it.");
     return;
   }
-  constexpr size_t kMost = 64;  // further ones would be scrolled past for ever
+  constexpr size_t kMost = 64;  // row limit for scrolling
   for (size_t i = 0; i < lights.size() && i < kMost; ++i) {
     const auto wished = context.viewer.lights.find(lights[i].node);
     const bool is_of_this =

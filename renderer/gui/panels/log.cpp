@@ -1,4 +1,4 @@
-// What the program has said, as on the terminal.
+// Log panel: the messages printed to the terminal.
 #include <algorithm>
 #include <cstdio>
 
@@ -10,7 +10,7 @@ void LogPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   const Facts& facts = context.facts;
   if (!ui.header("Log", context.layout.is_open(Panel::log))) return;
-  // The lines that are there are the newest of all that were ever said.
+  // facts.log holds only the newest of all lines.
   const uint64_t first = facts.log_lines - facts.log.size();
   const size_t from = cleared_ > first ? static_cast<size_t>(cleared_ - first) : 0;
   const size_t count = facts.log.size() - std::min(from, facts.log.size());

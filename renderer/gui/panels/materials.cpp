@@ -1,4 +1,4 @@
-// What surfaces are made of, edited while they are shown. Textures and modes stay the file's.
+// Materials panel: live editing of material factors. Textures and alpha modes are fixed by the file.
 #include <algorithm>
 
 #include "renderer/gui/panels.h"
@@ -14,7 +14,7 @@ std::string label_of(const scene::Scene& scene, uint32_t material) {
 
 constexpr float kMostEmission = 100;
 
-// True when something was changed.
+// Returns true on a change.
 bool edit(Ui& ui, scene::Material& m) {
   bool changed = false;
   glm::vec3 base(m.base_color);
@@ -29,7 +29,7 @@ bool edit(Ui& ui, scene::Material& m) {
     changed |= ui.slider("Roughness", m.roughness, {0, 1});
     if (m.normal_texture.texture != scene::kNone)
       changed |= ui.slider("Normal scale", m.normal_scale, {0, 2});
-    // Colour and strength: the file multiplies them, and so do we.
+    // Emission is edited as colour and strength, whose product is the glTF factor.
     float strength = std::max({m.emissive.r, m.emissive.g, m.emissive.b});
     glm::vec3 tint = strength > 0 ? m.emissive / strength : glm::vec3(1);
     bool emission = ui.color("Emission", tint);
@@ -57,7 +57,7 @@ void MaterialsPanel::list(const Context& context) {
   std::vector<bool> below(scene.nodes.size(), !of_selection_);
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
     const scene::Node& n = scene.nodes[node];
-    // Parents stand before their children.
+    // Parents precede their children.
     if (node == selected || (n.parent != scene::kNone && below[n.parent])) below[node] = true;
     if (!below[node] || n.mesh == scene::kNone) continue;
     const scene::Mesh& mesh = scene.meshes[n.mesh];

@@ -1,4 +1,4 @@
-// The selected node: where it is, and which stream moves it.
+// Node panel: pose of the selected node and the stream that drives it.
 #include <glm/gtc/quaternion.hpp>
 
 #include "renderer/gui/panels.h"

@@ -1,4 +1,4 @@
-// How images are drawn, and of what they may show instead of light.
+// Render panel: draw settings and debug views.
 #include "renderer/gui/panels.h"
 
 namespace fire3dv::gui {
@@ -6,7 +6,7 @@ namespace {
 
 using namespace passes;
 
-// Of an enumeration whose values are 0, 1, 2, ... in the order of the names.
+// Combo box of an enumeration with values 0, 1, 2, ... in the order of the names.
 template <typename Value, size_t count>
 void choose(Ui& ui, const char* label, Value& value, const char* const (&names)[count],
             const char* hint = nullptr) {

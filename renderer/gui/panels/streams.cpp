@@ -1,5 +1,4 @@
-// Who sends poses: in what state each stream is, how evenly it comes, what of it was dropped and why, and how
-// it is shown in time.
+// Streams panel: state, jitter, losses by cause, and playout settings of each stream.
 #include <algorithm>
 #include <cmath>
 
@@ -20,7 +19,7 @@ ImU32 color_of(state::Condition condition) {
   return theme::kDim;
 }
 
-// Resources of the peer that are near their limit, or that were refused.
+// Resources of the peer near their limit, or with refusals.
 void draw_uses(Ui& ui, const std::vector<UseFact>& uses) {
   if (uses.empty()) return;
   ui.note("Uses, of the limit of one peer:");
@@ -97,11 +96,11 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   }
   ui.value("Clock", theme::kDim, stream.clock);
 
-  // What the user has not decided is as it came to be.
-  StreamWish wish{stream.interpolated, {}};
+  // Settings without a user choice keep their current values.
+  StreamPlayout wish{stream.interpolated, {}};
   const auto wished = context.viewer.streams.find(stream.epoch);
   if (wished != context.viewer.streams.end()) wish = wished->second;
-  const StreamWish before = wish;
+  const StreamPlayout before = wish;
   constexpr const char* kModes[] = {"newest frame", "interpolated"};
   size_t mode = wish.interpolate ? 1 : 0;
   ui.choice("Shown as", mode, kModes,

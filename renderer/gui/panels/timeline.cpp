@@ -1,4 +1,4 @@
-// A recording that is replayed: play, pause, step, seek, how fast.
+// Timeline panel: play, pause, step, seek and speed of a replayed recording.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// The scene's nodes: searched, chosen, hidden.
+// Scene tree panel: search, selection and visibility of nodes.
 #include <algorithm>
 
 #include "renderer/gui/panels.h"
@@ -27,7 +27,7 @@ void TreePanel::take_scene(const scene::Scene& scene, uint64_t number) {
     const uint32_t parent = scene.nodes[node].parent;
     if (parent != scene::kNone) children_[next[parent]++] = node;
   }
-  // Small scenes are seen whole; of large ones the first levels.
+  // Small scenes start fully expanded, large ones with their first levels.
   open_.assign(count, count <= 64);
   if (roots_.size() == 1) open_[roots_[0]] = true;
   rows_are_old_ = true;
@@ -55,7 +55,7 @@ void TreePanel::list_rows(const scene::Scene& scene) {
   }
 }
 
-// Whatever was selected elsewhere is brought into view.
+// Scrolls to a node that was selected elsewhere.
 void TreePanel::reveal(const scene::Scene& scene, uint32_t node) {
   revealed_ = node;
   if (node >= scene.nodes.size()) return;
@@ -93,7 +93,7 @@ void TreePanel::draw(const Context& context, float height_px) {
   ImGuiListClipper clipper;
   clipper.Begin(static_cast<int>(rows_.size()), row_height);
   while (clipper.Step()) {
-    // A row may open or close others, which counts from the next frame on.
+    // Expansion changes in a row take effect in the next frame.
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
       draw_row(context, rows_[static_cast<size_t>(i)]);
   }

@@ -1,6 +1,6 @@
-// What adapters/ambf/plugin.cpp uses of AMBF, and no more, so that the plugin is compiled and run where AMBF
-// is not. Written from the plugin's side: names, signatures and meanings that it relies on. Bodies are the
-// tests' own: objects are where the test puts them.
+// Stub of the AMBF API: the subset of classes and members that adapters/ambf/plugin.cpp uses. The plugin
+// compiles and runs against it where AMBF is not installed. Names, signatures and meanings follow AMBF; the
+// bodies are test doubles whose objects stand at poses that the test sets.
 #pragma once
 
 #include <map>
@@ -91,7 +91,7 @@ class afBaseObject {
 };
 using afBaseObjectMap = std::map<std::string, afBaseObject*>;
 
-// As in AMBF the mesh is not in the first base: a cast from afBaseObject* has to know the class.
+// As in AMBF, afMeshObject is not the first base class, so a cast from afBaseObject* must know the class.
 class afMeshObject {
  public:
   virtual ~afMeshObject() = default;

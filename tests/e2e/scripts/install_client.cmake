@@ -1,4 +1,4 @@
-# See tests/e2e/install.cmake.
+# Client installation test; see tests/e2e/install.cmake.
 function(run)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE code)
   if(NOT code EQUAL 0)
@@ -18,7 +18,7 @@ endfunction()
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --component client --prefix ${WORK}/first)
-file(RENAME ${WORK}/first ${WORK}/prefix)  # an installed tree may be moved
+file(RENAME ${WORK}/first ${WORK}/prefix)  # an installed tree is relocatable
 set(prefix ${WORK}/prefix)
 
 foreach(path include/fire3dv/client.h include/fire3dv/client.hpp ${LIBDIR}/libfire3dv-client.so
@@ -28,7 +28,7 @@ foreach(path include/fire3dv/client.h include/fire3dv/client.hpp ${LIBDIR}/libfi
   endif()
 endforeach()
 
-# Neither the build nor the source tree may be needed: their paths must not be in what was installed as text.
+# The installed text files must not contain paths of the build or the source tree.
 file(GLOB_RECURSE texts ${prefix}/*.cmake ${prefix}/*.pc ${prefix}/*.h ${prefix}/*.hpp)
 foreach(text ${texts})
   file(READ ${text} content)
@@ -42,7 +42,7 @@ endforeach()
 
 set(sanitize_flags)
 if(SANITIZE)
-  set(sanitize_flags -fsanitize=${SANITIZE})  # the program must bring the run time that the library wants
+  set(sanitize_flags -fsanitize=${SANITIZE})  # the program must link the sanitizer runtime of the library
 endif()
 
 foreach(example client_c client_cpp)

@@ -1,5 +1,6 @@
+# Exported symbols of the AMBF plugin. AMBF loads all plugins into one global namespace, so the
+# plugin must export its entry point only.
 # cmake -D NM=nm -D LIBRARY=libfire3dv_ambf.so -P ambf_plugin_exports.cmake
-# AMBF loads plugins into one space of names: what is exported here would be everybody's.
 execute_process(COMMAND ${NM} -D --defined-only ${LIBRARY} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "[^\n]+" lines "${text}")
 list(TRANSFORM lines REPLACE ".* " "")

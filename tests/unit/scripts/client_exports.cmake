@@ -1,3 +1,4 @@
+# Exported symbols of the client library: its C functions only.
 # cmake -D NM=nm -D LIBRARY=libfire3dv-client.so -P client_exports.cmake
 execute_process(COMMAND ${NM} -D --defined-only ${LIBRARY} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "[^\n]+" lines "${text}")

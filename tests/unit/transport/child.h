@@ -1,4 +1,4 @@
-// A process of the test's own that is ended whatever happens, and one that goes step by step.
+// Child processes of tests: one that is killed in every case, and one that runs step by step under ptrace.
 #pragma once
 
 #include <signal.h>
@@ -23,7 +23,7 @@ class Child {
   Child& operator=(const Child&) = delete;
 
   void signal(int number) { ::kill(pid_, number); }
-  // Until it has ended by itself.
+  // Waits for its own end.
   void join() {
     if (pid_ > 0) ::waitpid(pid_, nullptr, 0);
     pid_ = 0;
@@ -39,7 +39,7 @@ class Child {
   pid_t pid_;
 };
 
-// Goes on only when told to. `body` says where its steps of interest begin and end, by mark().
+// Runs only on request. `body` delimits its steps of interest with mark().
 class SteppedChild : public Child {
  public:
   enum class Stop { step, mark, ended };
@@ -59,7 +59,7 @@ class SteppedChild : public Child {
   bool ended_well() const { return WIFEXITED(status_) && WEXITSTATUS(status_) == 0; }
 
   Stop instruction() { return go(PTRACE_SINGLESTEP); }
-  // To the begin or the end of the next system call.
+  // Runs to the entry or the exit of the next system call.
   Stop system_call() { return go(PTRACE_SYSCALL); }
   Stop to_mark() { return go(PTRACE_CONT); }
 

@@ -1,5 +1,5 @@
-// Images on their way back: what comes is what was sent, nothing is written while it is read, the newest of
-// each request counts, and whoever is slow or dead costs nobody else anything.
+// Test of image transfer from renderer to client: integrity, ownership of slots, the newest image per
+// request, and isolation of slow or dead peers.
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <random>
 #include <thread>
 
-#include "protocol/transport/image_queue.h"
+#include "protocol/transport/core/image_queue.h"
 #include "protocol/wire/image_block.h"
 #include "tests/unit/transport/link_fixture.h"
 
@@ -23,13 +23,13 @@ class Images : public ::testing::TestWithParam<std::string> {
   void SetUp() override {
     const bool shm = GetParam() == "shm";
     listener_.emplace(shm ? unique_shm_uri("images") : "tcp://127.0.0.1:0");
-    publisher_ = must_open_publisher(listener_->link->uri());
+    publisher_ = open_publisher_or_fail(listener_->link->uri());
     ASSERT_TRUE(publisher_->set_description(bytes_of("description")).ok());
   }
   void make_room(size_t requests) {
     const auto room = publisher_->make_room_for_images(wire::most_block_bytes(kPixelBytes), requests);
     ASSERT_TRUE(room.ok()) << room.error().message;
-    ASSERT_TRUE(publish_until_seen(*publisher_, *listener_, "pose"));  // in the segment that has the room
+    ASSERT_TRUE(publish_until_seen(*publisher_, *listener_, "pose"));  // in the segment with the image slots
   }
   PeerId peer() {
     for (const Event& event : listener_->events)
@@ -37,7 +37,7 @@ class Images : public ::testing::TestWithParam<std::string> {
     return peer_;
   }
 
-  // An image whose every byte follows from its number.
+  // An image whose bytes follow from its number.
   static std::byte byte_of(uint64_t number, size_t at) {
     return static_cast<std::byte>(number * 31 + at * 7);
   }
@@ -50,7 +50,7 @@ class Images : public ::testing::TestWithParam<std::string> {
                                            pixels[i] = byte_of(number, i);
                                        });
   }
-  // The number that an image says, once all of its bytes have said so.
+  // Returns the number of an image after checking all its bytes.
   static uint64_t number_of(const PublisherLink::Image& image, uint64_t& request) {
     const auto block = wire::read_image_block(image.block);
     EXPECT_TRUE(block.ok()) << block.error().message;
@@ -135,7 +135,7 @@ TEST_P(Images, WithRandomDepthInFlightAndImagesHeldNothingIsMixedUp) {
 
 TEST_P(Images, OfARequestThatNobodyReadsTheNewestStays) {
   make_room(1);
-  // More than shared memory has room to tell of; a word about an image must not cost the one before it.
+  // More images than shared memory has notices for; a lost notice must not lose the image before it.
   uint64_t newest = 0;
   for (uint64_t number = 1; number <= 6000; ++number)
     if (send(9, number)) newest = number;
@@ -159,7 +159,7 @@ TEST_P(Images, ThatContradictThemselvesAreDroppedAndCounted) {
   ASSERT_TRUE(
       listener_->link->send_image(peer(), 1, bytes_of(head), kPixelBytes, [&](std::span<std::byte> pixels) {
         std::memset(pixels.data() - wire::pixels_at(head.size()), 0xff,
-                    16);  // what a broken renderer may say
+                    16);  // invalid blocks of a faulty renderer
       }));
   ASSERT_TRUE(send(2, 7));
   const auto image = next();
@@ -197,7 +197,7 @@ TEST_P(Images, ToWhoIsGoneAreLost) {
 
 TEST(ShmImages, HeldSlotsAreNotTakenAndLostImagesAreCounted) {
   Listener listener(unique_shm_uri("held"));
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
   ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
@@ -221,7 +221,7 @@ TEST(ShmImages, HeldSlotsAreNotTakenAndLostImagesAreCounted) {
 
 TEST(ShmImages, ALaterRendererFindsThePoseThatWasPublishedBeforeTheRequest) {
   const std::string uri = unique_shm_uri("paused");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
   publisher->publish(message_of("paused"));
   ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
@@ -232,7 +232,7 @@ TEST(ShmImages, ALaterRendererFindsThePoseThatWasPublishedBeforeTheRequest) {
 TEST(ShmImages, WhoReadOnDoesNotSeeThatPoseTwice) {
   const std::string uri = unique_shm_uri("carried");
   Listener listener(uri, {.delivery = Delivery::all});
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
   publisher->publish(message_of("one"));
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "one"); }));
@@ -242,14 +242,14 @@ TEST(ShmImages, WhoReadOnDoesNotSeeThatPoseTwice) {
   EXPECT_EQ(listener.count(Kind::pose), 2u);
 }
 
-// A renderer that is killed while it writes leaves a slot that nobody will complete.
+// A renderer killed during a write leaves an incomplete slot.
 TEST(ShmImages, WhatADeadRendererWasWritingIsFreed) {
   const std::string uri = unique_shm_uri("dead");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
   ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
   publisher->publish(message_of("pose"));
-  for (int killed = 0; killed < 40; ++killed) {  // more than there are slots
+  for (int killed = 0; killed < 40; ++killed) {  // more than the number of slots
     const pid_t child = ::fork();
     if (child == 0) {
       Listener listener(uri);
@@ -265,7 +265,7 @@ TEST(ShmImages, WhatADeadRendererWasWritingIsFreed) {
   }
 }
 
-// A renderer that changes the length of the head after the publisher has checked it.
+// The renderer changes the length of the head after the publisher's check (TOCTOU).
 TEST(ImageBlock, IsConsistentWhileAnotherThreadChangesIt) {
   constexpr size_t kTurns = 200'000;
   std::vector<std::byte> block(wire::most_block_bytes(4096));

@@ -1,4 +1,5 @@
-// The bad network itself: chances that a seed repeats, streams that stay whole unless they are reset.
+// Test of the network impairment tool: seeded probabilities, queues and outages; TCP streams stay intact
+// unless reset.
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -6,17 +7,16 @@
 #include <cmath>
 #include <thread>
 
-#include "protocol/transport/address.h"
-#include "protocol/transport/clock.h"
-#include "tools/impair/datagram_channel.h"
-#include "tools/impair/relay.h"
-#include "tools/impair/schedule.h"
-#include "tools/impair/stream_fate.h"
+#include "protocol/base/clock.h"
+#include "protocol/transport/core/address.h"
+#include "tools/lab/impair/datagram_channel.h"
+#include "tools/lab/impair/relay.h"
+#include "tools/lab/impair/schedule.h"
+#include "tools/lab/impair/stream_impairment.h"
 
 namespace fire3dv::impair {
 namespace {
 
-using transport::UniqueFd;
 
 constexpr int64_t kMs = 1'000'000;
 constexpr int kHangLimitMs = 120'000;
@@ -60,7 +60,7 @@ TEST(DatagramChannel, ChancesAreAsSaidAndASeedRepeatsThem) {
 
 TEST(DatagramChannel, ALimitedLinkQueuesForAWhileAndThenLoses) {
   Impairment impairment;
-  impairment.bits_per_second = 1'000'000;  // 250 datagrams of 500 bytes a second; 1000 come
+  impairment.bits_per_second = 1'000'000;  // 250 datagrams of 500 bytes a second; the test sends 1000
   const auto drawn = fates(impairment, 5000);
   int passed = 0;
   for (size_t i = 0; i < drawn.size(); ++i) {
@@ -74,12 +74,12 @@ TEST(DatagramChannel, ALimitedLinkQueuesForAWhileAndThenLoses) {
   EXPECT_EQ(fates(impairment, 1)[0].copies, 0);
 }
 
-TEST(StreamFate, BytesDecideAndNotSegments) {
+TEST(StreamImpairment, BytesDecideAndNotSegments) {
   Impairment impairment;
   impairment.stall_after_bytes = 1000;
   impairment.reset_after_bytes = 50'000;
   const auto stalls_of = [&](uint64_t segment) {
-    StreamFate fate(impairment, 3, true);
+    StreamImpairment fate(impairment, 3, true);
     std::vector<uint64_t> at;
     uint64_t passed = 0;
     while (!fate.is_reset()) {
@@ -140,7 +140,7 @@ class TcpRelayTest : public ::testing::Test {
     pollfd polled{fd.get(), POLLIN, 0};
     return ::poll(&polled, 1, kHangLimitMs) == 1;
   }
-  // All that comes until the other side ends or breaks off.
+  // Returns all bytes until the peer closes or resets.
   static std::string read_all(const UniqueFd& fd, bool* reset = nullptr) {
     std::string all;
     char buffer[4096];
@@ -188,7 +188,7 @@ TEST_F(TcpRelayTest, AConnectionIsResetAfterItsBytes) {
   connect(impairment);
   const std::string there = text(2'000'000);
   std::thread sender([&] {
-    constexpr int kMostRounds = 500;  // a gigabyte: no buffer on the way holds that
+    constexpr int kMostRounds = 500;  // a gigabyte: beyond all buffers on the way
     int rounds = 0;
     while (rounds<kMostRounds&& ::send(client_.get(), there.data(), there.size(), MSG_NOSIGNAL)> 0) ++rounds;
     EXPECT_LT(rounds, kMostRounds);

@@ -1,5 +1,5 @@
-// Inbox of network listeners: budgets per peer, order, bounded cost, limited notes.
-#include "protocol/transport/inbox.h"
+// Test of the inbox of network listeners: budgets per peer, order, bounded cost, limited notes.
+#include "protocol/transport/core/inbox.h"
 
 #include <algorithm>
 #include <new>
@@ -120,7 +120,7 @@ TEST(Inbox, APausedPeerKeepsItsMessagesAndIsFull) {
   EXPECT_FALSE(all.inbox.is_full_of_states(1));
 }
 
-// Parts of frames that are never whole, and control messages, wait. Whole small frames arrive meanwhile.
+// Parts of incomplete frames, and control messages, wait. Whole small frames arrive meanwhile.
 uint64_t examined_for(uint64_t waiting, uint64_t frames) {
   Inboxed all;
   all.connect(1);
@@ -177,7 +177,7 @@ TEST(NoteLimiter, CountsEqualNotesFromManyAddressesOnce) {
   NoteLimiter limiter;
   std::vector<std::string> summaries;
   size_t shown = 0;
-  for (int64_t second = 0; second < 60; ++second) {  // without a break of 10 s
+  for (int64_t second = 0; second < 60; ++second) {  // without a pause of 10 s
     shown += limiter.allow(Cause::silent, "no greeting", (100 + second) * kSecondNs);
     limiter.take_summaries((100 + second) * kSecondNs, summaries);
   }

@@ -1,5 +1,5 @@
-// Helpers of the transport tests: messages whose content can be checked, and a listener whose events are
-// kept. Tests count events; the waits below end early when the event is there and are only hang limits.
+// Fixture of transport tests: verifiable messages, and a listener that records its events. Tests count
+// events; waits end with the event, and their limits are hang limits.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -93,15 +93,14 @@ struct Listener {
   PeerId peer() const { return events.empty() ? 0 : events.back().peer; }
 };
 
-inline std::unique_ptr<PublisherLink> must_open_publisher(const std::string& uri,
-                                                          PublisherOptions options = {}) {
+inline std::unique_ptr<PublisherLink> open_publisher_or_fail(const std::string& uri,
+                                                             PublisherOptions options = {}) {
   auto opened = open_publisher(uri, options);
   EXPECT_TRUE(opened.ok()) << opened.error().message;
   return opened.ok() ? std::move(*opened) : nullptr;
 }
 
-// Publishes `text` again and again until the listener has it: no single frame is promised to arrive on every
-// link.
+// Publishes `text` repeatedly until the listener has it: a link may drop any single frame.
 inline bool publish_until_seen(PublisherLink& publisher, Listener& listener, std::string_view text) {
   return listener.poll_until([&] {
     if (listener.saw(Kind::pose, text)) return true;

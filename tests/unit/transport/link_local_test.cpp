@@ -1,9 +1,9 @@
-// Addresses that mean something on one link alone: fe80::, with the interface's name behind them.
+// Test of IPv6 link-local addresses (fe80::) with their interface name (scope id).
 #include <ifaddrs.h>
 #include <netinet/in.h>
 
-#include "protocol/transport/address.h"
-#include "tests/unit/transport/own_network.h"
+#include "protocol/transport/core/address.h"
+#include "tests/unit/transport/network_namespace.h"
 #include "tests/unit/transport/secure_fixture.h"
 
 namespace fire3dv::transport::test {
@@ -20,7 +20,7 @@ TEST(LinkLocal, EveryLinkTakesTheInterfaceWithTheAddress) {
     options.insecure = true;
     Listener listener(scheme + "://" + host + ":0", options);
     EXPECT_NE(listener.link->uri().find(host), std::string::npos) << listener.link->uri();
-    auto publisher = must_open_publisher(listener.link->uri());
+    auto publisher = open_publisher_or_fail(listener.link->uri());
     ASSERT_TRUE(publisher->set_description(bytes_of("d")));
     EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
     listener.link->send(listener.peer(), bytes_of("reply"));

@@ -1,11 +1,11 @@
-// What strangers may make a listener hold, and what happens when there is no memory at all.
+// Test of memory limits of listeners: budgets of untrusted peers, and failed allocations.
 #include <algorithm>
 #include <new>
 
-#include "protocol/transport/tcp_frame.h"
+#include "protocol/transport/tcp/tcp_frame.h"
+#include "tests/unit/transport/allocation_fault.h"
 #include "tests/unit/transport/link_fixture.h"
 #include "tests/unit/transport/raw_socket.h"
-#include "tests/unit/transport/scarce_memory.h"
 
 namespace fire3dv::transport::test {
 namespace {
@@ -14,7 +14,7 @@ uint64_t rejected(const ListenerLink& link, Cause cause) {
   return link.stats().rejected_by_cause[static_cast<size_t>(cause)];
 }
 
-// A TCP peer that greets, claims a message of this length, and then sends as much of it as it is told.
+// A TCP peer that sends a valid greeting, claims a message length, and sends a part of it.
 struct Claimer {
   RawSocket socket;
   explicit Claimer(const std::string& uri, uint32_t claimed, tcp::FrameKind kind = tcp::FrameKind::pose)
@@ -54,7 +54,7 @@ TEST(Memory, AnUnfinishedMessageBeyondTheBudgetEndsItsPeerAlone) {
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) >= 1; }));
   EXPECT_TRUE(listener.saw_part(Kind::disconnected, "--peer-limit shared-received-bytes=VALUE"));
   EXPECT_GE(rejected(*listener.link, Cause::no_memory), 1u);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   const std::string frame(500'000, '.');
   EXPECT_TRUE(publish_until_seen(*publisher, listener, frame)) << "within its reserve";
@@ -64,7 +64,7 @@ TEST(Memory, APoseBeyondTheBudgetIsSkipped) {
   ListenerOptions options;
   options.budgets = small_budgets(kMiB, kMiB, kMiB);
   Listener listener("tcp://127.0.0.1:0", options);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   const std::string large(3 * kMiB, '.');
   ASSERT_TRUE(listener.poll_until([&] {
@@ -76,8 +76,8 @@ TEST(Memory, APoseBeyondTheBudgetIsSkipped) {
   EXPECT_GT(listener.link->stats().poses_dropped, 0u);
 }
 
-// Images of 512 KiB to peers that do not read fill their budgets and the shared amount. Each of a third peer
-// arrives, out of its reserve.
+// Images of 512 KiB to peers that do not read fill their budgets and the shared amount. Each image of a third
+// peer arrives, from its reserve.
 TEST(Memory, PeersThatDoNotReadTheirImagesTakeNoOthersRoom) {
   constexpr size_t kPixels = 512 << 10, kImages = 25, kRequests = 40;
   ListenerOptions options;
@@ -98,7 +98,7 @@ TEST(Memory, PeersThatDoNotReadTheirImagesTakeNoOthersRoom) {
   EXPECT_LE(options.budgets->used(Resource::queued_bytes), 24 * kMiB);
   EXPECT_GT(listener.link->stats().images_dropped, 0u);
 
-  auto victim = must_open_publisher(listener.link->uri());
+  auto victim = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(victim->set_description(bytes_of("victim")));
   ASSERT_TRUE(victim->make_room_for_images(2 * kPixels, 2));
   ASSERT_TRUE(publish_until_seen(*victim, listener, "pose"));
@@ -122,13 +122,13 @@ TEST(Memory, APeerWhoseMessageFindsNoMemoryIsEndedAndOthersGoOn) {
   Listener listener("tcp://127.0.0.1:0");
   Claimer claimer(listener.link->uri(), 100u << 20);
   {
-    const NoMemoryAbove limit(8 << 20);
+    const ScopedAllocationLimit limit(8 << 20);
     claimer.send(20 << 20);
     ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
   }
   EXPECT_TRUE(listener.saw_part(Kind::disconnected, "no memory"));
   EXPECT_EQ(rejected(*listener.link, Cause::no_memory), 1u);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
@@ -141,7 +141,7 @@ TEST(Memory, MessagesThatNobodyPollsAreBoundedPerPeer) {
   std::vector<std::unique_ptr<PublisherLink>> publishers;
   const std::string frame(300'000, '.');
   for (int i = 0; i < 2; ++i) {
-    publishers.push_back(must_open_publisher(listener.link->uri()));
+    publishers.push_back(open_publisher_or_fail(listener.link->uri()));
     ASSERT_TRUE(publishers.back()->set_description(bytes_of("d")));
   }
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 2; }));
@@ -160,14 +160,14 @@ TEST(Memory, MessagesThatNobodyPollsAreBoundedPerPeer) {
 
 TEST(Memory, ADescriptionThatFindsNoMemoryLeavesTheEarlierOneInForce) {
   const std::string uri = unique_shm_uri("memory");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("first")));
   const std::string large(300'000, 'x');
   {
-    const NoMemoryAbove limit(100'000);
+    const ScopedAllocationLimit limit(100'000);
     EXPECT_THROW((void)publisher->set_description(bytes_of(large)), std::bad_alloc);
   }
-  const std::string frame(200'000, '.');  // the segment has to grow, and the description goes with it
+  const std::string frame(200'000, '.');  // the segment must grow, and the description moves with it
   ASSERT_TRUE(publisher->publish(message_of(frame)));
   Listener listener(uri);
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) == 1; }));

@@ -1,16 +1,17 @@
-// Strangers at the ports: whatever they say, a live publisher's stream goes on and every refusal is counted.
-#include "protocol/transport/tcp_frame.h"
-#include "protocol/transport/udp_handshake.h"
+// Security test of network listeners: arbitrary input of untrusted peers leaves a live stream intact, and
+// every refusal is counted.
+#include "protocol/transport/tcp/tcp_frame.h"
+#include "protocol/transport/udp/udp_handshake.h"
 #include "tests/unit/transport/link_fixture.h"
 #include "tests/unit/transport/raw_socket.h"
 
 namespace fire3dv::transport::test {
 namespace {
 
-// A listener with one live publisher, whose stream has to survive what a test does.
+// A listener with one live publisher, whose stream must survive the test.
 struct Victim {
   explicit Victim(const std::string& uri, ListenerOptions options = {}) : listener(uri, options) {
-    publisher = must_open_publisher(listener.link->uri());
+    publisher = open_publisher_or_fail(listener.link->uri());
     EXPECT_TRUE(publisher->set_description(bytes_of("description")));
     EXPECT_TRUE(publish_until_seen(*publisher, listener, "before"));
     rejected_before = listener.link->stats().rejected;
@@ -61,7 +62,7 @@ TEST(TcpHostile, AnotherVersionIsAnsweredAndThenClosed) {
   EXPECT_TRUE(victim.listener.saw_part(Kind::note, "transport version 99"));
 }
 
-// After a sound preface.
+// Connects with a valid preface.
 RawSocket let_in(Victim& victim) {
   RawSocket stranger(victim.listener.link->uri(), SOCK_STREAM);
   stranger.send(tcp::write_preface({}));
@@ -123,7 +124,7 @@ TEST(TcpHostile, SilentConnectionsMakeRoomForOthers) {
   Victim victim(kTcp);
   std::vector<RawSocket> silent;
   for (int i = 0; i < 200; ++i) silent.emplace_back(victim.listener.link->uri(), SOCK_STREAM);
-  auto another = must_open_publisher(victim.listener.link->uri());
+  auto another = open_publisher_or_fail(victim.listener.link->uri());
   ASSERT_TRUE(victim.listener.poll_until([&] { return victim.listener.count(Kind::connected) == 2; }));
   EXPECT_TRUE(silent.front().closed_by_peer());
   victim.expect_alive();
@@ -140,14 +141,14 @@ TEST(TcpHostile, AnUnknownKindIsPassedOver) {
   EXPECT_EQ(victim.rejected(), 1u);
 }
 
-// A server that answers nonsense must not stop a publisher from finding the real one later.
+// An invalid server must not keep a publisher from finding the right one later.
 TEST(TcpHostile, APublisherOutlivesAServerThatAnswersNonsense) {
   std::string uri;
   {
     Listener taken(kTcp);
     uri = taken.link->uri();
   }
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   {
     const UniqueFd server(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     sockaddr_in address{};
@@ -169,7 +170,7 @@ TEST(TcpHostile, APublisherOutlivesAServerThatAnswersNonsense) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
-// A greeting and a frame cost a stranger nothing, so only an accepted description holds a place.
+// A greeting and a frame cost an attacker nothing, so only an accepted description holds a place.
 TEST(Hostile, PlacesOfPeersWithoutADescriptionGoToOthers) {
   ListenerOptions two;
   two.max_peers = 2;
@@ -193,22 +194,22 @@ TEST(Hostile, PlacesOfPeersWithoutADescriptionGoToOthers) {
     ASSERT_TRUE(victim->listener.poll_until([&] { return victim->listener.saw(Kind::pose, ""); }));
   udp.strangers_let_in = 1;
   for (Victim* victim : {&tcp, &udp}) {
-    auto honest = must_open_publisher(victim->listener.link->uri());
+    auto honest = open_publisher_or_fail(victim->listener.link->uri());
     ASSERT_TRUE(honest->set_description(bytes_of("honest")));
     ASSERT_TRUE(victim->listener.poll_until([&] { return victim->listener.saw(Kind::control, "honest"); }));
     EXPECT_TRUE(victim->listener.saw_part(Kind::disconnected, "its place was needed"));
     EXPECT_EQ(victim->listener.link->stats().rejected_by_cause[static_cast<size_t>(Cause::silent)], 1u);
     for (const Event& event : victim->listener.events)
       if (event.text == "honest") victim->listener.link->accept(event.peer);
-    // Two that have described themselves keep their places, however long they are silent.
-    auto third = must_open_publisher(victim->listener.link->uri());
+    // Two described streams keep their places, however long they are silent.
+    auto third = open_publisher_or_fail(victim->listener.link->uri());
     ASSERT_TRUE(victim->listener.poll_until([&] { return !third->problem().empty(); }));
     EXPECT_NE(third->problem().find("as many publishers as it allows"), std::string::npos);
     victim->expect_alive();
   }
 }
 
-// A server that was taken for a renderer: what it sends may cost its own connection, and no memory.
+// A hostile server in place of a renderer: excessive replies end its connection and use no memory.
 TEST(TcpHostile, RepliesWithoutMeasureEndThatConnection) {
   const UniqueFd server(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
@@ -218,17 +219,17 @@ TEST(TcpHostile, RepliesWithoutMeasureEndThatConnection) {
   ASSERT_EQ(::bind(server.get(), reinterpret_cast<sockaddr*>(&address), length), 0);
   ASSERT_EQ(::listen(server.get(), 5), 0);
   ASSERT_EQ(::getsockname(server.get(), reinterpret_cast<sockaddr*>(&address), &length), 0);
-  auto publisher = must_open_publisher("tcp://127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+  auto publisher = open_publisher_or_fail("tcp://127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
   const auto reply = [&](const auto& say) {
     const UniqueFd connection(::accept(server.get(), nullptr, nullptr));
     const auto preface = tcp::write_preface({});
     ::send(connection.get(), preface.data(), preface.size(), MSG_NOSIGNAL);
     say(connection.get());
-    std::byte byte;  // the publisher's own bytes, and then the end
+    std::byte byte;  // the publisher's bytes, then the end
     while (::recv(connection.get(), &byte, 1, 0) > 0) {
     }
   };
-  reply([](int fd) {  // more than is kept of one reply
+  reply([](int fd) {  // larger than the limit of one reply
     const auto header = tcp::write_frame_header(tcp::FrameKind::control, 200u << 20);
     ::send(fd, header.data(), header.size(), MSG_NOSIGNAL);
     const std::vector<std::byte> some(1 << 20);
@@ -244,14 +245,14 @@ TEST(TcpHostile, RepliesWithoutMeasureEndThatConnection) {
   EXPECT_EQ(stats.rejected_by_cause[static_cast<size_t>(Cause::oversize)], 1u);
 }
 
-// Many whole replies that nobody reads: the oldest go.
+// Many whole unread replies: the oldest are dropped.
 TEST(TcpHostile, UnreadRepliesAreBoundedInBytes) {
   Listener listener(kTcp);
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
   const std::vector<std::byte> large(3 << 20);
-  for (uint64_t sent = 1; sent <= 30; ++sent) {  // one at a time: a listener does not keep 90 MiB of replies
+  for (uint64_t sent = 1; sent <= 30; ++sent) {  // one at a time: a listener buffers less than 90 MiB
     listener.link->send(listener.peer(), large);
     ASSERT_TRUE(listener.poll_until([&] { return publisher->stats().messages_received == sent; }));
   }
@@ -267,7 +268,7 @@ TEST(UdpHostile, RandomDatagrams) {
   RawSocket stranger(victim.listener.link->uri(), SOCK_DGRAM);
   for (uint32_t seed = 0; seed < 500; ++seed) {
     auto bytes = random_bytes(seed * 3, seed);
-    if (seed % 2 == 0 && bytes.size() >= udp::kHeaderBytes)  // half of them with a sound header
+    if (seed % 2 == 0 && bytes.size() >= udp::kHeaderBytes)  // half of them with a valid header
       udp::write_header(bytes.data(), {1, static_cast<udp::Type>(seed % 16), seed, seed});
     stranger.send(bytes);
   }
@@ -315,7 +316,7 @@ TEST(UdpHostile, ACookieIsGoodForItsAddressAndNonceAlone) {
   first.send(udp::write_hello(7, *cookie));
   EXPECT_EQ(number_of(first.receive(), udp::Type::accept), session) << "a repeated hello is the same session";
   ASSERT_TRUE(victim.listener.poll_until([&] { return victim.listener.count(Kind::connected) == 2; }));
-  // The session belongs to the address that began it.
+  // The session is bound to the address that started it.
   std::byte pose[udp::kHeaderBytes + udp::kPoseHeaderBytes];
   udp::write_header(pose, {udp::kTransportVersion, udp::Type::pose, *session, 1});
   udp::write_pose_header(pose + udp::kHeaderBytes, {1, 0, true});
@@ -347,7 +348,7 @@ TEST(UdpHostile, AnotherVersionIsAnswered) {
   EXPECT_TRUE(victim.listener.saw_part(Kind::note, "transport version 9"));
 }
 
-// A peer that got in and then sends damaged datagrams of every type harms itself alone.
+// An admitted peer with damaged datagrams of every type affects only itself.
 TEST(UdpHostile, AFuzzedSession) {
   Victim victim(kUdp);
   RawSocket stranger(victim.listener.link->uri(), SOCK_DGRAM);

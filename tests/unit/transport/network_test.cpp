@@ -1,4 +1,5 @@
-// What holds for TCP and UDP alike, in the open and sealed: who starts first, who restarts, what is refused.
+// Test of the behaviour common to TCP and UDP, plain and secured: start order, restarts, latest frame,
+// refusals.
 #include "tests/unit/transport/secure_fixture.h"
 
 namespace fire3dv::transport::test {
@@ -22,7 +23,7 @@ class Network : public testing::TestWithParam<const char*> {
 
 TEST_P(Network, ListenerFirst) {
   Listener listener(any_port(), listener_options());
-  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
   EXPECT_EQ(listener.events[0].kind, Kind::connected);
@@ -38,7 +39,7 @@ TEST_P(Network, PublisherFirst) {
     Listener taken(any_port(), listener_options());
     uri = taken.link->uri();
   }
-  auto publisher = must_open_publisher(uri, publisher_options());
+  auto publisher = open_publisher_or_fail(uri, publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   for (int i = 0; i < 1000; ++i) publisher->publish(message_of(std::to_string(i)));
   EXPECT_EQ(publisher->stats().poses_dropped, 999u) << "the newest one waits for a renderer";
@@ -52,7 +53,7 @@ TEST_P(Network, PublisherRestarts) {
   Listener listener(any_port(), listener_options());
   PeerId earlier = 0;
   for (int run = 0; run < 3; ++run) {
-    auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
+    auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
     ASSERT_TRUE(publisher->set_description(bytes_of("d" + std::to_string(run))));
     ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
     EXPECT_EQ(listener.count(Kind::connected), 1u);
@@ -68,7 +69,7 @@ TEST_P(Network, PublisherRestarts) {
 TEST_P(Network, ListenerRestarts) {
   auto first = std::make_unique<Listener>(any_port(), listener_options());
   const std::string uri = first->link->uri();
-  auto publisher = must_open_publisher(uri, publisher_options());
+  auto publisher = open_publisher_or_fail(uri, publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   ASSERT_TRUE(publish_until_seen(*publisher, *first, "pose"));
   first.reset();
@@ -79,11 +80,11 @@ TEST_P(Network, ListenerRestarts) {
   }
 }
 
-// A simulator that pauses, or waits in lockstep, is to be seen by a renderer that comes later.
+// A renderer that connects later gets the last pose of a paused or lockstep simulator.
 TEST_P(Network, TheNextListenerGetsTheLastPoseThoughItWasDelivered) {
   auto listener = std::make_unique<Listener>(any_port(), listener_options());
   const std::string uri = listener->link->uri();
-  auto publisher = must_open_publisher(uri, publisher_options());
+  auto publisher = open_publisher_or_fail(uri, publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::control, "d"); }));
   publisher->publish(message_of("the last one"));
@@ -94,7 +95,7 @@ TEST_P(Network, TheNextListenerGetsTheLastPoseThoughItWasDelivered) {
     listener = std::make_unique<Listener>(uri, listener_options());
   }
   EXPECT_EQ(publisher->stats().frames_dropped, 0u);
-  // A new description makes an end of it: the pose belonged to the one before.
+  // A new description discards the last pose of the previous one.
   ASSERT_TRUE(listener->poll_until([&] { return listener->saw(Kind::pose, "the last one"); }));
   listener.reset();
   ASSERT_TRUE(publisher->set_description(bytes_of("e")));
@@ -110,7 +111,7 @@ TEST_P(Network, RepliesAndControlMessagesKeepTheirOrder) {
   ListenerOptions options = listener_options();
   options.delivery = Delivery::all;
   Listener listener(any_port(), options);
-  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 1; }));
   const PeerId peer = listener.peer();
@@ -129,7 +130,7 @@ TEST_P(Network, ALargeDescriptionArrivesWhole) {
   Listener listener(any_port(), listener_options());
   std::string large(3'000'000, ' ');
   for (size_t i = 0; i < large.size(); ++i) large[i] = static_cast<char>('a' + i * i % 26);
-  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of(large)));
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::control) == 1; }));
   EXPECT_EQ(listener.last(Kind::control), large);
@@ -140,15 +141,14 @@ TEST_P(Network, ALargeDescriptionArrivesWhole) {
 
 TEST_P(Network, ASlowListenerGetsTheNewestAndThePublisherNeverWaits) {
   Listener listener(any_port(), listener_options());
-  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "first"));
   const std::string filler(1000, '.');
   for (int i = 0; i < 20'000; ++i) publisher->publish(message_of(std::to_string(i) + filler));
   const std::string last = "last";
   listener.events.clear();
-  // The last frame itself may be lost on a datagram link, so it is repeated; it must not stand behind 20,000
-  // others.
+  // A datagram link may lose the last frame, so it repeats; it must not wait behind 20,000 others.
   ASSERT_TRUE(listener.poll_until([&] {
     publisher->publish(message_of(last));
     return listener.saw(Kind::pose, last);
@@ -160,7 +160,7 @@ TEST_P(Network, LockstepLosesNothing) {
   ListenerOptions options = listener_options();
   options.delivery = Delivery::all;
   Listener listener(any_port(), options);
-  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   for (int i = 0; i < 300; ++i) {
     const std::string text = "frame" + std::to_string(i);
@@ -175,7 +175,7 @@ TEST_P(Network, LockstepLosesNothing) {
 TEST_P(Network, OverIpv6) {
   Listener listener(scheme() + "://[::1]:0", listener_options());
   EXPECT_NE(listener.link->uri().find("://[::1]:"), std::string::npos);
-  auto publisher = must_open_publisher(listener.link->uri(), publisher_options());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
@@ -184,7 +184,7 @@ TEST_P(Network, ByName) {
   Listener listener(any_port(), listener_options());
   const std::string uri = listener.link->uri();
   auto publisher =
-      must_open_publisher(scheme() + "://localhost" + uri.substr(uri.rfind(':')), publisher_options());
+      open_publisher_or_fail(scheme() + "://localhost" + uri.substr(uri.rfind(':')), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
@@ -224,21 +224,21 @@ TEST_P(Network, NoMorePeersThanAllowed) {
   ListenerOptions options = listener_options();
   options.max_peers = 2;
   Listener listener(any_port(), options);
-  auto first = must_open_publisher(listener.link->uri(), publisher_options());
-  auto second = must_open_publisher(listener.link->uri(), publisher_options());
+  auto first = open_publisher_or_fail(listener.link->uri(), publisher_options());
+  auto second = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 2; }));
-  auto third = must_open_publisher(listener.link->uri(), publisher_options());
+  auto third = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw_part(Kind::note, "as many peers as allowed"); }));
   EXPECT_EQ(listener.count(Kind::connected), 2u);
   first.reset();
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 3; })) << "its turn comes";
 }
 
-// Frames of many parts, as large scenes make them on a datagram link: whole ones supersede, and no part of
-// one is missing.
+// Frames of many parts, as large scenes have them on a datagram link: whole frames supersede, and no part is
+// missing.
 TEST(UdpFrames, APollGivesAllPartsOfTheNewestWholeFrame) {
   Listener listener("udp://127.0.0.1:0");
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "d"); }));
   constexpr int kParts = 20, kFrames = 50;
@@ -251,11 +251,11 @@ TEST(UdpFrames, APollGivesAllPartsOfTheNewestWholeFrame) {
     for (int part = 0; part < kParts; ++part)
       EXPECT_TRUE(publisher->publish(message_of(std::to_string(frame) + "/" + std::to_string(part)),
                                      part + 1 == kParts));
-    // Loopback loses nothing that fits the socket's buffer: each frame is let in before the next one is sent.
+    // Loopback loses nothing within the socket's buffer, so each frame arrives before the next one is sent.
     ASSERT_TRUE(
         wait_for([&] { return listener.link->stats().bytes_received >= publisher->stats().bytes_sent; }));
   }
-  // The last drop comes when the last frame is whole.
+  // The last drop is counted when the last frame is whole.
   const auto dropped = [&] {
     return listener.link->stats().poses_dropped + publisher->stats().poses_dropped;
   };

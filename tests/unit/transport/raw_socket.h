@@ -1,4 +1,4 @@
-// A bare socket that says whatever a test wants said.
+// Plain socket for arbitrary bytes.
 #pragma once
 
 #include <arpa/inet.h>
@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/transport/unique_fd.h"
-#include "protocol/transport/uri.h"
+#include "protocol/base/unique_fd.h"
+#include "protocol/transport/core/uri.h"
 
 namespace fire3dv::transport::test {
 
@@ -31,7 +31,7 @@ class RawSocket {
   bool send(std::span<const std::byte> bytes) {
     return ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
   }
-  // What comes within the hang limit; empty at the end of the stream.
+  // Receives bytes within the hang limit; empty at the end of the stream.
   std::vector<std::byte> receive(int timeout_ms = 60'000) {
     std::vector<std::byte> bytes(65536);
     pollfd polled{fd_.get(), POLLIN, 0};
@@ -40,7 +40,7 @@ class RawSocket {
     bytes.resize(got > 0 ? static_cast<size_t>(got) : 0);
     return bytes;
   }
-  // True when the other side closed, whatever it still said.
+  // Reads to the end; returns true if the peer closed.
   bool closed_by_peer() {
     while (!receive().empty()) {
     }

@@ -1,15 +1,6 @@
-// A broadcast ring in the memory of the C++20 standard instead of a machine's, for one writer that reads
-// nothing and readers that write nothing. Then the standard's rules come to these ("views" as in Kang et al.,
-// "A Promising Semantics for Relaxed-Memory Concurrency", POPL 2017, of which promises are not needed here):
-//
-// - The stores to one place have one order, the writer's. A load may see any of them that is not older than
-//   what the reader knows of that place, whatever is newest by the clock. So nothing has to be interleaved: a
-//   writer that has done its first n steps, and a reader that sees what it likes of them, are all executions
-//   in which the writer has done at most n; and a writer that is killed after n steps is one of them.
-// - A release store, or one after a release fence, carries what the writer had stored by then (by the fence);
-//   who sees it by an acquire load, or before an acquire fence, knows that much of all places.
-//
-// The steps are the real ones (shm_ring_steps.h).
+// Exhaustive model of the broadcast ring in the C++20 memory model, with one writer that reads nothing and
+// readers that write nothing. It runs the real steps (shm_ring_steps.h). docs/design/ring-model.md explains
+// why the search is complete.
 #pragma once
 
 #include <algorithm>
@@ -17,11 +8,11 @@
 #include <map>
 #include <vector>
 
-#include "protocol/transport/shm_ring_steps.h"
+#include "protocol/transport/shm/shm_ring_steps.h"
 
 namespace fire3dv::transport::test {
 
-// How many stores of each place are known, at least.
+// Number of known stores of each location, at least.
 using View = std::vector<uint32_t>;
 
 inline void join(View& view, const View& other) {
@@ -43,7 +34,7 @@ struct Shape {
   }
 };
 
-// What message `number` holds. Messages differ in length, and each word tells its message.
+// Contents of message `number`. Messages differ in length, and each word identifies its message.
 inline uint64_t bytes_of_message(const Shape& shape, uint64_t number) {
   return 8 * (1 + number % shape.payload_words);
 }
@@ -54,8 +45,7 @@ inline uint64_t word_of_message(uint64_t number, uint64_t word) {
   return 100 * number + word;
 }
 
-// A fault to be found: a step, counted from the first of a write or of a read, is left out or loses its
-// order.
+// A mutation: a step of a write or a read, counted from its first, is left out or loses its memory order.
 struct Fault {
   enum class Kind { none, leave_out, relax };
   Kind kind = Kind::none;
@@ -73,7 +63,7 @@ struct Store {
   View carries;
 };
 
-// Everything that a writer stores, in its order.
+// All stores of the writer, in their order.
 class WrittenRing {
  public:
   WrittenRing(Shape shape, uint64_t messages, Fault fault) : shape_(shape), fault_(fault) {
@@ -89,7 +79,7 @@ class WrittenRing {
   const std::vector<Store>& stores() const { return stores_; }
   int steps_of_a_write() const { return steps_; }
 
-  // --- what write_steps() asks for
+  // --- memory interface of write_steps()
   void store(shm::RingWord word, uint64_t value, std::memory_order order) {
     const int step = step_++;
     if (fault_.leaves_out(step)) return;
@@ -122,23 +112,22 @@ class WrittenRing {
   std::vector<Store> stores_;
 };
 
-// What a reader knows between two of its calls: `later` becomes known by an acquire fence.
+// Reader's knowledge between two calls: `later` becomes known at an acquire fence.
 struct Knowledge {
   View sure, later;
   auto operator<=>(const Knowledge&) const = default;
 };
 
-// One call of a reader, in one of the ways in which it can go: each load takes its turn among what it may
-// see.
+// One call of a reader in one of its executions: each load returns one of the visible stores.
 class ModelReader {
  public:
-  // `done`: how many of the writer's stores exist.
+  // `done`: number of stores that the writer has completed.
   ModelReader(const Shape& shape, const WrittenRing& ring, size_t done, Fault fault)
       : shape_(shape), fault_(fault), of_place_(shape.places()) {
     for (size_t i = 0; i < done; ++i) of_place_[ring.stores()[i].place].push_back(&ring.stores()[i]);
   }
 
-  // Calls once for each way; `call` uses this reader as its memory.
+  // Runs `call` once for each execution; `call` uses this reader as its memory.
   template <typename Call>
   void all_ways(const Knowledge& before, uint64_t number, Call&& call) {
     choices_.clear();
@@ -150,7 +139,7 @@ class ModelReader {
       call();
     } while (next_way());
   }
-  // The way in which every load sees what is newest.
+  // The execution in which every load returns the newest store.
   template <typename Call>
   void newest_way(const Knowledge& before, uint64_t number, Call&& call) {
     newest_ = true;
@@ -160,13 +149,13 @@ class ModelReader {
 
   Knowledge knows;
   std::vector<uint64_t> copied;
-  uint64_t seen_sequence = 0;  // by the last look at it
+  uint64_t seen_sequence = 0;  // by the last load
   int steps() const { return step_; }
 
-  // --- what published_step() and read_steps() ask for
+  // --- memory interface of published_step() and read_steps()
   uint64_t load(shm::RingWord word, std::memory_order order) {
     const int step = step_++;
-    if (fault_.leaves_out(step)) return 2 * number_;  // what a sequence should be, without a look
+    if (fault_.leaves_out(step)) return 2 * number_;  // the expected sequence, without a load
     const uint64_t value = load_place(shape_.place(number_, word), fault_.order_of(step, order));
     if (word == shm::RingWord::sequence) seen_sequence = value;
     return value;
@@ -193,7 +182,7 @@ class ModelReader {
     if (at_ == choices_.size()) choices_.push_back({newest_ ? newest : oldest, newest});
     const uint32_t seen = choices_[at_++].taken;
     knows.sure[place] = seen;
-    if (seen == 0) return 0;  // a new segment is full of zeros
+    if (seen == 0) return 0;  // a new segment is zeroed
     join(order == std::memory_order_acquire ? knows.sure : knows.later, stores[seen - 1]->carries);
     return stores[seen - 1]->value;
   }

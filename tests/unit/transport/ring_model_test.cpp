@@ -1,6 +1,6 @@
-// The ring's steps, gone through whole: everything that the C++ memory model lets a reader see of a writer
-// that is killed after any of its stores. And each order and fence, each look and each store is needed: with
-// one of them left out, the same search finds what goes wrong.
+// Model check of the shared-memory ring: all executions that the C++ memory model allows a reader, with a
+// writer killed after any store. Mutations prove that each memory order, fence, load and store is necessary:
+// without one of them the search finds a fault.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -19,16 +19,16 @@ using shm::ReadOutcome;
 constexpr uint64_t kCapacity = 1 << 20;
 
 struct Faults {
-  Fault write, read, ask;  // ask: for the number of the newest message
+  Fault write, read, ask;  // ask: load of the newest message number
 };
 
 struct Findings {
-  uint64_t ways = 0;            // of reads
-  uint64_t accepted = 0;        // of them
-  uint64_t wrong = 0;           // accepted, and not what was written
-  uint64_t corrupt = 0;         // an honest writer taken for a liar
-  uint64_t lapped_wrongly = 0;  // published, not overwritten, and yet not readable
-  uint64_t lost = 0;            // not readable after a crash, though it was whole
+  uint64_t ways = 0;            // executions of reads
+  uint64_t accepted = 0;        // of these
+  uint64_t wrong = 0;           // accepted with wrong contents
+  uint64_t corrupt = 0;         // false reports of corruption
+  uint64_t lapped_wrongly = 0;  // published, not overwritten, and unreadable
+  uint64_t lost = 0;            // whole, but unreadable after a crash
 
   uint64_t faults() const { return wrong + corrupt + lapped_wrongly + lost; }
 };
@@ -39,8 +39,8 @@ bool is_message(const Shape& shape, uint64_t number, uint64_t tag, const std::ve
   return good;
 }
 
-// A reader that asks for what is newest and then for any message, again and again, whatever it came to know
-// the time before. One that guesses a number must not be misled either.
+// A reader that repeatedly asks for the newest number and then for any message, with all knowledge of earlier
+// calls. Reads of guessed numbers must be correct, too.
 void go_through_reads(const Shape& shape, const WrittenRing& ring, uint64_t messages, const Faults& faults,
                       Findings& findings) {
   ModelReader asker(shape, ring, ring.stores().size(), faults.ask);
@@ -48,7 +48,7 @@ void go_through_reads(const Shape& shape, const WrittenRing& ring, uint64_t mess
   const Knowledge nothing{View(shape.places(), 0), View(shape.places(), 0)};
   std::set<Knowledge> seen{nothing};
   std::vector<Knowledge> open{nothing};
-  // One fault is enough; what goes on behind it may go on for ever.
+  // Stops at the first fault: behind it the search may not terminate.
   while (!open.empty() && findings.faults() == 0) {
     const Knowledge before = std::move(open.back());
     open.pop_back();
@@ -73,7 +73,7 @@ void go_through_reads(const Shape& shape, const WrittenRing& ring, uint64_t mess
   }
 }
 
-// A writer is killed after each of its stores; then all is still, and a reader comes.
+// Kills the writer after each of its stores; a reader starts afterwards.
 void go_through_crashes(const Shape& shape, const WrittenRing& ring, uint64_t messages, const Faults& faults,
                         Findings& findings) {
   const Knowledge nothing{View(shape.places(), 0), View(shape.places(), 0)};
@@ -82,7 +82,7 @@ void go_through_crashes(const Shape& shape, const WrittenRing& ring, uint64_t me
     uint64_t published = 0;
     reader.newest_way(nothing, 1, [&] { published = published_step(reader); });
     if (done == ring.stores().size()) findings.lost += published != messages;
-    // All but one slot hold whole messages; that one may have been in the making.
+    // All slots but one hold whole messages; that one may have been half written.
     for (uint64_t number = published; number > 0 && published - number < shape.slots - 1; --number) {
       reader.newest_way(nothing, number, [&] {
         uint64_t tag = 0;
@@ -129,7 +129,7 @@ TEST(ShmModel, AWriteTakesTheSameStepsWhateverWasWrittenBefore) {
   EXPECT_EQ(WrittenRing({2, 2}, 9, {}).steps_of_a_write(), steps);
 }
 
-// --- what is needed
+// --- necessity
 
 const Shape kSmall{2, 2};
 constexpr uint64_t kFew = 4;
@@ -159,8 +159,8 @@ TEST(ShmModel, EveryStepOfAReadIsNeeded) {
   }
 }
 
-// The stores of the sequence and of the newest number, the first look at the sequence, the look at the newest
-// number. (Fences are steps of their own.)
+// Memory orders of the stores of sequence and newest number, the first load of the sequence, and the load of
+// the newest number. (Fences are separate steps.)
 TEST(ShmModel, EveryOrderIsNeeded) {
   const Fault ends_write{Fault::Kind::relax, 5}, publishes{Fault::Kind::relax, 6},
       looks{Fault::Kind::relax, 0};
@@ -170,7 +170,7 @@ TEST(ShmModel, EveryOrderIsNeeded) {
   EXPECT_GT(go_through(kSmall, kFew, {.write = {}, .read = {}, .ask = looks}).lapped_wrongly, 0u);
 }
 
-// With one slot a crash in the middle leaves nothing whole: why a ring has two at least.
+// With one slot a crash during a write leaves no whole message: a ring needs at least two.
 TEST(ShmModel, OneSlotIsTooFew) {
   const Shape shape{1, 2};
   const WrittenRing ring(shape, 2, {});

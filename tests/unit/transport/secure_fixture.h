@@ -1,4 +1,4 @@
-// Links that keep strangers out, with credentials made for the test.
+// Fixture of TLS and keyed UDP links, with credentials generated for the test.
 #pragma once
 
 #include "tests/support/certificates.h"
@@ -39,8 +39,8 @@ inline uint64_t rejected(const LinkStats& stats, Cause cause) {
   return stats.rejected_by_cause[static_cast<size_t>(cause)];
 }
 
-// Waits for the publisher to say why it reaches nobody.
-inline std::string problem_of(PublisherLink& publisher) {
+// Waits until the publisher reports a problem.
+inline std::string struct_error(PublisherLink& publisher) {
   const auto until = std::chrono::steady_clock::now() + kHangLimit;
   while (publisher.problem().empty() && std::chrono::steady_clock::now() < until) ::usleep(1000);
   return publisher.problem();

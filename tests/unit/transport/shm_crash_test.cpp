@@ -1,4 +1,4 @@
-// Shared memory between processes: writers that are killed at any instruction, and frames that must never be
+// Crash test of shared memory between processes: killed, stopped and forked writers and readers; no frame is
 // torn.
 #include <fcntl.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kFrameBytes = 16 << 10;
 
-// Publishes frames as fast as it can; all bytes of a frame are the same. Never returns.
+// Publishes frames at full speed; all bytes of a frame are equal. Never returns.
 void publish_uniform_frames(const std::string& uri, uint64_t run) {
   auto publisher = open_publisher(uri);
   if (!publisher) ::_exit(1);
@@ -41,7 +41,7 @@ TEST(ShmCrash, NoTornFrameWhileWritersAreKilledAtRandom) {
     Child writer([&] { publish_uniform_frames(uri, run); });
     const std::string description = "run " + std::to_string(run);
     uint64_t of_this_run = 0;
-    bool described = false;  // what comes before this run's description is the last run's
+    bool described = false;  // messages before the description belong to the last run
     const uint64_t wanted = 1 + generator() % 50;
     ASSERT_TRUE(listener.poll_until([&] {
       for (const Event& event : listener.events) {
@@ -62,7 +62,7 @@ TEST(ShmCrash, NoTornFrameWhileWritersAreKilledAtRandom) {
   EXPECT_GE(frames, 50u);
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
   EXPECT_EQ(listener.last(Kind::disconnected), "the publisher died");
-  must_open_publisher(uri);  // and its destructor removes the dead one's file
+  open_publisher_or_fail(uri);  // its destructor removes the dead publisher's file
 }
 
 TEST(ShmCrash, AStoppedWriterIsAlive) {
@@ -81,12 +81,12 @@ TEST(ShmCrash, AStoppedWriterIsAlive) {
   EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) > 0; }));
   writer.kill();
   EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
-  must_open_publisher(uri);
+  open_publisher_or_fail(uri);
 }
 
 TEST(ShmCrash, DeadReadersPlacesAreFreeAgain) {
   const std::string uri = unique_shm_uri("readers");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   for (int run = 0; run < 20; ++run) {
     Child reader([&] {
       auto listener = open_listener(uri);
@@ -103,7 +103,7 @@ TEST(ShmCrash, DeadReadersPlacesAreFreeAgain) {
     });
     ASSERT_TRUE(poll_until_reply(*publisher, "hello" + std::to_string(run))) << run;
   }
-  // The last one is dead as well: nobody holds a place.
+  // The last reader is dead, too: all places are free.
   std::vector<std::byte> message;
   const auto until = std::chrono::steady_clock::now() + kHangLimit;
   do publisher->poll(message);
@@ -113,7 +113,7 @@ TEST(ShmCrash, DeadReadersPlacesAreFreeAgain) {
 
 TEST(ShmCrash, AStoppedReaderCostsTheWriterNothing) {
   const std::string uri = unique_shm_uri("stopreader");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   Child reader([&] {
     auto listener = open_listener(uri);
     if (!listener) ::_exit(1);
@@ -134,7 +134,7 @@ TEST(ShmCrash, AStoppedReaderCostsTheWriterNothing) {
   EXPECT_TRUE(poll_until_reply(*publisher, "seen"));
 }
 
-// A simulator that forks a helper and dies: the helper holds nothing of the link.
+// A simulator forks a helper and dies: the helper keeps no lock of the link.
 TEST(ShmCrash, AForkedChildDoesNotKeepItsDeadParentsSegmentAlive) {
   const std::string uri = unique_shm_uri("fork");
   int ready[2];
@@ -146,7 +146,7 @@ TEST(ShmCrash, AForkedChildDoesNotKeepItsDeadParentsSegmentAlive) {
     (*publisher)->publish(message_of("pose"));
     const pid_t forked = ::fork();
     if (forked == 0) {
-      // Not its own link: it changes nothing, and nothing goes wrong.
+      // The parent's link: calls of the child change nothing, without a crash.
       (*publisher)->publish(message_of("not mine"));
       if ((*publisher)->set_description(bytes_of("not mine"))) ::_exit(1);
       const pid_t own = ::getpid();
@@ -168,8 +168,8 @@ TEST(ShmCrash, AForkedChildDoesNotKeepItsDeadParentsSegmentAlive) {
   ::close(ready[1]);
 }
 
-// While one publisher takes the name from a dead one, readers come at every moment: none of them takes the
-// dead one's segment for a living one.
+// While a publisher takes the name over from a dead one, readers attach at every moment: none of them
+// attaches to the dead segment.
 TEST(ShmCrash, NoReaderAttachesToTheDeadPublishersSegmentWhileItsNameIsTaken) {
   const std::string uri = unique_shm_uri("takeover");
   for (int run = 0; run < 60; ++run) {
@@ -183,7 +183,7 @@ TEST(ShmCrash, NoReaderAttachesToTheDeadPublishersSegmentWhileItsNameIsTaken) {
       ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "dead"); }));
     }
     std::unique_ptr<PublisherLink> next;
-    std::thread heir([&] { next = must_open_publisher(uri); });
+    std::thread heir([&] { next = open_publisher_or_fail(uri); });
     for (bool taken = false; !taken;) {
       Listener listener(uri);
       listener.poll();

@@ -1,11 +1,12 @@
-// Files under a segment's name that are not what they should be: each is told of once, and nothing crashes.
+// Security test of shared-memory segments: invalid files under a segment's name are reported once each,
+// without a crash.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 
 #include <random>
 
-#include "protocol/transport/shm_segment.h"
+#include "protocol/transport/shm/shm_segment.h"
 #include "tests/unit/transport/link_fixture.h"
 #include "tests/unit/transport/raw_socket.h"
 
@@ -16,7 +17,7 @@ struct FakeSegment {
   explicit FakeSegment(const char* what) : uri(unique_shm_uri(what)), name(uri.substr(6)) {}
   ~FakeSegment() { ::unlink(shm::segment_path(name).c_str()); }
 
-  // A file with this content; locked like a live publisher's.
+  // Writes a file with this content, locked like a live publisher's.
   void write(std::span<const std::byte> bytes, mode_t mode = 0600) {
     fd = UniqueFd(::open(shm::segment_path(name).c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
     ASSERT_TRUE(fd);
@@ -28,10 +29,10 @@ struct FakeSegment {
   UniqueFd fd;
 };
 
-// The bytes of a sound segment with one description and one pose in it.
+// Returns the bytes of a valid segment with one description and one pose.
 std::vector<std::byte> sound_segment() {
   const std::string uri = unique_shm_uri("sound");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   EXPECT_TRUE(publisher->set_description(bytes_of("description")));
   publisher->publish(message_of("pose"));
   const UniqueFd fd(::open(shm::segment_path(uri.substr(6)).c_str(), O_RDONLY | O_CLOEXEC));
@@ -108,14 +109,13 @@ TEST(ShmHostile, ADeadPublishersGarbageIsReplacedAndThenRead) {
   Listener listener(fake.uri);
   listener.poll();
   EXPECT_EQ(listener.count(Kind::note), 1u);
-  fake.fd = UniqueFd();  // its lock goes with it
-  auto publisher = must_open_publisher(fake.uri);
+  fake.fd = UniqueFd();  // releases its lock
+  auto publisher = open_publisher_or_fail(fake.uri);
   publisher->publish(message_of("pose"));
   EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "pose"); }));
 }
 
-// Every word of the header and of the slots' heads is broken in turn, by values at which arithmetic goes
-// wrong.
+// Overwrites each word of the header and of the slot heads with values that overflow arithmetic.
 TEST(ShmHostile, NoWordOfASegmentIsBelievedBlindly) {
   const auto sound = sound_segment();
   FakeSegment fake("words");
@@ -148,8 +148,7 @@ TEST(ShmHostile, NoWordOfASegmentIsBelievedBlindly) {
   }
 }
 
-// A live segment whose words change at random under the reader: nothing may crash, hang or read out of
-// bounds.
+// A live segment whose words change at random during reads: no crash, no hang, no access out of bounds.
 TEST(ShmHostile, ASegmentThatChangesWhileItIsRead) {
   const auto sound = sound_segment();
   FakeSegment fake("shaky");
@@ -176,7 +175,7 @@ TEST(ShmHostile, ASegmentThatChangesWhileItIsRead) {
 
 TEST(ShmHostile, RepliesThatMakeNoSenseAreSkippedAndCounted) {
   const std::string uri = unique_shm_uri("replies");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   Listener listener(uri);
   listener.poll();
   const UniqueFd fd(::open(shm::segment_path(uri.substr(6)).c_str(), O_RDWR | O_CLOEXEC));

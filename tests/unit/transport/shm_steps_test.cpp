@@ -1,5 +1,5 @@
-// A publisher that stops at any instruction of a publish, and one that is killed at any system call of its
-// life: not at random, but at each of them.
+// Exhaustive crash test of the shared-memory publisher: stopped at every instruction of a publish, and killed
+// at every system call of its life.
 #include <glob.h>
 
 #include <algorithm>
@@ -14,12 +14,12 @@ using Stop = SteppedChild::Stop;
 
 constexpr uint32_t kSlots = 4;
 
-// All bytes of frame n are n; its length differs from the next one's.
+// All bytes of frame n are n; its length differs from the next frame's.
 std::string frame_text(uint8_t number, size_t bytes) {
   return std::string(bytes + 8 * (number % 2), static_cast<char>(number));
 }
 
-// The numbers of the frames that a reader gets that joins now; 0 stands for one that is torn.
+// Returns the frame numbers that a new reader gets; 0 for a torn frame.
 std::vector<int> joiner_sees(const std::string& uri, size_t bytes) {
   ListenerOptions options;
   options.delivery = Delivery::all;
@@ -34,10 +34,10 @@ std::vector<int> joiner_sees(const std::string& uri, size_t bytes) {
   return numbers;
 }
 
-// The writer of the frames stands still after each instruction, as if it had been killed there. After every
-// `every`th a reader joins.
+// Stops the writer after each instruction, as if killed there. After each `every`th one a new reader
+// attaches.
 void expect_whole_at_instructions(size_t bytes, int every) {
-  constexpr uint8_t kBefore = 5, kWatched = 2;  // the ring has gone round before the watch begins
+  constexpr uint8_t kBefore = 5, kWatched = 2;  // the ring has wrapped before the watch begins
   const std::string uri = unique_shm_uri("instruction");
   SteppedChild writer([&] {
     PublisherOptions options;
@@ -57,7 +57,7 @@ void expect_whole_at_instructions(size_t bytes, int every) {
     ::pause();
   });
   ASSERT_TRUE(writer.stopped());
-  Listener follower(uri);  // was there all the time
+  Listener follower(uri);  // attached from the start
   int newest = 0, instructions = 0;
   do {
     follower.poll();
@@ -78,7 +78,7 @@ void expect_whole_at_instructions(size_t bytes, int every) {
     if (event.kind == Kind::pose) followed.push_back(static_cast<uint8_t>(event.text[0]));
   EXPECT_EQ(followed, (std::vector<int>{kBefore, kBefore + 1, kBefore + 2}));
   writer.kill();
-  must_open_publisher(uri);  // and its destructor removes the dead one's file
+  open_publisher_or_fail(uri);  // its destructor removes the dead publisher's file
 }
 
 TEST(ShmSteps, FramesAreWholeAtEveryInstructionOfAPublish) {
@@ -86,13 +86,13 @@ TEST(ShmSteps, FramesAreWholeAtEveryInstructionOfAPublish) {
 }
 
 TEST(ShmSteps, AndAtManyOfOneThatIsCopiedByTheBytes) {
-  // From 2 KiB on glibc copies with `rep movsb` where that is fast: each byte is a step.
+  // From 2 KiB on glibc copies with `rep movsb` on fast CPUs: each byte is a step.
   expect_whole_at_instructions(5000, 7);
 }
 
 // --- system calls
 
-// Opens, describes, publishes, outgrows its segment twice, and closes.
+// Life cycle: opens, describes, publishes, outgrows its segment twice, and closes.
 void live(const std::string& uri) {
   SteppedChild::mark();
   {
@@ -107,7 +107,7 @@ void live(const std::string& uri) {
   ::_exit(0);
 }
 
-// Killed between link and rename, a publisher leaves a file without its name (SPEC-transport 1.1).
+// A publisher killed between link and rename leaves a hidden file (SPEC-transport 1.1).
 void remove_hidden_files(const std::string& uri) {
   glob_t found{};
   const std::string pattern = "/dev/shm/.fire3dv." + uri.substr(6) + ".*";
@@ -116,8 +116,8 @@ void remove_hidden_files(const std::string& uri) {
   ::globfree(&found);
 }
 
-// `dead_before`: the name belongs to a publisher that was killed, so that it has to be taken from it.
-// `stops`: 1 for the begin and the end of each call, 2 for one of them, between which nothing can be seen.
+// dead_before: the name belongs to a killed publisher and must be taken over. stops: 1 for entry and exit of
+// each call, 2 for one of them, between which no change is visible.
 void expect_followed_after_each_system_call(const char* what, bool dead_before, int stops) {
   const std::string uri = unique_shm_uri(what);
   Listener listener(uri);

@@ -1,4 +1,4 @@
-// Shared memory between two ends in one process: delivery, joining, restarting, growing, replying.
+// Test of the shared-memory link within one process: delivery, joining, restarts, growth, replies.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -9,13 +9,13 @@
 #include <filesystem>
 #include <thread>
 
-#include "protocol/transport/fork_guard.h"
+#include "protocol/transport/core/fork_guard.h"
 #include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::transport::test {
 namespace {
 
-// The fork begins between open and registration. The child must not keep the file, nor locks on it.
+// The fork starts between open and registration. The child must keep neither the file nor its locks.
 TEST(ForkGuard, AChildForkedWhileADescriptorIsOpenedDoesNotKeepIt) {
   const std::string path = testing::TempDir() + "fork-guard-" + std::to_string(::getpid());
   std::atomic<bool> begins{false};
@@ -45,7 +45,7 @@ TEST(ForkGuard, AChildForkedWhileADescriptorIsOpenedDoesNotKeepIt) {
 
 TEST(Shm, JoinerGetsTheDescriptionThenTheNewestPose) {
   const std::string uri = unique_shm_uri("join");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
   for (const char* pose : {"one", "two", "three"}) EXPECT_TRUE(publisher->publish(message_of(pose)));
   Listener listener(uri);
@@ -63,7 +63,7 @@ TEST(Shm, JoinerGetsTheDescriptionThenTheNewestPose) {
 TEST(Shm, APausedPeerIsReadLater) {
   const std::string uri = unique_shm_uri("pause");
   Listener listener(uri);
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
   listener.link->pause_peer(listener.peer(), true);
   publisher->publish(message_of("pose"));
@@ -80,7 +80,7 @@ TEST(Shm, APausedPeerIsReadLater) {
 TEST(Shm, NewestSkipsAndCounts) {
   const std::string uri = unique_shm_uri("newest");
   Listener listener(uri);
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
   for (int i = 1; i <= 100; ++i) publisher->publish(message_of(std::to_string(i)));
   listener.poll();
@@ -94,7 +94,7 @@ TEST(Shm, AllKeepsOrderAndCountsWhatWasLapped) {
   ListenerOptions options;
   options.delivery = Delivery::all;
   Listener listener(uri, options);
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
   int next = 1;
   for (int round = 0; round < 5; ++round) {
@@ -117,7 +117,7 @@ TEST(Shm, AllKeepsOrderAndCountsWhatWasLapped) {
 
 TEST(Shm, PieceBoundariesDoNotShow) {
   const std::string uri = unique_shm_uri("pieces");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   Listener listener(uri);
   std::string whole;
   for (int i = 0; i < 61; ++i) whole += static_cast<char>('A' + i % 26);
@@ -137,7 +137,7 @@ TEST(Shm, GrowsForLargerFramesAndDescriptionsWithoutLosingThePeer) {
   ListenerOptions options;
   options.delivery = Delivery::all;
   Listener listener(uri, options);
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("small")));
   EXPECT_TRUE(publisher->publish(message_of("before")));
   listener.poll_until([&] { return listener.count(Kind::pose) == 1; });
@@ -159,12 +159,12 @@ TEST(Shm, GrowsForLargerFramesAndDescriptionsWithoutLosingThePeer) {
   EXPECT_EQ(listener.link->stats().poses_dropped, 0u);
 }
 
-// The pose that is carried over was published in a segment that the reader never saw, or it was not.
+// The carried-over pose was published in a segment that the reader never saw, or in one that it saw.
 TEST(Shm, WhoMissedASegmentGetsThePoseThatCameThroughIt) {
   for (const Delivery delivery : {Delivery::newest, Delivery::all}) {
     const std::string uri = unique_shm_uri("growtwice");
     Listener listener(uri, {.delivery = delivery});
-    auto publisher = must_open_publisher(uri);
+    auto publisher = open_publisher_or_fail(uri);
     ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
     publisher->publish(message_of("one"));
     ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "one"); }));
@@ -184,7 +184,7 @@ TEST(Shm, WhoMissedASegmentGetsThePoseThatCameThroughIt) {
 TEST(Shm, AReplyThatWasOnItsWayWhenTheSegmentGrewArrives) {
   const std::string uri = unique_shm_uri("growreply");
   Listener listener(uri);
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
   EXPECT_TRUE(publisher->publish(message_of(std::string(100'000, 'x'))));
   listener.link->send(listener.peer(), bytes_of("into the old one"));
@@ -196,7 +196,7 @@ TEST(Shm, PublisherRestarts) {
   Listener listener(uri);
   PeerId earlier = 0;
   for (int run = 0; run < 3; ++run) {
-    auto publisher = must_open_publisher(uri);
+    auto publisher = open_publisher_or_fail(uri);
     ASSERT_TRUE(publisher->set_description(bytes_of("the same")));
     ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
     EXPECT_EQ(listener.count(Kind::control), 1u)
@@ -213,9 +213,9 @@ TEST(Shm, PublisherRestarts) {
 
 TEST(Shm, ListenerRestartsAndThePublisherNeedNotKnow) {
   const std::string uri = unique_shm_uri("relisten");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
-  for (int run = 0; run < 20; ++run) {  // more often than there are places for readers
+  for (int run = 0; run < 20; ++run) {  // more often than there are reader places
     Listener listener(uri);
     ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
     listener.link->send(listener.peer(), bytes_of("reply" + std::to_string(run)));
@@ -226,7 +226,7 @@ TEST(Shm, ListenerRestartsAndThePublisherNeedNotKnow) {
 
 TEST(Shm, ManyListenersEachGetAllAndEachMayReply) {
   const std::string uri = unique_shm_uri("many");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   std::vector<std::unique_ptr<Listener>> listeners;
   for (int i = 0; i < 17; ++i) {
     listeners.push_back(std::make_unique<Listener>(uri));
@@ -248,7 +248,7 @@ TEST(Shm, ManyListenersEachGetAllAndEachMayReply) {
 
 TEST(Shm, ABackChannelThatNobodyReadsIsBoundedAndCounted) {
   const std::string uri = unique_shm_uri("backfull");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   Listener listener(uri);
   listener.poll();
   const std::string reply(1000, 'r');
@@ -264,7 +264,7 @@ TEST(Shm, ABackChannelThatNobodyReadsIsBoundedAndCounted) {
 
 TEST(Shm, ALivePublishersNameIsRefused) {
   const std::string uri = unique_shm_uri("busy");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   const auto second = open_publisher(uri);
   ASSERT_FALSE(second.ok());
   EXPECT_NE(second.error().message.find(uri + " is being published by process " + std::to_string(::getpid())),
@@ -276,14 +276,14 @@ TEST(Shm, ALivePublishersNameIsRefused) {
 
 TEST(Shm, AFrameThatIsTooLargeIsDroppedAndCounted) {
   const std::string uri = unique_shm_uri("huge");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   const std::vector<std::byte> huge(publisher->max_pose_message_bytes() + 1);
   EXPECT_FALSE(publisher->publish({huge, {}}));
   EXPECT_EQ(publisher->stats().poses_dropped, 1u);
   EXPECT_TRUE(publisher->publish(message_of("still fine")));
 }
 
-// A limit on file sizes stands in for a full /dev/shm: both make the same call fail.
+// A file size limit replaces a full /dev/shm: the same call fails.
 struct FileSizeLimit {
   explicit FileSizeLimit(rlim_t bytes) {
     ::signal(SIGXFSZ, SIG_IGN);
@@ -305,7 +305,7 @@ TEST(Shm, NoRoomIsAnErrorAndNotASignal) {
 
 TEST(Shm, NoRoomToGrowDropsTheLargeFrameAndGoesOn) {
   const std::string uri = unique_shm_uri("fullgrow");
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   Listener listener(uri);
   listener.poll();
   {

@@ -1,13 +1,13 @@
-// Keyed control messages: every joiner gets the newest of each key, in order, and no number of them is too
-// many.
+// Test of keyed control messages (states): every joining reader gets the newest value of each key, in order,
+// for any number of keys.
 #include <signal.h>
 #include <sys/wait.h>
 
 #include <map>
 #include <random>
 
-#include "protocol/transport/keyed_states.h"
-#include "protocol/transport/udp_states.h"
+#include "protocol/transport/core/keyed_states.h"
+#include "protocol/transport/udp/udp_states.h"
 #include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::transport::test {
@@ -18,7 +18,7 @@ SharedBytes shared(std::string_view text) {
   return std::make_shared<const wire::Bytes>(bytes.begin(), bytes.end());
 }
 
-// A state is at least as long as the shortest message.
+// Pads to the minimum message length.
 std::string padded(std::string_view text) {
   std::string state(text);
   state.resize(std::max(state.size(), udp::kLeastStateBytes), '.');
@@ -46,7 +46,7 @@ class States : public testing::TestWithParam<const char*> {
 
 TEST_P(States, AJoinerGetsTheNewestOfEachKeyAfterTheDescriptionAndBeforePoses) {
   Listener listener(listener_uri());
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   put(*publisher, 1, "1 old");
   put(*publisher, 2, "2");
@@ -56,7 +56,7 @@ TEST_P(States, AJoinerGetsTheNewestOfEachKeyAfterTheDescriptionAndBeforePoses) {
   publisher->publish(message_of("pose"));
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "pose"); }));
   std::vector<std::string> got = texts(listener);
-  std::erase(got, "1 old");  // may be on its way already when it is replaced
+  std::erase(got, "1 old");  // may be in transit when it is replaced
   EXPECT_EQ(got, (std::vector<std::string>{"d", "2", "3", "1 new", "pose"}));
 }
 
@@ -64,14 +64,14 @@ TEST_P(States, WhoComesLaterGetsASnapshot) {
   const std::string scheme = GetParam();
   auto first = std::make_unique<Listener>(listener_uri());
   const std::string uri = first->link->uri();
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   for (int i = 0; i < 100; ++i) put(*publisher, static_cast<uint64_t>(i % 7), std::to_string(i));
   ASSERT_TRUE(first->poll_until([&] { return first->saw(Kind::control, padded("99")); }));
   first.reset();
   Listener second(uri);
   ASSERT_TRUE(second.poll_until([&] { return second.saw(Kind::control, padded("99")); }));
-  // Shared memory may still hold what has been replaced, in front of what replaced it.
+  // Shared memory may still contain replaced values before the newer ones.
   std::vector<std::string> got = texts(second);
   ASSERT_GE(got.size(), 8u);
   EXPECT_EQ(got[0], "d");
@@ -86,7 +86,7 @@ TEST_P(States, WhoComesLaterGetsASnapshot) {
 
 TEST_P(States, NoNumberOfThemIsTooManyForOneThatPollsSeldom) {
   Listener listener(listener_uri());
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   constexpr uint64_t kKeys = 3000;
   for (uint64_t i = 0; i < kKeys; ++i) put(*publisher, i, std::to_string(i));
@@ -100,7 +100,7 @@ TEST_P(States, NoNumberOfThemIsTooManyForOneThatPollsSeldom) {
 
 TEST_P(States, ADescriptionEndsThem) {
   Listener listener(listener_uri());
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   put(*publisher, 1, "1");
   put(*publisher, 2, "2");
@@ -113,14 +113,14 @@ TEST_P(States, ADescriptionEndsThem) {
 
 TEST_P(States, APartialFrameIsSentWhereAWholeOneWentBefore) {
   Listener listener(listener_uri());
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "d"); }));
   const auto partial = [&](std::string_view some, const std::string& all_of_it) {
     const wire::MessagePieces whole = message_of(all_of_it);
     return publisher->publish_partial(message_of(some), {&whole, 1});
   };
-  // The first is whole, and so is one that finds the socket busy.
+  // The first frame is whole, and so is one at a busy socket.
   const bool shm = std::string(GetParam()) == "shm";
   int published = 0;
   ASSERT_TRUE(listener.poll_until([&] {
@@ -135,7 +135,7 @@ TEST_P(States, APartialFrameIsSentWhereAWholeOneWentBefore) {
       EXPECT_NE(event.text, "some") << "nothing to build on";
       break;
     }
-  // Over datagrams the last may have been lost: nothing newer comes, so all of it does.
+  // A datagram link may lose the last frame without a newer one; the whole frame follows then.
   const std::string all = "all of " + std::to_string(published);
   if (std::string(GetParam()) != "tcp") {
     EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, all); }));
@@ -147,12 +147,12 @@ INSTANTIATE_TEST_SUITE_P(Links, States, testing::Values("shm", "tcp", "udp"),
 
 TEST(StatesTcp, AQueueThatGivesUpAPartialFrameSendsTheWholeOne) {
   Listener listener("tcp://127.0.0.1:0");
-  auto publisher = must_open_publisher(listener.link->uri());
+  auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "d"); }));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "base"));
-  // A listener that is not polled stops reading when so many states wait, and what is larger than the
-  // socket's buffers then holds poses up: one takes the other's place.
+  // An unpolled listener stops reading at this number of states, and a state beyond the socket buffers then
+  // blocks poses: a newer pose replaces the waiting one.
   for (uint64_t key = 0; key < 300; ++key) ASSERT_TRUE(publisher->put_state(key, shared("s")).ok());
   ASSERT_TRUE(publisher->put_state(300, std::make_shared<const wire::Bytes>(size_t{32} << 20)).ok());
   for (int i = 0; i < 3; ++i) {
@@ -178,7 +178,7 @@ TEST(StatesBatches, ABatchEndsHoweverFastKeysChange) {
     ASSERT_NE(next, nullptr);
     sent.push_back(text_of(*next->message));
     batches.pop();
-    put(2, "b" + std::to_string(i));  // all the time
+    put(2, "b" + std::to_string(i));  // continuous replacement
   }
   EXPECT_EQ(sent, (std::vector<std::string>{"a", "b", "c", "b2", "b3", "b4"}));
   EXPECT_EQ(states.count(), 3u);
@@ -236,7 +236,7 @@ TEST(StatesUdp, ABundleIsFilledUpTo256Records) {
 TEST(StatesShm, AReaderThatIsLappedHasWhatIsNewestInTheEnd) {
   const std::string uri = unique_shm_uri("lap");
   Listener listener(uri);
-  auto publisher = must_open_publisher(uri);
+  auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   std::mt19937 generator(5);
   std::map<uint64_t, std::string> model, seen;
@@ -269,7 +269,7 @@ TEST(StatesShm, AWriterKilledAnywhereLeavesWholeStatesInOrder) {
       auto publisher = open_publisher(uri);
       if (!publisher || !(*publisher)->set_description(bytes_of("d"))) ::_exit(1);
       for (uint64_t i = 1;; ++i) {
-        // All bytes the same, and the version in front.
+        // A version, followed by equal bytes.
         const std::string text =
             std::to_string(i) + ":" + std::string(i * 37 % 5000, static_cast<char>('a' + i % 26));
         if (!(*publisher)->put_state(i % 9, shared(text))) ::_exit(1);
@@ -303,7 +303,7 @@ TEST(StatesShm, AWriterKilledAnywhereLeavesWholeStatesInOrder) {
     }));
     ASSERT_FALSE(HasFailure()) << "run " << run;
   }
-  must_open_publisher(uri);  // and its destructor removes the dead one's file
+  open_publisher_or_fail(uri);  // its destructor removes the dead publisher's file
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
-// tls://: who is let in, who is not, and that both sides learn why.
+// Test of tls:// links: authentication of both sides, refusals with reasons, and pending handshakes.
 #include <condition_variable>
 #include <mutex>
 
-#include "protocol/transport/tcp_listener.h"
-#include "protocol/transport/uri.h"
+#include "protocol/transport/core/uri.h"
+#include "protocol/transport/tcp/tcp_listener.h"
 #include "tests/unit/transport/raw_socket.h"
 #include "tests/unit/transport/secure_fixture.h"
 
@@ -15,9 +15,9 @@ constexpr const char* kAnyPort = "tls://127.0.0.1:0";
 struct Tls : testing::Test {
   Secured secured;
 
-  // Nobody becomes a peer, and the listener counts a cause.
+  // Expects no peer, and one counted refusal cause.
   void expect_refused(Listener& listener, PublisherLink& publisher, std::string_view why) {
-    EXPECT_NE(problem_of(publisher).find(why), std::string::npos) << publisher.problem();
+    EXPECT_NE(struct_error(publisher).find(why), std::string::npos) << publisher.problem();
     EXPECT_TRUE(listener.poll_until([&] { return listener.link->stats().rejected > 0; }));
     EXPECT_EQ(listener.link->stats().peers, 0u);
     EXPECT_EQ(listener.count(Kind::pose), 0u);
@@ -28,7 +28,7 @@ TEST_F(Tls, ACertificateThatIsNotTrustedIsRefusedByThePublisher) {
   Listener listener(kAnyPort, secured.tls_listener());
   PublisherOptions options;
   options.tls.ca_file = secured.credentials.authority("stranger").certificate_file;
-  auto publisher = must_open_publisher(listener.link->uri(), options);
+  auto publisher = open_publisher_or_fail(listener.link->uri(), options);
   publisher->publish(message_of("secret"));
   expect_refused(listener, *publisher, "certificate is not trusted");
   EXPECT_GT(rejected(publisher->stats(), Cause::bad_key), 0u);
@@ -40,7 +40,7 @@ TEST_F(Tls, ACertificateOfAnotherHostIsRefusedByThePublisher) {
   options.tls.certificate_file = other.certificate_file;
   options.tls.key_file = other.key_file;
   Listener listener(kAnyPort, options);
-  auto publisher = must_open_publisher(listener.link->uri(), secured.tls_publisher());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), secured.tls_publisher());
   expect_refused(listener, *publisher, "certificate is not trusted");
 }
 
@@ -52,7 +52,7 @@ TEST_F(Tls, AClientWithoutTheRightCertificateIsRefusedByTheListener) {
   const auto foreign =
       secured.credentials.identity("foreign", "DNS:simulator", secured.credentials.authority("stranger"));
   {
-    auto nameless = must_open_publisher(listener.link->uri(), secured.tls_publisher());
+    auto nameless = open_publisher_or_fail(listener.link->uri(), secured.tls_publisher());
     nameless->publish(message_of("pose"));
     expect_refused(listener, *nameless, "TLS failed");
   }
@@ -60,7 +60,7 @@ TEST_F(Tls, AClientWithoutTheRightCertificateIsRefusedByTheListener) {
     PublisherOptions with_foreign = secured.tls_publisher();
     with_foreign.tls.certificate_file = foreign.certificate_file;
     with_foreign.tls.key_file = foreign.key_file;
-    auto stranger = must_open_publisher(listener.link->uri(), with_foreign);
+    auto stranger = open_publisher_or_fail(listener.link->uri(), with_foreign);
     expect_refused(listener, *stranger, "TLS failed");
   }
   EXPECT_GT(rejected(listener.link->stats(), Cause::bad_key), 0u);
@@ -68,7 +68,7 @@ TEST_F(Tls, AClientWithoutTheRightCertificateIsRefusedByTheListener) {
   PublisherOptions with_own = secured.tls_publisher();
   with_own.tls.certificate_file = own.certificate_file;
   with_own.tls.key_file = own.key_file;
-  auto welcome = must_open_publisher(listener.link->uri(), with_own);
+  auto welcome = open_publisher_or_fail(listener.link->uri(), with_own);
   ASSERT_TRUE(welcome->set_description(bytes_of("d")));
   EXPECT_TRUE(publish_until_seen(*welcome, listener, "pose"));
   EXPECT_EQ(welcome->problem(), "");
@@ -77,7 +77,7 @@ TEST_F(Tls, AClientWithoutTheRightCertificateIsRefusedByTheListener) {
 TEST_F(Tls, PlainTcpIsNotLetIn) {
   Listener listener(kAnyPort, secured.tls_listener());
   const std::string uri = listener.link->uri();
-  auto publisher = must_open_publisher("tcp" + uri.substr(3));
+  auto publisher = open_publisher_or_fail("tcp" + uri.substr(3));
   publisher->publish(message_of("pose"));
   EXPECT_TRUE(listener.poll_until([&] { return rejected(listener.link->stats(), Cause::bad_key) > 0; }));
   EXPECT_EQ(listener.count(Kind::connected), 0u);
@@ -86,7 +86,7 @@ TEST_F(Tls, PlainTcpIsNotLetIn) {
 TEST_F(Tls, APublisherWithTlsSendsNothingToAListenerWithout) {
   Listener listener("tcp://127.0.0.1:0");
   const std::string uri = listener.link->uri();
-  auto publisher = must_open_publisher("tls" + uri.substr(3), secured.tls_publisher());
+  auto publisher = open_publisher_or_fail("tls" + uri.substr(3), secured.tls_publisher());
   publisher->publish(message_of("pose"));
   EXPECT_TRUE(listener.poll_until([&] { return rejected(listener.link->stats(), Cause::malformed) > 0; }));
   EXPECT_EQ(listener.count(Kind::connected), 0u);
@@ -96,7 +96,7 @@ TEST_F(Tls, RandomBytesEndTheirConnectionAlone) {
   Listener listener(kAnyPort, secured.tls_listener());
   std::string uri = listener.link->uri();
   uri.replace(0, 3, "tcp");
-  auto publisher = must_open_publisher(listener.link->uri(), secured.tls_publisher());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), secured.tls_publisher());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "before"));
   for (uint32_t seed = 0; seed < 50; ++seed) {
@@ -110,7 +110,7 @@ TEST_F(Tls, RandomBytesEndTheirConnectionAlone) {
   EXPECT_EQ(listener.count(Kind::connected), 1u);
 }
 
-// Lets steps of handshakes begin, or holds them.
+// Blocks or releases handshake steps.
 class Gate {
  public:
   void pass() {
@@ -143,14 +143,14 @@ TEST_F(Tls, PendingHandshakesDelayNoEstablishedPeer) {
   ASSERT_TRUE(made.ok());
   Listener listener(kAnyPort, secured.tls_listener());
   listener.link = std::move(*made);
-  auto publisher = must_open_publisher(listener.link->uri(), secured.tls_publisher());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), secured.tls_publisher());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "before"));
 
   gate.set_open(false);
   std::vector<std::unique_ptr<PublisherLink>> pending;
   for (size_t i = 0; i < kPending; ++i)
-    pending.push_back(must_open_publisher(listener.link->uri(), secured.tls_publisher()));
+    pending.push_back(open_publisher_or_fail(listener.link->uri(), secured.tls_publisher()));
   ASSERT_TRUE(listener.poll_until([&] { return gate.waiting() > 0; }));
   for (int i = 0; i < 10; ++i)
     EXPECT_TRUE(publish_until_seen(*publisher, listener, "during " + std::to_string(i)));
@@ -161,7 +161,7 @@ TEST_F(Tls, PendingHandshakesDelayNoEstablishedPeer) {
   EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1 + kPending; }));
 }
 
-// Connections without a greeting: the address that has most of them loses one.
+// Connections without a greeting: the address with the most of them loses one.
 TEST_F(Tls, AHostWithManyUnfinishedHandshakesKeepsNoOtherHostOut) {
   ListenerOptions options = secured.tls_listener();
   options.max_peers = 16;

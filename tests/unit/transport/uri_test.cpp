@@ -1,8 +1,9 @@
-#include "protocol/transport/uri.h"
+// Test of link URIs: forms, options, and refusals.
+#include "protocol/transport/core/uri.h"
 
 #include <gtest/gtest.h>
 
-#include "protocol/transport/address.h"
+#include "protocol/transport/core/address.h"
 
 namespace fire3dv::transport {
 namespace {

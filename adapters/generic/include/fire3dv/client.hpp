@@ -1,11 +1,11 @@
-// FIRE-3DV client for C++17: the C interface of client.h with ownership, containers and exceptions. Header
-// only; link with fire3dv-client. Units, frames, thread-safety, waiting and allocation are as client.h says.
+// C++17 API of the FIRE-3DV client library: the C API of client.h with RAII, containers and exceptions.
+// Header only; link with fire3dv-client. Units, frames, thread-safety, blocking and allocation: see client.h.
 //
 //   fire3dv::Stream stream("shm://demo", "my simulator");
 //   stream.describe({"base", "arm"});
 //   loop { step(); stream.publish(sim_time, poses); }   // poses: std::vector<fire3dv::Pose>
 //
-// Errors: every function that can fail throws fire3dv::ClientError. A missing renderer is not an error.
+// Errors: failures throw fire3dv::ClientError. A missing renderer is not an error.
 #ifndef FIRE3DV_CLIENT_HPP
 #define FIRE3DV_CLIENT_HPP
 
@@ -26,12 +26,12 @@
 
 namespace fire3dv {
 
-// stream_from_body: 3x4, row-major. A container of these is what the library takes, without a copy.
+// stream_from_body: 3x4 matrix, row-major. publish() reads a contiguous container of poses in place.
 using Pose = std::array<float, 12>;
 static_assert(sizeof(Pose) == 48, "poses must lie in memory one after the other");
 
-// what() is the sentence of fire3dv_last_error, code() one of FIRE3DV_ERROR_* (FIRE3DV_ERROR_ARGUMENT for all
-// failures of opening, whose cause the sentence tells).
+// Error of a call: what() is the message of fire3dv_last_error, code() a FIRE3DV_ERROR_* value. All failures
+// of the Stream constructor have the code FIRE3DV_ERROR_ARGUMENT.
 class ClientError : public std::runtime_error {
  public:
   ClientError(int code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}
@@ -41,17 +41,17 @@ class ClientError : public std::runtime_error {
   int code_;
 };
 
-// What a stream moves. Empty members mean the default.
+// Stream description: node names, frames and rate. Empty members select the default.
 struct Description {
   std::vector<std::string> node_names;
   std::vector<double> world_from_stream;  // 12 doubles, row-major; empty: identity
   std::vector<Pose> body_from_node;       // none, one for all nodes, or one per node
-  double nominal_rate_hz = 0;             // 0: unknown
-  std::string scene_uri;                  // a hint for people and recordings
+  double nominal_rate_hz = 0;             // hertz; 0: unknown
+  std::string scene_uri;                  // informative, for users and recordings
 };
 
-// Names of files that keep strangers out; keys themselves are never passed. Empty: none (client.h says which
-// link reads which).
+// Paths of key and certificate files, never key material itself. Empty: none. client.h lists which link reads
+// which file.
 struct Security {
   std::string key_file;
   std::string tls_ca_file;
@@ -59,25 +59,25 @@ struct Security {
   std::string tls_key_file;
 };
 
-// An image of a renderer's: given back when this is destroyed, on any thread, also after its stream. Empty:
-// none.
+// Owning handle of a borrowed image; null when empty. Its destructor releases the image, on any thread, even
+// after the stream is closed.
 struct ReleaseImage {
   void operator()(fire3dv_image* image) const noexcept { fire3dv_release_image(&image); }
 };
 using Image = std::unique_ptr<fire3dv_image, ReleaseImage>;
 
-// The plane of one FIRE3DV_IMAGE_* output, or null.
+// Returns the plane of one FIRE3DV_IMAGE_* output, or null. The image owns the plane.
 inline const fire3dv_image_plane* plane_of(const fire3dv_image& image, uint32_t output) noexcept {
   for (std::size_t i = 0; i < image.plane_count; ++i)
     if (image.planes[i].output == output) return &image.planes[i];
   return nullptr;
 }
 
-// Owns a stream; movable, not copyable. One thread at a time.
+// Owner of a stream; movable, not copyable. Only one thread may use it at a time.
 class Stream {
  public:
-  // uri: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT".
-  // scene_budget_bytes: fire3dv/scene.h; 0: the default.
+  // uri: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT". scene_budget_bytes: limit
+  // of all encoded scene edits (fire3dv/scene.h); 0: the default.
   explicit Stream(const std::string& uri, const std::string& adapter_name = {}, const Security& security = {},
                   std::size_t scene_budget_bytes = 0) {
     fire3dv_options options{};
@@ -101,7 +101,7 @@ class Stream {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  // Says which nodes the poses move; starts a new epoch. May be called again when bodies come or go.
+  // Sets the nodes that poses move and starts a new epoch. Call it again when bodies are added or removed.
   void describe(const Description& description) {
     const auto& matrix = description.world_from_stream;
     if (!matrix.empty() && matrix.size() != 12) {
@@ -134,19 +134,20 @@ class Stream {
     describe(description);
   }
 
-  // One pose per described node, in the same order. flags: FIRE3DV_FRAME_*.
+  // Publishes one pose per described node, in the order of description. flags: FIRE3DV_FRAME_* bits.
   void publish(std::chrono::nanoseconds sim_time, const std::vector<Pose>& stream_from_body,
                uint32_t flags = 0) {
     const float* first = stream_from_body.empty() ? nullptr : stream_from_body.front().data();
     publish(sim_time, first, stream_from_body.size(), flags);
   }
-  // The same from any memory of pose_count times 12 floats.
+  // Same for any array of pose_count times 12 floats.
   void publish(std::chrono::nanoseconds sim_time, const float* stream_from_body, std::size_t pose_count,
                uint32_t flags = 0) {
     check(fire3dv_publish(stream_, sim_time.count(), stream_from_body, pose_count, flags));
   }
 
-  // A frame that moves only these nodes, in rising order; the first one after describe() names all.
+  // Publishes poses of these nodes only, with increasing indices. The first call after describe() must name
+  // all nodes.
   void publish_some(std::chrono::nanoseconds sim_time, const std::vector<uint32_t>& node_indices,
                     const std::vector<Pose>& stream_from_body, uint32_t flags = 0) {
     if (node_indices.size() != stream_from_body.size())
@@ -156,7 +157,7 @@ class Stream {
                                flags));
   }
 
-  // Scene edits: fire3dv/scene.h says what they mean. struct_size need not be set.
+  // Scene edits, defined in fire3dv/scene.h. The caller need not set struct_size.
   void set_visible(const std::string& node, bool visible) {
     check(fire3dv_set_visible(stream_, name_of(node), visible));
   }
@@ -176,7 +177,7 @@ class Stream {
     check(fire3dv_add_node(stream_, name_of(node), &added));
   }
   void remove_node(const std::string& node) { check(fire3dv_remove_node(stream_, name_of(node))); }
-  // normals: none, or as many as positions.
+  // normals: empty, or as many as positions.
   void set_vertices(const std::string& node, const std::vector<std::array<float, 3>>& positions,
                     const std::vector<std::array<float, 3>>& normals = {}) {
     if (!normals.empty() && normals.size() != positions.size())
@@ -193,7 +194,7 @@ class Stream {
     check(fire3dv_clear(stream_, name_of(node), property));
   }
 
-  // Reads what renderers have answered. Never waits.
+  // Processes renderers' messages. Never blocks.
   fire3dv_status poll() {
     fire3dv_status status{};
     status.struct_size = sizeof status;
@@ -201,7 +202,7 @@ class Stream {
     return status;
   }
 
-  // Lockstep: true when a renderer has shown this frame, false when the time is over.
+  // Lockstep: returns true when a renderer has shown this frame, false after the timeout.
   bool wait_ack(uint64_t sequence, std::chrono::milliseconds timeout) {
     const auto milliseconds = std::clamp<std::chrono::milliseconds::rep>(timeout.count(), 0, UINT32_MAX);
     const int code = fire3dv_wait_ack(stream_, sequence, static_cast<uint32_t>(milliseconds));
@@ -210,7 +211,7 @@ class Stream {
     return true;
   }
 
-  // Images: fire3dv/image.h says what they mean. struct_size need not be set. Returns the request's id.
+  // Image requests, defined in fire3dv/image.h. The caller need not set struct_size. Returns the request id.
   uint64_t request_image(fire3dv_image_request request) {
     request.struct_size = sizeof request;
     uint64_t id = 0;
@@ -218,8 +219,8 @@ class Stream {
     return id;
   }
   void cancel_image(uint64_t id) { check(fire3dv_cancel_image(stream_, id)); }
-  // The next image of the request, or with 0 of any; empty when none has come in time. Throws when it is
-  // refused.
+  // Returns the next image of the request, or of any request with id 0. Empty after the timeout; throws on
+  // refusal.
   Image wait_image(uint64_t id, std::chrono::milliseconds timeout) {
     const auto most = static_cast<std::chrono::milliseconds::rep>(UINT32_MAX);
     fire3dv_image* image = nullptr;
@@ -230,7 +231,7 @@ class Stream {
     return Image(image);
   }
 
-  // The C stream, for what this wrapper lacks. Stays ours.
+  // Returns the C handle, for functions without a wrapper. The Stream keeps ownership.
   fire3dv_stream* get() const noexcept { return stream_; }
 
  private:

@@ -1,4 +1,4 @@
-/* FIRE-3DV client, images: what cameras of the scene see of a stream's frames, sent back by the renderer. C11 and C++.
+/* Image requests of the FIRE-3DV client: rendered camera images of a stream's frames. C11 and C++.
  *
  *   fire3dv_image_request request = {sizeof request};
  *   request.node = "wrist_camera";              // its own projection, since fx is 0
@@ -9,24 +9,25 @@
  *   loop {
  *     fire3dv_publish(stream, sim_time_ns, poses, count, 0);
  *     fire3dv_image *image;
- *     if (fire3dv_wait_image(stream, id, 1000, &image) == FIRE3DV_OK) {   // or 0 ms: take what is there
+ *     if (fire3dv_wait_image(stream, id, 1000, &image) == FIRE3DV_OK) {   // timeout 0: poll
  *       use(image->planes[0].data, image->sequence);
  *       fire3dv_release_image(&image);
  *     }
  *   }
  *
- * Each image says which frame it shows (sequence, sim_time_ns). Lockstep is to wait for the image of a frame before the
- * next one is published. Without waiting, images come when they come; of a request the newest one takes the place of
- * one that was not taken yet, and fire3dv_image.lost counts those.
- * Links: shm:// (pixels are looked at where the renderer wrote them, without a copy), tcp:// and tls://. Over shm:// each
- * request makes room for two images besides those that are held or lie here untaken by then: who holds back more of a
- * standing request gets no new ones. Of what nobody takes the oldest goes once it is more than 1 GiB, or 4096 images.
- * A renderer bounds what it makes, too (fire3dv: 64 MiB an image, 1 GiB for all open requests of a stream).
- * Cameras look along their -Z, with +Y up, as in glTF. Pixels are counted as OpenCV does: the middle of the upper left
- * one is (0, 0). Metres, radians, linear colour. SPEC.md section 13 has the whole of it.
- * Waiting: none of these waits but fire3dv_wait_image. The first request, and larger ones, may take memory and, over
- * shm://, the time to set it aside; later ones cost about as much as a publish.
- * Threads: as in client.h, but an image may be released on any thread, also after its stream is closed.
+ * Frames: each image carries the pose frame that it shows (sequence, sim_time_ns). Lockstep: wait for the image of a
+ *   frame before publishing the next one. Otherwise the newest image of a request replaces an older one that was not
+ *   taken; fire3dv_image.lost counts these.
+ * Cameras: look along -Z, +Y up, as in glTF. Pixel coordinates follow OpenCV: the centre of the top left pixel is
+ *   (0, 0). Metres, radians, linear colour. Full definition: protocol/SPEC.md, section 13.
+ * Links: shm:// (planes point into shared memory that the renderer writes, without a copy), tcp:// and tls://.
+ * Limits: over shm:// each request reserves slots for two images, besides images that are borrowed or not yet taken at
+ *   that time. A caller that borrows more images of a periodic request receives no new ones.
+ *   Beyond 1 GiB or 4096 images, the client drops the oldest images that were not taken.
+ *   A renderer has limits, too (fire3dv: 64 MiB an image, 1 GiB for all open requests of a stream).
+ * Blocking: only fire3dv_wait_image blocks. The first request, and larger ones, may allocate memory and, over shm://,
+ *   take the time to reserve it. Later requests cost about as much as a publish.
+ * Thread-safety: as in client.h, except that any thread may release an image, even after its stream is closed.
  */
 #ifndef FIRE3DV_IMAGE_H
 #define FIRE3DV_IMAGE_H
@@ -37,85 +38,84 @@
 extern "C" {
 #endif
 
-enum { FIRE3DV_ERROR_REFUSED = -6 }; /* the renderer does not make this image; the sentence is its own */
+enum { FIRE3DV_ERROR_REFUSED = -6 }; /* the renderer does not render this image; the message is the renderer's */
 
-/* Outputs, as bits of a set. Which of them a renderer makes, it says when it refuses others. */
+/* Outputs, a bit mask. A renderer refuses unsupported outputs. */
 enum {
-  FIRE3DV_IMAGE_COLOR_SRGB8 = 1,      /* 4 uint8: red, green, blue as they are shown, 255 */
-  FIRE3DV_IMAGE_COLOR_LINEAR_F16 = 2, /* 4 half floats: linear, before tone mapping */
-  FIRE3DV_IMAGE_DEPTH_F32 = 4,        /* float: metres along the camera's axis; infinity where nothing is */
-  FIRE3DV_IMAGE_INSTANCE_U32 = 8,     /* uint32: 1 + index of the scene's node; 0 where nothing is */
-  FIRE3DV_IMAGE_SEMANTIC_U32 = 16,    /* uint32: class of that node; 0 = none */
-  FIRE3DV_IMAGE_NORMAL = 32,          /* 4 half floats: x, y, z in the world, 0 */
-  FIRE3DV_IMAGE_MOTION = 64,          /* 2 floats: pixels since this request's image before */
-  FIRE3DV_IMAGE_BOXES2D = 128,        /* records of 32 bytes; SPEC.md section 13 */
-  FIRE3DV_IMAGE_BOXES3D = 256         /* records of 64 bytes; SPEC.md section 13 */
+  FIRE3DV_IMAGE_COLOR_SRGB8 = 1,      /* 4 uint8: sRGB red, green, blue after tone mapping; 255 */
+  FIRE3DV_IMAGE_COLOR_LINEAR_F16 = 2, /* 4 half floats: linear RGB before tone mapping; 1 */
+  FIRE3DV_IMAGE_DEPTH_F32 = 4,        /* float: metres along the camera axis (planar depth); infinity for background */
+  FIRE3DV_IMAGE_INSTANCE_U32 = 8,     /* uint32: 1 + index of the scene node; 0 for background */
+  FIRE3DV_IMAGE_SEMANTIC_U32 = 16,    /* uint32: semantic class of that node; 0 = none */
+  FIRE3DV_IMAGE_NORMAL = 32,          /* 4 half floats: world-space unit normal x, y, z; 0 */
+  FIRE3DV_IMAGE_MOTION = 64,          /* 2 floats: motion vector in pixels since the previous image of this request */
+  FIRE3DV_IMAGE_BOXES2D = 128,        /* 32-byte records; SPEC.md section 13 */
+  FIRE3DV_IMAGE_BOXES3D = 256         /* 64-byte records; SPEC.md section 13 */
 };
 
 enum {
-  FIRE3DV_IMAGE_ONCE = 1,      /* one image, of the newest frame published, or a later one */
-  FIRE3DV_IMAGE_EVERY_NTH = 2, /* of each frame that is shown, or of every `every`th */
-  FIRE3DV_IMAGE_RATE = 3,      /* of newer frames, at most rate_hz a second */
-  FIRE3DV_IMAGE_EXACTLY = 4    /* one image, of the frame `sequence` and no other; else it is refused */
+  FIRE3DV_IMAGE_ONCE = 1,      /* one image of the newest published frame, or of a later one */
+  FIRE3DV_IMAGE_EVERY_NTH = 2, /* every shown frame, or every `every`th */
+  FIRE3DV_IMAGE_RATE = 3,      /* newer frames only, at most rate_hz per second of the renderer's clock */
+  FIRE3DV_IMAGE_EXACTLY = 4    /* one image of frame `sequence` only; refused when a newer frame is shown first */
 };
 
 enum { FIRE3DV_LENS_NONE = 0, FIRE3DV_LENS_PLUMB_BOB = 1, FIRE3DV_LENS_FISHEYE = 2 };
 
-/* Zero-initialised fields mean the default, but struct_size, width and height must be set. */
+/* Zero-initialised fields select the default. struct_size, width and height must be set. */
 typedef struct fire3dv_image_request {
   size_t struct_size;              /* sizeof(fire3dv_image_request) */
-  const char *node;                /* node that carries the camera; NULL = the stream's own frame does */
-  const float *parent_from_camera; /* 12 floats, row-major: where on that node, or in the stream; NULL = identity */
+  const char *node;                /* node that carries the camera; NULL = the stream frame */
+  const float *parent_from_camera; /* 12 floats, row-major: camera pose in that node or the stream; NULL = identity */
   uint32_t width, height;          /* pixels, 1 to 8192 */
-  float fx, fy, cx, cy;            /* pixels; fx = fy = 0: the projection of the node's own camera */
-  float near_m, far_m;             /* with fx; near_m 0 = 0.01, far_m 0 = infinite */
-  int32_t lens;                    /* FIRE3DV_LENS_*, with fx */
+  float fx, fy, cx, cy;            /* pixels; fx = fy = 0: projection of the node's own camera */
+  float near_m, far_m;             /* metres, used with fx; near_m 0 = 0.01, far_m 0 = infinite */
+  int32_t lens;                    /* FIRE3DV_LENS_*, used with fx */
   float lens_coefficients[5];      /* plumb_bob: k1 k2 p1 p2 k3; fisheye: k1 k2 k3 k4 */
   uint32_t outputs;                /* FIRE3DV_IMAGE_* bits; 0 = FIRE3DV_IMAGE_COLOR_SRGB8 */
-  int32_t when;                    /* 0 = FIRE3DV_IMAGE_ONCE */
-  uint32_t every;                  /* with FIRE3DV_IMAGE_EVERY_NTH; 0 = 1 */
-  double rate_hz;                  /* with FIRE3DV_IMAGE_RATE */
-  uint64_t sequence;               /* of the first frame that may be shown; 0 = the newest that is published */
+  int32_t when;                    /* FIRE3DV_IMAGE_ONCE, ...; 0 = FIRE3DV_IMAGE_ONCE */
+  uint32_t every;                  /* period in frames of FIRE3DV_IMAGE_EVERY_NTH; 0 = 1 */
+  double rate_hz;                  /* limit of FIRE3DV_IMAGE_RATE */
+  uint64_t sequence;               /* first frame that may be shown; 0 = the newest published one */
 } fire3dv_image_request;
 
 typedef struct fire3dv_image_plane {
   uint32_t output;        /* one FIRE3DV_IMAGE_* bit */
-  uint32_t width, height; /* elements; of boxes their number, and 1 */
-  uint32_t row_stride;    /* bytes from one row to the next; the upper one is first */
+  uint32_t width, height; /* elements; for boxes: their count, and 1 */
+  uint32_t row_stride;    /* bytes between rows; the top row is first */
   const void *data;       /* row_stride * height bytes, aligned to 16 bytes or more */
 } fire3dv_image_plane;
 
-/* Read it until it is released. */
+/* Borrowed image: read-only, valid until fire3dv_release_image. */
 typedef struct fire3dv_image {
-  uint64_t request;            /* id */
-  uint64_t epoch, sequence;    /* the frame that is shown; sequence 0 = none had been published */
-  int64_t sim_time_ns;         /* of that frame */
-  uint64_t number;             /* of this request's images, from 1 */
-  uint64_t lost;               /* images of this request between the last one taken and this one */
-  float world_from_camera[12]; /* row-major; a rotation and a place */
+  uint64_t request;            /* request id */
+  uint64_t epoch, sequence;    /* pose frame shown; sequence 0 = none was published yet */
+  int64_t sim_time_ns;         /* simulator time of that frame */
+  uint64_t number;             /* index among the images of this request, from 1 */
+  uint64_t lost;               /* images of this request lost between the previously taken one and this one */
+  float world_from_camera[12]; /* row-major; rotation and translation, without scale */
   uint32_t width, height;
-  float fx, fy, cx, cy, near_m, far_m; /* as they were used */
+  float fx, fy, cx, cy, near_m, far_m; /* as used for rendering */
   int32_t lens;
   float lens_coefficients[5];
   size_t plane_count;
-  const fire3dv_image_plane *planes; /* in the order of their bits */
+  const fire3dv_image_plane *planes; /* sorted by output bit */
 } fire3dv_image;
 
-/* Asks for images; *id names the request from now on. Call fire3dv_describe before. Requests are kept when a connection
- * is lost and for renderers that come later; fire3dv_describe keeps those of FIRE3DV_IMAGE_EVERY_NTH and _RATE, and
- * ends the others. At most 4096 may be open. */
+/* Requests images and sets *id to the request's id. Call fire3dv_describe first. Requests survive a lost connection and
+ * reach renderers that join later. fire3dv_describe keeps FIRE3DV_IMAGE_EVERY_NTH and _RATE requests and ends others.
+ * At most 4096 requests may be open: beyond that, FIRE3DV_ERROR_SYSTEM. */
 FIRE3DV_API int fire3dv_request_image(fire3dv_stream *stream, const fire3dv_image_request *request, uint64_t *id);
 
-/* No more images of this request, and those that came and were not taken are gone. One that is over already is no
- * error. */
+/* Cancels a request and drops its images that were not taken. A request that has ended already is not an error. */
 FIRE3DV_API int fire3dv_cancel_image(fire3dv_stream *stream, uint64_t id);
 
-/* The next image of a request, or with id 0 of any. Waits until it has come, or timeout_ms is over
- * (FIRE3DV_ERROR_TIMEOUT); 0 does not wait. FIRE3DV_ERROR_REFUSED: there will be none, and why. The image is the
- * caller's until it is released. */
+/* Returns the next image of a request, or of any request with id 0. Waits at most timeout_ms (FIRE3DV_ERROR_TIMEOUT);
+ * 0 only polls. FIRE3DV_ERROR_REFUSED: the renderer refused the request; fire3dv_last_error has the reason. The caller
+ * must release the image. */
 FIRE3DV_API int fire3dv_wait_image(fire3dv_stream *stream, uint64_t id, uint32_t timeout_ms, fire3dv_image **image);
 
-/* Gives the image back and sets *image to NULL. NULL and pointer to NULL are fine. */
+/* Releases the image and sets *image to NULL. Accepts NULL and a pointer to NULL. */
 FIRE3DV_API void fire3dv_release_image(fire3dv_image **image);
 
 #ifdef __cplusplus

@@ -65,7 +65,7 @@ class Numbers:
             raise _refuse(f"{name} is an array of {given.dtype}; {dtype} is needed")
         if dtype == "uint32" and given.size and (given.min() < 0 or given.max() > 0xffffffff):
             raise _refuse(f"{name} must lie between 0 and 4294967295")
-        with numpy.errstate(over="ignore"):  # what does not fit becomes infinity, and is refused as such
+        with numpy.errstate(over="ignore"):  # overflow becomes infinity, which the library refuses
             self._memory = numpy.ascontiguousarray(given, dtype=dtype)
         self.address: Optional[int] = self._memory.ctypes.data if given.size else None
         return int(given.size)

@@ -1,4 +1,4 @@
-"""Where the client library may be. Imports nothing of the package: setup.py takes this file alone."""
+"""Search paths of the client library. Imports nothing of the package: setup.py loads this file alone."""
 import glob
 import os
 from typing import List

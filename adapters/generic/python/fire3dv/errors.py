@@ -1,4 +1,4 @@
-"""What is raised. Every text is one sentence, the C library's own where it is the library that refuses."""
+"""Exceptions of the package. Each text is one sentence; errors of the C library keep its text."""
 from enum import IntEnum
 from typing import Dict, Type
 
@@ -19,7 +19,7 @@ class Error(RuntimeError):
     code: int  #: one of ErrorCode
 
     def __init__(self, code: int, sentence: str) -> None:
-        super().__init__(code, sentence)  # both, so that a copy from another process can be made of it
+        super().__init__(code, sentence)  # both arguments, so that the exception can be pickled
         self.code = code
 
     def __str__(self) -> str:

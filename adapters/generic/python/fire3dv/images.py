@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
     from .stream import Array, Stream
 
-#: Name of each output: the NumPy type of an element, and how many of them a pixel has.
+#: Outputs by name: NumPy type of an element, elements per pixel.
 OUTPUTS: Dict[str, Tuple[Any, int]] = {
-    "color_srgb8": ("u1", 4),        # red, green, blue as they are shown, 255
-    "color_linear_f16": ("<f2", 4),  # linear, before tone mapping
-    "depth_f32": ("<f4", 1),         # metres along the camera's axis; infinity where nothing is
-    "instance_u32": ("<u4", 1),      # 1 + index of the scene's node; 0 where nothing is
-    "semantic_u32": ("<u4", 1),      # class of that node; 0: none
-    "normal": ("<f2", 4),            # x, y, z in the world, 0
-    "motion": ("<f4", 2),            # pixels since this request's image before
+    "color_srgb8": ("u1", 4),        # sRGB red, green, blue after tone mapping; 255
+    "color_linear_f16": ("<f2", 4),  # linear RGB before tone mapping; 1
+    "depth_f32": ("<f4", 1),         # metres along the camera axis (planar depth); infinity for background
+    "instance_u32": ("<u4", 1),      # 1 + index of the scene node; 0 for background
+    "semantic_u32": ("<u4", 1),      # semantic class of that node; 0: none
+    "normal": ("<f2", 4),            # world-space unit normal x, y, z; 0
+    "motion": ("<f4", 2),            # motion vector in pixels since the previous image of this request
     "boxes2d": ([("instance", "<u4"), ("semantic", "<u4"), ("min_x", "<u4"), ("min_y", "<u4"), ("max_x", "<u4"),
                  ("max_y", "<u4"), ("pixels", "<u4"), ("reserved", "<u4")], 1),
     "boxes3d": ([("instance", "<u4"), ("semantic", "<u4"), ("world_from_box", "<f4", (3, 4)),
@@ -60,13 +60,13 @@ class Image:
         self._planes = {_NAMES[plane.output]: plane for plane in raw.planes[:raw.plane_count]}
         self.request: int = raw.request  #: ImageRequest.id
         self.epoch: int = raw.epoch
-        self.sequence: int = raw.sequence  #: of the frame that is shown; 0: none had been published
+        self.sequence: int = raw.sequence  #: pose frame shown; 0: none was published yet
         self.sim_time_ns: int = raw.sim_time_ns
-        self.number: int = raw.number  #: of this request's images, from 1
-        self.lost: int = raw.lost  #: images between the last one taken and this one
+        self.number: int = raw.number  #: index among the images of this request, from 1
+        self.lost: int = raw.lost  #: images lost between the previously taken one and this one
         self.width: int = raw.width
         self.height: int = raw.height
-        self.fx: float = raw.fx  #: pixels; the middle of the upper left one is (0, 0), as OpenCV counts them
+        self.fx: float = raw.fx  #: pixels; the centre of the top left pixel is (0, 0), as in OpenCV
         self.fy: float = raw.fy
         self.cx: float = raw.cx
         self.cy: float = raw.cy
@@ -74,7 +74,7 @@ class Image:
         self.far_m: float = raw.far_m  #: 0: infinite
         self.lens: str = {number: name for name, number in _LENSES.items()}[raw.lens]
         self.lens_coefficients: Tuple[float, ...] = tuple(raw.lens_coefficients)
-        #: 12 numbers, row-major: a rotation and a place. The camera looks along its -Z, +Y is up
+        #: 12 numbers, row-major: rotation and translation. The camera looks along -Z, +Y is up
         self.world_from_camera: Tuple[float, ...] = tuple(raw.world_from_camera)
 
     @property

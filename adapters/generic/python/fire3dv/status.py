@@ -1,4 +1,4 @@
-"""What renderers have answered, and what edits are called."""
+"""Status of renderers, and names of scene properties."""
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -19,7 +19,7 @@ class Property(IntEnum):
     BASE_COLOR = 1
     LIGHT = 2
     CAMERA = 3
-    NODE = 4  #: that the node is there: added and removed nodes
+    NODE = 4  #: existence of the node: added and removed nodes
     VERTICES = 5
 
 
@@ -32,14 +32,14 @@ class LightKind(IntEnum):
 @dataclass(frozen=True)
 class Status:
     """What Stream.poll returns; fire3dv_status in client.h."""
-    renderers: int  #: connected or attached now
-    epoch: int  #: random id of this stream's description
-    sequence: int  #: of the last published frame, 0: none
+    renderers: int  #: connected or attached renderers
+    epoch: int  #: random id of the current description
+    sequence: int  #: last published frame, 0: none
     acked_sequence: int  #: newest frame that a renderer has shown, 0: none
     frames_published: int
-    frames_dropped: int  #: overtaken by a newer frame before all of them had left
-    welcome: int  #: one of Welcome, or what a later renderer says
-    unmatched_names: int  #: of the last answer: names that no scene node has
-    welcome_message: str  #: one line for people; while no renderer is reached: why
+    frames_dropped: int  #: superseded by a newer frame before they were sent completely
+    welcome: int  #: one of Welcome, or a value of a later protocol version
+    unmatched_names: int  #: names without a scene node, from the last answer
+    welcome_message: str  #: one line for users; the cause while no renderer is reached
     conflicting_names: int  #: nodes that another stream drives already
-    contested_names: int  #: nodes that this stream drives and another one asks for
+    contested_names: int  #: nodes that this stream drives and another stream requests

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 else:
     Array = Any
 
-FRAME_DISCONTINUITY = 1  #: flag: bodies or time jumped, so that nothing is interpolated into this frame
+FRAME_DISCONTINUITY = 1  #: flag: bodies or time jumped; renderers do not interpolate into this frame
 
 
 def version() -> str:
@@ -153,8 +153,8 @@ class Stream(AsksForImages):
         check(code)
         return True
 
-    # Scene edits are state: the newest value of each node and property counts, and a frame is shown with all edits that
-    # were set before it was published. Nodes are found by name or path, as those that poses move.
+    # Scene edits are keyed state: the newest value of each node and property counts. A frame is shown with all edits
+    # set before it was published. Nodes are looked up by name or path, like nodes that poses move.
 
     def set_visible(self, node: str, visible: bool) -> None:
         """The node and all below it: drawn and casting shadows, or not."""

@@ -1,0 +1,351 @@
+#include "protocol/record/mcap/summary.h"
+
+#include <algorithm>
+#include <array>
+
+#include "protocol/record/mcap/chunk.h"
+#include "protocol/record/mcap/compress.h"
+#include "protocol/record/mcap/crc32.h"
+#include "protocol/record/mcap/record_iterator.h"
+#include "protocol/wire/check.h"
+
+namespace fire3dv::record {
+namespace {
+
+constexpr uint64_t kDataEndBytes = 4;
+// Limit on records that are scanned a second time because damage moved the scan back. Only a crafted file
+// exceeds it; from then on only chunks and their indexes are followed behind damage.
+constexpr uint64_t kMostPassedAgain = 1 << 18;
+constexpr uint64_t kRescanCost = 64;  // cost in records: the buffered data is read again
+constexpr uint64_t kOverhead = 128;   // per entry of a map or vector, in addition to its contents
+
+Error no_summary(const Source& source, const std::string& why) {
+  return Error{wire::printable(source.name(), 4096) + ": " + why};
+}
+
+uint64_t memory_of(const Texts& texts) {
+  uint64_t sum = 0;
+  for (const auto& [key, value] : texts) sum += key.size() + value.size() + kOverhead;
+  return sum;
+}
+
+template <typename Record>
+Result<void> parse_into(Source& source, const RecordAt& at, std::span<const std::byte> content,
+                        Record& record) {
+  if (parse(content, record)) return {};
+  return no_summary(source, "the record at byte " + std::to_string(at.offset) + " is damaged");
+}
+
+// Validates the chunk index: chunks lie inside the file and do not overlap. An index therefore cannot send a
+// reader in circles.
+Result<void> check_chunks(const Source& source, std::vector<ChunkIndex>& chunks, uint64_t data_end) {
+  std::sort(chunks.begin(), chunks.end(), [](const auto& a, const auto& b) { return a.offset < b.offset; });
+  uint64_t free_from = kMagic.size();
+  for (const ChunkIndex& chunk : chunks) {
+    if (chunk.offset < free_from || chunk.offset > data_end || chunk.length < kRecordHead ||
+        chunk.length > data_end - chunk.offset || !compression_of(chunk.compression) ||
+        chunk.start_ns > chunk.end_ns)
+      return no_summary(source, "its summary names a chunk where none can be");
+    free_from = chunk.offset + chunk.length;
+  }
+  return {};
+}
+
+Result<void> take_summary_record(Source& source, const RecordAt& at, std::span<const std::byte> content,
+                                 const ReadLimits& limits, FileIndex& index) {
+  const auto keep = [&](auto& list, auto record, uint64_t bytes) -> Result<void> {
+    if (auto good = parse_into(source, at, content, record); !good) return good;
+    if (auto good = index.take_memory(kOverhead + bytes, limits); !good) return good;
+    list.push_back(std::move(record));
+    return {};
+  };
+  switch (at.kind) {
+    case Kind::schema: {
+      Schema schema;
+      if (auto good = parse_into(source, at, content, schema); !good) return good;
+      return index.define(std::move(schema), limits);
+    }
+    case Kind::channel: {
+      Channel channel;
+      if (auto good = parse_into(source, at, content, channel); !good) return good;
+      return index.define(std::move(channel), limits);
+    }
+    case Kind::chunk_index:
+      return keep(index.chunks, ChunkIndex{}, content.size() * 2);
+    case Kind::attachment_index:
+      return keep(index.attachments, AttachmentIndex{}, content.size());
+    case Kind::metadata_index:
+      return keep(index.metadata, MetadataIndex{}, content.size());
+    case Kind::statistics: {
+      Statistics statistics;
+      if (auto good = parse_into(source, at, content, statistics); !good) return good;
+      index.statistics = std::move(statistics);
+      return index.take_memory(content.size() * 8, limits);
+    }
+    default:
+      return {};  // offset records, which we do not need, and kinds of later versions
+  }
+}
+
+}  // namespace
+
+Result<void> FileIndex::take_memory(uint64_t bytes, const ReadLimits& limits) {
+  memory_ += bytes;
+  if (memory_ <= limits.most_index_bytes()) return {};
+  return Error{"its index takes more than the " + std::to_string(limits.most_index_bytes() >> 20) +
+               " MiB that are set aside for it; raise --memory-mb if you trust the file"};
+}
+
+Result<void> FileIndex::define(Schema schema, const ReadLimits& limits) {
+  const auto known = schemas.find(schema.id);
+  if (known != schemas.end())
+    return known->second == schema
+               ? Result<void>()
+               : Result<void>(Error{"schema " + std::to_string(schema.id) + " has two meanings"});
+  if (auto good =
+          take_memory(schema.data.size() + schema.name.size() + schema.encoding.size() + kOverhead, limits);
+      !good)
+    return good;
+  const uint16_t id = schema.id;
+  schemas.emplace(id, std::move(schema));
+  return {};
+}
+
+Result<void> FileIndex::define(Channel channel, const ReadLimits& limits) {
+  const auto known = channels.find(channel.id);
+  if (known != channels.end())
+    return known->second == channel
+               ? Result<void>()
+               : Result<void>(Error{"channel " + std::to_string(channel.id) + " has two meanings"});
+  if (channel.schema_id != 0 && !schemas.contains(channel.schema_id))
+    return Error{"channel " + std::to_string(channel.id) + " is of a schema that is not there"};
+  if (auto good = take_memory(
+          memory_of(channel.metadata) + channel.topic.size() + channel.message_encoding.size() + kOverhead,
+          limits);
+      !good)
+    return good;
+  const uint16_t id = channel.id;
+  channels.emplace(id, std::move(channel));
+  return {};
+}
+
+Result<Footer> read_footer(Source& source) {
+  const uint64_t tail_bytes = kFooterBytes + kMagic.size();
+  if (source.size() < kMagic.size() + tail_bytes) return no_summary(source, "it has no footer: it was cut");
+  const uint64_t footer_at = source.size() - tail_bytes;
+  std::array<std::byte, kFooterBytes + kMagic.size()> tail;
+  if (auto good = source.read(footer_at, tail); !good) return good.error();
+  for (size_t i = 0; i < kMagic.size(); ++i)
+    if (static_cast<uint8_t>(tail[kFooterBytes + i]) != kMagic[i])
+      return no_summary(source, "it has no footer: it was cut");
+  Parser parser(tail);
+  uint8_t kind = 0;
+  uint64_t length = 0;
+  parser.get(kind);
+  parser.get(length);
+  Footer footer;
+  parse(parser.rest(), footer);
+  if (kind != static_cast<uint8_t>(Kind::footer) || length != kFooterBytes - kRecordHead)
+    return no_summary(source, "its footer is damaged");
+  if (footer.summary_start == 0) return footer;
+  const bool offsets_sound =
+      footer.summary_offset_start == 0 ||
+      (footer.summary_offset_start >= footer.summary_start && footer.summary_offset_start <= footer_at);
+  if (footer.summary_start < kMagic.size() || footer.summary_start > footer_at || !offsets_sound)
+    return no_summary(source, "its footer is damaged");
+  if (footer.summary_crc == 0) return footer;
+  uint32_t crc = 0;
+  Bytes piece;
+  const uint64_t until = source.size() - kMagic.size() - 4;
+  for (uint64_t at = footer.summary_start; at < until; at += piece.size()) {
+    piece.resize(static_cast<size_t>(std::min<uint64_t>(until - at, 1 << 20)));
+    if (auto good = source.read(at, piece); !good) return good.error();
+    crc = crc32(piece, crc);
+  }
+  if (crc != footer.summary_crc) return no_summary(source, "its summary is damaged: the check sum is wrong");
+  return footer;
+}
+
+Result<FileIndex> read_summary(Source& source, const ReadLimits& limits) {
+  const auto footer = read_footer(source);
+  if (!footer) return footer.error();
+  if (footer->summary_start == 0) return no_summary(source, "it has no summary");
+  const uint64_t until = footer->summary_offset_start != 0 ? footer->summary_offset_start
+                                                           : source.size() - kMagic.size() - kFooterBytes;
+  FileIndex index;
+  BufferedSource buffered(source);
+  RecordIterator walker(buffered, footer->summary_start, until);
+  Bytes content;
+  for (;;) {
+    const auto record = walker.next();
+    if (!record) return record.error();
+    if (!*record) break;
+    if (auto good = read_content(buffered, **record, kMostDefinitionBytes, content); !good)
+      return good.error();
+    if (auto good = take_summary_record(source, **record, content, limits, index); !good) return good.error();
+  }
+  if (walker.cut()) return no_summary(source, "its summary is damaged");
+  if (auto good = check_chunks(source, index.chunks, footer->summary_start); !good) return good.error();
+  index.has_summary = true;
+  return index;
+}
+
+namespace {
+
+// Finds the next plausible chunk at or after `from`, to resume after damage.
+Result<std::optional<uint64_t>> find_chunk(Source& source, BufferedSource& buffered, uint64_t from) {
+  // kind, length, times, sizes, CRC and compression name
+  constexpr uint64_t kLook = kRecordHead + 8 + 8 + 8 + 4;
+  Bytes piece;
+  uint64_t piece_bytes = 4 << 10;  // starts small: the next chunk is often near
+  for (uint64_t at = from; at + kLook < source.size(); at += piece.size() - kLook) {
+    piece.resize(static_cast<size_t>(std::min(source.size() - at, piece_bytes)));
+    piece_bytes = std::min<uint64_t>(2 * piece_bytes, 1 << 20);
+    if (auto good = source.read(at, piece); !good) return good.error();
+    for (size_t i = 0; i + kLook < piece.size(); ++i) {
+      if (piece[i] != static_cast<std::byte>(Kind::chunk)) continue;
+      uint64_t length = 0;
+      Parser(std::span<const std::byte>(piece).subspan(i + 1)).get(length);
+      if (length > source.size() - at - i - kRecordHead) continue;
+      const auto head = read_chunk_head(buffered, {Kind::chunk, at + i, kRecordHead + length});
+      if (head && compression_of(head->compression)) return std::optional<uint64_t>(at + i);
+    }
+    if (at + piece.size() == source.size()) break;
+  }
+  return std::optional<uint64_t>();
+}
+
+class Scan {
+ public:
+  Scan(Source& source, const ReadLimits& limits)
+      : source_(source),
+        buffered_(source),
+        limits_(limits),
+        walker_(buffered_, kMagic.size(), source.size()) {}
+
+  Result<FileIndex> run() {
+    for (;;) {
+      const auto record = walker_.next();
+      if (!record) return record.error();
+      // Checks the length, too: a record with a damaged kind must not end the scan.
+      if (*record && (*record)->kind == Kind::data_end && (*record)->content_bytes() == kDataEndBytes)
+        return std::move(index_);
+      const bool follows = *record && known((*record)->kind) && follow(**record);
+      if (follows) {
+        auto sound = take(**record);
+        if (!sound) return sound.error();
+        if (*sound) continue;
+      }
+      note("at byte " + std::to_string(*record ? (*record)->offset : walker_.at()) +
+           " is no whole record: it was cut or damaged, or is still being written; fire3dv-record recover "
+           "makes a "
+           "whole file of it");
+      const auto chunk = find_chunk(source_, buffered_, search_from_);
+      if (!chunk) return chunk.error();
+      if (!*chunk) return std::move(index_);
+      if (**chunk < passed_) rescanned_records_ += kRescanCost;
+      walker_ = RecordIterator(buffered_, **chunk, source_.size());
+      search_from_ = **chunk + 1;
+    }
+  }
+
+ private:
+  static bool known(Kind kind) {
+    return kind != Kind::footer && (kind <= Kind::data_end || static_cast<uint8_t>(kind) >= 0x80);
+  }
+  bool follow(const RecordAt& record) {
+    if (record.offset >= passed_)
+      passed_ = record.end();
+    else
+      ++rescanned_records_;
+    return rescanned_records_ <= kMostPassedAgain || record.kind == Kind::chunk ||
+           record.kind == Kind::message_index;
+  }
+  void note(std::string text) {
+    if (index_.damage.empty()) index_.damage = std::move(text);
+  }
+
+  // Returns false if the content contradicts the record kind.
+  Result<bool> take(const RecordAt& record) {
+    switch (record.kind) {
+      case Kind::schema:
+      case Kind::channel:
+      case Kind::metadata: {
+        if (record.content_bytes() > kMostDefinitionBytes) return false;
+        if (auto good = read_content(buffered_, record, kMostDefinitionBytes, content_); !good)
+          return good.error();
+        if (record.kind == Kind::metadata) {
+          Metadata metadata;
+          if (!parse(content_, metadata)) return false;
+          index_.metadata.push_back({record.offset, record.length, metadata.name});
+          return charge(sizeof(MetadataIndex) + metadata.name.size());
+        }
+        if (auto good = take_summary_record(source_, record, content_, limits_, index_); !good)
+          note(good.error().message);
+        return true;
+      }
+      case Kind::message:
+        ++index_.loose_messages;
+        return true;
+      case Kind::chunk: {
+        const auto head = read_chunk_head(buffered_, record);
+        if (!head) return false;
+        search_from_ = record.end();
+        index_.chunks.push_back({head->start_ns,
+                                 head->end_ns,
+                                 record.offset,
+                                 record.length,
+                                 {},
+                                 0,
+                                 head->compression,
+                                 head->compressed_bytes,
+                                 head->uncompressed_bytes});
+        return charge(sizeof(ChunkIndex) + kOverhead);
+      }
+      case Kind::message_index: {
+        std::array<std::byte, 2> id;
+        if (index_.chunks.empty() || record.content_bytes() < id.size()) return false;
+        if (auto good = buffered_.read(record.content_at(), id); !good) return good.error();
+        uint16_t channel = 0;
+        Parser(id).get(channel);
+        ChunkIndex& chunk = index_.chunks.back();
+        chunk.message_indexes.emplace_back(channel, record.offset);
+        chunk.message_index_bytes += record.length;
+        return charge(2 * sizeof(chunk.message_indexes[0]));
+      }
+      case Kind::attachment: {
+        auto attachment = read_attachment_head(buffered_, record);
+        if (!attachment) return false;
+        const uint64_t named_bytes = attachment->name.size() + attachment->media_type.size();
+        index_.attachments.push_back(std::move(*attachment));
+        return charge(sizeof(AttachmentIndex) + kOverhead + named_bytes);
+      }
+      case Kind::data_end:
+        return false;
+      default:
+        return true;
+    }
+  }
+  Result<bool> charge(uint64_t bytes) {
+    if (auto good = index_.take_memory(bytes, limits_); !good) return good.error();
+    return true;
+  }
+
+  Source& source_;
+  BufferedSource buffered_;
+  ReadLimits limits_;
+  FileIndex index_;
+  RecordIterator walker_;
+  Bytes content_;
+  uint64_t search_from_ = kMagic.size();
+  uint64_t passed_ = 0;             // end of the scanned records
+  uint64_t rescanned_records_ = 0;  // number of records scanned again before passed_
+};
+
+}  // namespace
+
+Result<FileIndex> scan(Source& source, const ReadLimits& limits) {
+  return Scan(source, limits).run();
+}
+
+}  // namespace fire3dv::record

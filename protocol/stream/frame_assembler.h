@@ -1,0 +1,81 @@
+// Assembly of pose frames from their parts (SPEC.md, section 4). Several frames may be open at once, since
+// datagrams of consecutive frames arrive interleaved. A frame is whole when every node has a pose under one
+// header; it never mixes two simulation steps. Memory is allocated and charged for received poses, not for
+// the claimed node count. Not thread-safe.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "protocol/base/open_frames.h"
+#include "protocol/stream/pose_memory.h"
+#include "protocol/wire/messages.h"
+
+namespace fire3dv::stream {
+
+// Maximum number of simultaneously open frames of one stream.
+inline constexpr size_t kMaxOpenFrames = 4;
+
+class FrameAssembler {
+ public:
+  enum class Outcome {
+    whole,        // header() and poses() are the frame
+    open,         // poses are missing
+    stale,        // older than every open frame, or without new poses
+    refused,      // contradicts earlier parts, or exceeds the frame
+    over_budget,  // exceeds the peer's budget
+  };
+
+  FrameAssembler() = default;
+  // Null: no limits.
+  explicit FrameAssembler(std::shared_ptr<PeerBudget> budget) : memory_(std::move(budget)) {}
+
+  // Precondition: the caller checked that `part` is newer than the displayed frame and has the stream's
+  // node_count.
+  Outcome add(const wire::PoseFrameView& part);
+
+  // The whole frame of the last add(); valid until the next call.
+  const wire::PoseFrameHeader& header() const { return whole_header_; }
+  const std::vector<wire::Affine3x4>& poses() const { return whole_poses_; }
+
+  // Closes the frames up to this sequence. Returns how many of them were older and incomplete.
+  uint64_t close_up_to(uint64_t sequence) { return frames_.close_up_to(sequence); }
+  // Closes the whole frame of this sequence, after the caller has stored it.
+  void close(uint64_t sequence) { frames_.close(sequence); }
+  // Number of frames dropped for newer ones since the last call.
+  uint64_t take_given_up() { return frames_.take_given_up(); }
+
+  // Bytes of poses that this object holds.
+  size_t memory_bytes() const { return memory_.amount(); }
+
+ private:
+  static constexpr size_t kChunkPoses = 256;
+  using Chunk = std::array<wire::Affine3x4, kChunkPoses>;
+  struct OpenFrame {
+    uint64_t sequence = 0;
+    wire::PoseFrameHeader header;
+    uint32_t node_count = 0;
+    ElementSet arrived;                          // node indices
+    std::vector<std::unique_ptr<Chunk>> chunks;  // null where no pose has arrived
+
+    // Retains the chunks for the next frame in this slot.
+    void clear() {
+      arrived.clear();
+      sequence = 0;
+    }
+  };
+  OpenFrame* frame_of(const wire::PoseFrameView& part);
+  bool make_chunks(OpenFrame& frame, size_t begin, size_t end);
+  bool make_whole(const OpenFrame& frame);
+
+  OpenFrames<OpenFrame, kMaxOpenFrames> frames_;
+  wire::PoseFrameHeader whole_header_;
+  std::vector<wire::Affine3x4> whole_poses_;
+  PoseMemory memory_;
+};
+
+}  // namespace fire3dv::stream

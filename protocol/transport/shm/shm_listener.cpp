@@ -1,0 +1,192 @@
+#include "protocol/transport/shm/shm_listener.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <optional>
+#include <thread>
+
+#include "protocol/base/clock.h"
+#include "protocol/transport/core/link_counters.h"
+#include "protocol/transport/shm/shm_reader.h"
+
+namespace fire3dv::transport::shm {
+namespace {
+
+constexpr int64_t kLookEveryNs = 20 * kMillisecondNs;
+constexpr int64_t kSpinNs = 20'000;
+constexpr int64_t kShortestSleepNs = 50'000;
+constexpr int64_t kLongestSleepNs = 200'000;
+
+void sleep_ns(int64_t ns) {
+  const timespec time{ns / kSecondNs, ns % kSecondNs};
+  ::nanosleep(&time, nullptr);
+}
+
+class ShmListener final : public ListenerLink {
+ public:
+  ShmListener(std::string name, Delivery delivery) : name_(std::move(name)), delivery_(delivery) {}
+
+  void poll(const std::function<void(const LinkEvent&)>& on_event) override;
+  void wait(std::chrono::nanoseconds timeout) override;
+  void send(PeerId peer, std::span<const std::byte> message) override;
+  bool carries_images() const override { return true; }
+  bool send_image(PeerId peer, uint64_t request, std::span<const std::byte> head, size_t pixel_bytes,
+                  const FillPixels& fill) override {
+    return peer != 0 && peer == peer_ && reader_ && reader_->send_image(request, head, pixel_bytes, fill);
+  }
+  void pause_peer(PeerId peer, bool is_paused) override {
+    if (peer == peer_) is_paused_ = is_paused;
+  }
+  LinkStats stats() const override { return counters_.snapshot(); }
+  std::string uri() const override { return "shm://" + name_; }
+
+ private:
+  using OnEvent = std::function<void(const LinkEvent&)>;
+
+  void look(const OnEvent& on_event);
+  void attach(Found found, const OnEvent& on_event);
+  void end_peer(const std::string& reason, const OnEvent& on_event);
+  void note(const std::string& text, const OnEvent& on_event);
+  // Reason to stop reading this segment; nothing while it is in use.
+  std::optional<Reader::End> end_of_segment();
+
+  std::string name_;
+  Delivery delivery_;
+  std::unique_ptr<Reader> reader_;
+  PeerId peer_ = 0;         // survives the replacement of a segment by its own publisher
+  bool is_paused_ = false;  // state of peer_
+  uint64_t publisher_id_ = 0;
+  Progress progress_;
+  PeerId last_peer_ = 0;
+  FileId avoid_;       // a damaged segment to skip
+  FileId noted_file_;  // each file and fault is reported once
+  std::string noted_text_;
+  int64_t next_look_ns_ = 0;
+  LinkCounters counters_;
+};
+
+void ShmListener::note(const std::string& text, const OnEvent& on_event) {
+  on_event({LinkEvent::Kind::note, peer_, {}, text, 0});
+}
+
+void ShmListener::end_peer(const std::string& reason, const OnEvent& on_event) {
+  if (peer_ == 0) return;
+  on_event({LinkEvent::Kind::disconnected, peer_, {}, reason, 0});
+  peer_ = 0;
+  is_paused_ = false;
+  publisher_id_ = 0;
+  progress_ = {};
+  counters_.peers.set(0);
+}
+
+void ShmListener::look(const OnEvent& on_event) {
+  FileId seen;
+  auto found = find_segment(name_, seen);
+  if (!found) {
+    if (seen != noted_file_ || found.error().message != noted_text_) {
+      counters_.reject(Cause::malformed);
+      noted_file_ = seen;
+      noted_text_ = found.error().message;
+      note(noted_text_, on_event);
+    }
+    return;
+  }
+  if (!found->segment.fd || found->id == avoid_) return;
+  attach(std::move(*found), on_event);
+}
+
+void ShmListener::attach(Found found, const OnEvent& on_event) {
+  const uint64_t publisher_id = found.segment.geometry.publisher_id;
+  const bool same_publisher = peer_ != 0 && publisher_id == publisher_id_;
+  if (!same_publisher) end_peer("another publisher took over", on_event);
+  reader_ =
+      std::make_unique<Reader>(std::move(found), delivery_, same_publisher ? &progress_ : nullptr, counters_);
+  noted_file_ = {};
+  noted_text_.clear();
+  if (!same_publisher) {
+    peer_ = ++last_peer_;
+    publisher_id_ = publisher_id;
+    counters_.peers.set(1);
+    on_event({LinkEvent::Kind::connected, peer_, {}, {}, 0});
+  }
+  if (!reader_->can_reply())
+    note(uri() + ": all " + std::to_string(kReaderCount) +
+             " places for readers are taken; poses come, but the simulator hears no reply from this reader",
+         on_event);
+}
+
+std::optional<Reader::End> ShmListener::end_of_segment() {
+  if (auto end = reader_->end_by_state()) return end;
+  const int64_t now = monotonic_ns();
+  if (now < next_look_ns_) return {};
+  next_look_ns_ = now + kLookEveryNs;
+  return reader_->end_by_file(segment_path(name_));
+}
+
+void ShmListener::poll(const OnEvent& on_event) {
+  if (is_paused_) return;
+  // Two rounds: the successor of an ended segment may already exist.
+  for (int round = 0; round < 2; ++round) {
+    if (!reader_) {
+      const int64_t now = monotonic_ns();
+      if (round == 0 && now < next_look_ns_) return;
+      next_look_ns_ = now + kLookEveryNs;
+      look(on_event);
+      if (!reader_) {
+        end_peer("the publisher is gone", on_event);
+        return;
+      }
+    }
+    // Checked before reading the rings, so that messages published before the end are not lost.
+    const std::optional<Reader::End> end = end_of_segment();
+    const auto on_message = [&](LinkEvent::Kind kind, std::span<const std::byte> message) {
+      on_event({kind, peer_, message, {}, 0});
+    };
+    const bool sound = reader_->drain(progress_, on_message);
+    if (!sound) {
+      avoid_ = reader_->id();
+      counters_.reject(Cause::malformed);
+      reader_.reset();
+      note(uri() + ": the segment is damaged; restart the simulator", on_event);
+      end_peer("the segment is damaged", on_event);
+      return;
+    }
+    if (!end) return;
+    reader_.reset();
+    if (*end == Reader::End::closed) end_peer("the publisher closed the link", on_event);
+    if (*end == Reader::End::dead) end_peer("the publisher died", on_event);
+    // Replaced: the next segment shows whether the same publisher grew it, or another took over.
+  }
+}
+
+void ShmListener::wait(std::chrono::nanoseconds timeout) {
+  const int64_t start = monotonic_ns();
+  const int64_t until = start + std::max<int64_t>(timeout.count(), 0);
+  int64_t sleep = kShortestSleepNs;
+  for (int64_t now = start; now < until; now = monotonic_ns()) {
+    if (reader_ ? reader_->has_news() || now >= next_look_ns_ : now >= next_look_ns_) return;
+    if (reader_ && now - start < kSpinNs) continue;
+    const int64_t next = reader_ ? now + sleep : next_look_ns_;
+    sleep_ns(std::min(next, until) - now);
+    sleep = std::min(sleep * 2, kLongestSleepNs);
+  }
+}
+
+void ShmListener::send(PeerId peer, std::span<const std::byte> message) {
+  if (peer == 0 || peer != peer_ || !reader_) return;
+  if (!reader_->reply(message)) {
+    counters_.reject(Cause::full);  // the simulator does not read replies
+    return;
+  }
+  counters_.messages_sent.add();
+  counters_.bytes_sent.add(message.size());
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ListenerLink>> make_listener(const std::string& name, const ListenerOptions& options) {
+  return std::unique_ptr<ListenerLink>(std::make_unique<ShmListener>(name, options.delivery));
+}
+
+}  // namespace fire3dv::transport::shm

@@ -1,0 +1,108 @@
+// Control messages over datagrams: cut, numbered, acknowledged, repeated until acknowledged, and handed on
+// whole and in order. One message is under way at a time in each direction. Nothing here does I/O or looks at
+// a clock.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocol/transport/core/network_publisher.h"
+#include "protocol/transport/udp/udp_datagram.h"
+
+namespace fire3dv::transport::udp {
+
+constexpr size_t kMaxControlBytes = size_t{64} << 20;
+
+// Into how many pieces a message is cut, and how long each is.
+uint32_t fragments_of(size_t message_bytes, size_t piece_bytes);
+size_t fragment_size(const FragmentHeader& header, size_t piece_bytes);
+
+class ControlSender {
+ public:
+  explicit ControlSender(size_t piece_bytes = kFragmentBytes) : piece_bytes_(piece_bytes) {}
+
+  // A message ready to be sent. Made before the lock is taken that publishing needs: tens of megabytes take
+  // their time.
+  struct Prepared {
+    SharedBytes bytes;
+    uint64_t hash = 0;
+  };
+  static Prepared prepare(std::span<const std::byte> message);
+
+  // Number of the message; nothing when more than `most_waiting_bytes` wait already.
+  std::optional<uint32_t> push(Prepared message, size_t most_waiting_bytes);
+
+  // The next fragment that is due, if any; counts as sent now.
+  struct Fragment {
+    FragmentHeader header;
+    std::span<const std::byte> data;
+  };
+  std::optional<Fragment> next(int64_t now_ns);
+
+  void acknowledge(const Ack& ack, int64_t now_ns);
+
+  bool idle() const { return messages_.empty(); }
+  size_t waiting_messages() const { return messages_.size(); }
+  uint32_t last_acknowledged() const { return last_acknowledged_; }
+
+ private:
+  struct Sent {
+    int64_t at_ns = 0;  // 0: not yet
+    bool repeated = false;
+    bool acknowledged = false;
+  };
+  struct Message {
+    SharedBytes bytes;
+    FragmentHeader header;
+  };
+  void begin();
+  Sent& sent(uint32_t index) { return sent_[index % sent_.size()]; }
+  bool due(uint32_t index, int64_t now_ns);
+
+  size_t piece_bytes_;
+  std::deque<Message> messages_;       // the front one is under way
+  std::array<Sent, kAckWindow> sent_;  // its fragments from first_missing_ on
+  uint32_t first_missing_ = 0;
+  uint32_t highest_acknowledged_ = 0;  // one past it
+  uint32_t window_ = 32;
+  uint32_t last_number_ = 0;
+  uint32_t last_acknowledged_ = 0;
+  size_t waiting_bytes_ = 0;
+  int64_t round_trip_ns_ = 20'000'000;
+  int64_t last_backoff_ns_ = 0;
+  int64_t repeat_after_ns_ = 0;
+};
+
+class ControlReceiver {
+ public:
+  explicit ControlReceiver(size_t piece_bytes = kFragmentBytes, size_t most_message_bytes = kMaxControlBytes)
+      : piece_bytes_(piece_bytes), most_message_bytes_(most_message_bytes) {}
+
+  enum class Outcome { ignored, kept, complete, corrupt };
+
+  // `complete`: take() has a message. `corrupt`: the sender contradicts itself; end the session.
+  // `budget` is what this receiver may still allocate.
+  // Each piece costs about the same: what comes is hashed as it comes, since a publisher's lock may be held.
+  Outcome fragment(const FragmentHeader& header, std::span<const std::byte> data, size_t budget);
+  std::vector<std::byte> take();
+
+  // What to acknowledge; nothing before the first fragment.
+  std::optional<Ack> ack() const;
+  size_t held_bytes() const { return bytes_.capacity(); }
+
+ private:
+  size_t piece_bytes_, most_message_bytes_;
+  FragmentHeader header_;  // of the message under way; header_.message 0: none
+  std::vector<std::byte> bytes_;
+  std::vector<bool> came_;
+  uint32_t first_missing_ = 0;
+  uint64_t hash_ = 0;  // of all pieces before it
+  uint32_t last_complete_ = 0;
+  uint32_t last_complete_count_ = 0;
+};
+
+}  // namespace fire3dv::transport::udp

@@ -1,0 +1,521 @@
+#include "protocol/transport/udp/udp_listener.h"
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "protocol/base/clock.h"
+#include "protocol/base/random.h"
+#include "protocol/transport/core/address.h"
+#include "protocol/transport/core/network_listener.h"
+#include "protocol/transport/udp/dtls/udp_acceptor.h"
+#include "protocol/transport/udp/multicast/udp_group_listener.h"
+#include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_cookie.h"
+#include "protocol/transport/udp/udp_handshake.h"
+#include "protocol/transport/udp/udp_receive.h"
+#include "protocol/transport/udp/udp_session.h"
+#include "protocol/transport/udp/udp_states.h"
+
+namespace fire3dv::transport::udp {
+namespace {
+
+constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
+constexpr int64_t kTickNs = 10 * kMillisecondNs;
+constexpr size_t kMostPeerControlBytes = 4 << 20;
+
+struct Peer {
+  PeerId id = 0;
+  uint64_t nonce = 0;
+  Address address;
+  Session session;
+  std::vector<std::byte> accept;  // our answer in the open, should it be lost
+  FrameTracker frames;
+  uint64_t told_frame = 0;  // the newest whole frame that we told it of
+  int64_t came_at_ns = 0;
+  int64_t spoke_at_ns = 0;  // when a pose or a piece of a control message came
+  std::shared_ptr<PeerBudget> budget;
+  BudgetCharge pieces;  // of control messages that are not whole
+};
+
+class UdpListener final : public NetworkListener {
+ public:
+  UdpListener(const Uri& uri, const ListenerOptions& options, UniqueFd fd,
+              std::shared_ptr<const PreSharedKey> key)
+      : NetworkListener(uri_text(uri), options),
+        fd_(std::move(fd)),
+        key_(std::move(key)),
+        acceptor_(key_ ? std::make_unique<Acceptor>(key_, size_t{2} * options.max_peers, acceptor_events())
+                       : nullptr),
+        most_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
+  Result<void> start();
+  ~UdpListener() override { thread_.stop(); }
+
+  void send(PeerId peer, std::span<const std::byte> message) override;
+
+ private:
+  void run();
+  void turn(int64_t now_ns);
+  void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
+  void handle_sealed(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
+  // What a datagram of a peer's session was.
+  void take(uint64_t session, Peer& peer, Session::Heard heard, Type type, std::span<const std::byte> payload,
+            int64_t now_ns);
+  void reset(const Address& to, uint64_t session);
+
+  void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
+  // False: the record is not of that handshake's session.
+  bool sealed_hello(const Address& from, std::span<std::byte> datagram, const RecordDatagram& about,
+                    int64_t now_ns);
+  Acceptor::Events acceptor_events();
+  // Why a publisher cannot come in with this length of datagrams, or now.
+  std::optional<Refusal> refusal(const Address& from, size_t datagram_bytes, int64_t now_ns);
+  void refuse_key(const Address& from, uint64_t nonce, const char* what_it_has);
+  void refuse_version(const Address& from, uint64_t nonce, const std::string& spoken);
+  void make_room(int64_t now_ns);
+  void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
+  uint64_t session_at(const Address& from) const;  // 0: none
+  void welcome(uint64_t session, Peer&& newcomer, int64_t now_ns);
+  // A cause: the peer has to go, for `reason`.
+  std::optional<Cause> control(Peer& peer, Type type, std::span<const std::byte> payload, int64_t now_ns,
+                               std::string& reason);
+  std::optional<Cause> states(Peer& peer, std::string& reason);
+  void take_outgoing();
+  void emit_due(Peer& peer, int64_t now_ns);
+  void end(uint64_t session, const std::string& reason);
+  void send_to(const Address& to, std::span<const std::byte> datagram);
+
+  const UniqueFd fd_;
+  const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
+  const std::unique_ptr<Acceptor> acceptor_;       // null: unsealed; on the listener's thread alone
+  const size_t most_datagram_bytes_;
+
+  std::mutex outgoing_mutex_;
+  std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing_;
+
+  // On the listener's thread alone.
+  Cookies cookies_;
+  std::unordered_map<uint64_t, Peer> peers_;  // by session
+  std::unordered_map<Address, uint64_t, AddressHash> session_at_;
+  std::vector<uint64_t> touched_;  // sessions that may have something to send
+};
+
+Result<void> UdpListener::start() {
+  widen_receive_buffer(fd_.get());
+  return thread_.start(uri_, [this] { run(); });
+}
+
+void UdpListener::send(PeerId peer, std::span<const std::byte> message) {
+  if (message.size() > kMostPeerControlBytes) return counters_.reject(Cause::oversize);
+  counters_.messages_sent.add();
+  ControlSender::Prepared prepared = ControlSender::prepare(message);
+  {
+    const std::lock_guard lock(outgoing_mutex_);
+    outgoing_.emplace_back(peer, std::move(prepared));
+  }
+  thread_.wake();
+}
+
+// --- the listener's thread
+
+void UdpListener::run() {
+  int64_t next_turn = 0;
+  while (!thread_.stopping()) {
+    try {
+      const int64_t now = monotonic_ns();
+      if (thread_.wait(fd_.get(), POLLIN, std::clamp<int64_t>(next_turn - now, 0, kTickNs)) != 0)
+        receive_all(fd_.get(), counters_,
+                    [this](auto& from, auto datagram, int64_t at_ns) { handle(from, datagram, at_ns); });
+      take_outgoing();
+      const int64_t after = monotonic_ns();
+      if (after >= next_turn) {
+        turn(after);
+        next_turn = after + kTickNs;
+      }
+      for (const uint64_t session : touched_)
+        if (const auto peer = peers_.find(session); peer != peers_.end()) emit_due(peer->second, after);
+      touched_.clear();
+    } catch (const std::exception&) {  // no memory: what was being handled is dropped, the others go on
+      counters_.reject(Cause::no_memory);
+    }
+  }
+  for (auto& [session, peer] : peers_)
+    peer.session.emit_bare(Type::bye, [&, &to = peer.address](auto datagram) { send_to(to, datagram); });
+}
+
+void UdpListener::turn(int64_t now_ns) {
+  if (acceptor_) acceptor_->turn(now_ns);
+  std::vector<uint64_t> silent;
+  for (auto& [session, peer] : peers_) {
+    if (now_ns - peer.session.heard_at_ns() > kPeerTimeoutNs) {
+      silent.push_back(session);
+      continue;
+    }
+    emit_due(peer, now_ns);
+    if (peer.frames.newest_whole() == peer.told_frame) continue;
+    peer.told_frame = peer.frames.newest_whole();
+    peer.session.emit_number(Type::have, peer.told_frame,
+                             [&, &to = peer.address](auto datagram) { send_to(to, datagram); });
+  }
+  for (const uint64_t session : silent) {
+    counters_.reject(Cause::silent);
+    end(session, "nothing came from it for 10 seconds");
+  }
+}
+
+void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns) {
+  Header header;
+  if (!read_header(datagram, header)) return handle_sealed(from, datagram, now_ns);
+  if (header.type == Type::hello) return hello(from, header, datagram, now_ns);
+  if (header.version != kTransportVersion)
+    return reject(Cause::version, "datagrams of transport version " + std::to_string(header.version) +
+                                      " came; use the same version on both sides");
+  const auto found = peers_.find(header.session);
+  if (found == peers_.end() || found->second.session.sealed() || !(found->second.address == from)) {
+    counters_.reject(Cause::unknown_session);
+    // A reset is not answered, or two listeners could be made to answer each other for ever.
+    if (header.type == Type::reset || header.type == Type::bye || header.type == Type::pong) return;
+    return reset(from, header.session);
+  }
+  std::span<const std::byte> payload;
+  const auto heard = found->second.session.hear(header, datagram, now_ns, payload);
+  take(header.session, found->second, heard, header.type, payload, now_ns);
+}
+
+// Not longer than what came, so that it is of no use for flooding somebody else.
+void UdpListener::reset(const Address& to, uint64_t session) {
+  std::byte bytes[kHeaderBytes];
+  write_header(bytes, {kTransportVersion, Type::reset, session, 0});
+  send_to(to, bytes);
+}
+
+void UdpListener::handle_sealed(const Address& from, std::span<std::byte> datagram, int64_t now_ns) {
+  using Kind = RecordDatagram::Kind;
+  const RecordDatagram about = inspect_records(datagram);
+  const auto known = peers_.find(session_at(from));
+  Peer* const peer = known != peers_.end() && known->second.session.sealed() ? &known->second : nullptr;
+  if (about.kind == Kind::client_hello) {
+    if (!key_) return refuse_key(from, about.nonce, "it has a key, and this renderer was given none");
+    if (peer != nullptr && peer->nonce == about.nonce) return counters_.reject(Cause::replayed);
+    const auto outcome = acceptor_->client_hello(from, about, datagram, now_ns);
+    if (outcome == Acceptor::Outcome::busy) counters_.reject(Cause::full);
+    if (outcome == Acceptor::Outcome::malformed) counters_.reject(Cause::malformed);
+  } else if (about.kind == Kind::handshake && acceptor_ && acceptor_->has(from)) {
+    if (acceptor_->handshake(from, about, datagram) == Acceptor::Outcome::busy) counters_.reject(Cause::full);
+  } else if (about.kind == Kind::handshake) {
+    counters_.reject(peer != nullptr ? Cause::replayed : Cause::unknown_session);
+    if (peer != nullptr)
+      peer->session.repeat_handshake(datagram, [&](auto answer) { send_to(peer->address, answer); });
+  } else if (about.kind == Kind::data) {
+    // While a publisher starts anew, records of both sessions may come from its address.
+    if (acceptor_ && acceptor_->established(from) != nullptr && sealed_hello(from, datagram, about, now_ns))
+      return;
+    if (peer == nullptr) {
+      counters_.reject(Cause::unknown_session);
+      if (!acceptor_ || !acceptor_->has(from)) reset(from, about.record_number);
+      return;
+    }
+    Type type{};
+    std::span<const std::byte> payload;
+    const auto heard = peer->session.open(about, datagram, now_ns, type, payload);
+    take(known->first, *peer, heard, type, payload, now_ns);
+  } else {
+    reject(Cause::malformed, "datagrams came that are not FIRE-3DV's; they are dropped");
+  }
+}
+
+void UdpListener::take(uint64_t session, Peer& peer, Session::Heard heard, Type type,
+                       std::span<const std::byte> payload, int64_t now_ns) {
+  switch (heard) {
+    case Session::Heard::repeated:
+      return counters_.reject(Cause::replayed);
+    case Session::Heard::forged:
+      return reject(Cause::bad_key, "datagrams came that are not sealed with our key; they are dropped");
+    case Session::Heard::too_long:
+      return reject(Cause::oversize,
+                    "datagrams came that are longer than their publisher said; they are dropped");
+    case Session::Heard::payload:
+      break;
+  }
+  if (type == Type::hello && peer.session.sealed()) {  // our answer was lost
+    const Parameters parameters{.datagram_bytes = static_cast<uint16_t>(peer.session.datagram_bytes())};
+    return peer.session.emit_number(Type::accept, parameters_number(parameters),
+                                    [&](auto answer) { send_to(peer.address, answer); });
+  }
+  if (type == Type::pose) {
+    peer.spoke_at_ns = now_ns;
+    const auto arrival = take_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
+    if (arrival == PoseArrival::repeated)
+      peer.told_frame = 0;  // it may not have heard that we have the frame
+    return;
+  }
+  if (type == Type::bye) return end(session, "the publisher closed the link");
+  std::string reason;
+  if (const auto cause = control(peer, type, payload, now_ns, reason)) {
+    counters_.reject(*cause);
+    return end(session, reason);
+  }
+  touched_.push_back(session);
+}
+
+// --- who comes
+
+void UdpListener::refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more) {
+  send_to(to, write_answer(Type::refuse, nonce, refusal_number(refusal, more)));
+}
+
+void UdpListener::refuse_key(const Address& from, uint64_t nonce, const char* what_it_has) {
+  reject(Cause::bad_key,
+         std::string("a publisher was refused: ") + what_it_has + "; give both sides the same key file");
+  refuse(from, nonce, Refusal::bad_key);
+}
+
+void UdpListener::refuse_version(const Address& from, uint64_t nonce, const std::string& spoken) {
+  reject(Cause::version, "a publisher speaks " + spoken + ", this program speaks " +
+                             std::to_string(kTransportVersion) + "; use the same version on both sides");
+  refuse(from, nonce, Refusal::version_mismatch);
+}
+
+uint64_t UdpListener::session_at(const Address& from) const {
+  const auto found = session_at_.find(from);
+  return found != session_at_.end() ? found->second : 0;
+}
+
+std::optional<Refusal> UdpListener::refusal(const Address& from, size_t datagram_bytes, int64_t now_ns) {
+  if (datagram_bytes < kLeastDatagramBytes || datagram_bytes > most_datagram_bytes_) {
+    reject(Cause::oversize, "a publisher was refused: its datagrams have " + std::to_string(datagram_bytes) +
+                                " bytes, and at most " + std::to_string(most_datagram_bytes_) +
+                                " are taken here; choose ?mtu= accordingly on both sides");
+    return Refusal::datagram_bytes;
+  }
+  const bool starts_anew = session_at(from) != 0;
+  if (is_full(peers_.size()) && !starts_anew) make_room(now_ns);
+  if (is_full(peers_.size()) && !starts_anew) {
+    reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
+    return Refusal::full;
+  }
+  return {};
+}
+
+void UdpListener::hello(const Address& from, const Header& header, std::span<const std::byte> datagram,
+                        int64_t now_ns) {
+  if (datagram.size() < kHelloBytes)
+    return reject(Cause::malformed, "greetings came that are too short; they are dropped");
+  if (header.version != kTransportVersion)
+    return refuse_version(from, header.session, "transport version " + std::to_string(header.version));
+  const HelloFields fields = read_hello(datagram);
+  if (!cookies_.check(fields.cookie, from, header.session, now_ns))
+    return send_to(from,
+                   write_answer(Type::cookie, header.session, cookies_.make(from, header.session, now_ns)));
+  // From here on the address is known to be real.
+  if (key_) return refuse_key(from, header.session, "it has no key");
+  if (fields.mode != 0)
+    return refuse_key(from, header.session, "it has a key, and this renderer was given none");
+  if (const auto known = peers_.find(session_at(from));
+      known != peers_.end() && known->second.nonce == header.session)
+    return send_to(from, known->second.accept);  // our answer was lost
+  const size_t datagram_bytes = fields.datagram_bytes != 0 ? fields.datagram_bytes : kDatagramBytes;
+  if (const auto refused = refusal(from, datagram_bytes, now_ns))
+    return refuse(from, header.session, *refused,
+                  *refused == Refusal::datagram_bytes ? most_datagram_bytes_ : 0);
+  const uint64_t session = random_id();
+  welcome(session,
+          {0, header.session, from, Session(session, now_ns, nullptr, datagram_bytes),
+           write_accept(header.session, session, fields.datagram_bytes)},
+          now_ns);
+  send_to(from, peers_.at(session).accept);
+}
+
+// The first record of a handshake that is done: its parameters. Only now does the session become a peer and
+// end an earlier one of that address: what came before may be a recording, or come from somebody else.
+bool UdpListener::sealed_hello(const Address& from, std::span<std::byte> datagram,
+                               const RecordDatagram& about, int64_t now_ns) {
+  Dtls& dtls = *acceptor_->established(from);
+  const auto answer = [&](Type type, uint64_t number) { send_to(from, seal_number(dtls, type, number)); };
+  const auto asked = open_number(dtls, about, datagram);
+  if (!asked) return false;
+  if (asked->type != Type::hello) {
+    counters_.reject(Cause::malformed);
+    return true;
+  }
+  const Parameters parameters = read_parameters(asked->number);
+  if (parameters.version != kTransportVersion || parameters.mode != Parameters::kSealedMode) {
+    reject(Cause::version, "a publisher speaks transport version " + std::to_string(parameters.version) +
+                               ", this program speaks " + std::to_string(kTransportVersion) +
+                               "; use the same version on both sides");
+    answer(Type::refuse, refusal_number(Refusal::version_mismatch));
+    acceptor_->drop(from);
+    return true;
+  }
+  if (const auto refused = refusal(from, parameters.datagram_bytes, now_ns)) {
+    answer(Type::refuse,
+           refusal_number(*refused, *refused == Refusal::datagram_bytes ? most_datagram_bytes_ : 0));
+    acceptor_->drop(from);
+    return true;
+  }
+  Acceptor::Taken taken = acceptor_->take(from);
+  const uint64_t session = random_id();
+  welcome(
+      session,
+      {0, taken.nonce, from, Session(session, now_ns, std::move(taken.dtls), parameters.datagram_bytes), {}},
+      now_ns);
+  peers_.at(session).session.emit_number(Type::accept, parameters_number(parameters),
+                                         [&](auto bytes) { send_to(from, bytes); });
+  return true;
+}
+
+Acceptor::Events UdpListener::acceptor_events() {
+  return {.send = [this](const Address& to, auto datagram) { send_to(to, datagram); },
+          .failed =
+              [this](const Address& from, uint64_t nonce, std::optional<Refusal> refusal) {
+                if (refusal == Refusal::bad_key) return refuse_key(from, nonce, "it has another key");
+                if (refusal == Refusal::version_mismatch)
+                  return refuse_version(from, nonce, "another transport version");
+                reject(Cause::malformed, "a handshake failed; it is dropped");
+              },
+          .silent = [this] { counters_.reject(Cause::silent); }};
+}
+
+void UdpListener::make_room(int64_t now_ns) {
+  auto silent = peers_.end();
+  for (auto peer = peers_.begin(); peer != peers_.end(); ++peer) {
+    if (silent != peers_.end() && silent->second.spoke_at_ns <= peer->second.spoke_at_ns) continue;
+    if (may_lose_place(peer->second.id, peer->second.came_at_ns, peer->second.spoke_at_ns, now_ns))
+      silent = peer;
+  }
+  if (silent == peers_.end()) return;
+  counters_.reject(Cause::silent);
+  end(silent->first, kSilentGuest);
+}
+
+void UdpListener::welcome(uint64_t session, Peer&& newcomer, int64_t now_ns) {
+  if (const uint64_t earlier = session_at(newcomer.address); earlier != 0)
+    end(earlier, "the publisher started anew");
+  Peer& peer = peers_.emplace(session, std::move(newcomer)).first->second;
+  session_at_[peer.address] = session;
+  peer.came_at_ns = peer.spoke_at_ns = now_ns;
+  peer.id = ++last_id_;
+  counters_.peers.set(peers_.size());
+  peer.budget = connected(peer.id, peer.address.text());
+}
+
+std::optional<Cause> UdpListener::control(Peer& peer, Type type, std::span<const std::byte> payload,
+                                          int64_t now_ns, std::string& reason) {
+  // Not acknowledged, it comes again, when what waits has been polled.
+  if (type == Type::state && inbox_.is_full_of_states(peer.id)) return {};
+  const auto held_bytes = [&] {
+    return peer.session.receiver().held_bytes() + peer.session.state_receiver().held_bytes();
+  };
+  const size_t most = peer.budget->limit(Resource::received_bytes);
+  const auto outcome = peer.session.control(type, payload, most - std::min(held_bytes(), most), now_ns);
+  if (type == Type::fragment || type == Type::state) peer.spoke_at_ns = now_ns;
+  if (outcome == ControlReceiver::Outcome::kept) {
+    const Result<void> charged = charge_in_steps(peer.pieces, peer.budget, held_bytes());
+    if (charged) return {};
+    reason = charged.error().message;
+    return Cause::no_memory;
+  }
+  switch (outcome) {
+    case ControlReceiver::Outcome::complete: {
+      peer.pieces.release();  // the inbox charges the whole message
+      if (type == Type::state) return states(peer, reason);
+      const auto cause = inbox_.control(peer.id, peer.session.receiver().take());
+      if (cause) reason = refusal_text(peer.id, *cause);
+      return cause;
+    }
+    case ControlReceiver::Outcome::corrupt:
+      reason = "it sent a damaged control message";
+      return Cause::malformed;
+    case ControlReceiver::Outcome::ignored:
+      counters_.reject(Cause::malformed);
+      return {};
+    case ControlReceiver::Outcome::kept:
+      return {};
+  }
+  return {};
+}
+
+std::optional<Cause> UdpListener::states(Peer& peer, std::string& reason) {
+  auto messages = open_bundle(peer.session.state_receiver().take());
+  if (!messages) {
+    reason = "it sent a damaged bundle of scene edits";
+    return Cause::malformed;
+  }
+  for (auto& message : *messages) {
+    const auto cause = inbox_.state(peer.id, std::move(message));
+    if (!cause) continue;
+    reason = refusal_text(peer.id, *cause);
+    return cause;
+  }
+  return {};
+}
+
+void UdpListener::take_outgoing() {
+  std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing;
+  {
+    const std::lock_guard lock(outgoing_mutex_);
+    outgoing.swap(outgoing_);
+  }
+  for (auto& [id, message] : outgoing) {
+    const auto found = std::find_if(peers_.begin(), peers_.end(),
+                                    [id = id](const auto& entry) { return entry.second.id == id; });
+    if (found == peers_.end()) continue;
+    touched_.push_back(found->first);
+    if (!found->second.session.sender().push(std::move(message), kMostPeerControlBytes)) {
+      counters_.reject(Cause::unread);
+      end(found->first, "it does not acknowledge what is sent to it");
+    }
+  }
+}
+
+void UdpListener::emit_due(Peer& peer, int64_t now_ns) {
+  peer.session.emit_due(now_ns,
+                        [&](std::span<const std::byte> datagram) { send_to(peer.address, datagram); });
+}
+
+void UdpListener::end(uint64_t session, const std::string& reason) {
+  const auto found = peers_.find(session);
+  if (found == peers_.end()) return;
+  Peer& peer = found->second;
+  peer.session.emit_bare(Type::bye, [&](auto datagram) { send_to(peer.address, datagram); });
+  inbox_.disconnected(peer.id, reason);
+  if (const auto at = session_at_.find(peer.address); at != session_at_.end() && at->second == session)
+    session_at_.erase(at);
+  peers_.erase(found);
+  counters_.peers.set(peers_.size());
+}
+
+void UdpListener::send_to(const Address& to, std::span<const std::byte> datagram) {
+  // What does not go out now is repeated like what is lost on the way.
+  const ssize_t sent =
+      ::sendto(fd_.get(), datagram.data(), datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL, to.get(), to.length);
+  if (sent > 0) counters_.bytes_sent.add(static_cast<uint64_t>(sent));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options) {
+  if (const auto group = group_of(uri)) return make_group_listener(uri, *group, options);
+  if (auto sound = refuse_group_options(uri); !sound) return sound.error();
+  std::shared_ptr<const PreSharedKey> key;
+  if (!options.key_file.empty()) {
+    auto read = PreSharedKey::from_file(options.key_file);
+    if (!read) return Error{uri_text(uri) + ": " + read.error().message};
+    key = *read;
+  }
+  auto bound = bind_listener(uri, SOCK_DGRAM, options.insecure || key != nullptr);
+  if (!bound) return bound.error();
+  Uri chosen = uri;
+  chosen.port = bound->address.port();
+  auto listener = std::make_unique<UdpListener>(chosen, options, std::move(bound->fd), std::move(key));
+  if (auto started = listener->start(); !started) return started.error();
+  return std::unique_ptr<ListenerLink>(std::move(listener));
+}
+
+}  // namespace fire3dv::transport::udp

@@ -1,0 +1,547 @@
+#include "protocol/transport/udp/udp_publisher.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "protocol/base/clock.h"
+#include "protocol/base/random.h"
+#include "protocol/transport/core/network_publisher.h"
+#include "protocol/transport/udp/dtls/udp_dtls.h"
+#include "protocol/transport/udp/multicast/udp_group_publisher.h"
+#include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_handshake.h"
+#include "protocol/transport/udp/udp_pose_sender.h"
+#include "protocol/transport/udp/udp_states.h"
+
+namespace fire3dv::transport::udp {
+namespace {
+
+constexpr int64_t kFirstHelloAfterNs = 10 * kMillisecondNs;
+constexpr int64_t kLongestHelloAfterNs = kSecondNs;
+constexpr int64_t kTryAnAddressForNs = 3 * kSecondNs;
+constexpr int64_t kKeepaliveNs = kSecondNs;
+constexpr int64_t kLostAfterNs = 3500 * kMillisecondNs;
+// Resets and ICMP errors are not authenticated. A sealed session sends pings after one, and ends only when no
+// sealed datagram comes for this long.
+constexpr int64_t kDoubtNs = kSecondNs;
+constexpr int64_t kDoubtPingNs = 200 * kMillisecondNs;
+constexpr int64_t kTickNs = 10 * kMillisecondNs;
+constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
+constexpr size_t kMostWaitingBytes = 16 << 20;
+constexpr size_t kMostReplyBytes = 4 << 20;
+
+// The simulator's thread sends pose datagrams itself; a thread of the link greets, repeats and receives.
+// Every send is non-blocking, so that the lock is never held across a wait.
+class UdpPublisher final : public NetworkPublisher {
+ public:
+  UdpPublisher(const Uri& uri, std::shared_ptr<const PreSharedKey> key)
+      : NetworkPublisher(uri),
+        key_(std::move(key)),
+        datagram_bytes_(uri.mtu != 0 ? uri.mtu : kDatagramBytes),
+        poses_(datagram_bytes_) {}
+  ~UdpPublisher() override { thread_.stop(); }
+
+  size_t max_pose_message_bytes() const override { return pose_bytes_of(datagram_bytes_); }
+  Result<void> set_description(std::span<const std::byte> message) override;
+  Result<void> put_state(uint64_t key, SharedBytes message) override;
+  bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
+  bool publish_partial(const wire::MessagePieces& partial,
+                       std::span<const wire::MessagePieces> whole) noexcept override;
+  void send_control(std::span<const std::byte> message) noexcept override;
+  LinkStats stats() const override;
+
+ private:
+  // The link's thread.
+  bool visit(const Address& address) override;
+  std::unique_ptr<Session> greet(int fd);
+  std::unique_ptr<Session> greet_sealed(int fd);
+  // `refused`: the greeting is over.
+  std::unique_ptr<Session> hear_sealed(std::unique_ptr<Dtls>& dtls, std::span<std::byte> datagram,
+                                       bool& refused);
+  bool wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer, std::span<std::byte>& datagram);
+  void explain(uint64_t answer, uint8_t version);
+  void serve(int fd, std::unique_ptr<Session> session);
+  // The next thing to do, after all that is due has been done. False: the session is over.
+  bool tick(int fd, int64_t now_ns, int64_t& next_ns);
+  void receive(int fd);
+  void doubt(int64_t now_ns);
+  void handle(std::span<std::byte> datagram);
+  void handle_sealed(std::span<std::byte> datagram);
+  // What opened a datagram, or why it is dropped.
+  void take(Session::Heard heard, Type type, std::span<const std::byte> payload, int64_t now_ns);
+
+  // With the lock held.
+  bool queue_description();
+  void check_described();
+  void emit(int fd, int64_t now_ns);
+  template <typename Send>
+  bool publish_by(Send send) noexcept;
+  void count(const PoseSender::Drops& drops) {
+    counters_.poses_dropped.add(drops.messages);
+    counters_.frames_dropped.add(drops.frames);
+  }
+  size_t most_waiting_bytes() const {
+    return kMostWaitingBytes + (description_.bytes ? description_.bytes->size() : 0);
+  }
+
+  const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
+  const size_t datagram_bytes_;
+
+  // Guarded by mutex_.
+  int64_t next_ping_ns_ = 0;
+  int fd_ = -1;
+  std::unique_ptr<Session> session_;
+  bool described_ = false;  // the listener has the newest description: poses may follow
+  uint32_t description_number_ = 0;
+  bool lost_ = false;          // the session is to be given up
+  int64_t doubted_at_ns_ = 0;  // somebody said that the session is unknown; 0: nobody did
+  PoseSender poses_;
+  ControlSender::Prepared description_;  // bytes null: none yet
+  KeyedStates states_;                   // as records
+  StateSender state_sender_;
+};
+
+// --- the simulator's thread
+
+bool UdpPublisher::queue_description() {
+  described_ = description_.bytes == nullptr;
+  if (described_) return true;
+  const auto number = session_->sender().push(description_, most_waiting_bytes());
+  description_number_ = number.value_or(0);
+  return number.has_value();
+}
+
+Result<void> UdpPublisher::set_description(std::span<const std::byte> message) {
+  if (message.size() > kMaxControlBytes)
+    return Error{uri_text(uri_) +
+                 ": the description is larger than 64 MiB; use tcp:// or describe fewer nodes"};
+  if (is_inherited()) return inherited_error();
+  ControlSender::Prepared prepared = ControlSender::prepare(message);
+  const std::lock_guard lock(mutex_);
+  std::swap(description_, prepared);  // what was there is released after the lock
+  count(poses_.start_description());  // they belong to the description before
+  states_ = states_.emptied();
+  state_sender_.forget(states_);
+  described_ = false;
+  // When too much waits, a new session carries the newest description alone.
+  if (session_ && !queue_description()) lost_ = true;
+  thread_.wake();
+  return {};
+}
+
+Result<void> UdpPublisher::put_state(uint64_t key, SharedBytes message) {
+  if (message->size() > kMaxStateBytes)
+    return Error{uri_text(uri_) + ": a scene edit is larger than 64 MiB; name a file or use tcp://"};
+  if (message->size() < kLeastStateBytes)
+    return Error{uri_text(uri_) + ": a scene edit of " + std::to_string(message->size()) +
+                 " bytes is not a message; pass the whole encoded edit"};
+  if (is_inherited()) return inherited_error();
+  KeyedState record = make_record(*message);
+  const std::lock_guard lock(mutex_);
+  states_.put(key, std::move(record.message), record.hash);
+  thread_.wake();
+  return {};
+}
+
+bool UdpPublisher::publish(const wire::MessagePieces& message, bool last_part) noexcept {
+  return publish_by([&](Session* ready, PoseSender::Drops& drops) {
+    return poses_.publish(fd_, ready, message, last_part, monotonic_ns(), drops);
+  });
+}
+
+bool UdpPublisher::publish_partial(const wire::MessagePieces& partial,
+                                   std::span<const wire::MessagePieces> whole) noexcept {
+  return publish_by([&](Session* ready, PoseSender::Drops& drops) {
+    return poses_.publish_partial(fd_, ready, partial, whole, monotonic_ns(), drops);
+  });
+}
+
+template <typename Send>
+bool UdpPublisher::publish_by(Send send) noexcept {
+  counters_.messages_sent.add();
+  // A child would seal other bytes with the keys and record numbers that its parent uses.
+  if (is_inherited()) {
+    count({1, 1});
+    return false;
+  }
+  try {
+    const std::lock_guard lock(mutex_);
+    PoseSender::Drops drops;
+    Session* ready = session_ && described_ ? session_.get() : nullptr;
+    const auto outcome = send(ready, drops);
+    count(drops);
+    if (outcome == PoseSender::Outcome::refused) {
+      doubt(monotonic_ns());
+      thread_.wake();
+    }
+    return outcome != PoseSender::Outcome::dropped;
+  } catch (const std::exception&) {  // no memory to keep the frame
+    count({1, 1});
+    return false;
+  }
+}
+
+void UdpPublisher::send_control(std::span<const std::byte> message) noexcept {
+  if (is_inherited()) return;
+  try {
+    ControlSender::Prepared prepared = ControlSender::prepare(message);
+    const std::lock_guard lock(mutex_);
+    if (!session_) return;
+    if (!session_->sender().push(std::move(prepared), most_waiting_bytes())) {
+      counters_.reject(Cause::unread);
+      lost_ = true;  // a control message is not dropped while the rest goes on
+    }
+    thread_.wake();
+  } catch (const std::exception&) {
+    counters_.reject(Cause::no_memory);
+  }
+}
+
+LinkStats UdpPublisher::stats() const {
+  LinkStats stats = counters_.snapshot();
+  if (is_inherited()) return stats;
+  const std::lock_guard lock(mutex_);
+  stats.bytes_sent += poses_.bytes_sent();
+  stats.peers = session_ ? 1 : 0;
+  return stats;
+}
+
+// --- the link's thread
+
+bool UdpPublisher::visit(const Address& address) {
+  const UniqueFd fd(::socket(address.family(), SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!fd) return false;
+  const int buffer = 4 << 20;
+  ::setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+  ::setsockopt(fd.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
+  if (::connect(fd.get(), address.get(), address.length) != 0) return false;
+  auto session = key_ ? greet_sealed(fd.get()) : greet(fd.get());
+  if (!session) return false;
+  set_problem({});
+  serve(fd.get(), std::move(session));
+  return true;
+}
+
+// False: nobody listens at the address. An empty datagram: the time is over.
+bool UdpPublisher::wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer,
+                                   std::span<std::byte>& datagram) {
+  datagram = {};
+  if (!thread_.wait_for(fd, POLLIN | POLLERR, until_ns)) return true;
+  const ssize_t got = ::recv(fd, buffer.data(), buffer.size(), 0);
+  if (got < 0) return errno != ECONNREFUSED;
+  datagram = buffer.first(static_cast<size_t>(got));
+  return true;
+}
+
+std::unique_ptr<Session> UdpPublisher::greet(int fd) {
+  const uint64_t nonce = random_id();
+  uint64_t cookie = 0;
+  int64_t wait_ns = kFirstHelloAfterNs;
+  const int64_t until = monotonic_ns() + kTryAnAddressForNs;
+  std::byte buffer[kMaxDatagramBytes + 1];
+  while (!thread_.stopping() && monotonic_ns() < until) {
+    const Hello hello = write_hello(nonce, cookie, uri_.mtu);
+    if (::send(fd, hello.data(), hello.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED) return nullptr;
+    const int64_t repeat_at = monotonic_ns() + wait_ns;
+    wait_ns = std::min(wait_ns * 2, kLongestHelloAfterNs);
+    bool answered = false;
+    while (!answered && !thread_.stopping() && monotonic_ns() < repeat_at) {
+      std::span<std::byte> datagram;
+      if (!wait_for_answer(fd, repeat_at, buffer, datagram)) return nullptr;
+      Header header;
+      if (!read_header(datagram, header) || header.session != nonce) continue;
+      const auto number = read_number(datagram.subspan(kHeaderBytes));
+      if (header.type == Type::refuse || header.version != kTransportVersion) {
+        explain(number.value_or(0), header.version);
+        return nullptr;
+      }
+      if (header.type == Type::cookie && cookie == 0 && number) {
+        cookie = *number;
+        wait_ns = kFirstHelloAfterNs;
+        answered = true;
+      }
+      if (header.type != Type::accept || cookie == 0) continue;
+      const auto accept = read_accept(datagram, uri_.mtu);
+      if (!accept) continue;
+      if (!accept->knows_datagram_bytes) {
+        explain(refusal_number(Refusal::datagram_bytes, kDatagramBytes), header.version);
+        return nullptr;
+      }
+      return std::make_unique<Session>(accept->session, monotonic_ns(), nullptr, datagram_bytes_,
+                                       kMostReplyBytes);
+    }
+  }
+  return nullptr;
+}
+
+// DTLS repeats its own flights; behind them the sealed hello is repeated until it is answered.
+std::unique_ptr<Session> UdpPublisher::greet_sealed(int fd) {
+  std::unique_ptr<Dtls> dtls = key_->connect();
+  if (!dtls || dtls->handshake({}) == Dtls::Progress::failed) {
+    counters_.reject(Cause::no_memory);
+    return nullptr;
+  }
+  int64_t hello_at = 0, wait_ns = kFirstHelloAfterNs;
+  const int64_t until = monotonic_ns() + kTryAnAddressForNs;
+  std::byte buffer[kMaxDatagramBytes + 1];
+  for (int64_t now = monotonic_ns(); !thread_.stopping() && now < until; now = monotonic_ns()) {
+    if (dtls->repeat_flight() == Dtls::Progress::failed) return nullptr;
+    auto datagrams = dtls->take_outgoing();
+    if (dtls->established() && now >= hello_at) {
+      const Parameters parameters{.datagram_bytes = static_cast<uint16_t>(datagram_bytes_)};
+      datagrams.push_back(seal_number(*dtls, Type::hello, parameters_number(parameters)));
+      hello_at = now + wait_ns;
+      wait_ns = std::min(wait_ns * 2, kLongestHelloAfterNs);
+    }
+    for (const auto& datagram : datagrams)
+      if (::send(fd, datagram.data(), datagram.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED)
+        return nullptr;
+    const int64_t next = dtls->established() ? hello_at : now + dtls->timeout_ns();
+    std::span<std::byte> datagram;
+    if (!wait_for_answer(fd, std::min(next, until), buffer, datagram)) return nullptr;
+    bool refused = false;
+    if (auto session = hear_sealed(dtls, datagram, refused)) return session;
+    if (refused) return nullptr;
+  }
+  return nullptr;
+}
+
+std::unique_ptr<Session> UdpPublisher::hear_sealed(std::unique_ptr<Dtls>& dtls, std::span<std::byte> datagram,
+                                                   bool& refused) {
+  // A refusal in the open is heard only before there is a seal, and only from somebody who saw our greeting.
+  Header header;
+  if (read_header(datagram, header)) {
+    if (header.type != Type::refuse || dtls->established() || header.session != dtls->nonce()) return nullptr;
+    explain(read_number(datagram.subspan(kHeaderBytes)).value_or(0), header.version);
+    refused = true;
+    return nullptr;
+  }
+  const RecordDatagram about = inspect_records(datagram);
+  if (about.kind == RecordDatagram::Kind::handshake && !dtls->established()) {
+    if (dtls->handshake(datagram) != Dtls::Progress::failed) return nullptr;
+    counters_.reject(Cause::malformed);
+    refused = true;
+    return nullptr;
+  }
+  if (about.kind != RecordDatagram::Kind::data) return nullptr;
+  const auto answer = open_number(*dtls, about, datagram);
+  if (!answer) {
+    counters_.reject(Cause::bad_key);
+  } else if (answer->type == Type::refuse) {
+    explain(answer->number, kTransportVersion);
+    refused = true;
+  } else if (answer->type == Type::accept) {
+    if (read_parameters(answer->number) ==
+        Parameters{.datagram_bytes = static_cast<uint16_t>(datagram_bytes_)})
+      return std::make_unique<Session>(dtls->nonce(), monotonic_ns(), std::move(dtls), datagram_bytes_,
+                                       kMostReplyBytes);
+    explain(refusal_number(Refusal::datagram_bytes, read_parameters(answer->number).datagram_bytes),
+            kTransportVersion);
+    refused = true;
+  }
+  return nullptr;
+}
+
+void UdpPublisher::explain(uint64_t answer, uint8_t version) {
+  const std::string who = uri_text(uri_) + ": the renderer ";
+  switch (static_cast<Refusal>(answer & 0xffff)) {
+    case Refusal::version_mismatch:
+      counters_.reject(Cause::version);
+      return set_problem(who + "speaks transport version " + std::to_string(version) + ", this program " +
+                         std::to_string(kTransportVersion) + "; use the same version on both sides");
+    case Refusal::bad_key:
+      counters_.reject(Cause::bad_key);
+      return set_problem(who + (key_ ? "has another key or none; give both sides the same key file"
+                                     : "asks for a key; give both sides the same key file"));
+    case Refusal::full:
+      counters_.reject(Cause::full);
+      return set_problem(who + "has as many publishers as it allows");
+    case Refusal::datagram_bytes:
+      counters_.reject(Cause::oversize);
+      return set_problem(who + "takes datagrams of at most " + std::to_string(answer >> 16 & 0xffff) +
+                         " bytes; choose ?mtu= accordingly on both sides");
+  }
+  counters_.reject(Cause::version);
+  set_problem(who + "refuses, and gives a reason that this version does not know");
+}
+
+void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
+  // However this ends, nobody may use the descriptor after it.
+  struct Leave {
+    UdpPublisher& self;
+    ~Leave() {
+      const std::lock_guard lock(self.mutex_);
+      self.fd_ = -1;
+      self.session_.reset();
+      self.described_ = false;
+    }
+  } leave{*this};
+  {
+    const std::lock_guard lock(mutex_);
+    session_ = std::move(session);
+    fd_ = fd;
+    lost_ = false;
+    doubted_at_ns_ = 0;
+    poses_.start_session();
+    state_sender_.start_session();
+    queue_description();
+    next_ping_ns_ = monotonic_ns() + kKeepaliveNs;
+  }
+  while (!thread_.stopping()) {
+    const int64_t now = monotonic_ns();
+    int64_t next = now;
+    if (!tick(fd, now, next)) return;
+    if (thread_.wait(fd, POLLIN, next - now) != 0) receive(fd);
+  }
+  // Leaving in order: what still waits goes out once, then the farewell.
+  const std::lock_guard lock(mutex_);
+  emit(fd, monotonic_ns());
+  session_->emit_bare(Type::bye, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
+}
+
+bool UdpPublisher::tick(int fd, int64_t now_ns, int64_t& next_ns) {
+  const std::lock_guard lock(mutex_);
+  const bool doubted = doubted_at_ns_ != 0 && now_ns - doubted_at_ns_ > kDoubtNs;
+  if (lost_ || doubted || session_->broken() || now_ns - session_->heard_at_ns() > kLostAfterNs) return false;
+  check_described();
+  emit(fd, now_ns);
+  if (now_ns >= next_ping_ns_) {
+    session_->emit_bare(Type::ping, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
+    next_ping_ns_ = now_ns + (doubted_at_ns_ != 0 ? kDoubtPingNs : kKeepaliveNs);
+  }
+  const bool idle = session_->sender().idle() && session_->state_sender().idle();
+  next_ns = now_ns + (idle ? kIdleTickNs : kTickNs);
+  if (const auto due = described_ ? poses_.due_at_ns() : std::nullopt)
+    next_ns = std::clamp(*due, now_ns + kMillisecondNs, next_ns);
+  return true;
+}
+
+void UdpPublisher::check_described() {
+  described_ = described_ || session_->sender().last_acknowledged() >= description_number_;
+}
+
+void UdpPublisher::emit(int fd, int64_t now_ns) {
+  if (described_) state_sender_.feed(session_->state_sender(), states_);
+  session_->emit_due(now_ns, [&](std::span<const std::byte> datagram) {
+    // A datagram that does not go out now is repeated like a lost one.
+    if (::send(fd, datagram.data(), datagram.size(), MSG_NOSIGNAL) >= 0)
+      counters_.bytes_sent.add(datagram.size());
+  });
+  if (described_) poses_.emit_due(fd, *session_, now_ns);
+}
+
+void UdpPublisher::receive(int fd) {
+  for (int i = 0; i < 64; ++i) {
+    std::byte buffer[kMaxDatagramBytes + 1];
+    const ssize_t got = ::recv(fd, buffer, sizeof buffer, 0);
+    const std::lock_guard lock(mutex_);
+    if (got < 0) {
+      if (errno == ECONNREFUSED) doubt(monotonic_ns());
+      return;
+    }
+    counters_.bytes_received.add(static_cast<uint64_t>(got));
+    handle({buffer, static_cast<size_t>(got)});
+    if (lost_) return;
+  }
+}
+
+// An unauthenticated message says that the session is over. With the lock held.
+void UdpPublisher::doubt(int64_t now_ns) {
+  if (!session_->sealed()) {
+    lost_ = true;
+  } else if (doubted_at_ns_ == 0) {
+    doubted_at_ns_ = now_ns;
+    next_ping_ns_ = now_ns;
+  }
+}
+
+void UdpPublisher::handle(std::span<std::byte> datagram) {
+  Header header;
+  if (!read_header(datagram, header)) {
+    if (session_->sealed()) return handle_sealed(datagram);
+    return counters_.reject(Cause::malformed);
+  }
+  if (header.version != kTransportVersion) return counters_.reject(Cause::version);
+  const int64_t now = monotonic_ns();
+  // Of a sealed session a listener that does not know it has read no id.
+  if (header.type == Type::reset && (session_->sealed() || header.session == session_->id()))
+    return doubt(now);
+  if (session_->sealed() || header.session != session_->id()) return counters_.reject(Cause::unknown_session);
+  std::span<const std::byte> payload;
+  const auto heard = session_->hear(header, datagram, now, payload);
+  take(heard, header.type, payload, now);
+}
+
+void UdpPublisher::handle_sealed(std::span<std::byte> datagram) {
+  const RecordDatagram about = inspect_records(datagram);
+  // The listener's last flight, once more.
+  if (about.kind == RecordDatagram::Kind::handshake) return counters_.reject(Cause::replayed);
+  if (about.kind != RecordDatagram::Kind::data) return counters_.reject(Cause::malformed);
+  const int64_t now = monotonic_ns();
+  Type type{};
+  std::span<const std::byte> payload;
+  const auto heard = session_->open(about, datagram, now, type, payload);
+  if (heard == Session::Heard::payload && type == Type::accept) return;  // so is this
+  take(heard, type, payload, now);
+}
+
+void UdpPublisher::take(Session::Heard heard, Type type, std::span<const std::byte> payload, int64_t now_ns) {
+  switch (heard) {
+    case Session::Heard::repeated:
+      return counters_.reject(Cause::replayed);
+    case Session::Heard::forged:
+      return counters_.reject(Cause::bad_key);
+    case Session::Heard::too_long:
+      return counters_.reject(Cause::oversize);
+    case Session::Heard::payload:
+      break;
+  }
+  doubted_at_ns_ = 0;
+  if (type == Type::bye) {
+    lost_ = true;
+    return;
+  }
+  if (type == Type::have) {
+    if (const auto frame = read_number(payload)) poses_.acknowledge(*frame);
+    return;
+  }
+  switch (session_->control(type, payload, kMostReplyBytes, now_ns)) {
+    case ControlReceiver::Outcome::complete:
+      if (type == Type::fragment)
+        queue_reply(session_->receiver().take());
+      else
+        session_->state_receiver().take();  // listeners have no states to tell
+      break;
+    case ControlReceiver::Outcome::corrupt:
+      lost_ = true;
+      [[fallthrough]];
+    case ControlReceiver::Outcome::ignored:
+      counters_.reject(Cause::malformed);
+      break;
+    case ControlReceiver::Outcome::kept:
+      break;
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri, const PublisherOptions& options) {
+  if (const auto group = group_of(uri)) return make_group_publisher(uri, *group, options);
+  if (auto sound = refuse_group_options(uri); !sound) return sound.error();
+  std::shared_ptr<const PreSharedKey> key;
+  if (!options.key_file.empty()) {
+    auto read = PreSharedKey::from_file(options.key_file);
+    if (!read) return Error{uri_text(uri) + ": " + read.error().message};
+    key = *read;
+  }
+  auto publisher = std::make_unique<UdpPublisher>(uri, std::move(key));
+  if (auto started = publisher->start(); !started) return started.error();
+  return std::unique_ptr<PublisherLink>(std::move(publisher));
+}
+
+}  // namespace fire3dv::transport::udp

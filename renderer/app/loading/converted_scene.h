@@ -1,0 +1,50 @@
+// Conversion of robot and scene description files (AMBF, URDF, MJCF) to glTF, with a cache of the results.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+#include "renderer/scene/cache/scene_cache.h"
+
+namespace fire3dv::app {
+
+struct ConvertOptions {
+  std::string models;      // AMBF's -l, or "all"; empty: AMBF's default
+  std::string name_space;  // AMBF's --ns
+  std::vector<std::filesystem::path> package_folders;
+};
+
+// By file extension: .yaml, .yml, .urdf, .xml or .xacro.
+bool is_description(const std::filesystem::path& file);
+
+class ConvertedScene {
+ public:
+  // Converts the description, or opens a valid cache entry. should_stop: see run_converter.h.
+  static Result<ConvertedScene> open(const std::filesystem::path& description, const ConvertOptions& options,
+                                     const scene::SceneCacheSettings& cache,
+                                     const std::function<bool()>& should_stop);
+  ConvertedScene(ConvertedScene&& other) noexcept;
+  ConvertedScene& operator=(const ConvertedScene&) = delete;
+  ~ConvertedScene();
+
+  // The binary glTF file, readable for the lifetime of this object.
+  const std::filesystem::path& file() const { return file_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  bool is_cached() const { return was_kept_; }
+  bool is_on_disk() const { return memory_ < 0; }
+
+ private:
+  ConvertedScene() = default;
+  Result<void> convert_into_memory(std::vector<std::string> words, const std::filesystem::path& description,
+                                   const std::function<bool()>& should_stop);
+
+  std::filesystem::path file_;
+  std::vector<std::string> warnings_;
+  bool was_kept_ = false;
+  int memory_ = -1;  // without a cache: memory file descriptor of the converted scene
+};
+
+}  // namespace fire3dv::app

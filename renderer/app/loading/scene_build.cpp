@@ -1,0 +1,355 @@
+#include "renderer/app/loading/scene_build.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <new>
+#include <set>
+
+#include "renderer/passes/resources/gpu_bytes.h"
+#include "renderer/scene/edits/deformed_vertices.h"
+#include "renderer/scene/edits/merge_scenes.h"
+#include "renderer/scene/edits/replaced_vertices.h"
+#include "renderer/scene/model/bounds.h"
+#include "renderer/scene/model/math.h"
+#include "renderer/state/bindings.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr uint64_t kMaxAddedBytes = uint64_t{4} << 30;  // in memory, of all assets together
+constexpr uint64_t kMaxPathBytes = uint64_t{1} << 30;   // of all nodes, as the file loader has it
+
+bool has_asset(const state::WantedNode& node) {
+  return !node.what->asset_uri.empty() || !node.what->asset_glb.empty();
+}
+
+std::string asset_key(const state::WantedNode& node) {
+  if (!node.what->asset_uri.empty()) return "uri " + node.what->asset_uri;
+  return "edit " + std::to_string(node.age) + " " + std::to_string(node.version);
+}
+
+int64_t monotonic_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+}  // namespace
+
+// One build.
+struct SceneBuild::Merge {
+  explicit Merge(const state::NodeNames& base) : names(base) {}
+  std::unique_ptr<scene::LoadedScene> to;
+  PendingNames names;
+  std::map<std::string, std::string> failures;  // of assets that cannot be loaded: why
+  std::set<std::string> missing;                // assets that are not loaded yet
+  uint64_t added_bytes = 0, path_bytes = 0;
+  std::vector<size_t> ready;            // nodes whose parent has been added
+  std::vector<state::WantedNode> kept;  // nodes that are added, or will be in a later turn
+};
+
+SceneBuild::SceneBuild(const scene::LoadedScene& base, AssetSettings settings)
+    : base_(base), settings_([&] {
+        if (!settings.now_ns) settings.now_ns = monotonic_ns;
+        return std::move(settings);
+      }()) {}
+
+void SceneBuild::begin(Request request) {
+  finished_ = false;
+  thread_ = std::jthread([this, request = std::move(request)](const std::stop_token& stop) {
+    std::string fault;
+    try {
+      built_ = build(request, stop);
+    } catch (const std::bad_alloc&) {
+      fault = "the scene with it does not fit into memory";
+    } catch (const std::exception& error) {
+      fault = std::string("the scene with it cannot be made: ") + error.what();
+    }
+    if (!fault.empty()) {
+      built_ = {};
+      built_.fault = fault;
+      built_.added = request.nodes;
+      for (const VertexNode& node : request.vertex_nodes) built_.vertex_nodes.push_back(node.name);
+    }
+    finished_ = true;
+  });
+}
+
+std::optional<SceneBuild::Built> SceneBuild::take() {
+  if (idle() || !finished_) return std::nullopt;
+  thread_.join();
+  thread_ = {};
+  return std::exchange(built_, {});
+}
+
+void SceneBuild::retain_only(std::span<const state::WantedNode> nodes) {
+  std::set<NodeKey> keys;
+  std::set<std::string> assets;
+  std::set<UseKey> uses;
+  for (const state::WantedNode& node : nodes) {
+    keys.emplace(node.age, node.version);
+    if (!has_asset(node)) continue;
+    const std::string key = asset_key(node);
+    assets.insert(key);
+    uses.emplace(key, node.budget.get());
+  }
+  std::erase_if(node_charges_, [&](const auto& entry) { return !keys.contains(entry.first); });
+  std::erase_if(assets_, [&](const auto& entry) { return !assets.contains(entry.first); });
+  std::erase_if(uses_, [&](const auto& entry) { return !uses.contains(entry.first); });
+}
+
+SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop) {
+  Built built;
+  for (const VertexNode& node : request.vertex_nodes) built.vertex_nodes.push_back(node.name);
+  retain_only(request.nodes);
+  if (!base_names_) {
+    base_names_.emplace(base_.scene);
+    for (const scene::Node& node : base_.scene.nodes) base_path_bytes_ += node.path.size();
+  }
+  if (request.nodes.empty() && request.vertex_nodes.empty()) {
+    vertex_charges_.clear();
+    return built;
+  }
+  Merge merge(*base_names_);
+  load_assets(request, stop, merge, built);
+  if (stop.stop_requested()) return built;
+  const int64_t begun = settings_.now_ns();
+  merge.to = std::make_unique<scene::LoadedScene>(base_);
+  merge.path_bytes = base_path_bytes_;
+  merge_nodes(request, merge, built);
+  give_own_vertices(request, merge, built);
+  scene::find_world_bounds(merge.to->scene);
+  built.scene = std::move(merge.to);
+  built.assets_wait = !merge.missing.empty();
+  built.parent_lookups = merge.names.lookups();
+  // Of what was refused nothing stays charged.
+  retain_only(merge.kept);
+  built.merge_ns = settings_.now_ns() - begun;
+  return built;
+}
+
+// One turn: assets of one peer, until its time is over or another peer is due. So a peer waits for one turn,
+// or for one asset of another peer, if that takes longer.
+void SceneBuild::load_assets(const Request& request, const std::stop_token& stop, Merge& merge,
+                             Built& built) {
+  std::vector<const state::WantedNode*> open;  // one for each missing asset
+  for (const state::WantedNode& node : request.nodes) {
+    if (!has_asset(node)) continue;
+    const std::string key = asset_key(node);
+    if (!assets_.contains(key) && merge.missing.insert(key).second) open.push_back(&node);
+  }
+  std::optional<BuildTurns::Peer> served;
+  for (int64_t spent_ns = 0; !open.empty() && spent_ns < request.turn_ns && !stop.stop_requested();) {
+    std::vector<BuildTurns::Peer> waiting;
+    for (const state::WantedNode* node : open) {
+      if (std::find(waiting.begin(), waiting.end(), node->budget.get()) == waiting.end())
+        waiting.push_back(node->budget.get());
+    }
+    const BuildTurns::Peer peer = turns_.next(waiting);
+    if (served && peer != *served) return;
+    served = peer;
+    const auto next =
+        std::find_if(open.begin(), open.end(), [&](const auto* node) { return node->budget.get() == peer; });
+    const state::WantedNode& node = **next;
+    open.erase(next);
+    const std::string key = asset_key(node);
+    const int64_t begun = settings_.now_ns();
+    Result<BudgetCharge> charge = BudgetCharge::take(node.budget, Resource::asset_bytes, 0);
+    FIRE3DV_ASSERT(charge.ok());
+    auto asset = load(node, stop, *charge);
+    merge.missing.erase(key);
+    if (asset) {
+      assets_[key] = *asset;
+      uses_[{key, peer}] = std::move(*charge);
+    } else {
+      merge.failures[key] = asset.error().message;
+    }
+    const int64_t load_ns = settings_.now_ns() - begun;
+    spent_ns += load_ns;
+    turns_.add_ns(peer, load_ns);
+    built.load_ns[peer] += load_ns;
+    if (node.budget) node.budget->add_build_ns(load_ns);
+  }
+}
+
+Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::WantedNode& node,
+                                                                  const std::stop_token& stop,
+                                                                  BudgetCharge& charge) const {
+  scene::LoadLimits limits = limits_of_asset(node.budget, charge);
+  limits.stop_requested = [&stop] { return stop.stop_requested(); };
+  Result<scene::Scene> scene = settings_.load ? settings_.load(node, limits) : load_scene(node, limits);
+  if (!scene) return scene.error();
+  if (stop.stop_requested()) return Error{"the load was stopped"};
+  scene::Derived derived = scene::derive(*scene, settings_.levels);
+  auto asset = std::make_shared<Asset>(Asset{{std::move(*scene), std::move(derived)}, {}});
+  asset->size = measure(asset->loaded);
+  // From what the loader reserved to what the asset has become.
+  if (Result<void> charged = charge.resize(asset->size.host_bytes); !charged) return charged.error();
+  return std::shared_ptr<const Asset>(std::move(asset));
+}
+
+Result<scene::Scene> SceneBuild::load_scene(const state::WantedNode& node,
+                                            const scene::LoadLimits& limits) const {
+  const std::string& uri = node.what->asset_uri;
+  if (uri.empty()) return scene::load_glb(node.what->asset_glb, "the embedded asset", limits);
+  const std::string name = "the asset " + quote(uri);
+  if (settings_.folder.empty())
+    return Error{name + " is a file, and no folder was named for such (--assets DIR)"};
+  // Named from within the folder, as a file there would name it.
+  const Result<std::filesystem::path> path = scene::AssetFolder(settings_.folder / "scene").resolve(uri);
+  if (!path) return path.error();
+  return scene::load_gltf(*path, limits);
+}
+
+// Parents may be among what is added. Nodes are added in rounds: those whose parents exist, then those that
+// waited for these. Each node is looked at once, and once more when its parent has been added.
+void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
+  std::vector<state::WantedNode>& nodes = request.nodes;
+  std::vector<size_t> round(nodes.size());
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    round[i] = i;
+    if (!nodes[i].what->parent.empty()) merge.names.declare_parent(nodes[i].what->parent);
+  }
+  std::vector<bool> settled(nodes.size(), false), refused(nodes.size(), false), is_added(nodes.size(), false);
+  std::vector<std::pair<size_t, uint32_t>> added;  // and their roots
+  const auto refuse = [&](size_t i, std::string reason) {
+    settled[i] = refused[i] = true;
+    built.refused.push_back({nodes[i], std::move(reason)});
+  };
+  while (!round.empty()) {
+    std::vector<std::pair<size_t, uint32_t>> with_parents;  // found before this round adds any
+    for (const size_t i : round) {
+      const std::string& parent_name = nodes[i].what->parent;
+      const uint32_t parent = parent_name.empty() ? scene::kNone : merge.names.find_parent(parent_name);
+      if (parent != scene::kNone || parent_name.empty())
+        with_parents.emplace_back(i, parent);
+      else
+        merge.names.wait(parent_name, i);
+    }
+    for (const auto& [i, parent] : with_parents) {
+      if (has_asset(nodes[i])) {
+        const std::string key = asset_key(nodes[i]);
+        if (merge.missing.contains(key)) {  // in a later turn
+          settled[i] = true;
+          continue;
+        }
+        if (const auto failure = merge.failures.find(key); failure != merge.failures.end()) {
+          refuse(i, failure->second);
+          continue;
+        }
+      }
+      const auto root = static_cast<uint32_t>(merge.to->scene.nodes.size());
+      if (Result<void> done = add(nodes[i], parent, merge); done) {
+        settled[i] = true;
+        is_added[i] = true;
+        added.emplace_back(i, root);
+      } else {
+        refuse(i, done.error().message);
+      }
+    }
+    round = std::exchange(merge.ready, {});
+    std::sort(round.begin(), round.end());
+  }
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    // What waits for a parent in an asset that is not loaded yet waits with it.
+    if (!settled[i] && merge.missing.empty() && !request.is_partial)
+      refuse(i, "no node is called " + quote(nodes[i].what->parent) + ", its parent");
+  }
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (!refused[i]) merge.kept.push_back(nodes[i]);
+    if (!refused[i] && !is_added[i]) built.waiting.push_back(nodes[i]);
+  }
+  for (const auto& [i, root] : added) {
+    built.added.push_back(std::move(nodes[i]));
+    built.roots.push_back(root);
+  }
+}
+
+Result<void> SceneBuild::add(const state::WantedNode& node, uint32_t parent, Merge& merge) {
+  scene::Scene& scene = merge.to->scene;
+  const std::string path =
+      (parent == scene::kNone ? "" : scene.nodes[parent].path + "/") + scene::path_part(node.name);
+  if (merge.names.is_taken(node.name) || merge.names.is_taken(path))
+    return Error{"there is a node of that name already"};
+  std::shared_ptr<const Asset> asset;
+  if (has_asset(node)) {
+    const std::string key = asset_key(node);
+    asset = assets_.at(key);
+    // An asset is charged to each peer that uses it, once.
+    const UseKey use(key, node.budget.get());
+    if (!uses_.contains(use)) {
+      Result<BudgetCharge> charge =
+          BudgetCharge::take(node.budget, Resource::asset_bytes, asset->size.host_bytes);
+      if (!charge) return charge.error();
+      uses_[use] = std::move(*charge);
+    }
+    if (merge.added_bytes + asset->size.host_bytes > kMaxAddedBytes)
+      return Error{"all assets together take more than " + std::to_string(kMaxAddedBytes >> 20) + " MiB"};
+    if (scene.textures.size() + asset->loaded.scene.textures.size() > settings_.most_textures)
+      return Error{"the scene would have more than " + std::to_string(settings_.most_textures) + " textures"};
+  }
+  const uint64_t path_bytes =
+      path.size() + (asset ? asset->size.path_bytes + asset->size.nodes * (path.size() + 1) : 0);
+  if (merge.path_bytes + path_bytes > kMaxPathBytes)
+    return Error{"it lies so deep that the paths of all nodes exceed " + std::to_string(kMaxPathBytes >> 20) +
+                 " MiB"};
+  const NodeKey key(node.age, node.version);
+  auto charges = node_charges_.find(key);
+  if (charges == node_charges_.end()) {
+    Result<NodeCharges> taken = charge_node(node.budget, asset ? &asset->size : nullptr);
+    if (!taken) return taken.error();
+    charges = node_charges_.emplace(key, std::move(*taken)).first;
+  }
+  if (Result<void> charged = charge_paths(charges->second, node.budget, path_bytes); !charged) return charged;
+
+  const uint32_t root =
+      scene::add_node(scene, node.name, parent, scene::to_mat4(node.what->parent_from_node));
+  const size_t first_light = scene.lights.size();
+  if (asset) {
+    if (Result<void> done = scene::add_below(*merge.to, asset->loaded, root); !done) {
+      scene.nodes.pop_back();
+      return done;
+    }
+    merge.added_bytes += asset->size.host_bytes;
+    if (!charges->second.casts_shadows) {
+      for (size_t light = first_light; light < scene.lights.size(); ++light)
+        scene.lights[light].casts_shadow = false;
+    }
+  }
+  merge.path_bytes += path_bytes;
+  merge.names.add(&node.name, scene.nodes[root].path, root, merge.ready);
+  for (uint32_t n = root + 1; n < scene.nodes.size(); ++n)
+    merge.names.add(nullptr, scene.nodes[n].path, n, merge.ready);
+  return {};
+}
+
+void SceneBuild::give_own_vertices(const Request& request, Merge& merge, Built& built) {
+  if (request.vertex_nodes.empty()) return vertex_charges_.clear();
+  scene::Scene& scene = merge.to->scene;
+  const state::NodeNames names(scene, static_cast<uint32_t>(base_.scene.nodes.size()));
+  std::map<UseKey, BudgetCharge> before = std::exchange(vertex_charges_, {});
+  uint64_t corners = scene::deformed_corners(scene);
+  for (const VertexNode& vertex_node : request.vertex_nodes) {
+    const uint32_t node = names.find(vertex_node.name);
+    if (node == scene::kNone || !scene::can_replace_vertices(scene.nodes[node])) continue;
+    const uint64_t more = scene::corners_of_mesh(scene, scene.meshes[scene.nodes[node].mesh]);
+    if (corners + more > scene::kMaxDeformedCorners) {
+      built.vertex_refusals[vertex_node.name] = "its vertices are too many to be replaced";
+      continue;
+    }
+    const UseKey key(vertex_node.name, vertex_node.budget.get());
+    const uint64_t bytes = passes::estimate_deformed_bytes(scene, merge.to->derived, node);
+    const auto known = before.find(key);
+    Result<BudgetCharge> charge = known != before.end() && known->second.amount() == bytes
+                                      ? Result<BudgetCharge>(std::move(known->second))
+                                      : BudgetCharge::take(vertex_node.budget, Resource::gpu_bytes, bytes);
+    if (!charge) {
+      built.vertex_refusals[vertex_node.name] = charge.error().message;
+      continue;
+    }
+    vertex_charges_[key] = std::move(*charge);
+    corners += more;
+    scene.nodes[node].own_vertices = true;
+  }
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,134 @@
+#include "renderer/app/loading/scene_load.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <new>
+#include <stdexcept>
+
+#include "renderer/app/progress.h"
+#include "renderer/scene/gltf/load_gltf.h"
+
+namespace fire3dv::app {
+
+namespace {
+
+constexpr size_t kWarningsShown = 20;
+
+void tell(const std::vector<std::string>& warnings, std::vector<std::string>& notes) {
+  for (size_t i = 0; i < std::min(warnings.size(), kWarningsShown); ++i)
+    notes.push_back("warning: " + warnings[i]);
+  if (warnings.size() > kWarningsShown)
+    notes.push_back("warning: and " + std::to_string(warnings.size() - kWarningsShown) + " more");
+}
+
+// Names the user's file in messages instead of the intermediate one.
+std::string loaded_from(std::string message, const std::filesystem::path& made,
+                        const std::filesystem::path& description) {
+  if (message.starts_with(made.string())) message.replace(0, made.string().size(), description.string());
+  return message;
+}
+
+}  // namespace
+
+SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert,
+                     scene::SceneCacheSettings cache, scene::Levels levels, std::function<bool()> should_stop)
+    : path_(path),
+      convert_(convert),
+      should_stop_(std::move(should_stop)),
+      gltf_(path),
+      cache_settings_(std::move(cache)),
+      cache_(cache_settings_),
+      levels_(levels),
+      thread_([this] {
+        Result<scene::LoadedScene> loaded = load();
+        const std::lock_guard lock(mutex_);
+        result_.emplace(std::move(loaded));
+        changed_.notify_all();
+      }) {}
+
+Result<scene::LoadedScene> SceneLoad::load() {
+  if (!is_description(path_)) return load_gltf_file();
+  note("converting", 0, 0);
+  Result<ConvertedScene> converted = ConvertedScene::open(path_, convert_, cache_settings_, should_stop_);
+  if (!converted) return converted.error();
+  tell(converted->warnings(), notes_);
+  gltf_ = converted->file();
+  if (!converted->is_on_disk()) cache_ = scene::SceneCache({});
+  Result<scene::LoadedScene> loaded = load_gltf_file();
+  if (!loaded) return Error{"what was converted of " + loaded_from(loaded.error().message, gltf_, path_)};
+  loaded->scene.source = path_;
+  return loaded;
+}
+
+Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
+  const scene::LoadLimits limits;
+  const scene::LoadProgress progress = [this](const char* stage, size_t done, size_t total) {
+    if (should_stop_ && should_stop_()) throw std::runtime_error("it was told to stop");
+    note(stage, done, total);
+  };
+  try {
+    std::optional<scene::LoadedScene> kept = cache_.find(gltf_, limits.max_file_bytes);
+    for (std::string& said : cache_.take_notes()) notes_.push_back(std::move(said));
+    // A run with --lod off may have written the cache entry without levels of detail.
+    was_kept_ = kept && (kept->derived.has_levels || !scene::gets_levels(kept->scene, levels_));
+    if (was_kept_) return std::move(*kept);
+    Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_, cache_.known());
+    if (!scene) return scene.error();
+    scene::Derived derived = scene::derive(*scene, levels_, progress);
+    return scene::LoadedScene{std::move(*scene), std::move(derived)};
+  } catch (const std::bad_alloc&) {
+    return Error{path_.string() + ": it does not fit into memory"};
+  } catch (const std::exception& fault) {
+    return Error{path_.string() + ": it cannot be loaded: " + fault.what()};
+  }
+}
+
+void SceneLoad::note(const char* stage, size_t done, size_t total) {
+  const std::lock_guard lock(mutex_);
+  stage_ = stage;
+  done_ = done;
+  total_ = total;
+}
+
+bool SceneLoad::has_failed() const {
+  const std::lock_guard lock(mutex_);
+  return result_ && !result_->ok();
+}
+
+bool SceneLoad::is_done() const {
+  const std::lock_guard lock(mutex_);
+  return result_.has_value();
+}
+
+Result<const scene::LoadedScene*> SceneLoad::wait(const std::function<void()>& meanwhile) {
+  Progress progress("loading " + path_.filename().string() + ":");
+  std::unique_lock lock(mutex_);
+  while (!changed_.wait_for(lock, std::chrono::milliseconds(100), [this] { return result_.has_value(); })) {
+    progress.update(stage_, done_, total_);
+    if (!meanwhile) continue;
+    lock.unlock();
+    meanwhile();
+    lock.lock();
+  }
+  if (!result_->ok()) return result_->error();
+  return &**result_;
+}
+
+void SceneLoad::begin_caching() {
+  if (was_kept_ || std::exchange(keeps_, true)) return;
+  thread_ = std::jthread([this] {
+    try {
+      if (Result<void> done = cache_.keep(gltf_, **result_, sources_); !done) keeping_error_ = done.error();
+    } catch (const std::exception& fault) {
+      keeping_error_ = Error{std::string("the scene could not be cached: ") + fault.what()};
+    }
+  });
+}
+
+std::optional<Error> SceneLoad::finish_caching() {
+  if (thread_.joinable()) thread_.join();
+  return keeping_error_;
+}
+
+}  // namespace fire3dv::app

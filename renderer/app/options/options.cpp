@@ -1,0 +1,487 @@
+#include "renderer/app/options/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "protocol/base/command_line.h"
+#include "renderer/app/animation_clock.h"
+#include "renderer/app/options/image_size.h"
+#include "renderer/app/version.h"
+#include "renderer/passes/resources/draw_names.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr int kUsageError = 2;
+constexpr uint64_t kMostFrames = 1'000'000'000'000;
+
+// CLI11's own check accepts NaN and infinity.
+std::string positive_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good =
+      error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
+  return good ? "" : text + " is not a number above 0";
+}
+
+std::string number_from_zero(const std::string& text) {
+  return text == "0" ? "" : positive_number(text);
+}
+
+std::string finite_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good = error == std::errc() && end == text.data() + text.size() && std::abs(value) <= 1e6f;
+  return good ? "" : text + " is not a number between -1000000 and 1000000";
+}
+
+std::string anisotropy_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good =
+      error == std::errc() && end == text.data() + text.size() && value >= 1 && value <= 16;  // rejects NaN
+  return good ? "" : text + " is not a number from 1 to 16";
+}
+
+// Parses "environment" or an sRGB colour.
+bool parse_background(std::string_view text, passes::Background& background) {
+  if (text == "environment") {
+    background.surroundings = true;
+    return true;
+  }
+  if (text.starts_with('#')) text.remove_prefix(1);  // optional: shells treat # as a comment
+  uint32_t rgb = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rgb, 16);
+  if (error != std::errc() || end != text.data() + text.size() || text.size() != 6) return false;
+  for (int c = 0; c < 3; ++c) {
+    const float encoded = static_cast<float>(rgb >> (16 - 8 * c) & 0xff) / 255;
+    background.color[c] =
+        encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+  }
+  return true;
+}
+
+passes::ToneMap tone_map_named(const std::string& name) {
+  if (name == "reinhard") return passes::ToneMap::reinhard;
+  if (name == "aces") return passes::ToneMap::aces;
+  if (name == "neutral") return passes::ToneMap::neutral;
+  return passes::ToneMap::none;
+}
+
+gpu::AsyncCompute async_compute_named(const std::string& name) {
+  if (name == "on") return gpu::AsyncCompute::on;
+  if (name == "off") return gpu::AsyncCompute::off;
+  return gpu::AsyncCompute::automatic;
+}
+
+// Returns an error message for invalid values.
+std::optional<std::string> take_window_options(const std::string& stereo, const std::string& present,
+                                               Options& options) {
+  if (present == "mailbox") options.present = sinks::Present::mailbox;
+  if (present == "immediate") options.present = sinks::Present::immediate;
+  constexpr size_t kMostWindows = 16;
+  if (options.window_cameras.size() > kMostWindows)
+    return "--window: " + std::to_string(kMostWindows) + " windows at most";
+  if (!options.window_cameras.empty()) options.camera = options.window_cameras.front();
+  if (stereo.empty()) return std::nullopt;
+  const size_t comma = stereo.find(',');
+  if (comma == 0 || comma == std::string::npos || comma + 1 == stereo.size())
+    return "--stereo " + stereo + ": must be two cameras, such as left,right";
+  options.camera = stereo.substr(0, comma);
+  options.right_camera = stereo.substr(comma + 1);
+  return std::nullopt;
+}
+
+// "label a, b or c"
+std::string names_text(std::string label, const std::vector<std::string>& names) {
+  for (size_t i = 0; i < names.size(); ++i)
+    label += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + std::string(names[i]);
+  return label;
+}
+
+// Values that parse_options() converts after the whole command line is known.
+struct Texts {
+  std::vector<std::string> peer_limits;
+  std::string play = "auto", mark_stale = "auto";
+  std::string size = "1280x720", stereo, gui = "on", present = "vsync";
+  std::string stream_timeout, outputs, async_compute = "auto", background;
+  std::string raster = "auto", cull = "on", levels_of_detail = "auto";
+  std::string shadows = "auto", shadow_rays = "hybrid";
+  std::string tone_map = "reinhard", fxaa = "on", debug_view = "none";
+  double delay_ms = 0;
+};
+
+// Options whose presence matters beside their value.
+struct Given {
+  const CLI::Option *models, *name_space, *package_path, *delay, *camera, *windows, *screenshots, *outputs,
+      *animate, *wait_for_stream;
+};
+
+void add_input_options(CLI::App& app, Options& options, Given& given) {
+  constexpr const char* kGroup = "Input";
+  app.add_option("scene", options.scene, "glTF scene (.glb, .gltf), or AMBF (.yaml), URDF or MJCF (.xml)");
+  given.models = app.add_option("--models", options.convert.models, "AMBF: models of the launch file")
+                     ->type_name("0,1,...|all")
+                     ->group(kGroup);
+  given.name_space = app.add_option("--ns", options.convert.name_space, "AMBF: namespace of the names")
+                         ->type_name("NAME")
+                         ->group(kGroup);
+  given.package_path = app.add_option("--package-path", options.convert.package_folders,
+                                      "folder of package:// and MJCF files; repeatable")
+                           ->allow_extra_args(false)
+                           ->check(CLI::ExistingDirectory.description(""))
+                           ->type_name("DIR")
+                           ->group(kGroup);
+  app.add_option("--assets", options.assets, "folder of glTF files that streams may add by name")
+      ->check(CLI::ExistingDirectory.description(""))
+      ->type_name("DIR")
+      ->group(kGroup);
+  given.animate =
+      app.add_option("--animate", options.animate, "loop an animation of the scene (default: all)")
+          ->expected(0, 1)
+          ->type_name("[NAME|INDEX|all]")
+          ->group(kGroup);
+}
+
+void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
+  constexpr const char* kGroup = "Streams";
+  app.add_option("--listen", options.listen, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
+      ->allow_extra_args(false)
+      ->type_name("URI")
+      ->group(kGroup);
+  app.add_flag("--insecure", options.insecure, "allow unprotected links beyond loopback")->group(kGroup);
+  app.add_option("--key-file", options.key_file, "udp: pre-shared key, 64 hexadecimal digits")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--tls-cert", options.tls_certificate, "tls: certificate of this renderer (PEM)")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--tls-key", options.tls_key, "tls: private key of that certificate (PEM)")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--tls-client-ca", options.tls_client_ca, "tls: require client certificates of this CA")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--peer-limit", texts.peer_limits, "NAME=VALUE, limit of one peer (see SPEC 14); repeatable")
+      ->allow_extra_args(false)
+      ->type_name("LIMIT")
+      ->group(kGroup);
+  app.add_option("--play", texts.play, "newest frame, or a little late and even")
+      ->check(one_of({"auto", "latest", "interpolate"}))
+      ->type_name("latest|interpolate")
+      ->capture_default_str()
+      ->group(kGroup);
+  given.delay = app.add_option("--delay", texts.delay_ms, "delay of interpolated streams (default: adaptive)")
+                    ->type_name("MS")
+                    ->group(kGroup);
+  app.add_option("--mark-stale,--mark-held", texts.mark_stale, "mark images of stalled streams")
+      ->check(one_of({"auto", "on", "off"}))
+      ->type_name("auto|on|off")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_flag("--lockstep", options.lockstep, "draw and acknowledge every pose frame")->group(kGroup);
+  given.wait_for_stream = app.add_option("--wait-for-stream", texts.stream_timeout,
+                                         "wait for the first pose frame; fail after SECONDS")
+                              ->expected(0, 1)
+                              ->type_name("[SECONDS]")
+                              ->group(kGroup);
+  app.add_flag("--exit-when-done", options.exit_when_done, "exit when the last stream has ended")
+      ->group(kGroup);
+}
+
+void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
+  constexpr const char* kGroup = "Images";
+  app.add_flag("--headless", options.headless, "open no window")->group(kGroup);
+  app.add_flag("--on-request", options.on_request, "draw only images that clients request (headless)")
+      ->group(kGroup);
+  app.add_option("--size", texts.size, "image size in pixels")
+      ->type_name("WxH")
+      ->capture_default_str()
+      ->group(kGroup);
+  given.camera = app.add_option("--camera", options.camera, "camera by node or camera name")
+                     ->type_name("NAME")
+                     ->group(kGroup);
+  app.add_option("--frames", options.frames, "exit after N images")
+      ->check(CLI::Range(uint64_t{0}, kMostFrames).description(""))  // a minus sign would wrap around
+      ->type_name("N")
+      ->group(kGroup);
+  app.add_option("--out", options.out, "folder for one PNG per image")->type_name("DIR")->group(kGroup);
+  given.outputs = app.add_option("--outputs", texts.outputs, "images to write (default: color; see manual)")
+                      ->type_name("LIST")
+                      ->group(kGroup);
+}
+
+void add_window_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
+  constexpr const char* kGroup = "Window";
+  given.windows = app.add_option("--window", options.window_cameras, "window of this camera; repeatable")
+                      ->type_name("CAMERA")
+                      ->allow_extra_args(false)
+                      ->group(kGroup);
+  app.add_option("--stereo", texts.stereo, "two cameras side by side in one window")
+      ->type_name("LEFT,RIGHT")
+      ->group(kGroup);
+  app.add_option("--gui", texts.gui, "panels over the image; Tab toggles them")
+      ->check(one_of({"on", "off"}))
+      ->type_name("on|off")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--present", texts.present, "present mode: vsync, mailbox or immediate")
+      ->check(one_of({"vsync", "mailbox", "immediate"}))
+      ->type_name("MODE")
+      ->capture_default_str()
+      ->group(kGroup);
+  given.screenshots = app.add_option("--screenshots", options.screenshots, "folder of screenshots and videos")
+                          ->type_name("DIR")
+                          ->capture_default_str()
+                          ->group(kGroup);
+}
+
+void add_drawing_options(CLI::App& app, Options& options, Texts& texts) {
+  constexpr const char* kGroup = "Drawing";
+  app.add_option("--environment", options.environment,
+                 "environment map, equirectangular .hdr (default: studio)")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--environment-rotation", options.environment_rotation_deg, "degrees, counter-clockwise")
+      ->check(finite_number)
+      ->type_name("DEG")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--environment-intensity", options.environment_intensity, "factor on its light")
+      ->check(number_from_zero)
+      ->type_name("X")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--background", texts.background, "environment, or a colour such as 20a0ff")
+      ->type_name("COLOR")
+      ->group(kGroup);
+  app.add_option("--exposure", options.exposure, "factor on all light")
+      ->check(positive_number)
+      ->type_name("X")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--tone-map", texts.tone_map, "reinhard, aces, neutral or none")
+      ->check(one_of({"reinhard", "aces", "neutral", "none"}))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--shadows", texts.shadows, names_text("by ", passes::kShadowNames))
+      ->check(one_of(passes::kShadowNames))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--shadow-rays", texts.shadow_rays, "rays for uncertain pixels, or for all lit ones")
+      ->check(one_of({"hybrid", "all"}))
+      ->type_name("hybrid|all")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--samples", options.samples, "samples per pixel at most, 1 to 64")
+      ->check(CLI::Range(1, 64).description(""))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--fxaa", texts.fxaa, "post-process antialiasing")
+      ->check(one_of({"on", "off"}))
+      ->type_name("on|off")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--anisotropy", options.anisotropy, "anisotropic texture filtering, 1 to 16")
+      ->check(anisotropy_number)
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kGroup);
+}
+
+void add_performance_options(CLI::App& app, Options& options, Texts& texts) {
+  constexpr const char* kGroup = "Performance";
+  const CLI::Option* const device =
+      app.add_option("--device", options.device, "Vulkan device")->type_name("INDEX|NAME")->group(kGroup);
+  app.add_option("--devices", options.devices, "spread requested images over several devices")
+      ->type_name("LIST|all")
+      ->excludes(const_cast<CLI::Option*>(device))
+      ->group(kGroup);
+  app.add_option("--raster", texts.raster, names_text("raster path: ", passes::kRasterPathNames))
+      ->check(one_of(passes::kRasterPathNames))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--cull", texts.cull, names_text("cluster culling: ", passes::kCullNames))
+      ->check(one_of(passes::kCullNames))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--lod", texts.levels_of_detail,
+                 names_text("level of detail: ", passes::kLevelsOfDetailNames))
+      ->check(one_of(passes::kLevelsOfDetailNames))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--async-compute", texts.async_compute, "build acceleration structures on an async queue")
+      ->check(one_of({"auto", "on", "off"}))
+      ->type_name("auto|on|off")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--cache", options.cache, "start-up cache: auto, beside, off or a folder")
+      ->type_name("WHERE")
+      ->capture_default_str()
+      ->group(kGroup);
+}
+
+void add_diagnostics_options(CLI::App& app, Options& options, Texts& texts) {
+  constexpr const char* kGroup = "Diagnostics";
+  app.add_option("--metrics", options.metrics, "serve /metrics over HTTP (Prometheus)")
+      ->type_name("HOST:PORT")
+      ->group(kGroup);
+  app.add_option("--stats", options.stats, "CSV file of times per image")->type_name("FILE")->group(kGroup);
+  app.add_option("--view", texts.debug_view, "debug view instead of light (see docs/views.md)")
+      ->check(one_of(passes::kDebugViewNames))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_flag("--validation,!--no-validation", options.validation,
+               "Vulkan validation; a finding is an error (off: --no-...)")
+      ->group(kGroup);
+  app.add_flag("--list-devices", options.list_devices, "list the Vulkan devices and exit")->group(kGroup);
+}
+
+}  // namespace
+
+std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene) {
+  Options options;
+#ifdef FIRE3DV_VALIDATION_DEFAULT
+  options.validation = true;
+#endif
+  CLI::App app{"Renders a glTF scene whose nodes move as simulators publish poses."};
+  app.name("fire3dv");
+  app.formatter(std::make_shared<HelpFormatter>("[SCENE] [OPTIONS]"));
+  app.footer("Details: man fire3dv, or docs/man/fire3dv.1.md. Offline rendering: fire3dv render --help.");
+  app.set_version_flag("--version", kVersion, "print the version and exit");
+  app.set_help_flag("-h,--help", "print this help and exit");
+  Texts texts;
+  Given given{};
+  add_input_options(app, options, given);
+  add_stream_options(app, options, texts, given);
+  add_recording_options(app, options.recording);
+  add_image_options(app, options, texts, given);
+  add_window_options(app, options, texts, given);
+  add_drawing_options(app, options, texts);
+  add_performance_options(app, options, texts);
+  add_diagnostics_options(app, options, texts);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool asked_for = error.get_exit_code() == 0;  // --help, --version
+    if (asked_for) return app.exit(error);
+    std::cerr << "fire3dv: " << error.what() << " (see fire3dv --help)\n";
+    return kUsageError;
+  }
+  auto usage_error = [](const std::string& text) {
+    std::cerr << "fire3dv: " << text << " (see fire3dv --help)\n";
+    return kUsageError;
+  };
+  if (!parse_image_size(texts.size, options.width, options.height)) {
+    return usage_error("--size " + texts.size + ": must be WxH with sides of 1 to " +
+                       std::to_string(kMaxImageSide) + ", such as 1280x720");
+  }
+  if (!texts.background.empty() && !parse_background(texts.background, options.background)) {
+    return usage_error("--background " + texts.background +
+                       ": must be environment or a colour such as 20a0ff");
+  }
+  if (given.animate->count() > 0 &&
+      options.scene.empty()) {  // "--animate SCENE": the scene is no animation's name
+    options.scene = std::exchange(options.animate, "all");
+  }
+  if (given.animate->count() > 0 && options.animate.empty()) options.animate = "all";
+  options.wait_for_stream = given.wait_for_stream->count() > 0;
+  if (!texts.stream_timeout.empty()) {
+    if (const std::string wrong = positive_number(texts.stream_timeout); wrong.empty()) {
+      options.stream_timeout = std::chrono::duration<double>(std::stod(texts.stream_timeout));
+    } else if (options.scene.empty()) {  // "--wait-for-stream SCENE": the scene is not a number
+      options.scene = texts.stream_timeout;
+    } else {
+      return usage_error("--wait-for-stream: " + wrong);
+    }
+  }
+  const bool replays = !options.recording.replay.empty();
+  if (options.scene.empty() && needs_scene && !replays && !options.list_devices)
+    return usage_error("name a scene: fire3dv SCENE.glb");
+  for (const std::string& text : texts.peer_limits) {
+    if (Result<void> set = set_limit(text, options.peer_limits); !set)
+      return usage_error("--peer-limit: " + set.error().message);
+  }
+  for (const CLI::Option* option : {given.models, given.name_space, given.package_path}) {
+    if (option->count() > 0 && !is_description(options.scene))
+      return usage_error(option->get_name() + " needs a scene that is a description: .yaml, .urdf or .xml");
+  }
+  if (given.outputs->count() > 0) {
+    if (options.out.empty()) return usage_error("--outputs needs a folder for them: --out DIR");
+    Result<passes::ImageOutputs> parsed = passes::parse_image_outputs(texts.outputs);
+    if (!parsed) return usage_error("--outputs: " + parsed.error().message);
+    options.outputs = *parsed;
+  }
+  if (options.cache.empty()) return usage_error("--cache: name a folder, or auto, beside or off");
+  if (options.recording.step) options.lockstep = true;
+  const bool receives = !options.listen.empty() || replays;
+  if (options.lockstep && !receives) return usage_error("--lockstep needs a --listen URI or a --replay file");
+  if (options.exit_when_done && !receives)
+    return usage_error("--exit-when-done needs a --listen URI or a --replay file");
+  if (options.wait_for_stream && (!receives || options.on_request))
+    return usage_error(
+        "--wait-for-stream needs a --listen URI or a --replay file, and excludes --on-request");
+  if (!options.recording.record.empty() && !receives)
+    return usage_error("--record needs a --listen URI or a --replay file");
+  if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);
+  if (!options.devices.empty() && options.listen.empty())
+    return usage_error("--devices spreads images that simulators ask for: it needs a --listen URI");
+  if (options.on_request && (!options.headless || options.listen.empty() || !options.out.empty()))
+    return usage_error("--on-request needs --headless and a --listen URI, and excludes --out");
+  if (options.on_request && options.frames != 0)
+    return usage_error(
+        "--frames counts images that are drawn unasked, and --on-request draws none: leave one out");
+  options.panels = texts.gui == "on";
+  if (const auto wrong = take_window_options(texts.stereo, texts.present, options))
+    return usage_error(*wrong);
+  if (options.headless &&
+      (!texts.stereo.empty() || given.windows->count() > 0 || given.screenshots->count() > 0))
+    return usage_error("--window, --stereo and --screenshots need a window: leave --headless out");
+  if ((given.camera->count() > 0) + (given.windows->count() > 0) + !texts.stereo.empty() > 1)
+    return usage_error("--camera, --window and --stereo exclude one another");
+  options.raster = passes::raster_path_named(texts.raster);
+  options.cull = passes::cull_named(texts.cull);
+  options.levels_of_detail = passes::levels_of_detail_named(texts.levels_of_detail);
+  if (texts.play == "latest") options.play.mode = PlayOptions::Mode::latest;
+  if (texts.play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
+  if (texts.mark_stale == "on") options.play.mark_held = StaleOverlay::on;
+  if (texts.mark_stale == "off") options.play.mark_held = StaleOverlay::off;
+  if (given.delay->count() > 0) {
+    if (!(texts.delay_ms >= 0 && texts.delay_ms <= 10'000))
+      return usage_error("--delay must be a number from 0 to 10000");
+    options.play.delay_ns = static_cast<int64_t>(texts.delay_ms * 1e6);
+  }
+  if (options.lockstep && texts.play == "interpolate")
+    return usage_error("--play interpolate and --lockstep (or --step) exclude each other");
+  options.async_compute = async_compute_named(texts.async_compute);
+  options.shadows = passes::shadows_named(texts.shadows);
+  options.shadows.hybrid = texts.shadow_rays == "hybrid";
+  options.tone_map = tone_map_named(texts.tone_map);
+  options.fxaa = texts.fxaa == "on";
+  options.debug_view = passes::debug_view_named(texts.debug_view);
+  const bool shows_light = options.debug_view == passes::DebugView::none;
+  if (!shows_light && (!options.outputs.color_srgb8 || options.outputs[passes::Plane::color_linear_f16]))
+    return usage_error(
+        "--view shows something else than light: --outputs needs color and not linear beside it");
+  if (!shows_light && options.on_request)
+    return usage_error("--view is for images that are drawn unasked, and --on-request draws none");
+  return options;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,84 @@
+// Command line of the renderer.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "protocol/base/peer_limits.h"
+#include "renderer/app/loading/converted_scene.h"
+#include "renderer/app/options/play_options.h"
+#include "renderer/app/options/recording_options.h"
+#include "renderer/passes/environment/environment.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/sinks/window.h"
+
+namespace fire3dv::app {
+
+struct Options {
+  std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
+  std::filesystem::path scene;                          // empty: the scene attached to the recording
+  ConvertOptions convert;                               // if the scene is a description file
+  std::vector<std::string> listen;                      // URIs
+  bool insecure = false;                                // allow listening on addresses other than loopback
+  std::string key_file;                                 // udp: the pre-shared key
+  std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
+  std::string metrics;                                  // HOST:PORT; empty: no metrics
+  PeerLimits peer_limits;                               // of each connected adapter
+  PlayOptions play;
+  RecordingOptions recording;
+  bool lockstep = false;  // one image per pose frame, acknowledged
+
+  bool headless = false;
+  bool on_request = false;  // renders image requests only
+  uint32_t width = 1280, height = 720;
+  bool panels = true;  // shown over the window's image
+  sinks::Present present = sinks::Present::vsync;
+  // One per window, the first window first; empty: one, with `camera`.
+  std::vector<std::string> window_cameras;
+  std::string right_camera;                 // second view in the first window; empty: none
+  std::filesystem::path screenshots = ".";  // folder of screenshots and videos
+  std::string camera;            // node or camera name; empty: the scene's first, or one that frames it
+  uint64_t frames = 0;           // 0 = unlimited
+  bool wait_for_stream = false;  // write and count images from the first whole pose frame on
+  std::chrono::duration<double> stream_timeout{0};  // 0 = none
+  bool exit_when_done = false;                      // end when the last stream has ended
+  std::filesystem::path assets;                     // root folder of assets added by streams; empty: none
+  std::string animate;                              // an animation's name, its index, or "all"; empty: none
+  std::string cache = "auto";                       // auto, off, beside or a folder: see cache_places.h
+  std::filesystem::path out;                        // folder of images; empty = none
+  passes::ImageOutputs outputs;                     // outputs of each image in `out`
+  std::filesystem::path stats;                      // CSV of times per frame; empty = none
+
+  std::string device;
+  // Devices for image requests, the first one also for everything else; empty: only `device`.
+  std::string devices;
+  gpu::AsyncCompute async_compute = gpu::AsyncCompute::automatic;
+  bool list_devices = false;
+  bool validation = false;
+
+  std::filesystem::path environment;  // Radiance HDR image; empty: studio environment
+  float environment_rotation_deg = 0;
+  float environment_intensity = 1;
+  passes::Background background;
+
+  uint32_t samples = 4;
+  passes::RasterPath raster = passes::RasterPath::automatic;
+  passes::Cull cull = passes::Cull::automatic;
+  passes::LevelsOfDetail levels_of_detail = passes::LevelsOfDetail::automatic;
+  float anisotropy = 1;
+  passes::ShadowSettings shadows;
+  float exposure = 1;
+  passes::ToneMap tone_map = passes::ToneMap::reinhard;
+  bool fxaa = true;
+  passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
+};
+
+// Returns the options, or the exit code for a program that ends now (help, or a printed usage error).
+// needs_scene: a scene is required.
+std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene = true);
+
+}  // namespace fire3dv::app

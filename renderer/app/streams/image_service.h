@@ -1,0 +1,108 @@
+// Service of image requests: renders due images in fair turns of the streams, on one or several devices. Each
+// image is sent over the link of its request, tagged with the displayed frame.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "renderer/app/loading/live_scene.h"
+#include "renderer/app/streams/request_renderer.h"
+#include "renderer/app/streams/secondary_devices.h"
+#include "renderer/app/streams/stream_receiver.h"
+
+namespace fire3dv::app {
+
+class ImageService {
+ public:
+  struct Rules {
+    int64_t slice_ns = TimeSlices{}.image_ns;  // per call of draw_due()
+    bool lockstep = false;                     // turns without time slices
+    std::function<bool()> is_stop_requested = [] { return false; };
+  };
+  // Borrows all arguments, which belong to the primary device.
+  ImageService(gpu::Device& device, passes::SceneRenderer& renderer, const state::PoseState& poses,
+               StreamReceiver& intake, const LiveScene& scene, Rules rules)
+      : device_(device),
+        poses_(poses),
+        intake_(intake),
+        scene_(scene),
+        rules_(std::move(rules)),
+        first_(device, renderer),
+        turns_(rules_.slice_ns, !rules_.lockstep) {}
+
+  // Borrowed. settings: current settings of the primary device.
+  void spread_over(SecondaryDevices& further, const passes::DrawSettings& settings) {
+    further_ = &further;
+    settings_ = &settings;
+  }
+
+  struct Drawn {
+    bool any = false;       // the primary renderer has the size of the last requested image
+    bool has_more = false;  // due images remain for the next call
+  };
+  // Renders due images of the current frames, in fair order of streams, for at most one time slice. Waits for
+  // submissions no longer, unless the estimate of a submission was too short.
+  Drawn draw_due(gpu::FrameRing& frames);
+
+  // Sends finished images.
+  void deliver();
+  bool in_flight() const;
+
+  // Submissions of all devices so far.
+  using Mark = std::vector<uint64_t>;  // timeline values
+  Mark submitted() const;
+  bool is_done(const Mark& mark) const;
+  void wait(const Mark& mark) const;
+  bool wait_for(const Mark& mark, int64_t timeout_ns) const;  // true when done
+
+ private:
+  using Key = RequestRenderer::Key;
+  struct Place {
+    size_t device = 0;
+    uint64_t pixels = 0;
+  };
+
+  struct Flight {
+    Mark mark;
+    state::ImageRequestRegistry::Asker asker = 0;
+    int64_t submitted_ns = 0;
+  };
+
+  bool draw_turn(gpu::FrameRing& frames, state::ImageRequestRegistry::Asker asker,
+                 RequestRenderer::Moment& moment, int64_t end_ns);
+  void note_finished();
+  bool has_room(int64_t end_ns);
+  std::vector<RequestRenderer::Asked> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
+  void distribute(std::vector<RequestRenderer::Asked>&& asked);
+  size_t place_of(const RequestRenderer::Asked& asked);
+  void draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment, uint64_t most_bytes);
+  bool has_work();
+  void drop_closed_requests();
+  void refuse_what_had_no_room(RequestRenderer& maker);
+  size_t device_count() const { return 1 + further().size(); }
+  std::span<const std::unique_ptr<SecondaryDevice>> further() const;
+  const gpu::Device& device_at(size_t index) const;
+  RequestRenderer& maker_at(size_t index);
+
+  gpu::Device& device_;
+  const state::PoseState& poses_;
+  StreamReceiver& intake_;
+  const LiveScene& scene_;
+  const Rules rules_;
+  RequestRenderer first_;
+  SecondaryDevices* further_ = nullptr;
+  const passes::DrawSettings* settings_ = nullptr;
+  // A request keeps its device, so that its images stay in order.
+  std::map<Key, Place> places_;
+  std::vector<uint64_t> pixels_of_device_;
+  size_t last_place_ = 0;
+  state::ImageScheduler turns_;
+  std::deque<Flight> flights_;  // unfinished submissions, in the order of turns_
+  int64_t last_done_ns_ = 0;
+};
+
+}  // namespace fire3dv::app

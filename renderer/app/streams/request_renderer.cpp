@@ -1,0 +1,258 @@
+#include "renderer/app/streams/request_renderer.h"
+
+#include <algorithm>
+
+namespace fire3dv::app {
+namespace {
+
+// Memory limit of cameras in one submission: visibility flags and cluster lists.
+constexpr uint64_t kMostTogetherBytes = uint64_t{64} << 20;
+
+passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
+  return passes::with_sources(outputs_of(request.outputs));
+}
+
+bool has_lens(const RequestCamera& camera) {
+  return camera.lens.model != passes::LensModel::none;
+}
+
+bool wants_boxes(const wire::ImageRequest& request) {
+  return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
+}
+
+bool wants_motion(const wire::ImageRequest& request) {
+  return (request.outputs & wire::kMotion) != 0;
+}
+
+// Exact read-back size of `views` views of the request.
+uint64_t read_back_bytes(const wire::ImageRequest& request, uint32_t views) {
+  const passes::ImageOutputs outputs = drawn_outputs(request);
+  const uint32_t width = request.intrinsics.width, height = request.intrinsics.height * views;
+  return (outputs.color_srgb8 ? uint64_t{4} * width * height : 0) +
+         passes::bytes_of(passes::place_planes(outputs, width, height));
+}
+
+// Outputs that the renderer draws for the request, before lens distortion.
+passes::ImageOutputs outputs_behind(const RequestRenderer::Asked& asked) {
+  const passes::ImageOutputs outputs = drawn_outputs(asked.due.request);
+  return has_lens(asked.camera) ? passes::behind_lens(outputs) : outputs;
+}
+
+// Runs an allocation; returns false if the device is out of memory. Rethrows other errors.
+template <typename Take>
+bool has_room_for(Take&& take) {
+  try {
+    take();
+    return true;
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    return false;
+  }
+}
+
+VkExtent2D extent_of(glm::uvec2 size) {
+  return {size.x, size.y};
+}
+
+}  // namespace
+
+// Render targets take about 20 times the bytes of the image at 4 samples.
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
+  state::ImageAbilities abilities{.most_pixel_bytes = uint64_t{64} << 20};
+  abilities.lenses = true;
+  abilities.outputs = 0;
+  for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
+    if (renderer.can_take(passes::with_sources(outputs_of(1u << bit)))) abilities.outputs |= 1u << bit;
+  }
+  return abilities;
+}
+
+void RequestRenderer::begin(std::vector<Asked>&& asked) {
+  asked_ = std::move(asked);
+  next_ = 0;
+}
+
+bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t most_bytes) {
+  gpu::Recorder* recorder = nullptr;
+  uint64_t bytes = 0;
+  while (has_work() && bytes < most_bytes) {
+    const std::span<const Asked> rest = std::span(asked_).subspan(next_);
+    const std::span<const Asked> together = rest.first(how_many_together(rest, most_bytes));
+    next_ += together.size();
+    if (!make_room(together)) continue;
+    if (!recorder) recorder = &frames.begin();
+    record(*recorder, frames.belt(), together, moment);
+    of_frame_ = passes::OfFrame::further;
+    bytes += read_back_bytes(together[0].due.request, static_cast<uint32_t>(together.size()));
+    const glm::uvec2 size = together[0].camera.pinhole.image_px;
+    cost_ += together.size() * state::image_cost(size.x, size.y);
+  }
+  if (recorder) readback_.submitted(frames.submit());
+  return recorder != nullptr;
+}
+
+// Number of consecutive compatible images that fit one submission.
+size_t RequestRenderer::how_many_together(std::span<const Asked> rest, uint64_t most_bytes) const {
+  const wire::ImageRequest& first = rest[0].due.request;
+  const passes::ImageOutputs outputs = drawn_outputs(first);
+  const bool smoothed = outputs.color_srgb8 && renderer_.post_settings().fxaa;
+  if (smoothed || has_lens(rest[0].camera) || !renderer_.can_take(outputs, 2)) return 1;
+  const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
+                               first.intrinsics.width * first.intrinsics.height;
+  const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
+  const uint64_t most =
+      std::min<uint64_t>({kMostTogetherBytes / std::max(pixel_bytes, list_bytes),
+                          most_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
+                          device_.limits().maxImageDimension2D / first.intrinsics.height, rest.size()});
+  size_t count = 1;
+  while (count < most) {
+    const wire::ImageRequest& next = rest[count].due.request;
+    if (next.intrinsics.width != first.intrinsics.width ||
+        next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs ||
+        has_lens(rest[count].camera))
+      break;
+    ++count;
+  }
+  return count;
+}
+
+void RequestRenderer::refuse(std::span<const Asked> together, wire::ImageRefusal reason,
+                             const std::string& why) {
+  for (const Asked& asked : together) refused_.push_back({asked.due, reason, why});
+}
+
+void RequestRenderer::refuse_rest(const std::string& why) {
+  refuse(std::span(asked_).subspan(next_), wire::ImageRefusal::too_large, why);
+  next_ = asked_.size();
+}
+
+// Allocates targets; out of memory refuses the images and is no error.
+bool RequestRenderer::make_room(std::span<const Asked> together) {
+  const Asked& first = together[0];
+  const wire::ImageRequest& request = first.due.request;
+  const VkExtent2D extent = extent_of(first.camera.pinhole.image_px), before = renderer_.extent();
+  const auto views = static_cast<uint32_t>(together.size()), views_before = renderer_.views();
+  if (of_frame_ == passes::OfFrame::first) renderer_.begin_frame();
+  if (wants_motion(request) && !renderer_.can_keep_places()) {
+    refuse(together, wire::ImageRefusal::too_many,
+           "the device keeps where everything was for images of other frames that want motion, and has no "
+           "room for more; ask for motion with every frame, or in fewer requests");
+    return false;
+  }
+  const auto set_back = [&] {
+    if (before.width != 0) renderer_.set_size(before, views_before);
+  };
+  const bool has_room = has_room_for([&] {
+    renderer_.set_size(extent, views);
+    renderer_.make_room(outputs_behind(first));
+    if (has_lens(first.camera))
+      lens_.make_room(first.camera.pinhole,
+                      {first.camera.intrinsics, first.camera.lens, drawn_outputs(request)});
+    readback_.make_room(read_back_bytes(request, views));
+  });
+  if (has_room) return true;
+  // Restores the size for the other user of the renderer. Without memory for that, it has none until
+  // set_size().
+  (void)has_room_for(set_back);
+  refuse(together, wire::ImageRefusal::too_large,
+         "the device has no memory for an image of " + std::to_string(extent.width) + " x " +
+             std::to_string(extent.height) + "; ask for a smaller one");
+  return false;
+}
+
+void RequestRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const Asked> together,
+                             const Moment& moment) {
+  const wire::ImageRequest& first = together[0].due.request;
+  const passes::ImageOutputs outputs = drawn_outputs(first);
+  Tag tag;
+  std::vector<passes::View> views;
+  for (const Asked& asked : together) {
+    const state::ImageRequestRegistry::Due& due = asked.due;
+    const passes::Intrinsics& used = asked.camera.intrinsics;
+    passes::View& view =
+        views.emplace_back(passes::make_view(asked.camera.pinhole, asked.camera.world_from_camera));
+    view.camera = due.request.node;
+    view.exposure = asked.camera.exposure;
+    wire::ImageFrame frame;
+    frame.request = due.request.id;
+    frame.number = due.number;
+    frame.epoch = due.request.epoch;
+    frame.sequence = due.sequence;
+    frame.sim_time_ns = due.sim_time_ns;
+    frame.world_from_camera = affine_of(asked.camera.world_from_camera);
+    frame.intrinsics = {used.image_px.x, used.image_px.y, used.fx_px,
+                        used.fy_px,      used.cx_px,      used.cy_px,
+                        used.near_m,     used.far_m,      due.request.intrinsics.lens};
+    tag.images.push_back({due.asker, due.request.outputs, std::move(frame)});
+  }
+  std::vector<passes::CameraHistory> histories = take_histories(together);
+  renderer_.record(recorder, belt, moment.poses, views, outputs_behind(together[0]), histories, of_frame_);
+  keep_histories(together, std::move(histories));
+
+  tag.taken.width = first.intrinsics.width;
+  tag.taken.height = first.intrinsics.height;
+  tag.taken.views = static_cast<uint32_t>(together.size());
+  tag.taken.color_srgb8 = outputs.color_srgb8;
+  if (wants_boxes(first)) tag.taken.boxes = moment.boxes;
+  if (has_lens(together[0].camera)) {
+    read_back_through_lens(recorder, belt, together[0].camera, outputs, std::move(tag));
+  } else {
+    read_back(recorder, outputs, std::move(tag));
+  }
+}
+
+void RequestRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
+  passes::ReadbackRing<Tag>::Planes planes;
+  if (outputs.any_plane()) {
+    tag.taken.places = renderer_.plane_places();
+    planes = {&renderer_.planes(), passes::bytes_of(tag.taken.places)};
+  }
+  gpu::Image* const image = outputs.color_srgb8 ? &renderer_.image() : nullptr;
+  readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
+}
+
+void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& belt,
+                                             const RequestCamera& camera, const passes::ImageOutputs& outputs,
+                                             Tag&& tag) {
+  passes::LensPass::Source source{camera.pinhole, nullptr, nullptr, {}};
+  if (outputs.color_srgb8) source.color = &renderer_.image();
+  if (outputs.any_plane()) {
+    source.planes = &renderer_.planes();
+    source.places = renderer_.plane_places();
+  }
+  lens_.record(recorder, belt, source, {camera.intrinsics, camera.lens, outputs});
+  tag.taken.places = lens_.places();
+  readback_.record(recorder, nullptr, extent_of(camera.intrinsics.image_px),
+                   {&lens_.result(), lens_.result_bytes()}, std::move(tag));
+}
+
+std::vector<passes::CameraHistory> RequestRenderer::take_histories(std::span<const Asked> together) {
+  std::vector<passes::CameraHistory> histories;
+  if (!wants_motion(together[0].due.request)) return histories;
+  for (const Asked& asked : together)
+    histories.push_back(std::move(histories_[{asked.due.asker, asked.due.request.id}]));
+  return histories;
+}
+
+void RequestRenderer::keep_histories(std::span<const Asked> together,
+                                     std::vector<passes::CameraHistory>&& histories) {
+  for (size_t i = 0; i < histories.size(); ++i)
+    histories_[{together[i].due.asker, together[i].due.request.id}] = std::move(histories[i]);
+}
+
+void RequestRenderer::deliver(const Take& take) {
+  readback_.poll([&](Tag tag, VkExtent2D, std::span<const uint8_t> bytes) {
+    for (uint32_t view = 0; view < tag.images.size(); ++view) {
+      Image& image = tag.images[view];
+      const RequestedImage pixels(tag.taken, view, image.bits, bytes);
+      pixels.describe_to(image.frame);
+      take(image.asker, image.frame, pixels);
+    }
+  });
+}
+
+void RequestRenderer::retain_only(std::span<const Key> open) {
+  std::erase_if(histories_, [&](const auto& kept) { return !std::ranges::binary_search(open, kept.first); });
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,116 @@
+// Renderer of image requests on one device, including read-back. Independent of links. Single-threaded.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/app/streams/request_camera.h"
+#include "renderer/app/streams/requested_image.h"
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/passes/post/lens_pass.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/state/image_requests.h"
+
+namespace fire3dv::app {
+
+// Image requests that this renderer supports.
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer);
+
+class RequestRenderer {
+ public:
+  // Borrows both.
+  RequestRenderer(gpu::Device& device, passes::SceneRenderer& renderer)
+      : device_(device), renderer_(renderer), readback_(device), lens_(device) {}
+
+  struct Asked {
+    state::ImageRequestRegistry::Due due;
+    RequestCamera camera;
+  };
+  // Poses of the rendered moment, and the boxes of all instances if requested.
+  struct Moment {
+    const state::PoseState& poses;
+    std::shared_ptr<const std::vector<passes::Box3d>> boxes;
+  };
+
+  // Starts a new moment: later images show other poses.
+  void begin_moment() { of_frame_ = passes::OfFrame::first; }
+  // Replaces the work list; compatible images must be adjacent.
+  void begin(std::vector<Asked>&& asked);
+  bool has_work() const { return next_ < asked_.size(); }
+  // Images that are rendered or refused.
+  std::span<const Asked> processed() const { return std::span(asked_).first(next_); }
+
+  // Renders some of the images in one submission, which ends with the image that reaches most_bytes of
+  // read-back. Returns false if nothing was submitted.
+  bool draw(gpu::FrameRing& frames, const Moment& moment, uint64_t most_bytes = kMostSubmittedBytes);
+  // Limit of one submission: its images stay in host memory until they are sent.
+  static constexpr uint64_t kMostSubmittedBytes = uint64_t{64} << 20;
+  // Cost of the images rendered since the last call.
+  uint64_t take_cost() { return std::exchange(cost_, 0); }
+
+  // Refuses all remaining images.
+  void refuse_rest(const std::string& why);
+
+  // Images rendered but not delivered.
+  size_t in_flight() const { return readback_.in_flight(); }
+  // Delivers finished images.
+  using Take = std::function<void(state::ImageRequestRegistry::Asker asker, const wire::ImageFrame&,
+                                  const RequestedImage& pixels)>;
+  void deliver(const Take& take);
+
+  // Refusals for lack of device memory since the last call.
+  struct Refused {
+    state::ImageRequestRegistry::Due due;
+    wire::ImageRefusal reason;
+    std::string why;
+  };
+  std::vector<Refused> take_refused() { return std::exchange(refused_, {}); }
+
+  // Drops the state of all requests except these, sorted by asker and id.
+  using Key = std::pair<state::ImageRequestRegistry::Asker, uint64_t>;
+  void retain_only(std::span<const Key> open);
+  // Called for a new scene.
+  void forget_histories() { histories_.clear(); }
+
+ private:
+  struct Image {
+    state::ImageRequestRegistry::Asker asker = 0;
+    uint32_t bits = 0;
+    wire::ImageFrame frame;
+  };
+  struct Tag {
+    ReadbackViews taken;
+    std::vector<Image> images;  // one per view
+  };
+
+  size_t how_many_together(std::span<const Asked> rest, uint64_t most_bytes) const;
+  bool make_room(std::span<const Asked> together);
+  void refuse(std::span<const Asked> together, wire::ImageRefusal reason, const std::string& why);
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const Asked> together,
+              const Moment& moment);
+  void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
+  void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& belt, const RequestCamera& camera,
+                              const passes::ImageOutputs& outputs, Tag&& tag);
+  std::vector<passes::CameraHistory> take_histories(std::span<const Asked> together);
+  void keep_histories(std::span<const Asked> together, std::vector<passes::CameraHistory>&& histories);
+
+  gpu::Device& device_;
+  passes::SceneRenderer& renderer_;
+  passes::ReadbackRing<Tag> readback_;
+  passes::LensPass lens_;
+  std::vector<Asked> asked_;
+  size_t next_ = 0;  // index of the next image in asked_
+  uint64_t cost_ = 0;
+  passes::OfFrame of_frame_ = passes::OfFrame::first;
+  std::vector<Refused> refused_;
+  std::map<Key, passes::CameraHistory> histories_;  // motion histories of open requests
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,100 @@
+#include "renderer/app/viewer_document.h"
+
+#include "renderer/app/frame_loop.h"
+#include "renderer/app/start.h"
+
+namespace fire3dv::app {
+namespace {
+
+bool is_recording(const std::filesystem::path& file) {
+  return file.extension() == ".mcap";
+}
+
+// Null without the option.
+Result<std::unique_ptr<replay::ReplayLink>> open_replay(const Options& options) {
+  const RecordingOptions& recording = options.recording;
+  if (recording.replay.empty()) return std::unique_ptr<replay::ReplayLink>();
+  replay::ReplayOptions replay_options;
+  replay_options.streams = recording.streams;
+  replay_options.speed = recording.speed;
+  replay_options.start_s = recording.start_s;
+  replay_options.end_s = recording.end_s;
+  replay_options.loop = recording.loop;
+  replay_options.each_frame = recording.step;
+  replay_options.end_streams = options.exit_when_done;
+  return replay::ReplayLink::open(recording.replay, replay_options);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& options,
+                                                             const CacheLocations& places) {
+  std::unique_ptr<ViewerDocument> show(new ViewerDocument(options));
+  Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options);
+  if (!replay) return replay.error();
+  show->replay_ = std::move(*replay);
+  show->scene_path_ = options.scene;
+  if (options.scene.empty()) {
+    Result<std::unique_ptr<RecordedScene>> extracted =
+        RecordedScene::extract(show->replay_->playback().reader());
+    if (!extracted) return extracted.error();
+    show->recorded_scene_ = std::move(*extracted);
+    show->scene_path_ = show->recorded_scene_->path();
+    say("scene \"" + show->recorded_scene_->name() + "\" of " + options.recording.replay);
+  }
+  show->load_.emplace(show->scene_path_, options.convert, places.scenes,
+                      passes::levels_for(options.levels_of_detail),
+                      [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
+  return show;
+}
+
+Result<void> ViewerDocument::restart_epoch() {
+  Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options_);
+  if (!replay) return replay.error();
+  replay_ = std::move(*replay);
+  return {};
+}
+
+Options with_file(const Options& options, const std::filesystem::path& file) {
+  Options other = options;
+  other.recording = {};
+  other.convert = {};
+  other.convert.package_folders = options.convert.package_folders;
+  other.exit_when_done = false;
+  if (is_recording(file)) {
+    other.recording.replay = file.string();
+    other.recording.loop = options.recording.loop;
+    other.scene.clear();
+  } else {
+    other.scene = file;
+  }
+  return other;
+}
+
+void DocumentLoader::open(const std::filesystem::path& file) {
+  const Options& now = now_.options();
+  if (!now.out.empty() || !now.stats.empty() || !now.recording.record.empty() || now.lockstep)
+    return notes_.push_back("what --out, --stats, --record, --lockstep or --step do is of one scene: " +
+                            file.string() + " needs a fire3dv of its own");
+  Options options = with_file(now, file);
+  Result<std::unique_ptr<ViewerDocument>> opened = ViewerDocument::open(options, places_);
+  if (!opened && is_recording(file)) {  // no attached scene: the recording may belong to the displayed scene
+    options.scene = now.scene;
+    if (!now.scene.empty()) opened = ViewerDocument::open(options, places_);
+  }
+  if (!opened) return notes_.push_back(opened.error().message);
+  next_ = std::move(*opened);
+  notes_.push_back("loading " + file.string());
+}
+
+bool DocumentLoader::is_ready() {
+  if (!next_ || !next_->load().is_done()) return false;
+  const Result<const scene::LoadedScene*> loaded = next_->load().wait();
+  const Result<void> can = loaded ? can_show_((*loaded)->scene) : Result<void>(loaded.error());
+  if (can) return true;
+  notes_.push_back(can.error().message);
+  next_.reset();
+  return false;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,76 @@
+// Loaded scene with its optional recording (viewer document). The scene loads on its own thread; a file
+// dropped on the window replaces it after loading.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/replay/replay_link.h"
+#include "renderer/app/loading/recorded_scene.h"
+#include "renderer/app/loading/scene_load.h"
+#include "renderer/app/options/cache_locations.h"
+#include "renderer/app/options/options.h"
+
+namespace fire3dv::app {
+
+class ViewerDocument {
+ public:
+  // Opens the recording, if any, and starts loading the scene.
+  static Result<std::unique_ptr<ViewerDocument>> open(const Options& options, const CacheLocations& places);
+  ~ViewerDocument() { abandon(); }
+  ViewerDocument(const ViewerDocument&) = delete;
+  ViewerDocument& operator=(const ViewerDocument&) = delete;
+
+  const Options& options() const { return options_; }  // effective options of this document
+  const std::filesystem::path& scene_path() const { return scene_path_; }
+  SceneLoad& load() { return *load_; }
+  std::unique_ptr<replay::ReplayLink> take_replay() { return std::move(replay_); }  // null: none
+  // Prepares another run: restarts the recording.
+  Result<void> restart_epoch();
+  // Cancels loading.
+  void abandon() { abandoned_ = true; }
+
+ private:
+  explicit ViewerDocument(const Options& options) : options_(options) {}
+
+  const Options options_;
+  std::filesystem::path scene_path_;
+  std::unique_ptr<replay::ReplayLink> replay_;
+  std::unique_ptr<RecordedScene> recorded_scene_;
+  std::atomic<bool> abandoned_ = false;
+  std::optional<SceneLoad> load_;  // last: its thread uses the above
+};
+
+// Loader of the next document.
+class DocumentLoader {
+ public:
+  // Checks before the displayed scene is replaced.
+  using CanShow = std::function<Result<void>(const scene::Scene& scene)>;
+  // Borrows both, which belong to the displayed scene.
+  DocumentLoader(const ViewerDocument& now, const CacheLocations& places, CanShow can_show)
+      : now_(now), places_(places), can_show_(std::move(can_show)) {}
+
+  void open(const std::filesystem::path& file);
+  bool is_ready();  // otherwise reports why it never will be
+  void note(std::string text) { notes_.push_back(std::move(text)); }
+  std::unique_ptr<ViewerDocument> take() { return std::move(next_); }
+  std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
+
+ private:
+  const ViewerDocument& now_;
+  const CacheLocations& places_;
+  const CanShow can_show_;
+  std::unique_ptr<ViewerDocument> next_;
+  std::vector<std::string> notes_;
+};
+
+// Options of the same run with another file. A recording replaces the recording, and the scene if it has one
+// attached; any other file replaces the scene.
+Options with_file(const Options& options, const std::filesystem::path& file);
+
+}  // namespace fire3dv::app

@@ -1,0 +1,194 @@
+#include "renderer/app/window/camera_rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "renderer/passes/visibility/boxes.h"
+#include "renderer/scene/model/bounds.h"
+
+namespace fire3dv::app {
+namespace {
+
+// World-space bounds of the visible instances of a node and its descendants, in their current poses.
+scene::Box visible_bounds(const scene::Scene& scene, const state::PoseState& poses, uint32_t top) {
+  scene::Box box;
+  for (const passes::Box3d& shown : passes::boxes_of_instances(scene, poses)) {
+    uint32_t node = shown.instance - 1;  // the instance plane has 0 for the background
+    while (node != scene::kNone && node != top) node = scene.nodes[node].parent;
+    if (node != top) continue;
+    const std::array<float, 12>& m = shown.world_from_box;
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::vec4 at((corner & 1) - 0.5f, (corner >> 1 & 1) - 0.5f, (corner >> 2) - 0.5f, 1);
+      box.add({glm::dot(glm::vec4(m[0], m[1], m[2], m[3]), at),
+               glm::dot(glm::vec4(m[4], m[5], m[6], m[7]), at),
+               glm::dot(glm::vec4(m[8], m[9], m[10], m[11]), at)});
+    }
+  }
+  return box;
+}
+
+}  // namespace
+
+Result<CameraRig> CameraRig::create(const scene::Scene& scene, const std::string& name) {
+  CameraRig rig(scene);
+  rig.free_camera_.name = "free";
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  if (name.empty()) {
+    if (!nodes.empty()) rig.node_ = nodes.front();
+    return rig;
+  }
+  auto find = [&](auto&& has_name) {
+    const auto node = std::find_if(nodes.begin(), nodes.end(), has_name);
+    return node == nodes.end() ? scene::kNone : *node;
+  };
+  rig.node_ = find([&](uint32_t n) { return scene.nodes[n].name == name; });
+  if (rig.node_ == scene::kNone) {
+    rig.node_ = find([&](uint32_t n) { return scene.cameras[scene.nodes[n].camera].name == name; });
+  }
+  if (rig.node_ != scene::kNone) return rig;
+
+  std::string known;
+  for (uint32_t n : nodes) known += (known.empty() ? "" : ", ") + scene.nodes[n].name;
+  return Error{
+      "--camera " + name + ": " + scene.source.string() +
+      (known.empty() ? " has no cameras; leave --camera out" : " has no such camera; it has: " + known)};
+}
+
+// Nodes of the file keep their indices in all versions of the scene.
+void CameraRig::set_scene(const scene::Scene& scene) {
+  scene_ = &scene;
+  if (node_ == scene::kNone || (node_ < scene.nodes.size() && scene.nodes[node_].camera != scene::kNone))
+    return;
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  node_ = nodes.empty() ? scene::kNone : nodes.front();
+}
+
+const scene::Camera& CameraRig::scene_camera() const {
+  const scene::Camera* const edited = edits_ ? edits_->camera_at(node_) : nullptr;
+  return edited ? *edited : scene_->cameras[scene_->nodes[node_].camera];
+}
+
+passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) const {
+  if (node_ != scene::kNone) {
+    passes::View view = passes::make_view(scene_camera(), poses.world_from_node(node_), image_aspect);
+    if (!scene_->nodes[node_].name.empty()) view.camera = scene_->nodes[node_].name;
+    return view;
+  }
+  if (framed_) {
+    world_from_free_ =
+        passes::framing_camera_pose(free_camera_, image_aspect, scene_->bounds_min, scene_->bounds_max);
+    focus_distance_m_ =
+        glm::length(glm::vec3(world_from_free_[3]) - 0.5f * (scene_->bounds_min + scene_->bounds_max));
+    framed_ = false;
+  }
+  scene::Camera camera = free_camera_;
+  camera.near_m = std::min(0.01f, 0.01f * std::max(focus_distance_m_, 1e-3f));
+  return passes::make_view(camera, world_from_free_, image_aspect);
+}
+
+void CameraRig::let_go(const state::PoseState& poses) {
+  if (node_ == scene::kNone) return;
+  free_camera_ = scene_camera();
+  free_camera_.orthographic = false;
+  free_camera_.name = "free";
+  world_from_free_ = poses.world_from_node(node_);
+  framed_ = false;
+  // Focus: the point on the line of sight closest to the scene's centre.
+  const glm::vec3 middle = 0.5f * (scene_->bounds_min + scene_->bounds_max);
+  const glm::vec3 eye(world_from_free_[3]);
+  focus_distance_m_ =
+      std::max(glm::dot(middle - eye, -glm::vec3(world_from_free_[2])), 0.1f * scene_radius_m());
+  node_ = scene::kNone;
+}
+
+glm::vec3 CameraRig::focus() const {
+  return glm::vec3(world_from_free_[3]) - focus_distance_m_ * glm::vec3(world_from_free_[2]);
+}
+
+void CameraRig::orbit(const state::PoseState& poses, float yaw_rad, float pitch_rad) {
+  let_go(poses);
+  const glm::vec3 center = focus();
+  glm::vec3 offset = glm::vec3(world_from_free_[3]) - center;
+  offset = glm::vec3(glm::rotate(glm::mat4(1), yaw_rad, glm::vec3(0, 1, 0)) * glm::vec4(offset, 0));
+  const float pitch = std::asin(std::clamp(offset.y / glm::length(offset), -1.0f, 1.0f));
+  constexpr float kLimit = 1.55f;  // excludes the poles, where the right axis is undefined
+  const float allowed = std::clamp(pitch + pitch_rad, -kLimit, kLimit) - pitch;
+  const glm::vec3 level = glm::cross(glm::vec3(0, 1, 0), offset);
+  // At the poles the camera's own right axis is used.
+  const glm::vec3 right = glm::length(level) > 1e-6f * glm::length(offset) ? glm::normalize(level)
+                                                                           : glm::vec3(world_from_free_[0]);
+  offset = glm::vec3(glm::rotate(glm::mat4(1), -allowed, right) * glm::vec4(offset, 0));
+  world_from_free_ = passes::look_at_pose(center + offset, center);
+}
+
+void CameraRig::pan(const state::PoseState& poses, float right_fraction, float up_fraction) {
+  let_go(poses);
+  const glm::vec3 move = focus_distance_m_ * (right_fraction * glm::vec3(world_from_free_[0]) +
+                                              up_fraction * glm::vec3(world_from_free_[1]));
+  world_from_free_[3] += glm::vec4(move, 0);
+}
+
+void CameraRig::zoom(const state::PoseState& poses, float factor, const glm::vec2& at_ndc,
+                     float image_aspect) {
+  let_go(poses);
+  const passes::View seen = view(poses, image_aspect);
+  const glm::vec3 eye(world_from_free_[3]), forward = -glm::vec3(world_from_free_[2]);
+  const glm::vec3 ray =
+      seen.world_from_ndc_x * at_ndc.x + seen.world_from_ndc_y * at_ndc.y + seen.world_from_ndc_origin;
+  const glm::vec3 kept = eye + ray * (focus_distance_m_ / glm::dot(ray, forward));
+  const float distance =
+      std::clamp(focus_distance_m_ * factor, 1e-4f * scene_radius_m(), 1e3f * scene_radius_m());
+  world_from_free_[3] = glm::vec4(kept + (eye - kept) * (distance / focus_distance_m_), 1);
+  focus_distance_m_ = distance;
+}
+
+void CameraRig::fly(const state::PoseState& poses, const glm::vec3& camera_direction, float distance_m) {
+  let_go(poses);
+  world_from_free_[3] += world_from_free_ * glm::vec4(camera_direction * distance_m, 0);
+}
+
+void CameraRig::select(size_t scene_camera) {
+  const std::vector<uint32_t> nodes = scene::camera_nodes(*scene_);
+  if (scene_camera < nodes.size()) node_ = nodes[scene_camera];
+}
+
+void CameraRig::frame_all(float image_aspect) {
+  node_ = scene::kNone;
+  framed_ = true;
+  const state::PoseState at_rest(*scene_);
+  (void)view(at_rest, image_aspect);
+}
+
+void CameraRig::frame_node(const state::PoseState& poses, uint32_t node, float image_aspect) {
+  if (node >= scene_->nodes.size()) return;
+  let_go(poses);
+  (void)view(poses, image_aspect);  // places a free camera that is not placed yet
+  scene::Box box = visible_bounds(*scene_, poses, node);
+  const glm::vec3 origin(poses.world_from_node(node)[3]);
+  if (box.empty()) box.add(origin);
+  const glm::vec3 middle = 0.5f * (box.low + box.high);
+  const float radius = std::max(0.5f * glm::length(box.high - box.low), 0.01f * scene_radius_m());
+  const float half_fov = 0.5f * free_camera_.vertical_fov_rad;
+  const float half_width = std::atan(std::tan(half_fov) * std::max(image_aspect, 1e-3f));
+  constexpr float kRoom = 1.2f;
+  focus_distance_m_ = kRoom * radius / std::sin(std::min(half_fov, half_width));
+  world_from_free_[3] = glm::vec4(middle + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
+}
+
+void CameraRig::follow(const state::PoseState& poses, uint32_t node) {
+  if (node >= scene_->nodes.size()) {
+    followed_ = scene::kNone;
+    return;
+  }
+  const glm::vec3 at(poses.world_from_node(node)[3]);
+  if (followed_ == node && is_free() && !framed_) world_from_free_[3] += glm::vec4(at - followed_at_, 0);
+  followed_ = node;
+  followed_at_ = at;
+}
+
+float CameraRig::scene_radius_m() const {
+  return std::max(0.5f * glm::length(scene_->bounds_max - scene_->bounds_min), 1e-3f);
+}
+
+}  // namespace fire3dv::app

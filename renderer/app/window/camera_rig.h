@@ -1,0 +1,65 @@
+// Camera of a view: a camera of the scene, which a stream may drive, or a free camera controlled by the user.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+#include "renderer/passes/view.h"
+#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::app {
+
+class CameraRig {
+ public:
+  // name: value of --camera; empty selects the scene's first camera, or a free one that frames the scene. The
+  // error lists the available cameras.
+  static Result<CameraRig> create(const scene::Scene& scene, const std::string& name);
+
+  // Edits of the scene's cameras; must outlive this object.
+  void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
+
+  // Switches to another scene; keeps the view if its camera still exists.
+  void set_scene(const scene::Scene& scene);
+
+  passes::View view(const state::PoseState& poses, float image_aspect) const;
+
+  // Free camera controls of the window. The first one switches from the scene's camera to a free camera at
+  // its pose.
+  void orbit(const state::PoseState& poses, float yaw_rad, float pitch_rad);
+  void pan(const state::PoseState& poses, float right_fraction,
+           float up_fraction);  // fraction of the focus distance
+  // at_ndc: fixed point of the zoom at focus depth, in Vulkan NDC (-1 to 1, y down).
+  void zoom(const state::PoseState& poses, float factor, const glm::vec2& at_ndc, float image_aspect);
+  void fly(const state::PoseState& poses, const glm::vec3& camera_direction, float distance_m);
+  void select(size_t scene_camera);            // by order; no effect if out of range
+  void let_go(const state::PoseState& poses);  // switches to the free camera
+  void frame_all(float image_aspect);
+  // Points at the centre of the visible instances of this node and its descendants, without changing the
+  // direction. Without visible instances, points at the node.
+  void frame_node(const state::PoseState& poses, uint32_t node, float image_aspect);
+  // Moves a free camera with the node since the last call. Must be called once per frame. kNone: no node.
+  void follow(const state::PoseState& poses, uint32_t node);
+  bool is_free() const { return node_ == scene::kNone; }
+  uint32_t node() const { return node_; }  // node of the scene's camera; kNone: free
+  float scene_radius_m() const;
+
+ private:
+  explicit CameraRig(const scene::Scene& scene) : scene_(&scene) {}
+  glm::vec3 focus() const;
+  const scene::Camera& scene_camera() const;  // of node_
+
+  const scene::Scene* scene_;
+  const scene::SceneEdits* edits_ = nullptr;
+  uint32_t node_ = scene::kNone;  // kNone: free
+  scene::Camera free_camera_;
+  mutable bool framed_ = true;  // free camera not framed yet for the image's aspect ratio
+  mutable glm::mat4 world_from_free_{1};
+  mutable float focus_distance_m_ = 1;
+  uint32_t followed_ = scene::kNone;
+  glm::vec3 followed_at_{0};
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,162 @@
+#include "renderer/app/window/viewer_control.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "protocol/base/keyed_hash.h"
+
+namespace fire3dv::app {
+namespace {
+
+// Maps node indices of one scene to another by path. Most nodes keep their index.
+class NodesByPath {
+ public:
+  NodesByPath(const scene::Scene& before, const scene::Scene& after) : before_(before), after_(after) {}
+
+  uint32_t operator()(uint32_t node) {
+    if (node >= before_.nodes.size()) return scene::kNone;
+    const std::string& path = before_.nodes[node].path;
+    if (node < after_.nodes.size() && after_.nodes[node].path == path) return node;
+    if (node_of_path_.empty()) {
+      for (uint32_t n = 0; n < after_.nodes.size(); ++n) node_of_path_.emplace(after_.nodes[n].path, n);
+    }
+    const auto found = node_of_path_.find(path);
+    return found == node_of_path_.end() ? scene::kNone : found->second;
+  }
+
+ private:
+  const scene::Scene &before_, &after_;
+  std::unordered_map<std::string_view, uint32_t, KeyedHash, std::equal_to<>> node_of_path_;
+};
+
+// First node that uses each material; kNone: none.
+std::vector<uint32_t> wearers(const scene::Scene& scene) {
+  std::vector<uint32_t> first(scene.materials.size(), scene::kNone);
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    if (scene.nodes[n].mesh == scene::kNone) continue;
+    const scene::Mesh& mesh = scene.meshes[scene.nodes[n].mesh];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      uint32_t& wearer = first[scene.primitives[p].material];
+      if (wearer == scene::kNone) wearer = n;
+    }
+  }
+  return first;
+}
+
+// Unnamed materials are identified by their first user.
+std::map<uint32_t, scene::Material> transferred_materials(std::map<uint32_t, scene::Material> materials,
+                                                          const scene::Scene& before,
+                                                          const scene::Scene& after) {
+  std::vector<uint32_t> worn_before, worn_after;
+  std::erase_if(materials, [&](const auto& entry) {
+    const uint32_t m = entry.first;
+    if (m >= before.materials.size() || m >= after.materials.size() ||
+        before.materials[m].name != after.materials[m].name)
+      return true;
+    if (!before.materials[m].name.empty()) return false;
+    if (worn_before.empty()) {
+      worn_before = wearers(before);
+      worn_after = wearers(after);
+    }
+    const uint32_t then = worn_before[m], now = worn_after[m];
+    return then == scene::kNone || now == scene::kNone || before.nodes[then].path != after.nodes[now].path;
+  });
+  return materials;
+}
+
+}  // namespace
+
+void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after) {
+  NodesByPath moved(before, after);
+  for (uint32_t* node : {&viewer.selected, &viewer.followed, &viewer.isolated}) *node = moved(*node);
+  std::set<uint32_t> hidden;
+  for (const uint32_t node : viewer.hidden) {
+    if (const uint32_t now = moved(node); now != scene::kNone) hidden.insert(now);
+  }
+  viewer.hidden = std::move(hidden);
+  std::map<uint32_t, scene::Light> lights;
+  for (auto& [node, light] : viewer.lights) {
+    const uint32_t now = moved(node);
+    if (now != scene::kNone && kind_of_light(before, {}, node) == kind_of_light(after, {}, now))
+      lights.emplace(now, std::move(light));
+  }
+  viewer.lights = std::move(lights);
+  viewer.materials = transferred_materials(std::move(viewer.materials), before, after);
+}
+
+void forget_scene(gui::Viewer& viewer) {
+  viewer.selected = viewer.followed = viewer.isolated = scene::kNone;
+  viewer.hidden.clear();
+  viewer.lights.clear();
+  viewer.materials.clear();
+  viewer.streams.clear();
+  viewer.commands = {};
+}
+
+UserEdits edits_of(const gui::Viewer& viewer) {
+  UserEdits edits{viewer.hidden, viewer.isolated, viewer.lights, {}};
+  for (const auto& [number, material] : viewer.materials)
+    edits.materials.emplace(number, scene::factors_of(material));
+  return edits;
+}
+
+passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::vec2>& clicked_px,
+                                 glm::uvec2 image_px, uint64_t scene_number) {
+  passes::Inspection inspection{viewer.debug_view, viewer.selected, {}};
+  const auto clicked = std::exchange(clicked_px, std::nullopt);
+  if (!clicked || clicked->x < 0 || clicked->y < 0) return inspection;
+  const glm::uvec2 pixel(*clicked);
+  if (pixel.x < image_px.x && pixel.y < image_px.y)
+    inspection.pick = passes::Pick{pixel.x, pixel.y, scene_number};
+  return inspection;
+}
+
+void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
+                 const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
+  constexpr float kOrbitRadPerHeight = 3.0f;
+  constexpr float kRadiiPerSecond = 0.5f;
+  constexpr float kLongestStep_s = 0.1f;  // time step limit: no jump after a pause
+  const glm::vec2 size = glm::max(glm::vec2(image_px), glm::vec2(1));
+  const float aspect = size.x / size.y;
+
+  gui::Commands& commands = viewer.commands;
+  if (const auto chosen = std::exchange(commands.camera, {})) camera.select(*chosen);
+  if (std::exchange(commands.free_camera, false)) camera.let_go(poses);
+  if (std::exchange(commands.frame_all, false)) camera.frame_all(aspect);
+  if (std::exchange(commands.frame_selection, false)) {
+    if (viewer.selected == scene::kNone) {
+      camera.frame_all(aspect);
+    } else {
+      camera.frame_node(poses, viewer.selected, aspect);
+    }
+  }
+  camera.follow(poses, viewer.followed);
+
+  if (moves.orbit_px != glm::vec2(0)) {
+    camera.orbit(poses, -moves.orbit_px.x / size.y * kOrbitRadPerHeight,
+                 moves.orbit_px.y / size.y * kOrbitRadPerHeight);
+  }
+  if (moves.pan_px != glm::vec2(0)) camera.pan(poses, -moves.pan_px.x / size.y, moves.pan_px.y / size.y);
+  if (moves.zoom_notches != 0) {
+    const float factor = std::pow(0.85f, moves.zoom_notches);
+    camera.zoom(poses, factor, 2.0f * moves.cursor_px / size - 1.0f, aspect);
+  }
+  if (moves.fly != glm::vec3(0)) {
+    const float step_s = std::clamp(seconds, 0.0f, kLongestStep_s);
+    camera.fly(poses, moves.fly, kRadiiPerSecond * camera.scene_radius_m() * viewer.camera_speed * step_s);
+  }
+}
+
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,
+                  const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
+  const auto width = static_cast<float>(image_px.x);
+  const bool is_right = right && moves.cursor_px.x >= width;
+  if (is_right) moves.cursor_px.x -= width;
+  move_camera(is_right ? *right : left, moves, viewer, poses, image_px, seconds);
+  if (right) (is_right ? left : *right).follow(poses, viewer.followed);
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,189 @@
+#include "renderer/app/window/window_view.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "renderer/app/screenshots/stale_overlay.h"
+#include "renderer/app/streams/image_service.h"
+#include "renderer/app/window/viewer_control.h"
+
+namespace fire3dv::app {
+
+Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed) {
+  std::unique_ptr<WindowView> view(new WindowView(borrowed));
+  const scene::Scene& scene = borrowed.scene.scene();
+  const auto make_camera = [&](const std::string& name) {
+    Result<CameraRig> camera = CameraRig::create(scene, name);
+    if (!camera && !borrowed.insist) camera = CameraRig::create(scene, "");
+    if (camera) camera->set_edits(borrowed.scene.edits());
+    return camera;
+  };
+  if (!borrowed.options.right_camera.empty()) {
+    Result<CameraRig> right = make_camera(borrowed.options.right_camera);
+    if (!right) return right.error();
+    view->right_camera_.emplace(std::move(*right));
+  }
+  for (size_t i = 1; i < borrowed.windows.size(); ++i) {
+    Result<CameraRig> camera = make_camera(borrowed.windows[i].camera);
+    if (!camera) return camera.error();
+    view->others_.push_back(
+        std::make_unique<CameraWindow>(borrowed.device, *borrowed.windows[i].window, std::move(*camera)));
+  }
+  return view;
+}
+
+WindowView::WindowView(const Borrowed& borrowed)
+    : borrowed_(borrowed),
+      captures_(borrowed.device, borrowed.options.screenshots),
+      drawn_(borrowed.viewer.draw) {
+  if (borrowed.options.panels && borrowed.options.right_camera.empty())
+    panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist);
+  measure();
+  borrowed_.scene.tell_replaced([this](const scene::Scene& before, const scene::Scene& after) {
+    transfer_by_path(borrowed_.viewer, before, after);
+    borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+    if (right_camera_) right_camera_->set_scene(after);
+    for (const std::unique_ptr<CameraWindow>& other : others_) other->camera().set_scene(after);
+  });
+}
+
+// A minimised window keeps its size.
+void WindowView::measure() {
+  VkExtent2D extent = first().framebuffer_extent();
+  if (extent.width == 0 || extent.height == 0) {
+    if (image_extent_.width != 0) return;
+    extent = {borrowed_.options.width, borrowed_.options.height};
+  }
+  image_extent_ = {std::max(extent.width / columns(), 1u), extent.height};
+}
+
+void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timeline) {
+  sinks::Window::poll_events();
+  const auto now = std::chrono::steady_clock::now();
+  const float seconds = std::chrono::duration<float>(now - std::exchange(steered_, now)).count();
+  steer_first(seconds, facts, timeline);
+  std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
+    if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;
+    const sinks::Window* const closed = &other->window();
+    std::erase_if(borrowed_.windows, [&](const OpenWindow& open) { return open.window.get() == closed; });
+    return true;
+  });
+  apply_requests();
+}
+
+void WindowView::apply_requests() {
+  borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+  apply_draw_settings();
+  passes::DebugView& view = borrowed_.viewer.debug_view;
+  if (Result<void> can = renderer().can_show(view); !can) {
+    notes_.push_back(can.error().message);
+    view = passes::DebugView::none;
+  }
+  for (const auto& [epoch, wish] : borrowed_.viewer.streams)
+    borrowed_.intake.play(epoch, wish.interpolate, wish.delay_ns);
+}
+
+// Settings that need another renderer wait for the GPU: the user requested them, and a lost frame does not
+// matter.
+void WindowView::apply_draw_settings() {
+  passes::DrawSettings& wished = borrowed_.viewer.draw;
+  wished.most_textures = renderer().most_textures();
+  if (renderer().needs_new_renderer(wished)) {
+    if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.intake.open_image_requests() != 0) {
+      notes_.push_back(
+          "samples, raster path and shadows stay while --outputs or a simulator wants images of one kind");
+      wished = drawn_;
+      return;
+    }
+    borrowed_.device.wait(borrowed_.device.last_submitted());
+    borrowed_.renderer.emplace(borrowed_.device, wished);
+    borrowed_.scene.renderer_is_new();
+    borrowed_.intake.offer_images(image_abilities(renderer()));
+    renderer().set_size(image_extent_);
+  }
+  renderer().apply(wished);
+  drawn_ = wished;
+}
+
+void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline) {
+  measure();
+  gui::Viewer& viewer = borrowed_.viewer;
+  const sinks::WindowInput input = first().take_input();
+  const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
+  ViewerInput::Owners owners;
+  if (panels_) {
+    const LiveScene& scene = borrowed_.scene;
+    owners =
+        panels_->take(first(), input, image_px, seconds, facts,
+                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline}, viewer);
+  }
+  CameraMoves moves = input_.take(input, owners, viewer);
+  if (moves.click_px) {
+    const auto width = static_cast<float>(image_extent_.width);
+    if (Result<void> can = renderer().can_inspect(); !can) notes_.push_back(can.error().message);
+    const bool on_right = right_camera_ && moves.click_px->x >= width;
+    if (on_right) moves.click_px->x -= width;
+    (on_right ? clicked_right_px_ : clicked_px_) = moves.click_px;
+  }
+  move_cameras(borrowed_.camera, right_camera_ ? &*right_camera_ : nullptr, moves, viewer, borrowed_.poses,
+               image_px, seconds);
+
+  gui::Commands& commands = viewer.commands;
+  if (std::exchange(commands.screenshot, false)) captures_.take_screenshot();
+  if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
+  if (std::exchange(commands.close, false)) closing_ = true;
+  if (!input.dropped.empty()) commands.open = input.dropped.front();
+  if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
+}
+
+void WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& belt, ScreenshotRecorder::Tag shown) {
+  passes::SceneRenderer& renderer = *borrowed_.renderer;
+  captures_.record(recorder, renderer.image(), std::move(shown));
+  if (panels_) panels_->record(recorder, belt, renderer.image());
+  first().record(recorder, renderer.image(), 0, columns());
+  if (!right_camera_) return;
+  const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
+  const passes::View view = right_camera_->view(borrowed_.poses, aspect);
+  renderer.record(recorder, belt, borrowed_.poses, std::span(&view, 1), {}, {}, passes::OfFrame::further,
+                  inspection_of(borrowed_.viewer, clicked_right_px_,
+                                {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()));
+  renderer.mark_held(recorder, stale_condition(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
+  first().record(recorder, renderer.image(), 1, columns());
+}
+
+void WindowView::present(uint64_t timeline_value) {
+  first().present();
+  captures_.submitted(timeline_value);
+}
+
+void WindowView::draw_others() {
+  for (const std::unique_ptr<CameraWindow>& other : others_)
+    other->draw(renderer(), borrowed_.poses, borrowed_.viewer, borrowed_.scene.replaced(),
+                borrowed_.options.play.mark_held);
+}
+
+passes::Inspection WindowView::take_inspection() {
+  return inspection_of(borrowed_.viewer, clicked_px_, {image_extent_.width, image_extent_.height},
+                       borrowed_.scene.replaced());
+}
+
+void WindowView::deliver() {
+  captures_.deliver();
+  for (const passes::Picked& picked : renderer().take_picked()) {
+    // Ignores picks in an earlier scene.
+    if (picked.tag == borrowed_.scene.replaced()) borrowed_.viewer.selected = picked.node;
+  }
+}
+
+std::vector<std::string> WindowView::take_notes() {
+  std::vector<std::string> notes = std::exchange(notes_, {});
+  std::ranges::move(captures_.take_notes(), std::back_inserter(notes));
+  if (panels_) std::ranges::move(panels_->take_notes(), std::back_inserter(notes));
+  for (const OpenWindow& open : borrowed_.windows) {
+    if (std::optional<std::string> note = open.window->take_note()) notes.push_back(std::move(*note));
+  }
+  return notes;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,102 @@
+// Window side of the frame loop: user input, presentation, screenshots and secondary windows. The frame loop
+// renders with the camera that this class controls.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/app/loading/live_scene.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/screenshots/screenshot_recorder.h"
+#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/app/window/camera_rig.h"
+#include "renderer/app/window/camera_window.h"
+#include "renderer/app/window/viewer_input.h"
+#include "renderer/app/window/window_panels.h"
+#include "renderer/gui/viewer.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/sinks/window.h"
+
+namespace fire3dv::app {
+
+struct OpenWindow {
+  std::unique_ptr<sinks::Window> window;
+  std::string camera;  // as in the options; empty: not set
+};
+using Windows = std::vector<OpenWindow>;
+
+class WindowView {
+ public:
+  // Borrows everything. `camera` belongs to the first window; the others use the options' cameras. windows:
+  // at least one; closed windows are removed.
+  struct Borrowed {
+    gpu::Device& device;
+    std::optional<passes::SceneRenderer>& renderer;  // never empty
+    state::PoseState& poses;
+    StreamReceiver& intake;
+    LiveScene& scene;
+    CameraRig& camera;
+    Windows& windows;
+    gui::Viewer& viewer;
+    const Options& options;
+    bool insist = true;  // an unknown camera of the options is an error; otherwise another camera is used
+  };
+  // Fails for an unknown camera.
+  static Result<std::unique_ptr<WindowView>> create(const Borrowed& borrowed);
+  WindowView(const WindowView&) = delete;
+  WindowView& operator=(const WindowView&) = delete;
+
+  // Applies user input to cameras and scene. facts: for panels. timeline: null without replay.
+  void steer(const gui::Facts& facts, replay::TimelineControl* timeline);
+  bool should_close() const { return closing_ || first().should_close(); }
+  std::optional<std::filesystem::path> take_opened() { return std::exchange(opened_, std::nullopt); }
+  // Messages to the user since the last call.
+  std::vector<std::string> take_notes();
+
+  bool records_video() const { return captures_.records_video(); }
+
+  VkExtent2D image_extent() const { return image_extent_; }  // of each image in the first window
+  bool acquire() { return first().acquire(); }               // false: the window cannot be shown now
+  static void wait_events(double timeout_s) { sinks::Window::wait_events(timeout_s); }
+
+  // Inspection settings of the window's next image.
+  passes::Inspection take_inspection();
+  // Call after the image's passes: records the copy to the display and the remaining content of the window.
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, ScreenshotRecorder::Tag shown);
+  std::array<gpu::SemaphoreSignal, 1> waits() const { return first().waits(); }
+  std::array<gpu::SemaphoreSignal, 1> signals() const { return first().signals(); }
+  void present(uint64_t timeline_value);
+  void draw_others();  // secondary windows, one submission each
+  void deliver();      // screenshots to files, and picking results
+  void finish() { captures_.finish(); }
+
+ private:
+  explicit WindowView(const Borrowed& borrowed);
+  sinks::Window& first() const { return *borrowed_.windows.front().window; }
+  uint32_t columns() const { return right_camera_ ? 2 : 1; }
+  void steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline);
+  void measure();
+  void apply_requests();
+  void apply_draw_settings();
+  passes::SceneRenderer& renderer() { return *borrowed_.renderer; }
+
+  const Borrowed borrowed_;
+  ViewerInput input_;
+  std::optional<CameraRig> right_camera_;  // second view of the first window
+  std::vector<std::unique_ptr<CameraWindow>> others_;
+  ScreenshotRecorder captures_;
+  std::optional<WindowPanels> panels_;
+  VkExtent2D image_extent_{};
+  std::optional<glm::vec2> clicked_px_, clicked_right_px_;
+  passes::DrawSettings drawn_;  // last valid settings
+  bool closing_ = false;
+  std::vector<std::string> notes_;
+  std::optional<std::filesystem::path> opened_;
+  std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,173 @@
+#include "renderer/gpu/pipelines/pipeline.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "shaders/embedded.h"
+
+namespace fire3dv::gpu {
+
+namespace {
+
+VkShaderModule make_shader_module(VkDevice device, std::string_view name) {
+  const std::span<const uint32_t> code = shaders::embedded(name);
+  FIRE3DV_ASSERT(!code.empty());
+  VkShaderModuleCreateInfo info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
+  info.codeSize = code.size_bytes();
+  info.pCode = code.data();
+  VkShaderModule module = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateShaderModule(device, &info, nullptr, &module));
+  return module;
+}
+
+VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, VkShaderModule module) {
+  VkPipelineShaderStageCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};
+  info.stage = stage;
+  info.module = module;
+  info.pName = "main";
+  return info;
+}
+
+}  // namespace
+
+ShaderModule create_shader_module(Device& device, std::string_view name) {
+  return ShaderModule(device, make_shader_module(device.handle(), name));
+}
+
+PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets) {
+  VkPushConstantRange range{VK_SHADER_STAGE_ALL, 0, kPushConstantBytes};
+  VkPipelineLayoutCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
+  info.setLayoutCount = static_cast<uint32_t>(sets.size());
+  info.pSetLayouts = sets.data();
+  info.pushConstantRangeCount = 1;
+  info.pPushConstantRanges = &range;
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreatePipelineLayout(device.handle(), &info, nullptr, &layout));
+  return PipelineLayout(device, layout);
+}
+
+// The CPU variants assume subgroups of eight lanes.
+bool takes_cpu_variants(const Device& device) {
+  if (device.report().type != DeviceType::software) return false;
+  VkPhysicalDeviceVulkan11Properties subgroups{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroups, {}};
+  vkGetPhysicalDeviceProperties2(device.physical(), &properties);
+  constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+  return subgroups.subgroupSize == 8 && (subgroups.subgroupSupportedOperations & kNeeded) == kNeeded;
+}
+
+namespace {
+
+std::string variant_for(const Device& device, std::string_view shader) {
+  constexpr std::string_view kEnd = ".comp";
+  if (shader.ends_with(kEnd)) {
+    std::string variant = std::string(shader.substr(0, shader.size() - kEnd.size())) + "_cpu.comp";
+    if (!shaders::embedded(variant).empty() && takes_cpu_variants(device)) return variant;
+  }
+  return std::string(shader);
+}
+
+}  // namespace
+
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader, Make make,
+                                 std::span<const uint32_t> constants) {
+  constexpr uint32_t kWord = sizeof(uint32_t);
+  // This runs on another thread: it touches no mutable state of Device and counts no objects.
+  auto making = std::make_shared<PipelineMaking>(
+      [device = device.handle(), cache = device.pipeline_cache(), layout,
+       values = std::vector(constants.begin(), constants.end()), name = variant_for(device, shader)] {
+        const VkShaderModule module = make_shader_module(device, name);
+        VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+        info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
+        std::vector<VkSpecializationMapEntry> entries;
+        for (uint32_t id = 0; id < values.size(); ++id) entries.push_back({id, id * kWord, kWord});
+        const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                                  values.size() * kWord, values.data()};
+        info.stage.pSpecializationInfo = &specialization;
+        info.layout = layout;
+        VkPipeline pipeline = VK_NULL_HANDLE;
+        const VkResult result = vkCreateComputePipelines(device, cache, 1, &info, nullptr, &pipeline);
+        vkDestroyShaderModule(device, module, nullptr);
+        check(result, "vkCreateComputePipelines");
+        return pipeline;
+      });
+  if (make == Make::at_once) device.pipeline_makers().add(making);
+  if (make == Make::next) device.pipeline_makers().add_first(making);
+  return Pipeline(device, std::move(making));
+}
+
+Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
+                                  const GraphicsPipelineInfo& wanted) {
+  std::vector<ShaderModule> modules;
+  std::vector<VkPipelineShaderStageCreateInfo> stages;
+  modules.push_back(create_shader_module(device, wanted.vertex_shader));
+  stages.push_back(stage_info(VK_SHADER_STAGE_VERTEX_BIT, modules.back().get()));
+  if (!wanted.fragment_shader.empty()) {
+    modules.push_back(create_shader_module(device, wanted.fragment_shader));
+    stages.push_back(stage_info(VK_SHADER_STAGE_FRAGMENT_BIT, modules.back().get()));
+  }
+
+  // The shader pulls its vertices.
+  VkPipelineVertexInputStateCreateInfo vertex_input{
+      VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+  VkPipelineInputAssemblyStateCreateInfo assembly{
+      VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO};
+  assembly.topology = wanted.topology;
+  VkPipelineViewportStateCreateInfo viewport{VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO};
+  viewport.viewportCount = 1;
+  viewport.scissorCount = 1;
+  VkPipelineRasterizationStateCreateInfo raster{VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO};
+  raster.lineWidth = 1;
+  VkPipelineMultisampleStateCreateInfo multisample{VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO};
+  multisample.rasterizationSamples = wanted.samples;
+  multisample.alphaToCoverageEnable = wanted.alpha_to_coverage;
+  VkPipelineDepthStencilStateCreateInfo depth{VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO};
+  depth.depthTestEnable = VK_TRUE;
+  depth.depthWriteEnable = wanted.depth_write;
+  depth.depthCompareOp = wanted.depth_compare;
+
+  VkPipelineColorBlendAttachmentState attachment{};
+  attachment.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
+                              VK_COLOR_COMPONENT_A_BIT;
+  attachment.blendEnable = wanted.blend;
+  attachment.srcColorBlendFactor = attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+  attachment.dstColorBlendFactor = attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+  if (wanted.dual_source) {
+    attachment.dstColorBlendFactor = VK_BLEND_FACTOR_SRC1_COLOR;
+    attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_SRC1_ALPHA;
+  }
+  VkPipelineColorBlendStateCreateInfo blend{VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO};
+  blend.attachmentCount = wanted.color_format == VK_FORMAT_UNDEFINED ? 0 : 1;
+  blend.pAttachments = &attachment;
+
+  const VkDynamicState dynamic_states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
+                                           VK_DYNAMIC_STATE_CULL_MODE, VK_DYNAMIC_STATE_FRONT_FACE};
+  VkPipelineDynamicStateCreateInfo dynamic{VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO};
+  dynamic.dynamicStateCount = std::size(dynamic_states);
+  dynamic.pDynamicStates = dynamic_states;
+
+  VkPipelineRenderingCreateInfo rendering{VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO};
+  rendering.colorAttachmentCount = blend.attachmentCount;
+  rendering.pColorAttachmentFormats = &wanted.color_format;
+  rendering.depthAttachmentFormat = wanted.depth_format;
+
+  VkGraphicsPipelineCreateInfo info{VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO, &rendering};
+  info.stageCount = static_cast<uint32_t>(stages.size());
+  info.pStages = stages.data();
+  info.pVertexInputState = &vertex_input;
+  info.pInputAssemblyState = &assembly;
+  info.pViewportState = &viewport;
+  info.pRasterizationState = &raster;
+  info.pMultisampleState = &multisample;
+  info.pDepthStencilState = &depth;
+  info.pColorBlendState = &blend;
+  info.pDynamicState = &dynamic;
+  info.layout = layout;
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  FIRE3DV_VK(
+      vkCreateGraphicsPipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
+  return Pipeline(device, pipeline);
+}
+
+}  // namespace fire3dv::gpu

@@ -1,0 +1,47 @@
+// Pipelines built from the embedded shaders. Shaders reach their data by device address from push constants;
+// descriptors serve textures, the acceleration structure and a frame's images.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "renderer/gpu/device/device.h"
+
+namespace fire3dv::gpu {
+
+constexpr uint32_t kPushConstantBytes = 128;  // guaranteed minimum of Vulkan
+
+PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescriptorSetLayout> sets);
+
+ShaderModule create_shader_module(Device& device, std::string_view name);
+
+// True where the device is a CPU and shaders with CPU variants use them; see shaders/common/lanes.glsl.
+bool takes_cpu_variants(const Device& device);
+
+// Schedule of pipeline creation (see pipeline_making.h).
+// at_once: in order of request. next: before the queued pipelines; for slow pipelines that are certainly
+// needed. when_used: on first use; for pipelines that few scenes need.
+enum class Make { at_once, next, when_used };
+// shader: file name such as "post.comp"; the pipeline may still be compiling on return. constants:
+// values of specialisation constants 0, 1, ...; the others keep the shader's defaults.
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
+                                 Make make = Make::at_once, std::span<const uint32_t> constants = {});
+
+struct GraphicsPipelineInfo {
+  std::string_view vertex_shader;
+  std::string_view fragment_shader;  // empty: depth only
+  VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+  VkFormat color_format = VK_FORMAT_UNDEFINED;
+  VkFormat depth_format = VK_FORMAT_D32_SFLOAT;
+  VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+  bool depth_write = true;  // depth is reversed: greater is nearer
+  VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
+  bool blend = false;        // premultiplied alpha over
+  bool dual_source = false;  // blending: the shader's second colour scales the background
+  bool alpha_to_coverage = false;
+};
+// Cull mode, front face, viewport and scissor are dynamic.
+Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const GraphicsPipelineInfo& info);
+
+}  // namespace fire3dv::gpu

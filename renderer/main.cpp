@@ -1,0 +1,33 @@
+#include <cstdio>
+#include <exception>
+#include <string_view>
+
+#include "renderer/app/frame_loop.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/run.h"
+#include "renderer/offline/join.h"
+#include "renderer/offline/render.h"
+
+namespace {
+
+template <typename Options>
+int run_with(const std::variant<Options, int>& options, int (*run)(const Options&)) {
+  if (const int* exit_code = std::get_if<int>(&options)) return *exit_code;
+  fire3dv::app::install_stop_signals();
+  try {
+    return run(std::get<Options>(options));
+  } catch (const std::exception& failure) {  // Vulkan errors and out of memory: not recoverable
+    std::fprintf(stderr, "fire3dv: %s\n", failure.what());
+    return 1;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace fire3dv;
+  const std::string_view command = argc > 1 ? argv[1] : "";
+  if (command == "render") return run_with(offline::parse_render_options(argc, argv), offline::render);
+  if (command == "join") return run_with(offline::parse_join_options(argc, argv), offline::join);
+  return run_with(app::parse_options(argc, argv), app::run);
+}

@@ -1,0 +1,246 @@
+#include "renderer/passes/environment/environment.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+#include "renderer/passes/environment/environment_steps.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+
+// Maps read at every pixel have 4 bytes per texel, which a CPU unpacks for all lanes at once. It unpacks
+// texels of 8 bytes one by one.
+struct MapFormat {
+  VkFormat sampled, written_as;
+  size_t texel_bytes;
+};
+constexpr MapFormat kPackedRadiance{VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, VK_FORMAT_R32_UINT, 4};
+constexpr MapFormat kHalves{VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT, 8};
+// Packed maps are written by shaders that define FIRE3DV_PACKED_RADIANCE.
+constexpr MapFormat kSpecular = kPackedRadiance, kIrradiance = kPackedRadiance, kAlbedo = kHalves;
+constexpr uint32_t kLeastFace = 64, kMostFace = 512;  // texels along a face of the sharpest reflection
+constexpr uint32_t kRoughestFace = 8, kSmallestFace = 4, kIrradianceFace = 16;
+constexpr uint32_t kAlbedoSide = 64, kAlbedoSamples = 256;
+
+constexpr gpu::Access kShading{
+    VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+    VK_ACCESS_2_SHADER_READ_BIT, false, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+
+uint32_t levels_between(uint32_t largest, uint32_t smallest) {
+  return static_cast<uint32_t>(std::bit_width(largest) - std::bit_width(smallest)) + 1;
+}
+
+// Halves both sides: means of four texels, or of fewer at an odd edge.
+std::vector<uint32_t> halved(const std::vector<uint32_t>& texels, uint32_t width, uint32_t height) {
+  const uint32_t half_width = std::max(width / 2, 1u), half_height = std::max(height / 2, 1u);
+  std::vector<uint32_t> half(size_t{half_width} * half_height);
+  for (uint32_t y = 0; y < half_height; ++y) {
+    const size_t rows[] = {size_t{2} * y * width, size_t{std::min(2 * y + 1, height - 1)} * width};
+    for (uint32_t x = 0; x < half_width; ++x) {
+      const uint32_t left = 2 * x, right = std::min(2 * x + 1, width - 1);
+      glm::vec3 sum(0);
+      for (const size_t row : rows) {
+        sum += scene::unpack_rgb9e5(texels[row + left]) + scene::unpack_rgb9e5(texels[row + right]);
+      }
+      half[size_t{y} * half_width + x] = scene::pack_rgb9e5(sum * 0.25f);
+    }
+  }
+  return half;
+}
+
+// Computes mip levels on the CPU, since the packed format is not renderable.
+gpu::Image upload_picture(gpu::Device& device, gpu::LoaderCommands& loader,
+                          const scene::EnvironmentImage& source) {
+  gpu::ImageInfo info;
+  info.format = VK_FORMAT_E5B9G9R9_UFLOAT_PACK32;
+  info.extent = {source.width, source.height};
+  info.mip_levels = static_cast<uint32_t>(std::bit_width(std::max(source.width, source.height)));
+  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  gpu::Image picture = gpu::create_image(device, info);
+  loader.upload_level(picture, 0, std::as_bytes(std::span(source.rgb9e5)));
+  std::vector<uint32_t> texels;
+  for (uint32_t level = 1; level < info.mip_levels; ++level) {
+    const std::vector<uint32_t>& above = level == 1 ? source.rgb9e5 : texels;
+    texels =
+        halved(above, std::max(source.width >> (level - 1), 1u), std::max(source.height >> (level - 1), 1u));
+    loader.upload_level(picture, level, std::as_bytes(std::span(texels)));
+  }
+  return picture;
+}
+
+gpu::Image create_map(gpu::Device& device, const MapFormat& format, uint32_t side, uint32_t levels,
+                      bool cube) {
+  gpu::ImageInfo info;
+  info.format = format.sampled;
+  info.written_as = format.written_as;
+  info.extent = {side, side};
+  info.mip_levels = levels;
+  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+               VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  info.cube = cube;
+  return gpu::create_image(device, info);
+}
+
+gpu::Sampler create_sampler(gpu::Device& device, VkSamplerAddressMode around) {
+  VkSamplerCreateInfo info{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
+  info.magFilter = info.minFilter = VK_FILTER_LINEAR;
+  info.mipmapMode = VK_SAMPLER_MIPMAP_MODE_LINEAR;
+  info.addressModeU = around;
+  info.addressModeV = info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  info.maxLod = VK_LOD_CLAMP_NONE;
+  VkSampler sampler = VK_NULL_HANDLE;
+  FIRE3DV_VK(vkCreateSampler(device.handle(), &info, nullptr, &sampler));
+  return gpu::Sampler(device, sampler);
+}
+
+// Polished surfaces get more levels, since their reflections show more detail. Inverse of the mapping in
+// environment.glsl.
+float roughness_of_level(uint32_t level, uint32_t levels) {
+  return 1 - std::sqrt(1 - static_cast<float>(level) / static_cast<float>(levels - 1));
+}
+
+// Narrow lobes need few samples, since each is prefiltered; wide lobes have few texels.
+uint32_t samples_of_level(uint32_t level) {
+  return std::min(32u << (level - 1), 128u);
+}
+
+}  // namespace
+
+Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* kept)
+    : device_(device),
+      scale_(image.scale),
+      picture_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT)),
+      map_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE)) {
+  gpu::LoaderCommands loader(device);
+  picture_ = upload_picture(device, loader, image);
+  const Recipe recipe = Recipe::of(image);
+  specular_ = create_map(device, kSpecular, recipe.face, static_cast<uint32_t>(recipe.specular.size()), true);
+  irradiance_ = create_map(device, kIrradiance, kIrradianceFace, 1, true);
+  albedo_ = create_map(device, kAlbedo, kAlbedoSide, 1, false);
+
+  size_t bytes = 0;
+  for (const Level& level : levels()) bytes += level.bytes;
+  const Digest kind = kept ? environment_kind(device.identity(), image, recipe.numbers()) : Digest{};
+  const auto found = kept ? kept->find(kind, bytes) : std::nullopt;
+  if (found) {
+    upload(loader, *found);
+  } else {
+    prepare(loader, recipe);
+    if (kept) kept->keep(kind, download(loader));
+  }
+  loader.recorder().transition({Use(picture_, kShading), Use(specular_, kShading), Use(irradiance_, kShading),
+                                Use(albedo_, kShading)});
+  loader.finish();
+}
+
+std::vector<Environment::Level> Environment::levels() {
+  std::vector<Level> levels;
+  const auto add = [&](gpu::Image& image, const MapFormat& format) {
+    for (uint32_t level = 0; level < image.mip_levels; ++level) {
+      const size_t side = image.extent.width >> level;
+      levels.push_back({&image, level, image.layers * side * side * format.texel_bytes});
+    }
+  };
+  add(specular_, kSpecular);
+  add(irradiance_, kIrradiance);
+  add(albedo_, kAlbedo);
+  return levels;
+}
+
+Environment::Recipe Environment::Recipe::of(const scene::EnvironmentImage& image) {
+  Recipe recipe;
+  recipe.face = std::clamp(std::bit_floor(std::max(image.height / 2, 1u)), kLeastFace, kMostFace);
+  recipe.radiance_levels = levels_between(recipe.face, kSmallestFace);
+  recipe.irradiance_from = levels_between(recipe.face, kIrradianceFace) - 1;
+  const float texels_per_texel = static_cast<float>(image.height) / static_cast<float>(2 * recipe.face);
+  recipe.cube = {0, 0, 0, std::max(std::log2(texels_per_texel), 0.0f)};
+  recipe.albedo = {0, kAlbedoSamples, 0, 0};
+  const uint32_t levels = levels_between(recipe.face, kRoughestFace);
+  for (uint32_t level = 0; level < levels; ++level) {
+    recipe.specular.push_back({0, level ? samples_of_level(level) : 1, roughness_of_level(level, levels), 0});
+  }
+  return recipe;
+}
+
+std::vector<uint32_t> Environment::Recipe::numbers() const {
+  std::vector<uint32_t> numbers{face,
+                                radiance_levels,
+                                irradiance_from,
+                                kIrradianceFace,
+                                kAlbedoSide,
+                                uint32_t{kSpecular.sampled},
+                                uint32_t{kIrradiance.sampled},
+                                uint32_t{kAlbedo.sampled}};
+  const auto add = [&](const gpu_types::EnvironmentPush& push) {
+    numbers.insert(numbers.end(), {push.samples, std::bit_cast<uint32_t>(push.roughness),
+                                   std::bit_cast<uint32_t>(push.lod)});
+  };
+  add(cube);
+  add(albedo);
+  for (const gpu_types::EnvironmentPush& push : specular) add(push);
+  return numbers;
+}
+
+void Environment::prepare(gpu::LoaderCommands& loader, const Recipe& recipe) {
+  gpu::Image radiance = create_map(device_, kHalves, recipe.face, recipe.radiance_levels, true);
+  EnvironmentSteps steps(device_, loader);
+  steps.sample("environment_cube.comp", picture_, picture_sampler_.get(), radiance, 0,
+               recipe.cube);
+  for (uint32_t level = 1; level < recipe.radiance_levels; ++level) {
+    steps.load("environment_downsample.comp", radiance, level - 1, radiance, level, {});
+  }
+  steps.load("environment_irradiance.comp", radiance, recipe.irradiance_from, irradiance_, 0, {});
+  for (uint32_t level = 0; level < specular_.mip_levels; ++level) {
+    steps.sample("environment_specular.comp", radiance, map_sampler_.get(), specular_, level,
+                 recipe.specular[level]);
+  }
+  steps.fill("environment_albedo.comp", albedo_, recipe.albedo);
+  loader.finish();  // waits, since the steps' resources end here
+}
+
+void Environment::upload(gpu::LoaderCommands& loader, std::span<const std::byte> maps) {
+  for (const Level& level : levels()) {
+    loader.upload_level(*level.image, level.level, maps.first(level.bytes));
+    maps = maps.subspan(level.bytes);
+  }
+}
+
+std::vector<std::byte> Environment::download(gpu::LoaderCommands& loader) {
+  const std::vector<Level> all = levels();
+  size_t bytes = 0;
+  for (const Level& level : all) bytes += level.bytes;
+  gpu::Buffer buffer =
+      gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::Memory::readback);
+  VkDeviceSize offset = 0;
+  for (const Level& level : all) {
+    loader.download_level(*level.image, level.level, buffer, offset);
+    offset += level.bytes;
+  }
+  loader.recorder().transition({Use(buffer, gpu::access::host_read)});
+  loader.finish();
+  return {buffer.mapped, buffer.mapped + bytes};
+}
+
+gpu::EnvironmentTextures Environment::textures() const {
+  return {{{picture_.view.get(), picture_sampler_.get()},
+           {specular_.view.get(), map_sampler_.get()},
+           {irradiance_.view.get(), map_sampler_.get()},
+           {albedo_.view.get(), map_sampler_.get()}}};
+}
+
+void Environment::describe(gpu_types::Globals& globals, float intensity, float rotation_rad) const {
+  globals.environment_intensity = intensity * scale_;
+  globals.environment_turn = {std::cos(rotation_rad), std::sin(rotation_rad)};
+}
+
+float Environment::picture_level(const View& view, uint32_t image_height) const {
+  const float pixel_rad = 2 * glm::length(view.world_from_ndc_y) / static_cast<float>(image_height);
+  const float texel_rad = 3.14159265f / static_cast<float>(picture_.extent.height);
+  return pixel_rad > texel_rad ? std::log2(pixel_rad / texel_rad) : 0;
+}
+
+}  // namespace fire3dv::passes

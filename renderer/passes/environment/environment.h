@@ -1,0 +1,65 @@
+// Environment maps for image-based lighting: prefiltered specular cube, irradiance cube and albedo table. The
+// GPU prepares them once; later starts read them from the cache.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu/bindless_textures.h"
+#include "renderer/gpu/device/loader_commands.h"
+#include "renderer/gpu/resources.h"
+#include "renderer/passes/environment/prepared_environment.h"
+#include "renderer/passes/view.h"
+#include "renderer/scene/textures/environment.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+
+// Background of pixels without geometry.
+struct Background {
+  bool surroundings = false;
+  glm::vec3 color{0.16f, 0.18f, 0.21f};  // linear; used without the environment image
+};
+
+class Environment {
+ public:
+  // kept: cache of the prepared maps, read and filled; null: no cache.
+  Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* kept);
+
+  gpu::EnvironmentTextures textures() const;
+  // Fills the environment's part of the frame globals.
+  void describe(gpu_types::Globals& globals, float intensity, float rotation_rad) const;
+  // Mip level of the environment image for a background without aliasing or blur. At least 0.
+  float picture_level(const View& view, uint32_t image_height) const;
+
+ private:
+  // One level of the maps, in cache order.
+  struct Level {
+    gpu::Image* image;
+    uint32_t level;
+    size_t bytes;
+  };
+  // Parameters of the preparation.
+  struct Recipe {
+    uint32_t face = 0;             // texels along a face of the sharpest reflection
+    uint32_t radiance_levels = 0;  // of the source radiance cube
+    uint32_t irradiance_from = 0;  // source level for irradiance
+    gpu_types::EnvironmentPush cube{}, albedo{};
+    std::vector<gpu_types::EnvironmentPush> specular;  // by level
+
+    static Recipe of(const scene::EnvironmentImage& image);
+    std::vector<uint32_t> numbers() const;  // all parameters, for the cache key
+  };
+  std::vector<Level> levels();
+  void prepare(gpu::LoaderCommands& loader, const Recipe& recipe);
+  void upload(gpu::LoaderCommands& loader, std::span<const std::byte> maps);
+  std::vector<std::byte> download(gpu::LoaderCommands& loader);
+
+  gpu::Device& device_;
+  float scale_;
+  gpu::Image picture_, specular_, irradiance_, albedo_;
+  gpu::Sampler picture_sampler_, map_sampler_;
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,268 @@
+#include "renderer/passes/forward/forward_pass.h"
+
+#include <algorithm>
+#include <string>
+
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+
+constexpr gpu::Access kIndirectRead{VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+                                    VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, false};
+constexpr gpu::Access kIndexRead{VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT, false};
+
+VkDrawIndexedIndirectCommand command_of(const scene::ClusteredPrimitive& primitive, uint32_t draw) {
+  return {primitive.index_count, 1, primitive.first_index, static_cast<int32_t>(primitive.first_vertex),
+          draw};
+}
+
+// World-space centre of a draw. For a skinned primitive, the mean of its joint boxes' centres.
+glm::vec3 middle_of(const scene::Scene& source, const state::PoseState& poses, const Draw& draw) {
+  const scene::Primitive& primitive = source.primitives[draw.primitive];
+  const uint32_t skin = source.nodes[draw.node].skin;
+  if (skin == scene::kNone || primitive.joint_bounds_count == 0) {
+    const glm::vec3 middle_node = 0.5f * (primitive.bounds_min + primitive.bounds_max);
+    return glm::vec3(poses.world_from_node(draw.node) * glm::vec4(middle_node, 1));
+  }
+  glm::vec3 sum(0);
+  for (uint32_t i = 0; i < primitive.joint_bounds_count; ++i) {
+    const scene::JointBounds& box = source.joint_bounds[primitive.first_joint_bounds + i];
+    const scene::Joint& joint = source.joints[source.skins[skin].first_joint + box.joint];
+    const glm::vec4 middle_mesh(0.5f * (box.bounds_min + box.bounds_max), 1);
+    sum += glm::vec3(poses.world_from_node(joint.node) * (joint.joint_from_mesh * middle_mesh));
+  }
+  return sum / static_cast<float>(primitive.joint_bounds_count);
+}
+
+// Sorts blended draws back to front by the distance of their centres in the current pose. The CPU sorts,
+// since blended draws are few.
+std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& scene,
+                                                                const scene::Scene& source,
+                                                                const state::PoseState& poses,
+                                                                const DrawBin& bin,
+                                                                const glm::vec3& eye_world) {
+  std::vector<std::pair<float, uint32_t>> order;
+  for (uint32_t i = bin.first_draw; i < bin.first_draw + bin.draw_count; ++i) {
+    const Draw& draw = scene.draw_list.draws[i];
+    const glm::vec3 offset = middle_of(source, poses, draw) - eye_world;
+    order.emplace_back(-glm::dot(offset, offset), i);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<VkDrawIndexedIndirectCommand> commands;
+  for (const auto& [key, i] : order) {
+    commands.push_back(command_of(scene.geometry_of(scene.draw_list.draws[i]), i));
+  }
+  return commands;
+}
+
+VkPrimitiveTopology vk_topology(scene::Topology topology) {
+  switch (topology) {
+    case scene::Topology::triangles:
+      return VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+    case scene::Topology::lines:
+      return VK_PRIMITIVE_TOPOLOGY_LINE_LIST;
+    case scene::Topology::points:
+      return VK_PRIMITIVE_TOPOLOGY_POINT_LIST;
+  }
+  return VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+}
+
+void draw_fullscreen(VkCommandBuffer commands, const gpu::Pipeline& pipeline) {
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.get());
+  vkCmdSetCullMode(commands, VK_CULL_MODE_NONE);
+  vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);
+  vkCmdDraw(commands, 3, 1, 0, 0);
+}
+
+}  // namespace
+
+ForwardPass::ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleCountFlagBits samples)
+    : device_(device), layout_(layout), samples_(samples) {
+  gpu::GraphicsPipelineInfo info;
+  info.samples = samples;
+  info.vertex_shader = "background.vert";
+  info.fragment_shader = "background.frag";
+  info.depth_write = false;
+  info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+  background_ = gpu::create_graphics_pipeline(device, layout, info);
+}
+
+const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
+  gpu::Pipeline& known = pipelines_[{bin.topology, bin.alpha_mode, stage}];
+  if (known) return known;
+  const bool visible_places = samples_ == VK_SAMPLE_COUNT_4_BIT && device_.report().visible_coverage;
+  std::string fragment_shader;
+  gpu::GraphicsPipelineInfo info;
+  info.vertex_shader = "forward.vert";
+  info.samples = samples_;
+  info.topology = vk_topology(bin.topology);
+  if (stage == Stage::depth) {
+    if (bin.alpha_mode == scene::AlphaMode::mask) {
+      info.fragment_shader = visible_places ? "depth_mask_4.frag" : "depth_mask.frag";
+    }
+  } else {
+    info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+    info.depth_write = false;
+    info.blend = bin.blended();
+    info.dual_source = info.blend && device_.report().dual_source_blend;
+    if (!info.blend) info.depth_compare = VK_COMPARE_OP_EQUAL;  // the depth pass has written the depth
+    fragment_shader = info.dual_source ? "forward_blend"
+                      : bin.on_top()   ? "forward_on_top"
+                      : visible_places ? "forward_visible"
+                                       : "forward";
+    if (device_.ray_query()) fragment_shader += gpu::traces_to_boxes(device_) ? "_ray_boxes" : "_ray";
+    fragment_shader += ".frag";
+    info.fragment_shader = fragment_shader;
+  }
+  known = gpu::create_graphics_pipeline(device_, layout_, info);
+  return known;
+}
+
+void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::StagingRing& belt, const GpuScene& scene) {
+  if (commands_revision_ == scene.draw_list_revision) return;
+  std::vector<VkDrawIndexedIndirectCommand> commands;
+  for (uint32_t i = 0; i < scene.draw_list.draws.size(); ++i) {
+    commands.push_back(command_of(scene.geometry_of(scene.draw_list.draws[i]), i));
+  }
+  const VkDeviceSize bytes = commands.size() * sizeof(commands[0]);
+  commands_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device);
+  const gpu::StagingRing::Piece piece = belt.write(std::span<const VkDrawIndexedIndirectCommand>(commands));
+  recorder.pass("draw commands", {Use(commands_, access::transfer_write)},
+                [&](VkCommandBuffer commands_buffer) {
+                  const VkBufferCopy copy{piece.offset, 0, bytes};
+                  if (bytes) vkCmdCopyBuffer(commands_buffer, piece.buffer, commands_.get(), 1, &copy);
+                });
+  commands_revision_ = scene.draw_list_revision;
+}
+
+std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::StagingRing& belt,
+                                                                const Frame& frame) const {
+  std::vector<BinCommands> of_bins;
+  for (const DrawBin& bin : frame.scene.draw_list.bins) {
+    if (bin.blended()) {
+      const auto sorted =
+          sorted_blend_commands(frame.scene, frame.source, frame.poses, bin, frame.view.eye_world);
+      const gpu::StagingRing::Piece piece = belt.write(std::span<const VkDrawIndexedIndirectCommand>(sorted));
+      of_bins.push_back({piece.buffer, piece.offset});
+    } else {
+      of_bins.push_back({commands_.get(), bin.first_draw * sizeof(VkDrawIndexedIndirectCommand)});
+    }
+  }
+  return of_bins;
+}
+
+void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const {
+  Targets& targets = frame.targets;
+  VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+  color.imageView = targets.hdr.view.get();
+  color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+  color.loadOp = frame.visibility ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR;
+  color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  const glm::vec3& background = frame.background.color;
+  color.clearValue.color = {{background.r, background.g, background.b, 1}};
+  VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+  depth.imageView = targets.depth.view.get();
+  depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+  depth.loadOp = stage == Stage::depth ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+  depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  depth.clearValue.depthStencil = {0, 0};
+  VkRenderingInfo rendering{VK_STRUCTURE_TYPE_RENDERING_INFO};
+  rendering.renderArea = frame.area;
+  rendering.layerCount = 1;
+  rendering.colorAttachmentCount = stage == Stage::color ? 1 : 0;
+  rendering.pColorAttachments = &color;
+  rendering.pDepthAttachment = &depth;
+  vkCmdBeginRendering(commands, &rendering);
+
+  const VkViewport viewport{
+      0, 0, static_cast<float>(targets.extent.width), static_cast<float>(targets.extent.height), 0, 1};
+  vkCmdSetViewport(commands, 0, 1, &viewport);
+  vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
+  const VkDescriptorSet set = frame.scene.textures.set();
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &set, 0, nullptr);
+  vkCmdBindIndexBuffer(commands, frame.scene.indices.get(), 0, VK_INDEX_TYPE_UINT32);
+}
+
+void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Frame& frame) {
+  GpuScene& scene = frame.scene;
+  upload_commands(recorder, belt, scene);
+  const std::vector<BinCommands> of_bins = bin_commands(belt, frame);
+  std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
+                              Use(scene.draws, access::draw_read),
+                              Use(frame.targets.depth, access::depth_target, true)};
+  scene.add_reads(depth_uses, access::draw_read);
+  if (frame.visibility) depth_uses.emplace_back(frame.visibility->buffer, access::draw_read);
+  std::vector<Use> color_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
+                              Use(scene.draws, access::draw_read),
+                              Use(frame.targets.depth, access::depth_target),
+                              Use(frame.targets.hdr, access::color_target, !frame.visibility)};
+  scene.add_reads(color_uses, access::draw_read);
+  if (device_.ray_query()) color_uses.emplace_back(scene.top_level.storage(), access::draw_trace);
+  if (frame.shadows) frame.shadows->add_reads(color_uses, access::draw_read);
+
+  // Depth pre-pass: hidden fragments are not shaded, and fragments know their visible samples.
+  recorder.pass("depth", depth_uses, [&](VkCommandBuffer commands) {
+    begin(commands, frame, Stage::depth);
+    if (frame.visibility) draw_visible_depth(commands, frame);
+    draw_bins(commands, frame, Stage::depth, false, of_bins);
+    vkCmdEndRendering(commands);
+  });
+  recorder.pass("forward", color_uses, [&](VkCommandBuffer commands) {
+    begin(commands, frame, Stage::color);
+    draw_bins(commands, frame, Stage::color, false, of_bins);
+    // Behind solid surfaces and before the blended draws.
+    if (frame.background.surroundings && !frame.visibility) draw_fullscreen(commands, background_);
+    draw_bins(commands, frame, Stage::color, true, of_bins);
+    vkCmdEndRendering(commands);
+  });
+}
+
+void ForwardPass::draw_visible_depth(VkCommandBuffer commands, const Frame& frame) {
+  if (!visible_depth_) {
+    gpu::GraphicsPipelineInfo info;
+    info.vertex_shader = "background.vert";
+    info.fragment_shader =
+        samples_ == VK_SAMPLE_COUNT_4_BIT ? "visible_depth_4.frag" : "visible_depth_1.frag";
+    info.samples = samples_;
+    info.depth_compare = VK_COMPARE_OP_ALWAYS;
+    visible_depth_ = gpu::create_graphics_pipeline(device_, layout_, info);
+  }
+  const gpu_types::VisibleDepthPush push{frame.visibility->buffer.address, frame.visibility->generation(),
+                                         frame.targets.extent.width};
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+  draw_fullscreen(commands, visible_depth_);
+}
+
+void ForwardPass::draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
+                            const std::vector<BinCommands>& of_bins) {
+  const gpu_types::ForwardPush push{frame.globals};
+  const std::vector<DrawBin>& bins = frame.scene.draw_list.bins;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    if (bins[b].blended() != blended || (frame.visibility && !bins[b].on_top())) continue;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(bins[b], stage).get());
+    // Push constants are set again for each pipeline: lavapipe loses them for fragment shaders after a
+    // pipeline without one.
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    draw_bin(commands, bins[b], of_bins[b]);
+  }
+}
+
+void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin,
+                           const BinCommands& bin_commands) const {
+  vkCmdSetCullMode(commands, bin.double_sided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT);
+  vkCmdSetFrontFace(commands, bin.mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
+  uint32_t done = 0;
+  while (done < bin.draw_count) {  // a device may limit the draws of one command
+    const uint32_t count = std::min(bin.draw_count - done, device_.limits().maxDrawIndirectCount);
+    vkCmdDrawIndexedIndirect(commands, bin_commands.buffer,
+                             bin_commands.offset + done * sizeof(VkDrawIndexedIndirectCommand), count,
+                             sizeof(VkDrawIndexedIndirectCommand));
+    done += count;
+  }
+}
+
+}  // namespace fire3dv::passes

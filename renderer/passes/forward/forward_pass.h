@@ -1,0 +1,66 @@
+// Forward raster pipeline with sorted multi-draw-indirect, vertex pulling and PBR. It draws the whole scene
+// into multisampled linear HDR colour, as the reference image. On the compute path it adds the forward-only
+// draws: blended surfaces, lines and points.
+#pragma once
+
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/environment/environment.h"
+#include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/targets.h"
+#include "renderer/passes/shadows/shadow_pass.h"
+#include "renderer/passes/view.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::passes {
+
+class ForwardPass {
+ public:
+  ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleCountFlagBits samples);
+
+  struct Frame {
+    GpuScene& scene;
+    const scene::Scene& source;
+    const state::PoseState& poses;
+    Targets& targets;
+    const View& view;
+    VkDeviceAddress globals;
+    const Background& background;
+    ShadowPass* shadows;                  // null: none, or rays in the fragment shader
+    ClusterTarget* visibility = nullptr;  // non-null: draws only forward-only surfaces over this buffer's
+                                          // image, whose colour is already in the target
+    VkRect2D area;                        // scissor in the image
+  };
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Frame& frame);
+  void forget() { commands_revision_ = UINT64_MAX; }
+
+ private:
+  struct BinCommands {
+    VkBuffer buffer;
+    VkDeviceSize offset;
+  };
+  enum class Stage : uint8_t { depth, color };
+  const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage);
+  std::vector<BinCommands> bin_commands(gpu::StagingRing& belt, const Frame& frame) const;
+  void begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const;
+  void draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
+                 const std::vector<BinCommands>& bin_commands);
+  void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const;
+  void draw_visible_depth(VkCommandBuffer commands, const Frame& frame);
+  void upload_commands(gpu::Recorder& recorder, gpu::StagingRing& belt, const GpuScene& scene);
+
+  gpu::Device& device_;
+  VkPipelineLayout layout_;
+  VkSampleCountFlagBits samples_;
+  std::map<std::tuple<scene::Topology, scene::AlphaMode, Stage>, gpu::Pipeline>
+      pipelines_;  // created on first use
+  gpu::Pipeline background_, visible_depth_;
+  gpu::Buffer commands_;                     // VkDrawIndexedIndirectCommand[], one per draw of the list
+  uint64_t commands_revision_ = UINT64_MAX;  // draw list revision of commands_
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,75 @@
+// Output planes derived from ids and depths; see image_outputs.h.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/outputs/image_outputs.h"
+#include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/view.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+
+// Node transforms at a camera's last image, for motion. The owner has one per camera; histories of one frame
+// share the transforms.
+struct CameraHistory {
+  std::shared_ptr<gpu::Buffer> world_from_node;
+  glm::mat4 clip_from_world{1};
+  uint64_t scene = 0;  // SceneRenderer's count of scenes; 0: no image yet
+};
+
+class OutputsPass {
+ public:
+  // samples: 1 or 4.
+  OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples);
+
+  void set_scene() { ++scenes_, labels_ = {}; }  // a new scene is drawn from now on
+
+  // Reports that nodes have moved since the last record().
+  void places_are_new() { places_now_.reset(); }
+  // False when histories reference so many snapshots that the memory limit leaves no room for another.
+  bool can_keep_places(const GpuScene& scene) const;
+
+  // Allocates the planes and the motion snapshot. Call it before any pass that writes them; repeated calls
+  // are allowed. Planes of several views are stacked vertically.
+  void begin(const ImageOutputs& outputs, const GpuScene& scene, VkExtent2D extent, uint32_t views);
+
+  // Source of the images.
+  struct Taken {
+    const scene::Scene& scene;
+    GpuScene& gpu_scene;
+    gpu::Buffer& visibility;  // before the coverage merge
+    std::span<const View> views;
+    std::span<const VkDeviceAddress> globals;  // per view
+  };
+  // histories: one per view, or empty without motion; updated to these images.
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Taken& taken,
+              std::span<CameraHistory> histories);
+
+  gpu::Buffer& planes() { return planes_; }
+  const std::vector<PlanePlace>& places() const { return places_; }
+  VkDeviceAddress address_of(Plane plane) const;  // 0: not requested
+
+ private:
+  void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& belt, const Taken& taken);
+  gpu_types::OutputsWanted wanted_of(const Taken& taken, uint32_t view, const CameraHistory* last) const;
+  void keep_histories(gpu::Recorder& recorder, const Taken& taken, std::span<CameraHistory> histories);
+  std::shared_ptr<gpu::Buffer> free_places(VkDeviceSize bytes);
+
+  gpu::Device& device_;
+  VkPipelineLayout layout_;
+  gpu::Pipeline pipeline_;
+  gpu::Buffer planes_;
+  gpu::Buffer labels_;                                     // PartLabels[part]
+  std::vector<std::shared_ptr<gpu::Buffer>> kept_places_;  // snapshots referenced by histories, or free
+  std::shared_ptr<gpu::Buffer> places_now_;                // of this frame; null: no snapshot yet
+  std::vector<PlanePlace> places_;
+  VkExtent2D extent_{};  // of a view
+  uint32_t samples_;
+  uint64_t scenes_ = 0;
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,54 @@
+// Lens distortion pass: resamples a pinhole image with its colours and planes. See lens.h.
+#pragma once
+
+#include <vector>
+
+#include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/gpu/recorder.h"
+#include "renderer/gpu/staging_ring.h"
+#include "renderer/passes/outputs/image_outputs.h"
+#include "renderer/passes/post/lens.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+
+// Outputs of the pinhole image that the pass needs.
+ImageOutputs behind_lens(ImageOutputs outputs);
+
+class LensPass {
+ public:
+  explicit LensPass(gpu::Device& device);
+
+  // The pinhole image, with behind_lens() of the requested outputs.
+  struct Source {
+    const Intrinsics& pinhole;
+    gpu::Image* color;    // null: not requested
+    gpu::Buffer* planes;  // null: not requested
+    std::span<const PlanePlace> places;
+  };
+  struct Wanted {
+    const Intrinsics& camera;
+    const Lens& lens;
+    const ImageOutputs& outputs;
+  };
+  // Allocates the memory that a following record() of these needs.
+  void make_room(const Intrinsics& pinhole, const Wanted& wanted);
+  // Writes result(): colours, 4 bytes a pixel, if requested, then the planes in the layout of place_planes().
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source, const Wanted& wanted);
+  gpu::Buffer& result() { return result_; }
+  uint64_t result_bytes() const { return result_bytes_; }
+  const std::vector<PlanePlace>& places() const { return places_; }
+
+ private:
+  void copy_color(gpu::Recorder& recorder, gpu::Image& color);
+  gpu_types::LensWanted describe(const Source& source, const Wanted& wanted) const;
+
+  gpu::Device& device_;
+  gpu::PipelineLayout layout_;
+  gpu::Pipeline pipeline_;
+  gpu::Buffer color_, result_;
+  uint64_t result_bytes_ = 0;
+  std::vector<PlanePlace> places_;
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,39 @@
+// Skinning and morph targets on the GPU: after each change, updates deformed vertices, bounding spheres and
+// acceleration structures.
+#pragma once
+
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::passes {
+
+class DeformPass {
+ public:
+  DeformPass(gpu::Device& device, VkPipelineLayout layout);
+
+  // Call it after the transforms pass.
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+              const state::PoseState& poses);
+  // Updates the bottom-level structures. Call it before the top-level build, where rays are traced.
+  void record_levels(gpu::Recorder& recorder, GpuScene& scene);
+  // Resets the state for a new scene.
+  void forget() {
+    poses_seen_ = weights_seen_ = UINT64_MAX;
+    levels_behind_ = true;
+  }
+  // Reports vertices written by another pass.
+  void vertices_written() { levels_behind_ = true; }
+
+ private:
+  void upload_weights(gpu::Recorder& recorder, gpu::StagingRing& belt, DeformedShapes& shapes,
+                      const state::PoseState& poses);
+
+  VkPipelineLayout layout_;
+  gpu::Pipeline deform_, bounds_;
+  uint64_t poses_seen_ = UINT64_MAX, weights_seen_ = UINT64_MAX;  // PoseState's revisions
+  bool levels_behind_ = true;  // vertices changed since the last structure update
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,61 @@
+// Incremental update of the GPU scene after scene edits. It writes only the changes since the last frame; a
+// frame without edits costs one comparison and no GPU work.
+#pragma once
+
+#include <map>
+
+#include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/shadows/shadow_pass.h"
+#include "renderer/passes/visibility/patches.h"
+#include "renderer/scene/edits/scene_edits.h"
+
+namespace fire3dv::passes {
+
+class EditFollower {
+ public:
+  explicit EditFollower(gpu::Device& device) : device_(device) {}
+
+  // Call it before all other work of the frame. Returns true when vertices were written.
+  bool follow(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& gpu_scene, const scene::Scene& scene,
+              const scene::SceneEdits& edits, ShadowPass& shadows);
+  // Resets the state for a new scene, to which all edits are new.
+  void forget() {
+    seen_ = {};
+    materials_.clear();
+    colors_.clear();
+    vertices_.clear();
+  }
+
+ private:
+  struct Change {
+    GpuScene& gpu_scene;
+    const scene::Scene& scene;
+    const scene::SceneEdits& edits;
+    Patches patches;
+    bool draws = false;     // the draws or their primitives changed
+    bool vertices = false;  // vertices were written
+  };
+  struct Color {
+    glm::vec4 base_color{1};
+    uint32_t first_material = 0;  // first appended material copy of the node
+  };
+  static void follow_visible(Change& change, ShadowPass& shadows);
+  void follow_materials(Change& change);
+  // anew: recreates the material copies of all nodes with colour edits.
+  void follow_colors(Change& change, bool anew);
+  void make_room_for_colors(Change& change);
+  void give_own_materials(Change& change);
+  static void give_back_materials(Change& change, uint32_t node);
+  static void set_part_material(Change& change, uint32_t node, uint32_t i, uint32_t material);
+  static void set_first_primitive(Change& change, uint32_t node, uint32_t first_primitive);
+  void follow_lights(Change& change, ShadowPass& shadows);
+  void follow_vertices(Change& change);
+
+  gpu::Device& device_;
+  scene::EditRevisions seen_;
+  scene::MaterialEdits materials_;
+  std::map<uint32_t, Color> colors_;  // by node
+  std::map<uint32_t, std::shared_ptr<const scene::ReplacedVertices>> vertices_;
+};
+
+}  // namespace fire3dv::passes

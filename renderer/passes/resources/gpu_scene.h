@@ -1,0 +1,124 @@
+// GPU copy of a Scene: derived, never edited. Geometry, materials and textures are uploaded once; the
+// transforms pass writes all moving data.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/gpu/acceleration.h"
+#include "renderer/gpu/bindless_textures.h"
+#include "renderer/gpu/resources.h"
+#include "renderer/gpu/staging_ring.h"
+#include "renderer/passes/resources/deformed_shapes.h"
+#include "renderer/passes/resources/scene_parts.h"
+#include "renderer/passes/resources/scene_textures.h"
+#include "renderer/passes/visibility/draw_list.h"
+#include "renderer/scene/edits/derived.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::passes {
+
+// Per-instance vertices of a node whose vertices an edit replaces.
+struct OwnVertices {
+  uint32_t node = 0;
+  uint32_t first_vertex = 0;          // in GpuScene::positions
+  std::vector<uint32_t> vertices;     // scene indices, in the GPU's order
+  std::vector<uint32_t> mesh_places;  // the same, relative to the mesh's first vertex
+};
+
+// Draw settings that decide which resources the GPU scene needs.
+struct SceneUses {
+  float anisotropy = 1;  // maximum anisotropy of smooth samplers, in texels; 1: none
+  gpu::Rays rays = gpu::Rays::many;
+  bool rays_to_boxes = false;  // gpu::traces_to_boxes(), and no ray-tracing pipeline
+  bool drawn_forward = true;   // whole scene on the forward path, not only its forward-only draws
+};
+
+struct GpuScene {
+  // textures_layout: see gpu::BindlessTextures. before: the copy of another scene on the device; images of
+  // the same pixels are shared with it.
+  GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
+           VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
+           const SceneUses& uses, const GpuScene* before = nullptr);
+
+  // Sorts the draws again when poses or bindings have changed the winding of a node.
+  void follow_senses(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene,
+                     const state::PoseState& poses);
+  // Collects the current draws: visible nodes with their current primitives.
+  void collect_draws(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene);
+
+  // Adds the scene buffers that this frame may have written to a pass's reads.
+  void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
+  // Primitive of a node: per-instance where the node is deformed.
+  uint32_t primitive_at(uint32_t node, uint32_t primitive) const {
+    return primitive + primitive_shift_of_node[node];
+  }
+  const scene::ClusteredPrimitive& geometry_of(const Draw& draw) const {
+    return geometry[primitive_at(draw.node, draw.primitive)];
+  }
+  bool is_hidden(uint32_t node) const { return node < hidden.size() && hidden[node]; }
+
+  uint32_t node_count = 0;
+  uint32_t light_count = 0, part_count = 0, ray_box_count = 0;
+  uint32_t instance_count = 0;               // of the top-level acceleration structure
+  uint32_t cluster_instance_count = 0;       // all LODs
+  uint32_t lod0_cluster_instance_count = 0;  // LOD 0 only; these come first
+  uint64_t own_triangle_count = 0;           // LOD 0 triangles
+  bool has_forward_only = false;             // has forward-only draws
+  bool has_masked = false;
+  bool has_extensions = false;  // materials with glTF extensions
+  bool has_textures = false;    // materials with textures
+  bool has_second_uv = false;   // a texture uses the second set
+
+  // Vertices in cluster order. tangents and extras are null where no vertex has any or can get any.
+  gpu::Buffer positions, frames, tangents, uvs, extras;
+  gpu::Buffer indices;    // as in scene::ClusterIndices; null where no pass reads them
+  gpu::Buffer ray_boxes;  // scene::RayAabb[], where rays are traced to boxes
+  gpu::Buffer parts, clusters, cluster_triangles, cluster_instances, level_groups;
+  std::vector<scene::ClusteredPrimitive> geometry;  // per primitive of the scene, then of deformed nodes
+  std::vector<uint32_t> primitive_shift_of_node;    // offset from a scene primitive to the node's; mostly 0
+  DeformedShapes deformed;
+  gpu::Buffer materials, material_extensions, primitives, lights;
+  gpu::Buffer draws;                    // DrawRecord[], in the order of the draw list
+  gpu::Buffer first_primitive_of_node;  // uint[]
+  gpu::Buffer instance_of_node;         // uint[]
+  gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
+  gpu::Buffer light_of_node;            // uint[]
+  // Written by the transforms pass: AffineRows[], then the static transforms of skinned parts, node facts and
+  // light places.
+  gpu::Buffer world_from_node;
+  VkDeviceSize node_facts_offset = 0;    // uint[]: FIRE3DV_NODE_*
+  VkDeviceSize light_places_offset = 0;  // LightPlace[], last
+  VkDeviceAddress node_facts() const { return world_from_node.address + node_facts_offset; }
+  VkDeviceAddress light_places() const { return world_from_node.address + light_places_offset; }
+
+  void place_nodes(gpu::Device& device, gpu::LoaderCommands& loader);
+
+  // State that scene edits refer to, see edit_follower.h.
+  std::vector<OwnVertices> own_vertices;
+  uint32_t own_primitive_count = 0, own_material_count = 0;  // further records are copies with edited colours
+  std::vector<uint32_t> part_flags;                          // as in the scene file
+  std::vector<uint32_t> light_at_node;                       // as in light_of_node
+  std::vector<uint32_t> instance_at_node;  // in the top-level structure; FIRE3DV_NO_INDEX: none
+  std::vector<bool> hidden;                // per node, as in the draw list; empty: none
+
+  std::vector<uint32_t> first_part_of_node;
+  std::vector<PlanarPart> planar_parts;  // sorted by rest-pose size, largest first
+  std::vector<bool> mirrored;            // per node, as in the draw list
+  DrawList draw_list;
+  uint64_t draw_list_revision = 0;  // +1 whenever the list changes
+  uint64_t poses_seen = UINT64_MAX;
+  SceneTextures scene_textures;
+  std::vector<gpu::AccelerationStructure> blas_of_mesh;
+  gpu::TopLevel top_level;  // where rays can be traced
+  gpu::BindlessTextures textures;
+  gpu::BlasBuildReport blas_report;
+};
+
+// i: index within the mesh.
+gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const scene::Mesh& mesh,
+                                            const scene::ClusteredPrimitive& geometry, uint32_t i);
+
+}  // namespace fire3dv::passes

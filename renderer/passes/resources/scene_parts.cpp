@@ -1,0 +1,152 @@
+#include "renderer/passes/resources/scene_parts.h"
+
+#include <algorithm>
+
+#include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/scene/model/packed_vertices.h"
+
+namespace fire3dv::passes {
+namespace {
+
+bool is_colored(const scene::Scene& scene, const scene::Primitive& primitive) {
+  if (scene.extras.empty()) return false;
+  for (uint32_t v = primitive.first_vertex; v < primitive.first_vertex + primitive.vertex_count; ++v) {
+    if (scene::has_color(scene, v)) return true;
+  }
+  return false;
+}
+
+bool is_on_top(const scene::Scene& scene, const scene::Primitive& primitive) {
+  return primitive.topology != scene::Topology::triangles ||
+         scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::blend;
+}
+
+uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
+  const scene::Primitive& p = scene.primitives[primitive];
+  const scene::Material& material = scene.materials[p.material];
+  const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
+  return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
+         (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
+         (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) | (is_on_top(scene, p) ? FIRE3DV_PART_ON_TOP : 0) |
+         (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
+         (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
+         (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
+}
+
+}  // namespace
+
+bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
+  return !is_on_top(scene, scene.primitives[primitive]);
+}
+
+bool any_on_top(const scene::Scene& scene) {
+  return std::any_of(scene.primitives.begin(), scene.primitives.end(),
+                     [&](const scene::Primitive& primitive) { return is_on_top(scene, primitive); });
+}
+
+bool any_masked(const scene::Scene& scene) {
+  return std::any_of(
+      scene.primitives.begin(), scene.primitives.end(), [&](const scene::Primitive& primitive) {
+        return scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::mask;
+      });
+}
+
+std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry) {
+  std::vector<gpu_types::ClusterRecord> records;
+  records.reserve(geometry.clusters.size());
+  for (const scene::Cluster& c : geometry.clusters) {
+    records.push_back({c.center, c.radius, c.cone_axis, c.cone_cutoff, c.first_vertex, c.first_triangle,
+                       c.vertex_count, c.triangle_count, c.made_by, c.merged_by,
+                       c.made_by == scene::kNone ? 0 : geometry.level_groups[c.made_by].surface_error, 0});
+  }
+  return records;
+}
+
+std::vector<gpu_types::LevelGroupRecord> level_group_records(const scene::ClusteredGeometry& geometry) {
+  std::vector<gpu_types::LevelGroupRecord> records;
+  records.reserve(geometry.level_groups.size());
+  for (const scene::LevelGroup& g : geometry.level_groups)
+    records.push_back({g.center, g.radius, g.error, g.surface_error});
+  return records;
+}
+
+glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
+  glm::vec3 low(0), high(0);
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    const scene::Primitive& primitive = scene.primitives[p];
+    low = p == mesh.first_primitive ? primitive.bounds_min : glm::min(low, primitive.bounds_min);
+    high = p == mesh.first_primitive ? primitive.bounds_max : glm::max(high, primitive.bounds_max);
+  }
+  return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
+}
+
+uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
+  if (scene.nodes[node].skin == scene::kNone) return node;
+  return static_cast<uint32_t>(scene.nodes.size()) +
+         (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
+}
+
+namespace {
+
+// An id has 25 bits for the cluster instance, see gpu_types::ClusterInstance.
+constexpr uint64_t kMostClusterInstances = (uint64_t{1} << 25) - 1;
+
+void add_clusters(Parts& all, std::span<const scene::Cluster> clusters, uint32_t part, uint32_t first,
+                  uint32_t count) {
+  for (uint32_t c = first; c < first + count; ++c) {
+    const scene::Cluster& cluster = clusters[c];
+    all.clusters.push_back({part, c, all.parts[part].node, cluster.first_vertex, cluster.first_triangle,
+                            cluster.vertex_count | cluster.triangle_count << 16});
+  }
+}
+
+// Adds all coarser clusters or none: a partial LOD hierarchy would leave holes.
+void add_coarser_clusters(const GpuScene& gpu_scene, std::span<const scene::Cluster> clusters, Parts& all) {
+  uint64_t count = all.clusters.size();
+  for (const gpu_types::PartRecord& part : all.parts)
+    count += gpu_scene.geometry[part.primitive].level_cluster_count;
+  if (count > kMostClusterInstances) return;
+  for (uint32_t part = 0; part < all.parts.size(); ++part) {
+    if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
+    const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
+    add_clusters(all, clusters, part, geometry.first_level_cluster, geometry.level_cluster_count);
+  }
+}
+
+}  // namespace
+
+Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
+                    std::span<const scene::Cluster> clusters, const GpuScene& gpu_scene) {
+  Parts all;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    const uint32_t mesh = scene.nodes[n].mesh;
+    all.first_of_node.push_back(static_cast<uint32_t>(all.parts.size()));
+    if (mesh == scene::kNone) continue;
+    const uint32_t first = scene.meshes[mesh].first_primitive;
+    for (uint32_t p = first; p < first + scene.meshes[mesh].primitive_count; ++p) {
+      const auto part = static_cast<uint32_t>(all.parts.size());
+      const uint32_t primitive = gpu_scene.primitive_at(n, p);
+      const bool deformed = scene::is_deformed(scene.nodes[n]);
+      const scene::Caster caster = deformed ? scene::Caster{} : casters[mesh];
+      all.parts.push_back({drawn_at(scene, n), primitive,
+                           part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0),
+                           scene.primitives[p].material});
+      if (caster.shape == scene::CasterShape::planar) {
+        const glm::mat3 m(scene.nodes[n].world_from_node);
+        const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
+        all.planar.push_back(
+            {part, n, caster.plane_node, stretch * sphere_around(scene, scene.meshes[mesh]).w});
+      }
+      const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[primitive];
+      add_clusters(all, clusters, part, geometry.first_cluster, geometry.cluster_count);
+    }
+  }
+  // Coarser clusters follow LOD 0, whose indices therefore do not depend on the LOD setting.
+  all.own_cluster_count = static_cast<uint32_t>(all.clusters.size());
+  add_coarser_clusters(gpu_scene, clusters, all);
+  std::stable_sort(all.planar.begin(), all.planar.end(),
+                   [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });
+  return all;
+}
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,270 @@
+#include "renderer/passes/visibility/visibility_pass.h"
+#include "renderer/passes/resources/scene_variant.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string>
+
+#include "renderer/passes/resources/scene_variant.h"
+#include "shaders/shared/bindings.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+
+// LOD error budget of the camera.
+constexpr float kLevelErrorPixels = 0.25f;
+// Scene triangles per image pixel above which the coverage merge pays. Below, few pixels show several
+// triangles of one surface, and the merge costs more than it saves in shading and rays.
+constexpr double kTrianglesWorthTracingLess = 0.2, kTrianglesWorthShadingLess = 0.5;
+
+gpu::SetLayout create_image_set_layout(gpu::Device& device) {
+  const VkDescriptorSetLayoutBinding bindings[] = {
+      {FIRE3DV_BINDING_DISPLAY, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
+      {FIRE3DV_BINDING_HDR, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr}};
+  return gpu::create_set_layout(device, bindings);
+}
+
+}  // namespace
+
+gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, bool levels_of_detail) {
+  gpu_types::RasterView raster{};
+  raster.clip_from_world = view.clip_from_world;
+  const glm::mat4 rows = glm::transpose(view.clip_from_world);
+  const glm::vec4 planes[6] = {rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1],
+                               rows[3] - rows[1], rows[3] - rows[2], rows[2]};
+  for (int i = 0; i < 6; ++i) {
+    const float length = glm::length(glm::vec3(planes[i]));
+    // A far plane at infinity has no direction; every point is inside.
+    raster.planes_world[i] = length > 0 ? planes[i] / length : glm::vec4(0, 0, 0, 1);
+  }
+  raster.eye_world = view.orthographic ? glm::vec4(view.look_world, 0) : glm::vec4(view.eye_world, 1);
+  raster.width = extent.width;
+  raster.height = extent.height;
+  if (levels_of_detail) {
+    const float pixels_per_m =
+        0.5f * std::max(static_cast<float>(extent.width) * glm::length(glm::vec3(rows[0])),
+                        static_cast<float>(extent.height) * glm::length(glm::vec3(rows[1])));
+    raster.level_scale = pixels_per_m / kLevelErrorPixels;
+  }
+  return raster;
+}
+
+VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
+                               VkDescriptorSetLayout scene_set_layout, uint32_t samples)
+    : device_(device),
+      samples_(samples),
+      layout_(layout),
+      raster_(device, layout, samples == 4 ? RasterKind::camera_4_samples : RasterKind::camera_1_sample),
+      image_set_layout_(create_image_set_layout(device)) {
+  shade_layout_ = gpu::create_pipeline_layout(device, std::array{scene_set_layout, image_set_layout_.get()});
+  if (samples == 4) surfaces_ = gpu::create_compute_pipeline(device, layout, "surfaces.comp");
+}
+
+void VisibilityPass::set_targets(Targets& targets) {
+  const VkExtent2D extent = targets.extent;
+  const VkDeviceSize view_bytes = VkDeviceSize{8} * samples_ * extent.width * extent.height;
+  if (!targets.visibility.buffer) {
+    targets.visibility.buffer = gpu::create_buffer(device_, view_bytes * targets.views,
+                                                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+    bind(targets);
+  }
+  targets_ = &targets;
+  extent_ = extent;
+  view_bytes_ = view_bytes;
+}
+
+void VisibilityPass::bind(Targets& targets) const {
+  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2}};
+  targets.shade_set = gpu::DescriptorSet(device_, image_set_layout_.get(), sizes);
+  const VkDescriptorImageInfo images[] = {
+      {VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL},
+      {VK_NULL_HANDLE, targets.hdr.view.get(), VK_IMAGE_LAYOUT_GENERAL}};
+  VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+  write.dstSet = targets.shade_set.get();
+  write.dstBinding = FIRE3DV_BINDING_DISPLAY;
+  write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+  write.descriptorCount = can_leave_samples() && targets.hdr ? 2 : 1;  // the second fills the next binding
+  write.pImageInfo = images;
+  vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
+}
+
+ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, Cull cull, bool levels_of_detail) const {
+  ClusterRaster::Job job;
+  job.scene = &scene;
+  job.target = &targets_->visibility;
+  job.target_bytes = targets_->visibility.buffer.size_bytes;
+  job.view_count = targets_->views;
+  job.extent = extent_;
+  job.cull = cull;
+  job.levels_of_detail = levels_of_detail;
+  return job;
+}
+
+void VisibilityPass::make_room(GpuScene& scene, Cull cull, bool levels_of_detail) {
+  raster_.make_room(job_of(scene, cull, levels_of_detail));
+}
+
+ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& belt, GpuScene& scene, std::span<const View> views,
+                                       VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
+  std::vector<gpu_types::RasterView> rasters;
+  rasters.reserve(views.size());
+  const VkExtent2D tiles = tiles_of(extent_);
+  for (const View& view : views) {
+    const auto first_sample = static_cast<uint32_t>(rasters.size() * view_bytes_ / 8);
+    rasters.push_back(raster_view(view, extent_, levels_of_detail));
+    rasters.back().first_texel = first_sample;
+    rasters.back().first_tile = static_cast<uint32_t>(rasters.size() - 1) * tiles.width * tiles.height;
+  }
+  ClusterRaster::Job job = job_of(scene, cull, levels_of_detail);
+  job.views = belt.write(std::span<const gpu_types::RasterView>(rasters)).address;
+  job.globals = globals;
+  raster_.begin(belt, job);
+  return raster_;
+}
+
+void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
+                                    std::span<const VkDeviceAddress> globals, bool traced) {
+  const auto pixels = static_cast<double>(extent_.width) * extent_.height;
+  const double least = traced ? kTrianglesWorthTracingLess : kTrianglesWorthShadingLess;
+  if (!surfaces_ || static_cast<double>(scene.own_triangle_count) < least * pixels) return;
+  std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_write)};
+  scene.add_reads(uses, access::compute_read);
+  recorder.pass("surfaces", uses, [&](VkCommandBuffer commands) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, surfaces_.get());
+    const VkDescriptorSet set = scene.textures.set();
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
+    for (uint32_t view = 0; view < globals.size(); ++view) {
+      const gpu_types::SurfacesPush push{globals[view], address_of(view)};
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+    }
+  });
+}
+
+gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
+  constexpr uint32_t kWays = 3;  // shadow techniques without listing; higher indices are the variants that
+                                 // test maps and list rays
+  static_assert(FIRE3DV_SHADOWS_OFF < kWays && FIRE3DV_SHADOWS_MASK < kWays && FIRE3DV_SHADOWS_MAP < kWays);
+  FIRE3DV_ASSERT(shading.shadows < kWays);
+  const uint32_t way = shading.finds_shadows ? kWays : shading.shadows;
+  gpu::Pipeline& pipeline =
+      shade_.at(16 * way + (shading.core_materials ? 8 : 0) + (shading.textures ? 4 : 0) +
+                (shading.second_uv ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
+  if (!pipeline) {
+    const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
+                               (shading.finds_shadows ? "_find" : "") +
+                               (shading.leaves_samples ? "_unresolved" : "") +
+                               (samples_ == 4 ? "_4.comp" : "_1.comp");
+    MadeFor made_for;
+    made_for.shadows = shading.shadows;
+    made_for.textures = shading.textures;
+    made_for.second_uv = shading.second_uv;
+    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next,
+                                            made_for.constants());
+  }
+  return pipeline;
+}
+
+void VisibilityPass::expect(const Shading& shading) {
+  Shading listed = shading;
+  listed.finds_shadows = false;
+  // The pipeline expected last is compiled first.
+  if (shading.finds_shadows && !shades_listed_by_the_same(shading)) shade_pipeline(listed);
+  shade_pipeline(shading);
+}
+
+gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t index,
+                                                const PostSettings& settings) const {
+  const uint32_t view = shaded.first_view + static_cast<uint32_t>(index);
+  gpu_types::ShadePush push{};
+  push.globals = shaded.globals[index];
+  push.visibility = address_of(view);
+  push.exposure = exposure_of(shaded.views[index], settings);
+  push.tone_map = tone_map_number(settings.tone_map);
+  push.first_row = view * extent_.height;
+  return push;
+}
+
+void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what,
+                                  uint32_t shadow_technique, GpuScene& scene, ShadowPass& shadows,
+                                  Targets& targets, std::span<const gpu_types::ShadePush> views,
+                                  const VkRect2D* left) {
+  const bool leave_samples = left != nullptr;
+  Shading shading{!scene.has_extensions, scene.has_textures, scene.has_second_uv, leave_samples,
+                  shadow_technique};
+  shading.finds_shadows =
+      what == Shades::all_and_lists || (what == Shades::listed && shades_listed_by_the_same(shading));
+  const VkPipeline pipeline = shade_pipeline(shading).get();
+  const bool is_first = what != Shades::listed && views[0].first_row == 0;
+  std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
+                        Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
+  if (leave_samples && shows_the_rest(scene))
+    uses.emplace_back(targets.display, access::compute_write, is_first);
+  scene.add_reads(uses, access::compute_read);
+  if (what == Shades::all_and_lists) {
+    shadows.add_map_reads(uses, access::compute_read);
+    uses.emplace_back(shadows.mask(), access::compute_write);
+    uses.emplace_back(shadows.lists(), access::compute_write);
+    uses.emplace_back(shadows.entries(), access::compute_write);
+    uses.emplace_back(shadows.found(), access::compute_write);
+  } else {
+    shadows.add_reads(uses, access::compute_read);
+  }
+  if (what == Shades::listed) {
+    gpu::Access arguments = access::compute_read;
+    arguments.stages |= access::indirect_read.stages;
+    arguments.access |= access::indirect_read.access;
+    uses.emplace_back(shadows.lists(), arguments);
+    uses.emplace_back(shadows.entries(), access::compute_read);
+  }
+  recorder.pass(name, uses, [&](VkCommandBuffer commands) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+    const VkDescriptorSet sets[] = {scene.textures.set(), targets.shade_set.get()};
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
+                            nullptr);
+    for (gpu_types::ShadePush push : views) {
+      push.listed = what == Shades::listed ? 1 : 0;
+      if (left) {
+        push.left_x = static_cast<uint32_t>(left->offset.x);
+        push.left_y = static_cast<uint32_t>(left->offset.y);
+        push.left_end_x = push.left_x + left->extent.width;
+        push.left_end_y = push.left_y + left->extent.height;
+      }
+      vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      if (what == Shades::listed) {
+        vkCmdDispatchIndirect(commands, shadows.lists().get(), offsetof(gpu_types::RayList, groups_x));
+      } else {
+        vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+      }
+    }
+  });
+}
+
+void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
+                           const Shaded& shaded, const PostSettings& settings, const VkRect2D* left) {
+  std::vector<gpu_types::ShadePush> views;
+  for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
+  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, left);
+}
+
+void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
+                                     Targets& targets, const Shaded& shaded, const PostSettings& settings,
+                                     const VkRect2D* left) {
+  FIRE3DV_ASSERT(shaded.views.size() == 1);  // the ray list serves one view
+  const VkDeviceAddress globals = shaded.globals[0];
+  gpu_types::ShadePush push = shade_push(shaded, 0, settings);
+  push.lists = shadows.lists().address;
+  push.entries = shadows.entries().address;
+  push.found = shadows.found().address;
+  push.found_room = shadows.found_room();
+  const std::span<const gpu_types::ShadePush> view(&push, 1);
+  record_shade(recorder, "shade", Shades::all_and_lists, shaded.shadows, scene, shadows, targets, view, left);
+  shadows.trace_found(recorder, scene, {targets_->visibility.buffer, address_of(shaded.first_view)}, globals);
+  record_shade(recorder, "shade again", Shades::listed, shaded.shadows, scene, shadows, targets, view, left);
+}
+
+}  // namespace fire3dv::passes

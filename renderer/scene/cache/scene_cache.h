@@ -1,0 +1,48 @@
+// Cache of loaded scenes with their derived data. The key is the digest of the asset file; an entry is valid
+// while all other source files are unchanged, too.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+#include "renderer/scene/cache/digest_cache.h"
+#include "renderer/scene/cache/scene_file.h"
+
+namespace fire3dv::scene {
+
+struct SceneCacheSettings {
+  enum class Place { nowhere, folder, beside_the_asset };
+  Place place = Place::nowhere;
+  std::filesystem::path folder;
+  uint64_t most_bytes = uint64_t{4} << 30;  // limit of the folder; least recently used entries are evicted
+  uint64_t least_scene_bytes = uint64_t{1} << 20;  // smaller scenes load as fast from their own file
+};
+
+class SceneCache {
+ public:
+  explicit SceneCache(SceneCacheSettings settings) : settings_(std::move(settings)) {}
+
+  // Returns nullopt on a miss; an unusable entry adds a note.
+  std::optional<LoadedScene> find(const std::filesystem::path& asset, uint64_t max_file_bytes);
+  // Writes a cache entry, unless the scene is too small. The error names the file.
+  Result<void> keep(const std::filesystem::path& asset, const LoadedScene& loaded,
+                    const std::vector<SourceFile>& sources);
+
+  // Digest of the last asset passed to find(), if it was readable.
+  const StampedDigest* known() const { return known_ ? &*known_ : nullptr; }
+
+  std::vector<std::string> take_notes() { return std::move(notes_); }
+
+ private:
+  std::filesystem::path place_of(const std::filesystem::path& asset, const Digest& own) const;
+
+  SceneCacheSettings settings_;
+  std::vector<std::string> notes_;
+  DigestCache digests_;  // of the last asset and its files
+  std::optional<StampedDigest> known_;
+};
+
+}  // namespace fire3dv::scene

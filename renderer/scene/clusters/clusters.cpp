@@ -1,0 +1,127 @@
+#include "renderer/scene/clusters/clusters.h"
+
+#include <utility>
+
+#include "protocol/base/parallel.h"
+#include "renderer/scene/clusters/meshlets.h"
+
+namespace fire3dv::scene {
+namespace {
+
+// Clusters of one primitive, with offsets into its own arrays.
+struct Piece {
+  std::vector<uint32_t> source_vertices, triangles;
+  std::vector<Cluster> clusters;
+  std::vector<RayAabb> ray_boxes;
+};
+
+// Triangles of one cluster, in the order of ray boxes.
+std::vector<Corners> triangles_of(const Meshlets& cut, const GrownClusters::Run& run,
+                                  std::span<const glm::vec3> positions) {
+  std::vector<glm::vec3> vertices;
+  for (uint32_t v = 0; v < run.vertex_count; ++v)
+    vertices.push_back(positions[cut.grown.vertices[run.first_vertex + v]]);
+  std::vector<Corners> triangles;
+  for (uint32_t t = 0; t < run.triangle_count; ++t) {
+    const uint8_t* corner = &cut.grown.corners[size_t{3} * (run.first_triangle + t)];
+    triangles.push_back({corner[0], corner[1], corner[2]});
+  }
+  order_for_ray_boxes(triangles, vertices);
+  return triangles;
+}
+
+Piece cut_primitive(const Scene& scene, const Primitive& source) {
+  Piece out;
+  const std::span<const glm::vec3> positions(scene.positions.data() + source.first_vertex,
+                                             source.vertex_count);
+  const Meshlets cut({scene.indices.data() + source.first_index, source.index_count}, positions);
+  out.clusters.reserve(cut.grown.runs.size());
+  out.triangles.reserve(source.index_count / 3);
+  for (const GrownClusters::Run& run : cut.grown.runs) {
+    Cluster cluster = cut.bounded(run, positions);
+    cluster.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
+    cluster.first_triangle = static_cast<uint32_t>(out.triangles.size());
+    for (uint32_t v = 0; v < run.vertex_count; ++v) {
+      out.source_vertices.push_back(source.first_vertex + cut.grown.vertices[run.first_vertex + v]);
+    }
+    for (const Corners& corners : triangles_of(cut, run, positions)) {
+      out.triangles.push_back(corners[0] | uint32_t{corners[1]} << 8 | uint32_t{corners[2]} << 16);
+    }
+    out.clusters.push_back(cluster);
+  }
+  out.ray_boxes = ray_boxes_of(out.clusters, out.triangles, out.source_vertices, scene.positions);
+  return out;
+}
+
+template <typename T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+ClusteredPrimitive append(ClusteredGeometry& out, Piece piece) {
+  ClusteredPrimitive primitive;
+  primitive.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
+  primitive.first_cluster = static_cast<uint32_t>(out.clusters.size());
+  primitive.vertex_count = static_cast<uint32_t>(piece.source_vertices.size());
+  primitive.cluster_count = static_cast<uint32_t>(piece.clusters.size());
+  primitive.first_ray_box = static_cast<uint32_t>(out.ray_boxes.size());
+  primitive.ray_box_count = static_cast<uint32_t>(piece.ray_boxes.size());
+  const auto first_triangle = static_cast<uint32_t>(out.triangles.size());
+  for (Cluster& cluster : piece.clusters) {
+    cluster.first_vertex += primitive.first_vertex;
+    cluster.first_triangle += first_triangle;
+  }
+  for (RayAabb& box : piece.ray_boxes) {
+    box.first_vertex += primitive.first_vertex;
+    box.triangles += first_triangle;
+  }
+  append(out.ray_boxes, piece.ray_boxes);
+  append(out.source_vertices, piece.source_vertices);
+  append(out.clusters, piece.clusters);
+  append(out.triangles, piece.triangles);
+  return primitive;
+}
+
+void drop_ray_boxes(ClusteredGeometry& out) {
+  out.ray_boxes = {};
+  for (ClusteredPrimitive& primitive : out.primitives) primitive.first_ray_box = primitive.ray_box_count = 0;
+}
+
+// Copies an unclustered primitive.
+ClusteredPrimitive copy_primitive(const Primitive& source, ClusteredGeometry& out) {
+  ClusteredPrimitive primitive;
+  primitive.first_vertex = static_cast<uint32_t>(out.source_vertices.size());
+  primitive.vertex_count = source.vertex_count;
+  for (uint32_t v = 0; v < source.vertex_count; ++v) out.source_vertices.push_back(source.first_vertex + v);
+  return primitive;
+}
+
+}  // namespace
+
+ClusteredGeometry cut_clusters(const Scene& scene, const std::function<void(size_t done)>& progress) {
+  ClusteredGeometry out;
+  const size_t count = scene.primitives.size();
+  const auto is_cut = [&](size_t p) { return scene.primitives[p].topology == Topology::triangles; };
+  std::vector<Piece> pieces(count);
+  parallel_for(
+      count,
+      [&](size_t p) {
+        if (is_cut(p)) pieces[p] = cut_primitive(scene, scene.primitives[p]);
+      },
+      progress);
+  out.primitives.resize(count);
+  out.triangles.reserve(scene.indices.size() / 3);
+  out.source_vertices.reserve(scene.positions.size() + scene.positions.size() / 2);
+  uint32_t next_index = 0;
+  for (size_t p = 0; p < count; ++p) {
+    const Primitive& source = scene.primitives[p];
+    out.primitives[p] = is_cut(p) ? append(out, std::exchange(pieces[p], {})) : copy_primitive(source, out);
+    out.primitives[p].first_index = next_index;
+    out.primitives[p].index_count = source.index_count;
+    next_index += source.index_count;
+  }
+  if (out.triangles.size() > kMostRayBoxTriangles) drop_ray_boxes(out);
+  return out;
+}
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,65 @@
+// Cluster geometry (meshlets) of the scene: up to 128 adjacent triangles with bounds, the unit of culling and
+// rasterisation. Vertices are reordered by cluster so that each cluster has one vertex range. Vertices that
+// clusters share are duplicated bit-exactly, so no cracks appear.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "renderer/scene/model/ray_aabbs.h"
+#include "renderer/scene/model/scene.h"
+
+namespace fire3dv::scene {
+
+// Measured on an H200 and on lavapipe. A workgroup processes one cluster with one vertex and one triangle per
+// thread.
+constexpr uint32_t kClusterTriangles = 128;
+constexpr uint32_t kClusterVertices = 128;
+
+struct Cluster {
+  glm::vec3 center{0};  // bounding sphere in node space
+  float radius = 0;
+  // Normal cone: all triangles face away from `eye` if dot(center - eye, cone_axis) >= cone_cutoff * |center
+  // - eye| + radius.
+  glm::vec3 cone_axis{0};
+  float cone_cutoff = 1;
+  uint32_t first_vertex = 0;    // cluster order; see ClusteredGeometry::source_vertices
+  uint32_t first_triangle = 0;  // into ClusteredGeometry::triangles
+  uint32_t vertex_count = 0;
+  uint32_t triangle_count = 0;
+  // LOD groups (cluster_levels.h): made_by created this cluster, merged_by replaces it by coarser clusters.
+  // made_by kNone: LOD 0; merged_by kNone: no coarser level.
+  uint32_t made_by = kNone, merged_by = kNone;
+};
+
+// Group of clusters that coarser ones replace together. Errors are lengths in node space.
+struct LevelGroup {
+  glm::vec3 center{0};  // encloses all sources down to LOD 0
+  float radius = 0;
+  float error = 0;          // appearance difference from LOD 0
+  float surface_error = 0;  // geometric part of the error
+};
+
+struct ClusteredPrimitive {
+  uint32_t first_index = 0, index_count = 0;  // in the list of cluster_indices.h
+  uint32_t first_vertex = 0, vertex_count = 0;
+  uint32_t first_cluster = 0, cluster_count = 0;              // 0 for lines and points
+  uint32_t first_level_cluster = 0, level_cluster_count = 0;  // LOD 1 and coarser
+  uint32_t first_ray_box = 0, ray_box_count = 0;              // 0 also above kMostRayBoxTriangles
+};
+
+struct ClusteredGeometry {
+  std::vector<uint32_t> source_vertices;  // scene vertex of each cluster vertex
+  std::vector<Cluster> clusters;          // in primitive order
+  std::vector<LevelGroup> level_groups;
+  std::vector<RayAabb> ray_boxes;              // LOD 0 triangles, in primitive order
+  std::vector<uint32_t> triangles;             // three 8-bit cluster-local vertex indices, lowest byte first
+  std::vector<ClusteredPrimitive> primitives;  // as Scene::primitives, then deformed copies
+};
+
+// Runs on all cores. `progress` receives the number of finished primitives, on the calling thread.
+ClusteredGeometry cut_clusters(const Scene& scene, const std::function<void(size_t done)>& progress = {});
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,228 @@
+#include "renderer/scene/clusters/simplification_error.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/scene/model/triangle_grid.h"
+
+namespace fire3dv::scene {
+namespace {
+
+constexpr float kSeen = 0.06f;
+// Normals and colours with a smaller difference are indistinguishable in an 8-bit image.
+constexpr float kUnseen = 0.01f;
+
+// Barycentric coordinates of the closest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
+glm::vec3 closest_on_triangle(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b,
+                              const glm::vec3& c) {
+  const glm::vec3 ab = b - a, ac = c - a, ap = p - a;
+  const float d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const glm::vec3 bp = p - b;
+  const float d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const float vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const float v = d1 > d3 ? d1 / (d1 - d3) : 0;
+    return {1 - v, v, 0};
+  }
+  const glm::vec3 cp = p - c;
+  const float d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const float vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const float w = d2 > d6 ? d2 / (d2 - d6) : 0;
+    return {1 - w, 0, w};
+  }
+  const float va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const float sum = (d4 - d3) + (d5 - d6), w = sum > 0 ? (d4 - d3) / sum : 0;
+    return {0, 1 - w, w};
+  }
+  const float inverse = 1 / (va + vb + vc);
+  return {1 - (vb + vc) * inverse, vb * inverse, vc * inverse};
+}
+
+glm::vec3 unit(const glm::vec3& v) {
+  const float size2 = glm::dot(v, v);
+  return size2 > 0 ? v / std::sqrt(size2) : glm::vec3(0);
+}
+
+// Shaded attributes of a surface point.
+struct Look {
+  glm::vec3 position{0}, normal{0}, tangent{0};
+  float tangent_sign = 1;
+  glm::vec2 uv0{0}, uv1{0};
+  glm::vec4 color{0};
+};
+
+// A triangle of the simplified surface.
+struct Facet {
+  glm::vec3 corner[3];
+  const VertexAttributes* at[3];
+  glm::vec3 normal;  // not normalised
+  glm::vec3 middle;
+  float reach;   // distance from the centre to the vertices
+  float side_m;  // side of a square of twice its area
+  float m_per_uv0, m_per_uv1;
+};
+
+Look look_at(const glm::vec3* const corner[3], const VertexAttributes* const at[3], const glm::vec3& b) {
+  Look look;
+  for (int i = 0; i < 3; ++i) {
+    look.position += b[i] * *corner[i];
+    look.normal += b[i] * at[i]->normal;
+    look.tangent += b[i] * glm::vec3(at[i]->tangent);
+    look.uv0 += b[i] * at[i]->uv0;
+    look.uv1 += b[i] * at[i]->uv1;
+    look.color += b[i] * at[i]->color;
+  }
+  look.normal = unit(look.normal);
+  look.tangent = unit(look.tangent);
+  look.tangent_sign = at[0]->tangent.w;
+  return look;
+}
+
+// Largest surface length per unit of texture coordinate.
+float m_per_uv(const Facet& facet, glm::vec2 VertexAttributes::*uv) {
+  float longest = 0;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const float uv_length = glm::length(facet.at[j]->*uv - facet.at[i]->*uv);
+    const float length = glm::length(facet.corner[j] - facet.corner[i]);
+    if (uv_length > 0) longest = std::max(longest, length / uv_length);
+  }
+  return longest;
+}
+
+float contrast_length(float difference, float side_m) {
+  return difference > kUnseen ? side_m * std::sqrt((difference - kUnseen) / kSeen) : 0.0f;
+}
+
+class Comparison {
+ public:
+  Comparison(const SurfacePatch& original, std::span<const uint32_t> simplified,
+             const UsedAttributes& looked_at)
+      : looked_at_(looked_at), grid_(original.positions, simplified) {
+    facets_.resize(simplified.size() / 3);
+    for (size_t t = 0; t < facets_.size(); ++t) {
+      Facet& facet = facets_[t];
+      for (size_t c = 0; c < 3; ++c) {
+        facet.corner[c] = original.positions[simplified[3 * t + c]];
+        facet.at[c] = &original.attributes[simplified[3 * t + c]];
+      }
+      const glm::vec3 n = glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
+      facet.normal = n;
+      facet.middle = (facet.corner[0] + facet.corner[1] + facet.corner[2]) / 3.0f;
+      facet.reach = 0;
+      for (const glm::vec3& corner : facet.corner)
+        facet.reach = std::max(facet.reach, glm::length(corner - facet.middle));
+      facet.side_m = std::sqrt(glm::length(n));
+      facet.m_per_uv0 = looked_at.uv0 ? m_per_uv(facet, &VertexAttributes::uv0) : 0;
+      facet.m_per_uv1 = looked_at.uv1 ? m_per_uv(facet, &VertexAttributes::uv1) : 0;
+    }
+  }
+
+  void take(const Look& sample) {
+    float best = INFINITY, distance = INFINITY, nearest = INFINITY, nearest_facing = INFINITY;
+    grid_.visit(
+        sample.position,
+        [&](uint32_t t) {
+          const Facet& facet = facets_[t];
+          const glm::vec3 to_middle = facet.middle - sample.position;
+          const float out_of_reach = best + facet.reach;
+          if (glm::dot(to_middle, to_middle) > out_of_reach * out_of_reach) return;
+          const glm::vec3 b =
+              closest_on_triangle(sample.position, facet.corner[0], facet.corner[1], facet.corner[2]);
+          const glm::vec3* const corner[3] = {&facet.corner[0], &facet.corner[1], &facet.corner[2]};
+          const glm::vec3 q = b.x * *corner[0] + b.y * *corner[1] + b.z * *corner[2];
+          const float here = glm::length(q - sample.position);
+          nearest = std::min(nearest, here);
+          if (glm::dot(sample.normal, facet.normal) > 0) nearest_facing = std::min(nearest_facing, here);
+          if (here >= best) return;
+          const float looks = difference(sample, look_at(corner, facet.at, b), facet, here);
+          if (looks >= best) return;
+          best = looks;
+          distance = here;
+        },
+        // Bounds the search: distant points that look alike are no correspondences.
+        [&] { return std::min(best, 2 * nearest + grid_.cell()); });
+    error_.looks = std::max(error_.looks, best);
+    // Only surfaces with the same facing count, since a thin plate has another side nearby.
+    error_.surface = std::max(error_.surface, std::min(nearest_facing, distance));
+  }
+
+  LevelError error() const { return error_; }
+
+ private:
+  float difference(const Look& a, const Look& b, const Facet& facet, float distance) const {
+    float length = distance;
+    if (looked_at_.uv0) length += glm::length(a.uv0 - b.uv0) * facet.m_per_uv0;
+    if (looked_at_.uv1) length += glm::length(a.uv1 - b.uv1) * facet.m_per_uv1;
+    float contrast = 0;
+    if (looked_at_.normals) contrast += glm::length(a.normal - b.normal);
+    if (looked_at_.tangents) {
+      contrast += a.tangent_sign == b.tangent_sign ? glm::length(a.tangent - b.tangent) : 2.0f;
+    }
+    if (looked_at_.colors) {
+      const glm::vec4 d = glm::abs(a.color - b.color);
+      contrast += std::max(std::max(d.x, d.y), std::max(d.z, d.w));
+    }
+    return std::max(length, contrast_length(contrast, facet.side_m));
+  }
+
+  UsedAttributes looked_at_;
+  std::vector<Facet> facets_;
+  TriangleGrid grid_;
+  LevelError error_;
+};
+
+bool uses(const TextureRef& ref, uint32_t uv_set) {
+  return ref.texture != kNone && ref.uv_set == uv_set;
+}
+
+}  // namespace
+
+UsedAttributes looked_at(const Scene& scene, const Primitive& primitive) {
+  const Material& m = scene.materials[primitive.material];
+  UsedAttributes at;
+  at.normals = primitive.lit && !m.unlit;
+  at.tangents =
+      at.normals && (m.normal_texture.texture != kNone || m.clearcoat_normal_texture.texture != kNone);
+  const TextureRef* const refs[] = {
+      &m.base_color_texture,       &m.metallic_roughness_texture, &m.normal_texture,
+      &m.occlusion_texture,        &m.emissive_texture,           &m.specular_texture,
+      &m.specular_color_texture,   &m.clearcoat_texture,          &m.clearcoat_roughness_texture,
+      &m.clearcoat_normal_texture, &m.sheen_color_texture,        &m.sheen_roughness_texture,
+      &m.transmission_texture};
+  at.uv0 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 0); });
+  at.uv1 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 1); });
+  return at;
+}
+
+LevelError measure_error(const SurfacePatch& original, std::span<const uint32_t> simplified,
+                         const UsedAttributes& looked_at) {
+  Comparison comparison(original, simplified, looked_at);
+  std::vector<bool> kept(original.positions.size());
+  for (uint32_t index : simplified) kept[index] = true;
+  // Samples are removed vertices and the centres of all original triangles, since remaining vertices may be
+  // connected by other edges.
+  for (size_t v = 0; v < original.positions.size(); ++v) {
+    if (kept[v]) continue;
+    const VertexAttributes& a = original.attributes[v];
+    comparison.take({original.positions[v], unit(a.normal), unit(glm::vec3(a.tangent)), a.tangent.w, a.uv0,
+                     a.uv1, a.color});
+  }
+  for (size_t t = 0; t + 2 < original.indices.size(); t += 3) {
+    const glm::vec3* corner[3];
+    const VertexAttributes* at[3];
+    for (size_t c = 0; c < 3; ++c) {
+      corner[c] = &original.positions[original.indices[t + c]];
+      at[c] = &original.attributes[original.indices[t + c]];
+    }
+    comparison.take(look_at(corner, at, glm::vec3(1.0f / 3)));
+  }
+  return comparison.error();
+}
+
+}  // namespace fire3dv::scene

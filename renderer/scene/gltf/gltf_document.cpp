@@ -1,0 +1,201 @@
+#include "renderer/scene/gltf/gltf_document.h"
+
+#include <climits>
+#include <nlohmann/json.hpp>
+
+#include "renderer/scene/gltf/gltf_container.h"
+#include "renderer/scene/gltf/gltf_references.h"
+#include "renderer/scene/gltf/gltf_schema.h"
+#include "renderer/scene/gltf/meshes/gltf_meshopt.h"
+
+namespace fire3dv::scene {
+namespace {
+
+using nlohmann::json;
+
+// Estimate for nlohmann::json: 16 bytes per value, plus a map node with its key for object members.
+constexpr uint64_t kBytesOfJsonValue = 128;
+// Estimate for tinygltf: its largest structure, Material, has 1.6 KB.
+constexpr uint64_t kBytesOfModelObject = 2048;
+
+Result<json> parsed(std::string_view text) {
+  try {
+    return json::parse(text);
+  } catch (const json::exception& error) {
+    return Error{"the JSON cannot be read: " + quote(error.what())};
+  }
+}
+
+Result<void> take_buffers(const json& root, const Container& container, const LoadLimits& limits,
+                          GltfDocument& document) {
+  const auto buffers = root.find("buffers");
+  if (buffers == root.end()) return {};
+  for (size_t i = 0; i < buffers->size(); ++i) {
+    const json& buffer = (*buffers)[i];
+    const std::string where = element("buffers", i);
+    if (!buffer.contains("byteLength")) return Error{where + ": byteLength is missing"};
+    const auto length = buffer["byteLength"].get<uint64_t>();
+    std::span<const std::byte> bytes;
+    if (is_meshopt_fallback(buffer)) {
+      document.buffers.emplace_back();
+      continue;
+    }
+    if (buffer.contains("uri")) {
+      auto read = document.folder.read(buffer["uri"].get_ref<const std::string&>(), limits.max_file_bytes);
+      if (!read) return Error{where + ": " + read.error().message};
+      document.owned.push_back(std::move(*read));
+      bytes = document.owned.back().view();
+    } else if (i == 0 && container.has_binary) {
+      bytes = container.binary;
+    } else {
+      // Placeholder, for example of an unsupported extension; an error only if it is referenced.
+      document.buffers.emplace_back();
+      continue;
+    }
+    if (length == 0) return Error{where + ": byteLength is 0"};
+    if (bytes.size() < length) {
+      return Error{where + ": byteLength is " + std::to_string(length) + ", but only " +
+                   std::to_string(bytes.size()) + " bytes are there"};
+    }
+    document.buffers.push_back(bytes.first(length));
+  }
+  return {};
+}
+
+Result<void> take_images(json& root, GltfDocument& document) {
+  const auto images = root.find("images");
+  if (images == root.end()) return {};
+  for (size_t i = 0; i < images->size(); ++i) {
+    json& image = (*images)[i];
+    ImageSource source;
+    source.name = image.value("name", std::string());
+    source.buffer_view = image.value("bufferView", -1);
+    if (image.contains("uri")) source.uri = std::move(image["uri"].get_ref<std::string&>());
+    if (source.uri.empty() == (source.buffer_view < 0)) {
+      return Error{element("images", i) + ": it needs either a uri or a bufferView"};
+    }
+    document.images.push_back(std::move(source));
+  }
+  return {};
+}
+
+// tinygltf must not access files; these callbacks refuse all requests.
+tinygltf::FsCallbacks no_files() {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string&, void*) { return false; };
+  callbacks.ExpandFilePath = [](const std::string&, void*) { return std::string(); };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&, void*) {
+    return false;
+  };
+  callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+    return false;
+  };
+  return callbacks;
+}
+
+Result<void> parse_model(const std::string& text, tinygltf::Model& model) {
+  if (text.size() > UINT_MAX) return Error{"the JSON is larger than 4 GiB"};
+  tinygltf::TinyGLTF parser;
+  parser.SetFsCallbacks(no_files());
+  parser.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
+                           int, void*) { return false; },
+                        nullptr);
+  std::string error, warning;
+  const bool parsed_whole = parser.LoadASCIIFromString(&model, &error, &warning, text.data(),
+                                                       static_cast<unsigned>(text.size()), std::string());
+  // tinygltf reports some errors and continues with defaults; such files are refused.
+  if (parsed_whole && error.empty()) return {};
+  while (!error.empty() && error.back() == '\n') error.pop_back();
+  return Error{"the glTF cannot be read: " + quote(error)};
+}
+
+Result<void> reserve(uint64_t bytes, const LoadLimits& limits) {
+  if (!limits.reserve) return {};
+  if (Result<void> reserved = limits.reserve(bytes); !reserved)
+    return Error{"the JSON: " + reserved.error().message};
+  return {};
+}
+
+// Model objects are far larger than their "{}" in the file.
+Result<void> reserve_model(const json& root, const LoadLimits& limits) {
+  uint64_t objects = 0;
+  for (const auto& member : root) objects += member.is_array() ? member.size() : 0;
+  if (const auto nodes = root.find("nodes"); nodes != root.end() && nodes->size() > limits.max_nodes)
+    return Error{"the file has more than " + std::to_string(limits.max_nodes) + " nodes"};
+  return reserve(kBytesOfModelObject * objects, limits);
+}
+
+Result<GltfDocument> document_of(FileBytes file, AssetFolder folder, const LoadLimits& limits) {
+  auto container = split_container(file.view());
+  if (!container) return container.error();
+  auto values = count_json_values(container->json, limits.max_json_depth);
+  if (!values) return values.error();
+  if (auto room = reserve(kBytesOfJsonValue * *values, limits); !room) return room.error();
+  auto root = parsed(container->json);
+  if (!root) return root.error();
+
+  GltfDocument document{.folder = std::move(folder)};
+  if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
+  if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
+  if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();
+  if (auto done = take_images(*root, document); !done) return done.error();
+  if (auto done = take_motion(*root, document.skins, document.animations); !done) return done.error();
+  if (auto room = reserve_model(*root, limits); !room) return room.error();
+  root->erase("buffers");
+  root->erase("images");
+  if (auto done = parse_model(root->dump(), document.model); !done) return done.error();
+  document.owned.push_back(std::move(file));
+  if (auto done = check_references(document); !done) return done.error();
+  return document;
+}
+
+}  // namespace
+
+Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
+                               std::vector<SourceFile>* sources, const StampedDigest* known) {
+  auto file = read_file(path, limits.max_file_bytes);
+  if (!file) return file.error();
+  if (sources)
+    sources->push_back({"", known && known->holds(path) ? known->digest : digest_of(file->view())});
+  return document_of(std::move(*file), AssetFolder(path, sources), limits);
+}
+
+Result<GltfDocument> read_glb(std::span<const std::byte> bytes, const LoadLimits& limits) {
+  if (bytes.size() > limits.max_file_bytes) {
+    return Error{"it holds " + std::to_string(bytes.size()) + " bytes; at most " +
+                 std::to_string(limits.max_file_bytes) + " are read"};
+  }
+  FileBytes file;
+  file.size = bytes.size();
+  file.data = std::make_unique_for_overwrite<std::byte[]>(file.size);
+  std::copy(bytes.begin(), bytes.end(), file.data.get());
+  return document_of(std::move(file), AssetFolder::none(), limits);
+}
+
+Result<std::span<const std::byte>> buffer_view_bytes(const GltfDocument& document, int buffer_view,
+                                                     const std::string& where) {
+  const auto& views = document.model.bufferViews;
+  if (!in_range(buffer_view, views.size()))
+    return out_of_range(where, "bufferViews", buffer_view, views.size());
+  const tinygltf::BufferView& view = views[static_cast<size_t>(buffer_view)];
+  const std::string name = element("bufferViews", static_cast<size_t>(buffer_view));
+  if (!in_range(view.buffer, document.buffers.size())) {
+    return out_of_range(name, "buffers", view.buffer, document.buffers.size());
+  }
+  const auto buffer = document.buffers[static_cast<size_t>(view.buffer)];
+  if (buffer.empty()) {
+    return Error{
+        where + ": " + element("buffers", static_cast<size_t>(view.buffer)) +
+        " holds no bytes: it has neither a uri nor the GLB's binary chunk, or is the fallback of compressed "
+        "buffer views"};
+  }
+  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
+    return Error{name + " reaches from byte " + std::to_string(view.byteOffset) + " over " +
+                 std::to_string(view.byteLength) + " bytes, but " +
+                 element("buffers", static_cast<size_t>(view.buffer)) + " holds " +
+                 std::to_string(buffer.size())};
+  }
+  return buffer.subspan(view.byteOffset, view.byteLength);
+}
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,111 @@
+#include "renderer/scene/gltf/gltf_lights_cameras.h"
+
+#include <numbers>
+
+#include "renderer/scene/gltf/gltf_values.h"
+
+namespace fire3dv::scene {
+namespace {
+
+// glTF has no size of a light; it is read from the extras, which Blender writes from custom properties.
+// "radius" is that of a point or spot light in metres. "angular_radius" is half the angle that a directional
+// light subtends, in radians; "angle", Blender's name and that of other programs, is the whole angle.
+void set_radius(const tinygltf::Light& source, const std::string& where, Light& light,
+                std::vector<std::string>& warnings) {
+  constexpr double kLargestAngle = std::numbers::pi / 2;
+  if (light.type == LightType::directional) {
+    const double radius =
+        number_or(source.extras, "angular_radius", number_or(source.extras, "angle", 0) / 2);
+    light.angular_radius_rad =
+        in_range_or_warn(radius, 0, kLargestAngle, where + ".extras.angular_radius", warnings);
+  } else {
+    const double radius = number_or(source.extras, "radius", 0);
+    light.radius_m =
+        in_range_or_warn(radius, 0, std::numeric_limits<float>::max(), where + ".extras.radius", warnings);
+  }
+}
+
+Result<Light> light_of(const tinygltf::Light& source, const std::string& where,
+                       std::vector<std::string>& warnings) {
+  Light light;
+  light.name = source.name;
+  if (source.type == "directional") {
+    light.type = LightType::directional;
+  } else if (source.type == "spot") {
+    light.type = LightType::spot;
+  } else if (source.type != "point") {
+    // Later versions of the extension may add types: such nodes are kept but emit no light.
+    warnings.push_back(where + " has the unknown type " + quote(source.type) + " and gives no light");
+    light.intensity = 0;
+    return light;
+  }
+  if (!source.color.empty()) {
+    if (source.color.size() != 3) return Error{where + ".color does not hold three numbers"};
+    for (int i = 0; i < 3; ++i) light.color[i] = to_float(source.color[static_cast<size_t>(i)]);
+  }
+  light.intensity = to_float(source.intensity);
+  light.range_m = to_float(source.range);
+  light.inner_cone_rad = to_float(source.spot.innerConeAngle);
+  light.outer_cone_rad = to_float(source.spot.outerConeAngle);
+  if (light.intensity < 0 || light.range_m < 0) return Error{where + " has a negative intensity or range"};
+  if (light.type == LightType::spot &&
+      !(light.inner_cone_rad >= 0 && light.inner_cone_rad < light.outer_cone_rad &&
+        source.spot.outerConeAngle <= std::numbers::pi / 2 + 1e-4)) {
+    return Error{where + ".spot: the cone angles are not 0 <= inner < outer <= pi/2"};
+  }
+  set_radius(source, where, light, warnings);
+  return light;
+}
+
+Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& where) {
+  Camera camera;
+  camera.name = source.name;
+  if (source.type == "orthographic") {
+    const tinygltf::OrthographicCamera& ortho = source.orthographic;
+    camera.orthographic = true;
+    camera.half_extent_m = {to_float(ortho.xmag), to_float(ortho.ymag)};
+    camera.near_m = to_float(ortho.znear);
+    camera.far_m = to_float(ortho.zfar);
+    if (camera.half_extent_m.x == 0 || camera.half_extent_m.y == 0)
+      return Error{where + ".orthographic: xmag or ymag is 0"};
+    if (!(camera.near_m >= 0 && camera.far_m > camera.near_m))
+      return Error{where + ".orthographic: znear and zfar are not 0 <= znear < zfar"};
+    return camera;
+  }
+  const tinygltf::PerspectiveCamera& perspective = source.perspective;
+  camera.vertical_fov_rad = to_float(perspective.yfov);
+  camera.aspect = to_float(perspective.aspectRatio);
+  camera.near_m = to_float(perspective.znear);
+  camera.far_m = to_float(perspective.zfar);
+  if (!(camera.vertical_fov_rad > 0 && camera.vertical_fov_rad < std::numbers::pi_v<float>)) {
+    return Error{where + ".perspective: yfov is not between 0 and pi"};
+  }
+  if (camera.aspect < 0) return Error{where + ".perspective: aspectRatio is negative"};
+  if (!(camera.near_m > 0) || (camera.far_m != 0 && !(camera.far_m > camera.near_m))) {
+    return Error{where + ".perspective: znear and zfar are not 0 < znear < zfar"};
+  }
+  return camera;
+}
+
+}  // namespace
+
+Result<void> add_lights(const GltfDocument& document, Scene& scene) {
+  for (size_t i = 0; i < document.model.lights.size(); ++i) {
+    auto light = light_of(document.model.lights[i], "extensions.KHR_lights_punctual." + element("lights", i),
+                          scene.warnings);
+    if (!light) return light.error();
+    scene.lights.push_back(std::move(*light));
+  }
+  return {};
+}
+
+Result<void> add_cameras(const GltfDocument& document, Scene& scene) {
+  for (size_t i = 0; i < document.model.cameras.size(); ++i) {
+    auto camera = camera_of(document.model.cameras[i], element("cameras", i));
+    if (!camera) return camera.error();
+    scene.cameras.push_back(std::move(*camera));
+  }
+  return {};
+}
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,420 @@
+#include "renderer/scene/gltf/meshes/gltf_meshes.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "protocol/base/parallel.h"
+#include "renderer/scene/gltf/meshes/gltf_accessors.h"
+#include "renderer/scene/gltf/meshes/gltf_morphs.h"
+#include "renderer/scene/gltf/meshes/gltf_skins.h"
+#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/tangents.h"
+#include "renderer/scene/model/triangles.h"
+
+namespace fire3dv::scene {
+namespace {
+
+constexpr int kMissing = -1;
+// Limits per file: enough for 100 million triangles on a large machine. Accessors may share bytes, so that a
+// small file could claim any amount of memory.
+constexpr size_t kMostVertices = size_t{1} << 28;
+constexpr size_t kMeshesAhead = 64, kMostVerticesAhead = size_t{1} << 22;
+constexpr size_t kMostIndices = size_t{1} << 30;
+constexpr size_t kAttributeFloats = sizeof(VertexAttributes) / sizeof(float);
+static_assert(sizeof(VertexAttributes) == kAttributeFloats * sizeof(float));
+
+// Deduplication key of a primitive's geometry: its accessors and derived attributes. Primitives with equal
+// keys share vertices and indices, so that a file cannot request the same work a thousand times.
+struct Recipe {
+  int position = kMissing, normal = kMissing, tangent = kMissing, uv0 = kMissing, uv1 = kMissing,
+      color = kMissing;
+  int indices = kMissing, mode = TINYGLTF_MODE_TRIANGLES;
+  int tangent_uv_set = kMissing;  // kMissing: no tangents are generated
+  InfluenceAccessors influences;
+  std::vector<MorphAccessors> targets;
+  auto operator<=>(const Recipe&) const = default;
+
+  Topology topology() const {
+    if (mode == TINYGLTF_MODE_POINTS) return Topology::points;
+    return mode < TINYGLTF_MODE_TRIANGLES ? Topology::lines : Topology::triangles;
+  }
+  bool flat() const { return normal == kMissing && topology() == Topology::triangles; }
+  // Vertices are independent of the index list unless attributes are derived from triangles.
+  bool vertices_stand_alone() const { return !flat() && tangent_uv_set == kMissing; }
+};
+
+struct VertexRange {
+  uint32_t first = 0, count = 0;
+  InfluenceRange influences;
+  MorphRange morphs;
+  uint32_t first_source = kNone, file_count = 0;  // see Primitive
+};
+
+const char* element_of(Topology topology) {
+  return topology == Topology::triangles ? "triangle" : topology == Topology::lines ? "line" : "point";
+}
+
+class MeshLoader {
+ public:
+  MeshLoader(const GltfDocument& document, const LoadLimits& limits, Scene& scene)
+      : reader_(document, limits), model_(document.model), scene_(scene) {}
+
+  Result<void> add_mesh(const tinygltf::Mesh& source, const std::string& where) {
+    Mesh mesh;
+    mesh.name = source.name;
+    mesh.first_primitive = static_cast<uint32_t>(scene_.primitives.size());
+    if (source.primitives.empty()) return Error{where + " has no primitives"};
+    auto targets = morph_target_count(source, where);
+    if (!targets) return targets.error();
+    mesh.morph_target_count = *targets;
+    for (size_t i = 0; i < source.primitives.size(); ++i) {
+      auto done = add_primitive(source.primitives[i], where + "." + element("primitives", i));
+      if (!done) return done;
+    }
+    mesh.primitive_count = static_cast<uint32_t>(scene_.primitives.size()) - mesh.first_primitive;
+    scene_.meshes.push_back(std::move(mesh));
+    return {};
+  }
+
+  // Builds the next meshes (tangents dominate) on all cores. Errors are left to add_mesh(), which reports
+  // them.
+  void make_ahead(std::span<const tinygltf::Mesh> meshes) {
+    ahead_.clear();
+    size_t vertices = 0;
+    for (const tinygltf::Mesh& mesh : meshes) {
+      for (const tinygltf::Primitive& source : mesh.primitives) {
+        if (!is_plain(source)) continue;
+        const Recipe recipe = recipe_of(source, scene_.materials[static_cast<size_t>(source.material + 1)]);
+        const auto count = reader_.count(recipe.position, "");
+        if (recipe.tangent_uv_set == kMissing || !count || geometry_.contains(recipe)) continue;
+        if (*count > kMostVerticesAhead - vertices) break;
+        if (ahead_.try_emplace(recipe).second) vertices += *count;
+      }
+    }
+    std::vector<std::pair<const Recipe, std::optional<Made>>*> wanted;
+    for (auto& entry : ahead_) wanted.push_back(&entry);
+    parallel_for(wanted.size(), [&](size_t i) { wanted[i]->second = made_of(wanted[i]->first); });
+  }
+
+ private:
+  struct Made {
+    std::vector<uint32_t> indices;
+    Vertices vertices;
+  };
+
+  // True for undeformed triangle lists that cause no warnings.
+  bool is_plain(const tinygltf::Primitive& source) const {
+    const bool deformed = !source.targets.empty() || source.attributes.contains("JOINTS_0") ||
+                          source.attributes.contains("WEIGHTS_0");
+    return source.mode == TINYGLTF_MODE_TRIANGLES && !deformed && source.indices != kMissing &&
+           source.attributes.contains("POSITION") &&
+           (source.material == kMissing || in_range(source.material, model_.materials.size()));
+  }
+
+  std::optional<Made> made_of(const Recipe& recipe) const {
+    const auto count = reader_.count(recipe.position, ""), index_count = reader_.count(recipe.indices, "");
+    if (!count || !index_count || *count >= kNone || *index_count == 0 || *index_count % 3 != 0)
+      return std::nullopt;
+    if (*index_count > 8 * kMostVerticesAhead) return std::nullopt;
+    Made made;
+    if (!reader_.reserve(2 * sizeof(uint32_t) * uint64_t{*index_count}, "")) return std::nullopt;
+    made.indices.resize(*index_count);
+    const auto limit = static_cast<uint32_t>(*count);
+    if (!reader_.read_indices(recipe.indices, "", made.indices.data(), limit)) return std::nullopt;
+    auto vertices = make_vertices(recipe, *count, made.indices, "");
+    if (!vertices) return std::nullopt;
+    made.vertices = std::move(*vertices);
+    return made;
+  }
+
+  // Rewrites `indices` if vertices are duplicated.
+  Result<Vertices> make_vertices(const Recipe& recipe, size_t count, std::vector<uint32_t>& indices,
+                                 const std::string& where) const {
+    auto vertices = read_vertices(recipe, count, where);
+    if (!vertices) return vertices;
+    // Flat shading and tangents split vertices: at most one per triangle corner.
+    if (recipe.flat() || recipe.tangent_uv_set != kMissing) {
+      if (auto room = reserve_vertices(indices.size(), where); !room) return room.error();
+    }
+    if (recipe.flat()) make_flat(*vertices, indices);
+    if (recipe.tangent_uv_set != kMissing) {
+      generate_tangents(*vertices, indices, static_cast<uint32_t>(recipe.tangent_uv_set));
+    }
+    return vertices;
+  }
+
+  Result<void> add_primitive(const tinygltf::Primitive& source, const std::string& where) {
+    if (source.mode < TINYGLTF_MODE_POINTS || source.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+      return Error{where + " has the unknown mode " + std::to_string(source.mode)};
+    }
+    if (source.material != kMissing && !in_range(source.material, model_.materials.size())) {
+      return out_of_range(where, "materials", source.material, model_.materials.size());
+    }
+    const auto material = static_cast<uint32_t>(source.material + 1);  // 0 is glTF's default material
+    Recipe recipe = recipe_of(source, scene_.materials[material]);
+    auto influences = influence_accessors(source, where, scene_.warnings);
+    if (!influences) return influences.error();
+    recipe.influences = *influences;
+    recipe.targets = morph_accessors(source, where, scene_.warnings);
+    if (recipe.position == kMissing) {
+      scene_.warnings.push_back(where + " has no POSITION and is not drawn");
+      return {};
+    }
+    auto known = geometry_.find(recipe);
+    if (known == geometry_.end()) {
+      auto made = make_geometry(recipe, where);
+      if (!made) return made.error();
+      known = geometry_.emplace(recipe, *made).first;
+    }
+    if (known->second.index_count == 0) {
+      scene_.warnings.push_back(where + " has no whole " + element_of(recipe.topology()) +
+                                " and is not drawn");
+      return {};
+    }
+    Primitive primitive = known->second;
+    primitive.material = material;
+    scene_.primitives.push_back(primitive);
+    return {};
+  }
+
+  static Recipe recipe_of(const tinygltf::Primitive& source, const Material& material) {
+    const auto accessor = [&](const char* attribute) {
+      const auto found = source.attributes.find(attribute);
+      return found == source.attributes.end() ? kMissing : found->second;
+    };
+    Recipe recipe;
+    recipe.position = accessor("POSITION");
+    recipe.normal = accessor("NORMAL");
+    recipe.tangent = accessor("TANGENT");
+    recipe.uv0 = accessor("TEXCOORD_0");
+    recipe.uv1 = accessor("TEXCOORD_1");
+    recipe.color = accessor("COLOR_0");
+    recipe.indices = source.indices;
+    recipe.mode = source.mode;
+    if (recipe.normal == kMissing) recipe.tangent = kMissing;  // glTF: tangents without normals are ignored
+    if (recipe.topology() == Topology::triangles && recipe.tangent == kMissing) {
+      // Both normal maps share one tangent frame; it follows the UV set of the base normal map.
+      const bool own = material.normal_texture.texture != kNone;
+      const TextureRef& ref = own ? material.normal_texture : material.clearcoat_normal_texture;
+      if (ref.texture != kNone) recipe.tangent_uv_set = static_cast<int>(ref.uv_set);
+    }
+    return recipe;
+  }
+
+  // Returns a primitive without material.
+  Result<Primitive> make_geometry(const Recipe& recipe, const std::string& where) {
+    auto vertex_count = reader_.count(recipe.position, where + ".POSITION");
+    if (!vertex_count) return vertex_count.error();
+    if (*vertex_count >= kNone) return Error{where + " has more vertices than 32-bit indices can name"};
+    std::optional<Made> made;
+    if (const auto ahead = ahead_.find(recipe); ahead != ahead_.end()) {
+      made = std::move(ahead->second);
+      ahead_.erase(ahead);
+    }
+    auto indices = made ? Result(std::move(made->indices))
+                        : read_list(recipe, static_cast<uint32_t>(*vertex_count), where);
+    if (!indices) return indices.error();
+    Primitive primitive;
+    if (indices->empty()) return primitive;
+    primitive.topology = recipe.topology();
+    primitive.lit = recipe.normal != kMissing || recipe.flat();
+    if (scene_.indices.size() + indices->size() > kMostIndices)
+      return Error{where + ": the file holds more than " + std::to_string(kMostIndices) +
+                   " indices; split it"};
+    auto range = add_vertices(recipe, *vertex_count, *indices, made ? &made->vertices : nullptr, where);
+    if (!range) return range.error();
+    primitive.first_vertex = range->first;
+    primitive.vertex_count = range->count;
+    primitive.first_influence = range->influences.first;
+    primitive.influence_sets = range->influences.sets;
+    primitive.joint_limit = range->influences.joint_limit;
+    primitive.first_morph_delta = range->morphs.first;
+    primitive.morph_target_count = range->morphs.count;
+    primitive.first_vertex_source = range->first_source;
+    primitive.file_vertex_count = range->file_count;
+    primitive.first_index = static_cast<uint32_t>(scene_.indices.size());
+    primitive.index_count = static_cast<uint32_t>(indices->size());
+    if (scene_.indices.empty()) {
+      scene_.indices = std::move(*indices);
+    } else {
+      scene_.indices.insert(scene_.indices.end(), indices->begin(), indices->end());
+    }
+    find_bounds(primitive);
+    return primitive;
+  }
+
+  Result<std::vector<uint32_t>> read_list(const Recipe& recipe, uint32_t vertex_count,
+                                          const std::string& where) {
+    std::vector<uint32_t> indices;
+    // Strips and fans unroll to at most three indices each.
+    constexpr uint64_t kIndexBytes = 3 * sizeof(uint32_t);
+    if (recipe.indices == kMissing) {
+      if (auto room = reader_.reserve(kIndexBytes * vertex_count, where); !room) return room.error();
+      indices.resize(vertex_count);
+      std::iota(indices.begin(), indices.end(), 0u);
+    } else {
+      auto count = reader_.count(recipe.indices, where + ".indices");
+      if (!count) return count.error();
+      if (auto room = reader_.reserve(kIndexBytes * *count, where); !room) return room.error();
+      indices.resize(*count);
+      auto done = reader_.read_indices(recipe.indices, where + ".indices", indices.data(), vertex_count);
+      if (!done) return done.error();
+    }
+    switch (recipe.mode) {
+      case TINYGLTF_MODE_LINE_LOOP:
+        return lines_of_loop(indices);
+      case TINYGLTF_MODE_LINE_STRIP:
+        return lines_of_strip(indices);
+      case TINYGLTF_MODE_TRIANGLE_STRIP:
+        return triangles_of_strip(indices);
+      case TINYGLTF_MODE_TRIANGLE_FAN:
+        return triangles_of_fan(indices);
+      default:
+        break;
+    }
+    const size_t corners = recipe.topology() == Topology::triangles ? 3
+                           : recipe.topology() == Topology::lines   ? 2
+                                                                    : 1;
+    if (indices.size() % corners != 0) {
+      scene_.warnings.push_back(where + " has " + std::to_string(indices.size()) +
+                                " indices, not a multiple of " + std::to_string(corners) +
+                                ": the last are left out");
+      indices.resize(indices.size() / corners * corners);
+    }
+    return indices;
+  }
+
+  // made: vertices that were built ahead, or null.
+  Result<VertexRange> add_vertices(const Recipe& recipe, size_t count, std::vector<uint32_t>& indices,
+                                   Vertices* made, const std::string& where) {
+    Recipe key = recipe;
+    key.indices = key.mode = 0;
+    if (recipe.vertices_stand_alone()) {
+      if (const auto known = vertices_.find(key); known != vertices_.end()) return known->second;
+    }
+    if (auto ok = check_room(recipe.flat() ? indices.size() : count, where); !ok) return ok.error();
+    auto vertices = made ? Result(std::move(*made)) : make_vertices(recipe, count, indices, where);
+    if (!vertices) return vertices.error();
+    if (auto ok = check_room(vertices->positions.size(), where); !ok) return ok.error();
+    VertexRange range{static_cast<uint32_t>(scene_.positions.size()),
+                      static_cast<uint32_t>(vertices->positions.size()),
+                      {},
+                      {}};
+    if (auto done = add_deformation(recipe, count, *vertices, indices, where, range); !done)
+      return done.error();
+    if (!vertices->source.empty()) {
+      range.first_source = static_cast<uint32_t>(scene_.vertex_sources.size());
+      range.file_count = static_cast<uint32_t>(count);
+      scene_.vertex_sources.insert(scene_.vertex_sources.end(), vertices->source.begin(),
+                                   vertices->source.end());
+    }
+    if (scene_.positions.empty()) {  // moves the vertices of a single large mesh
+      scene_.positions = std::move(vertices->positions);
+    } else {
+      scene_.positions.insert(scene_.positions.end(), vertices->positions.begin(), vertices->positions.end());
+    }
+    append_attributes(scene_, vertices->attributes);
+    if (recipe.vertices_stand_alone()) vertices_.emplace(key, range);
+    return range;
+  }
+
+  Result<void> check_room(size_t vertices, const std::string& where) const {
+    if (scene_.positions.size() + vertices <= kMostVertices) return {};
+    return Error{where + ": the file holds more than " + std::to_string(kMostVertices) +
+                 " vertices; split it"};
+  }
+
+  Result<void> reserve_vertices(size_t count, const std::string& where) const {
+    return reader_.reserve(uint64_t{count} * (sizeof(glm::vec3) + sizeof(VertexAttributes)), where);
+  }
+
+  Result<Vertices> read_vertices(const Recipe& recipe, size_t count, const std::string& where) const {
+    struct Attribute {
+      const char* name;
+      int accessor;
+      float* first;
+      int components, min_components;
+    };
+    if (auto room = reserve_vertices(count, where); !room) return room.error();
+    Vertices vertices{std::vector<glm::vec3>(count), std::vector<VertexAttributes>(count), {}};
+    auto done = reader_.read_floats(recipe.position, where + ".POSITION", &vertices.positions[0].x, 3, 3, 3);
+    if (!done) return done.error();
+    VertexAttributes& first = vertices.attributes[0];
+    const std::array<Attribute, 5> attributes{{{".NORMAL", recipe.normal, &first.normal.x, 3, 3},
+                                               {".TANGENT", recipe.tangent, &first.tangent.x, 4, 4},
+                                               {".TEXCOORD_0", recipe.uv0, &first.uv0.x, 2, 2},
+                                               {".TEXCOORD_1", recipe.uv1, &first.uv1.x, 2, 2},
+                                               {".COLOR_0", recipe.color, &first.color.x, 4, 3}}};
+    for (const Attribute& attribute : attributes) {
+      if (attribute.accessor == kMissing) continue;
+      const std::string name = where + attribute.name;
+      auto own_count = reader_.count(attribute.accessor, name);
+      if (!own_count) return own_count.error();
+      if (*own_count != count) {
+        return Error{name + " has " + std::to_string(*own_count) + " elements, but POSITION has " +
+                     std::to_string(count)};
+      }
+      done = reader_.read_floats(attribute.accessor, name, attribute.first, kAttributeFloats,
+                                 attribute.components, attribute.min_components);
+      if (!done) return done.error();
+    }
+    sanitize_attributes(vertices);
+    return vertices;
+  }
+
+  Result<void> add_deformation(const Recipe& recipe, size_t count, const Vertices& vertices,
+                               std::span<const uint32_t> indices, const std::string& where,
+                               VertexRange& range) {
+    FIRE3DV_ASSERT(vertices.positions.size() == (vertices.source.empty() ? count : vertices.source.size()));
+    auto influences = add_influences(reader_, recipe.influences, count, vertices.source, where, scene_);
+    if (!influences) return influences.error();
+    range.influences = *influences;
+    MorphBase base{count, vertices.source, vertices.positions, vertices.attributes, {}};
+    if (recipe.flat()) base.flat = indices;
+    auto morphs = add_morphs(reader_, recipe.targets, base, where, scene_);
+    if (!morphs) return morphs.error();
+    range.morphs = *morphs;
+    return {};
+  }
+
+  void find_bounds(Primitive& primitive) const {
+    glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
+    for (uint32_t vertex = primitive.first_vertex; vertex < primitive.first_vertex + primitive.vertex_count;
+         ++vertex) {
+      low = glm::min(low, scene_.positions[vertex]);
+      high = glm::max(high, scene_.positions[vertex]);
+    }
+    primitive.bounds_min = low;
+    primitive.bounds_max = high;
+  }
+
+  AccessorReader reader_;
+  const tinygltf::Model& model_;
+  Scene& scene_;
+  std::map<Recipe, Primitive> geometry_;
+  std::map<Recipe, VertexRange> vertices_;
+  std::map<Recipe, std::optional<Made>> ahead_;
+};
+
+}  // namespace
+
+Result<void> add_meshes(const GltfDocument& document, const LoadLimits& limits, const LoadProgress& progress,
+                        Scene& scene) {
+  MeshLoader loader(document, limits, scene);
+  const auto& meshes = document.model.meshes;
+  for (size_t i = 0; i < meshes.size(); ++i) {
+    if (limits.stop_requested && limits.stop_requested())
+      return Error{element("meshes", i) + " is not read: the load was stopped"};
+    if (i % kMeshesAhead == 0) {
+      loader.make_ahead(std::span(meshes).subspan(i, std::min(kMeshesAhead, meshes.size() - i)));
+    }
+    if (auto done = loader.add_mesh(meshes[i], element("meshes", i)); !done) return done;
+    if (progress) progress("meshes", i + 1, meshes.size());
+  }
+  return {};
+}
+
+}  // namespace fire3dv::scene

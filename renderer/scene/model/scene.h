@@ -1,0 +1,293 @@
+// Scene data model: flat arrays with stable indices, independent of Vulkan and the wire format. Conventions
+// are glTF's: right-handed, Y up, metres, cameras look along -Z, counter-clockwise winding is front-facing.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/scene/model/pixels.h"
+
+namespace fire3dv::scene {
+
+constexpr uint32_t kNone = UINT32_MAX;  // invalid index
+
+struct Node {
+  std::string name;         // as in the file; may be empty or ambiguous
+  std::string path;         // names from the root joined by '/'; '~' and '/' in names are escaped as ~0, ~1
+  uint32_t parent = kNone;  // parents precede their children
+  glm::mat4 parent_from_node{1};  // rest pose
+  glm::mat4 world_from_node{1};   // rest pose, derived
+  // Components of parent_from_node, which animations replace individually; invalid if given_by_matrix.
+  glm::vec3 translation{0};
+  glm::quat rotation{1, 0, 0, 0};
+  glm::vec3 scale{1};
+  bool given_by_matrix = false;
+  uint32_t mesh = kNone;
+  uint32_t camera = kNone;
+  uint32_t light = kNone;
+  uint32_t skin = kNone;            // only with a mesh, and only a skin with joints
+  uint32_t first_morph_weight = 0;  // into Scene::morph_weights
+  uint32_t morph_weight_count = 0;  // the mesh's morph_target_count
+  uint32_t semantic = 0;            // semantic class for labels; 0: none
+  bool own_vertices = false;        // vertices are replaced at run time, see scene_edits.h
+};
+
+// Unpacked vertex attributes, for loaders and generators. The loader generates missing normals, and missing
+// tangents for materials with a normal map. Scene stores them packed (packed_vertices.h).
+struct VertexAttributes {
+  glm::vec4 tangent{1, 0, 0, 1};  // w: sign of the bitangent
+  glm::vec4 color{1};             // linear, 0 to 1
+  glm::vec2 uv0{0};
+  glm::vec2 uv1{0};
+  glm::vec3 normal{0, 0, 1};
+};
+
+// Packed unit normal and the z component and sign of the tangent; see packed_vertices.h.
+struct TangentFrame {
+  std::array<int16_t, 3> normal{0, 0, INT16_MAX};
+  int16_t tangent_z = 1;
+  bool operator==(const TangentFrame&) const = default;
+};
+using TangentXy = std::array<int16_t, 2>;      // x and y of the tangent
+constexpr TangentXy kNoTangent{INT16_MAX, 0};  // default tangent
+
+// Rare vertex attributes.
+struct VertexExtras {
+  glm::vec2 uv1{0};
+  std::array<uint16_t, 4> color{UINT16_MAX, UINT16_MAX, UINT16_MAX, UINT16_MAX};  // linear; UINT16_MAX is 1
+  bool operator==(const VertexExtras&) const = default;
+};
+
+// Strips, fans and loops are unrolled by the loader.
+enum class Topology : uint8_t { triangles, lines, points };
+
+// Four joint influences of a vertex; joints index its skin. The weights of all sets of a vertex add up to 1;
+// unused entries have joint 0 and weight 0.
+struct Influences {
+  std::array<uint16_t, 4> joints{};
+  std::array<float, 4> weights{};
+};
+
+// Vertex offsets of a morph target at weight 1.
+struct MorphDelta {
+  glm::vec3 position{0};
+  glm::vec3 normal{0};
+  // 0 for generated tangents; the deform pass re-orthogonalises them against the normal.
+  glm::vec3 tangent{0};
+};
+
+// Bounding box of the vertices that a joint influences, in mesh space before skinning. A posed vertex is
+// inside the convex hull of its joints' posed boxes.
+struct JointBounds {
+  uint32_t joint = 0;  // index into the skin
+  glm::vec3 bounds_min{0};
+  glm::vec3 bounds_max{0};
+};
+
+// A list of triangles, lines or points with one material.
+struct Primitive {
+  Topology topology = Topology::triangles;
+  bool lit = true;           // false: points and lines without normals show base colour plus emission
+  uint32_t first_index = 0;  // into Scene::indices; indices are relative to first_vertex
+  uint32_t index_count = 0;
+  uint32_t first_vertex = 0;  // into Scene::positions and the other vertex arrays
+  uint32_t vertex_count = 0;
+  uint32_t material = 0;
+  // Mesh space before skinning; covers all morph weights of rest pose and animations.
+  glm::vec3 bounds_min{0};
+  glm::vec3 bounds_max{0};
+  // Into Scene::influences: the sets of vertex v start at first_influence + v * influence_sets. kNone: the
+  // primitive is rigid even if its node has a skin.
+  uint32_t first_influence = kNone;
+  uint32_t influence_sets = 0;
+  uint32_t joint_limit = 0;         // all joint indices of its influences are below
+  uint32_t first_joint_bounds = 0;  // into Scene::joint_bounds, sorted by joint
+  uint32_t joint_bounds_count = 0;
+  // Into Scene::morph_deltas: target t moves vertex v by element first_morph_delta + t * vertex_count + v.
+  uint32_t first_morph_delta = kNone;
+  uint32_t morph_target_count = 0;
+  // Set if the loader duplicated vertices: Scene::vertex_sources[first_vertex_source + v] is the file index
+  // of vertex v. kNone: vertices are as in the file.
+  uint32_t first_vertex_source = kNone;
+  uint32_t file_vertex_count = 0;  // valid with first_vertex_source
+};
+
+struct Mesh {
+  std::string name;
+  uint32_t first_primitive = 0;
+  uint32_t primitive_count = 0;
+  uint32_t morph_target_count = 0;  // the same in all its primitives
+};
+
+struct Joint {
+  uint32_t node = 0;
+  glm::mat4 joint_from_mesh{1};  // inverse bind matrix
+};
+
+// Skinned position: sum of weight * world_from_joint * joint_from_mesh * vertex over the vertex's influences.
+// The mesh node's own transform is ignored, as glTF requires.
+struct Skin {
+  std::string name;
+  uint32_t first_joint = 0;  // into Scene::joints
+  uint32_t joint_count = 0;  // 0: a joint is outside the default scene
+};
+
+enum class AnimationPath : uint8_t { translation, rotation, scale, weights };
+enum class Interpolation : uint8_t { step, linear, cubic_spline };
+
+// Key frames of one transform component of one node, or of its morph weights.
+struct AnimationChannel {
+  uint32_t node = 0;
+  AnimationPath path = AnimationPath::translation;
+  Interpolation interpolation = Interpolation::linear;
+  uint32_t width = 3;       // floats per value: 3, 4 (rotation, xyzw) or the number of morph targets
+  uint32_t first_time = 0;  // into Scene::key_times_s, key_count ascending times
+  uint32_t key_count = 0;   // 1 or more
+  // Into Scene::key_values: one value per key; cubic splines: in-tangent, value, out-tangent.
+  uint32_t first_value = 0;
+};
+
+struct Animation {
+  std::string name;
+  uint32_t first_channel = 0;  // into Scene::channels; the last one of a node and path wins
+  uint32_t channel_count = 0;
+  float duration_s = 0;  // from 0 to the last key
+};
+
+struct TextureRef {
+  uint32_t texture = kNone;
+  uint32_t uv_set = 0;  // 0 or 1
+  glm::vec2 uv_offset{0};
+  float uv_rotation_rad = 0;
+  glm::vec2 uv_scale{1};
+};
+
+enum class AlphaMode : uint8_t { opaque, mask, blend };
+
+// glTF 2.0 metallic-roughness material. Factors are linear.
+struct Material {
+  std::string name;
+  glm::vec4 base_color{1};
+  float metallic = 1;
+  float roughness = 1;
+  glm::vec3 emissive{0};  // times KHR_materials_emissive_strength
+  float normal_scale = 1;
+  float occlusion_strength = 1;
+  float alpha_cutoff = 0.5f;
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  bool double_sided = false;
+  bool unlit = false;
+  TextureRef base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture,
+      emissive_texture;
+
+  float ior = 1.5f;    // KHR_materials_ior
+  float specular = 1;  // KHR_materials_specular
+  glm::vec3 specular_color{1};
+  float clearcoat = 0;  // KHR_materials_clearcoat
+  float clearcoat_roughness = 0;
+  float clearcoat_normal_scale = 1;
+  glm::vec3 sheen_color{0};  // KHR_materials_sheen
+  float sheen_roughness = 0;
+  float transmission = 0;                               // KHR_materials_transmission, as a thin wall
+  TextureRef specular_texture, specular_color_texture;  // A; RGB
+  TextureRef clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;  // R; G; normal
+  TextureRef sheen_color_texture, sheen_roughness_texture;                              // RGB; A
+  TextureRef transmission_texture;                                                      // R
+};
+
+// Effective alpha mode: transmissive materials are blended.
+AlphaMode drawn_alpha_mode(const Material& material);
+
+enum class Wrap : uint8_t { repeat, mirrored_repeat, clamp_to_edge };
+struct Sampler {
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+  bool nearest_mag = false, nearest_min = false, nearest_mip = false, use_mips = true;
+  bool operator==(const Sampler&) const = default;
+};
+
+struct Image {
+  std::string name;
+  uint32_t width = 0, height = 0;
+  Pixels rgba8;  // rows from the top, 4 bytes a pixel
+};
+
+// One use of an image: an image used both as colour and as data has two textures.
+struct Texture {
+  uint32_t image = 0;
+  Sampler sampler;
+  bool srgb = false;
+};
+
+enum class LightType : uint8_t { directional, point, spot };
+// KHR_lights_punctual. The light shines along its node's -Z.
+struct Light {
+  std::string name;
+  LightType type = LightType::point;
+  glm::vec3 color{1};            // linear
+  float intensity = 1;           // candela (point, spot) or lux (directional)
+  float range_m = 0;             // 0 = infinite
+  float radius_m = 0;            // point, spot: radius of the emitting sphere; above 0: soft shadows
+  float angular_radius_rad = 0;  // directional: half the subtended angle
+  float inner_cone_rad = 0;
+  float outer_cone_rad = 0.7853981634f;
+  bool casts_shadow = true;
+  bool operator==(const Light&) const = default;
+};
+
+struct Camera {
+  std::string name;
+  bool orthographic = false;
+  float vertical_fov_rad = 0.8f;
+  float aspect = 0;  // 0 = aspect of the image
+  float near_m = 0.01f;
+  float far_m = 0;             // 0 = infinite
+  glm::vec2 half_extent_m{1};  // orthographic
+  float exposure = 0;          // factor on linear colour; 0 = from the settings
+  bool operator==(const Camera&) const = default;
+};
+
+struct Scene {
+  std::filesystem::path source;
+  std::vector<Node> nodes;
+  std::vector<Mesh> meshes;
+  std::vector<Primitive> primitives;
+  std::vector<glm::vec3> positions;
+  std::vector<TangentFrame> frames;  // packed tangent frame of each vertex
+  std::vector<TangentXy> tangents;   // per vertex; empty: no vertex has a tangent
+  std::vector<glm::vec2> uvs;        // per vertex: first UV set
+  std::vector<VertexExtras> extras;  // per vertex; empty: no vertex has any
+  std::vector<uint32_t> indices;
+  std::vector<uint32_t> vertex_sources;
+  std::vector<Influences> influences;
+  std::vector<MorphDelta> morph_deltas;
+  std::vector<JointBounds> joint_bounds;
+  std::vector<Skin> skins;
+  std::vector<Joint> joints;
+  std::vector<float> morph_weights;  // rest weights
+  std::vector<Animation> animations;
+  std::vector<AnimationChannel> channels;
+  std::vector<float> key_times_s;
+  std::vector<float> key_values;
+  std::vector<Material> materials;  // [0] is glTF's default material
+  std::vector<Texture> textures;
+  std::vector<Image> images;
+  std::vector<Light> lights;
+  std::vector<Camera> cameras;
+  glm::vec3 bounds_min{0}, bounds_max{0};  // world, rest pose
+  std::vector<std::string> warnings;       // one sentence each: deviations from the file
+};
+
+// Nodes with a camera, in node order. Camera names on the command line match node names first, then camera
+// names.
+std::vector<uint32_t> camera_nodes(const Scene& scene);
+
+// Composes translation, rotation and scale.
+glm::mat4 parent_from_parts(const glm::vec3& translation, const glm::quat& rotation, const glm::vec3& scale);
+
+}  // namespace fire3dv::scene

@@ -1,0 +1,135 @@
+// Member lists of Scene and Derived for generic copies and serialisation. A new member needs one line here
+// and a check in check_scene.cpp; older cache files are then refused automatically (scene_file.cpp).
+#pragma once
+
+#include "renderer/scene/edits/derived.h"
+#include "renderer/scene/model/scene.h"
+
+namespace fire3dv::scene {
+
+// Large arrays of plain data without padding, copied bytewise.
+template <typename Visit>
+void visit_arrays(Scene& scene, Visit&& visit) {
+  visit(scene.positions);
+  visit(scene.frames);
+  visit(scene.tangents);
+  visit(scene.uvs);
+  visit(scene.extras);
+  visit(scene.indices);
+  visit(scene.vertex_sources);
+  visit(scene.influences);
+  visit(scene.morph_deltas);
+  visit(scene.joint_bounds);
+  visit(scene.joints);
+  visit(scene.morph_weights);
+  visit(scene.key_times_s);
+  visit(scene.key_values);
+  for (Image& image : scene.images) visit(image.rgba8.stored());
+}
+
+template <typename Visit>
+void visit_arrays(Derived& derived, Visit&& visit) {
+  ClusteredGeometry& clusters = derived.clusters;
+  visit(clusters.source_vertices);
+  visit(clusters.clusters);
+  visit(clusters.level_groups);
+  visit(clusters.ray_boxes);
+  visit(clusters.triangles);
+  visit(clusters.primitives);
+}
+
+// All other members. Visit accepts any number of arguments.
+template <typename Visit>
+void visit_members(Node& n, Visit&& visit) {
+  visit(n.name, n.path, n.parent, n.parent_from_node, n.world_from_node, n.translation, n.rotation, n.scale,
+        n.given_by_matrix, n.mesh, n.camera, n.light, n.skin, n.first_morph_weight, n.morph_weight_count,
+        n.semantic, n.own_vertices);
+}
+
+template <typename Visit>
+void visit_members(Primitive& p, Visit&& visit) {
+  visit(p.topology, p.lit, p.first_index, p.index_count, p.first_vertex, p.vertex_count, p.material,
+        p.bounds_min, p.bounds_max, p.first_influence, p.influence_sets, p.joint_limit, p.first_joint_bounds,
+        p.joint_bounds_count, p.first_morph_delta, p.morph_target_count, p.first_vertex_source,
+        p.file_vertex_count);
+}
+
+template <typename Visit>
+void visit_members(Mesh& m, Visit&& visit) {
+  visit(m.name, m.first_primitive, m.primitive_count, m.morph_target_count);
+}
+
+template <typename Visit>
+void visit_members(Skin& s, Visit&& visit) {
+  visit(s.name, s.first_joint, s.joint_count);
+}
+
+template <typename Visit>
+void visit_members(Animation& a, Visit&& visit) {
+  visit(a.name, a.first_channel, a.channel_count, a.duration_s);
+}
+
+template <typename Visit>
+void visit_members(AnimationChannel& c, Visit&& visit) {
+  visit(c.node, c.path, c.interpolation, c.width, c.first_time, c.key_count, c.first_value);
+}
+
+template <typename Visit>
+void visit_members(TextureRef& t, Visit&& visit) {
+  visit(t.texture, t.uv_set, t.uv_offset, t.uv_rotation_rad, t.uv_scale);
+}
+
+template <typename Visit>
+void visit_members(Material& m, Visit&& visit) {
+  visit(m.name, m.base_color, m.metallic, m.roughness, m.emissive, m.normal_scale, m.occlusion_strength,
+        m.alpha_cutoff, m.alpha_mode, m.double_sided, m.unlit, m.base_color_texture,
+        m.metallic_roughness_texture, m.normal_texture, m.occlusion_texture, m.emissive_texture, m.ior,
+        m.specular, m.specular_color, m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale,
+        m.sheen_color, m.sheen_roughness, m.transmission, m.specular_texture, m.specular_color_texture,
+        m.clearcoat_texture, m.clearcoat_roughness_texture, m.clearcoat_normal_texture, m.sheen_color_texture,
+        m.sheen_roughness_texture, m.transmission_texture);
+}
+
+template <typename Visit>
+void visit_members(Sampler& s, Visit&& visit) {
+  visit(s.wrap_u, s.wrap_v, s.nearest_mag, s.nearest_min, s.nearest_mip, s.use_mips);
+}
+
+template <typename Visit>
+void visit_members(Texture& t, Visit&& visit) {
+  visit(t.image, t.sampler, t.srgb);
+}
+
+template <typename Visit>
+void visit_members(Image& i, Visit&& visit) {
+  visit(i.name, i.width, i.height);
+}
+
+template <typename Visit>
+void visit_members(Light& l, Visit&& visit) {
+  visit(l.name, l.type, l.color, l.intensity, l.range_m, l.radius_m, l.angular_radius_rad, l.inner_cone_rad,
+        l.outer_cone_rad, l.casts_shadow);
+}
+
+template <typename Visit>
+void visit_members(Camera& c, Visit&& visit) {
+  visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m, c.exposure);
+}
+
+template <typename Visit>
+void visit_members(Caster& c, Visit&& visit) {
+  visit(c.shape, c.plane_node);
+}
+
+template <typename Visit>
+void visit_members(Scene& s, Visit&& visit) {
+  visit(s.nodes, s.meshes, s.primitives, s.skins, s.animations, s.channels, s.materials, s.textures, s.images,
+        s.lights, s.cameras, s.bounds_min, s.bounds_max, s.warnings);
+}
+
+template <typename Visit>
+void visit_members(Derived& d, Visit&& visit) {
+  visit(d.casters, d.has_levels);
+}
+
+}  // namespace fire3dv::scene

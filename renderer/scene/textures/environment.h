@@ -1,0 +1,36 @@
+// Environment map: incoming radiance by direction as an equirectangular image. The image centre is -Z (the
+// view direction of a camera at rest), +X is to its right, +Y is at the top.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <vector>
+
+namespace fire3dv::scene {
+
+struct EnvironmentImage {
+  uint32_t width = 0, height = 0;
+  // RGB9E5: three 9-bit mantissas, a shared 5-bit exponent in the top bits. Top row first.
+  std::vector<uint32_t> rgb9e5;
+  float scale = 1;  // radiance = scale * texel, since the sun may exceed the format
+};
+
+// Largest value of the format.
+constexpr float kMostRgb9e5 = 65408;
+
+// Negative values and NaN become 0; values above the maximum are clamped.
+uint32_t pack_rgb9e5(glm::vec3 color);
+glm::vec3 unpack_rgb9e5(uint32_t packed);
+
+// Unit direction of image coordinates in 0..1, v from the top.
+glm::vec3 environment_direction(float u, float v);
+
+EnvironmentImage make_environment(uint32_t width, uint32_t height,
+                                  const std::function<glm::vec3(const glm::vec3& direction)>& radiance);
+
+// Default environment: a neutral studio with a bright ceiling, a darker floor and two soft panels. It gives
+// metals something to reflect and keeps shadows from black.
+EnvironmentImage studio_environment();
+
+}  // namespace fire3dv::scene

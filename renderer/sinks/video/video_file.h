@@ -1,0 +1,56 @@
+// Video encoder and container file (libav). sRGB pixels become limited-range BT.709 YUV with matching tags
+// (primaries and matrix BT.709, transfer sRGB); FFV1 stores RGB losslessly. The output is deterministic for
+// one libav version.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+
+namespace fire3dv::sinks {
+
+struct VideoSettings {
+  std::filesystem::path path;  // extension selects the container: .mp4, .mkv or .webm
+  std::string codec;           // h264, h265, av1 or ffv1; empty: h264, or av1 in .webm
+  // Constant rate factor: smaller is better. nullopt: visually near lossless.
+  std::optional<int> crf;
+  bool full_chroma = false;  // 4:4:4 instead of 4:2:0; few players support it
+  uint32_t width = 0, height = 0;
+  int64_t fps_numerator = 30, fps_denominator = 1;
+};
+
+// Tests the file extension for a supported container.
+bool is_video_name(const std::filesystem::path& path);
+// Tests the extension for an unsupported video container, so that it is not taken for a folder name.
+bool is_foreign_video_name(const std::filesystem::path& path);
+
+// Checks settings without opening a file; sizes only if they are set. The error lists the available codecs.
+Result<void> check_video_settings(const VideoSettings& settings);
+
+class VideoFile {
+ public:
+  // Writes to NAME.part-XXXXXX until finish().
+  static Result<std::unique_ptr<VideoFile>> open(const VideoSettings& settings);
+  ~VideoFile();  // removes an unfinished file
+  VideoFile(const VideoFile&) = delete;
+  VideoFile& operator=(const VideoFile&) = delete;
+
+  // rgba8: width * height * 4 bytes, top row first.
+  Result<void> add(std::span<const uint8_t> rgba8);
+  // Flushes the encoder and renames the file to its path.
+  Result<void> finish();
+  uint64_t frames() const;
+
+ private:
+  struct Impl;
+  explicit VideoFile(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace fire3dv::sinks

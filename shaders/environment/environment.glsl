@@ -1,0 +1,91 @@
+// Image-based lighting: lookups into the environment maps that environment_*.comp prefilters.
+#ifndef FIRE3DV_ENVIRONMENT_GLSL
+#define FIRE3DV_ENVIRONMENT_GLSL
+#include "shading/brdf.glsl"
+#include "common/buffers.glsl"
+#include "common/directions.glsl"
+#include "shared/bindings.h"
+
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_PICTURE) uniform sampler2D environment_picture;
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_SPECULAR) uniform samplerCube environment_specular;
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_IRRADIANCE) uniform samplerCube environment_irradiance;
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_ALBEDO) uniform sampler2D environment_albedo;
+
+// --environment-rotation rotates the environment about +Y, counter-clockwise seen from above; lookups rotate
+// back.
+vec3 environment_from_world(GlobalsRef globals, vec3 direction) {
+  const float c = globals.value.environment_turn.x, s = globals.value.environment_turn.y;
+  return vec3(c * direction.x - s * direction.z, direction.y, s * direction.x + c * direction.z);
+}
+
+// Prefiltered radiance; the mapping from roughness to level is the inverse of environment.cpp's.
+vec3 reflected_radiance(GlobalsRef globals, vec3 direction, float roughness) {
+  const float level = roughness * (2 - roughness) * float(textureQueryLevels(environment_specular) - 1);
+  return globals.value.environment_intensity *
+         textureLod(environment_specular, environment_from_world(globals, direction), level).rgb;
+}
+
+// Radiance of a white diffuse surface.
+vec3 scattered_radiance(GlobalsRef globals, vec3 normal) {
+  return globals.value.environment_intensity *
+         textureLod(environment_irradiance, environment_from_world(globals, normal), 0).rgb;
+}
+
+// Background radiance of pixels without geometry.
+vec3 background_radiance(GlobalsRef globals, vec3 direction) {
+  if (globals.value.background_lod < 0) return globals.value.background;
+  const vec2 uv = equirectangular_uv(normalize(environment_from_world(globals, direction)));
+  return globals.value.environment_intensity * textureLod(environment_picture, uv, globals.value.background_lod).rgb;
+}
+
+// Split-sum albedo of one bounce in a uniform environment: factors of f0 and of f90.
+vec2 split_albedo(float n_dot_v, float roughness) { return textureLod(environment_albedo, vec2(n_dot_v, roughness), 0).rg; }
+
+// Multiple-scattering compensation: energy of all bounces over that of one (Turquin 2019).
+vec3 bounce_gain(vec3 f0, vec2 split) { return 1 + f0 * (1 / (split.x + split.y) - 1); }
+
+// Mixes the reflectances of a dielectric and of a metal, whose f90 is 1.
+Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, vec3 metal_f0, float metallic) {
+  Lobe lobe;
+  lobe.normal = normal;
+  lobe.roughness = clamp(roughness, 0, 1);
+  lobe.alpha = max(lobe.roughness * lobe.roughness, LEAST_ALPHA);
+  lobe.n_dot_v = clamp(dot(normal, to_eye), 1e-4, 1);
+  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
+  const vec3 gain = bounce_gain(f0, split), metal_gain = bounce_gain(metal_f0, split);
+  lobe.f0 = mix(f0 * gain, metal_f0 * metal_gain, metallic);
+  lobe.f90 = mix(f90 * gain, metal_gain, metallic);
+  lobe.albedo = lobe.f0 * split.x + lobe.f90 * split.y;
+  return lobe;
+}
+
+// Directional albedo of an achromatic dielectric: the light that does not enter its surface.
+float dielectric_albedo(Lobe lobe, float f0, float f90) {
+  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
+  return (f0 * split.x + f90 * split.y) * bounce_gain(vec3(f0), split).x;
+}
+
+float sheen_albedo_of(float n_dot_v, float roughness) {
+  return textureLod(environment_albedo, vec2(n_dot_v, roughness), 0).b;
+}
+
+vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye) {
+  return lobe.albedo * reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness);
+}
+
+vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
+  const vec3 scattered = scattered_radiance(globals, s.base.normal);
+  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye) + (1 - s.body_albedo) * s.diffuse * scattered;
+  if (largest(s.sheen_color) > 0) {
+    // The sheen lobe spans a hemisphere, so the diffuse lookup serves it, too.
+    result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
+    result += s.sheen_color * s.sheen_albedo * scattered;
+  }
+  if (s.coat > 0) {
+    result *= 1 - s.coat * s.coat_lobe.albedo.r;
+    result += s.coat * reflect_environment_lobe(globals, s.coat_lobe, s.to_eye);
+  }
+  return result * occlusion;
+}
+
+#endif

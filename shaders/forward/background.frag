@@ -1,0 +1,15 @@
+// Background: radiance of the environment in pixels without geometry.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "environment/environment.glsl"
+
+layout(push_constant, scalar) uniform Push { ForwardPush push; };
+layout(location = 0) in vec2 in_ndc;
+layout(location = 0) out vec4 out_color;
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  const vec3 direction = globals.value.world_from_ndc_x * in_ndc.x + globals.value.world_from_ndc_y * in_ndc.y +
+                         globals.value.world_from_ndc_origin;
+  out_color = vec4(min(background_radiance(globals, direction), vec3(65504)), 1);
+}

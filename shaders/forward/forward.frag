@@ -1,0 +1,108 @@
+// Forward shading of a fragment. The output is linear HDR colour, premultiplied where it is blended.
+// Variants: FIRE3DV_RAY_QUERY traces shadows. FIRE3DV_ON_TOP draws forward-only surfaces over solid ones.
+// FIRE3DV_DUAL_SOURCE scales the background by a second colour. FIRE3DV_VISIBLE_PLACE evaluates 4 samples at
+// the mean of the visible ones, like the compute path.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shading/shading.glsl"
+#include "shading/shadow_maps.glsl"
+#include "shading/shadow_mask.glsl"
+#ifdef FIRE3DV_RAY_QUERY
+#include "shading/light_rays.glsl"
+#include "shading/shadow_rays.glsl"
+#endif
+
+#ifdef FIRE3DV_VISIBLE_PLACE
+// Depth is complete before this pass, so the post-depth coverage contains the visible samples.
+#extension GL_EXT_post_depth_coverage : require
+layout(early_fragment_tests) in;
+layout(post_depth_coverage) in;
+#include "common/sample_place.glsl"
+#define FIRE3DV_AT_PLACE(value) interpolateAtOffset(value, place)
+#else
+#define FIRE3DV_AT_PLACE(value) value
+#endif
+
+layout(push_constant, scalar) uniform Push { ForwardPush push; };
+
+layout(location = 0) centroid in vec3 in_position_world;
+layout(location = 1) centroid in vec3 in_normal_world;
+layout(location = 2) centroid in vec4 in_tangent_world;
+layout(location = 3) centroid in vec4 in_uv;
+layout(location = 4) centroid in vec4 in_color;
+layout(location = 5) flat in uint in_material;
+// Not centroid: the derivatives of a centroid input jump at edges.
+layout(location = 6) in vec3 in_position_center;
+layout(location = 7) in vec4 in_uv_center;
+layout(location = 8) flat in uint in_part_flags;
+
+#ifdef FIRE3DV_DUAL_SOURCE
+layout(location = 0, index = 0) out vec4 out_color;
+layout(location = 0, index = 1) out vec4 out_behind;
+#else
+layout(location = 0) out vec4 out_color;
+#endif
+
+float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
+  const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
+#ifndef FIRE3DV_ON_TOP
+  if (globals.value.shadows == FIRE3DV_SHADOWS_MASK) {
+    const uint pixel = uint(gl_FragCoord.y) * globals.value.width + uint(gl_FragCoord.x);
+    return mask_visibility(globals, shadow, pixel, max(findLSB(uint(gl_SampleMaskIn[0])), 0));
+  }
+#endif
+#ifdef FIRE3DV_RAY_QUERY
+  if (globals.value.shadows != FIRE3DV_SHADOWS_MAP) {
+    const ShadowRay ray = shadow_ray(globals, point, light_index, light);
+    const uint pixel = uint(gl_FragCoord.y) * globals.value.width + uint(gl_FragCoord.x);
+    return light_that_arrives(globals, shadow, light_index, ray.light, ray.origin, pixel);
+  }
+#endif
+  // Forward-only draws have no shadow mask, but may have shadow maps.
+  if (globals.value.light_views == 0) return 1;
+  return map_visibility(globals, shadow, point.position_world, point.plane_normal_world, light);
+}
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  MaterialRecord material = MaterialRef(globals.value.materials).at[in_material];
+  if ((in_part_flags & FIRE3DV_PART_UNLIT) != 0) material.flags |= FIRE3DV_MATERIAL_UNLIT;
+
+#ifdef FIRE3DV_VISIBLE_PLACE
+  const vec2 place = sample_place(uint(gl_SampleMaskIn[0]));
+#endif
+  SurfacePoint point;
+  point.material = in_material;
+  point.tangent_world = FIRE3DV_AT_PLACE(in_tangent_world);
+  point.uv = FIRE3DV_AT_PLACE(in_uv);
+  point.uv_dx = dFdxFine(in_uv_center);
+  point.uv_dy = dFdyFine(in_uv_center);
+  point.color = FIRE3DV_AT_PLACE(in_color);
+  // The triangle's plane from inputs at the pixel's centre; its normal points to the viewer. On some drivers
+  // a centroid position lies slightly off the plane and is projected back.
+  const vec3 along_x = dFdxFine(in_position_center), along_y = dFdyFine(in_position_center);
+  // Far from the origin and close to the eye, adjacent positions may round to one point; the plane is then
+  // undefined.
+  const vec3 plane = cross(along_x, along_y);
+  const vec3 vertex_normal = FIRE3DV_AT_PLACE(in_normal_world);
+  vec3 normal = normalize(dot(plane, plane) > 0 ? plane : vertex_normal);
+  const vec3 position = FIRE3DV_AT_PLACE(in_position_world);
+  point.position_world = position - normal * dot(normal, position - in_position_center);
+  if (dot(normal, globals.value.eye_world - point.position_world) < 0) normal = -normal;
+  point.plane_normal_world = normal;
+  point.lift_m = 0;
+  point.pixel_size_m = min(length(along_x), length(along_y));
+  point.normal_world = normalize(vertex_normal);
+  if (!gl_FrontFacing) point.normal_world = -point.normal_world;
+
+  const vec4 base_color = surface_base_color(material, point);
+#ifdef FIRE3DV_DUAL_SOURCE
+  vec3 behind;
+  out_color = shade(globals, material, base_color, point, behind);
+  out_behind = vec4(behind, 1 - out_color.a);
+#else
+  out_color = shade(globals, material, base_color, point);
+#endif
+}

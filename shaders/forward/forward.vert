@@ -1,0 +1,39 @@
+// Vertex pulling and transform to world and clip space.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/vertices.glsl"
+
+layout(push_constant, scalar) uniform Push { ForwardPush push; };
+
+invariant gl_Position;  // the depth pass and the colour pass need identical bits
+layout(location = 0) out vec3 out_position_world;
+layout(location = 1) out vec3 out_normal_world;
+layout(location = 2) out vec4 out_tangent_world;
+layout(location = 3) out vec4 out_uv;
+layout(location = 4) out vec4 out_color;
+layout(location = 5) flat out uint out_material;
+layout(location = 6) out vec3 out_position_center;
+layout(location = 7) out vec4 out_uv_center;
+layout(location = 8) flat out uint out_part_flags;
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  const DrawRecord draw = DrawRef(globals.value.draws).at[gl_InstanceIndex];
+  const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[draw.node];
+  const vec3 position_node = PositionRef(globals.value.positions).at[gl_VertexIndex];
+  const FrameRecord frame = FrameRef(globals.value.frames).at[gl_VertexIndex];
+  const vec4 tangent = tangent_of(frame, tangent_xy_of(UintRef(globals.value.tangents), gl_VertexIndex));
+  ExtrasRef extras = ExtrasRef(globals.value.extras);
+
+  out_position_world = transform_point(world_from_node, position_node);
+  out_position_center = out_position_world;
+  out_normal_world = transform_normal(world_from_node, normal_of(frame));
+  out_tangent_world = vec4(transform_direction(world_from_node, tangent.xyz), tangent.w);
+  out_uv = vec4(UvRef(globals.value.uvs).at[gl_VertexIndex], uv1_of(extras, gl_VertexIndex));
+  out_uv_center = out_uv;
+  out_color = color_of(extras, gl_VertexIndex);
+  out_material = PrimitiveRef(globals.value.primitives).at[draw.primitive].material;
+  out_part_flags = PartRef(globals.value.parts).at[draw.part].flags;
+  gl_PointSize = 1;
+  gl_Position = globals.value.clip_from_world * vec4(out_position_world, 1);
+}

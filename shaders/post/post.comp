@@ -1,0 +1,33 @@
+// Exposure, tone mapping and sRGB encoding. Samples are tone-mapped before the average, since averages of HDR
+// values leave bright edges jagged. The linear output averages the radiance itself. Variant:
+// FIRE3DV_MULTISAMPLED.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/buffers.glsl"
+#include "common/tone_map.glsl"
+#include "shared/bindings.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(push_constant, scalar) uniform Push { PostPush push; };
+#ifdef FIRE3DV_MULTISAMPLED
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2DMS hdr;
+#else
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D hdr;
+#endif
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
+layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer HalfsOut { uvec2 at[]; };
+
+const float kLargestHalf = 65504;
+
+void main() {
+  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(push.first_x, push.first_y);
+  if (pixel.x >= push.end_x || pixel.y >= push.end_y) return;
+  vec3 sum = vec3(0);
+  for (int i = 0; i < push.samples; ++i) sum += display_linear(texelFetch(hdr, pixel, i).rgb, push.exposure, push.tone_map);
+  imageStore(result, pixel, vec4(encode_srgb(sum / push.samples), 1));
+  if (push.linear == 0ul) return;
+  vec3 light = vec3(0);
+  for (int i = 0; i < push.samples; ++i) light += texelFetch(hdr, pixel, i).rgb;
+  light = min(light / push.samples, vec3(kLargestHalf));
+  HalfsOut(push.linear).at[pixel.y * push.end_x + pixel.x] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, 1)));
+}

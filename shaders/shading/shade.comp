@@ -1,0 +1,180 @@
+// Deferred shading of the visibility buffer: shades each distinct triangle of a pixel once, tone-maps, and
+// averages samples like the forward path's resolve.
+// Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_UNRESOLVED writes linear samples, for forward-only draws.
+// FIRE3DV_FIND_SHADOWS tests the shadow maps of hard lights; pixels with unknown results are listed for the
+// deferred re-shade after the rays.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shading/pixel_surfaces.glsl"
+#include "common/visible_triangle.glsl"
+#include "shading/shading.glsl"
+#include "shading/shadow_maps.glsl"
+#include "shading/shadow_ray.glsl"
+#include "shading/shadow_mask.glsl"
+#ifdef FIRE3DV_FIND_SHADOWS
+#include "shading/ray_list.glsl"
+#include "shading/shadow_verdict.glsl"
+#endif
+#include "common/tone_map.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(push_constant, scalar) uniform Push { ShadePush push; };
+#ifndef FIRE3DV_UNRESOLVED
+layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
+#elif FIRE3DV_SAMPLES == 4
+layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2DMS hdr;
+#else
+layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
+#endif
+
+// State of the surface being shaded.
+uint shaded_pixel;
+uint shaded_samples;
+#ifdef FIRE3DV_FIND_SHADOWS
+uint shaded_part;
+bool shaded_body;
+uint known_shadows;  // bits as in the mask
+uint wanted_rays;    // as in RayEntry
+#endif
+
+float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  if (shadows_of(globals) == FIRE3DV_SHADOWS_OFF) return 1;
+  const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
+#ifdef FIRE3DV_FIND_SHADOWS
+  if (shadow.rays == 0) return 1;
+  vec3 origin;
+  const uint verdict = shadow_verdict(globals, shadow, light_index, light, point, shaded_part, shaded_body, origin);
+  if (verdict == kLit) return 1;
+  const uint lit = shaded_samples << shadow.mask_shift;
+  known_shadows &= ~lit;
+  if (verdict == kUnknown) {
+    wanted_rays |= lit & -lit;
+    append(push.lists, push.found, push.found_room, globals.value.width * globals.value.height,
+           FoundRay(origin, light_index, shaded_pixel, lit));
+  }
+  return 0;
+#else
+  if (shadows_of(globals) == FIRE3DV_SHADOWS_MAP) {
+    const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
+    return map_visibility(globals, shadow, lifted, point.plane_normal_world, light);
+  }
+  return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
+#endif
+}
+
+vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
+  const VisibleTriangle triangle = visible_triangle(globals, id);
+  const SurfacePoint point = surface_point(globals, triangle, place);
+#ifdef FIRE3DV_FIND_SHADOWS
+  shaded_part = part_of_id(globals, id);
+  shaded_body = is_body(globals, shaded_part);
+  known_shadows = FIRE3DV_NO_INDEX;  // all lit
+  wanted_rays = 0;
+#endif
+  const MaterialRecord material = MaterialRef(globals.value.materials).at[triangle.material];
+  return shade(globals, material, surface_base_color(material, point), point).rgb;
+}
+
+// Sampled at the pixel's centre for any free samples, as in the raster pipeline.
+vec3 background_of(GlobalsRef globals, uvec2 pixel) {
+  const vec2 ndc = (vec2(pixel) + 0.5) / vec2(globals.value.width, globals.value.height) * 2 - 1;
+  return background_radiance(globals, globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
+                                          globals.value.world_from_ndc_origin);
+}
+
+vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
+  if (id == 0) return background_of(globals, pixel);
+  shaded_pixel = pixel.y * globals.value.width + pixel.x;
+  shaded_samples = samples;
+  return shaded(globals, id, place_of_samples(pixel, samples));
+}
+
+// Pixel of a lane: of the image, or of the list in a re-shade. Invalid pixels lie outside of the image.
+uvec2 pixel_of_lane(GlobalsRef globals, uint lane) {
+  if (push.listed == 0) return gl_WorkGroupID.xy * 8 + uvec2(lane & 7, lane >> 3);
+  const uint index = (gl_WorkGroupID.x + gl_WorkGroupID.y * 65535) * 64 + lane;
+  if (index >= RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width) return uvec2(FIRE3DV_NO_INDEX);
+  const uint pixel = RayEntryRef(push.entries).at[index].pixel;
+  return uvec2(pixel % globals.value.width, pixel / globals.value.width);
+}
+
+#ifdef FIRE3DV_FIND_SHADOWS
+void list_pixel(GlobalsRef globals, uint pixel, bool inside, uint known, uint wanted) {
+  if (inside && wanted != 0) UintsRef(globals.value.shadow_mask).at[pixel] = known;
+  append(push.lists, push.entries, RayEntry(pixel, 0, inside ? wanted : 0));
+}
+#endif
+
+#if FIRE3DV_SAMPLES == 1
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  const uvec2 pixel = pixel_of_lane(globals, gl_LocalInvocationIndex);
+  const bool inside = pixel.x < globals.value.width && pixel.y < globals.value.height;
+  const uint index = pixel.y * globals.value.width + pixel.x;
+  uint id = 0;
+  if (inside) {
+    id = pixel_ids(globals, push.visibility, index);
+    const vec3 color = color_of(globals, id, pixel, 1);
+#ifdef FIRE3DV_UNRESOLVED
+    imageStore(hdr, ivec2(pixel), vec4(color, 1));
+#else
+    imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
+#endif
+  }
+#ifdef FIRE3DV_FIND_SHADOWS
+  list_pixel(globals, index, id != 0, known_shadows, id != 0 ? wanted_rays : 0);
+#endif
+}
+#else
+#ifndef FIRE3DV_UNRESOLVED
+shared vec3 shares[4 * kPixels];  // of a pixel's sum
+#endif
+#ifdef FIRE3DV_FIND_SHADOWS
+shared uint pixel_known[kPixels], pixel_wanted[kPixels];
+#endif
+
+void main() {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  const uint lane = gl_LocalInvocationIndex;
+  const uvec2 own_pixel = pixel_of_lane(globals, lane);
+  const bool inside = own_pixel.x < globals.value.width && own_pixel.y < globals.value.height;
+  const uint own_index = own_pixel.y * globals.value.width + own_pixel.x;
+#ifdef FIRE3DV_FIND_SHADOWS
+  pixel_known[lane] = FIRE3DV_NO_INDEX;
+  pixel_wanted[lane] = 0;
+#endif
+  const OwnSurfaces own = list_surfaces(globals, push.visibility, own_index, inside);
+  for (uint place = lane; place < surface_count(); place += kPixels) {
+    const PixelSurface surface = surface_at(place);
+    if (surface.samples == 0) continue;
+    const uvec2 pixel = pixel_of_lane(globals, surface.lane);
+    const vec3 color = color_of(globals, surface.id, pixel, surface.samples);
+#ifdef FIRE3DV_FIND_SHADOWS
+    if (surface.id != 0 && known_shadows != FIRE3DV_NO_INDEX) {
+      atomicAnd(pixel_known[surface.lane], known_shadows);
+      if (wanted_rays != 0) atomicOr(pixel_wanted[surface.lane], wanted_rays);
+    }
+#endif
+#ifdef FIRE3DV_UNRESOLVED
+    for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
+      if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
+    }
+#else
+    shares[place] = display_linear(color, push.exposure, push.tone_map) * bitCount(surface.samples);
+#endif
+  }
+#if defined(FIRE3DV_FIND_SHADOWS) || !defined(FIRE3DV_UNRESOLVED)
+  barrier();
+#endif
+#ifdef FIRE3DV_FIND_SHADOWS
+  list_pixel(globals, own_index, inside, pixel_known[lane], pixel_wanted[lane]);
+#endif
+#ifndef FIRE3DV_UNRESOLVED
+  if (!inside) return;
+  vec3 sum = shares[lane];  // fixed order of summation
+  for (uint i = 1; i < own.count; ++i) sum += shares[own.further + i - 1];
+  imageStore(display, ivec2(own_pixel.x, own_pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
+#endif
+}
+#endif

@@ -1,0 +1,134 @@
+// Conservative shadow test by shadow maps: lit, shadowed or unknown. See docs/design/shadows.md.
+// Each view of a light has two maps of the same triangles. The centre map has the nearest depth at each
+// texel's centre. The outer map has the nearest depth anywhere in the texel (outer-conservative raster).
+// Closed meshes are drawn with back faces only (see casts_by_far_sides()), so that a lit surface does not
+// shadow itself.
+#ifndef FIRE3DV_SHADOW_MAPS_GLSL
+#define FIRE3DV_SHADOW_MAPS_GLSL
+#include "common/generations.glsl"
+#include "shading/lights.glsl"
+#include "visibility/sheets.glsl"
+
+const uint kLit = 0, kShadowed = 1, kUnknown = 2;
+
+struct MapPlace {
+  RasterView view;
+  vec2 texel;
+  float depth;
+  bool inside;
+  vec2 reach;      // in texels: bound of the point's rounding error against the casters
+  float rounding;  // of the depths
+};
+
+uint side_of_cube(vec3 direction) {
+  const vec3 size = abs(direction);
+  if (size.x >= size.y && size.x >= size.z) return direction.x > 0 ? 0 : 1;
+  if (size.y >= size.z) return direction.y > 0 ? 2 : 3;
+  return direction.z > 0 ? 4 : 5;
+}
+
+RasterView view_of(GlobalsRef globals, LightShadow shadow, LightSample light) {
+  const uint side = shadow.view_count == 6 ? side_of_cube(-light.to_light) : 0;
+  return RasterViewRef(globals.value.light_views).at[shadow.first_view + side];
+}
+
+MapPlace map_place(RasterView view, vec3 point_world) {
+  MapPlace place;
+  place.view = view;
+  const vec4 clip = place.view.clip_from_world * vec4(point_world, 1);
+  place.inside = clip.w > 0 && all(lessThan(abs(clip.xy), vec2(clip.w)));
+  place.texel = (clip.xy / clip.w * 0.5 + 0.5) * float(place.view.width);
+  place.depth = clip.z / clip.w;
+  // Rounding grows with the distance from the world's origin. The maps are dilated by 1/256 texel.
+  const mat4 m = place.view.clip_from_world;
+  const vec4 error =
+      6e-7 * (abs(m[0] * point_world.x) + abs(m[1] * point_world.y) + abs(m[2] * point_world.z) + abs(m[3]));
+  place.reach = max((error.xy + error.w) / clip.w * 0.5 * float(place.view.width) - 1.0 / 256, vec2(0));
+  place.rounding = place.view.eye_world.w == 0 ? 1e-5 + error.z : place.depth * (1e-5 + 2 * error.w / clip.w);
+  return place;
+}
+
+// Two adjacent texels of a row, at any texel's address.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelsRef { uvec2 at; };
+
+// A kept_depth(). Comparisons work on this encoding, so only their result is decoded.
+uint map_texel(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
+  texel = clamp(texel, ivec2(0), ivec2(view.width - 1));
+  const uint index = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
+  return UintRef(globals.value.shadow_maps).at[index];
+}
+
+// Distance by which `depth` is nearer to the light than the place, in metres.
+float nearer_by_m(MapPlace place, float depth) {
+  if (place.view.eye_world.w == 0) return (depth - place.depth) * place.view.depth_m;
+  return place.view.depth_m / place.depth - place.view.depth_m / max(depth, 1e-20);
+}
+
+// Depth of a point that is by_m metres nearer to the light than the place.
+float depth_nearer_by(MapPlace place, float by_m) {
+  if (place.view.eye_world.w == 0) return place.depth + by_m / place.view.depth_m;
+  const float left_m = place.view.depth_m / place.depth - by_m;
+  return left_m > 0 ? place.view.depth_m / left_m : 1e30;
+}
+
+// Height of the receiver's plane over one texel, along the light's direction.
+float slope_m(MapPlace place, vec3 plane_normal, vec3 to_light) {
+  const float cosine = max(abs(dot(plane_normal, to_light)), 0.02);
+  const float texel_m = place.view.eye_world.w == 0 ? place.view.texel_m : place.view.texel_m * place.view.depth_m / place.depth;
+  return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + (place.view.level_scale > 0 ? 0.35 : 0.1) * texel_m;
+}
+
+// Lit, for certain: the outer map has nothing nearer to the light than the point.
+// Shadowed: all 3 x 3 texel centres are clearly nearer. Light through holes below about two texels is lost.
+// Unknown otherwise: a ray decides.
+uint map_verdict(GlobalsRef globals, RasterView view, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
+  const bool sheet = sheet_may_be_between(globals, part, point_world, light.to_light, light.distance_m);
+  const MapPlace place = map_place(view, point_world);
+  // A map covers all casters; a spot light's map covers its cone.
+  if (!place.inside) return sheet ? kUnknown : kLit;
+  if (max(place.reach.x, place.reach.y) > 0.5) return kUnknown;
+  const ivec2 texel = ivec2(floor(place.texel));
+  const ivec2 low = ivec2(floor(place.texel - place.reach)), high = ivec2(floor(place.texel + place.reach));
+  // The reach is below one texel, so these are all texels. Mostly it is one; loops would cost more than the
+  // reads.
+  uint nearest = map_texel(globals, place.view, low, true);
+  if (low != high) {
+    nearest = max(max(nearest, map_texel(globals, place.view, ivec2(high.x, low.y), true)),
+                  max(map_texel(globals, place.view, ivec2(low.x, high.y), true), map_texel(globals, place.view, high, true)));
+  }
+  const float outer = depth_kept(nearest, globals.value.map_generation);
+  if (outer == 0 || outer < place.depth - place.rounding) return sheet ? kUnknown : kLit;
+  const float clearly_m = 2 * slope_m(place, plane_normal, light.to_light);
+  uint least = map_texel(globals, place.view, texel, false);
+  for (int i = 0; i < 4; ++i) {
+    const ivec2 aside = ivec2(i < 3 ? -1 : 0, i < 3 ? i - 1 : -1);  // and its opposite
+    least = min(least, min(map_texel(globals, place.view, texel + aside, false), map_texel(globals, place.view, texel - aside, false)));
+  }
+  const float farthest = depth_kept(least, globals.value.map_generation);
+  return farthest != 0 && nearer_by_m(place, farthest) >= clearly_m ? kShadowed : kUnknown;
+}
+
+// Shadow maps without rays: percentage-closer filtering of four texels with bilinear weights.
+float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3 plane_normal, LightSample light) {
+  const MapPlace place = map_place(view, point_world);
+  if (!place.inside) return 1;
+  const float bias_m = 1.5 * slope_m(place, plane_normal, light.to_light);
+  // Two texels of a row per read halve the address arithmetic.
+  const ivec2 first = clamp(ivec2(floor(place.texel - 0.5)), ivec2(0), ivec2(view.width - 2));
+  const vec2 weight = clamp(place.texel - 0.5 - vec2(first), 0, 1);
+  const uint64_t row = globals.value.shadow_maps + uint64_t(4 * (view.first_texel + uint(first.y) * view.width + first.x));
+  const uvec4 texels = uvec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at);
+  // The comparison uses the stored encoding. Empty texels have depth 0; the clamp also covers points beyond
+  // the map's depth range.
+  const float clear = clamp(depth_nearer_by(place, bias_m), 1e-30, kMostKept);
+  const vec4 lit = vec4(lessThan(texels, uvec4(kept_depth(clear, globals.value.map_generation))));
+  const vec2 along_x = mix(lit.xz, lit.yw, weight.x);
+  return mix(along_x.x, along_x.y, weight.y);
+}
+
+float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 plane_normal, LightSample light) {
+  if (shadow.rays == 0) return 1;
+  return map_visibility(globals, view_of(globals, shadow, light), point_world, plane_normal, light);
+}
+
+#endif

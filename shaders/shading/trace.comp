@@ -1,0 +1,26 @@
+// Shadow rays by ray query. Variants as in shading/trace.rgen.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#ifdef FIRE3DV_FOUND_RAYS
+#include "shading/trace_found.glsl"
+#else
+#include "shading/trace_entry.glsl"
+#endif
+#include "shading/shadow_rays.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { ShadowPush push; };
+
+void main() {
+#ifdef FIRE3DV_FOUND_RAYS
+  // Strided loop: the list has a count, but no dispatch arguments.
+  const uint count = count_of_found(push), step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+  for (uint index = gl_GlobalInvocationID.x; index < count; index += step) {
+    trace_found(GlobalsRef(push.globals), FoundRayRef(push.found).at[index]);
+  }
+#else
+  const uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (65535 * 64);
+  if (index >= RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width) return;
+  trace_entry(GlobalsRef(push.globals), push.visibility, RayEntryRef(push.entries).at[index]);
+#endif
+}

@@ -1,0 +1,22 @@
+// Tracing of one listed shadow ray. The including shader defines is_shadowed().
+#ifndef FIRE3DV_TRACE_FOUND_GLSL
+#define FIRE3DV_TRACE_FOUND_GLSL
+#include "shading/lights.glsl"
+
+bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m);
+
+// Number of rays to trace; 0 on overflow, when the list LEFT covers all pixels. Reason: the set of rays that
+// found room varies between runs.
+uint count_of_found(ShadowPush push) {
+  const uint count = RayListRef(push.lists).at[FIRE3DV_LIST_FOUND].width;
+  return count > push.found_room ? 0 : count;
+}
+
+void trace_found(GlobalsRef globals, FoundRay ray) {
+  const LightSample light = sample_light(globals, ray.light, ray.origin_world);
+  if (is_shadowed(globals, ray.origin_world, light.to_light, light.distance_m)) return;
+  // Other rays of the pixel may run concurrently.
+  atomicOr(UintsRef(globals.value.shadow_mask).at[ray.pixel], ray.lit);
+}
+
+#endif

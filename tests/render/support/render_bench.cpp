@@ -1,0 +1,157 @@
+// Test device with validation layers, and image capture.
+#include "tests/render/support/render_bench.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace fire3dv::test {
+namespace {
+
+template <typename T>
+T take_or_die(Result<T> result) {
+  if (!result) {
+    std::fprintf(stderr, "render tests cannot run: %s\n", result.error().message.c_str());
+    std::exit(1);
+  }
+  return std::move(*result);
+}
+
+struct Bench {
+  std::unique_ptr<gpu::Instance> instance;
+  std::unique_ptr<gpu::Device> device;
+  uint32_t index = 0;
+
+  Bench() {
+    gpu::InstanceOptions options;
+    options.validation = true;
+    instance = take_or_die(gpu::Instance::create(options));
+    const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance->handle());
+    const gpu::DeviceChoice choice = take_or_die(gpu::choose_device(reports, ""));
+    if (!reports[choice.index].ray_query) {
+      std::fprintf(stderr, "render tests cannot run: %s has no ray queries; install a newer Mesa\n",
+                   reports[choice.index].name.c_str());
+      std::exit(1);
+    }
+    index = choice.index;
+    device = take_or_die(gpu::Device::create(*instance, index, false));
+  }
+};
+
+Bench& bench() {
+  static Bench the_bench;
+  return the_bench;
+}
+
+}  // namespace
+
+gpu::Instance& instance() {
+  return *bench().instance;
+}
+gpu::Device& device() {
+  return *bench().device;
+}
+
+std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute) {
+  return take_or_die(gpu::Device::create(instance(), bench().index, false, async_compute));
+}
+
+RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings,
+                         gpu::Device& on)
+    : scene_(scene), frames_(on), renderer_(on, settings), readback_(on) {
+  frames_.time(gpu::Timed::passes);
+  renderer_.set_scene(scene);
+  renderer_.set_size(extent);
+}
+
+void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
+  gpu::Recorder& recorder = frames_.begin();
+  renderer_.record(recorder, frames_.belt(), poses, view);
+  renderer_.mark_held(recorder, held_);
+  readback_.record(recorder, renderer_.image(), 0);
+  readback_.submitted(frames_.submit());
+}
+
+void RenderBench::collect(std::vector<sinks::FrameImage>& images, bool all) {
+  auto add = [&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    sinks::FrameImage& image = images.emplace_back();
+    image.width = extent.width;
+    image.height = extent.height;
+    image.rgba8.assign(rgba8.begin(), rgba8.end());
+  };
+  if (all) {
+    readback_.drain(add);
+  } else {
+    readback_.poll(add);
+  }
+}
+
+sinks::FrameImage RenderBench::draw(const state::PoseState& poses, const passes::View& view) {
+  record_and_submit(poses, view);
+  std::vector<sinks::FrameImage> images;
+  collect(images, true);
+  images.back().shown = poses.shown();
+  return std::move(images.back());
+}
+
+Taken RenderBench::take(const state::PoseState& poses, const passes::View& view,
+                        const passes::ImageOutputs& outputs, passes::CameraHistory* history) {
+  return take(poses, std::span(&view, 1), outputs, std::span(history, history ? 1 : 0));
+}
+
+Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::View> views,
+                        const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories) {
+  gpu::Recorder& recorder = frames_.begin();
+  renderer_.record(recorder, frames_.belt(), poses, views, outputs, histories);
+  Taken taken;
+  passes::ReadbackRing<int>::Planes planes;
+  if (outputs.any_plane()) {
+    taken.places = renderer_.plane_places();
+    planes = {&renderer_.planes(), passes::bytes_of(taken.places)};
+  }
+  readback_.record(recorder, outputs.color_srgb8 ? &renderer_.image() : nullptr, renderer_.image().extent,
+                   planes, 0);
+  readback_.submitted(frames_.submit());
+  readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> bytes) {
+    const auto colors =
+        static_cast<std::ptrdiff_t>(outputs.color_srgb8 ? 4 * extent.width * extent.height : 0);
+    taken.image.width = extent.width;
+    taken.image.height = extent.height;
+    taken.image.rgba8.assign(bytes.begin(), bytes.begin() + colors);
+    taken.planes.assign(bytes.begin() + colors, bytes.end());
+  });
+  return taken;
+}
+
+std::vector<sinks::FrameImage> RenderBench::draw_on(state::PoseState& poses,
+                                                    const std::vector<state::RestPose>& moved) {
+  std::vector<sinks::FrameImage> images;
+  for (const state::RestPose& rest : moved) {
+    poses.set_rest(rest);
+    record_and_submit(poses, first_camera_view(scene_, poses, renderer_.extent()));
+    collect(images, false);
+  }
+  collect(images, true);
+  return images;
+}
+
+sinks::FrameImage RenderBench::draw_at_rest() {
+  const state::PoseState poses(scene_);
+  return draw(poses, first_camera_view(scene_, poses, renderer_.extent()));
+}
+
+passes::View first_camera_view(const scene::Scene& scene, const state::PoseState& poses, VkExtent2D extent) {
+  const uint32_t node = scene::camera_nodes(scene).at(0);
+  return passes::make_view(scene.cameras[scene.nodes[node].camera], poses.world_from_node(node),
+                           static_cast<float>(extent.width) / static_cast<float>(extent.height));
+}
+
+void ValidationIsSilent::TearDown() {
+  EXPECT_EQ(instance().validation_messages(), 0u) << "Vulkan validation has found something; see above";
+}
+
+glm::ivec3 pixel(const sinks::FrameImage& image, uint32_t x, uint32_t y) {
+  const uint8_t* p = image.rgba8.data() + size_t{4} * (size_t{y} * image.width + x);
+  return {p[0], p[1], p[2]};
+}
+
+}  // namespace fire3dv::test

@@ -1,0 +1,183 @@
+// Test of scene edits and partial frames through the client library: edits arrive, and invalid ones are
+// refused with a message.
+#include "fire3dv/scene.h"
+
+#include <map>
+
+#include "fire3dv/client.hpp"
+#include "tests/unit/adapters/client_fixture.h"
+
+namespace fire3dv::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct SceneRenderer {
+  std::unique_ptr<transport::ListenerLink> link;
+  wire::Decoder decoder;
+  std::map<std::pair<std::string, wire::Property>, wire::SceneEdit> edits;
+  uint64_t epoch = 0, scene_version = 0, sequence = 0;
+  size_t partial_frames = 0;
+
+  explicit SceneRenderer(const std::string& uri) { link = std::move(*transport::open_listener(uri)); }
+  void poll() {
+    link->wait(1ms);
+    link->poll([this](const transport::LinkEvent& event) {
+      using Kind = transport::LinkEvent::Kind;
+      if (event.kind != Kind::pose && event.kind != Kind::control) return;
+      auto message = decoder.decode(event.message);
+      ASSERT_TRUE(message.ok()) << message.error().message;
+      if (const auto* m = std::get_if<wire::StreamDescription>(&*message)) {
+        epoch = m->epoch;
+        edits.clear();
+      }
+      if (auto* m = std::get_if<wire::SceneEdit>(&*message)) {
+        EXPECT_EQ(m->epoch, epoch);
+        edits[{m->node, m->property}] = *m;
+      }
+      if (const auto* m = std::get_if<wire::PoseFrameView>(&*message)) {
+        scene_version = m->header.scene_version;
+        sequence = m->header.sequence;
+        partial_frames += !m->node_indices.empty();
+      }
+    });
+  }
+  const wire::EditValue& at(const std::string& node, wire::Property property) {
+    return edits.at({node, property}).value;
+  }
+};
+
+class ClientScene : public testing::TestWithParam<const char*> {};
+
+TEST_P(ClientScene, CarriesEachKindOfEdit) {
+  SceneRenderer renderer(listener_uri(GetParam()));
+  Stream stream(renderer.link->uri());
+  stream.set_visible("early", false);
+  stream.describe({"a", "b"});
+  stream.set_visible("n", false);
+  stream.set_base_color("n", {0.25f, 0.5f, 1, 0.75f});
+  fire3dv_light light{};
+  light.kind = FIRE3DV_LIGHT_DIRECTIONAL;
+  light.color_rgb[0] = 1;
+  light.intensity = 3;
+  light.casts_shadow = 1;
+  stream.set_light("n", light);
+  fire3dv_camera camera{};
+  camera.vertical_fov_rad = 1;
+  camera.near_m = 0.5f;
+  camera.far_m = 50;
+  camera.exposure = 2;
+  stream.set_camera("n", camera);
+  fire3dv_node added{};
+  const float parent_from_node[12] = {1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7};
+  added.parent = "base";
+  added.parent_from_node = parent_from_node;
+  added.asset_uri = "part.glb";
+  stream.add_node("n", added);
+  stream.remove_node("gone");
+  stream.set_vertices("n", {{1, 2, 3}, {4, 5, 6}}, {{0, 0, 1}, {0, 1, 0}});
+  stream.clear("other", FIRE3DV_PROPERTY_LIGHT);
+  ASSERT_TRUE(repeat_until([&] {
+    stream.publish(0ns, std::vector<Pose>(2));
+    renderer.poll();
+    return renderer.scene_version == 9 && renderer.edits.size() == 9;
+  }));
+  using P = wire::Property;
+  EXPECT_EQ(renderer.at("early", P::visible), wire::EditValue(wire::Visible{false}));
+  EXPECT_EQ(renderer.at("n", P::visible), wire::EditValue(wire::Visible{false}));
+  EXPECT_EQ(renderer.at("n", P::base_color), wire::EditValue(wire::BaseColor{{0.25f, 0.5f, 1, 0.75f}}));
+  EXPECT_EQ(renderer.at("n", P::light),
+            wire::EditValue(wire::Light{wire::LightKind::directional, {1, 0, 0}, 3, 0, 0, 0, true}));
+  EXPECT_EQ(renderer.at("n", P::camera), wire::EditValue(wire::Camera{1, 0.5f, 50, 2}));
+  EXPECT_EQ(renderer.at("n", P::node),
+            wire::EditValue(wire::NodeAdded{"base", {{1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7}}, "part.glb", {}}));
+  EXPECT_EQ(renderer.at("gone", P::node), wire::EditValue(wire::NodeRemoved{}));
+  EXPECT_EQ(renderer.at("n", P::vertices),
+            wire::EditValue(wire::Vertices{{{1, 2, 3}, {4, 5, 6}}, {{0, 0, 1}, {0, 1, 0}}}));
+  EXPECT_EQ(renderer.at("other", P::light), wire::EditValue(wire::Cleared{}));
+
+  // A new description starts a new epoch, which clears the edits.
+  stream.describe({"a"});
+  ASSERT_TRUE(repeat_until([&] {
+    stream.publish(0ns, std::vector<Pose>(1));
+    renderer.poll();
+    return renderer.epoch == stream.poll().epoch && renderer.edits.size() == 9;
+  }));
+}
+
+TEST_P(ClientScene, APartialFrameMovesSomeNodes) {
+  const std::string scheme = GetParam();
+  SceneRenderer renderer(listener_uri(scheme));
+  Stream stream(renderer.link->uri());
+  stream.describe({"a", "b", "c"});
+  stream.publish_some(0ns, {0, 1, 2}, std::vector<Pose>(3));
+  ASSERT_TRUE(repeat_until([&] {
+    stream.publish_some(1ns, {1}, std::vector<Pose>(1));
+    renderer.poll();
+    return scheme == "shm" ? renderer.sequence >= 3 : renderer.partial_frames >= 3;
+  }));
+  if (scheme == "shm") {
+    EXPECT_EQ(renderer.partial_frames, 0u) << "who attaches must see one whole frame";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Links, ClientScene, testing::Values("shm", "tcp", "udp"),
+                         [](const auto& test) { return std::string(test.param); });
+
+template <typename Call>
+void expect_thrown(int code, const std::string& text, Call call) {
+  try {
+    call();
+    ADD_FAILURE() << "nothing was thrown, expected: " << text;
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), code) << error.what();
+    EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+  }
+}
+
+TEST(ClientSceneErrors, WhatIsWrongIsNamed) {
+  Stream stream(unique_shm_uri(), "test", {}, 100'000);
+  constexpr int kArgument = FIRE3DV_ERROR_ARGUMENT;
+  expect_thrown(kArgument, "rgba[2]", [&] { stream.set_base_color("n", {0, 0, 2, 1}); });
+  expect_thrown(kArgument, "node is empty", [&] { stream.set_visible("", true); });
+  expect_thrown(kArgument, "holds a NUL", [&] { stream.set_visible(std::string("a\0b", 3), true); });
+  expect_thrown(kArgument, "control character", [&] { stream.remove_node("a\nb"); });
+  expect_thrown(kArgument, "light.kind is 7", [&] {
+    fire3dv_light light{};
+    light.kind = 7;
+    stream.set_light("n", light);
+  });
+  expect_thrown(kArgument, "vertical_fov_rad", [&] { stream.set_camera("n", {}); });
+  expect_thrown(kArgument, "asset_glb_bytes", [&] {
+    fire3dv_node node{};
+    node.asset_glb_bytes = 7;
+    stream.add_node("n", node);
+  });
+  expect_thrown(kArgument, "positions", [&] { stream.set_vertices("n", {}); });
+  expect_thrown(kArgument, "normals", [&] { stream.set_vertices("n", {{0, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}); });
+  expect_thrown(kArgument, "property", [&] { stream.clear("n", 6); });
+  stream.set_vertices("n", std::vector<std::array<float, 3>>(5000));
+  expect_thrown(FIRE3DV_ERROR_BUDGET, "budget is 100000",
+                [&] { stream.set_vertices("m", std::vector<std::array<float, 3>>(5000)); });
+  expect_thrown(kArgument, "scene_budget_bytes",
+                [] { Stream(unique_shm_uri(), "test", {}, size_t{257} << 20); });
+
+  expect_thrown(FIRE3DV_ERROR_STATE, "fire3dv_describe", [&] { stream.publish_some(0ns, {0}, {Pose{}}); });
+  stream.describe({"a", "b"});
+  expect_thrown(FIRE3DV_ERROR_STATE, "must name all nodes", [&] { stream.publish_some(0ns, {0}, {Pose{}}); });
+  expect_thrown(kArgument, "pose_count is 0", [&] {
+    fire3dv::Stream& s = stream;
+    s.publish_some(0ns, {}, {});
+  });
+  expect_thrown(kArgument, "node_indices[1]", [&] { stream.publish_some(0ns, {1, 1}, {Pose{}, Pose{}}); });
+  expect_thrown(kArgument, "node_indices[1]", [&] { stream.publish_some(0ns, {0, 2}, {Pose{}, Pose{}}); });
+  EXPECT_EQ(fire3dv_set_visible(nullptr, "n", 1), kArgument);
+  EXPECT_EQ(fire3dv_set_visible(stream.get(), nullptr, 1), kArgument);
+  EXPECT_EQ(fire3dv_set_base_color(stream.get(), "n", nullptr), kArgument);
+  EXPECT_EQ(fire3dv_set_light(stream.get(), "n", nullptr), kArgument);
+  fire3dv_camera camera{};
+  EXPECT_EQ(fire3dv_set_camera(stream.get(), "n", &camera), kArgument) << "struct_size is not set";
+}
+
+}  // namespace
+}  // namespace fire3dv::test

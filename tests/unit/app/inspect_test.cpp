@@ -1,0 +1,98 @@
+// Test of fire3dv-inspect's report of a link.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "protocol/base/clock.h"
+#include "protocol/wire/encode.h"
+#include "tests/unit/transport/link_fixture.h"
+#include "tools/inspect/observer.h"
+
+namespace fire3dv::inspect {
+namespace {
+
+using namespace transport::test;
+
+struct Inspect : testing::TestWithParam<const char*> {
+  static wire::Bytes frame(uint64_t sequence) {
+    static const std::vector<wire::Affine3x4> poses(2);
+    wire::PoseFrameView view;
+    view.header.epoch = 5;
+    view.header.sequence = sequence;
+    view.header.publish_time_ns = static_cast<uint64_t>(fire3dv::monotonic_ns());
+    view.node_count = 2;
+    view.poses = poses;
+    return wire::encode(view);
+  }
+};
+
+TEST_P(Inspect, CountsFramesGapsAndAges) {
+  transport::ListenerOptions options;
+  options.delivery = transport::Delivery::all;
+  const std::string uri = std::string(GetParam()) == "shm" ? unique_shm_uri("inspect") : "tcp://127.0.0.1:0";
+  Listener listener(uri, options);
+  auto publisher = open_publisher_or_fail(listener.link->uri());
+  wire::StreamDescription description;
+  description.epoch = 5;
+  description.adapter_name = "a simulator";
+  description.node_names = {"x", "y"};
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> description.clock.boot_id;
+  ASSERT_TRUE(publisher->set_description(wire::encode(description)));
+  Observer observer;
+  const auto poll_until = [&](const std::function<bool()>& done) {
+    const auto until = std::chrono::steady_clock::now() + kHangLimit;
+    while (!done() && std::chrono::steady_clock::now() < until) {
+      listener.link->wait(std::chrono::milliseconds(5));
+      observer.poll(*listener.link);
+    }
+    return done();
+  };
+  ASSERT_TRUE(poll_until([&] { return observer.streams().size() == 1; }));
+  const transport::PeerId peer = observer.streams().begin()->first;
+  const StreamSeen& stream = observer.streams().at(peer);
+  uint64_t expected = 0;
+  for (const uint64_t sequence : {1, 2, 3, 7, 8}) {
+    const wire::Bytes message = frame(sequence);
+    publisher->publish({message, {}});
+    ++expected;
+    ASSERT_TRUE(poll_until([&] { return stream.frames == expected; })) << sequence;
+  }
+  EXPECT_EQ(stream.missing, 3u);
+  EXPECT_EQ(stream.nodes, 2u);
+  EXPECT_GT(stream.rate_hz(), 0);
+  EXPECT_GT(stream.age_us(0.99), 0u);
+  wire::SceneEdit edit;
+  edit.epoch = 5;
+  edit.version = 1;
+  edit.node = "x";
+  edit.value = wire::Cleared{};
+  const wire::Bytes edit_message = wire::encode(edit);
+  publisher->send_control(edit_message);
+  ASSERT_TRUE(poll_until([&] { return stream.edits == 1; }));
+  publisher->publish(message_of("not a message"));
+  ASSERT_TRUE(poll_until([&] { return observer.refused_messages() == 1; }));
+
+  const auto json = nlohmann::json::parse(observer.json(*listener.link));
+  EXPECT_EQ(json["streams"][0]["name"], "a simulator");
+  EXPECT_EQ(json["streams"][0]["missing"], 3);
+  EXPECT_EQ(json["streams"][0]["edits"], 1);
+  EXPECT_EQ(json["not_understood"], 1);
+  EXPECT_EQ(json["rejected"]["bad_key"], 0);
+  uint64_t ages = 0;
+  for (const auto& count : json["streams"][0]["ages_below_power_of_two_us"]) ages += count.get<uint64_t>();
+  EXPECT_EQ(ages, 5u) << "each frame has one age";
+  const std::string text = observer.text(*listener.link);
+  EXPECT_NE(text.find("\"a simulator\": 2 nodes"), std::string::npos);
+  EXPECT_NE(text.find("half below"), std::string::npos) << text;
+  EXPECT_NE(text.find(" us        "), std::string::npos) << text;
+  EXPECT_NE(text.find("########"), std::string::npos) << "the fullest bar is as long as any may be: " << text;
+  publisher.reset();
+  EXPECT_TRUE(poll_until([&] { return stream.ended; }));
+}
+
+INSTANTIATE_TEST_SUITE_P(Links, Inspect, testing::Values("shm", "tcp"),
+                         [](const auto& link) { return std::string(link.param); });
+
+}  // namespace
+}  // namespace fire3dv::inspect

@@ -1,0 +1,62 @@
+// Test of shadow plans for many lights: sums do not wrap, and lights beyond the memory limit cast no shadow.
+#include "renderer/passes/shadows/shadow_plan.h"
+
+#include <gtest/gtest.h>
+
+namespace fire3dv::passes {
+namespace {
+
+std::vector<scene::PlacedLight> point_lights(uint32_t count) {
+  std::vector<scene::PlacedLight> lights(count);
+  for (uint32_t i = 0; i < count; ++i) lights[i].node = i;
+  return lights;
+}
+
+TEST(ShadowPlan, FewLightsHaveAllTheirMaps) {
+  const ShadowPlan plan = plan_shadows(point_lights(8), 4, true, {});
+  EXPECT_EQ(plan.views.size(), 48u);
+  EXPECT_EQ(plan.mask_words, 1u);
+  EXPECT_EQ(plan.lights_without_shadow, 0u);
+  EXPECT_LE(plan.texels, uint64_t{48} << 20);
+}
+
+// 87,500 point lights have 525,000 maps of two times 64 x 64 texels: beyond 32 bits.
+TEST(ShadowPlan, MapsOfAnyNumberOfLightsStayWithinTheRoom) {
+  const ShadowRoom room;
+  const ShadowPlan plan = plan_shadows(point_lights(87'500), 4, true, {}, room);
+  EXPECT_LE(plan.texels, room.max_texels);
+  EXPECT_GT(plan.lights_without_shadow, 80'000u);
+  uint64_t end = 0;
+  for (const gpu_types::LightViewWanted& view : plan.views) {
+    EXPECT_EQ(view.first_texel, end);
+    end += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
+  }
+  EXPECT_EQ(end, plan.texels);
+  for (const gpu_types::LightShadow& shadow : plan.shadows) {
+    ASSERT_LE(shadow.first_view + shadow.view_count, plan.views.size());
+    ASSERT_EQ(shadow.rays == 0, shadow.mask_word == FIRE3DV_NO_INDEX);
+  }
+}
+
+TEST(ShadowPlan, MaskWordsAndViewsAreLimited) {
+  ShadowRoom room;
+  room.max_mask_words = 2;
+  ShadowPlan plan = plan_shadows(point_lights(100), 4, true, {}, room);
+  EXPECT_EQ(plan.mask_words, 2u);
+  EXPECT_EQ(plan.mask_words_wanted, 13u);
+  EXPECT_EQ(plan.lights_without_shadow, 84u);
+  room = {};
+  room.max_views = 13;
+  plan = plan_shadows(point_lights(100), 4, true, {}, room);
+  EXPECT_EQ(plan.views.size(), 12u);
+  EXPECT_EQ(plan.lights_without_shadow, 98u);
+  room = {};
+  room.has_room = false;
+  plan = plan_shadows(point_lights(3), 4, true, {}, room);
+  EXPECT_TRUE(plan.views.empty());
+  EXPECT_EQ(plan.lights_without_shadow, 3u);
+  EXPECT_EQ(plan.mask_words, 1u);
+}
+
+}  // namespace
+}  // namespace fire3dv::passes

@@ -1,0 +1,186 @@
+// Test of KHR_materials_* extensions, and of light radii.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "renderer/scene/gltf/load_gltf.h"
+#include "tests/support/gltf_builder.h"
+#include "tests/unit/scene/loaded_scene.h"
+
+namespace fire3dv::scene {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+
+bool warned(const Scene& scene, const std::string& text) {
+  return std::any_of(scene.warnings.begin(), scene.warnings.end(),
+                     [&](const std::string& warning) { return warning.find(text) != std::string::npos; });
+}
+
+GltfBuilder with_extensions(json extensions) {
+  GltfBuilder builder;
+  builder.add_textured_material(test::png(1, 1, 0xffffffff));
+  builder.root["materials"][0]["extensions"] = std::move(extensions);
+  return builder;
+}
+
+// A textureInfo with a unique transform.
+json texture(double offset) {
+  return {
+      {"index", 0}, {"texCoord", 1}, {"extensions", {{"KHR_texture_transform", {{"offset", {offset, 0}}}}}}};
+}
+
+void expect_texture(const Scene& scene, const TextureRef& ref, float offset, bool srgb) {
+  ASSERT_LT(ref.texture, scene.textures.size());
+  EXPECT_EQ(scene.textures[ref.texture].srgb, srgb) << offset;
+  EXPECT_EQ(ref.uv_offset.x, offset);
+  EXPECT_EQ(ref.uv_set, 1u);
+}
+
+TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
+  GltfBuilder builder = with_extensions(
+      {{"KHR_materials_ior", {{"ior", 1.33}}},
+       {"KHR_materials_specular",
+        {{"specularFactor", 0.25},
+         {"specularColorFactor", {0.5, 2, 3}},
+         {"specularTexture", texture(1)},
+         {"specularColorTexture", texture(2)}}},
+       {"KHR_materials_clearcoat",
+        {{"clearcoatFactor", 0.75},
+         {"clearcoatRoughnessFactor", 0.125},
+         {"clearcoatTexture", texture(3)},
+         {"clearcoatRoughnessTexture", texture(4)},
+         {"clearcoatNormalTexture", texture(5)}}},
+       {"KHR_materials_sheen",
+        {{"sheenColorFactor", {0.25, 0.5, 1}},
+         {"sheenRoughnessFactor", 0.375},
+         {"sheenColorTexture", texture(6)},
+         {"sheenRoughnessTexture", texture(7)}}},
+       {"KHR_materials_transmission", {{"transmissionFactor", 0.875}, {"transmissionTexture", texture(8)}}}});
+  builder.root["materials"][0]["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"]["scale"] =
+      0.5;
+  builder.root["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_specular",
+                                        "KHR_materials_clearcoat", "KHR_materials_sheen",
+                                        "KHR_materials_transmission"};
+  const Scene scene = loaded(builder);
+  EXPECT_EQ(scene.warnings, std::vector<std::string>{});
+  const Material& material = scene.materials[1];
+  EXPECT_EQ(material.ior, 1.33f);
+  EXPECT_EQ(material.specular, 0.25f);
+  EXPECT_EQ(material.specular_color, glm::vec3(0.5, 2, 3));
+  EXPECT_EQ(material.clearcoat, 0.75f);
+  EXPECT_EQ(material.clearcoat_roughness, 0.125f);
+  EXPECT_EQ(material.clearcoat_normal_scale, 0.5f);
+  EXPECT_EQ(material.sheen_color, glm::vec3(0.25, 0.5, 1));
+  EXPECT_EQ(material.sheen_roughness, 0.375f);
+  EXPECT_EQ(material.transmission, 0.875f);
+  expect_texture(scene, material.specular_texture, 1, false);
+  expect_texture(scene, material.specular_color_texture, 2, true);
+  expect_texture(scene, material.clearcoat_texture, 3, false);
+  expect_texture(scene, material.clearcoat_roughness_texture, 4, false);
+  expect_texture(scene, material.clearcoat_normal_texture, 5, false);
+  expect_texture(scene, material.sheen_color_texture, 6, true);
+  expect_texture(scene, material.sheen_roughness_texture, 7, false);
+  expect_texture(scene, material.transmission_texture, 8, false);
+}
+
+TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
+  const json none = json::object();
+  const Scene scene = loaded(with_extensions({{"KHR_materials_ior", none},
+                                              {"KHR_materials_specular", none},
+                                              {"KHR_materials_clearcoat", none},
+                                              {"KHR_materials_sheen", none},
+                                              {"KHR_materials_transmission", none}}));
+  const Material& material = scene.materials[1];
+  EXPECT_EQ(material.ior, 1.5f);
+  EXPECT_EQ(material.specular, 1);
+  EXPECT_EQ(material.specular_color, glm::vec3(1));
+  EXPECT_EQ(material.clearcoat, 0);
+  EXPECT_EQ(material.clearcoat_normal_scale, 1);
+  EXPECT_EQ(material.sheen_color, glm::vec3(0));
+  EXPECT_EQ(material.transmission, 0);
+  EXPECT_EQ(material.clearcoat_normal_texture.texture, kNone);
+}
+
+TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
+  const Scene scene = loaded(with_extensions(
+      {{"KHR_materials_ior", {{"ior", 0.5}}},
+       {"KHR_materials_specular", {{"specularFactor", -1}, {"specularColorFactor", {-2, 5, 0}}}},
+       {"KHR_materials_clearcoat", {{"clearcoatFactor", 1e30}, {"clearcoatRoughnessFactor", 2}}},
+       {"KHR_materials_sheen", {{"sheenColorFactor", {2, 0, 0}}, {"sheenRoughnessFactor", -0.5}}},
+       {"KHR_materials_transmission", {{"transmissionFactor", 7}}},
+       {"KHR_materials_emissive_strength", {{"emissiveStrength", -3}}}}));
+  const Material& material = scene.materials[1];
+  EXPECT_EQ(material.ior, 1);
+  EXPECT_EQ(material.specular, 0);
+  EXPECT_EQ(material.specular_color, glm::vec3(0, 5, 0));
+  EXPECT_EQ(material.clearcoat, 1);
+  EXPECT_EQ(material.clearcoat_roughness, 1);
+  EXPECT_EQ(material.sheen_color, glm::vec3(1, 0, 0));
+  EXPECT_EQ(material.sheen_roughness, 0);
+  EXPECT_EQ(material.transmission, 1);
+  EXPECT_EQ(scene.warnings.size(), 9u);
+  EXPECT_TRUE(
+      warned(scene, "materials[0].extensions.KHR_materials_transmission.transmissionFactor is more than 1"));
+  EXPECT_TRUE(warned(scene, "KHR_materials_ior.ior is less than 1"));
+}
+
+TEST(SceneMaterialExtensions, AnIorOfZeroIsKept) {
+  const Scene scene = loaded(with_extensions({{"KHR_materials_ior", {{"ior", 0}}}}));
+  EXPECT_EQ(scene.materials[1].ior, 0);
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(SceneMaterialExtensions, FaultsByName) {
+  const std::vector<std::pair<json, std::string>> faults{
+      {{{"KHR_materials_ior", {{"ior", "glass"}}}}, "ior is not of the type"},
+      {{{"KHR_materials_sheen", {{"sheenColorFactor", {1, 2}}}}},
+       "sheenColorFactor does not hold three numbers"},
+      {{{"KHR_materials_specular", {{"specularColorFactor", 1}}}}, "specularColorFactor is not of the type"},
+      {{{"KHR_materials_clearcoat", {{"clearcoatTexture", {{"texCoord", 1}}}}}},
+       "clearcoatTexture: index is missing"},
+      {{{"KHR_materials_transmission", {{"transmissionTexture", {{"index", 9}}}}}},
+       "textures[9], but there are 1"},
+      {{{"KHR_materials_sheen", {{"sheenColorTexture", {{"index", -1}}}}}}, "index is not of the type"}};
+  for (const auto& [extensions, text] : faults) {
+    const auto scene = load(with_extensions(extensions));
+    ASSERT_FALSE(scene.ok()) << text;
+    EXPECT_NE(scene.error().message.find(text), std::string::npos) << scene.error().message;
+  }
+}
+
+TEST(SceneLights, RadiiFromExtras) {
+  GltfBuilder builder;
+  const auto light = [](const char* type, json extras) {
+    return json{{"type", type}, {"extras", std::move(extras)}};
+  };
+  json spot = light("spot", {{"radius", 1}, {"comment", {{"radius", 3}}}});
+  spot["spot"] = json::object();
+  builder.root["extensions"]["KHR_lights_punctual"]["lights"] = {
+      light("point", {{"radius", 0.25}}),
+      spot,
+      light("directional", {{"angular_radius", 0.005}}),
+      light("directional", {{"angle", 0.01}}),
+      light("point", {{"radius", "large"}}),
+      light("point", "text"),
+      light("point", {{"radius", -1}}),
+      light("directional", {{"radius", 5}})};
+  builder.add_node("keeps the file from being empty");
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.lights.size(), 8u);
+  EXPECT_EQ(scene.lights[0].radius_m, 0.25f);
+  EXPECT_EQ(scene.lights[1].radius_m, 1);
+  EXPECT_EQ(scene.lights[2].angular_radius_rad, 0.005f);
+  EXPECT_EQ(scene.lights[3].angular_radius_rad, 0.005f);
+  EXPECT_EQ(scene.lights[4].radius_m, 0);  // extras are untyped
+  EXPECT_EQ(scene.lights[5].radius_m, 0);
+  EXPECT_EQ(scene.lights[6].radius_m, 0);
+  EXPECT_TRUE(warned(scene, "lights[6].extras.radius is less than 0"));
+  EXPECT_EQ(scene.lights[7].radius_m, 0);
+  EXPECT_EQ(scene.lights[7].angular_radius_rad, 0);
+  EXPECT_EQ(scene.warnings.size(), 1u);
+}
+
+}  // namespace
+}  // namespace fire3dv::scene

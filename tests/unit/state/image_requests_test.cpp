@@ -1,0 +1,271 @@
+// Test of the image request queue: due times, refusals, and limits per stream.
+#include "renderer/state/image_requests.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace fire3dv::state {
+namespace {
+
+constexpr uint64_t kEpoch = 77;
+constexpr int64_t kMillisecondNs = 1'000'000;
+
+class ImageBookTest : public ::testing::Test {
+ protected:
+  static wire::ImageRequest request(uint64_t id, wire::ImageWhen when, uint64_t sequence = 0) {
+    wire::ImageRequest r;
+    r.epoch = kEpoch;
+    r.id = id;
+    r.place = static_cast<uint32_t>(id);
+    r.intrinsics = {64, 48, 50, 50, 31.5f, 23.5f, 0.01f, 0, {}};
+    r.when = when;
+    r.sequence = sequence;
+    return r;
+  }
+  // Returns the requests that are due while `sequence` of stream 1 is shown.
+  std::vector<uint64_t> due(uint64_t sequence, int64_t now_ns = 0) {
+    refused_.clear();
+    std::vector<uint64_t> ids;
+    const auto shown = [&](ImageRequestRegistry::Asker asker) -> std::optional<ImageRequestRegistry::Shown> {
+      if (asker != 1) return {};
+      return ImageRequestRegistry::Shown{kEpoch, sequence, static_cast<int64_t>(sequence) * 10};
+    };
+    last_.clear();
+    for (const ImageDemand& demand : book_.demands(shown, now_ns, refused_)) {
+      const std::vector<ImageRequestRegistry::Due> due =
+          book_.due(demand.asker, *shown(demand.asker), now_ns);
+      last_.insert(last_.end(), due.begin(), due.end());
+    }
+    for (const ImageRequestRegistry::Due& one : last_) book_.made(one);
+    for (const ImageRequestRegistry::Due& one : last_) {
+      ids.push_back(one.request.id);
+      EXPECT_EQ(one.sequence, sequence);
+      EXPECT_EQ(one.sim_time_ns, static_cast<int64_t>(sequence) * 10);
+    }
+    return ids;
+  }
+
+  using Ids = std::vector<uint64_t>;
+  ImageRequestRegistry book_;
+  std::vector<ImageRequestRegistry::Refused> refused_;
+  std::vector<ImageRequestRegistry::Due> last_;
+};
+
+TEST_F(ImageBookTest, OnceIsTheFirstFrameFromItsSequenceOn) {
+  ASSERT_FALSE(book_.ask(1, request(5, wire::ImageWhen::once, 3)));
+  EXPECT_EQ(due(2), Ids{});
+  EXPECT_EQ(due(4), Ids{5});
+  EXPECT_EQ(last_[0].number, 1u);
+  EXPECT_EQ(due(5), Ids{});
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, OnceWithoutASequenceNeedsNoFrame) {
+  ASSERT_FALSE(book_.ask(1, request(5, wire::ImageWhen::once)));
+  EXPECT_EQ(due(0), Ids{5});
+}
+
+TEST_F(ImageBookTest, EveryNthGoesByWhatWasPublished) {
+  wire::ImageRequest r = request(1, wire::ImageWhen::every_nth, 2);
+  r.every = 3;
+  ASSERT_FALSE(book_.ask(1, r));
+  std::vector<uint64_t> made;
+  for (const uint64_t sequence : {0u, 1u, 2u, 2u, 3u, 4u, 5u, 9u, 10u, 12u})
+    if (!due(sequence).empty()) made.push_back(sequence);
+  EXPECT_EQ(made, (std::vector<uint64_t>{2, 5, 9, 12}));
+  EXPECT_EQ(last_[0].number, 4u);
+}
+
+TEST_F(ImageBookTest, ARateIsOfNewerFramesAndOfTheRenderersClock) {
+  wire::ImageRequest r = request(1, wire::ImageWhen::rate);
+  r.rate_hz = 100;
+  ASSERT_FALSE(book_.ask(1, r));
+  EXPECT_EQ(due(1, 0), Ids{1});
+  EXPECT_EQ(due(2, 9 * kMillisecondNs), Ids{});
+  EXPECT_EQ(due(3, 10 * kMillisecondNs), Ids{1});
+  EXPECT_EQ(due(3, 40 * kMillisecondNs), Ids{}) << "the same frame twice";
+  EXPECT_EQ(due(4, 40 * kMillisecondNs), Ids{1});
+}
+
+TEST_F(ImageBookTest, ExactlyIsThatFrameOrNone) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::exactly, 5)));
+  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::exactly, 7)));
+  EXPECT_EQ(due(4), Ids{});
+  EXPECT_EQ(due(5), Ids{1});
+  EXPECT_TRUE(refused_.empty());
+  EXPECT_EQ(due(8), Ids{});
+  ASSERT_EQ(refused_.size(), 1u);
+  EXPECT_EQ(refused_[0].answer.request, 2u);
+  EXPECT_EQ(refused_[0].answer.reason, wire::ImageRefusal::overtaken);
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, APlaceHasOneRequest) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  wire::ImageRequest other = request(2, wire::ImageWhen::every_nth);
+  other.place = 1;
+  ASSERT_FALSE(book_.ask(1, other));
+  EXPECT_EQ(due(1), Ids{2});
+  ASSERT_FALSE(book_.ask(1, other)) << "a link may repeat it";
+  EXPECT_EQ(due(1), Ids{}) << "and that begins nothing anew";
+  other.when = wire::ImageWhen::never;
+  ASSERT_FALSE(book_.ask(1, other));
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, StreamsAreApart) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(2, request(1, wire::ImageWhen::once)));
+  EXPECT_EQ(due(1), Ids{1});
+  EXPECT_EQ(book_.count(), 1u) << "of the other stream nothing is shown";
+  book_.forget(2);
+  EXPECT_EQ(book_.count(), 0u);
+}
+
+TEST_F(ImageBookTest, ARequestOfAnEarlierEpochIsNeverDue) {
+  wire::ImageRequest old = request(1, wire::ImageWhen::once);
+  old.epoch = kEpoch - 1;
+  ASSERT_FALSE(book_.ask(1, old));
+  EXPECT_EQ(due(1), Ids{});
+}
+
+TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
+  const auto expect_refused = [&](const wire::ImageRequest& r, wire::ImageRefusal reason, const char* text) {
+    const auto refused = book_.ask(1, r);
+    ASSERT_TRUE(refused);
+    EXPECT_EQ(refused->answer.request, r.id);
+    EXPECT_EQ(refused->answer.epoch, kEpoch);
+    EXPECT_EQ(refused->answer.reason, reason);
+    EXPECT_NE(refused->answer.message.find(text), std::string::npos) << refused->answer.message;
+  };
+  wire::ImageRequest r = request(1, wire::ImageWhen::once);
+  r.outputs = wire::kColorSrgb8 | 1u << 20;
+  expect_refused(r, wire::ImageRefusal::not_supported, "bit 20");
+  r = request(1, static_cast<wire::ImageWhen>(9));
+  expect_refused(r, wire::ImageRefusal::not_supported, "when is 9");
+  r = request(1, wire::ImageWhen::once);
+  r.intrinsics.lens.model = static_cast<wire::LensModel>(3);
+  expect_refused(r, wire::ImageRefusal::not_supported, "lens 3");
+  r = request(1, wire::ImageWhen::once);
+  r.intrinsics.width = r.intrinsics.height = wire::kMostImageSide;
+  expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
+  EXPECT_EQ(book_.count(), 0u);
+  EXPECT_EQ(book_.refused(), 4u);
+  book_ = ImageRequestRegistry({.outputs = wire::kBoxes2d});
+  r.outputs = wire::kBoxes2d;  // boxes are computed from labels of the same size
+  r.intrinsics.width = r.intrinsics.height = wire::kMostImageSide;
+  expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
+}
+
+TEST_F(ImageBookTest, ARefusedRequestLeavesItsPlaceEmpty) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  wire::ImageRequest bad = request(2, wire::ImageWhen::once);
+  bad.place = 1;
+  bad.outputs = 1u << 31;
+  ASSERT_TRUE(book_.ask(1, bad));
+  EXPECT_EQ(due(1), Ids{});
+}
+
+TEST_F(ImageBookTest, AnIdIsUsedOnce) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  EXPECT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth))) << "a link may say it twice";
+  wire::ImageRequest other = request(1, wire::ImageWhen::every_nth);
+  other.intrinsics.width = wire::kMostImageSide;
+  const auto refused = book_.ask(1, other);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->answer.reason, wire::ImageRefusal::bad_request);
+  EXPECT_EQ(due(1), Ids{1});
+  EXPECT_EQ(last_[0].request.intrinsics.width, 64u);
+}
+
+TEST_F(ImageBookTest, AStreamsImagesAreBoundedTogetherAndOneSizeComesAfterTheOther) {
+  const auto sized = [&](uint64_t id, uint32_t side) {
+    wire::ImageRequest r = request(id, wire::ImageWhen::every_nth);
+    r.intrinsics.width = r.intrinsics.height = side;
+    return r;
+  };
+  for (uint64_t id = 1; id <= 4; ++id) ASSERT_FALSE(book_.ask(1, sized(id, id % 2 == 0 ? 64 : 32)));
+  EXPECT_EQ(due(1), (Ids{1, 3, 2, 4}));
+  uint64_t id = 5;
+  while (id < 100 && !book_.ask(1, sized(id, 4096))) ++id;
+  EXPECT_GT(id, 10u);
+  EXPECT_LT(id, 100u);
+  EXPECT_FALSE(book_.ask(2, sized(1, 4096))) << "one stream does not take another's room";
+  EXPECT_FALSE(book_.ask(1, sized(id, 64))) << "small ones still fit";
+}
+
+TEST_F(ImageBookTest, ImagesStayDueUntilTheyAreMade) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::exactly, 5)));
+  ASSERT_FALSE(book_.ask(1, request(3, wire::ImageWhen::every_nth)));
+  const auto due_of = [&](uint64_t sequence) {
+    Ids ids;
+    for (const ImageRequestRegistry::Due& one : last_ = book_.due(1, {kEpoch, sequence, 0}, 0)) {
+      ids.push_back(one.request.id);
+      EXPECT_EQ(one.sequence, sequence) << "the tag names the frame that is shown now";
+    }
+    return ids;
+  };
+  EXPECT_EQ(due_of(5), (Ids{1, 2, 3}));
+  book_.made(last_[2]);
+  EXPECT_EQ(due_of(5), (Ids{1, 2}));
+  EXPECT_EQ(due_of(6), (Ids{1, 3})) << "frame 5 of request 2 is not shown any more";
+  EXPECT_EQ(last_[1].number, 2u);
+  book_.made(last_[0]);
+  EXPECT_EQ(due_of(6), Ids{3});
+  EXPECT_EQ(due(6), Ids{3});
+  ASSERT_EQ(refused_.size(), 1u) << "request 2 is overtaken";
+  EXPECT_EQ(refused_[0].answer.request, 2u);
+}
+
+TEST_F(ImageBookTest, ADemandHasTheCostOfWhatIsDue) {
+  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::once)));
+  ASSERT_FALSE(book_.ask(1, request(3, wire::ImageWhen::once, 9)));
+  const auto shown = [](ImageRequestRegistry::Asker) { return ImageRequestRegistry::Shown{kEpoch, 1, 0}; };
+  const std::vector<ImageDemand> demands = book_.demands(shown, 0, refused_);
+  ASSERT_EQ(demands.size(), 1u);
+  EXPECT_EQ(demands[0].cost, 2 * image_cost(64, 48));
+  EXPECT_EQ(demands[0].largest, image_cost(64, 48));
+}
+
+TEST_F(ImageBookTest, TheBudgetBoundsOpenRequests) {
+  PeerLimits limits;
+  ASSERT_TRUE(set_limit("requests=3", limits).ok());
+  ASSERT_TRUE(set_limit("request-bytes=40KiB", limits).ok());
+  const auto pool = BudgetPool::create(limits);
+  const auto budget = pool->add_peer("greedy"), other = pool->add_peer("other");
+  const auto ask = [&](ImageRequestRegistry::Asker asker, uint64_t id, uint32_t side, const auto& charged) {
+    wire::ImageRequest r = request(id, wire::ImageWhen::every_nth);
+    r.intrinsics.width = r.intrinsics.height = side;
+    return book_.ask(asker, r, charged);
+  };
+  for (uint64_t id = 1; id <= 3; ++id) ASSERT_FALSE(ask(1, id, 32, budget));
+  EXPECT_EQ(budget->used(Resource::requests), 3u);
+  EXPECT_EQ(budget->used(Resource::request_bytes), 3u * 4 * 32 * 32);
+  const auto fourth = ask(1, 4, 32, budget);
+  ASSERT_TRUE(fourth);
+  EXPECT_EQ(fourth->answer.reason, wire::ImageRefusal::too_many);
+  EXPECT_EQ(fourth->over, Resource::requests);
+  EXPECT_NE(fourth->answer.message.find("--peer-limit requests="), std::string::npos)
+      << fourth->answer.message;
+  EXPECT_FALSE(ask(2, 1, 32, other)) << "another peer has a budget of its own";
+  book_.drop(1, 3);
+  const auto large = ask(1, 5, 128, budget);
+  ASSERT_TRUE(large);
+  EXPECT_EQ(large->over, Resource::request_bytes);
+  EXPECT_NE(large->answer.message.find("--peer-limit request-bytes="), std::string::npos)
+      << large->answer.message;
+  EXPECT_EQ(budget->used(Resource::requests), 2u) << "a refused request is not charged";
+  EXPECT_EQ(budget->refused(Resource::requests), 1u);
+  wire::ImageRequest back = request(2, wire::ImageWhen::never);
+  ASSERT_FALSE(book_.ask(1, back, budget));
+  EXPECT_EQ(budget->used(Resource::requests), 1u);
+  book_.forget(1);
+  EXPECT_EQ(budget->used(Resource::requests), 0u);
+  EXPECT_EQ(budget->used(Resource::request_bytes), 0u);
+}
+
+}  // namespace
+}  // namespace fire3dv::state

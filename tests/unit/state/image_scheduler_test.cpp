@@ -1,0 +1,167 @@
+// Test of fair scheduling of requested images, on a simulated device and clock.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "renderer/state/image_scheduler.h"
+
+namespace fire3dv::state {
+namespace {
+
+constexpr int64_t kUsNs = 1'000, kMsNs = 1'000'000, kSecondNs = 1'000'000'000;
+constexpr int64_t kSliceNs = 50 * kMsNs;
+
+// Peer that requests its next images a while after the last ones are done.
+struct Peer {
+  uint64_t image_cost = 1;
+  int64_t image_ns = kMsNs;
+  int64_t pause_ns = 0;
+  uint64_t images = 1;  // requested together
+  int64_t next_ns = 0;
+  uint64_t due = 0;
+  uint64_t made = 0;
+};
+
+// Device that draws one submission at a time, driven by ImageScheduler as in ImageService.
+class Device {
+ public:
+  explicit Device(bool is_waiting_allowed = true) : turns_(kSliceNs, is_waiting_allowed) {}
+
+  std::map<uint64_t, Peer> peers;
+  std::vector<uint64_t> order;
+
+  void run(int64_t span_ns) {
+    const int64_t end_ns = now_ns_ + span_ns;
+    while (now_ns_ < end_ns) {
+      const std::vector<ImageDemand> demands = demands_now();
+      turns_.note_demands(demands, now_ns_);
+      const auto asker = turns_.next(demands, now_ns_);
+      if (!asker) {
+        now_ns_ += 100 * kUsNs;
+        continue;
+      }
+      Peer& peer = peers.at(*asker);
+      const int64_t slice_end_ns = now_ns_ + kSliceNs;
+      do {
+        turns_.submitted(*asker, peer.image_cost, now_ns_);
+        turns_.finished(now_ns_, now_ns_ + peer.image_ns);
+        now_ns_ += peer.image_ns;
+        order.push_back(*asker);
+        ++peer.made;
+        --peer.due;
+      } while (peer.due > 0 && now_ns_ < slice_end_ns);
+      if (peer.due == 0) peer.next_ns = now_ns_ + peer.pause_ns;
+    }
+  }
+  uint64_t made_within(uint64_t asker, int64_t span_ns) {
+    const uint64_t before = peers.at(asker).made;
+    run(span_ns);
+    return peers.at(asker).made - before;
+  }
+
+ private:
+  std::vector<ImageDemand> demands_now() {
+    std::vector<ImageDemand> demands;
+    for (auto& [asker, peer] : peers) {
+      if (peer.due == 0 && now_ns_ >= peer.next_ns) peer.due = peer.images;
+      if (peer.due > 0) demands.push_back({asker, peer.due * peer.image_cost, peer.image_cost});
+    }
+    return demands;
+  }
+
+  ImageScheduler turns_;
+  int64_t now_ns_ = kSecondNs;
+};
+
+constexpr Peer kVictim{.image_cost = 100, .image_ns = kMsNs, .pause_ns = kMsNs};
+constexpr Peer kGreedy{.image_cost = 100'000, .image_ns = kSecondNs, .images = 16};
+
+TEST(ImageScheduler, APeerKeepsHalfOfItsRateBesideHugeImages) {
+  Device device;
+  device.peers[1] = kVictim;
+  const uint64_t alone = device.made_within(1, kSecondNs);
+  EXPECT_GT(alone, 400u);
+  device.peers[2] = kGreedy;
+  EXPECT_GE(device.made_within(1, 2 * kSecondNs), alone) << "before the first huge image is accounted for";
+  EXPECT_GE(device.made_within(1, 20 * kSecondNs), 12 * alone);
+  EXPECT_GE(device.peers[2].made, 6u) << "the greedy peer has its share";
+}
+
+TEST(ImageScheduler, MoreGreedyPeersTakeNoMore) {
+  Device device;
+  device.peers[1] = kVictim;
+  const uint64_t alone = device.made_within(1, kSecondNs);
+  for (uint64_t peer = 2; peer < 6; ++peer) device.peers[peer] = kGreedy;
+  EXPECT_GE(device.made_within(1, 60 * kSecondNs), 36 * alone);
+  for (uint64_t peer = 2; peer < 6; ++peer) EXPECT_GE(device.peers[peer].made, 3u) << peer;
+}
+
+TEST(ImageScheduler, ManySmallImagesAreATurnOfOneSlice) {
+  Device device;
+  device.peers[1] = kVictim;
+  const uint64_t alone = device.made_within(1, kSecondNs);
+  device.peers[2] = {.image_cost = 100, .image_ns = kMsNs, .images = 1000};
+  EXPECT_GE(device.made_within(1, 20 * kSecondNs), 12 * alone);
+  EXPECT_GE(device.peers[2].made, 6'000u);
+}
+
+TEST(ImageScheduler, LikePeersDoNotWaitForOneAnother) {
+  Device device;
+  for (uint64_t peer = 1; peer <= 4; ++peer)
+    device.peers[peer] = {.image_cost = 100, .image_ns = kMsNs, .pause_ns = 30 * kMsNs};
+  device.run(kSecondNs);
+  for (uint64_t peer = 1; peer <= 4; ++peer) EXPECT_GE(device.made_within(peer, kSecondNs), 28u) << peer;
+}
+
+TEST(ImageScheduler, APeerWithRareImagesCostsOthersNoTime) {
+  Device device;
+  device.peers[1] = {.image_cost = 100, .image_ns = kMsNs, .pause_ns = 99 * kMsNs};
+  device.peers[2] = {.image_cost = 2000, .image_ns = 20 * kMsNs};
+  device.run(kSecondNs);
+  EXPECT_GE(device.made_within(2, 10 * kSecondNs), 450u) << "of 500 without the other peer";
+  EXPECT_GE(device.peers[1].made, 90u);
+}
+
+TEST(ImageScheduler, APeerThatPausedHasNoClaimOnTheTimeBefore) {
+  Device device;
+  device.peers[1] = {.image_cost = 100, .image_ns = 10 * kMsNs};
+  device.run(10 * kSecondNs);
+  device.peers[2] = device.peers[1];
+  device.order.clear();
+  device.run(2 * kSecondNs);
+  const auto of_first = static_cast<size_t>(std::count(device.order.begin(), device.order.end(), 1));
+  EXPECT_NEAR(static_cast<double>(of_first), static_cast<double>(device.order.size()) / 2, 10);
+}
+
+TEST(ImageScheduler, APeerAloneAndALockstepNeverWait) {
+  Device device;
+  device.peers[2] = kGreedy;
+  EXPECT_EQ(device.made_within(2, 16 * kSecondNs), 16u);
+  Device lockstep(false);
+  lockstep.peers[1] = kVictim;
+  lockstep.run(kSecondNs);
+  lockstep.peers[2] = kGreedy;
+  lockstep.order.clear();
+  lockstep.run(kSecondNs / 2);
+  ASSERT_FALSE(lockstep.order.empty());
+  EXPECT_LE(std::find(lockstep.order.begin(), lockstep.order.end(), 2) - lockstep.order.begin(), 2);
+}
+
+TEST(ImageScheduler, EstimatesTheTimeInFlight) {
+  ImageScheduler turns(kSliceNs);
+  const ImageDemand demand{1, 1000, 1000};
+  turns.note_demands({&demand, 1}, 0);
+  EXPECT_EQ(turns.next({&demand, 1}, 0), 1u);
+  EXPECT_EQ(turns.remaining_ns(0), 0);
+  turns.submitted(1, 1000, 0);
+  EXPECT_EQ(turns.remaining_ns(0), std::nullopt) << "nothing is measured yet";
+  turns.finished(0, 5 * kMsNs);
+  turns.submitted(1, 2000, 5 * kMsNs);
+  EXPECT_EQ(turns.remaining_ns(5 * kMsNs), 10 * kMsNs);
+  EXPECT_EQ(turns.remaining_ns(9 * kMsNs), 6 * kMsNs);
+  EXPECT_GT(turns.remaining_ns(30 * kMsNs), 20 * kMsNs) << "late: it may take as long again";
+  EXPECT_EQ(turns.in_flight(), 1u);
+}
+
+}  // namespace
+}  // namespace fire3dv::state

@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+"""Structure of the tree: include directions, opening comments, folder sizes, Markdown lines, headers that stand alone.
+
+    check_tree.py                  all checks; exit 1 and one line for each violation
+    check_tree.py --lone-headers   the headers that no source file of the same name includes first
+
+Allowed include directions are those of ARCHITECTURE.md. A header is compiled alone when a source file includes it first, before
+everything else; tests/unit/headers.cmake compiles those of --lone-headers.
+"""
+import os
+import re
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SOURCES = (".h", ".hpp", ".c", ".cpp", ".glsl", ".comp", ".vert", ".frag", ".rgen", ".rahit", ".rmiss", ".py", ".mjs")
+MAX_FILES_IN_FOLDER = 25
+MAX_MARKDOWN_COLUMNS = 100
+QUESTION = re.compile(r"^(What|Which|Who|Whose|Where|How|From|Does|Do|Whether|Why|When)\b")
+
+# Folder: the folders that its files may include, beside its own. The longest matching prefix counts.
+BASE = "protocol/base"
+WIRE = BASE + " protocol/wire"
+ALLOWED = {
+    "protocol/base": "",
+    "protocol/wire": BASE,
+    "protocol/stream": WIRE,
+    "protocol/transport": WIRE,
+    "protocol/record": WIRE + " protocol/stream",
+    "protocol/replay": WIRE + " protocol/stream protocol/record protocol/transport",
+    "adapters/generic": WIRE + " protocol/transport",
+    "adapters/ambf": WIRE + " adapters/generic",
+    # The model's scene and images: to be reduced to the converter.
+    "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks tools/convert",
+    "examples": "adapters/generic",
+    "shaders": "",
+    "renderer/scene": WIRE,
+    "renderer/gpu": BASE + " shaders",
+    "renderer/state": WIRE + " protocol/stream renderer/scene",
+    "renderer/passes": BASE + " shaders renderer/gpu renderer/scene renderer/state",
+    "renderer/sinks": BASE + " renderer/gpu renderer/state",
+    "renderer/metrics": WIRE + " protocol/transport",
+    "renderer/gui": BASE + " protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/passes",
+    "renderer/app": "protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/metrics "
+                    "renderer/gui",
+    "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
+                               "renderer/app",
+    "tools/convert": BASE + " renderer/scene",
+}
+
+
+def git_files():
+    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "-z"], capture_output=True, text=True, check=True)
+    return [name for name in listed.stdout.split("\0") if name and os.path.isfile(os.path.join(ROOT, name))]
+
+
+def read(name):
+    with open(os.path.join(ROOT, name), encoding="utf-8", errors="replace") as file:
+        return file.read()
+
+
+def includes(text):
+    return re.findall(r'^\s*#\s*include\s*"([^"]+)"', text, re.M)
+
+
+def within(name, folder):
+    return name == folder or name.startswith(folder + "/")
+
+
+def include_directions(name, text):
+    room = max((folder for folder in ALLOWED if within(name, folder)), key=len, default=None)
+    if room is None:
+        return
+    for target in includes(text):
+        if not re.match(r"(protocol|renderer|adapters|tools|examples|tests|shaders)/", target):
+            continue
+        if not any(within(target, folder) for folder in [room, *ALLOWED[room].split()]):
+            yield f"{name} includes {target}: {room}/ may not depend on it (ARCHITECTURE.md)"
+
+
+def opening_comment(name, text):
+    lines = text.split("\n")
+    if lines and lines[0].startswith("#!"):
+        lines = lines[1:]
+    first = next((line for line in lines if line.strip()), "")
+    sentence = re.match(r'\s*(?://+|#|"""|/\*+)\s*(.*)', first)
+    if sentence and QUESTION.match(sentence.group(1)):
+        yield f"{name}: the opening comment begins with a question word; name the thing instead"
+
+
+def markdown_lines(name, text):
+    in_code = False
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.lstrip().startswith("```"):
+            in_code = not in_code
+        wrappable = not in_code and not line.lstrip().startswith("|") and " " in line.strip()[:MAX_MARKDOWN_COLUMNS]
+        if wrappable and len(line) > MAX_MARKDOWN_COLUMNS:
+            yield f"{name}:{number}: {len(line)} columns; lines of Markdown end at {MAX_MARKDOWN_COLUMNS}"
+
+
+def folder_sizes(files):
+    counts = {}
+    for name in files:
+        if name.endswith(SOURCES):
+            counts[os.path.dirname(name)] = counts.get(os.path.dirname(name), 0) + 1
+    for folder, count in sorted(counts.items()):
+        if count > MAX_FILES_IN_FOLDER:
+            yield f"{folder}: {count} source files in one folder; {MAX_FILES_IN_FOLDER} at most: give them sub-folders"
+
+
+def lone_headers(files):
+    first_included = set()
+    for name in files:
+        if name.endswith(".cpp"):
+            first_included.update(includes(read(name))[:1])
+    return [name for name in files if name.endswith(".h") and name not in first_included
+            and name.startswith(("protocol/", "renderer/", "tools/"))]
+
+
+def main():
+    files = git_files()
+    if sys.argv[1:] == ["--lone-headers"]:
+        print("\n".join(lone_headers(files)))
+        return 0
+    if sys.argv[1:]:
+        print(__doc__, file=sys.stderr)
+        return 2
+    faults = list(folder_sizes(files))
+    for name in files:
+        text = read(name) if name.endswith((*SOURCES, ".md", ".sh", ".cmake", "CMakeLists.txt")) else ""
+        if name.endswith((".h", ".hpp", ".c", ".cpp")):
+            faults += include_directions(name, text)
+        if name.endswith((*SOURCES, ".sh", ".cmake", "CMakeLists.txt")):
+            faults += opening_comment(name, text)
+        if name.endswith(".md"):
+            faults += markdown_lines(name, text)
+    for fault in faults:
+        print(fault)
+    print(f"check_tree.py: {len(files)} files, {len(faults)} violations")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

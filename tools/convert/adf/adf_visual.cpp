@@ -1,0 +1,216 @@
+#include "tools/convert/adf/adf_visual.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <sstream>
+
+#include "renderer/scene/files.h"
+#include "tools/convert/adf/adf_shapes.h"
+#include "tools/convert/local_files.h"
+#include "tools/convert/mesh/colors.h"
+#include "tools/convert/text.h"
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr size_t kMostParts = 1000;
+
+// Converts a Blinn-Phong exponent to the roughness with equal highlight width.
+float roughness_of(double shininess, const glm::dvec3& specular) {
+  if (specular == glm::dvec3(0)) return 1;
+  return static_cast<float>(std::sqrt(2 / (std::clamp(shininess, 0.0, 128.0) + 2)));
+}
+
+std::string exact(double value) {
+  std::ostringstream text;
+  text << std::hexfloat << value << ' ';
+  return text.str();
+}
+
+bool finite(const Surface& surface) {
+  return std::all_of(surface.positions.begin(), surface.positions.end(), [](const glm::vec3& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+  });
+}
+
+}  // namespace
+
+struct AdfVisuals::Color {
+  bool used = false;  // false: the mesh keeps its own materials
+  glm::dvec3 diffuse{0.7}, specular{1}, emission{0};
+  double opacity = 1, shininess = 64;
+
+  std::string key() const {
+    if (!used) return "-";
+    std::string text;
+    for (const glm::dvec3& c : {diffuse, specular, emission})
+      for (int i = 0; i < 3; ++i) text += exact(c[i]);
+    return text + exact(opacity) + exact(shininess);
+  }
+};
+
+AdfVisuals::Color AdfVisuals::color_of(const AdfValue& block) const {
+  Color color;
+  const AdfValue rgba = block["color rgba"], components = block["color components"];
+  if (rgba.is_map()) {
+    color.diffuse = rgba.vector(color.diffuse, "rgb");
+    color.opacity = rgba["a"].number(1);
+  } else if (components.is_map()) {
+    color.diffuse = components["diffuse"].vector(color.diffuse, "rgb");
+    color.specular = components["specular"].vector(color.specular, "rgb");
+    color.emission = components["emission"].vector(color.emission, "rgb");
+    color.shininess = components["shininess"].number(color.shininess);
+    if (!components["transparency"].is_defined())
+      components.warn("has no \"transparency\" (1 is opaque), without which AMBF does not load the file");
+    color.opacity = components["transparency"].number(1);
+  } else {
+    return color;
+  }
+  color.opacity = std::clamp(color.opacity, 0.0, 1.0);
+  color.used = block["use material"].flag(true);
+  return color;
+}
+
+AdfAppearance AdfVisuals::look_of(const AdfValue& block, const std::string& name,
+                                  const AdfSearchPaths& places) {
+  AdfAppearance look;
+  const Color color = color_of(block);
+  // AMBF reads "visible" only where it sets the colour.
+  if (color.used && !block["visible"].flag(true)) return look;
+  if (store_.is_full()) {  // a short file may request one large mesh in thousands of scales
+    block.warn("has no mesh, nor have those after it: " + store_.why_full());
+    return look;
+  }
+  const double scale = block["scale"].number(1);
+  const AdfValue shape = block["shape"], compound = block["compound shape"], mesh = block["mesh"];
+  std::vector<Surface> surfaces;
+  std::string key;
+  if (shape.is_defined() || compound.is_defined()) {
+    surfaces = shape_surfaces(block, scale);
+  } else if (!mesh.text().empty()) {
+    key = mesh.text() + '\n' + block["high resolution path"].text() + '\n' + places.visual_path + '\n' +
+          places.file_folder.string() + '\n' + exact(scale) + color.key();
+    if (const auto known = meshes_.find(key); known != meshes_.end()) {
+      look.mesh = known->second;
+      look.mesh_is_missing = !known->second;
+      if (!known->second)
+        mesh.warn("of " + quote(name) + " is left out, and its node stays without one, as before");
+      return look;
+    }
+    std::optional<std::vector<Surface>> read = file_surfaces(block, name, places, scale);
+    if (!read) {
+      meshes_[key] = std::nullopt;
+      look.mesh_is_missing = true;
+      return look;
+    }
+    surfaces = std::move(*read);
+  }
+  std::erase_if(surfaces, [](const Surface& s) { return s.indices.empty(); });
+  if (color.used)
+    for (Surface& surface : surfaces) surface.material = colored(surface.material, color, name);
+  look.mesh = store_.keep({sanitize_text(name), std::move(surfaces)});
+  if (!key.empty() && look.mesh) meshes_[key] = look.mesh;
+  return look;
+}
+
+std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& block, const std::string& name,
+                                                              const AdfSearchPaths& places, double scale) {
+  const AdfValue mesh = block["mesh"];
+  const std::filesystem::path own = block["high resolution path"].text();
+  const std::filesystem::path named = own / mesh.text();
+  // AMBF appends the block's path to the file's; some files mean the block's path alone.
+  std::vector<std::filesystem::path> candidates{places.file_folder / places.visual_path / named};
+  if (!own.empty()) candidates.push_back(places.file_folder / named);
+  model_.sources.add(candidates[0]);
+  std::error_code error;
+  const bool first = candidates.size() == 1 || std::filesystem::exists(candidates[0], error);
+  const std::filesystem::path file = tidy_path(first ? candidates[0] : candidates[1]);
+  files_.allow_images_below(file.parent_path());
+  Result<std::vector<Surface>> surfaces = files_.surfaces(file, glm::dvec3(scale));
+  if (surfaces) return std::move(*surfaces);
+  mesh.warn("of " + quote(name) +
+            " is left out, and its node stays without one: " + surfaces.error().message);
+  return std::nullopt;
+}
+
+std::vector<Surface> AdfVisuals::shape_surfaces(const AdfValue& block, double scale) {
+  std::vector<Surface> surfaces;
+  if (block["shape"].is_defined()) {
+    surfaces.push_back(shape_surface(block["shape"], block["geometry"], scale));
+  } else {
+    // AMBF draws all parts at the body's origin; "offset" affects collision shapes only.
+    for (const AdfValue& part : block["compound shape"].items(kMostParts))
+      surfaces.push_back(shape_surface(part["shape"], part["geometry"], scale));
+  }
+  const size_t plain = plain_material();
+  for (Surface& surface : surfaces) surface.material = plain;
+  return surfaces;
+}
+
+Surface AdfVisuals::shape_surface(const AdfValue& shape, const AdfValue& geometry, double scale) {
+  if (!store_.take_shape({})) {
+    shape.warn("and further shapes are left out: " + store_.why_full());
+    return {};
+  }
+  std::string kind = shape.text();
+  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return std::toupper(c); });
+  const double radius = geometry["radius"].number(0) * scale, height = geometry["height"].number(0) * scale;
+  Surface surface;
+  if (kind == "BOX")
+    surface = box_surface(geometry.vector(glm::dvec3(0)) * scale);
+  else if (kind == "SPHERE")
+    surface = ellipsoid_surface(glm::dvec3(radius));
+  else if (kind == "CAPSULE")
+    surface = ellipsoid_surface({radius, radius, height});  // AMBF draws capsules as ellipsoids
+  else if (kind == "CYLINDER")
+    surface = cylinder_surface(height, radius, radius);
+  else if (kind == "CONE")
+    surface = cylinder_surface(height, radius, 0);
+  else if (kind == "PLANE") {
+    surface = plane_surface(geometry["normal"].vector(glm::dvec3(0)), geometry["offset"].number(0));
+    for (glm::vec3& position : surface.positions) position *= static_cast<float>(scale);
+  } else {
+    shape.warn("is none of BOX, SPHERE, CYLINDER, CONE, CAPSULE and PLANE; nothing is drawn for it");
+    return surface;
+  }
+  if (surface.indices.empty() || !finite(surface)) {
+    shape.warn("has no size that can be drawn");
+    return {};
+  }
+  return surface;
+}
+
+size_t AdfVisuals::colored(size_t material, const Color& color, const std::string& name) {
+  const std::optional<size_t> image = model_.materials[material].base_color_image,
+                              normals = model_.materials[material].normal_image;
+  const std::string key =
+      color.key() + std::to_string(image ? *image + 1 : 0) + ' ' + std::to_string(normals ? *normals + 1 : 0);
+  const auto [known, is_new] = materials_.try_emplace(key, model_.materials.size());
+  if (!is_new) return known->second;
+  Material to;
+  to.name = sanitize_text(name);
+  to.base_color = glm::vec4(linear_from_srgb(color.diffuse), color.opacity);
+  to.emission = linear_from_srgb(color.emission);
+  to.roughness = roughness_of(color.shininess, color.specular);
+  to.blended = color.opacity < 1;
+  // The block's colour replaces the material, but keeps its textures.
+  to.base_color_image = image;
+  to.normal_image = normals;
+  model_.materials.push_back(std::move(to));
+  return known->second;
+}
+
+size_t AdfVisuals::plain_material() {
+  if (!plain_) {
+    Material plain;
+    plain.name = "plain";
+    plain.base_color = glm::vec4(linear_from_srgb(glm::vec3(0.7f)), 1);
+    plain.roughness = roughness_of(64, glm::dvec3(1));
+    model_.materials.push_back(std::move(plain));
+    plain_ = model_.materials.size() - 1;
+  }
+  return *plain_;
+}
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,162 @@
+#include "tools/convert/mesh/mesh_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "renderer/scene/files.h"
+#include "tools/convert/mesh/colors.h"
+#include "tools/convert/mesh/mesh_child.h"
+#include "tools/convert/text.h"
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr uint64_t kMostImageBytes = uint64_t{1} << 28;
+
+// Candidates for an image name: the name as it is, and its last component next to the mesh. Many files
+// contain paths of the machine that wrote them.
+std::vector<std::filesystem::path> places_of(const std::filesystem::path& folder, std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const std::filesystem::path path(name);
+  return {folder / path, folder / path.filename()};
+}
+
+glm::vec3 scaled_normal(const glm::vec3& normal, const glm::dvec3& scale) {
+  // Cofactors replace the inverse, which a flat scale does not have.
+  const glm::dvec3 wide =
+      glm::dvec3(normal) * glm::dvec3(scale.y * scale.z, scale.z * scale.x, scale.x * scale.y);
+  const double length = glm::length(wide);
+  const double sign = scale.x * scale.y * scale.z < 0 ? -1 : 1;
+  return length > 0 ? glm::vec3(wide * (sign / length)) : normal;
+}
+
+void apply_scale(Surface& surface, const glm::dvec3& scale) {
+  for (glm::vec3& position : surface.positions) position = glm::vec3(glm::dvec3(position) * scale);
+  for (glm::vec3& normal : surface.normals) normal = scaled_normal(normal, scale);
+  if (scale.x * scale.y * scale.z < 0) {  // mirrored: reverse the winding
+    for (size_t i = 0; i + 2 < surface.indices.size(); i += 3)
+      std::swap(surface.indices[i + 1], surface.indices[i + 2]);
+  }
+}
+
+}  // namespace
+
+struct MeshFiles::State {
+  explicit State(Model& to) : model(to) {}
+
+  std::optional<size_t> image(const std::filesystem::path& mesh_file, const std::string& name);
+  size_t material(const std::filesystem::path& mesh_file, const ImportedMaterial& from);
+  Result<std::vector<Surface>> read(const std::filesystem::path& resolved,
+                                    const std::filesystem::path& shown);
+
+  Model& model;
+  MeshImportProcess child;
+  AllowedFolders allowed;
+  // Surfaces read, or the error.
+  std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
+  std::map<std::filesystem::path, size_t> images;
+};
+
+std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_file,
+                                              const std::string& name) {
+  const std::string where = quote(mesh_file.string()) + ": image " + quote(name);
+  AllowedFolders may_be_read = allowed;
+  may_be_read.add(mesh_file.parent_path());
+  bool outside = false;
+  for (const std::filesystem::path& place : places_of(mesh_file.parent_path(), name)) {
+    model.sources.add(place);
+    const Result<std::filesystem::path> found = regular_file(place);
+    if (!found) continue;
+    if (!may_be_read.hold(*found)) {
+      outside = true;
+      continue;
+    }
+    if (const auto known = images.find(*found); known != images.end()) return known->second;
+    Result<FileBytes> bytes = read_file(*found, kMostImageBytes);
+    if (!bytes) {
+      model.warnings.push_back(where + " is left out: " + bytes.error().message);
+      return std::nullopt;
+    }
+    const std::span<const std::byte> view = bytes->view();
+    model.images.push_back({sanitize_text(found->filename().string()), {view.begin(), view.end()}});
+    return images[*found] = model.images.size() - 1;
+  }
+  model.warnings.push_back(where +
+                           (outside ? " is left out: it lies outside the folders of the meshes and of the "
+                                      "description; copy it next to the mesh"
+                                    : " is left out: there is no such file, nor one next to the mesh"));
+  return std::nullopt;
+}
+
+size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from) {
+  Material to;
+  to.name = from.name;
+  to.base_color = glm::vec4(linear_from_srgb(from.diffuse), from.opacity);
+  to.emission = linear_from_srgb(from.emission);
+  to.roughness = from.roughness;
+  to.blended = from.opacity < 1;
+  if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image);
+  if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image);
+  model.materials.push_back(std::move(to));
+  return model.materials.size() - 1;
+}
+
+Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path& resolved,
+                                                    const std::filesystem::path& shown) {
+  Result<ImportedMesh> mesh = child.import(resolved);
+  if (!mesh) return mesh.error();
+  const std::vector<Sources::Source>& besides = mesh->besides.all();
+  for (const Sources::Source& source : besides) model.sources.add(source);
+  // The first entry is the name in the file; importers then try other names.
+  if (!besides.empty() && std::none_of(besides.begin(), besides.end(), [](const Sources::Source& source) {
+        return regular_file(source.file).ok();
+      })) {
+    model.warnings.push_back(quote(shown.string()) +
+                             " has no materials: " + quote(besides.front().file.filename().string()) +
+                             ", which it names, is not next to it");
+  }
+  std::map<size_t, size_t> materials;  // file material to model material, for visible surfaces
+  for (Surface& surface : mesh->surfaces) {
+    const auto [known, is_new] = materials.try_emplace(surface.material, 0);
+    if (is_new) known->second = material(shown, mesh->materials[surface.material]);
+    surface.material = known->second;
+  }
+  return std::move(mesh->surfaces);
+}
+
+MeshFiles::MeshFiles(Model& model) : state_(std::make_unique<State>(model)) {}
+MeshFiles::~MeshFiles() = default;
+
+void MeshFiles::allow_images_below(const std::filesystem::path& folder) {
+  state_->allowed.add(folder);
+}
+
+void MeshFiles::allow_images_below(const AllowedFolders& folders) {
+  state_->allowed.add(folders);
+}
+
+Result<std::vector<Surface>> MeshFiles::surfaces(const std::filesystem::path& file, const glm::dvec3& scale) {
+  if (!std::isfinite(scale.x) || !std::isfinite(scale.y) || !std::isfinite(scale.z))
+    return Error{"the scale of " + quote(file.string()) + " is not finite"};
+  state_->model.sources.add(file);
+  Result<std::filesystem::path> resolved = regular_file(file);
+  if (!resolved) return resolved.error();
+  auto known = state_->surfaces.find(*resolved);
+  if (known == state_->surfaces.end())
+    known = state_->surfaces.emplace(*resolved, state_->read(*resolved, file)).first;
+  if (!known->second) return known->second.error();
+  std::vector<Surface> copy = *known->second;
+  if (scale != glm::dvec3(1)) {
+    for (Surface& surface : copy) {
+      apply_scale(surface, scale);
+      for (const glm::vec3& p : surface.positions)
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+          return Error{"the scale of " + quote(file.string()) + " is too large for its vertices"};
+    }
+  }
+  return copy;
+}
+
+}  // namespace fire3dv::convert

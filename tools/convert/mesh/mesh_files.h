@@ -1,0 +1,36 @@
+// Mesh file loader for descriptions: OBJ with MTL, STL, 3DS and DAE. Vertices stay in the file's frame
+// without axis conversion. Each file is read once.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "protocol/base/error.h"
+#include "tools/convert/local_files.h"
+#include "tools/convert/model.h"
+
+namespace fire3dv::convert {
+
+// Cache of surfaces by file. Materials are added to the model on first use.
+class MeshFiles {
+ public:
+  explicit MeshFiles(Model& model);
+  ~MeshFiles();
+
+  // Images may lie next to the mesh file or below its folder, and below these folders.
+  void allow_images_below(const std::filesystem::path& folder);
+  void allow_images_below(const AllowedFolders& folders);
+
+  // Returns all surfaces of the file: triangulated, without lines and points, with node transforms applied
+  // and positions scaled. material indexes model.materials. Missing images cause warnings. The error names
+  // the file and the reason.
+  Result<std::vector<Surface>> surfaces(const std::filesystem::path& file,
+                                        const glm::dvec3& scale = glm::dvec3(1));
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,233 @@
+#include "tools/convert/mesh/mesh_import.h"
+
+#include <assimp/config.h>
+#include <assimp/material.h>
+#include <assimp/mesh.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "tools/convert/import_files.h"
+#include "tools/convert/mesh/surface_builder.h"
+#include "tools/convert/text.h"
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr uint64_t kMostTriangles = 20'000'000;
+constexpr size_t kMostNodes = 1'000'000;
+
+std::string extension_of(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+// Library message about an untrusted file, as one printable line.
+std::string one_line(const char* text) {
+  std::string line = sanitize_text(text, 200);
+  while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
+  return line.empty() ? "the importer does not say why" : line;
+}
+
+glm::dmat4 matrix_of(const aiMatrix4x4& m) {  // assimp's matrices are row-major
+  return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2, m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
+}
+
+float or_zero(float value) {
+  return std::isfinite(value) ? value : 0;
+}
+
+std::optional<glm::vec3> color(const aiMaterial& from, const char* key, unsigned type, unsigned index) {
+  aiColor3D c;
+  if (from.Get(key, type, index, c) != AI_SUCCESS) return std::nullopt;
+  return glm::vec3(or_zero(c.r), or_zero(c.g), or_zero(c.b));
+}
+
+std::string image_name(const aiMaterial& from, aiTextureType type) {
+  aiString name;
+  return from.GetTexture(type, 0, &name) == AI_SUCCESS ? std::string(name.C_Str()) : std::string();
+}
+
+// Converts the Blinn-Phong exponent, as AMBF's library reads it from a file, to the roughness with equal
+// highlight width.
+float roughness_of(const aiMaterial& from, const std::string& extension) {
+  float shininess = 64;
+  if (from.Get(AI_MATKEY_SHININESS, shininess) != AI_SUCCESS || !std::isfinite(shininess)) shininess = 64;
+  if (extension == ".obj") shininess = std::min(128.0f, 1.28f * 1.28f * shininess);
+  const std::optional<glm::vec3> specular = color(from, AI_MATKEY_COLOR_SPECULAR);
+  if (specular && *specular == glm::vec3(0)) return 1;
+  return std::sqrt(2 / (std::max(shininess, 0.0f) + 2));
+}
+
+ImportedMaterial material_of(const aiMaterial& from, const std::string& extension) {
+  ImportedMaterial to;
+  if (aiString name; from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) to.name = sanitize_text(name.C_Str(), 200);
+  const bool none_in_file = to.name == AI_DEFAULT_MATERIAL_NAME || extension == ".stl";
+  // Grey of AMBF's library for files without material; assimp's default differs.
+  to.diffuse =
+      none_in_file ? glm::vec3(0.7f) : color(from, AI_MATKEY_COLOR_DIFFUSE).value_or(glm::vec3(0.8f));
+  if (none_in_file) return to;
+  to.emission = color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0));
+  if (float opacity; from.Get(AI_MATKEY_OPACITY, opacity) == AI_SUCCESS)
+    to.opacity = std::clamp(or_zero(opacity), 0.0f, 1.0f);
+  to.roughness = roughness_of(from, extension);
+  to.diffuse_image = image_name(from, aiTextureType_DIFFUSE);
+  to.normal_image = image_name(from, aiTextureType_NORMALS);
+  return to;
+}
+
+// Checks that all arrays and indices of assimp's mesh are valid.
+bool is_sound(const aiMesh& mesh) {
+  if (!mesh.mVertices || !mesh.mFaces) return mesh.mNumFaces == 0;
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    for (unsigned i = 0; i < face.mNumIndices; ++i)
+      if (face.mIndices[i] >= mesh.mNumVertices) return false;
+  }
+  return true;
+}
+
+class SceneReader {
+ public:
+  SceneReader(const aiScene& scene, bool own_normals, ImportedMesh& to)
+      : scene_(scene), own_normals_(own_normals), to_(to) {}
+
+  Result<void> read(const glm::dmat4& file_from_root) {
+    // Iterative, since the nesting depth of nodes is untrusted.
+    std::vector<std::pair<const aiNode*, glm::dmat4>> left{{scene_.mRootNode, file_from_root}};
+    size_t nodes = 0;
+    while (!left.empty()) {
+      const auto [node, file_from_parent] = left.back();
+      left.pop_back();
+      if (++nodes > kMostNodes) return Error{"it has more than " + std::to_string(kMostNodes) + " nodes"};
+      const glm::dmat4 file_from_node = file_from_parent * matrix_of(node->mTransformation);
+      for (unsigned i = 0; i < node->mNumMeshes; ++i) {
+        if (node->mMeshes[i] >= scene_.mNumMeshes) return Error{"a node shows a mesh that it does not have"};
+        Result<void> added = add(*scene_.mMeshes[node->mMeshes[i]], file_from_node);
+        if (!added) return added;
+      }
+      for (unsigned i = node->mNumChildren; i-- > 0;) left.emplace_back(node->mChildren[i], file_from_node);
+    }
+    for (auto& [key, builder] : builders_) {
+      Surface surface = builder.take();
+      surface.material = std::get<0>(key);
+      if (!surface.indices.empty()) to_.surfaces.push_back(std::move(surface));
+    }
+    return {};
+  }
+
+ private:
+  Result<void> add(const aiMesh& mesh, const glm::dmat4& file_from_mesh) {
+    if (!is_sound(mesh)) return Error{"a face names a vertex that it does not have"};
+    if (mesh.mMaterialIndex >= to_.materials.size()) return Error{"a face names a material that it has not"};
+    const bool normals = own_normals_ && mesh.mNormals;
+    const bool uvs = mesh.mTextureCoords[0] != nullptr;
+    SurfaceBuilder& builder =
+        builders_.try_emplace({mesh.mMaterialIndex, normals, uvs}, normals, uvs).first->second;
+    const glm::dmat3 linear(file_from_mesh);
+    const bool mirrored = glm::determinant(linear) < 0;
+    // Cofactor matrix: equals the inverse transpose up to a factor, and exists for flattened nodes, too.
+    const glm::dmat3 normal_matrix(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                                   glm::cross(linear[0], linear[1]));
+    const auto corner = [&](unsigned v) {
+      SurfaceBuilder::Corner c;
+      const aiVector3D& p = mesh.mVertices[v];
+      c.position = glm::vec3(file_from_mesh * glm::dvec4(p.x, p.y, p.z, 1));
+      if (normals) {
+        const aiVector3D& n = mesh.mNormals[v];
+        c.normal = glm::vec3(normal_matrix * glm::dvec3(n.x, n.y, n.z) * (mirrored ? -1.0 : 1.0));
+      }
+      // glTF's v starts at the top edge of the image.
+      if (uvs) c.uv = {or_zero(mesh.mTextureCoords[0][v].x), or_zero(1 - mesh.mTextureCoords[0][v].y)};
+      return c;
+    };
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices < 3) continue;  // point or line
+      triangles_ += face.mNumIndices - 2;
+      if (triangles_ > kMostTriangles)
+        return Error{"it has more than " + std::to_string(kMostTriangles) + " triangles"};
+      // Triangle fan from the first vertex, as AMBF draws polygons.
+      const SurfaceBuilder::Corner first = corner(face.mIndices[0]);
+      SurfaceBuilder::Corner second = corner(face.mIndices[1]);
+      for (unsigned i = 2; i < face.mNumIndices; ++i) {
+        const SurfaceBuilder::Corner third = corner(face.mIndices[i]);
+        if (!(mirrored ? builder.add(first, third, second) : builder.add(first, second, third)))
+          return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
+        second = third;
+      }
+    }
+    return {};
+  }
+
+  const aiScene& scene_;
+  const bool own_normals_;
+  ImportedMesh& to_;
+  uint64_t triangles_ = 0;
+  std::map<std::tuple<size_t, bool, bool>, SurfaceBuilder> builders_;  // by material and vertex attributes
+};
+
+}  // namespace
+
+bool is_mesh_file_name(const std::filesystem::path& file) {
+  const std::string extension = extension_of(file);
+  return extension == ".obj" || extension == ".stl" || extension == ".3ds" || extension == ".dae";
+}
+
+Result<ImportedMesh> import_mesh(const std::filesystem::path& file) {
+  if (!is_mesh_file_name(file)) return Error{"its name ends in none of .obj, .stl, .3ds and .dae"};
+  const std::string extension = extension_of(file);
+  ImportedMesh mesh;
+  Assimp::Importer importer;
+  importer.SetIOHandler(new ImportFiles(file, mesh.besides));  // owned by the importer
+  // Files of robots and simulators use their own axes, whatever up axis they declare.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (!scene || !scene->mRootNode) return Error{one_line(importer.GetErrorString())};
+  for (unsigned i = 0; i < scene->mNumMaterials; ++i)
+    mesh.materials.push_back(material_of(*scene->mMaterials[i], extension));
+
+  // assimp rotates 3DS files to Y up; this reverts it.
+  const glm::dmat4 upright = extension == ".3ds"
+                                 ? glm::dmat4({1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1})
+                                 : glm::dmat4(1);
+  // Normals of STL files are those of the triangles and often wrong, so they are recomputed.
+  Result<void> read = SceneReader(*scene, extension != ".stl", mesh).read(upright);
+  if (!read) return read.error();
+  if (mesh.surfaces.empty()) return Error{"there is no triangle in it"};
+  return mesh;
+}
+
+Result<void> check_imported(const ImportedMesh& mesh) {
+  const auto finite = [](const auto& v) {
+    for (int i = 0; i < v.length(); ++i)
+      if (!std::isfinite(v[i])) return false;
+    return true;
+  };
+  for (const ImportedMaterial& m : mesh.materials) {
+    if (!finite(m.diffuse) || !finite(m.emission) || !std::isfinite(m.opacity) || !std::isfinite(m.roughness))
+      return Error{"a number of a material is not finite"};
+  }
+  for (const Surface& s : mesh.surfaces) {
+    const size_t count = s.positions.size();
+    const bool fits = s.material < mesh.materials.size() && s.indices.size() % 3 == 0 &&
+                      (s.normals.empty() || s.normals.size() == count) &&
+                      (s.uvs.empty() || s.uvs.size() == count) &&
+                      std::all_of(s.indices.begin(), s.indices.end(), [&](uint32_t i) { return i < count; });
+    if (!fits || !std::all_of(s.positions.begin(), s.positions.end(), finite) ||
+        !std::all_of(s.normals.begin(), s.normals.end(), finite) ||
+        !std::all_of(s.uvs.begin(), s.uvs.end(), finite)) {
+      return Error{"its surfaces are not whole"};
+    }
+  }
+  return {};
+}
+
+}  // namespace fire3dv::convert

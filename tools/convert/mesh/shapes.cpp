@@ -1,0 +1,189 @@
+#include "tools/convert/mesh/shapes.h"
+
+#include <cmath>
+#include <glm/gtc/matrix_inverse.hpp>
+#include <numbers>
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr uint32_t kSlices = 48, kStacks = 24;
+
+struct Direction {
+  double cosine, sine;
+};
+// The last slice equals the first bit by bit, for watertight seams.
+Direction slice(uint32_t i) {
+  const double angle = 2 * std::numbers::pi * (i % kSlices) / kSlices;
+  return {std::cos(angle), std::sin(angle)};
+}
+
+// Surface of rings with kSlices + 1 vertices each, from bottom to top.
+class Rings {
+ public:
+  // normal_out, normal_up: normal in the plane of a slice.
+  void add(double radius_x, double radius_y, double z, double normal_out, double normal_up, double v) {
+    for (uint32_t i = 0; i <= kSlices; ++i) {
+      const Direction d = slice(i);
+      surface.positions.push_back(glm::dvec3(radius_x * d.cosine, radius_y * d.sine, z));
+      surface.normals.push_back(
+          glm::normalize(glm::dvec3(normal_out * d.cosine, normal_out * d.sine, normal_up)));
+      surface.uvs.push_back(glm::dvec2(static_cast<double>(i) / kSlices, v));
+    }
+  }
+  void join_last_two() {
+    const auto upper = static_cast<uint32_t>(surface.positions.size()) - (kSlices + 1);
+    const uint32_t lower = upper - (kSlices + 1);
+    for (uint32_t i = 0; i < kSlices; ++i) {
+      add_triangle(lower + i, lower + i + 1, upper + i + 1);
+      add_triangle(lower + i, upper + i + 1, upper + i);
+    }
+  }
+  Surface surface;
+
+ private:
+  void add_triangle(uint32_t a, uint32_t b, uint32_t c) {  // skips degenerate triangles where a ring is a
+                                                           // point
+    const auto& p = surface.positions;
+    if (p[a] == p[b] || p[b] == p[c] || p[c] == p[a]) return;
+    surface.indices.insert(surface.indices.end(), {a, b, c});
+  }
+};
+
+// Latitude of a ring, exact at the poles and the equator.
+Direction latitude(uint32_t ring, uint32_t rings) {
+  if (ring == 0) return {0, -1};
+  if (ring == rings) return {0, 1};
+  const double angle = std::numbers::pi * (static_cast<double>(ring) / rings - 0.5);
+  return {std::cos(angle), std::sin(angle)};
+}
+
+void add_disc(Surface& surface, double radius, double z, bool up) {
+  const auto centre = static_cast<uint32_t>(surface.positions.size());
+  surface.positions.push_back(glm::dvec3(0, 0, z));
+  surface.uvs.push_back(glm::vec2(0.5f));
+  for (uint32_t i = 0; i <= kSlices; ++i) {
+    const Direction d = slice(i);
+    surface.positions.push_back(glm::dvec3(radius * d.cosine, radius * d.sine, z));
+    surface.uvs.push_back(glm::dvec2(0.5 + 0.5 * d.cosine, 0.5 - 0.5 * d.sine));
+  }
+  surface.normals.resize(surface.positions.size(), glm::vec3(0, 0, up ? 1 : -1));
+  for (uint32_t i = 0; i < kSlices; ++i) {
+    const uint32_t a = centre + 1 + i, b = a + 1;
+    if (up)
+      surface.indices.insert(surface.indices.end(), {centre, a, b});
+    else
+      surface.indices.insert(surface.indices.end(), {centre, b, a});
+  }
+}
+
+}  // namespace
+
+Surface box(const glm::dvec3& half) {
+  Surface surface;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      glm::dvec3 normal(0), u(0), v(0);
+      normal[axis] = side;
+      u[(axis + 1) % 3] = side;  // u x v points outwards
+      v[(axis + 2) % 3] = 1;
+      const auto first = static_cast<uint32_t>(surface.positions.size());
+      for (const glm::dvec2 corner : {glm::dvec2(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) {
+        surface.positions.push_back((normal + corner.x * u + corner.y * v) * half);
+        surface.normals.push_back(normal);
+        surface.uvs.push_back(glm::dvec2(0.5 + 0.5 * corner.x, 0.5 - 0.5 * corner.y));
+      }
+      for (const uint32_t i : {0u, 1u, 2u, 0u, 2u, 3u}) surface.indices.push_back(first + i);
+    }
+  }
+  return surface;
+}
+
+Surface ellipsoid(const glm::dvec3& radii) {
+  Rings rings;
+  for (uint32_t ring = 0; ring <= kStacks; ++ring) {
+    const Direction at = latitude(ring, kStacks);
+    rings.add(radii.x * at.cosine, radii.y * at.cosine, radii.z * at.sine, at.cosine, at.sine,
+              1 - static_cast<double>(ring) / kStacks);
+    if (ring > 0) rings.join_last_two();
+  }
+  // Normals scale inversely to positions.
+  for (glm::vec3& normal : rings.surface.normals) normal = glm::normalize(glm::dvec3(normal) / radii);
+  return std::move(rings.surface);
+}
+
+Surface cylinder(double radius, double half_length) {
+  Rings rings;
+  rings.add(radius, radius, -half_length, 1, 0, 1);
+  rings.add(radius, radius, half_length, 1, 0, 0);
+  rings.join_last_two();
+  add_disc(rings.surface, radius, half_length, true);
+  add_disc(rings.surface, radius, -half_length, false);
+  return std::move(rings.surface);
+}
+
+Surface capsule(double radius, double half_length) {
+  Rings rings;
+  const double whole = 2 * (half_length + radius);
+  const auto add_ring = [&](uint32_t ring, double middle) {
+    const Direction at = latitude(ring, kStacks);
+    const double z = middle + radius * at.sine;
+    rings.add(radius * at.cosine, radius * at.cosine, z, at.cosine, at.sine, 0.5 - z / whole);
+  };
+  for (uint32_t ring = 0; ring <= kStacks / 2; ++ring) {
+    add_ring(ring, -half_length);
+    if (ring > 0) rings.join_last_two();
+  }
+  for (uint32_t ring = kStacks / 2; ring <= kStacks; ++ring) {
+    add_ring(ring, half_length);
+    rings.join_last_two();
+  }
+  return std::move(rings.surface);
+}
+
+Surface rectangle(double half_x, double half_y, const glm::dvec2& uv_repeats) {
+  Surface surface;
+  for (const glm::dvec2 corner : {glm::dvec2(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) {
+    surface.positions.push_back(glm::dvec3(corner.x * half_x, corner.y * half_y, 0));
+    surface.normals.emplace_back(0, 0, 1);
+    surface.uvs.push_back(glm::dvec2(0.5 * corner.x, -0.5 * corner.y) * uv_repeats + 0.5);
+  }
+  surface.indices = {0, 1, 2, 0, 2, 3};
+  return surface;
+}
+
+void add_surface(Mesh& mesh, const Surface& surface, const glm::dmat4& mesh_from_surface, size_t material) {
+  Surface* to = nullptr;
+  for (Surface& other : mesh.surfaces) {
+    if (other.material == material && other.normals.empty() == surface.normals.empty() &&
+        other.uvs.empty() == surface.uvs.empty())
+      to = &other;
+  }
+  if (!to) {
+    mesh.surfaces.emplace_back();
+    to = &mesh.surfaces.back();
+    to->material = material;
+  }
+  const auto first = static_cast<uint32_t>(to->positions.size());
+  const glm::dmat3 linear(mesh_from_surface);
+  const bool mirrored = glm::determinant(linear) < 0;
+  const glm::dmat3 for_normals = glm::inverseTranspose(linear);
+  for (const glm::vec3& position : surface.positions)
+    to->positions.push_back(mesh_from_surface * glm::dvec4(glm::dvec3(position), 1));
+  for (const glm::vec3& normal : surface.normals)
+    to->normals.push_back(glm::normalize(for_normals * glm::dvec3(normal)));
+  to->uvs.insert(to->uvs.end(), surface.uvs.begin(), surface.uvs.end());
+  for (size_t i = 0; i + 3 <= surface.indices.size(); i += 3) {
+    const uint32_t a = surface.indices[i], b = surface.indices[i + 1], c = surface.indices[i + 2];
+    to->indices.insert(to->indices.end(),
+                       {first + a, first + (mirrored ? c : b), first + (mirrored ? b : c)});
+  }
+}
+
+glm::dmat4 matrix_of(const glm::dvec3& translation, const glm::dquat& rotation) {
+  glm::dmat4 matrix = glm::mat4_cast(rotation);
+  matrix[3] = glm::dvec4(translation, 1);
+  return matrix;
+}
+
+}  // namespace fire3dv::convert

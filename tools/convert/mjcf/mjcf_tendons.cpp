@@ -1,0 +1,76 @@
+#include "tools/convert/mjcf/mjcf_tendons.h"
+
+#include <algorithm>
+
+#include "tools/convert/glb/lights.h"
+#include "tools/convert/mjcf/mjcf_names.h"
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr int kPulley = -2;  // marker in mjData::wrap_obj: the path restarts behind it
+
+glm::dvec3 vec3(const mjtNum* v) {
+  return {v[0], v[1], v[2]};
+}
+
+}  // namespace
+
+int most_tendon_points(const mjModel& m, int tendon) {
+  const float opacity = mjcf_color(m, m.tendon_matid[tendon], m.tendon_rgba + 4 * tendon)[3];
+  if (!is_shown_group(m.tendon_group[tendon]) || !(opacity > 0) || !(m.tendon_width[tendon] > 0)) return 0;
+  int points = 0;
+  for (int i = m.tendon_adr[tendon]; i < m.tendon_adr[tendon] + m.tendon_num[tendon]; ++i) {
+    if (m.wrap_type[i] == mjWRAP_SITE) points += 1;
+    if (m.wrap_type[i] == mjWRAP_SPHERE || m.wrap_type[i] == mjWRAP_CYLINDER) points += 2;
+  }
+  return points < 2 ? 0 : points;
+}
+
+void tendon_pieces(const mjModel& m, const mjData& d, int tendon, std::vector<TendonPiece>& pieces) {
+  pieces.clear();
+  const int first = d.ten_wrapadr[tendon], end = first + d.ten_wrapnum[tendon];
+  for (int i = first; i + 1 < end; ++i) {
+    if (d.wrap_obj[i] == kPulley || d.wrap_obj[i + 1] == kPulley) continue;
+    const bool lies_on_geom = d.wrap_obj[i] >= 0 && d.wrap_obj[i + 1] >= 0;
+    pieces.push_back({vec3(d.wrap_xpos + 3 * i), vec3(d.wrap_xpos + 3 * (i + 1)),
+                      m.tendon_width[tendon] * (lies_on_geom ? 0.5 : 1)});
+  }
+}
+
+TendonFrame piece_frame(const TendonPiece& piece) {
+  const glm::dvec3 way = piece.to - piece.from;
+  const double length = glm::length(way);
+  TendonFrame frame;
+  frame.place = 0.5 * (piece.from + piece.to);
+  if (length > 0) frame.turn = glm::mat3_cast(shining(-way));
+  frame.scale = {piece.radius_m, piece.radius_m, length / 2};
+  return frame;
+}
+
+void tendon_frames(const mjModel& m, const mjData& d, int tendon, std::vector<TendonPiece>& pieces,
+                   std::vector<TendonFrame>& frames) {
+  const int points = most_tendon_points(m, tendon);
+  frames.assign(static_cast<size_t>(std::max(2 * points - 1, 0)), {});
+  if (points == 0) return;
+  tendon_pieces(m, d, tendon, pieces);
+  const size_t most_pieces = static_cast<size_t>(points) - 1;
+  size_t end = most_pieces;
+  const auto add_ball = [&](const glm::dvec3& place, double radius_m) {
+    if (end < frames.size()) frames[end++] = {place, glm::dmat3(1), glm::dvec3(radius_m)};
+  };
+  for (size_t i = 0; i < pieces.size() && i < most_pieces; ++i) {
+    frames[i] = piece_frame(pieces[i]);
+    const bool switches_document = i > 0 && pieces[i - 1].to == pieces[i].from;
+    // A ball between two segments takes the larger radius.
+    add_ball(pieces[i].from,
+             switches_document ? std::max(pieces[i - 1].radius_m, pieces[i].radius_m) : pieces[i].radius_m);
+    if (i + 1 == pieces.size() || pieces[i + 1].from != pieces[i].to)
+      add_ball(pieces[i].to, pieces[i].radius_m);
+  }
+  const glm::dvec3 rest = pieces.empty() ? glm::dvec3(0) : pieces.back().to;
+  for (size_t i = pieces.size(); i < most_pieces; ++i) frames[i].place = rest;
+  for (; end < frames.size(); ++end) frames[end].place = rest;
+}
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,17 @@
+// Camera pose of the benchmark scenes.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "tools/lab/bench/bench_scene.h"
+
+namespace fire3dv::bench {
+
+constexpr float kCameraFovRad = 0.785398163f;  // vertical
+
+// Returns world_from_camera along a fixed direction, at the smallest distance that shows all bodies during
+// their whole motion. It centres their bounds. extent_m: initial guess of the distance.
+glm::mat4 camera_pose(const std::vector<Body>& bodies, float extent_m, float image_aspect);
+
+}  // namespace fire3dv::bench

@@ -1,0 +1,156 @@
+#include "tools/lab/bench/frames/cameras_command.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "protocol/base/clock.h"
+#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "tools/lab/bench/frames/circle_of_cameras.h"
+#include "tools/lab/bench/frames/remote_cameras.h"
+#include "tools/lab/bench/open_device.h"
+#include "tools/lab/bench/report/statistics.h"
+
+namespace fire3dv::bench {
+namespace {
+
+std::vector<passes::View> around(const scene::Scene& scene, uint32_t count, float aspect) {
+  std::vector<passes::View> views;
+  for (const glm::mat4& world_from_camera : circle_of_cameras(scene, count, aspect))
+    views.push_back(passes::make_view(scene::Camera(), world_from_camera, aspect));
+  return views;
+}
+
+// Returns the number of cameras per submission; the image height limits it.
+uint32_t batch_of(const gpu::Device& device, uint32_t cameras, uint32_t height) {
+  return std::clamp(device.limits().maxImageDimension2D / height, 1u, cameras);
+}
+
+struct Bench {
+  gpu::Device& device;
+  const scene::Scene& scene;
+  VkExtent2D extent;
+  passes::ImageOutputs outputs;
+  passes::SceneRenderer renderer;
+  gpu::FrameRing frames;
+  passes::ReadbackRing<int> readback;
+  uint64_t pixels_seen = 0;  // sum over sampled foreground pixels
+
+  Bench(gpu::Device& on, const scene::Scene& of, const DrawOptions& draw, const passes::ImageOutputs& wanted)
+      : device(on),
+        scene(of),
+        extent{draw.width, draw.height},
+        outputs(wanted),
+        renderer(on, draw_settings(draw)),
+        frames(on),
+        readback(on) {
+    renderer.set_scene(scene);
+  }
+
+  void submit(const state::PoseState& poses, std::span<const passes::View> views) {
+    gpu::Recorder& recorder = frames.begin();
+    renderer.record(recorder, frames.belt(), poses, views, outputs, {});
+    passes::ReadbackRing<int>::Planes planes;
+    if (outputs.any_plane()) planes = {&renderer.planes(), passes::bytes_of(renderer.plane_places())};
+    readback.record(recorder, outputs.color_srgb8 ? &renderer.image() : nullptr, renderer.image().extent,
+                    planes, 0);
+    readback.submitted(frames.submit());
+  }
+  // Sums one byte per cache line, which proves that the whole image is in host memory.
+  void take() {
+    readback.poll([&](int, VkExtent2D, std::span<const uint8_t> bytes) {
+      for (size_t i = 0; i < bytes.size(); i += 64) pixels_seen += bytes[i];
+    });
+  }
+};
+
+Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t cameras) {
+  if (Result<void> can = bench.renderer.can_take(bench.outputs, cameras); !can) return can;
+  const float aspect = static_cast<float>(bench.extent.width) / static_cast<float>(bench.extent.height);
+  const std::vector<passes::View> views = around(bench.scene, cameras, aspect);
+  const uint32_t batch = batch_of(bench.device, cameras, bench.extent.height);
+  bench.renderer.set_size(bench.extent, batch);
+  const state::PoseState poses(bench.scene);
+  std::vector<double> seconds;
+  double gpu_ms = 0, cpu_ms = 0;
+  for (uint32_t frame = 0; frame < options.warm_up + options.frames; ++frame) {
+    const int64_t begin_ns = fire3dv::monotonic_ns();
+    int64_t recorded_ns = 0;
+    for (uint32_t first = 0; first < cameras; first += batch) {
+      // The last batch overlaps the previous one, so that image sizes stay constant.
+      const uint32_t from = std::min(first, cameras - batch);
+      const int64_t piece_ns = fire3dv::monotonic_ns();
+      bench.submit(poses, std::span(views).subspan(from, batch));
+      recorded_ns += fire3dv::monotonic_ns() - piece_ns;
+      bench.take();
+    }
+    bench.device.wait(bench.device.last_submitted());
+    bench.take();
+    const double s = static_cast<double>(fire3dv::monotonic_ns() - begin_ns) * 1e-9;
+    const std::vector<gpu::FrameTimes> times = bench.frames.take_finished();
+    if (frame < options.warm_up) continue;
+    seconds.push_back(s);
+    for (const gpu::FrameTimes& t : times) gpu_ms += t.total_ms;
+    cpu_ms += static_cast<double>(recorded_ns) * 1e-6;
+  }
+  if (bench.pixels_seen == 0) return Error{"the images are blank, so no time is reported"};
+  const Summary summary = summarise(seconds);
+  const double frames = static_cast<double>(options.frames);
+  std::printf("| %u | %u | %ux%u | %s | %.3f | %.3f | %.3f | %.0f |\n", cameras, batch, bench.extent.width,
+              bench.extent.height, options.outputs.c_str(), 1e3 * summary.median, gpu_ms / frames,
+              cpu_ms / frames, cameras / summary.median);
+  return {};
+}
+
+Result<void> measure_all(const CamerasOptions& options) {
+  Result<passes::ImageOutputs> outputs = passes::parse_image_outputs(options.outputs);
+  if (!outputs) return Error{"--outputs: " + outputs.error().message};
+  if (!outputs->color_srgb8 && !outputs->any_plane()) return Error{"--outputs: name color or a plane"};
+  Result<scene::Scene> scene = scene::load_gltf(options.scene);
+  if (!scene) return scene.error();
+  Result<OpenDevice> open = open_device(options.draw);
+  if (!open) return open.error();
+  {
+    Bench bench(*open->device, *scene, options.draw, *outputs);
+    std::printf(
+        "| cameras | in one submission | size | outputs | ms for all | of that GPU | recording | images a "
+        "second |\n"
+        "|---|---|---|---|---|---|---|---|\n");
+    for (const uint32_t cameras : options.cameras) {
+      if (Result<void> measured = measure(bench, options, cameras); !measured) return measured;
+    }
+  }
+  return open->finish();
+}
+
+}  // namespace
+
+void add_cameras_options(CLI::App& app, CamerasOptions& options) {
+  options.draw.resolution = "64x64";
+  options.draw.fxaa = "off";
+  options.draw.shadows = "off";
+  add_draw_options(app, options.draw);
+  app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)")->required();
+  app.add_option("--cameras", options.cameras, "how many, several times with commas between them")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 100'000));
+  app.add_option("--to", options.to,
+                 "ask the fire3dv that listens at this URI, with --lockstep, for them, instead of drawing "
+                 "here; how it draws is told it then");
+  app.add_option("--outputs", options.outputs, "of each image, as fire3dv takes them")->capture_default_str();
+  app.add_option("--frames", options.frames, "timed rounds")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  app.add_option("--warm-up", options.warm_up, "rounds before them")
+      ->check(CLI::Range(0, 100'000))
+      ->capture_default_str();
+}
+
+int run_cameras(const CamerasOptions& options) {
+  const Result<void> measured = options.to.empty() ? measure_all(options) : measure_served(options);
+  if (measured) return 0;
+  std::fprintf(stderr, "fire3dv-bench: %s\n", measured.error().message.c_str());
+  return 1;
+}
+
+}  // namespace fire3dv::bench

@@ -1,0 +1,214 @@
+#include "tools/lab/bench/frames/frame_bench.h"
+
+#include <unistd.h>
+
+#include <thread>
+#include <utility>
+
+#include "protocol/base/clock.h"
+#include "protocol/transport/open.h"
+#include "tools/lab/bench/panel_facts.h"
+
+namespace fire3dv::bench {
+namespace {
+
+using fire3dv::monotonic_ns;
+
+constexpr uint64_t kImagesBefore = 160;  // enough images to fill the panels' histories
+constexpr int64_t kWarmUpNs = 150'000'000;
+constexpr int64_t kPatienceNs = 30'000'000'000;  // hang limit of the wait for poses
+
+double ms_since(int64_t begin_ns) {
+  return static_cast<double>(monotonic_ns() - begin_ns) * 1e-6;
+}
+
+// Alternates whole-frame and per-pass timing. Of every eight frames, each mode covers two even and two odd
+// ones, since targets are cleared every fourth frame.
+gpu::Timed timed_in_turn(uint64_t frame) {
+  return (frame + frame / 4) % 2 ? gpu::Timed::passes : gpu::Timed::frame;
+}
+
+passes::View first_camera_view(const scene::Scene& scene, VkExtent2D extent) {
+  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  const std::vector<uint32_t> cameras = scene::camera_nodes(scene);
+  if (!cameras.empty()) {
+    const scene::Node& node = scene.nodes[cameras[0]];
+    return passes::make_view(scene.cameras[node.camera], node.world_from_node, aspect);
+  }
+  const scene::Camera camera;
+  return passes::make_view(
+      camera, passes::framing_camera_pose(camera, aspect, scene.bounds_min, scene.bounds_max), aspect);
+}
+
+}  // namespace
+
+FrameBench::FrameBench(gpu::Device& device, const scene::Scene& scene, VkExtent2D extent)
+    : device_(device),
+      scene_(scene),
+      view_(first_camera_view(scene, extent)),
+      poses_(scene),
+      intake_(poses_, false),
+      frames_(device),
+      readback_(device) {}
+
+Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const scene::Scene& scene,
+                                                     std::vector<std::string> bodies,
+                                                     PoseFeed::PoseAt pose_at,
+                                                     const passes::DrawSettings& settings,
+                                                     VkExtent2D extent) {
+  std::unique_ptr<FrameBench> bench(new FrameBench(device, scene, extent));
+  const std::string uri = "shm://fire3dv-bench-" + std::to_string(::getpid());
+  Result<std::unique_ptr<transport::ListenerLink>> listener = transport::open_listener(uri);
+  if (!listener) return listener.error();
+  bench->intake_.add(std::move(*listener));
+  Result<std::unique_ptr<PoseFeed>> feed = PoseFeed::open(uri, std::move(bodies), std::move(pose_at));
+  if (!feed) return feed.error();
+  bench->feed_ = std::move(*feed);
+
+  const int64_t begin_ns = monotonic_ns();
+  bench->renderer_.emplace(device, settings);
+  bench->renderer_->set_scene(scene);
+  bench->renderer_->set_size(extent);
+  bench->load_s_ = ms_since(begin_ns) * 1e-3;
+  return bench;
+}
+
+void FrameBench::apply(const Condition& condition) {
+  renderer_->set_cull(condition.cull);
+  renderer_->set_levels_of_detail(condition.levels_of_detail);
+  renderer_->set_shadows(condition.shadows);
+}
+
+Result<double> FrameBench::take_new_poses() {
+  const uint64_t wanted = feed_->ask_for_next();
+  const int64_t asked_ns = monotonic_ns();
+  while (true) {
+    const int64_t begin_ns = monotonic_ns();
+    intake_.poll();
+    const double took_ms = ms_since(begin_ns);
+    const std::vector<state::FrameTag> shown = poses_.shown();
+    if (!shown.empty() && shown[0].sequence == wanted) return took_ms;
+    if (begin_ns - asked_ns > kPatienceNs) {
+      std::string told;
+      for (const std::string& note : intake_.take_notes()) told += "; " + note;
+      return Error{"no poses came over shared memory in " + std::to_string(kPatienceNs / 1'000'000'000) +
+                   " s" + told + "; is /dev/shm full?"};
+    }
+    std::this_thread::yield();
+  }
+}
+
+uint64_t FrameBench::submit_frame(gpu::Recorder& recorder, bool read_back) {
+  renderer_->record(recorder, frames_.belt(), poses_, view_);
+  if (panels_) draw_panels(recorder);
+  if (read_back) readback_.record(recorder, renderer_->image(), 0);
+  const uint64_t done_at = frames_.submit();
+  ++drawn_;
+  readback_.submitted(done_at);
+  return done_at;
+}
+
+void FrameBench::show_panels(float scale) {
+  panels_ = std::make_unique<Panels>(device_);
+  panels_->scale = scale;
+  panels_->viewer.selected = 0;
+  for (uint64_t i = 0; i < kImagesBefore; ++i) lay_out_panels(i);
+}
+
+const ImDrawData& FrameBench::lay_out_panels(uint64_t image) {
+  const VkExtent2D extent = renderer_->extent();
+  gui::Input input;
+  input.display_px = {extent.width, extent.height};
+  input.scale = panels_->scale;
+  input.delta_s = 1.0f / 60;
+  const gui::Facts facts = panel_facts(image, {extent.width, extent.height});
+  return panels_->gui.frame(input, facts, {scene_, poses_}, panels_->viewer);
+}
+
+void FrameBench::draw_panels(gpu::Recorder& recorder) {
+  const ImDrawData& laid_out = lay_out_panels(kImagesBefore + drawn_);
+  panels_->pass.record(recorder, frames_.belt(), renderer_->image(), laid_out, panels_->gui.fonts(),
+                       panels_->gui.fonts_number());
+}
+
+Result<void> FrameBench::time_frame(gpu::Timed timed, FrameSamples& samples) {
+  frames_.time(timed);
+  gpu::Recorder& recorder = frames_.begin();
+  const Result<double> taking_ms = take_new_poses();
+  if (!taking_ms) return taking_ms.error();
+  const int64_t begin_ns = monotonic_ns();
+  submit_frame(recorder, false);
+  const int64_t submitted_ns = monotonic_ns();
+  const int64_t interval_ns = submitted_ns - std::exchange(last_submit_ns_, submitted_ns);
+  if (timed == gpu::Timed::passes) return {};
+  samples.cpu_ms.push_back(*taking_ms + static_cast<double>(submitted_ns - begin_ns) * 1e-6);
+  const auto published_ns = static_cast<int64_t>(poses_.shown().at(0).publish_time_ns);
+  samples.pose_age_ms.push_back(static_cast<double>(submitted_ns - published_ns) * 1e-6);
+  samples.interval_ms.push_back(static_cast<double>(interval_ns) * 1e-6);
+  return {};
+}
+
+Result<FrameSamples> FrameBench::measure(const Condition& condition, uint32_t warm_up, uint32_t frames) {
+  apply(condition);
+  // An idle GPU needs time to reach its clock rate.
+  const int64_t begin_ns = monotonic_ns();
+  FrameSamples untimed;
+  for (uint32_t i = 0; i < warm_up || monotonic_ns() - begin_ns < kWarmUpNs; ++i) {
+    if (Result<void> drawn = time_frame(gpu::Timed::frame, untimed); !drawn) return drawn.error();
+    frames_.take_finished();
+  }
+
+  FrameSamples samples;
+  const uint64_t first_timed = drawn_;
+  const auto collect = [&]() -> Result<void> {
+    for (const gpu::FrameTimes& times : frames_.take_finished()) {
+      if (times.frame_index < first_timed) continue;
+      if (timed_in_turn(times.frame_index - first_timed) == gpu::Timed::frame) {
+        samples.frame_ms.push_back(times.total_ms);
+        continue;
+      }
+      Result<StageTimes> stages = stage_times(times);
+      if (!stages) return stages.error();
+      samples.stages.push_back(*stages);
+    }
+    return {};
+  };
+  for (uint32_t i = 0; i < 2 * frames; ++i) {
+    if (Result<void> drawn = time_frame(timed_in_turn(i), samples); !drawn) return drawn.error();
+    if (Result<void> collected = collect(); !collected) return collected.error();
+  }
+  device_.wait(device_.last_submitted());
+  if (Result<void> collected = collect(); !collected) return collected.error();
+  FIRE3DV_ASSERT(samples.frame_ms.size() == frames && samples.stages.size() == frames);
+  samples.memory = memory_use(device_);
+  return samples;
+}
+
+Result<sinks::FrameImage> FrameBench::draw(const Condition& condition) {
+  apply(condition);
+  gpu::Recorder& recorder = frames_.begin();
+  if (const Result<double> taken = take_new_poses(); !taken) return taken.error();
+  submit_frame(recorder, true);
+  sinks::FrameImage image;
+  readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    image.width = extent.width;
+    image.height = extent.height;
+    image.rgba8.assign(rgba8.begin(), rgba8.end());
+  });
+  image.shown = poses_.shown();
+  image.camera = view_.camera;
+  return image;
+}
+
+Result<std::vector<double>> FrameBench::measure_images(const Condition& condition, uint32_t warm_up,
+                                                       uint32_t frames) {
+  std::vector<double> times_ms;
+  for (uint32_t i = 0; i < warm_up + frames; ++i) {
+    const int64_t begin_ns = monotonic_ns();
+    if (const Result<sinks::FrameImage> image = draw(condition); !image) return image.error();
+    if (i >= warm_up) times_ms.push_back(ms_since(begin_ns));
+  }
+  return times_ms;
+}
+
+}  // namespace fire3dv::bench

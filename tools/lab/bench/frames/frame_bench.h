@@ -1,0 +1,96 @@
+// Frame time measurement of one scene. Each frame receives new poses from a publisher thread over the wire to
+// the GPU.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/gpu/device/device.h"
+#include "renderer/gui/gui.h"
+#include "renderer/gui/gui_pass.h"
+#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/sinks/frame.h"
+#include "tools/lab/bench/frames/stages.h"
+#include "tools/lab/bench/links/pose_feed.h"
+#include "tools/lab/bench/memory_use.h"
+
+namespace fire3dv::bench {
+
+// Settings of a row of the report.
+struct Condition {
+  const char* name;
+  passes::Cull cull;
+  bool shadows;
+  passes::LevelsOfDetail levels_of_detail;
+};
+
+// Samples of a run. Whole-frame and per-pass timing alternate, since per-pass timing slows frames slightly;
+// both have the same count.
+struct FrameSamples {
+  std::vector<double> frame_ms;     // GPU time of whole frames
+  std::vector<StageTimes> stages;   // per-pass timed frames; all further members belong to whole frames
+  std::vector<double> cpu_ms;       // CPU time of poses, recording and submission, without waits
+  std::vector<double> pose_age_ms;  // from the publisher's call to the frame's submission
+  std::vector<double> interval_ms;  // between submissions
+  MemoryUse memory;
+};
+
+class FrameBench {
+ public:
+  // Borrows the scene. bodies: names of moving nodes.
+  static Result<std::unique_ptr<FrameBench>> open(gpu::Device& device, const scene::Scene& scene,
+                                                  std::vector<std::string> bodies, PoseFeed::PoseAt pose_at,
+                                                  const passes::DrawSettings& settings, VkExtent2D extent);
+
+  // Measures after at least warm_up frames and the time that a GPU needs to reach its clock rate.
+  Result<FrameSamples> measure(const Condition& condition, uint32_t warm_up, uint32_t frames);
+  // Renders one more frame and returns its image.
+  Result<sinks::FrameImage> draw(const Condition& condition);
+  // Returns times from the request of new poses to the image in host memory, in milliseconds.
+  Result<std::vector<double>> measure_images(const Condition& condition, uint32_t warm_up, uint32_t frames);
+
+  // Draws panels of this scale over the images from now on.
+  void show_panels(float scale);
+
+  passes::SceneRenderer& renderer() { return *renderer_; }
+  double load_s() const { return load_s_; }  // from the scene in memory to the scene on the GPU
+
+ private:
+  FrameBench(gpu::Device& device, const scene::Scene& scene, VkExtent2D extent);
+  void apply(const Condition& condition);
+  // Moves unseen poses into the pose state. Returns the time it took, without waits.
+  Result<double> take_new_poses();
+  Result<void> time_frame(gpu::Timed timed, FrameSamples& samples);  // all times except the GPU's
+  uint64_t submit_frame(gpu::Recorder& recorder, bool read_back);
+
+  const ImDrawData& lay_out_panels(uint64_t image);
+  void draw_panels(gpu::Recorder& recorder);
+
+  gpu::Device& device_;
+  const scene::Scene& scene_;
+  passes::View view_;
+  state::PoseState poses_;
+  app::StreamReceiver intake_;
+  std::unique_ptr<PoseFeed> feed_;
+  gpu::FrameRing frames_;
+  std::optional<passes::SceneRenderer> renderer_;
+  passes::ReadbackRing<int> readback_;
+  struct Panels {
+    explicit Panels(gpu::Device& device) : pass(device) {}
+    gui::Gui gui;
+    gui::GuiPass pass;
+    gui::Viewer viewer;
+    float scale = 1;
+  };
+  std::unique_ptr<Panels> panels_;  // null: no panels
+  uint64_t drawn_ = 0;              // also the index of the next frame
+  int64_t last_submit_ns_ = 0;
+  double load_s_ = 0;
+};
+
+}  // namespace fire3dv::bench

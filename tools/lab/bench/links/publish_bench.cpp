@@ -1,0 +1,144 @@
+#include "tools/lab/bench/links/publish_bench.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/container/string.hpp>
+#include <boost/interprocess/allocators/allocator.hpp>
+#include <boost/interprocess/managed_shared_memory.hpp>
+#include <boost/interprocess/sync/interprocess_mutex.hpp>
+#include <boost/interprocess/sync/scoped_lock.hpp>
+#include <boost/unordered_map.hpp>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "protocol/base/clock.h"
+#include "protocol/transport/open.h"
+#include "protocol/wire/check.h"
+#include "protocol/wire/encode.h"
+
+namespace fire3dv::bench {
+namespace {
+
+namespace bip = boost::interprocess;
+
+constexpr size_t kSlots = 8;
+constexpr size_t kSlotBytes = 64 << 10;
+constexpr int kCallsARound = 200;
+
+// Baseline without a ring: a map from names to matrices in a managed segment, protected by its mutex.
+class LockedMap {
+ public:
+  LockedMap(const std::string& name, size_t nodes) : name_(name) {
+    bip::shared_memory_object::remove(name.c_str());
+    segment_ = bip::managed_shared_memory(bip::create_only, name.c_str(), 4 << 20);
+    mutex_ = segment_.construct<bip::interprocess_mutex>("mutex")();
+    map_ = segment_.construct<Map>("map")(nodes, boost::hash<Name>(), std::equal_to<Name>(),
+                                          segment_.get_allocator<Map::value_type>());
+    for (size_t i = 0; i < nodes; ++i) names_.push_back("a_body_of_the_scene_" + std::to_string(i));
+  }
+  ~LockedMap() { bip::shared_memory_object::remove(name_.c_str()); }
+
+  void publish(std::span<const wire::Affine3x4> poses) {
+    const bip::scoped_lock lock(*mutex_);
+    for (size_t i = 0; i < poses.size(); ++i) {
+      const Name key(names_[i].c_str(), segment_.get_segment_manager());
+      (*map_)[key] = poses[i];
+    }
+  }
+
+ private:
+  using Characters = bip::allocator<char, bip::managed_shared_memory::segment_manager>;
+  using Name = boost::container::basic_string<char, std::char_traits<char>, Characters>;
+  using Entry = std::pair<const Name, wire::Affine3x4>;
+  using Map = boost::unordered_map<Name, wire::Affine3x4, boost::hash<Name>, std::equal_to<Name>,
+                                   bip::allocator<Entry, bip::managed_shared_memory::segment_manager>>;
+  std::string name_;
+  bip::managed_shared_memory segment_;
+  bip::interprocess_mutex* mutex_ = nullptr;
+  Map* map_ = nullptr;
+  std::vector<std::string> names_;
+};
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+double ns_per_call(const std::function<void()>& call) {
+  const int64_t start = fire3dv::monotonic_ns();
+  for (int i = 0; i < kCallsARound; ++i) call();
+  return static_cast<double>(fire3dv::monotonic_ns() - start) / kCallsARound;
+}
+
+struct Way {
+  const char* name;
+  std::function<void()> call;
+  std::vector<double> ns, ratio;
+};
+
+}  // namespace
+
+// All variants alternate, so that other load affects all of them. Ratios are taken per round.
+int publish_bench(int rounds) {
+  std::printf(
+      "One publish over shm://, spinning publisher, no reader; medians of %d rounds of %d calls.\n\n"
+      "| poses | way | ns a call | ratio |\n|---|---|---|---|\n",
+      rounds, kCallsARound);
+  for (const size_t count : {size_t{1}, size_t{100}, size_t{1000}}) {
+    const std::string name = "bench-" + std::to_string(::getpid());
+    auto link = transport::open_publisher("shm://" + name);
+    if (!link) {
+      std::fprintf(stderr, "fire3dv-bench: %s\n", link.error().message.c_str());
+      return 1;
+    }
+    std::vector<wire::Affine3x4> poses(count);
+    wire::PoseFrameEncoder encoder;
+    wire::PoseFrameView frame;
+    frame.header.epoch = 1;
+    frame.node_count = static_cast<uint32_t>(count);
+    frame.poses = poses;
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(poses));
+    void* const memory = ::mmap(nullptr, kSlots * kSlotBytes, PROT_READ | PROT_WRITE,
+                                MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+    if (memory == MAP_FAILED) return 1;
+    LockedMap map("fire3dv-" + name, count);
+    size_t slot = 0;
+    void* (*volatile copy)(void*, const void*, size_t) = std::memcpy;
+    Way ways[] = {
+        {"memcpy into a slot of a ring",
+         [&] {
+           copy(static_cast<std::byte*>(memory) + slot++ % kSlots * kSlotBytes, bytes.data(), bytes.size());
+         },
+         {},
+         {}},
+        {"link: publish", [&, pieces = encoder.encode(frame)] { (*link)->publish(pieces); }, {}, {}},
+        {"client: check, encode, read the clock, publish",
+         [&] {
+           ++frame.header.sequence;
+           frame.header.publish_time_ns = static_cast<uint64_t>(fire3dv::monotonic_ns());
+           if (wire::check_poses("poses", poses, 1e12f)) (*link)->publish(encoder.encode(frame));
+         },
+         {},
+         {}},
+        {"map of names under a mutex (Boost.Interprocess)", [&] { map.publish(poses); }, {}, {}},
+    };
+    for (int round = 0; round < rounds; ++round) {
+      for (Way& way : ways) {
+        way.ns.push_back(ns_per_call(way.call));
+        way.ratio.push_back(way.ns.back() / ways[0].ns.back());
+      }
+    }
+    for (const Way& way : ways)
+      std::printf("| %zu | %s | %.1f | %.2f |\n", count, way.name, median(way.ns), median(way.ratio));
+    ::munmap(memory, kSlots * kSlotBytes);
+  }
+  return 0;
+}
+
+}  // namespace fire3dv::bench

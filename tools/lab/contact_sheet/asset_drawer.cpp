@@ -1,0 +1,83 @@
+#include "tools/lab/contact_sheet/asset_drawer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fire3dv::contact_sheet {
+
+AssetDrawer::AssetDrawer(gpu::Device& device, VkExtent2D extent, const passes::DrawSettings& settings)
+    : frames_(device), renderer_(device, settings), readback_(device) {
+  nothing_.materials.emplace_back();
+  renderer_.set_scene(nothing_);
+  renderer_.set_size(extent);
+}
+
+sinks::FrameImage AssetDrawer::draw(const scene::Scene& scene, const passes::View& view) {
+  renderer_.set_scene(scene);
+  shown_ = &scene;
+  const state::PoseState poses(scene);
+  gpu::Recorder& recorder = frames_.begin();
+  renderer_.record(recorder, frames_.belt(), poses, view);
+  readback_.record(recorder, renderer_.image(), 0);
+  readback_.submitted(frames_.submit());
+  sinks::FrameImage image;
+  readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
+    image.width = extent.width;
+    image.height = extent.height;
+    image.rgba8.assign(rgba8.begin(), rgba8.end());
+  });
+  return image;
+}
+
+sinks::FrameImage AssetDrawer::draw_framed(const scene::Scene& scene) {
+  return draw(scene, framed_view(scene, aspect()));
+}
+
+sinks::FrameImage AssetDrawer::draw_nothing() {
+  return draw_framed(nothing_);
+}
+
+DrawnCounts AssetDrawer::counts() const {
+  DrawnCounts counts;
+  for (const passes::Draw& draw : renderer_.gpu_scene().draw_list.draws) {
+    const scene::Primitive& primitive = shown_->primitives[draw.primitive];
+    switch (primitive.topology) {
+      case scene::Topology::triangles:
+        counts.triangles += primitive.index_count / 3;
+        break;
+      case scene::Topology::lines:
+        counts.lines += primitive.index_count / 2;
+        break;
+      case scene::Topology::points:
+        counts.points += primitive.index_count;
+        break;
+    }
+  }
+  return counts;
+}
+
+float AssetDrawer::aspect() const {
+  const VkExtent2D extent = renderer_.extent();
+  return static_cast<float>(extent.width) / static_cast<float>(extent.height);
+}
+
+passes::View framed_view(const scene::Scene& scene, float image_aspect) {
+  scene::Camera camera;
+  const glm::vec3 center = 0.5f * (scene.bounds_min + scene.bounds_max);
+  const glm::vec3 half_extent = glm::max(0.5f * (scene.bounds_max - scene.bounds_min), glm::vec3(1e-4f));
+  glm::mat4 pose = passes::look_at_pose(center + glm::vec3(0.6f, 0.45f, 1.0f), center);
+  const glm::mat3 camera_from_world = glm::transpose(glm::mat3(pose));
+  // Smallest distance at which all corners of the bounding box are visible, with a small margin.
+  const float up = 0.94f * std::tan(camera.vertical_fov_rad / 2), right = up * image_aspect;
+  float distance_m = 0;
+  for (uint32_t corner = 0; corner < 8; ++corner) {
+    const glm::vec3 sides(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    const glm::vec3 place = camera_from_world * (sides * half_extent);
+    distance_m = std::max(distance_m, place.z + std::max(std::abs(place.x) / right, std::abs(place.y) / up));
+  }
+  pose[3] = glm::vec4(center + distance_m * glm::vec3(pose[2]), 1);
+  camera.near_m = 0.01f * std::clamp(distance_m, 1e-3f, 1.0f);
+  return passes::make_view(camera, pose, image_aspect);
+}
+
+}  // namespace fire3dv::contact_sheet

@@ -1,0 +1,161 @@
+// Contact sheet program: fire3dv-contact-sheet FOLDER draws all glTF files of a folder on pages of
+// thumbnails.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <vector>
+
+#include "protocol/base/text.h"
+#include "renderer/gpu/device/device.h"
+#include "renderer/passes/resources/draw_names.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "tools/lab/contact_sheet/asset_drawer.h"
+#include "tools/lab/contact_sheet/pages.h"
+
+namespace fire3dv::contact_sheet {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string folder, out = "contact-sheet", device, raster = "auto", shadows = "auto";
+  PageLayout layout;
+  bool validation = false;
+};
+
+// Symbolic links are not followed, so that only the named folder is read.
+Result<std::vector<fs::path>> find_assets(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    std::string extension = entry->path().extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::error_code unreadable;
+    if ((extension == ".gltf" || extension == ".glb") && entry->is_regular_file(unreadable))
+      found.push_back(entry->path());
+  }
+  if (error) return Error{folder.string() + ": " + error.message() + "; name a folder that can be read"};
+  if (found.empty()) return Error{folder.string() + " holds no .gltf or .glb files"};
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+Result<scene::Scene> load(const fs::path& file, const passes::DrawSettings& settings) {
+  Result<scene::Scene> scene = scene::load_gltf(file);
+  if (scene && scene->textures.size() > settings.most_textures) {
+    return Error{file.string() + " has " + std::to_string(scene->textures.size()) +
+                 " textures, and room is made for " + std::to_string(settings.most_textures) +
+                 ": split the file"};
+  }
+  return scene;
+}
+
+Result<void> draw_all(const std::vector<fs::path>& files, const Options& options, gpu::Device& device) {
+  passes::DrawSettings settings;
+  settings.raster = passes::raster_path_named(options.raster);
+  settings.shadows = passes::shadows_named(options.shadows);
+  AssetDrawer drawer(device, {options.layout.width, options.layout.height}, settings);
+  Pages pages(options.out, options.layout);
+  size_t refused = 0;
+  for (const fs::path& file : files) {
+    const std::string name = file.lexically_relative(options.folder).generic_string();
+    const Result<scene::Scene> scene = load(file, settings);
+    if (!scene) {
+      std::printf("refused: %s\n", fire3dv::terminal_text(scene.error().message).c_str());
+      pages.add_refused(name, scene.error().message);
+      ++refused;
+      continue;
+    }
+    sinks::FrameImage picture;
+    try {
+      picture = drawer.draw_framed(*scene);
+    } catch (const std::exception& failure) {  // fatal: a Vulkan error or out of memory
+      return Error{file.string() + ": " + failure.what() + "; leave the file out"};
+    }
+    const DrawnCounts counts = drawer.counts();
+    std::string note = std::to_string(counts.triangles) + " triangles";
+    if (counts.lines > 0) note += ", " + std::to_string(counts.lines) + " lines";
+    if (counts.points > 0) note += ", " + std::to_string(counts.points) + " points";
+    if (!scene->warnings.empty()) note += ", " + std::to_string(scene->warnings.size()) + " warnings";
+    if (Result<void> added = pages.add(name, picture, note); !added) return added;
+  }
+  if (Result<void> finished = pages.finish(); !finished) return finished;
+  std::printf("%zu drawn, %zu refused; %u pages and index.txt in %s\n", files.size() - refused, refused,
+              pages.page_count(), options.out.c_str());
+  return {};
+}
+
+Result<void> run(const Options& options) {
+  const Result<std::vector<fs::path>> files = find_assets(options.folder);
+  if (!files) return files.error();
+  std::error_code error;
+  fs::create_directories(options.out, error);
+  if (error) return Error{"--out " + options.out + ": " + error.message()};
+  gpu::InstanceOptions instance_options;
+  instance_options.validation = options.validation;
+  Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
+  if (!instance) return instance.error();
+  const Result<gpu::DeviceChoice> choice = gpu::choose_device(
+      gpu::report_devices((*instance)->handle()), options.device, gpu::graphics_vendors_present());
+  if (!choice) return choice.error();
+  {
+    Result<std::unique_ptr<gpu::Device>> device = gpu::Device::create(**instance, choice->index, false);
+    if (!device) return device.error();
+    if (Result<void> drawn = draw_all(*files, options, **device); !drawn) return drawn;
+  }
+  if (const uint64_t messages = (*instance)->validation_messages())
+    return Error{std::to_string(messages) + " validation messages"};
+  return {};
+}
+
+}  // namespace
+}  // namespace fire3dv::contact_sheet
+
+int main(int argc, char** argv) {
+  using namespace fire3dv::contact_sheet;
+  CLI::App app{"Draws each .gltf and .glb file of a folder and of those below it, on pages of thumbnails.",
+               "fire3dv-contact-sheet"};
+  Options options;
+  app.add_option("folder", options.folder, "where the files are")->required();
+  app.add_option("--out", options.out, "folder for page_001.png and so on, and index.txt")
+      ->capture_default_str();
+  app.add_option("--device", options.device, "index or part of the name of a Vulkan device");
+  app.add_option("--columns", options.layout.columns, "thumbnails in a row")
+      ->check(CLI::Range(1u, 32u))
+      ->capture_default_str();
+  app.add_option("--rows", options.layout.rows, "rows on a page")
+      ->check(CLI::Range(1u, 32u))
+      ->capture_default_str();
+  app.add_option("--width", options.layout.width, "of a thumbnail, in pixels")
+      ->check(CLI::Range(16u, 512u))
+      ->capture_default_str();
+  app.add_option("--height", options.layout.height, "of a thumbnail, in pixels")
+      ->check(CLI::Range(16u, 512u))
+      ->capture_default_str();
+  app.add_option("--raster", options.raster, "how triangles are drawn")
+      ->check(CLI::IsMember(fire3dv::passes::kRasterPathNames))
+      ->capture_default_str();
+  app.add_option("--shadows", options.shadows, "how shadows are found")
+      ->check(CLI::IsMember(fire3dv::passes::kShadowNames))
+      ->capture_default_str();
+  app.add_flag("--validation", options.validation, "Vulkan validation; its messages make the run fail");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  try {
+    if (const fire3dv::Result<void> done = run(options); !done) {
+      std::fprintf(stderr, "fire3dv-contact-sheet: %s\n",
+                   fire3dv::terminal_text(done.error().message).c_str());
+      return 1;
+    }
+  } catch (const std::exception& failure) {  // Vulkan error before any file is drawn
+    std::fprintf(stderr, "fire3dv-contact-sheet: %s\n", failure.what());
+    return 1;
+  }
+  return 0;
+}
