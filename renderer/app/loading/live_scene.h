@@ -113,7 +113,7 @@ class LiveScene {
   uint64_t bindings_seen_ = 0, replaced_ = 0, builds_begun_ = 0, wanted_lists_made_ = 0;
   std::vector<state::WantedNode> wanted_;  // as of wanted_revision_
   NodeKeys wanted_keys_;
-  uint64_t wanted_revision_ = UINT64_MAX;
+  uint64_t wanted_revision_ = 0;
   Contents contents_;                                                // of what is shown
   std::optional<Contents> impossible_;                               // what could not be shown
   std::vector<state::WantedNode> added_;                             // to it
