@@ -37,14 +37,15 @@ ALLOWED = {
     "renderer/scene": WIRE,
     "renderer/gpu": BASE + " shaders",
     "renderer/state": WIRE + " protocol/stream renderer/scene",
-    "renderer/passes": BASE + " shaders renderer/gpu renderer/scene renderer/state",
-    "renderer/sinks": BASE + " renderer/gpu renderer/state",
+    "renderer/passes": WIRE + " shaders renderer/gpu renderer/scene renderer/state",
+    "renderer/sinks": WIRE + " renderer/gpu renderer/state",
+    "renderer/capture": WIRE + " renderer/gpu renderer/scene renderer/state renderer/passes renderer/sinks",
     "renderer/metrics": WIRE + " protocol/transport",
     "renderer/gui": BASE + " protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/passes",
-    "renderer/app": "protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/metrics "
-                    "renderer/gui",
+    "renderer/app": "protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/capture "
+                    "renderer/metrics renderer/gui",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
-                               "renderer/app",
+                               "renderer/capture renderer/app",
     "tools/convert": BASE + " renderer/scene",
 }
 

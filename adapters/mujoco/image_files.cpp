@@ -5,9 +5,8 @@
 #include <cstring>
 #include <utility>
 
-#include "adapters/mujoco/image_names.h"
 #include "protocol/base/file_io.h"
-#include "protocol/wire/image.h"
+#include "protocol/wire/image_outputs.h"
 #include "renderer/sinks/text.h"
 
 namespace fire3dv::mujoco {
@@ -34,16 +33,12 @@ void add_plane(const fire3dv_image_plane& plane, sinks::FrameImage& frame) {
   if (plane.output == FIRE3DV_IMAGE_COLOR_SRGB8) {
     frame.rgba8 = packed(plane, 4);
   } else if (plane.output == FIRE3DV_IMAGE_BOXES2D) {
-    frame.boxes2d.emplace();
-    for (const auto& box : records<wire::BoxRecord2d>(plane))
-      frame.boxes2d->push_back(
-          {box.instance, box.semantic, box.min_x, box.min_y, box.max_x, box.max_y, box.pixels});
+    frame.boxes2d = records<wire::BoxRecord2d>(plane);
   } else if (plane.output == FIRE3DV_IMAGE_BOXES3D) {
-    frame.boxes3d.emplace();
-    for (const auto& box : records<wire::BoxRecord3d>(plane))
-      frame.boxes3d->push_back({box.instance, box.semantic, box.world_from_box});
-  } else if (const PlaneName* name = plane_name(plane.output)) {
-    frame.planes.push_back({name->name, name->type, name->channels, packed(plane, name->pixel_bytes)});
+    frame.boxes3d = records<wire::BoxRecord3d>(plane);
+  } else if ((plane.output & wire::kAllImageOutputs) != 0) {
+    const auto output = static_cast<wire::ImageOutput>(plane.output);
+    frame.planes.push_back({output, packed(plane, wire::info_of(output).element_bytes)});
   }
 }
 
@@ -90,7 +85,7 @@ Result<void> ImageFiles::write(const std::string& camera, const std::string& str
   tag.sim_time_ns = image.sim_time_ns;
   frame.shown.push_back(std::move(tag));
   for (size_t i = 0; i < image.plane_count; ++i) add_plane(image.planes[i], frame);
-  if (Result<void> taken = sink_->take(std::move(frame)); !taken) return taken;
+  if (Result<void> consumed = sink_->consume(std::move(frame)); !consumed) return consumed;
   errno = 0;
   lines_ << camera_line(camera, image) << std::flush;  // flushed, so that a killed run keeps its list
   if (!lines_) return Error{"cannot write " + list_.string() + ": " + system_reason(errno)};

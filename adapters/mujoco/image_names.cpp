@@ -1,31 +1,12 @@
 #include "adapters/mujoco/image_names.h"
 
-#include <array>
 #include <charconv>
 
+#include "protocol/wire/image_outputs.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::mujoco {
 namespace {
-
-constexpr std::array kPlanes{
-    PlaneName{FIRE3DV_IMAGE_COLOR_LINEAR_F16, "linear", "<f2", 4, 8},
-    PlaneName{FIRE3DV_IMAGE_DEPTH_F32, "depth", "<f4", 1, 4},
-    PlaneName{FIRE3DV_IMAGE_INSTANCE_U32, "instance", "<u4", 1, 4},
-    PlaneName{FIRE3DV_IMAGE_SEMANTIC_U32, "semantic", "<u4", 1, 4},
-    PlaneName{FIRE3DV_IMAGE_NORMAL, "normal", "<f2", 4, 8},
-    PlaneName{FIRE3DV_IMAGE_MOTION, "motion", "<f4", 2, 8},
-};
-
-// Returns 0 for an unknown name.
-uint32_t output_of(std::string_view name) {
-  if (name == "color") return FIRE3DV_IMAGE_COLOR_SRGB8;
-  if (name == "boxes2d") return FIRE3DV_IMAGE_BOXES2D;
-  if (name == "boxes3d") return FIRE3DV_IMAGE_BOXES3D;
-  for (const PlaneName& plane : kPlanes)
-    if (name == plane.name) return plane.output;
-  return 0;
-}
 
 // Parses "320x240" exactly.
 bool parse_size(std::string_view text, uint32_t& width, uint32_t& height) {
@@ -38,23 +19,17 @@ bool parse_size(std::string_view text, uint32_t& width, uint32_t& height) {
 
 }  // namespace
 
-const PlaneName* plane_name(uint32_t output) {
-  for (const PlaneName& plane : kPlanes)
-    if (plane.output == output) return &plane;
-  return nullptr;
-}
-
 Result<uint32_t> image_outputs(std::string_view text) {
   uint32_t bits = 0;
   while (true) {
     const size_t comma = text.find(',');
     const std::string_view name = text.substr(0, comma);
-    const uint32_t bit = output_of(name);
-    if (bit == 0)
+    const wire::ImageOutputInfo* const info = wire::find_image_output(name);
+    if (!info)
       return Error{quote(name) +
                    " is none of color, linear, depth, instance, semantic, normal, motion, boxes2d, boxes3d"};
-    if (bits & bit) return Error{quote(name) + " stands there twice"};
-    bits |= bit;
+    if (bits & info->output) return Error{quote(name) + " stands there twice"};
+    bits |= info->output;
     if (comma == text.npos) return bits;
     text.remove_prefix(comma + 1);
   }

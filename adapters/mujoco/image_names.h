@@ -10,17 +10,6 @@
 
 namespace fire3dv::mujoco {
 
-// Numeric image plane; boxes and sRGB colours have no entry.
-struct PlaneName {
-  uint32_t output;  // FIRE3DV_IMAGE_* bit
-  const char* name;
-  const char* type;   // NumPy type of an element
-  uint32_t channels;  // elements per pixel
-  uint32_t pixel_bytes;
-};
-// Returns null for boxes and sRGB colours.
-const PlaneName* plane_name(uint32_t output);
-
 // Parses "color,depth" to FIRE3DV_IMAGE_* bits. The error lists valid names.
 Result<uint32_t> image_outputs(std::string_view text);
 

@@ -53,15 +53,15 @@ Result<void> check_plane(const ImageFrame& frame, size_t index) {
   if (index > 0 && plane.output_bit <= frame.planes[index - 1].output_bit)
     return Error{field + ".output is " + std::to_string(plane.output_bit) + " after " +
                  std::to_string(frame.planes[index - 1].output_bit) + "; outputs must rise"};
-  if (plane.format != format_of_output(plane.output_bit))
+  const ImageOutputInfo& info = info_at(plane.output_bit);
+  if (plane.format != info.format)
     return Error{field + ".format is " + std::to_string(static_cast<int>(plane.format)) + "; " +
-                 image_output_name(plane.output_bit) + " comes in another"};
-  const bool is_boxes = plane.format == ImageFormat::box2d || plane.format == ImageFormat::box3d;
-  const bool fits = is_boxes
+                 std::string(info.api_name) + " comes in another"};
+  const bool fits = info.is_boxes
                         ? plane.height == 1
                         : plane.width == frame.intrinsics.width && plane.height == frame.intrinsics.height;
   if (!fits) return Error{field + " is not of the image's size"};
-  const uint64_t row_bytes = uint64_t{plane.width} * bytes_per_element(plane.format);
+  const uint64_t row_bytes = uint64_t{plane.width} * info.element_bytes;
   if (plane.row_stride < row_bytes || plane.row_stride % 4 != 0 ||
       plane.bytes != uint64_t{plane.row_stride} * plane.height)
     return Error{field + " has " + std::to_string(plane.bytes) + " bytes in rows of " +

@@ -4,63 +4,14 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "protocol/wire/affine.h"
+#include "protocol/wire/image_outputs.h"
 
 namespace fire3dv::wire {
-
-// Image outputs, as bits of a set. The numbers are part of the protocol.
-enum ImageOutput : uint32_t {
-  kColorSrgb8 = 1u << 0,      // final colour: tone-mapped, sRGB-encoded; alpha 255
-  kColorLinearF16 = 1u << 1,  // linear, before tone mapping
-  kDepthF32 = 1u << 2,        // metres along the optical axis; infinity for background
-  kInstanceU32 = 1u << 3,     // 1 + index of the scene node; 0: background
-  kSemanticU32 = 1u << 4,     // class of the node; 0: none
-  kNormal = 1u << 5,          // unit surface normal in world space; 0: background
-  kMotion = 1u << 6,          // pixels since this request's previous image
-  kBoxes2d = 1u << 7,         // BoxRecord2d per visible instance
-  kBoxes3d = 1u << 8,         // BoxRecord3d per visible instance
-};
-constexpr uint32_t kImageOutputCount = 9;
-constexpr uint32_t kAllImageOutputs = (1u << kImageOutputCount) - 1;
-// Name of the output with bit number `bit`: "color_srgb8" etc.
-const char* image_output_name(uint32_t bit);
-
-// Element formats of a plane.
-enum class ImageFormat : uint8_t {
-  rgba8 = 1,
-  rgba16f = 2,
-  r32f = 3,
-  r32u = 4,
-  rg32f = 5,
-  box2d = 6,
-  box3d = 7,
-};
-constexpr uint8_t kImageFormatCount = 7;  // numbered from 1
-size_t bytes_per_element(ImageFormat format);
-// Format of an output (exactly one).
-ImageFormat format_of_output(uint32_t bit);
-
-// 2D bounding box of an instance's visible pixels: min inclusive, max exclusive, in pixels.
-struct BoxRecord2d {
-  uint32_t instance, semantic;
-  uint32_t min_x, min_y, max_x, max_y;
-  uint32_t pixels;  // number of visible pixels
-  uint32_t reserved;
-};
-static_assert(sizeof(BoxRecord2d) == 32);
-
-// 3D bounding box of a node's mesh: the cube [-0.5, 0.5]^3 transformed by this matrix.
-struct BoxRecord3d {
-  uint32_t instance, semantic;
-  std::array<float, 12> world_from_box;  // row-major
-  uint32_t reserved[2];
-};
-static_assert(sizeof(BoxRecord3d) == 64);
 
 enum class LensModel : uint8_t {
   none = 0,
@@ -103,7 +54,7 @@ struct ImageRequest {
   std::string node;
   Affine3x4 parent_from_camera;  // parent: that node, or the stream's frame (as in stream_from_body)
   Intrinsics intrinsics;
-  uint32_t outputs = kColorSrgb8;  // ImageOutput bits
+  uint32_t outputs = kColorSrgb8;  // ImageOutput bits, see ImageOutputs
   ImageWhen when = ImageWhen::once;
   uint32_t every = 1;     // every_nth: at least 1
   double rate_hz = 0;     // rate: above 0
@@ -160,7 +111,5 @@ constexpr uint32_t kMostImageSide = 8192;      // pixels
 constexpr uint32_t kMostImageRequests = 4096;  // per stream
 // Limit of one image: with its header it fits the largest message.
 constexpr uint64_t kMostPixelBytes = (uint64_t{256} << 20) - 4096;
-// Bytes of all planes of a request's outputs; boxes count with most_boxes records.
-uint64_t pixel_bytes_of(uint32_t width, uint32_t height, uint32_t outputs, uint32_t most_boxes);
 
 }  // namespace fire3dv::wire

@@ -10,6 +10,7 @@
 #include "protocol/base/file_io.h"
 #include "protocol/base/text.h"
 #include "renderer/app/screenshots/stale_overlay.h"
+#include "renderer/capture/instances.h"
 
 namespace fire3dv::app {
 namespace {
@@ -76,7 +77,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       options_(options),
       frames_(device),
       renderer_(renderer),
-      readback_(device),
+      captures_(device),
       image_service_(device, renderer, poses, intake, scene,
                      {options.peer_limits.slices.image_ns, options.lockstep, stop_was_requested}),
       taken_(passes::with_sources(options.outputs)),
@@ -87,7 +88,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
   scene.charge_edit_time([&intake](state::StreamId stream, int64_t ns) { intake.add_edit_time(stream, ns); });
   frames_.time(gpu::Timed::passes);  // for statistics, metrics and panels
   VkExtent2D extent{options.width, options.height};
-  if (window) taken_.color_srgb8 = true;
+  if (window) taken_.add(wire::kColorSrgb8);
   if (window) extent = window->image_extent();
   frame_extent_ = extent;
   renderer_.set_size(extent);
@@ -246,28 +247,20 @@ void FrameLoop::draw() {
   const passes::Inspection inspection =
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
   renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_, inspection);
-  if (taken_.color_srgb8)
+  if (taken_.has(wire::kColorSrgb8))
     renderer_.mark_held(recorder, stale_condition(poses_.streams(), options_.play.mark_held));
-  if (wants_pixels() && !awaits_stream_) read_back(recorder, {images_, view.camera, shown, {}});
+  if (wants_pixels() && !awaits_stream_)
+    captures_.record(recorder, renderer_, options_.outputs, scene_.scene(), poses_,
+                     {images_, view.camera, shown});
   if (window_) window_->record(recorder, frames_.belt(), {images_, view.camera, shown});
   const uint64_t done_at = window_ ? frames_.submit(window_->waits(), window_->signals()) : frames_.submit();
   if (window_) window_->present(done_at);
   renderer_.submitted(done_at);
-  readback_.submitted(done_at);
+  captures_.submitted(done_at);
   unacknowledged_.push_back({image_service_.submitted(), shown});
   note_cost(shown, begun);
   if (window_) window_->draw_others();
   ++(awaits_stream_ ? uncounted_images_ : images_);
-}
-
-void FrameLoop::read_back(gpu::Recorder& recorder, ImageTag tag) {
-  passes::ReadbackRing<ImageTag>::Planes planes;
-  if (taken_.any_plane()) {
-    planes = {&renderer_.planes(), passes::bytes_of(renderer_.plane_places())};
-    tag.planes = collect_planes(options_.outputs, renderer_.plane_places(), scene_.scene(), poses_);
-  }
-  gpu::Image* const image = options_.outputs.color_srgb8 ? &renderer_.image() : nullptr;
-  readback_.record(recorder, image, renderer_.extent(), planes, std::move(tag));
 }
 
 void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time_point begun) {
@@ -290,11 +283,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
 Result<void> FrameLoop::deliver() {
   // In lockstep the adapter waits for this image, so the GPU is awaited; otherwise delivery is asynchronous.
   if (options_.lockstep) image_service_.wait(image_service_.submitted());
-  Result<void> result;
-  readback_.poll([&](ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels) {
-    if (result) result = hand_over(std::move(tag), extent, pixels);
-  });
-  if (!result) return result;
+  if (Result<void> delivered = captures_.deliver(sink_); !delivered) return delivered;
   image_service_.deliver();
   if (window_) window_->deliver();
   while (!unacknowledged_.empty() && image_service_.is_done(unacknowledged_.front().drawn)) {
@@ -312,26 +301,12 @@ Result<void> FrameLoop::deliver() {
   return {};
 }
 
-Result<void> FrameLoop::hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels) {
-  sinks::FrameImage image;
-  image.width = extent.width;
-  image.height = extent.height;
-  const size_t color_bytes =
-      options_.outputs.color_srgb8 ? size_t{4} * extent.width * extent.height : size_t{0};
-  image.rgba8.assign(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(color_bytes));
-  add_planes(options_.outputs, tag.planes, pixels.subspan(color_bytes), image);
-  image.frame_index = tag.frame_index;
-  image.camera = std::move(tag.camera);
-  image.shown = std::move(tag.shown);
-  return sink_.take(std::move(image));
-}
-
 // Writes the instance list: the meaning of the instance numbers in the images.
 Result<void> FrameLoop::list_instances() {
-  const bool labelled = taken_[passes::Plane::instance_u32] || options_.outputs[passes::Plane::semantic_u32];
+  const bool labelled = taken_.has(wire::kInstanceU32) || options_.outputs.has(wire::kSemanticU32);
   if (!wants_pixels() || !labelled || instances_listed_ == scene_.replaced()) return {};
   instances_listed_ = scene_.replaced();
-  const std::string text = instance_list(scene_.scene());
+  const std::string text = capture::list_instances(scene_.scene());
   return write_whole_file(options_.out / "instances.jsonl",
                           {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }

@@ -13,15 +13,14 @@
 #include "renderer/app/progress.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/screenshots/frame_planes.h"
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/viewer_document.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/app/window/viewer_facts.h"
 #include "renderer/app/window/window_view.h"
+#include "renderer/capture/capture_queue.h"
 #include "renderer/gpu/frame_ring.h"
-#include "renderer/passes/outputs/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/animation.h"
@@ -62,12 +61,6 @@ class FrameLoop {
   uint64_t images() const { return images_; }
 
  private:
-  struct ImageTag {
-    uint64_t frame_index;
-    std::string camera;
-    std::vector<state::FrameTag> shown;
-    ReadbackPlanes planes;
-  };
   bool done();
   Result<void> await_stream();  // clears awaits_stream_ at the first pose frame; fails after the timeout
   void log_notes();
@@ -75,10 +68,8 @@ class FrameLoop {
   void steer();         // applies user input
   void animate();
   void draw();
-  void read_back(gpu::Recorder& recorder, ImageTag tag);
   Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // passes finished images to the sink
-  Result<void> hand_over(ImageTag tag, VkExtent2D extent, std::span<const uint8_t> pixels);
   Result<void> list_instances();
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
   bool wants_pixels() const { return !options_.out.empty(); }
@@ -103,7 +94,7 @@ class FrameLoop {
 
   gpu::FrameRing frames_;
   passes::SceneRenderer& renderer_;
-  passes::ReadbackRing<ImageTag> readback_;
+  capture::CaptureQueue captures_;
   ImageService image_service_;
   VkExtent2D frame_extent_{};   // size of the images that are not requested
   passes::ImageOutputs taken_;  // outputs of each image and their sources

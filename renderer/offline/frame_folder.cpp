@@ -20,9 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr unsigned kMostWorkers = 16;
-constexpr uint64_t kMostLineBytes = 1 << 20;
-constexpr uint64_t kMostFrameBytes = uint64_t{2} << 30;
+constexpr unsigned kMaxWorkers = 16;
+constexpr uint64_t kMaxLineBytes = 1 << 20;
+constexpr uint64_t kMaxFrameBytes = uint64_t{2} << 30;
 
 // Checks signature and end of a PNG. Files are renamed when complete, so only a power cut leaves a partial
 // one.
@@ -54,7 +54,7 @@ class ListLines {
     for (;;) {
       const auto end = std::find(buffer_.begin() + at_, buffer_.begin() + have_, '\n');
       line.append(buffer_.begin() + at_, end);
-      if (line.size() > kMostLineBytes) return too_long_ = true, false;
+      if (line.size() > kMaxLineBytes) return too_long_ = true, false;
       at_ = end - buffer_.begin();
       if (at_ < have_) return ++at_, true;
       ssize_t got = 0;
@@ -116,7 +116,7 @@ Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, co
 Result<StoredFrame> read_frame(const fs::path& folder, uint64_t frame, const Manifest& manifest) {
   const fs::path path = folder / frame_file_name(frame);
   StoredFrame stored;
-  auto bytes = read_whole_file(path, kMostFrameBytes);
+  auto bytes = read_whole_file(path, kMaxFrameBytes);
   if (!bytes) return bytes.error();
   auto png = sinks::decode_png(*bytes);
   if (!png) return Error{"cannot read " + path.string() + ": " + png.error().message};
@@ -138,9 +138,9 @@ Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, c
   if (*before) {
     if (const auto other = difference(**before, manifest, true)) return in_the_way(folder, *other);
     result->machine_before_ = (*before)->machine;
-    auto kept = listed_frames(folder, manifest);
-    if (!kept) return kept.error();
-    result->kept_ = std::move(*kept);
+    auto listed = listed_frames(folder, manifest);
+    if (!listed) return listed.error();
+    result->existing_ = std::move(*listed);
   } else {
     std::error_code fault;
     if (fs::exists(folder / kFrameListName, fault) ||
@@ -169,7 +169,7 @@ Result<void> FrameFolder::begin(const Machine& machine) {
   list_.open(folder_ / kFrameListName, std::ios::app);
   if (!list_)
     return Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + system_reason(errno)};
-  const unsigned workers = std::clamp(std::thread::hardware_concurrency(), 1u, kMostWorkers);
+  const unsigned workers = std::clamp(std::thread::hardware_concurrency(), 1u, kMaxWorkers);
   for (unsigned i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
   return {};
 }
@@ -178,11 +178,11 @@ FrameFolder::~FrameFolder() {
   end_threads();
 }
 
-Result<void> FrameFolder::take(sinks::FrameImage&& image) {
+Result<void> FrameFolder::consume(sinks::FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image) && !workers_.empty());
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return jobs_.size() < workers_.size() + 4 || error_; });
-  if (error_) return take_error();
+  if (error_) return report_error();
   jobs_.push_back(std::make_unique<Job>());
   jobs_.back()->image = std::move(image);
   changed_.notify_all();
@@ -200,23 +200,23 @@ Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, cons
   auto job = std::make_unique<Job>();
   job->image.frame_index = frame;
   job->line = line + "\n";
-  job->taken = job->written = true;
+  job->started = job->written = true;
   jobs_.push_back(std::move(job));
   list_written();
-  return take_error();
+  return report_error();
 }
 
 void FrameFolder::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    const auto untaken = [&] {
-      return std::find_if(jobs_.begin(), jobs_.end(), [](const auto& job) { return !job->taken; });
+    const auto find_queued = [&] {
+      return std::find_if(jobs_.begin(), jobs_.end(), [](const auto& job) { return !job->started; });
     };
-    changed_.wait(lock, [&] { return untaken() != jobs_.end() || closing_ || error_; });
-    const auto found = untaken();
+    changed_.wait(lock, [&] { return find_queued() != jobs_.end() || closing_ || error_; });
+    const auto found = find_queued();
     if (found == jobs_.end() || error_) return;
     Job& job = **found;  // address-stable until it is written
-    job.taken = true;
+    job.started = true;
     lock.unlock();
     const std::string name = frame_file_name(job.image.frame_index);
     Result<void> written = sinks::write_png(folder_ / name, job.image, base::Durability::contents);
@@ -257,9 +257,10 @@ void FrameFolder::end_threads() {
 Result<void> FrameFolder::finish() {
   end_threads();
   const std::lock_guard lock(mutex_);
-  if (error_) return take_error();
-  const bool in_order = kept_.empty() || lines_.empty() || kept_.rbegin()->first < lines_.begin()->first;
-  kept_.merge(lines_);
+  if (error_) return report_error();
+  const bool in_order =
+      existing_.empty() || lines_.empty() || existing_.rbegin()->first < lines_.begin()->first;
+  existing_.merge(lines_);
   if (!in_order) return write_list();
   if (!list_.is_open()) return {};
   // File contents are flushed already; the list and the directory entries are not.
@@ -275,15 +276,15 @@ Result<void> FrameFolder::finish() {
 
 Result<void> FrameFolder::write_list() {
   std::string text;
-  for (const auto& [frame, line] : kept_) text += line + "\n";
+  for (const auto& [frame, line] : existing_) text += line + "\n";
   list_.close();
   return write_whole_file(folder_ / kFrameListName,
                           {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
-Result<void> FrameFolder::take_error() {
-  if (!error_ || error_told_) return {};
-  error_told_ = true;
+Result<void> FrameFolder::report_error() {
+  if (!error_ || error_reported_) return {};
+  error_reported_ = true;
   return *error_;
 }
 

@@ -46,14 +46,14 @@ class FrameFolder final : public sinks::FrameSink {
                                                    const Manifest& manifest);
   ~FrameFolder() override;
 
-  bool has(uint64_t frame) const { return kept_.contains(frame); }
-  uint64_t kept() const { return kept_.size(); }
+  bool has(uint64_t frame) const { return existing_.contains(frame); }
+  uint64_t existing_frames() const { return existing_.size(); }
   // Machine that rendered the existing frames; nullopt: there are none.
   const std::optional<Machine>& machine_before() const { return machine_before_; }
   // Writes the manifest with the machine; must precede the first frame.
   Result<void> begin(const Machine& machine);
 
-  Result<void> take(sinks::FrameImage&& image) override;
+  Result<void> consume(sinks::FrameImage&& image) override;
   // Copies a frame from another folder, together with its line there.
   Result<void> copy(uint64_t frame, const std::filesystem::path& from_folder, const std::string& line);
   // Writes the list in frame order.
@@ -65,20 +65,20 @@ class FrameFolder final : public sinks::FrameSink {
   struct Job {
     sinks::FrameImage image;
     std::string line;
-    bool taken = false, written = false;
+    bool started = false, written = false;
   };
   void work();
   void list_written();  // requires mutex_
   void end_threads();
   Result<void> write_list();
-  Result<void> take_error();  // requires mutex_
+  Result<void> report_error();  // requires mutex_
 
   Result<void> lock();
 
   const std::filesystem::path folder_;
   UniqueFd lock_;  // excludes a second run in the same folder
   Manifest manifest_;
-  std::map<uint64_t, std::string> kept_;  // lines of existing frames
+  std::map<uint64_t, std::string> existing_;  // lines of existing frames
   std::optional<Machine> machine_before_;
 
   std::mutex mutex_;
@@ -88,7 +88,7 @@ class FrameFolder final : public sinks::FrameSink {
   std::map<uint64_t, std::string> lines_;  // of this run
   bool closing_ = false;
   std::optional<Error> error_;
-  bool error_told_ = false;
+  bool error_reported_ = false;
   std::vector<std::thread> workers_;
 };
 

@@ -8,7 +8,7 @@ namespace fire3dv::offline {
 namespace {
 
 // Limits that keep the products in at_ns() within int64_t.
-constexpr int64_t kMostNumerator = 1'000'000'000, kMostDenominator = 100'000;
+constexpr int64_t kMaxNumerator = 1'000'000'000, kMaxDenominator = 100'000;
 
 std::optional<int64_t> whole_number(std::string_view text) {
   int64_t value = 0;
@@ -49,7 +49,7 @@ Result<FrameRate> parse_frame_rate(const std::string& text) {
     const int64_t common = std::gcd(rate->numerator, rate->denominator);
     rate->numerator /= common;
     rate->denominator /= common;
-    if (rate->numerator <= kMostNumerator && rate->denominator <= kMostDenominator &&
+    if (rate->numerator <= kMaxNumerator && rate->denominator <= kMaxDenominator &&
         rate->numerator / 100'000 <= rate->denominator && rate->denominator / 1000 <= rate->numerator)
       return *rate;
   }
@@ -73,8 +73,8 @@ Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRat
   if (last_ns < first_ns) return times;
   const double wanted = static_cast<double>(last_ns - first_ns) * 1e-9 * static_cast<double>(rate.numerator) /
                         static_cast<double>(rate.denominator);
-  if (wanted >= static_cast<double>(kMostFrames))
-    return Error{"that would be more than " + std::to_string(kMostFrames) +
+  if (wanted >= static_cast<double>(kMaxFrames))
+    return Error{"that would be more than " + std::to_string(kMaxFrames) +
                  " frames: choose a part with --start and --end, or fewer frames a second with --fps"};
   // Last frame not after the end: floating point is exact within one frame.
   times.frames = static_cast<uint64_t>(wanted) + 2;

@@ -8,7 +8,7 @@
 
 namespace fire3dv::offline {
 
-constexpr uint64_t kMostFrames = 100'000'000;
+constexpr uint64_t kMaxFrames = 100'000'000;
 constexpr int64_t kSecondNs = 1'000'000'000;
 
 // Frames per second as a reduced fraction, since rates such as 30000/1001 are not decimal.
@@ -30,7 +30,7 @@ struct FrameTimes {
   int64_t at_ns(uint64_t frame) const;
 };
 
-// Schedules all frames in [first_ns, last_ns]. Fails if there are more than kMostFrames.
+// Schedules all frames in [first_ns, last_ns]. Fails if there are more than kMaxFrames.
 Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRate& rate);
 
 // Frame range of shard `index` (from 1) of `count`. Shards cover all frames; their sizes differ by at most

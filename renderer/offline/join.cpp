@@ -125,7 +125,7 @@ Result<bool> encode(const Whole& whole, const std::filesystem::path& out, const 
     }
     auto stored = read_frame(found.folder, frame, whole.manifest);
     if (!stored) return stored.error();
-    if (auto taken = (*sink)->take(std::move(stored->image)); !taken) return taken.error();
+    if (auto consumed = (*sink)->consume(std::move(stored->image)); !consumed) return consumed.error();
     progress.update_with_end(frame + 1, whole.manifest.times.frames);
   }
   if (auto finished = (*sink)->finish(); !finished) return finished.error();

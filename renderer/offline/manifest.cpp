@@ -17,11 +17,11 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr uint64_t kMostManifestBytes = 1 << 20;
+constexpr uint64_t kMaxManifestBytes = 1 << 20;
 constexpr const char* kFormat = "fire3dv frames";
 constexpr int kVersion = 1;
-constexpr uint32_t kMostShards = 100'000;
-constexpr size_t kMostSettings = 64;  // look-ups are linear
+constexpr uint32_t kMaxShards = 100'000;
+constexpr size_t kMaxSettings = 64;  // look-ups are linear
 
 std::string shown(const std::string& text) {
   return wire::printable(text.empty() ? "nothing" : text, 256);
@@ -74,17 +74,17 @@ bool parse(const ordered_json& json, Manifest& manifest) {
   const auto settings = json.find("settings"), machine = json.find("machine");
   if (settings == json.end() || !settings->is_object() || machine == json.end() || !machine->is_object())
     return false;
-  if (settings->size() > kMostSettings) return false;
+  if (settings->size() > kMaxSettings) return false;
   for (const auto& [name, value] : settings->items()) {
     if (!value.is_string()) return false;
     manifest.settings.emplace_back(name, value.get<std::string>());
   }
-  constexpr int64_t kMostNs = int64_t{1} << 62;
-  if (!get(json, "fps", rate) || !get(json, "first_ns", -kMostNs, kMostNs, manifest.times.first_ns) ||
-      !get(json, "frames", uint64_t{1}, kMostFrames, manifest.times.frames) ||
+  constexpr int64_t kMaxNs = int64_t{1} << 62;
+  if (!get(json, "fps", rate) || !get(json, "first_ns", -kMaxNs, kMaxNs, manifest.times.first_ns) ||
+      !get(json, "frames", uint64_t{1}, kMaxFrames, manifest.times.frames) ||
       !get(json, "width", 1u, app::kMaxImageSide, manifest.width) ||
       !get(json, "height", 1u, app::kMaxImageSide, manifest.height) ||
-      !get(json, "shards", 1u, kMostShards, manifest.shards) ||
+      !get(json, "shards", 1u, kMaxShards, manifest.shards) ||
       !get(json, "shard", 1u, manifest.shards, manifest.shard))
     return false;
   const auto parsed = parse_frame_rate(rate);
@@ -97,8 +97,8 @@ bool parse(const ordered_json& json, Manifest& manifest) {
 }  // namespace
 
 std::string setting_text(const std::string& value) {
-  constexpr size_t kMostBytes = 4000;
-  std::string text = sinks::printable_utf8(value, kMostBytes);
+  constexpr size_t kMaxBytes = 4000;
+  std::string text = sinks::printable_utf8(value, kMaxBytes);
   if (text == value) return text;
   return text + " (" + hex(digest_of(std::as_bytes(std::span(value)))).substr(0, 32) + ")";
 }
@@ -134,7 +134,7 @@ Result<std::optional<Manifest>> read_manifest(const std::filesystem::path& folde
   const std::filesystem::path path = folder / kManifestName;
   std::error_code fault;
   if (!std::filesystem::exists(path, fault) && !fault) return std::optional<Manifest>();
-  auto bytes = read_whole_file(path, kMostManifestBytes);
+  auto bytes = read_whole_file(path, kMaxManifestBytes);
   if (!bytes) return bytes.error();
   const ordered_json json = ordered_json::parse(bytes->begin(), bytes->end(), nullptr, false);
   Manifest manifest;

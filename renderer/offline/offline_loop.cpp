@@ -9,7 +9,7 @@
 namespace fire3dv::offline {
 
 OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
-    : parts_(parts), times_(times), frames_(parts.device), readback_(parts.device) {
+    : parts_(parts), times_(times), frames_(parts.device), captures_(parts.device) {
   // A free camera is fitted to the scene at rest, independent of the first rendered frame.
   const VkExtent2D extent = parts_.renderer.extent();
   (void)parts_.camera.view(parts_.poses,
@@ -23,7 +23,7 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
   uint64_t frame = part.first;
   for (; frame < end && !should_stop(); ++frame) {
     if (!is_wanted(frame)) continue;
-    show(frame);
+    advance(frame);
     draw(frame);
     if (auto delivered = deliver(); !delivered) return delivered.error();
     progress.update_with_end(frame + 1 - part.first, part.frames);
@@ -34,15 +34,15 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
 }
 
 // Waits until all scene changes of the moment are loaded, so that the image is deterministic.
-void OfflineLoop::show(uint64_t frame) {
+void OfflineLoop::advance(uint64_t frame) {
   const int64_t line_ns = times_.at_ns(frame);
-  parts_.show.advance(line_ns);
+  parts_.streams.advance(line_ns);
   parts_.scene.follow();
   while (!parts_.scene.settled()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     parts_.scene.follow();
   }
-  for (const std::string& note : parts_.show.take_notes()) app::say(note);
+  for (const std::string& note : parts_.streams.take_notes()) app::say(note);
   for (const std::string& note : parts_.scene.take_notes()) app::say(note);
   if (parts_.animations)
     parts_.poses.set_rest(
@@ -55,26 +55,15 @@ void OfflineLoop::draw(uint64_t frame) {
   const passes::View view =
       parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   parts_.renderer.record(recorder, frames_.belt(), parts_.poses, view);
-  readback_.record(recorder, parts_.renderer.image(), {frame, view.camera, parts_.poses.shown()});
-  readback_.submitted(frames_.submit());
+  captures_.record(recorder, parts_.renderer.image(), {frame, view.camera, parts_.poses.shown()});
+  captures_.submitted(frames_.submit());
   ++images_;
 }
 
 Result<void> OfflineLoop::deliver() {
-  Result<void> result;
-  readback_.poll([&](Tag tag, VkExtent2D extent, std::span<const uint8_t> rgba8) {
-    if (!result) return;
-    sinks::FrameImage image;
-    image.width = extent.width;
-    image.height = extent.height;
-    image.rgba8.assign(rgba8.begin(), rgba8.end());
-    image.frame_index = tag.frame;
-    image.camera = std::move(tag.camera);
-    image.shown = std::move(tag.shown);
-    result = parts_.sink.take(std::move(image));
-  });
+  Result<void> delivered = captures_.deliver(parts_.sink);
   (void)frames_.take_finished();  // GPU times are not used
-  return result;
+  return delivered;
 }
 
 }  // namespace fire3dv::offline

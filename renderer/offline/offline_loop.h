@@ -5,15 +5,13 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/window/camera_rig.h"
+#include "renderer/capture/capture_queue.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/offline/frame_times.h"
-#include "renderer/offline/recorded_show.h"
-#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/offline/recorded_streams.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/animation.h"
@@ -27,7 +25,7 @@ class OfflineLoop {
     gpu::Device& device;
     passes::SceneRenderer& renderer;
     state::PoseState& poses;
-    RecordedStreams& show;
+    RecordedStreams& streams;
     app::LiveScene& scene;
     std::optional<state::AnimationPlayer>* animations;
     app::CameraRig& camera;
@@ -41,19 +39,14 @@ class OfflineLoop {
   uint64_t images() const { return images_; }
 
  private:
-  struct Tag {
-    uint64_t frame;
-    std::string camera;
-    std::vector<state::FrameTag> shown;
-  };
-  void show(uint64_t frame);
+  void advance(uint64_t frame);
   void draw(uint64_t frame);
   Result<void> deliver();
 
   Parts parts_;
   FrameTimes times_;
   gpu::FrameRing frames_;
-  passes::ReadbackRing<Tag> readback_;
+  capture::CaptureQueue captures_;
   uint64_t images_ = 0;
 };
 

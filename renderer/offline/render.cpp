@@ -72,9 +72,9 @@ Result<FrameTimes> choose_times(const Timeline& timeline, const RenderOptions& o
 // Manifest without the machine: all inputs that determine the bytes of frames.
 Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& timeline,
                                  const FrameTimes& times, const scene::Scene& scene) {
-  constexpr uint64_t kMostBytes = uint64_t{1} << 50;
+  constexpr uint64_t kMaxBytes = uint64_t{1} << 50;
   const auto digest_of = [](const std::filesystem::path& file) -> Result<std::string> {
-    auto digest = digest_of_file(file, kMostBytes);
+    auto digest = digest_of_file(file, kMaxBytes);
     if (!digest) return digest.error();
     return hex(*digest).substr(0, 32);
   };
@@ -143,10 +143,10 @@ Result<Output> open_output(const RenderOptions& options, const Manifest& manifes
   return output;
 }
 
-// Frames of another machine are kept, with a warning.
+// Frames of another machine stay, with a warning.
 void warn_of_other_machine(const FrameFolder& folder, const Machine& machine) {
   const auto& before = folder.machine_before();
-  if (!before || *before == machine || folder.kept() == 0) return;
+  if (!before || *before == machine || folder.existing_frames() == 0) return;
   say("warning: the frames that are there were drawn by " + wire::printable(before->device) + " (" +
       wire::printable(before->driver) + ", " + wire::printable(before->cpu) + "), the others will be by " +
       machine.device + " (" + machine.driver + ", " + machine.cpu +
@@ -200,7 +200,7 @@ Result<bool> Render::run() {
   auto output = open_output(options_, *manifest);
   if (!output) return output.error();
 
-  if (!output->folder || output->folder->kept() < part.frames) {
+  if (!output->folder || output->folder->existing_frames() < part.frames) {
     auto drawn = draw(**loaded, *timeline, *manifest, *output);
     if (!drawn || !*drawn) {
       if (output->video) output->video->abandon();
@@ -250,24 +250,25 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
       loaded, poses, *renderer, *camera,
       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->most_textures()});
   if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
-  auto show = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
-  if (!show) return show.error();
+  auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
+  if (!streams) return streams.error();
 
   const Part part = manifest.part();
   if (output.folder) {
     const Machine machine{report.name, report.driver, cpu_name()};
     warn_of_other_machine(*output.folder, machine);
-    if (output.folder->kept() > 0) say(std::to_string(output.folder->kept()) + " frames are there already");
+    if (output.folder->existing_frames() > 0)
+      say(std::to_string(output.folder->existing_frames()) + " frames are there already");
     if (auto begun = output.folder->begin(machine); !begun) return begun.error();
   }
-  OfflineLoop loop({**device, *renderer, poses, *show, live, *animations ? &(*animations)->player : nullptr,
-                    *camera, output.sink()},
+  OfflineLoop loop({**device, *renderer, poses, *streams, live,
+                    *animations ? &(*animations)->player : nullptr, *camera, output.sink()},
                    manifest.times);
   const auto is_wanted = [&](uint64_t frame) { return !output.folder || !output.folder->has(frame); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);
   if (!drawn) return drawn;
-  if (show->left_out() != 0)
-    say("warning: " + std::to_string(show->left_out()) +
+  if (streams->left_out() != 0)
+    say("warning: " + std::to_string(streams->left_out()) +
         " scene edits were left out: too many stand between two frames");
   // An interrupted folder can be resumed, an interrupted video cannot.
   if (*drawn || output.folder) {
@@ -277,7 +278,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (!*drawn)
     say(output.folder ? "stopped; the same command goes on from here"
                       : "stopped; nothing is left of the video (--resume keeps what is drawn)");
-  if (auto kept = pipelines.keep(); !kept) app::log_cache_error(kept.error());
+  if (auto cached = pipelines.keep(); !cached) app::log_cache_error(cached.error());
   return drawn;
 }
 

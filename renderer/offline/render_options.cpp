@@ -16,7 +16,7 @@ namespace fire3dv::offline {
 namespace {
 
 constexpr int kUsageError = 2;
-constexpr uint32_t kMostShards = 100'000;
+constexpr uint32_t kMaxShards = 100'000;
 
 int usage_error(const char* command, const std::string& text) {
   std::cerr << "fire3dv " << command << ": " << text << " (see fire3dv " << command << " --help)\n";
@@ -103,8 +103,7 @@ bool parse_shard(const std::string& text, uint32_t& index, uint32_t& count) {
   const auto first = std::from_chars(text.data(), end, index);
   if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/') return false;
   const auto second = std::from_chars(first.ptr + 1, end, count);
-  return second.ec == std::errc() && second.ptr == end && index >= 1 && index <= count &&
-         count <= kMostShards;
+  return second.ec == std::errc() && second.ptr == end && index >= 1 && index <= count && count <= kMaxShards;
 }
 
 std::string for_live_streams(const std::string& option) {
@@ -196,10 +195,10 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   const auto rate = parse_frame_rate(fps);
   if (!rate) return refuse(rate.error().message);
   options.rate = *rate;
-  constexpr double kMostSeconds = 1e9;
-  if (!(options.start_s >= 0 && options.start_s <= kMostSeconds))
+  constexpr double kMaxSeconds = 1e9;
+  if (!(options.start_s >= 0 && options.start_s <= kMaxSeconds))
     return refuse("--start must be a number from 0 to 1e9");
-  if (options.end_s && !(*options.end_s >= options.start_s && *options.end_s <= kMostSeconds))
+  if (options.end_s && !(*options.end_s >= options.start_s && *options.end_s <= kMaxSeconds))
     return refuse("--end must be a number from that of --start to 1e9");
   if (const auto wrong = check_out(options.out, options.video)) return refuse(*wrong);
   const bool is_video = sinks::is_video_name(options.out);

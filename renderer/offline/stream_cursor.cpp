@@ -7,7 +7,7 @@
 namespace fire3dv::offline {
 namespace {
 
-constexpr uint64_t kMostPendingBytes = uint64_t{256} << 20;  // as for a live stream
+constexpr uint64_t kMaxPendingBytes = uint64_t{256} << 20;  // as for a live stream
 
 }  // namespace
 
@@ -103,7 +103,7 @@ void StreamCursor::keep_edit(const record::Played& played) {
     pending_.erase(known->second);
     order_of_key_.erase(known);
   }
-  if (pending_bytes_ + played.message.size() > kMostPendingBytes) {
+  if (pending_bytes_ + played.message.size() > kMaxPendingBytes) {
     ++left_out_;
     return;
   }

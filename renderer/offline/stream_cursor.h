@@ -49,7 +49,7 @@ class StreamCursor {
   };
   std::optional<Moment> at(int64_t line_ns);
 
-  uint64_t left_out() const { return left_out_; }  // edits over kMostPendingBytes between two frames
+  uint64_t left_out() const { return left_out_; }  // edits over kMaxPendingBytes between two frames
 
  private:
   void fill();

@@ -11,11 +11,11 @@
 namespace fire3dv::offline {
 namespace {
 
-constexpr size_t kMostStreams = 64;
-constexpr size_t kMostSegments = 1'000'000;  // of all streams; limit of runs, too
-constexpr size_t kMostGuidePoints = 1 << 20;
+constexpr size_t kMaxStreams = 64;
+constexpr size_t kMaxSegments = 1'000'000;  // of all streams; limit of runs, too
+constexpr size_t kMaxGuidePoints = 1 << 20;
 constexpr int64_t kSameClockNs = kSecondNs / 10;
-constexpr int64_t kMostLineNs = int64_t{1} << 61;
+constexpr int64_t kMaxLineNs = int64_t{1} << 61;
 
 }  // namespace
 
@@ -49,7 +49,7 @@ class Timeline::Builder {
   void place(size_t stream, size_t segment, int64_t line_from_sim_ns);
   Result<void> guide_has_come(int64_t line_ns);
   Error too_far_apart(size_t stream) const;
-  bool room() const { return segments_ < kMostSegments; }
+  bool room() const { return segments_ < kMaxSegments; }
 
   Timeline& line_;
   const record::Playback& playback_;
@@ -61,9 +61,9 @@ class Timeline::Builder {
 };
 
 Result<void> Timeline::Builder::choose_guide(const std::string& name) {
-  if (streams_.size() > kMostStreams)
+  if (streams_.size() > kMaxStreams)
     return Error{wire::printable(const_cast<record::Playback&>(playback_).reader().name(), 4096) + " holds " +
-                 std::to_string(streams_.size()) + " streams; " + std::to_string(kMostStreams) +
+                 std::to_string(streams_.size()) + " streams; " + std::to_string(kMaxStreams) +
                  " at most can be rendered together"};
   if (name.empty()) return {};
   std::string known;
@@ -100,7 +100,7 @@ Result<void> Timeline::Builder::take(const record::Played& played) {
   ++line_.frames_;
   if (!span.placed) return {};
   const int64_t line_ns = sim_ns + times.segments.back().line_from_sim_ns;
-  if (std::abs(line_ns) > kMostLineNs) return too_far_apart(stream);
+  if (std::abs(line_ns) > kMaxLineNs) return too_far_apart(stream);
   run.first_ns = std::min(run.first_ns, line_ns);
   building.last_ns = line_ns;
   if (stream != *guide_) return {};
@@ -157,7 +157,7 @@ Result<void> Timeline::Builder::guide_has_come(int64_t line_ns) {
       const int64_t next_ns =
           building.spans[i + 1].first_sim_ns + line_.streams_[stream].segments[i + 1].line_from_sim_ns;
       // Each segment moves farther back: the limit prevents overflow.
-      if (std::abs(next_ns) > kMostLineNs) return too_far_apart(stream);
+      if (std::abs(next_ns) > kMaxLineNs) return too_far_apart(stream);
       place(stream, i, next_ns - building.spans[i].step_ns - building.spans[i].last_sim_ns);
     }
     building.last_ns = newest.last_sim_ns + line_.streams_[stream].segments.back().line_from_sim_ns;
@@ -184,7 +184,7 @@ Result<void> Timeline::Builder::finish() {
       Segment& segment = line_.streams_[stream].segments[i];
       const int64_t first_ns = span.first_sim_ns + segment.line_from_sim_ns;
       const int64_t last_ns = span.last_sim_ns + segment.line_from_sim_ns;
-      if (std::abs(first_ns) > kMostLineNs || std::abs(last_ns) > kMostLineNs)
+      if (std::abs(first_ns) > kMaxLineNs || std::abs(last_ns) > kMaxLineNs)
         return Error{"simulated times in " + name + " are too far apart to be laid on one line"};
       line_.first_ns_ = std::min(line_.first_ns_, first_ns);
       line_.last_ns_ = std::max(line_.last_ns_, last_ns);
@@ -225,7 +225,7 @@ Result<Timeline> Timeline::read(record::Playback& playback, const std::string& c
 void Timeline::remember(uint64_t log_time_ns, int64_t line_ns) {
   if (!guide_.empty() && log_time_ns < guide_.back().first + guide_spacing_ns_) return;
   guide_.emplace_back(log_time_ns, line_ns);
-  if (guide_.size() < kMostGuidePoints) return;
+  if (guide_.size() < kMaxGuidePoints) return;
   for (size_t i = 0; i < guide_.size() / 2; ++i) guide_[i] = guide_[2 * i];
   guide_.resize(guide_.size() / 2);
   guide_spacing_ns_ *= 2;

@@ -216,7 +216,7 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
   if (views > 1) {
     // Edits may show hidden nodes in the recorded frame.
     const bool alone = path_ != RasterPath::visibility || may_have_on_top_;
-    if (alone || outputs[Plane::color_linear_f16])
+    if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
           "points, and no linear colours: take one after the other"};
@@ -229,7 +229,7 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
                            device_.report().name +
                            " lacks 64-bit atomics: choose another device with --device"};
   }
-  if (outputs[Plane::color_linear_f16] && !visibility_->can_leave_samples())
+  if (outputs.has(wire::kColorLinearF16) && !visibility_->can_leave_samples())
     return Error{"linear colours of several samples need what " + device_.report().name +
                  " lacks (shaderStorageImageMultisample): take one sample with --samples 1"};
   return {};
@@ -284,8 +284,8 @@ void SceneRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, cons
   if (inspects) inspect(recorder, belt, views[0], globals[0], inspection);
   if (shaded) {
     Shading how{compute, masked, {nullptr, 0}};
-    if (outputs[Plane::color_linear_f16])
-      how.linear = {&outputs_->planes(), outputs_->address_of(Plane::color_linear_f16)};
+    if (outputs.has(wire::kColorLinearF16))
+      how.linear = {&outputs_->planes(), outputs_->address_of(wire::kColorLinearF16)};
     if (sees.camera) visibility_->merge_surfaces(recorder, *gpu_scene_, globals, masked);
     shade(recorder, belt, poses, views, globals, how);
   }

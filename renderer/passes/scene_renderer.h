@@ -9,7 +9,7 @@
 #include "renderer/passes/debug/inspector.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/forward/forward_pass.h"
-#include "renderer/passes/outputs/image_outputs.h"
+#include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/post/stale_overlay_pass.h"

@@ -44,7 +44,7 @@ FileSink::~FileSink() {
   (void)finish();
 }
 
-Result<void> FileSink::take(FrameImage&& image) {
+Result<void> FileSink::consume(FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image));
   std::unique_lock lock(mutex_);
   FIRE3DV_ASSERT(!closing_);
@@ -52,7 +52,7 @@ Result<void> FileSink::take(FrameImage&& image) {
   changed_.wait(lock, [&] { return queue_.size() < limit || error_; });
   if (error_) {
     ++frames_dropped_;
-    return take_error();
+    return report_error();
   }
   queue_.push_back(std::move(image));
   changed_.notify_all();
@@ -69,7 +69,7 @@ Result<void> FileSink::finish() {
   if (was_open) worker_.join();
   std::lock_guard lock(mutex_);
   if (was_open && !error_) flush_series();
-  return take_error();
+  return report_error();
 }
 
 // Makes the whole series durable. File contents are flushed one by one, so one flush of the list and of each
@@ -86,9 +86,9 @@ void FileSink::flush_series() {
                    " to the disk: " + system_reason(fault)};
 }
 
-Result<void> FileSink::take_error() {
-  if (!error_ || error_told_) return {};
-  error_told_ = true;
+Result<void> FileSink::report_error() {
+  if (!error_ || error_reported_) return {};
+  error_reported_ = true;
   return *error_;
 }
 
@@ -132,7 +132,8 @@ Result<void> FileSink::write(const FrameImage& image) {
       return written.error();
   }
   for (const FramePlane& plane : image.planes) {
-    files.planes.push_back(*folder / (std::string(name) + "." + plane.name + ".npy"));
+    files.planes.push_back(
+        *folder / (std::string(name) + "." + std::string(wire::info_of(plane.output).cli_name) + ".npy"));
     auto written = write_npy(options_.folder / files.planes.back(), plane, image.width, image.height,
                              base::Durability::contents);
     if (!written) return written.error();

@@ -28,7 +28,7 @@ namespace fire3dv::sinks {
 struct FileSinkOptions {
   std::filesystem::path folder;
   bool folder_per_camera = false;  // required if one run writes several cameras
-  size_t queue_limit = 4;          // frames in the queue before take() blocks
+  size_t queue_limit = 4;          // frames in the queue before consume() blocks
 };
 
 class FileSink final : public FrameSink {
@@ -37,7 +37,7 @@ class FileSink final : public FrameSink {
   static Result<std::unique_ptr<FileSink>> open(const FileSinkOptions& options);
   ~FileSink() override;  // calls finish(); loses an unreported error
 
-  Result<void> take(FrameImage&& image) override;
+  Result<void> consume(FrameImage&& image) override;
   Result<void> finish() override;
 
   uint64_t frames_written() const { return frames_written_; }
@@ -49,7 +49,7 @@ class FileSink final : public FrameSink {
   Result<void> write(const FrameImage& image);
   Result<std::filesystem::path> folder_of(const std::string& camera);
   void flush_series();
-  Result<void> take_error();  // requires mutex_
+  Result<void> report_error();  // requires mutex_
 
   const FileSinkOptions options_;
   // Owned by the worker thread.
@@ -63,7 +63,7 @@ class FileSink final : public FrameSink {
   std::deque<FrameImage> queue_;
   bool closing_ = false;
   std::optional<Error> error_;
-  bool error_told_ = false;
+  bool error_reported_ = false;
   std::thread worker_;
 };
 

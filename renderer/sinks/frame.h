@@ -2,37 +2,21 @@
 // on one thread.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/base/error.h"
+#include "protocol/wire/image_outputs.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::sinks {
 
-// Non-colour output in row-major order, top row first; see renderer/passes/outputs/image_outputs.h.
+// Plane other than colours for displays: rows without padding, the top one first.
 struct FramePlane {
-  std::string name;
-  std::string type;       // element type as a NumPy dtype string
-  uint32_t channels = 1;  // elements per pixel
+  wire::ImageOutput output;
   std::vector<uint8_t> bytes;
-};
-
-// 2D bounding box of an instance in pixels: min inclusive, max exclusive.
-struct FrameBox2d {
-  uint32_t instance = 0, semantic = 0;
-  uint32_t min_x = 0, min_y = 0, max_x = 0, max_y = 0;
-  uint32_t pixels = 0;  // number of visible pixels
-  bool operator==(const FrameBox2d&) const = default;
-};
-
-// Oriented 3D bounding box: the unit cube from -0.5 to 0.5, transformed by world_from_box.
-struct FrameBox3d {
-  uint32_t instance = 0, semantic = 0;
-  std::array<float, 12> world_from_box{};  // row-major 3x4
 };
 
 struct FrameImage {
@@ -40,8 +24,8 @@ struct FrameImage {
   // sRGB-encoded, top row first, width * height * 4 bytes; empty if only planes were requested.
   std::vector<uint8_t> rgba8;
   std::vector<FramePlane> planes;
-  std::optional<std::vector<FrameBox2d>> boxes2d;  // nullopt: not requested
-  std::optional<std::vector<FrameBox3d>> boxes3d;
+  std::optional<std::vector<wire::BoxRecord2d>> boxes2d;  // nullopt: not requested
+  std::optional<std::vector<wire::BoxRecord3d>> boxes3d;
   uint64_t frame_index = 0;  // of this run of the renderer, from 0
   std::string camera;
   std::vector<state::FrameTag> shown;  // empty: the scene is at rest
@@ -53,9 +37,9 @@ class FrameSink {
 
   // May block while the sink writes earlier frames; that delays the renderer, never a simulator. An error is
   // returned once, by the next call; afterwards the sink drops all frames.
-  virtual Result<void> take(FrameImage&& image) = 0;
+  virtual Result<void> consume(FrameImage&& image) = 0;
 
-  // Returns when all frames are written. No frame may be taken afterwards.
+  // Returns when all frames are written. No frame may follow.
   virtual Result<void> finish() = 0;
 };
 

@@ -35,20 +35,21 @@ std::string labels(uint32_t instance, uint32_t semantic) {
   return "{\"instance\":" + std::to_string(instance) + ",\"semantic\":" + std::to_string(semantic);
 }
 
-std::string box_entry(const FrameBox2d& box) {
+std::string box_entry(const wire::BoxRecord2d& box) {
   return labels(box.instance, box.semantic) + ",\"box\":[" + std::to_string(box.min_x) + "," +
          std::to_string(box.min_y) + "," + std::to_string(box.max_x) + "," + std::to_string(box.max_y) +
          "],\"pixels\":" + std::to_string(box.pixels) + "}";
 }
 
-std::string box_entry(const FrameBox3d& box) {
+std::string box_entry(const wire::BoxRecord3d& box) {
   return labels(box.instance, box.semantic) + ",\"world_from_box\":" + list(box.world_from_box, number) + "}";
 }
 
 std::string plane_entries(const FrameFiles& files, const FrameImage& image) {
   std::string text;
   for (size_t i = 0; i < image.planes.size(); ++i) {
-    text += (i ? "," : "") + json_string(image.planes[i].name) + ":" + json_string(files.planes[i].string());
+    text += (i ? "," : "") + json_string(wire::info_of(image.planes[i].output).cli_name) + ":" +
+            json_string(files.planes[i].string());
   }
   return "{" + text + "}";
 }
@@ -62,9 +63,11 @@ std::string frame_line(const FrameFiles& files, const FrameImage& image) {
           ",\"width\":" + std::to_string(image.width) + ",\"height\":" + std::to_string(image.height);
   if (!image.planes.empty()) line += ",\"planes\":" + plane_entries(files, image);
   if (image.boxes2d)
-    line += ",\"boxes2d\":" + list(*image.boxes2d, [](const FrameBox2d& box) { return box_entry(box); });
+    line +=
+        ",\"boxes2d\":" + list(*image.boxes2d, [](const wire::BoxRecord2d& box) { return box_entry(box); });
   if (image.boxes3d)
-    line += ",\"boxes3d\":" + list(*image.boxes3d, [](const FrameBox3d& box) { return box_entry(box); });
+    line +=
+        ",\"boxes3d\":" + list(*image.boxes3d, [](const wire::BoxRecord3d& box) { return box_entry(box); });
   return line + ",\"streams\":" + list(image.shown, stream_entry) + "}\n";
 }
 

@@ -10,9 +10,11 @@ namespace fire3dv::sinks {
 static_assert(std::endian::native == std::endian::little, "planes are written as they lie in memory");
 
 std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_t height) {
+  const wire::ImageOutputInfo& info = wire::info_of(plane.output);
   std::string shape = std::to_string(height) + ", " + std::to_string(width);
-  if (plane.channels > 1) shape += ", " + std::to_string(plane.channels);
-  std::string header = "{'descr': '" + plane.type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
+  if (info.channels > 1) shape += ", " + std::to_string(info.channels);
+  std::string header =
+      "{'descr': '" + std::string(info.numpy_type) + "', 'fortran_order': False, 'shape': (" + shape + "), }";
   // The format requires data at a multiple of 64 bytes, after a line feed.
   constexpr size_t kBefore = 10;
   header.append(63 - (kBefore + header.size()) % 64, ' ');

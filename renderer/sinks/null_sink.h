@@ -9,15 +9,15 @@ namespace fire3dv::sinks {
 
 class NullSink final : public FrameSink {
  public:
-  Result<void> take(FrameImage&&) override {
-    ++frames_taken_;
+  Result<void> consume(FrameImage&&) override {
+    ++frames_consumed_;
     return {};
   }
   Result<void> finish() override { return {}; }
-  uint64_t frames_taken() const { return frames_taken_; }
+  uint64_t frames_consumed() const { return frames_consumed_; }
 
  private:
-  uint64_t frames_taken_ = 0;
+  uint64_t frames_consumed_ = 0;
 };
 
 }  // namespace fire3dv::sinks

@@ -384,8 +384,8 @@ void Window::present() {
 // Recreates a lost surface; fails if each new surface is lost, too.
 bool Window::is_surface_lost(VkResult result) {
   if (result != VK_ERROR_SURFACE_LOST_KHR) return false;
-  constexpr uint32_t kMostInARow = 10;
-  if (++surfaces_lost_ > kMostInARow) gpu::check(result, "the window's surface");
+  constexpr uint32_t kMaxInARow = 10;
+  if (++surfaces_lost_ > kMaxInARow) gpu::check(result, "the window's surface");
   lose_surface();
   return true;
 }

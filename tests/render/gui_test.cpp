@@ -55,7 +55,7 @@ class Screen {
   state::PoseState poses_;
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
-  passes::ReadbackRing<int> readback_;
+  gpu::ReadbackRing<int> readback_;
   gui::GuiPass pass_;
   const scene::Scene& scene_;
 };

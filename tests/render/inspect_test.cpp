@@ -91,9 +91,9 @@ class Inspected {
     belt_.drain([](int, VkExtent2D, std::span<const uint8_t>) {});
   }
   Taken planes() {
-    passes::ImageOutputs outputs;
-    outputs[passes::Plane::instance_u32] = outputs[passes::Plane::depth_f32] = true;
-    outputs[passes::Plane::normal_f16] = true;
+    wire::ImageOutputs outputs;
+    outputs.add(wire::kInstanceU32), outputs.add(wire::kDepthF32);
+    outputs.add(wire::kNormal);
     return bench_.take(poses_, view(), outputs);
   }
   passes::View view() { return first_camera_view(scene_, poses_, kExtent); }
@@ -115,7 +115,7 @@ class Inspected {
   scene::Scene scene_;
   state::PoseState poses_;
   RenderBench bench_;
-  passes::ReadbackRing<int> belt_;
+  gpu::ReadbackRing<int> belt_;
 };
 
 glm::ivec3 at_index(const sinks::FrameImage& image, size_t i) {
@@ -141,9 +141,9 @@ TEST_P(Inspect, ViewsShowWhatTheImageIsMadeOf) {
   Inspected inspected(desk(), GetParam());
   const sinks::FrameImage before = inspected.draw({});
   const Taken planes = inspected.planes();
-  const auto instance = planes.plane<uint32_t>(passes::Plane::instance_u32);
-  const auto depth = planes.plane<float>(passes::Plane::depth_f32);
-  const auto normal = planes.plane<uint64_t>(passes::Plane::normal_f16);
+  const auto instance = planes.plane<uint32_t>(wire::kInstanceU32);
+  const auto depth = planes.plane<float>(wire::kDepthF32);
+  const auto normal = planes.plane<uint64_t>(wire::kNormal);
   ASSERT_EQ(instance.size(), size_t{kExtent.width} * kExtent.height);
 
   const sinks::FrameImage normals = inspected.draw({DebugView::normals});
@@ -235,8 +235,8 @@ TEST_P(Inspect, PicksAreWhatThePlanesSay) {
   for (const bool orthographic : {false, true}) {
     Inspected inspected(desk(orthographic), GetParam());
     const Taken planes = inspected.planes();
-    const auto instance = planes.plane<uint32_t>(passes::Plane::instance_u32);
-    const auto depth = planes.plane<float>(passes::Plane::depth_f32);
+    const auto instance = planes.plane<uint32_t>(wire::kInstanceU32);
+    const auto depth = planes.plane<float>(wire::kDepthF32);
     std::vector<passes::Picked> picked;
     uint64_t wanted = 0;
     // Frames in flight: no wait between two picks.
@@ -277,7 +277,7 @@ TEST_P(Inspect, PicksAreWhatThePlanesSay) {
 TEST_P(Inspect, TheOutlineIsAroundTheSelectedNodeAlone) {
   Inspected inspected(desk(), GetParam());
   const sinks::FrameImage before = inspected.draw({});
-  const auto instance = inspected.planes().plane<uint32_t>(passes::Plane::instance_u32);
+  const auto instance = inspected.planes().plane<uint32_t>(wire::kInstanceU32);
   const uint32_t ball = named(inspected.scene(), "ball"), hat = named(inspected.scene(), "hat");
   const auto check = [&](uint32_t selected, const std::set<uint32_t>& nodes) {
     const sinks::FrameImage outlined = inspected.draw({DebugView::none, selected});

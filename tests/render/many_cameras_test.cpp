@@ -11,8 +11,6 @@
 namespace fire3dv::test {
 namespace {
 
-using passes::Plane;
-
 constexpr VkExtent2D kExtent{48, 40};
 constexpr uint32_t kViews = 7;
 
@@ -82,9 +80,8 @@ TEST_P(ManyCameras, EachHasWhatItHasAlone) {
   state::RestPose moved = state::rest_pose(scene);
   moved.parent_from_node[1] = moved.world_from_node[1] = at({0.3f, 0.9f, 0.2f});
   const std::vector<passes::View> views = test::views();
-  passes::ImageOutputs outputs;
-  outputs.planes.fill(true);
-  outputs[Plane::color_linear_f16] = false;
+  wire::ImageOutputs outputs = wire::ImageOutputs::all_planes();
+  outputs.remove(wire::kColorLinearF16);
   RenderBench one(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
   RenderBench many(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
   many.renderer().set_size(kExtent, kViews);
@@ -97,14 +94,12 @@ TEST_P(ManyCameras, EachHasWhatItHasAlone) {
       SCOPED_TRACE(v);
       const Taken alone = one.take(poses, views[v], outputs, &histories_alone[v]);
       EXPECT_EQ(part(all.image.rgba8, v, 4 * kPixels), alone.image.rgba8);
-      EXPECT_EQ(part(all.plane<uint32_t>(Plane::depth_f32), v, kPixels),
-                alone.plane<uint32_t>(Plane::depth_f32));
-      EXPECT_EQ(part(all.plane<uint32_t>(Plane::instance_u32), v, kPixels),
-                alone.plane<uint32_t>(Plane::instance_u32));
-      EXPECT_EQ(part(all.plane<uint64_t>(Plane::normal_f16), v, kPixels),
-                alone.plane<uint64_t>(Plane::normal_f16));
-      EXPECT_EQ(part(all.plane<uint64_t>(Plane::motion_f32), v, kPixels),
-                alone.plane<uint64_t>(Plane::motion_f32));
+      EXPECT_EQ(part(all.plane<uint32_t>(wire::kDepthF32), v, kPixels),
+                alone.plane<uint32_t>(wire::kDepthF32));
+      EXPECT_EQ(part(all.plane<uint32_t>(wire::kInstanceU32), v, kPixels),
+                alone.plane<uint32_t>(wire::kInstanceU32));
+      EXPECT_EQ(part(all.plane<uint64_t>(wire::kNormal), v, kPixels), alone.plane<uint64_t>(wire::kNormal));
+      EXPECT_EQ(part(all.plane<uint64_t>(wire::kMotion), v, kPixels), alone.plane<uint64_t>(wire::kMotion));
     }
     poses.set_rest(moved);
   }
@@ -120,9 +115,9 @@ TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
   const scene::Scene scene = stage();
   const state::PoseState poses(scene);
   const std::vector<passes::View> views = test::views();
-  passes::ImageOutputs labels;
-  labels.color_srgb8 = false;
-  labels[Plane::instance_u32] = true;
+  wire::ImageOutputs labels;
+  labels.remove(wire::kColorSrgb8);
+  labels.add(wire::kInstanceU32);
   const passes::DrawSettings settings = settings_of(4, passes::ShadowMethod::ray);
   RenderBench alone(scene, kExtent, settings), bench(scene, kExtent, settings);
   const Taken labels_alone = alone.take(poses, views[1], labels);
@@ -130,7 +125,7 @@ TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
   const sinks::FrameImage second_alone = alone.draw(poses, views[4]);
 
   passes::SceneRenderer& renderer = bench.renderer();
-  passes::ReadbackRing<int> readback(device());
+  gpu::ReadbackRing<int> readback(device());
   gpu::Recorder& recorder = bench.frames().begin();
   gpu::StagingRing& belt = bench.frames().belt();
   renderer.record(recorder, belt, poses, std::span(&views[1], 1), labels, {});

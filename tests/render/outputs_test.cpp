@@ -15,8 +15,6 @@
 namespace fire3dv::test {
 namespace {
 
-using passes::Plane;
-
 scene::Material glowing(glm::vec3 color) {
   scene::Material material = matte(color);
   material.unlit = true;
@@ -72,13 +70,12 @@ passes::View view_of(const Eye& eye) {
   return passes::make_view(eye.intrinsics, glm::mat4(eye.world_from_camera));
 }
 
-passes::ImageOutputs everything() {
-  passes::ImageOutputs outputs;
-  outputs.planes.fill(true);
+wire::ImageOutputs everything() {
+  wire::ImageOutputs outputs = wire::ImageOutputs::all_planes();
   return outputs;
 }
 
-// Returns the expected content of a pixel (image_outputs.h); nothing near the edge of another face.
+// Returns the expected content of a pixel (plane_layout.h); nothing near the edge of another face.
 std::optional<Hit> expected(const Eye& eye, const std::vector<Face>& faces, glm::dvec2 pixel,
                             uint32_t samples) {
   if (samples == 1) return eye.cast_surely(faces, pixel);
@@ -135,10 +132,10 @@ TEST_P(Outputs, EachPixelShowsWhatItsRayMeets) {
   const Eye eye = eye_of(stage.scene);
   RenderBench bench(stage.scene, kExtent, with_samples(GetParam()));
   const Taken taken = bench.take(state::PoseState(stage.scene), view_of(eye), everything());
-  const auto depth = taken.plane<float>(Plane::depth_f32);
-  const auto instance = taken.plane<uint32_t>(Plane::instance_u32);
-  const auto semantic = taken.plane<uint32_t>(Plane::semantic_u32);
-  const auto normal = taken.plane<uint64_t>(Plane::normal_f16);
+  const auto depth = taken.plane<float>(wire::kDepthF32);
+  const auto instance = taken.plane<uint32_t>(wire::kInstanceU32);
+  const auto semantic = taken.plane<uint32_t>(wire::kSemanticU32);
+  const auto normal = taken.plane<uint64_t>(wire::kNormal);
 
   size_t compared = 0, edges = 0;
   double worst = 0;
@@ -179,8 +176,8 @@ TEST_P(Outputs, ABallIsRound) {
   RenderBench bench(scene, {100, 100}, with_samples(GetParam()));
   const state::PoseState poses(scene);
   const Taken taken = bench.take(poses, first_camera_view(scene, poses, {100, 100}), everything());
-  const auto depth = taken.plane<float>(Plane::depth_f32);
-  const auto normal = taken.plane<uint64_t>(Plane::normal_f16);
+  const auto depth = taken.plane<float>(wire::kDepthF32);
+  const auto normal = taken.plane<uint64_t>(wire::kNormal);
   // With four samples small triangles may miss the centre: the value is a mean, which is exact for flat
   // surfaces.
   const double slack_m = GetParam() == 1 ? 1e-5 : 5e-4;
@@ -222,10 +219,10 @@ TEST_P(Outputs, ACameraOffItsMiddleTakesAPieceOfTheWhole) {
   const Taken large = RenderBench(stage.scene, kExtent, settings).take(poses, view_of(whole), everything());
   const Taken small =
       RenderBench(stage.scene, {kSize.x, kSize.y}, settings).take(poses, view_of(piece), everything());
-  const auto large_instance = large.plane<uint32_t>(Plane::instance_u32);
-  const auto small_instance = small.plane<uint32_t>(Plane::instance_u32);
-  const auto large_depth = large.plane<float>(Plane::depth_f32);
-  const auto small_depth = small.plane<float>(Plane::depth_f32);
+  const auto large_instance = large.plane<uint32_t>(wire::kInstanceU32);
+  const auto small_instance = small.plane<uint32_t>(wire::kInstanceU32);
+  const auto large_depth = large.plane<float>(wire::kDepthF32);
+  const auto small_depth = small.plane<float>(wire::kDepthF32);
   size_t other_labels = 0, other_colors = 0, other_depths = 0;
   for (uint32_t y = 0; y < kSize.y; ++y) {
     for (uint32_t x = 0; x < kSize.x; ++x) {
@@ -263,11 +260,11 @@ TEST_F(MoreOutputs, MotionIsWhatTheCameraAndTheBodiesMoved) {
   const glm::vec2 none(0);
   for (int image = 0; image < 2; ++image) {  // the first image, and one without motion
     const Taken taken = bench.take(poses, view_of(eye_before), everything(), &history);
-    for (const glm::vec2& motion : taken.plane<glm::vec2>(Plane::motion_f32)) ASSERT_EQ(motion, none);
+    for (const glm::vec2& motion : taken.plane<glm::vec2>(wire::kMotion)) ASSERT_EQ(motion, none);
   }
   poses.set_rest(rest);
   const Taken taken = bench.take(poses, view_of(eye_now), everything(), &history);
-  const auto motion = taken.plane<glm::vec2>(Plane::motion_f32);
+  const auto motion = taken.plane<glm::vec2>(wire::kMotion);
   size_t compared = 0, of_box = 0;
   for (uint32_t y = 0; y < kExtent.height; ++y) {
     for (uint32_t x = 0; x < kExtent.width; ++x) {
@@ -295,11 +292,11 @@ TEST_P(Outputs, PlanesAndColoursDoNotTouchEachOther) {
   const state::PoseState poses(stage.scene);
   RenderBench bench(stage.scene, kExtent, with_samples(GetParam()));
   const sinks::FrameImage alone = bench.draw(poses, view);
-  passes::ImageOutputs outputs = everything();
-  outputs[Plane::color_linear_f16] = false;
+  wire::ImageOutputs outputs = everything();
+  outputs.remove(wire::kColorLinearF16);
   const Taken both = bench.take(poses, view, outputs);
   EXPECT_EQ(both.image.rgba8, alone.rgba8);
-  outputs.color_srgb8 = false;
+  outputs.remove(wire::kColorSrgb8);
   const Taken planes = bench.take(poses, view, outputs);
   EXPECT_TRUE(planes.image.rgba8.empty());
   EXPECT_EQ(planes.planes, both.planes);
@@ -315,7 +312,7 @@ TEST_P(Outputs, LinearColoursAreTheLightItself) {
   RenderBench bench(stage.scene, kExtent, settings);
   const sinks::FrameImage alone = bench.draw(poses, view_of(eye));
   const Taken taken = bench.take(poses, view_of(eye), everything());
-  const auto linear = taken.plane<uint64_t>(Plane::color_linear_f16);
+  const auto linear = taken.plane<uint64_t>(wire::kColorLinearF16);
   size_t compared = 0;
   for (uint32_t y = 0; y < kExtent.height; ++y) {
     for (uint32_t x = 0; x < kExtent.width; ++x) {
@@ -349,7 +346,7 @@ TEST_F(MoreOutputs, NearFarAndOrthographicDepths) {
   const state::PoseState poses(stage.scene);
   RenderBench bench(stage.scene, kExtent, with_samples(1));
   size_t cut = 0;
-  for (const float depth : bench.take(poses, view_of(eye), everything()).plane<float>(Plane::depth_f32)) {
+  for (const float depth : bench.take(poses, view_of(eye), everything()).plane<float>(wire::kDepthF32)) {
     if (std::isinf(depth)) {
       ++cut;
     } else {
@@ -365,7 +362,7 @@ TEST_F(MoreOutputs, NearFarAndOrthographicDepths) {
   flat.half_extent_m = {4, 3};
   const glm::mat4 pose = passes::look_at_pose({0, 4, 4}, {0, 0, 0});
   const passes::View view = passes::make_view(flat, pose, 4.0f / 3);
-  const auto depth = bench.take(poses, view, everything()).plane<float>(Plane::depth_f32);
+  const auto depth = bench.take(poses, view, everything()).plane<float>(wire::kDepthF32);
   // A floor pixel at the lower edge: at 45 degrees depth changes as much as the position in the image.
   const double height_m = -(static_cast<double>(118) + 0.5 - 60) / 60 * 3;
   const double expected_m = std::sqrt(32.0) + height_m;
@@ -377,12 +374,12 @@ TEST_F(MoreOutputs, BoxesHoldWhatIsSeen) {
   const Eye eye = eye_of(stage.scene);
   const state::PoseState poses(stage.scene);
   RenderBench bench(stage.scene, kExtent, with_samples(1));
-  const auto instance = bench.take(poses, view_of(eye), everything()).plane<uint32_t>(Plane::instance_u32);
-  const std::vector<passes::Box3d> known = passes::boxes_of_instances(stage.scene, poses);
+  const auto instance = bench.take(poses, view_of(eye), everything()).plane<uint32_t>(wire::kInstanceU32);
+  const std::vector<wire::BoxRecord3d> known = passes::boxes_of_instances(stage.scene, poses);
   ASSERT_EQ(known.size(), 4u);
-  const std::vector<passes::Box2d> seen = passes::boxes_in_image(instance, kExtent.width, known);
+  const std::vector<wire::BoxRecord2d> seen = passes::boxes_in_image(instance, kExtent.width, known);
   ASSERT_EQ(seen.size(), 4u);
-  for (const passes::Box2d& box : seen) {
+  for (const wire::BoxRecord2d& box : seen) {
     uint32_t pixels = 0, left = kExtent.width, right = 0, top = kExtent.height, bottom = 0;
     for (uint32_t i = 0; i < instance.size(); ++i) {
       if (instance[i] != box.instance) continue;
@@ -395,7 +392,7 @@ TEST_F(MoreOutputs, BoxesHoldWhatIsSeen) {
               std::vector({box.min_x, box.max_x, box.min_y, box.max_y}));
     EXPECT_EQ(box.semantic, stage.scene.nodes[box.instance - 1].semantic);
   }
-  const std::vector<passes::Box3d> boxes = passes::seen_boxes(known, seen);
+  const std::vector<wire::BoxRecord3d> boxes = passes::seen_boxes(known, seen);
   ASSERT_EQ(boxes.size(), 4u);
   const glm::mat4& pose = stage.scene.nodes[kBox].world_from_node;
   const std::array<float, 12>& m = boxes[kBox].world_from_box;
@@ -420,8 +417,8 @@ TEST_F(MoreOutputs, AnotherSceneHasItsOwnLabelsAndNoPast) {
   bench.take(state::PoseState(first.scene), view, everything(), &history);
   bench.renderer().set_scene(second);
   const Taken taken = bench.take(state::PoseState(second), view, everything(), &history);
-  EXPECT_EQ(taken.plane<uint32_t>(Plane::instance_u32).back(), 2u);
-  EXPECT_EQ(taken.plane<glm::vec2>(Plane::motion_f32).back(), glm::vec2(0));
+  EXPECT_EQ(taken.plane<uint32_t>(wire::kInstanceU32).back(), 2u);
+  EXPECT_EQ(taken.plane<glm::vec2>(wire::kMotion).back(), glm::vec2(0));
 }
 
 TEST_F(MoreOutputs, TheForwardPathSaysThatItHasNone) {

@@ -424,7 +424,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   }
   if (given.outputs->count() > 0) {
     if (options.out.empty()) return usage_error("--outputs needs a folder for them: --out DIR");
-    Result<passes::ImageOutputs> parsed = passes::parse_image_outputs(texts.outputs);
+    Result<wire::ImageOutputs> parsed = wire::parse_image_outputs(texts.outputs);
     if (!parsed) return usage_error("--outputs: " + parsed.error().message);
     options.outputs = *parsed;
   }
@@ -476,7 +476,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   options.fxaa = texts.fxaa == "on";
   options.debug_view = passes::debug_view_named(texts.debug_view);
   const bool shows_light = options.debug_view == passes::DebugView::none;
-  if (!shows_light && (!options.outputs.color_srgb8 || options.outputs[passes::Plane::color_linear_f16]))
+  if (!shows_light && (!options.outputs.has(wire::kColorSrgb8) || options.outputs.has(wire::kColorLinearF16)))
     return usage_error(
         "--view shows something else than light: --outputs needs color and not linear beside it");
   if (!shows_light && options.on_request)

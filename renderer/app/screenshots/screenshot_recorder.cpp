@@ -25,7 +25,7 @@ std::string local_time() {
   return text.data();
 }
 
-std::string write_picture(const std::filesystem::path& path, const sinks::FrameImage& image) {
+std::string write_screenshot(const std::filesystem::path& path, const sinks::FrameImage& image) {
   if (Result<void> written = sinks::write_png(path, image); !written) {
     ::unlink(path.c_str());  // removes the empty placeholder file
     return written.error().message;
@@ -128,46 +128,42 @@ uint64_t ScreenshotRecorder::video_frames_due(VkExtent2D extent) {
   const auto due = static_cast<uint64_t>(passed.count() * kVideoFramesPerSecond) + 1;
   if (due <= video_frames_) return 0;
   // The video skips time in which the window was minimised.
-  constexpr uint64_t kMostAtOnce = kVideoFramesPerSecond;
-  const uint64_t frames = std::min(due - video_frames_, kMostAtOnce);
+  constexpr uint64_t kMaxAtOnce = kVideoFramesPerSecond;
+  const uint64_t frames = std::min(due - video_frames_, kMaxAtOnce);
   video_begun_ +=
       std::chrono::nanoseconds((due - video_frames_ - frames) * 1'000'000'000 / kVideoFramesPerSecond);
   video_frames_ += frames;
   return frames;
 }
 
-void ScreenshotRecorder::record(gpu::Recorder& recorder, gpu::Image& image, Tag tag) {
-  Wanted wanted{std::move(tag), std::exchange(screenshot_wanted_, false), video_frames_due(image.extent),
-                video_number_};
-  if (wanted.screenshot || wanted.video_frames != 0) readback_.record(recorder, image, std::move(wanted));
+void ScreenshotRecorder::record(gpu::Recorder& recorder, gpu::Image& image, Tag provenance) {
+  const Use use{std::exchange(screenshot_wanted_, false), video_frames_due(image.extent), video_number_};
+  if (!use.screenshot && use.video_frames == 0) return;
+  captures_.record(recorder, image, std::move(provenance));
+  uses_.push_back(use);
 }
 
 void ScreenshotRecorder::deliver() {
-  readback_.poll([&](Wanted wanted, VkExtent2D extent, std::span<const uint8_t> pixels) {
-    sinks::FrameImage image;
-    image.width = extent.width;
-    image.height = extent.height;
-    image.rgba8.assign(pixels.begin(), pixels.end());
-    image.frame_index = wanted.tag.frame_index;
-    image.camera = std::move(wanted.tag.camera);
-    image.shown = std::move(wanted.tag.shown);
-    if (wanted.screenshot) {
+  captures_.poll([&](sinks::FrameImage&& image) {
+    const Use use = uses_.front();
+    uses_.pop_front();
+    if (use.screenshot) {
       Result<std::filesystem::path> path = new_file(".png");
       if (path) {
-        writing_.push_back(std::async(std::launch::async, write_picture, std::move(*path), image));
+        writing_.push_back(std::async(std::launch::async, write_screenshot, std::move(*path), image));
       } else {
         note(path.error().message);
       }
     }
-    for (uint64_t i = 0; i < wanted.video_frames && video_ && wanted.video == video_number_; ++i) {
-      if (Result<void> taken = video_->take(even_sized(image)); !taken) {
-        note(taken.error().message);
+    for (uint64_t i = 0; i < use.video_frames && video_ && use.video == video_number_; ++i) {
+      if (Result<void> consumed = video_->consume(even_sized(image)); !consumed) {
+        note(consumed.error().message);
         video_ending_ = true;
         break;
       }
     }
   });
-  if (video_ending_ && readback_.in_flight() == 0) end_video();
+  if (video_ending_ && captures_.in_flight() == 0) end_video();
 }
 
 void ScreenshotRecorder::end_video() {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -10,9 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/capture/capture_queue.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/passes/outputs/readback_ring.h"
-#include "renderer/sinks/frame.h"
 #include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::app {
@@ -21,22 +22,17 @@ class ScreenshotRecorder {
  public:
   // Creates the folder on first use.
   ScreenshotRecorder(gpu::Device& device, std::filesystem::path folder)
-      : folder_(std::move(folder)), readback_(device) {}
+      : folder_(std::move(folder)), captures_(device) {}
   ~ScreenshotRecorder();  // deletes incomplete files unless finish() was called
 
   void take_screenshot() { screenshot_wanted_ = true; }
   void toggle_video();
   bool records_video() const { return video_ != nullptr; }
 
-  // Identity of the displayed frames.
-  struct Tag {
-    uint64_t frame_index = 0;
-    std::string camera;
-    std::vector<state::FrameTag> shown;
-  };
+  using Tag = capture::Provenance;
   // Call after the image's passes: records a copy if a screenshot or video frame is due.
-  void record(gpu::Recorder& recorder, gpu::Image& image, Tag tag);
-  void submitted(uint64_t timeline_value) { readback_.submitted(timeline_value); }
+  void record(gpu::Recorder& recorder, gpu::Image& image, Tag provenance);
+  void submitted(uint64_t timeline_value) { captures_.submitted(timeline_value); }
   void deliver();  // passes finished images to writer threads
   void finish();   // call after the last deliver(): waits until all files are complete
 
@@ -45,8 +41,7 @@ class ScreenshotRecorder {
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Wanted {
-    Tag tag;
+  struct Use {
     bool screenshot = false;
     uint64_t video_frames = 0;  // an image is repeated if rendering is slower than the video
     uint64_t video = 0;         // number of their video
@@ -57,7 +52,8 @@ class ScreenshotRecorder {
   void note(std::string text) { notes_.push_back(std::move(text)); }
 
   const std::filesystem::path folder_;
-  passes::ReadbackRing<Wanted> readback_;
+  capture::CaptureQueue captures_;
+  std::deque<Use> uses_;  // of the captures in flight, oldest first
   bool screenshot_wanted_ = false;
 
   std::unique_ptr<sinks::VideoSink> video_;

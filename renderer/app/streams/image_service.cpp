@@ -27,7 +27,7 @@ uint64_t pixels_of(const passes::Intrinsics& drawn) {
 std::optional<AskedCameraRefused> too_much_behind_lens(const wire::ImageRequest& request,
                                                        const RequestCamera& camera) {
   if (camera.lens.model == passes::LensModel::none) return {};
-  const uint32_t outputs = bits_of(passes::behind_lens(outputs_of(request.outputs)));
+  const uint32_t outputs = passes::behind_lens(wire::ImageOutputs(request.outputs)).bits();
   const glm::uvec2 size = camera.pinhole.image_px;
   const uint64_t bytes = wire::pixel_bytes_of(size.x, size.y, outputs, 0);
   if (bytes <= kMostBytesBehindLens) return {};
@@ -82,7 +82,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::ImageRequestRegistry
   std::vector<RequestRenderer::Asked> asked = resolve(intake_.due_images(asker, now_ns));
   const auto needs_boxes = [](const RequestRenderer::Asked& a) { return wants_boxes(a.due.request); };
   if (!moment.boxes && std::ranges::any_of(asked, needs_boxes))
-    moment.boxes = std::make_shared<const std::vector<passes::Box3d>>(
+    moment.boxes = std::make_shared<const std::vector<wire::BoxRecord3d>>(
         passes::boxes_of_instances(scene_.scene(), poses_));
   distribute(std::move(asked));
   const uint64_t most_bytes =

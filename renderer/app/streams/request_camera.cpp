@@ -9,8 +9,6 @@ namespace {
 using Reason = wire::ImageRefusal;
 
 constexpr uint32_t kMostPinholeSide = 4096;
-static_assert(static_cast<int>(passes::LensModel::plumb_bob) == static_cast<int>(wire::LensModel::plumb_bob));
-static_assert(static_cast<int>(passes::LensModel::fisheye) == static_cast<int>(wire::LensModel::fisheye));
 
 glm::mat4 matrix_of(const wire::Affine3x4& affine) {
   glm::mat4 matrix(1);
@@ -84,7 +82,7 @@ std::variant<RequestCamera, AskedCameraRefused> resolve_camera(const wire::Image
   if (wanted.fx > 0) {
     camera.intrinsics = {wanted.fx,     wanted.fy,   wanted.cx, wanted.cy, {wanted.width, wanted.height},
                          wanted.near_m, wanted.far_m};
-    camera.lens = {static_cast<passes::LensModel>(wanted.lens.model), wanted.lens.coefficients};
+    camera.lens = wanted.lens;
   } else {
     if (!own || own->orthographic)
       return AskedCameraRefused{

@@ -9,7 +9,7 @@ namespace {
 constexpr uint64_t kMostTogetherBytes = uint64_t{64} << 20;
 
 passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
-  return passes::with_sources(outputs_of(request.outputs));
+  return passes::with_sources(wire::ImageOutputs(request.outputs));
 }
 
 bool has_lens(const RequestCamera& camera) {
@@ -28,7 +28,7 @@ bool wants_motion(const wire::ImageRequest& request) {
 uint64_t read_back_bytes(const wire::ImageRequest& request, uint32_t views) {
   const passes::ImageOutputs outputs = drawn_outputs(request);
   const uint32_t width = request.intrinsics.width, height = request.intrinsics.height * views;
-  return (outputs.color_srgb8 ? uint64_t{4} * width * height : 0) +
+  return (outputs.has(wire::kColorSrgb8) ? uint64_t{4} * width * height : 0) +
          passes::bytes_of(passes::place_planes(outputs, width, height));
 }
 
@@ -62,7 +62,8 @@ state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
   abilities.lenses = true;
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
-    if (renderer.can_take(passes::with_sources(outputs_of(1u << bit)))) abilities.outputs |= 1u << bit;
+    if (renderer.can_take(passes::with_sources(wire::ImageOutputs(1u << bit))))
+      abilities.outputs |= 1u << bit;
   }
   return abilities;
 }
@@ -95,7 +96,7 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
 size_t RequestRenderer::how_many_together(std::span<const Asked> rest, uint64_t most_bytes) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
-  const bool smoothed = outputs.color_srgb8 && renderer_.post_settings().fxaa;
+  const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.post_settings().fxaa;
   if (smoothed || has_lens(rest[0].camera) || !renderer_.can_take(outputs, 2)) return 1;
   const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
                                first.intrinsics.width * first.intrinsics.height;
@@ -192,7 +193,7 @@ void RequestRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, st
   tag.taken.width = first.intrinsics.width;
   tag.taken.height = first.intrinsics.height;
   tag.taken.views = static_cast<uint32_t>(together.size());
-  tag.taken.color_srgb8 = outputs.color_srgb8;
+  tag.taken.color_srgb8 = outputs.has(wire::kColorSrgb8);
   if (wants_boxes(first)) tag.taken.boxes = moment.boxes;
   if (has_lens(together[0].camera)) {
     read_back_through_lens(recorder, belt, together[0].camera, outputs, std::move(tag));
@@ -202,12 +203,12 @@ void RequestRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, st
 }
 
 void RequestRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
-  passes::ReadbackRing<Tag>::Planes planes;
+  gpu::ReadbackRing<Tag>::Planes planes;
   if (outputs.any_plane()) {
     tag.taken.places = renderer_.plane_places();
     planes = {&renderer_.planes(), passes::bytes_of(tag.taken.places)};
   }
-  gpu::Image* const image = outputs.color_srgb8 ? &renderer_.image() : nullptr;
+  gpu::Image* const image = outputs.has(wire::kColorSrgb8) ? &renderer_.image() : nullptr;
   readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
 }
 
@@ -215,7 +216,7 @@ void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::Stagi
                                              const RequestCamera& camera, const passes::ImageOutputs& outputs,
                                              Tag&& tag) {
   passes::LensPass::Source source{camera.pinhole, nullptr, nullptr, {}};
-  if (outputs.color_srgb8) source.color = &renderer_.image();
+  if (outputs.has(wire::kColorSrgb8)) source.color = &renderer_.image();
   if (outputs.any_plane()) {
     source.planes = &renderer_.planes();
     source.places = renderer_.plane_places();
@@ -244,7 +245,7 @@ void RequestRenderer::deliver(const Take& take) {
   readback_.poll([&](Tag tag, VkExtent2D, std::span<const uint8_t> bytes) {
     for (uint32_t view = 0; view < tag.images.size(); ++view) {
       Image& image = tag.images[view];
-      const RequestedImage pixels(tag.taken, view, image.bits, bytes);
+      const RequestedImage pixels(tag.taken, view, wire::ImageOutputs(image.bits), bytes);
       pixels.describe_to(image.frame);
       take(image.asker, image.frame, pixels);
     }

@@ -13,7 +13,7 @@
 #include "renderer/app/streams/request_camera.h"
 #include "renderer/app/streams/requested_image.h"
 #include "renderer/gpu/frame_ring.h"
-#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/post/lens_pass.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/state/image_requests.h"
@@ -36,7 +36,7 @@ class RequestRenderer {
   // Poses of the rendered moment, and the boxes of all instances if requested.
   struct Moment {
     const state::PoseState& poses;
-    std::shared_ptr<const std::vector<passes::Box3d>> boxes;
+    std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;
   };
 
   // Starts a new moment: later images show other poses.
@@ -103,7 +103,7 @@ class RequestRenderer {
 
   gpu::Device& device_;
   passes::SceneRenderer& renderer_;
-  passes::ReadbackRing<Tag> readback_;
+  gpu::ReadbackRing<Tag> readback_;
   passes::LensPass lens_;
   std::vector<Asked> asked_;
   size_t next_ = 0;  // index of the next image in asked_

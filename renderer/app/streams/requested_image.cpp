@@ -1,86 +1,43 @@
 #include "renderer/app/streams/requested_image.h"
 
+#include <bit>
 #include <cstring>
 
 #include "protocol/base/error.h"
 
 namespace fire3dv::app {
-namespace {
 
-constexpr uint32_t kBoxes2dBit = 7, kBoxes3dBit = 8;
-static_assert(1u << kBoxes2dBit == wire::kBoxes2d && 1u << kBoxes3dBit == wire::kBoxes3d);
-// The planes follow the colour output, in the order of their bits.
-constexpr uint32_t bit_of(passes::Plane plane) {
-  return 1 + static_cast<uint32_t>(plane);
-}
-static_assert(1u << bit_of(passes::Plane::color_linear_f16) == wire::kColorLinearF16);
-static_assert(1u << bit_of(passes::Plane::depth_f32) == wire::kDepthF32);
-static_assert(1u << bit_of(passes::Plane::instance_u32) == wire::kInstanceU32);
-static_assert(1u << bit_of(passes::Plane::semantic_u32) == wire::kSemanticU32);
-static_assert(1u << bit_of(passes::Plane::normal_f16) == wire::kNormal);
-static_assert(1u << bit_of(passes::Plane::motion_f32) == wire::kMotion);
-
-bool wants(uint32_t bits, uint32_t bit) {
-  return (bits >> bit & 1) != 0;
-}
-
-std::vector<uint32_t> numbers_of(std::span<const uint8_t> bytes) {
-  std::vector<uint32_t> numbers(bytes.size() / sizeof(uint32_t));
-  std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(uint32_t));
-  return numbers;
-}
-
-template <typename Record>
-std::span<const uint8_t> bytes_of(const std::vector<Record>& records) {
-  return {reinterpret_cast<const uint8_t*>(records.data()), records.size() * sizeof(Record)};
-}
-
-}  // namespace
-
-passes::ImageOutputs outputs_of(uint32_t bits) {
-  passes::ImageOutputs outputs;
-  outputs.color_srgb8 = wants(bits, 0);
-  for (size_t plane = 0; plane < passes::kPlaneCount; ++plane)
-    outputs.planes[plane] = wants(bits, bit_of(static_cast<passes::Plane>(plane)));
-  outputs.boxes2d = wants(bits, kBoxes2dBit);
-  outputs.boxes3d = wants(bits, kBoxes3dBit);
-  return outputs;
-}
-
-uint32_t bits_of(const passes::ImageOutputs& outputs) {
-  uint32_t bits = 0;
-  if (outputs.color_srgb8) bits |= wire::kColorSrgb8;
-  for (size_t plane = 0; plane < passes::kPlaneCount; ++plane) {
-    if (outputs.planes[plane]) bits |= 1u << bit_of(static_cast<passes::Plane>(plane));
-  }
-  if (outputs.boxes2d) bits |= wire::kBoxes2d;
-  if (outputs.boxes3d) bits |= wire::kBoxes3d;
-  return bits;
-}
-
-RequestedImage::RequestedImage(const ReadbackViews& taken, uint32_t view, uint32_t bits,
+RequestedImage::RequestedImage(const ReadbackViews& readback, uint32_t view, wire::ImageOutputs outputs,
                                std::span<const uint8_t> bytes) {
-  const size_t pixels = size_t{taken.width} * taken.height;
-  const size_t color_bytes = taken.color_srgb8 ? 4 * pixels : 0;
-  if (wants(bits, 0)) add(0, taken.width, taken.height, bytes.subspan(view * color_bytes, color_bytes));
-  const std::span<const uint8_t> planes = bytes.subspan(taken.views * color_bytes);
+  const uint32_t width = readback.width, height = readback.height;
+  const size_t pixels = size_t{width} * height;
+  const size_t color_bytes = readback.color_srgb8 ? 4 * pixels : 0;
+  if (outputs.has(wire::kColorSrgb8))
+    add(wire::kColorSrgb8, width, height, bytes.subspan(view * color_bytes, color_bytes));
+  const std::span<const uint8_t> planes = bytes.subspan(readback.views * color_bytes);
   std::span<const uint8_t> instances;
-  for (const passes::PlanePlace& place : taken.places) {
-    const size_t size = passes::format_of(place.plane).pixel_bytes * pixels;
+  for (const passes::PlanePlace& place : readback.places) {
+    const size_t size = wire::info_of(place.output).element_bytes * pixels;
     const std::span<const uint8_t> plane = planes.subspan(place.offset_bytes + view * size, size);
-    if (place.plane == passes::Plane::instance_u32) instances = plane;
-    if (wants(bits, bit_of(place.plane))) add(bit_of(place.plane), taken.width, taken.height, plane);
+    if (place.output == wire::kInstanceU32) instances = plane;
+    if (outputs.has(place.output)) add(place.output, width, height, plane);
   }
-  add_boxes(taken, bits, instances);
+  if (!outputs.has_boxes()) return;
+  FIRE3DV_ASSERT(readback.boxes);
+  boxes_ = capture::find_visible_boxes(instances, width, *readback.boxes);
+  if (outputs.has(wire::kBoxes2d)) add_boxes(wire::kBoxes2d, boxes_.boxes2d);
+  if (outputs.has(wire::kBoxes3d)) add_boxes(wire::kBoxes3d, boxes_.boxes3d);
 }
 
-void RequestedImage::add(uint32_t bit, uint32_t width, uint32_t height, std::span<const uint8_t> bytes) {
+void RequestedImage::add(wire::ImageOutput output, uint32_t width, uint32_t height,
+                         std::span<const uint8_t> bytes) {
+  const wire::ImageOutputInfo& info = wire::info_of(output);
   wire::ImagePlane plane;
-  plane.output_bit = bit;
-  plane.format = wire::format_of_output(bit);
+  plane.output_bit = static_cast<uint32_t>(std::countr_zero(uint32_t{output}));
+  plane.format = info.format;
   plane.width = width;
   plane.height = height;
-  plane.row_stride = width * static_cast<uint32_t>(wire::bytes_per_element(plane.format));
+  plane.row_stride = width * info.element_bytes;
   plane.offset = end_;
   plane.bytes = bytes.size();
   FIRE3DV_ASSERT(plane.bytes == uint64_t{plane.row_stride} * height);
@@ -88,22 +45,10 @@ void RequestedImage::add(uint32_t bit, uint32_t width, uint32_t height, std::spa
   end_ += (bytes.size() + 63) / 64 * 64;
 }
 
-void RequestedImage::add_boxes(const ReadbackViews& taken, uint32_t bits,
-                               std::span<const uint8_t> instances) {
-  if ((bits & (wire::kBoxes2d | wire::kBoxes3d)) == 0) return;
-  FIRE3DV_ASSERT(taken.boxes);
-  const std::vector<passes::Box2d> seen =
-      passes::boxes_in_image(numbers_of(instances), taken.width, *taken.boxes);
-  if (wants(bits, kBoxes2dBit)) {
-    for (const passes::Box2d& b : seen)
-      boxes2d_.push_back({b.instance, b.semantic, b.min_x, b.min_y, b.max_x, b.max_y, b.pixels, 0});
-    add(kBoxes2dBit, static_cast<uint32_t>(boxes2d_.size()), 1, bytes_of(boxes2d_));
-  }
-  if (wants(bits, kBoxes3dBit)) {
-    for (const passes::Box3d& b : passes::seen_boxes(*taken.boxes, seen))
-      boxes3d_.push_back({b.instance, b.semantic, b.world_from_box, {0, 0}});
-    add(kBoxes3dBit, static_cast<uint32_t>(boxes3d_.size()), 1, bytes_of(boxes3d_));
-  }
+template <typename Record>
+void RequestedImage::add_boxes(wire::ImageOutput output, const std::vector<Record>& records) {
+  add(output, static_cast<uint32_t>(records.size()), 1,
+      {reinterpret_cast<const uint8_t*>(records.data()), records.size() * sizeof(Record)});
 }
 
 void RequestedImage::describe_to(wire::ImageFrame& frame) const {

@@ -1,20 +1,18 @@
 // Assembly of requested images from GPU read-backs of one or several camera views.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "protocol/wire/image.h"
-#include "renderer/passes/outputs/image_outputs.h"
+#include "renderer/capture/instances.h"
+#include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/visibility/boxes.h"
 
 namespace fire3dv::app {
-
-// Conversion between ImageOutput bits and pass outputs. The caller adds with_sources().
-passes::ImageOutputs outputs_of(uint32_t bits);
-uint32_t bits_of(const passes::ImageOutputs& outputs);
 
 // Read-back of `views` cameras with equal image size: optional colours, then the planes at `places`. Views
 // are stacked vertically.
@@ -22,14 +20,15 @@ struct ReadbackViews {
   uint32_t width = 0, height = 0, views = 1;
   bool color_srgb8 = false;
   std::vector<passes::PlanePlace> places;
-  std::shared_ptr<const std::vector<passes::Box3d>> boxes;  // of all instances; null if not requested
+  std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;  // of all instances; null if not requested
 };
 
 // Pixels of one image: spans into the read-back, and bounding boxes computed from it.
 class RequestedImage {
  public:
-  // bits: requested ImageOutput bits. `bytes` must outlive this object.
-  RequestedImage(const ReadbackViews& taken, uint32_t view, uint32_t bits, std::span<const uint8_t> bytes);
+  // `bytes` must outlive this object.
+  RequestedImage(const ReadbackViews& readback, uint32_t view, wire::ImageOutputs outputs,
+                 std::span<const uint8_t> bytes);
   RequestedImage(const RequestedImage&) = delete;  // contains spans into itself
   RequestedImage& operator=(const RequestedImage&) = delete;
 
@@ -39,8 +38,9 @@ class RequestedImage {
   void copy_to(std::span<std::byte> pixels) const;
 
  private:
-  void add(uint32_t bit, uint32_t width, uint32_t height, std::span<const uint8_t> bytes);
-  void add_boxes(const ReadbackViews& taken, uint32_t bits, std::span<const uint8_t> instances);
+  void add(wire::ImageOutput output, uint32_t width, uint32_t height, std::span<const uint8_t> bytes);
+  template <typename Record>
+  void add_boxes(wire::ImageOutput output, const std::vector<Record>& records);
 
   struct Piece {
     wire::ImagePlane plane;
@@ -48,8 +48,7 @@ class RequestedImage {
   };
   std::vector<Piece> pieces_;
   uint64_t end_ = 0;
-  std::vector<wire::BoxRecord2d> boxes2d_;
-  std::vector<wire::BoxRecord3d> boxes3d_;
+  capture::VisibleBoxes boxes_;
 };
 
 }  // namespace fire3dv::app

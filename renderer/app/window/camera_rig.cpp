@@ -13,7 +13,7 @@ namespace {
 // World-space bounds of the visible instances of a node and its descendants, in their current poses.
 scene::Box visible_bounds(const scene::Scene& scene, const state::PoseState& poses, uint32_t top) {
   scene::Box box;
-  for (const passes::Box3d& shown : passes::boxes_of_instances(scene, poses)) {
+  for (const wire::BoxRecord3d& shown : passes::boxes_of_instances(scene, poses)) {
     uint32_t node = shown.instance - 1;  // the instance plane has 0 for the background
     while (node != scene::kNone && node != top) node = scene.nodes[node].parent;
     if (node != top) continue;

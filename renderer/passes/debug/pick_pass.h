@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "renderer/passes/debug/inspection.h"
-#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/post/image_overlay.h"
 
 namespace fire3dv::passes {
@@ -24,7 +24,7 @@ class PickPass {
   VkPipelineLayout layout_;
   gpu::Pipeline pipeline_;
   gpu::Buffer picked_;  // PickedSurface
-  ReadbackRing<uint64_t> belt_;
+  gpu::ReadbackRing<uint64_t> belt_;
 };
 
 }  // namespace fire3dv::passes

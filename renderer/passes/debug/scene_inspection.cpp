@@ -26,8 +26,8 @@ Result<void> SceneRenderer::can_show(DebugView view) const {
 }
 
 Inspection SceneRenderer::possible_of(Inspection wanted, const ImageOutputs& outputs) const {
-  if (targets_->views > 1 || !outputs.color_srgb8 || !can_inspect()) return {};
-  const bool loses_light = replaces_shading(wanted.debug_view) && outputs[Plane::color_linear_f16];
+  if (targets_->views > 1 || !outputs.has(wire::kColorSrgb8) || !can_inspect()) return {};
+  const bool loses_light = replaces_shading(wanted.debug_view) && outputs.has(wire::kColorLinearF16);
   if (loses_light || !can_show(wanted.debug_view)) wanted.debug_view = DebugView::none;
   const VkExtent2D extent = targets_->extent;
   if (wanted.pick && (wanted.pick->x >= extent.width || wanted.pick->y >= extent.height)) wanted.pick.reset();

@@ -1,4 +1,4 @@
-// Output planes derived from ids and depths; see image_outputs.h.
+// Output planes derived from ids and depths; see plane_layout.h.
 #pragma once
 
 #include <memory>
@@ -6,7 +6,7 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/passes/outputs/image_outputs.h"
+#include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/view.h"
 #include "shaders/shared/types.h"
@@ -29,7 +29,7 @@ class OutputsPass {
   void set_scene() { ++scenes_, labels_ = {}; }  // a new scene is drawn from now on
 
   // Reports that nodes have moved since the last record().
-  void places_are_new() { places_now_.reset(); }
+  void places_are_new() { current_snapshot_.reset(); }
   // False when histories reference so many snapshots that the memory limit leaves no room for another.
   bool can_keep_places(const GpuScene& scene) const;
 
@@ -38,7 +38,7 @@ class OutputsPass {
   void begin(const ImageOutputs& outputs, const GpuScene& scene, VkExtent2D extent, uint32_t views);
 
   // Source of the images.
-  struct Taken {
+  struct Source {
     const scene::Scene& scene;
     GpuScene& gpu_scene;
     gpu::Buffer& visibility;  // before the coverage merge
@@ -46,26 +46,27 @@ class OutputsPass {
     std::span<const VkDeviceAddress> globals;  // per view
   };
   // histories: one per view, or empty without motion; updated to these images.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Taken& taken,
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source,
               std::span<CameraHistory> histories);
 
   gpu::Buffer& planes() { return planes_; }
   const std::vector<PlanePlace>& places() const { return places_; }
-  VkDeviceAddress address_of(Plane plane) const;  // 0: not requested
+  VkDeviceAddress address_of(ImageOutput output) const;  // 0: not requested
 
  private:
-  void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& belt, const Taken& taken);
-  gpu_types::OutputsWanted wanted_of(const Taken& taken, uint32_t view, const CameraHistory* last) const;
-  void keep_histories(gpu::Recorder& recorder, const Taken& taken, std::span<CameraHistory> histories);
-  std::shared_ptr<gpu::Buffer> free_places(VkDeviceSize bytes);
+  void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source);
+  gpu_types::OutputsWanted make_parameters(const Source& source, uint32_t view,
+                                           const CameraHistory* last) const;
+  void update_histories(gpu::Recorder& recorder, const Source& source, std::span<CameraHistory> histories);
+  std::shared_ptr<gpu::Buffer> free_snapshot(VkDeviceSize bytes);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
   gpu::Pipeline pipeline_;
   gpu::Buffer planes_;
-  gpu::Buffer labels_;                                     // PartLabels[part]
-  std::vector<std::shared_ptr<gpu::Buffer>> kept_places_;  // snapshots referenced by histories, or free
-  std::shared_ptr<gpu::Buffer> places_now_;                // of this frame; null: no snapshot yet
+  gpu::Buffer labels_;                                   // PartLabels[part]
+  std::vector<std::shared_ptr<gpu::Buffer>> snapshots_;  // snapshots referenced by histories, or free
+  std::shared_ptr<gpu::Buffer> current_snapshot_;        // of this frame; null: no snapshot yet
   std::vector<PlanePlace> places_;
   VkExtent2D extent_{};  // of a view
   uint32_t samples_;

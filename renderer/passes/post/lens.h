@@ -2,29 +2,19 @@
 // x to the right and y down.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <glm/glm.hpp>
 #include <optional>
 
 #include "protocol/base/error.h"
+#include "protocol/wire/image.h"
 #include "renderer/passes/view.h"
 
 namespace fire3dv::passes {
 
-enum class LensModel : uint8_t {
-  none,
-  plumb_bob,  // k1 k2 p1 p2 k3: cv::projectPoints
-  fisheye,    // k1 k2 k3 k4 0: cv::fisheye::projectPoints
-};
+using wire::Lens;
+using wire::LensModel;
 
-struct Lens {
-  LensModel model = LensModel::none;
-  std::array<float, 5> coefficients{};
-  bool operator==(const Lens&) const = default;
-};
-
-// Distorts a pinhole point.
+// Distorts a pinhole point, as cv::projectPoints and cv::fisheye::projectPoints do.
 // plumb_bob: r2 = x^2 + y^2, x' = x (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 x y + p2 (r2 + 2 x^2), and y' with
 // p1 and p2 exchanged.
 // fisheye: the angle t off the axis becomes t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8).

@@ -7,9 +7,9 @@ using gpu::Use;
 namespace access = gpu::access;
 
 // Address of a plane, or 0.
-VkDeviceAddress address_of(VkDeviceAddress first, std::span<const PlanePlace> places, Plane plane) {
+VkDeviceAddress address_of(VkDeviceAddress first, std::span<const PlanePlace> places, ImageOutput output) {
   for (const PlanePlace& place : places) {
-    if (place.plane == plane) return first + place.offset_bytes;
+    if (place.output == output) return first + place.offset_bytes;
   }
   return 0;
 }
@@ -24,15 +24,14 @@ void grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes) {
 ImageOutputs behind_lens(ImageOutputs outputs) {
   outputs = with_sources(outputs);
   // Depth is interpolated within one instance.
-  if (outputs[Plane::depth_f32]) outputs[Plane::instance_u32] = true;
+  if (outputs.has(wire::kDepthF32)) outputs.add(wire::kInstanceU32);
   return outputs;
 }
 
 LensPass::LensPass(gpu::Device& device)
     : device_(device),
       layout_(gpu::create_pipeline_layout(device, {})),
-      pipeline_(gpu::create_compute_pipeline(device, layout_.get(), "lens.comp", gpu::Make::when_used)) {
-}
+      pipeline_(gpu::create_compute_pipeline(device, layout_.get(), "lens.comp", gpu::Make::when_used)) {}
 
 void LensPass::copy_color(gpu::Recorder& recorder, gpu::Image& color) {
   recorder.pass("lens colors", {Use(color, access::transfer_read), Use(color_, access::transfer_write)},
@@ -48,26 +47,28 @@ void LensPass::copy_color(gpu::Recorder& recorder, gpu::Image& color) {
 gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wanted) const {
   const Intrinsics &camera = wanted.camera, &pinhole = source.pinhole;
   const VkDeviceSize color_bytes =
-      wanted.outputs.color_srgb8 ? VkDeviceSize{4} * camera.image_px.x * camera.image_px.y : 0;
-  const auto from = [&](Plane plane) {
-    return source.planes ? address_of(source.planes->address, source.places, plane) : 0;
+      wanted.outputs.has(wire::kColorSrgb8) ? VkDeviceSize{4} * camera.image_px.x * camera.image_px.y : 0;
+  const auto from = [&](ImageOutput output) {
+    return source.planes ? address_of(source.planes->address, source.places, output) : 0;
   };
-  const auto to = [&](Plane plane) { return address_of(result_.address + color_bytes, places_, plane); };
+  const auto to = [&](ImageOutput output) {
+    return address_of(result_.address + color_bytes, places_, output);
+  };
   gpu_types::LensWanted w{};
-  w.color_in = wanted.outputs.color_srgb8 ? color_.address : 0;
-  w.color_out = wanted.outputs.color_srgb8 ? result_.address : 0;
-  w.linear_in = from(Plane::color_linear_f16);
-  w.linear_out = to(Plane::color_linear_f16);
-  w.depth_in = from(Plane::depth_f32);
-  w.depth_out = to(Plane::depth_f32);
-  w.instance_in = from(Plane::instance_u32);
-  w.instance_out = to(Plane::instance_u32);
-  w.semantic_in = from(Plane::semantic_u32);
-  w.semantic_out = to(Plane::semantic_u32);
-  w.normal_in = from(Plane::normal_f16);
-  w.normal_out = to(Plane::normal_f16);
-  w.motion_in = from(Plane::motion_f32);
-  w.motion_out = to(Plane::motion_f32);
+  w.color_in = wanted.outputs.has(wire::kColorSrgb8) ? color_.address : 0;
+  w.color_out = wanted.outputs.has(wire::kColorSrgb8) ? result_.address : 0;
+  w.linear_in = from(wire::kColorLinearF16);
+  w.linear_out = to(wire::kColorLinearF16);
+  w.depth_in = from(wire::kDepthF32);
+  w.depth_out = to(wire::kDepthF32);
+  w.instance_in = from(wire::kInstanceU32);
+  w.instance_out = to(wire::kInstanceU32);
+  w.semantic_in = from(wire::kSemanticU32);
+  w.semantic_out = to(wire::kSemanticU32);
+  w.normal_in = from(wire::kNormal);
+  w.normal_out = to(wire::kNormal);
+  w.motion_in = from(wire::kMotion);
+  w.motion_out = to(wire::kMotion);
   w.width = camera.image_px.x;
   w.height = camera.image_px.y;
   w.width_in = pinhole.image_px.x;
@@ -87,9 +88,10 @@ gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wan
 void LensPass::make_room(const Intrinsics& pinhole, const Wanted& wanted) {
   const glm::uvec2 size = wanted.camera.image_px, behind = pinhole.image_px;
   places_ = place_planes(with_sources(wanted.outputs), size.x, size.y);
-  result_bytes_ = (wanted.outputs.color_srgb8 ? uint64_t{4} * size.x * size.y : 0) + bytes_of(places_);
+  result_bytes_ =
+      (wanted.outputs.has(wire::kColorSrgb8) ? uint64_t{4} * size.x * size.y : 0) + bytes_of(places_);
   grow(device_, result_, result_bytes_);
-  if (wanted.outputs.color_srgb8) grow(device_, color_, VkDeviceSize{4} * behind.x * behind.y);
+  if (wanted.outputs.has(wire::kColorSrgb8)) grow(device_, color_, VkDeviceSize{4} * behind.x * behind.y);
 }
 
 void LensPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source,

@@ -6,7 +6,7 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/gpu/recorder.h"
 #include "renderer/gpu/staging_ring.h"
-#include "renderer/passes/outputs/image_outputs.h"
+#include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/post/lens.h"
 #include "shaders/shared/types.h"
 

@@ -26,7 +26,7 @@ class PostPass {
   PostPass(gpu::Device& device, VkSampleCountFlagBits samples);
 
   void bind(Targets& targets) const;  // call once; for one view
-  // Buffer and address of Plane::color_linear_f16, if requested.
+  // Buffer and address of wire::kColorLinearF16, if requested.
   struct Linear {
     gpu::Buffer* buffer = nullptr;
     VkDeviceAddress address = 0;

@@ -35,13 +35,14 @@ glm::mat4 from_cube(const scene::Box& box) {
 }
 
 // Returns null if the list lacks this instance.
-const Box3d* find(std::span<const Box3d> known, uint32_t instance) {
-  const auto at = std::lower_bound(known.begin(), known.end(), instance,
-                                   [](const Box3d& box, uint32_t wanted) { return box.instance < wanted; });
+const wire::BoxRecord3d* find(std::span<const wire::BoxRecord3d> known, uint32_t instance) {
+  const auto at =
+      std::lower_bound(known.begin(), known.end(), instance,
+                       [](const wire::BoxRecord3d& box, uint32_t wanted) { return box.instance < wanted; });
   return at != known.end() && at->instance == instance ? &*at : nullptr;
 }
 
-void add_run(Box2d& box, uint32_t first_x, uint32_t end_x, uint32_t y) {
+void add_run(wire::BoxRecord2d& box, uint32_t first_x, uint32_t end_x, uint32_t y) {
   const bool is_first = box.pixels == 0;
   box.min_x = is_first ? first_x : std::min(box.min_x, first_x);
   box.max_x = std::max(box.max_x, end_x);
@@ -52,10 +53,10 @@ void add_run(Box2d& box, uint32_t first_x, uint32_t end_x, uint32_t y) {
 
 }  // namespace
 
-std::vector<Box3d> boxes_of_instances(const scene::Scene& scene, const state::PoseState& poses) {
+std::vector<wire::BoxRecord3d> boxes_of_instances(const scene::Scene& scene, const state::PoseState& poses) {
   std::vector<glm::mat4> world_from_node(scene.nodes.size());
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) world_from_node[n] = poses.world_from_node(n);
-  std::vector<Box3d> boxes;
+  std::vector<wire::BoxRecord3d> boxes;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const scene::Node& node = scene.nodes[n];
     if (node.mesh == scene::kNone) continue;
@@ -64,14 +65,14 @@ std::vector<Box3d> boxes_of_instances(const scene::Scene& scene, const state::Po
                                     : bounds_of_mesh(scene, scene.meshes[node.mesh]);
     if (box.empty()) continue;
     const glm::mat4 world_from_box = deformed ? from_cube(box) : world_from_node[n] * from_cube(box);
-    boxes.push_back({n + 1, node.semantic, rows_of(world_from_box)});
+    boxes.push_back({n + 1, node.semantic, rows_of(world_from_box), {}});
   }
   return boxes;
 }
 
-std::vector<Box2d> boxes_in_image(std::span<const uint32_t> instances, uint32_t width,
-                                  std::span<const Box3d> known) {
-  std::map<uint32_t, Box2d> boxes;
+std::vector<wire::BoxRecord2d> boxes_in_image(std::span<const uint32_t> instances, uint32_t width,
+                                              std::span<const wire::BoxRecord3d> known) {
+  std::map<uint32_t, wire::BoxRecord2d> boxes;
   for (uint32_t y = 0; width > 0 && y < instances.size() / width; ++y) {
     const std::span<const uint32_t> row = instances.subspan(size_t{y} * width, width);
     // Runs of equal ids: neighbouring pixels mostly show the same instance.
@@ -82,10 +83,10 @@ std::vector<Box2d> boxes_in_image(std::span<const uint32_t> instances, uint32_t 
       x = end;
     }
   }
-  std::vector<Box2d> found;
+  std::vector<wire::BoxRecord2d> found;
   found.reserve(boxes.size());
   for (auto& [instance, box] : boxes) {
-    const Box3d* const labelled = find(known, instance);
+    const wire::BoxRecord3d* const labelled = find(known, instance);
     box.instance = instance;
     box.semantic = labelled ? labelled->semantic : 0;
     found.push_back(box);
@@ -93,10 +94,11 @@ std::vector<Box2d> boxes_in_image(std::span<const uint32_t> instances, uint32_t 
   return found;
 }
 
-std::vector<Box3d> seen_boxes(std::span<const Box3d> known, std::span<const Box2d> seen) {
-  std::vector<Box3d> boxes;
-  for (const Box2d& box : seen) {
-    if (const Box3d* const of_instance = find(known, box.instance)) boxes.push_back(*of_instance);
+std::vector<wire::BoxRecord3d> seen_boxes(std::span<const wire::BoxRecord3d> known,
+                                          std::span<const wire::BoxRecord2d> seen) {
+  std::vector<wire::BoxRecord3d> boxes;
+  for (const wire::BoxRecord2d& box : seen) {
+    if (const wire::BoxRecord3d* const of_instance = find(known, box.instance)) boxes.push_back(*of_instance);
   }
   return boxes;
 }

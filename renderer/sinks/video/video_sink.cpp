@@ -8,7 +8,7 @@
 namespace fire3dv::sinks {
 namespace {
 
-constexpr size_t kQueueLimit = 4;  // frames in the queue before take() blocks
+constexpr size_t kQueueLimit = 4;  // frames in the queue before consume() blocks
 
 }  // namespace
 
@@ -52,12 +52,12 @@ void VideoSink::abandon() {
   finished_ = true;
 }
 
-Result<void> VideoSink::take(FrameImage&& image) {
+Result<void> VideoSink::consume(FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image));
   std::unique_lock lock(mutex_);
   FIRE3DV_ASSERT(!closing_);
   changed_.wait(lock, [&] { return queue_.size() < kQueueLimit || error_; });
-  if (error_) return take_error();
+  if (error_) return report_error();
   queue_.push_back(std::move(image));
   changed_.notify_all();
   return {};
@@ -70,12 +70,12 @@ Result<void> VideoSink::finish() {
     if (Result<void> completed = complete(); !completed) error_ = completed.error();
   }
   finished_ = finished_ || !error_;
-  return take_error();
+  return report_error();
 }
 
-Result<void> VideoSink::take_error() {
-  if (!error_ || error_told_) return {};
-  error_told_ = true;
+Result<void> VideoSink::report_error() {
+  if (!error_ || error_reported_) return {};
+  error_reported_ = true;
   return *error_;
 }
 

@@ -25,7 +25,7 @@ class VideoSink final : public FrameSink {
   static Result<std::unique_ptr<VideoSink>> open(const VideoSettings& settings);
   ~VideoSink() override;  // without finish(): removes all output
 
-  Result<void> take(FrameImage&& image) override;
+  Result<void> consume(FrameImage&& image) override;
   Result<void> finish() override;
   // Removes all output of an interrupted run.
   void abandon();
@@ -35,7 +35,7 @@ class VideoSink final : public FrameSink {
   void work();
   Result<void> write(const FrameImage& image);
   Result<void> complete();
-  Result<void> take_error();  // requires mutex_
+  Result<void> report_error();  // requires mutex_
   void end_thread();
 
   // Owned by the worker thread.
@@ -48,7 +48,7 @@ class VideoSink final : public FrameSink {
   std::deque<FrameImage> queue_;
   bool closing_ = false, finished_ = false;
   std::optional<Error> error_;
-  bool error_told_ = false;
+  bool error_reported_ = false;
   std::thread worker_;
 };
 

@@ -13,7 +13,6 @@
 namespace fire3dv::test {
 namespace {
 
-using passes::Plane;
 using passes::ShadowMethod;
 
 constexpr VkExtent2D kExtent{96, 72};
@@ -69,10 +68,10 @@ state::RestPose moved(const scene::Scene& scene, int frame) {
   return pose;
 }
 
-passes::ImageOutputs with_planes() {
-  passes::ImageOutputs outputs;
-  outputs[Plane::depth_f32] = true;
-  outputs[Plane::instance_u32] = true;
+wire::ImageOutputs with_planes() {
+  wire::ImageOutputs outputs;
+  outputs.add(wire::kDepthF32);
+  outputs.add(wire::kInstanceU32);
   return outputs;
 }
 
@@ -88,7 +87,7 @@ TEST_P(Generations, WhatWasDrawnBeforeIsNotSeen) {
   const scene::Scene scene = yard(c.glass);
   passes::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
   settings.cull = passes::Cull::hidden;
-  const passes::ImageOutputs outputs = with_planes();
+  const wire::ImageOutputs outputs = with_planes();
   state::PoseState poses(scene);
   const passes::View view = first_camera_view(scene, poses, kExtent);
   RenderBench bench(scene, kExtent, settings);
@@ -100,8 +99,8 @@ TEST_P(Generations, WhatWasDrawnBeforeIsNotSeen) {
     RenderBench fresh(scene, kExtent, settings);
     const Taken expected = fresh.take(poses, view, outputs);
     EXPECT_TRUE(matches_image(taken.image, expected.image, "generations", Tolerance::exact()));
-    EXPECT_EQ(taken.plane<uint32_t>(Plane::depth_f32), expected.plane<uint32_t>(Plane::depth_f32));
-    EXPECT_EQ(taken.plane<uint32_t>(Plane::instance_u32), expected.plane<uint32_t>(Plane::instance_u32));
+    EXPECT_EQ(taken.plane<uint32_t>(wire::kDepthF32), expected.plane<uint32_t>(wire::kDepthF32));
+    EXPECT_EQ(taken.plane<uint32_t>(wire::kInstanceU32), expected.plane<uint32_t>(wire::kInstanceU32));
     EXPECT_NE(taken.image.rgba8, last.image.rgba8) << "nothing moves";
     last = taken;
   }

@@ -103,17 +103,17 @@ Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::V
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(recorder, frames_.belt(), poses, views, outputs, histories);
   Taken taken;
-  passes::ReadbackRing<int>::Planes planes;
+  gpu::ReadbackRing<int>::Planes planes;
   if (outputs.any_plane()) {
     taken.places = renderer_.plane_places();
     planes = {&renderer_.planes(), passes::bytes_of(taken.places)};
   }
-  readback_.record(recorder, outputs.color_srgb8 ? &renderer_.image() : nullptr, renderer_.image().extent,
-                   planes, 0);
+  readback_.record(recorder, outputs.has(wire::kColorSrgb8) ? &renderer_.image() : nullptr,
+                   renderer_.image().extent, planes, 0);
   readback_.submitted(frames_.submit());
   readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> bytes) {
     const auto colors =
-        static_cast<std::ptrdiff_t>(outputs.color_srgb8 ? 4 * extent.width * extent.height : 0);
+        static_cast<std::ptrdiff_t>(outputs.has(wire::kColorSrgb8) ? 4 * extent.width * extent.height : 0);
     taken.image.width = extent.width;
     taken.image.height = extent.height;
     taken.image.rgba8.assign(bytes.begin(), bytes.begin() + colors);

@@ -9,7 +9,7 @@
 
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/frame_ring.h"
-#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 
@@ -29,9 +29,9 @@ struct Taken {
 
   // T: type of the plane's pixels: float, uint32_t, or a vector.
   template <typename T>
-  std::vector<T> plane(passes::Plane wanted) const {
+  std::vector<T> plane(wire::ImageOutput wanted) const {
     for (const passes::PlanePlace& place : places) {
-      if (place.plane != wanted) continue;
+      if (place.output != wanted) continue;
       std::vector<T> pixels(place.size_bytes / sizeof(T));
       std::memcpy(pixels.data(), planes.data() + place.offset_bytes, place.size_bytes);
       return pixels;
@@ -69,7 +69,7 @@ class RenderBench {
   const scene::Scene& scene_;
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
-  passes::ReadbackRing<int> readback_;
+  gpu::ReadbackRing<int> readback_;
   state::Condition held_ = state::Condition::live;
 };
 

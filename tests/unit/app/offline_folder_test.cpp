@@ -58,14 +58,14 @@ class OfflineFolder : public ::testing::Test {
       ADD_FAILURE() << folder.error().message;
       return 0;
     }
-    const uint64_t kept = (*folder)->kept();
+    const uint64_t existing = (*folder)->existing_frames();
     EXPECT_TRUE((*folder)->begin(kMachine).ok());
     for (uint64_t frame = first; frame < end; ++frame) {
       if ((*folder)->has(frame)) continue;
-      EXPECT_TRUE((*folder)->take(image_of(frame)).ok());
+      EXPECT_TRUE((*folder)->consume(image_of(frame)).ok());
     }
     EXPECT_TRUE((*folder)->finish().ok());
-    return kept;
+    return existing;
   }
   std::string refused(const Manifest& manifest) {
     const auto folder = FrameFolder::open(folder_, manifest);
@@ -189,7 +189,7 @@ TEST_F(OfflineFolder, ADiskThatIsFullIsSaid) {
   ASSERT_TRUE((*folder)->begin(kMachine).ok());
   fs::create_directories(folder_ / frame_file_name(2));  // blocks the third file
   Result<void> told;
-  for (uint64_t frame = 0; frame < kFrames && told; ++frame) told = (*folder)->take(image_of(frame));
+  for (uint64_t frame = 0; frame < kFrames && told; ++frame) told = (*folder)->consume(image_of(frame));
   if (told) told = (*folder)->finish();
   ASSERT_FALSE(told.ok());
   EXPECT_NE(told.error().message.find("frame_000002.png"), std::string::npos) << told.error().message;
@@ -221,7 +221,7 @@ TEST_F(OfflineFolder, AManifestIsReadBackAndBelievedInNothing) {
     const auto read = read_manifest(folder_);
     refused += !read.ok();
     if (!read || !*read) continue;
-    EXPECT_LE((*read)->times.frames, kMostFrames);
+    EXPECT_LE((*read)->times.frames, kMaxFrames);
     EXPECT_TRUE((*read)->shard >= 1 && (*read)->shard <= (*read)->shards);
     EXPECT_LE((*read)->part().first + (*read)->part().frames, (*read)->times.frames);
   }

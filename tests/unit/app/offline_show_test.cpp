@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "renderer/offline/frame_times.h"
-#include "renderer/offline/recorded_show.h"
+#include "renderer/offline/recorded_streams.h"
 #include "renderer/state/playout/interpolate.h"
 #include "tests/unit/record/record_files.h"
 

@@ -1,18 +1,18 @@
-// Test of camera intrinsics, output names, plane offsets, and plane files.
+// Test of camera intrinsics, the output table, plane offsets, and plane files.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "renderer/passes/outputs/image_outputs.h"
+#include "protocol/wire/image_outputs.h"
+#include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/view.h"
 #include "renderer/sinks/frame_line.h"
 #include "renderer/sinks/npy.h"
 
 namespace fire3dv {
 namespace {
-
-using passes::Plane;
 
 passes::Intrinsics calibrated() {
   passes::Intrinsics k;
@@ -48,25 +48,38 @@ TEST(Intrinsics, ProjectAsTheirFormulaSays) {
   EXPECT_TRUE(view.off_centre);
 }
 
-TEST(Intrinsics, OfASceneCameraTakeTheSameImage) {
+// Both overloads of make_view() against glTF's formula of a perspective camera.
+TEST(Intrinsics, OfASceneCameraProjectAsGltfSays) {
   scene::Camera camera;
+  camera.vertical_fov_rad = 0.8f;
   camera.near_m = 0.2f;
   const glm::mat4 pose = passes::look_at_pose({1, 2, 3}, {0, 0, 0});
+  const float focal_px = 240 / std::tan(0.4f);
+  const passes::Intrinsics intrinsics = passes::intrinsics_of(camera, {640, 480});
+  EXPECT_NEAR(intrinsics.fx_px, focal_px, 1e-3f);
+  EXPECT_NEAR(intrinsics.fy_px, focal_px, 1e-3f);
+  EXPECT_EQ(intrinsics.cx_px, 319.5f);
+  EXPECT_EQ(intrinsics.cy_px, 239.5f);
   for (const float far_m : {0.0f, 50.0f}) {
     camera.far_m = far_m;
-    const passes::View of_scene = passes::make_view(camera, pose, 640.0f / 480);
-    const passes::View of_intrinsics = passes::make_view(passes::intrinsics_of(camera, {640, 480}), pose);
-    for (int column = 0; column < 4; ++column) {
-      for (int row = 0; row < 4; ++row) {
-        EXPECT_NEAR(of_scene.clip_from_world[column][row], of_intrinsics.clip_from_world[column][row], 1e-6);
+    for (const passes::View& view : {passes::make_view(camera, pose, 640.0f / 480),
+                                     passes::make_view(passes::intrinsics_of(camera, {640, 480}), pose)}) {
+      for (const glm::vec3 at : {glm::vec3(0, 0, -1), glm::vec3(0.3f, -0.2f, -2), glm::vec3(-1, 1, -5)}) {
+        const glm::vec2 pixel = pixel_of(view, glm::vec3(pose * glm::vec4(at, 1)), {640, 480});
+        EXPECT_NEAR(pixel.x, 319.5f + focal_px * at.x / -at.z, 2e-3f);
+        EXPECT_NEAR(pixel.y, 239.5f + focal_px * -at.y / -at.z, 2e-3f);
       }
+      // Reversed depth: 1 at the near plane, 0 at the far one or at infinity.
+      const auto depth_at = [&](float distance) {
+        const glm::vec4 clip = view.clip_from_world * (pose * glm::vec4(0, 0, -distance, 1));
+        return clip.z / clip.w;
+      };
+      EXPECT_NEAR(depth_at(0.2f), 1, 1e-5f);
+      EXPECT_NEAR(depth_at(far_m > 0 ? far_m : 1e6f), 0, 1e-5f);
+      EXPECT_FALSE(view.off_centre);
+      // Half a pixel at 1 m, in metres.
+      EXPECT_NEAR(passes::half_pixel_depth(view, 480).x, 0.5f / focal_px, 1e-7f);
     }
-    EXPECT_LT(glm::distance(of_scene.world_from_ndc_x, of_intrinsics.world_from_ndc_x), 1e-6f);
-    EXPECT_LT(glm::distance(of_scene.world_from_ndc_origin, of_intrinsics.world_from_ndc_origin), 1e-6f);
-    const glm::vec2 a = passes::half_pixel_depth(of_scene, 480),
-                    b = passes::half_pixel_depth(of_intrinsics, 480);
-    EXPECT_NEAR(a.x, b.x, 1e-8);
-    EXPECT_NEAR(a.y, b.y, 1e-8);
   }
 }
 
@@ -98,39 +111,105 @@ TEST(Intrinsics, ThatNoImageCanBeTakenWithAreRefused) {
   refuses([](auto& k) { k.image_px.y = 0; }, "image");
 }
 
+// The table of SPEC.md section 13, with command-line names and NumPy types.
+TEST(ImageOutputTable, IsThatOfTheSpecification) {
+  struct Row {
+    uint32_t bit;
+    const char *api_name, *cli_name;
+    int format;
+    uint32_t channels, element_bytes;
+    const char* numpy_type;
+    bool is_boxes, needs_ids;
+  };
+  constexpr Row kSpecification[] = {
+      {0, "color_srgb8", "color", 1, 4, 4, "|u1", false, false},
+      {1, "color_linear_f16", "linear", 2, 4, 8, "<f2", false, false},
+      {2, "depth_f32", "depth", 3, 1, 4, "<f4", false, true},
+      {3, "instance_u32", "instance", 4, 1, 4, "<u4", false, true},
+      {4, "semantic_u32", "semantic", 4, 1, 4, "<u4", false, true},
+      {5, "normal", "normal", 2, 4, 8, "<f2", false, true},
+      {6, "motion", "motion", 5, 2, 8, "<f4", false, true},
+      {7, "boxes2d", "boxes2d", 6, 0, 32, "", true, true},
+      {8, "boxes3d", "boxes3d", 7, 0, 64, "", true, true},
+  };
+  ASSERT_EQ(wire::kImageOutputTable.size(), std::size(kSpecification));
+  EXPECT_EQ(wire::kAllImageOutputs, 511u);
+  for (const Row& row : kSpecification) {
+    const wire::ImageOutputInfo& info = wire::info_at(row.bit);
+    SCOPED_TRACE(row.api_name);
+    EXPECT_EQ(info.output, 1u << row.bit);
+    EXPECT_EQ(info.api_name, row.api_name);
+    EXPECT_EQ(info.cli_name, row.cli_name);
+    EXPECT_EQ(static_cast<int>(info.format), row.format);
+    EXPECT_EQ(info.channels, row.channels);
+    EXPECT_EQ(info.element_bytes, row.element_bytes);
+    EXPECT_EQ(info.numpy_type, row.numpy_type);
+    EXPECT_EQ(info.is_boxes, row.is_boxes);
+    EXPECT_EQ(info.needs_ids, row.needs_ids);
+    EXPECT_EQ(&wire::info_of(info.output), &info);
+    EXPECT_EQ(wire::find_image_output(row.api_name), &info);
+    EXPECT_EQ(wire::find_image_output(row.cli_name), &info);
+    // Planes and box lists of 3 elements, padded to multiples of 64 bytes.
+    EXPECT_EQ(wire::pixel_bytes_of(3, 1, 1u << row.bit, 3), (3 * row.element_bytes + 63) / 64 * 64);
+  }
+  EXPECT_EQ(wire::pixel_bytes_of(7, 5, 511, 0), 192u + 320 + 192 + 192 + 192 + 320 + 320);
+}
+
 TEST(ImageOutputs, AreNamedOnceEach) {
-  const auto parsed = passes::parse_image_outputs("depth,boxes2d,semantic");
+  const auto parsed = wire::parse_image_outputs("depth,boxes2d,semantic");
   ASSERT_TRUE(parsed.ok());
-  EXPECT_FALSE(parsed->color_srgb8);
-  EXPECT_TRUE((*parsed)[Plane::depth_f32] && (*parsed)[Plane::semantic_u32] && parsed->boxes2d);
-  EXPECT_FALSE((*parsed)[Plane::instance_u32]);
-  EXPECT_TRUE(passes::with_sources(*parsed)[Plane::instance_u32]);
-  EXPECT_EQ(*passes::parse_image_outputs("color"), passes::ImageOutputs{});
-  for (const char* bad : {"", "depth,", ",depth", "depth,depth", "Depth", "depth instance"}) {
-    const auto refused = passes::parse_image_outputs(bad);
+  EXPECT_EQ(parsed->bits(), 4u | 128u | 16u);
+  EXPECT_EQ(wire::with_sources(*parsed).bits(), 4u | 128u | 16u | 8u);
+  EXPECT_EQ(wire::parse_image_outputs("depth_f32,boxes2d,semantic_u32")->bits(), parsed->bits());
+  EXPECT_EQ(
+      wire::parse_image_outputs("color,linear,depth,instance,semantic,normal,motion,boxes2d,boxes3d")->bits(),
+      511u);
+  EXPECT_EQ(*wire::parse_image_outputs("color"), wire::ImageOutputs{});
+  for (const char* bad :
+       {"", "depth,", ",depth", "depth,depth", "depth,depth_f32", "Depth", "depth instance"}) {
+    const auto refused = wire::parse_image_outputs(bad);
     EXPECT_FALSE(refused.ok()) << bad;
   }
-  EXPECT_NE(passes::parse_image_outputs("colour").error().message.find("boxes3d"), std::string::npos);
+  EXPECT_EQ(
+      wire::parse_image_outputs("colour").error().message,
+      "there is no output \"colour\": there are color, linear, depth, instance, semantic, normal, motion, "
+      "boxes2d and boxes3d");
+}
+
+TEST(ImageOutputs, SayWhatTheyNeed) {
+  using wire::ImageOutputs;
+  EXPECT_TRUE(ImageOutputs(wire::kColorSrgb8).shaded());
+  EXPECT_FALSE(ImageOutputs(wire::kColorSrgb8).any_plane());
+  EXPECT_TRUE(ImageOutputs(wire::kColorLinearF16).shaded());
+  EXPECT_TRUE(ImageOutputs(wire::kColorLinearF16).any_plane());
+  EXPECT_FALSE(ImageOutputs(wire::kColorLinearF16).any_surface_plane());
+  for (const wire::ImageOutput output :
+       {wire::kDepthF32, wire::kInstanceU32, wire::kSemanticU32, wire::kNormal, wire::kMotion}) {
+    EXPECT_TRUE(ImageOutputs(output).any_plane() && ImageOutputs(output).any_surface_plane());
+    EXPECT_FALSE(ImageOutputs(output).shaded() || ImageOutputs(output).has_boxes());
+  }
+  EXPECT_EQ(ImageOutputs::all_planes().bits(), 127u);
 }
 
 TEST(ImageOutputs, PlanesLieOneBehindTheOther) {
-  passes::ImageOutputs outputs;
+  wire::ImageOutputs outputs;
   EXPECT_EQ(passes::bytes_of(passes::place_planes(outputs, 100, 100)), 0u);
-  outputs.planes.fill(true);
+  outputs = wire::ImageOutputs::all_planes();
   uint64_t end = 0;
   for (const passes::PlanePlace& place : passes::place_planes(outputs, 7, 5)) {
     EXPECT_GE(place.offset_bytes, end);
     EXPECT_EQ(place.offset_bytes % 64, 0u);
-    EXPECT_EQ(place.size_bytes, 35u * passes::format_of(place.plane).pixel_bytes);
+    EXPECT_EQ(place.size_bytes, 35u * wire::info_of(place.output).element_bytes);
     end = place.offset_bytes + place.size_bytes;
   }
   EXPECT_EQ(passes::bytes_of(passes::place_planes(outputs, 7, 5)), end);
+  EXPECT_EQ(end, 320u + 192 + 192 + 192 + 320 + 280) << "the last plane ends without padding";
   const auto large = passes::place_planes(outputs, 1u << 16, 1u << 16);
   EXPECT_GT(passes::bytes_of(large), uint64_t{1} << 36) << "bytes are counted with 64 bits";
 }
 
 TEST(Planes, AreFilesThatNumPyOpens) {
-  const sinks::FramePlane plane{"motion", "<f4", 2, std::vector<uint8_t>(2 * 3 * 8, 7)};
+  const sinks::FramePlane plane{wire::kMotion, std::vector<uint8_t>(2 * 3 * 8, 7)};
   const std::vector<uint8_t> file = sinks::encode_npy(plane, 3, 2);
   ASSERT_GT(file.size(), 128u);
   EXPECT_EQ(std::string(file.begin(), file.begin() + 8), std::string("\x93NUMPY\x01\x00", 8));
@@ -142,7 +221,7 @@ TEST(Planes, AreFilesThatNumPyOpens) {
             "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3, 2), }");
   EXPECT_EQ(std::vector<uint8_t>(file.begin() + 10 + static_cast<std::ptrdiff_t>(header), file.end()),
             plane.bytes);
-  const sinks::FramePlane single{"depth", "<f4", 1, std::vector<uint8_t>(24)};
+  const sinks::FramePlane single{wire::kDepthF32, std::vector<uint8_t>(24)};
   const std::vector<uint8_t> flat = sinks::encode_npy(single, 3, 2);
   EXPECT_NE(std::string(flat.begin(), flat.end()).find("'shape': (2, 3), }"), std::string::npos);
 }
@@ -150,12 +229,12 @@ TEST(Planes, AreFilesThatNumPyOpens) {
 TEST(Planes, AreListedWithTheirBoxes) {
   sinks::FrameImage image;
   image.width = 4, image.height = 3, image.frame_index = 9, image.camera = "eye \"1\"";
-  image.planes.push_back({"depth", "<f4", 1, std::vector<uint8_t>(48)});
-  image.boxes2d = std::vector<sinks::FrameBox2d>{{5, 2, 1, 0, 3, 2, 4}};
-  sinks::FrameBox3d box{5, 2, {}};
+  image.planes.push_back({wire::kDepthF32, std::vector<uint8_t>(48)});
+  image.boxes2d = std::vector<wire::BoxRecord2d>{{5, 2, 1, 0, 3, 2, 4, 0}};
+  wire::BoxRecord3d box{5, 2, {}, {}};
   box.world_from_box[0] = 1.5f;
   box.world_from_box[7] = std::nanf("");
-  image.boxes3d = std::vector<sinks::FrameBox3d>{box};
+  image.boxes3d = std::vector<wire::BoxRecord3d>{box};
   const auto line = nlohmann::json::parse(sinks::frame_line({"", {"frame_000009.depth.npy"}}, image));
   EXPECT_FALSE(line.contains("file"));
   EXPECT_EQ(line["planes"]["depth"], "frame_000009.depth.npy");

@@ -68,7 +68,7 @@ std::vector<nlohmann::json> lines_of(const fs::path& path) {
 TEST_F(FileSinkTest, WritesEveryFrameInOrderAndLists) {
   auto sink = FileSink::open({.folder = folder_ / "made" / "by the sink", .queue_limit = 2});
   ASSERT_TRUE(sink.ok()) << sink.error().message;
-  for (uint64_t i = 0; i < 40; ++i) ASSERT_TRUE((*sink)->take(frame(i)).ok());
+  for (uint64_t i = 0; i < 40; ++i) ASSERT_TRUE((*sink)->consume(frame(i)).ok());
   ASSERT_TRUE((*sink)->finish().ok());
   EXPECT_EQ((*sink)->frames_written(), 40u);
   const fs::path out = folder_ / "made" / "by the sink";
@@ -94,7 +94,7 @@ TEST_F(FileSinkTest, ALongQueueIsWrittenBeforeTheSinkEnds) {
   {
     auto sink = FileSink::open({.folder = folder_, .queue_limit = 100});
     ASSERT_TRUE(sink.ok());
-    for (uint64_t i = 0; i < 30; ++i) ASSERT_TRUE((*sink)->take(frame(i)).ok());
+    for (uint64_t i = 0; i < 30; ++i) ASSERT_TRUE((*sink)->consume(frame(i)).ok());
   }
   EXPECT_EQ(lines_of(folder_ / "frames.jsonl").size(), 30u);
 }
@@ -103,7 +103,7 @@ TEST_F(FileSinkTest, CamerasGetAFolderEachAndStayInside) {
   auto sink = FileSink::open({.folder = folder_ / "out", .folder_per_camera = true});
   ASSERT_TRUE(sink.ok());
   for (const char* camera : {"front", "../../escape", "top view", "top_view", ""})
-    ASSERT_TRUE((*sink)->take(frame(3, camera)).ok());
+    ASSERT_TRUE((*sink)->consume(frame(3, camera)).ok());
   ASSERT_TRUE((*sink)->finish().ok());
   const auto lines = lines_of(folder_ / "out" / "frames.jsonl");
   ASSERT_EQ(lines.size(), 5u);
@@ -119,8 +119,8 @@ TEST_F(FileSinkTest, CamerasGetAFolderEachAndStayInside) {
 TEST_F(FileSinkTest, TwoCamerasInOneFolderAreRefusedNotMixed) {
   auto sink = FileSink::open({.folder = folder_});
   ASSERT_TRUE(sink.ok());
-  ASSERT_TRUE((*sink)->take(frame(0, "front")).ok());
-  auto second = (*sink)->take(frame(0, "top"));
+  ASSERT_TRUE((*sink)->consume(frame(0, "front")).ok());
+  auto second = (*sink)->consume(frame(0, "top"));
   auto finished = (*sink)->finish();
   ASSERT_FALSE(finished.ok());
   EXPECT_NE(finished.error().message.find("frame 0"), std::string::npos);
@@ -146,7 +146,7 @@ TEST_F(FileSinkTest, AListThatCannotBeWrittenIsNamed) {
 TEST_F(FileSinkTest, AWriteThatFailsIsToldOnceAndLeavesNoHalfFile) {
   auto sink = FileSink::open({.folder = folder_, .queue_limit = 2});
   ASSERT_TRUE(sink.ok());
-  ASSERT_TRUE((*sink)->take(frame(0)).ok());
+  ASSERT_TRUE((*sink)->consume(frame(0)).ok());
   while ((*sink)->frames_written() < 1) usleep(1000);
 
   // A file size limit makes a started write fail, like a full disk.
@@ -159,7 +159,7 @@ TEST_F(FileSinkTest, AWriteThatFailsIsToldOnceAndLeavesNoHalfFile) {
   int told = 0;
   std::string message;
   for (uint64_t i = 1; i <= 20; ++i) {
-    if (const auto taken = (*sink)->take(noise(i, 128)); !taken) ++told, message = taken.error().message;
+    if (const auto taken = (*sink)->consume(noise(i, 128)); !taken) ++told, message = taken.error().message;
   }
   if (const auto finished = (*sink)->finish(); !finished) ++told, message = finished.error().message;
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
@@ -178,7 +178,7 @@ TEST_F(FileSinkTest, LinksInTheFolderAreNotFollowed) {
   fs::create_symlink(outside, out / "frame_000001.png");
   auto sink = FileSink::open({.folder = out});
   ASSERT_TRUE(sink.ok());
-  for (uint64_t i = 0; i < 2; ++i) ASSERT_TRUE((*sink)->take(frame(i)).ok());
+  for (uint64_t i = 0; i < 2; ++i) ASSERT_TRUE((*sink)->consume(frame(i)).ok());
   ASSERT_TRUE((*sink)->finish().ok());
   std::string text;
   std::ifstream(outside) >> text;
@@ -211,7 +211,7 @@ TEST_F(FileSinkTest, FramesOfAnEarlierRunAreNotInTheList) {
   for (const uint64_t count : {5u, 2u}) {
     auto sink = FileSink::open({.folder = folder_});
     ASSERT_TRUE(sink.ok());
-    for (uint64_t i = 0; i < count; ++i) ASSERT_TRUE((*sink)->take(frame(i)).ok());
+    for (uint64_t i = 0; i < count; ++i) ASSERT_TRUE((*sink)->consume(frame(i)).ok());
     ASSERT_TRUE((*sink)->finish().ok());
     EXPECT_EQ(lines_of(folder_ / "frames.jsonl").size(), count);
   }
@@ -219,9 +219,9 @@ TEST_F(FileSinkTest, FramesOfAnEarlierRunAreNotInTheList) {
 
 TEST(NullSink, Counts) {
   NullSink sink;
-  for (uint64_t i = 0; i < 3; ++i) EXPECT_TRUE(sink.take(frame(i)).ok());
+  for (uint64_t i = 0; i < 3; ++i) EXPECT_TRUE(sink.consume(frame(i)).ok());
   EXPECT_TRUE(sink.finish().ok());
-  EXPECT_EQ(sink.frames_taken(), 3u);
+  EXPECT_EQ(sink.frames_consumed(), 3u);
 }
 
 }  // namespace

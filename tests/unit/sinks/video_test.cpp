@@ -300,7 +300,7 @@ TEST_F(Video, ASinkWritesVideoAndListOrNothing) {
       image.frame_index = frame;
       image.camera = "front";
       image.rgba8 = ramp(frame);
-      ASSERT_TRUE(sink.take(std::move(image)).ok());
+      ASSERT_TRUE(sink.consume(std::move(image)).ok());
     }
   };
   auto sink = VideoSink::open(settings("v.mp4"));

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/gpu/frame_ring.h"
-#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 
@@ -31,7 +31,7 @@ class AssetDrawer {
   const scene::Scene* shown_ = &nothing_;
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
-  passes::ReadbackRing<int> readback_;
+  gpu::ReadbackRing<int> readback_;
 };
 
 // Camera view of the whole scene, obliquely from above, independent of the scene's cameras.

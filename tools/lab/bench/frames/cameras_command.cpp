@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "protocol/base/clock.h"
-#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/gpu/readback_ring.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tools/lab/bench/frames/circle_of_cameras.h"
 #include "tools/lab/bench/frames/remote_cameras.h"
@@ -30,13 +30,13 @@ struct Bench {
   gpu::Device& device;
   const scene::Scene& scene;
   VkExtent2D extent;
-  passes::ImageOutputs outputs;
+  wire::ImageOutputs outputs;
   passes::SceneRenderer renderer;
   gpu::FrameRing frames;
-  passes::ReadbackRing<int> readback;
+  gpu::ReadbackRing<int> readback;
   uint64_t pixels_seen = 0;  // sum over sampled foreground pixels
 
-  Bench(gpu::Device& on, const scene::Scene& of, const DrawOptions& draw, const passes::ImageOutputs& wanted)
+  Bench(gpu::Device& on, const scene::Scene& of, const DrawOptions& draw, const wire::ImageOutputs& wanted)
       : device(on),
         scene(of),
         extent{draw.width, draw.height},
@@ -50,10 +50,10 @@ struct Bench {
   void submit(const state::PoseState& poses, std::span<const passes::View> views) {
     gpu::Recorder& recorder = frames.begin();
     renderer.record(recorder, frames.belt(), poses, views, outputs, {});
-    passes::ReadbackRing<int>::Planes planes;
+    gpu::ReadbackRing<int>::Planes planes;
     if (outputs.any_plane()) planes = {&renderer.planes(), passes::bytes_of(renderer.plane_places())};
-    readback.record(recorder, outputs.color_srgb8 ? &renderer.image() : nullptr, renderer.image().extent,
-                    planes, 0);
+    readback.record(recorder, outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr,
+                    renderer.image().extent, planes, 0);
     readback.submitted(frames.submit());
   }
   // Sums one byte per cache line, which proves that the whole image is in host memory.
@@ -103,9 +103,10 @@ Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t camer
 }
 
 Result<void> measure_all(const CamerasOptions& options) {
-  Result<passes::ImageOutputs> outputs = passes::parse_image_outputs(options.outputs);
+  Result<wire::ImageOutputs> outputs = wire::parse_image_outputs(options.outputs);
   if (!outputs) return Error{"--outputs: " + outputs.error().message};
-  if (!outputs->color_srgb8 && !outputs->any_plane()) return Error{"--outputs: name color or a plane"};
+  if (!outputs->has(wire::kColorSrgb8) && !outputs->any_plane())
+    return Error{"--outputs: name color or a plane"};
   Result<scene::Scene> scene = scene::load_gltf(options.scene);
   if (!scene) return scene.error();
   Result<OpenDevice> open = open_device(options.draw);

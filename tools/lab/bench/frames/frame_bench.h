@@ -12,7 +12,7 @@
 #include "renderer/gpu/device/device.h"
 #include "renderer/gui/gui.h"
 #include "renderer/gui/gui_pass.h"
-#include "renderer/passes/outputs/readback_ring.h"
+#include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "tools/lab/bench/frames/stages.h"
@@ -79,7 +79,7 @@ class FrameBench {
   std::unique_ptr<PoseFeed> feed_;
   gpu::FrameRing frames_;
   std::optional<passes::SceneRenderer> renderer_;
-  passes::ReadbackRing<int> readback_;
+  gpu::ReadbackRing<int> readback_;
   struct Panels {
     explicit Panels(gpu::Device& device) : pass(device) {}
     gui::Gui gui;

@@ -135,7 +135,7 @@ Result<void> measure(fire3dv_stream* stream, const CamerasOptions& options, cons
 }  // namespace
 
 Result<void> measure_served(const CamerasOptions& options) {
-  Result<passes::ImageOutputs> outputs = passes::parse_image_outputs(options.outputs);
+  Result<wire::ImageOutputs> outputs = wire::parse_image_outputs(options.outputs);
   if (!outputs) return Error{"--outputs: " + outputs.error().message};
   Result<scene::Scene> scene = scene::load_gltf(options.scene);
   if (!scene) return scene.error();

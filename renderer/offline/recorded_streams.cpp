@@ -1,4 +1,4 @@
-#include "renderer/offline/recorded_show.h"
+#include "renderer/offline/recorded_streams.h"
 
 #include <algorithm>
 #include <tuple>
@@ -8,23 +8,23 @@
 namespace fire3dv::offline {
 namespace {
 
-constexpr size_t kMostNameBytes = 2048;  // room for one name
-constexpr size_t kMostNotes = 20;        // per call: a file may hold any number of runs
+constexpr size_t kMaxNameBytes = 2048;  // room for one name
+constexpr size_t kMaxNotes = 20;        // per call: a file may hold any number of runs
 
 }  // namespace
 
 Result<RecordedStreams> RecordedStreams::open(const Open& open_recording, const Timeline& timeline,
                                               state::PoseState& poses) {
-  RecordedStreams show(timeline, poses);
+  RecordedStreams streams(timeline, poses);
   for (size_t i = 0; i < timeline.streams().size(); ++i) {
     auto playback = open_recording();
     if (!playback) return playback.error();
     if (playback->streams().size() != timeline.streams().size())
       return Error{wire::printable(playback->reader().name(), 4096) +
                    " was written to while it was read; render it when it is whole"};
-    show.streams_.push_back({StreamCursor(std::move(*playback), i, timeline), {}});
+    streams.streams_.push_back({StreamCursor(std::move(*playback), i, timeline), {}});
   }
-  return show;
+  return streams;
 }
 
 void RecordedStreams::advance(int64_t line_ns) {
@@ -73,10 +73,10 @@ void RecordedStreams::apply(Stream& stream, const StreamCursor::Effect& effect) 
 void RecordedStreams::begin(Stream& stream, const wire::StreamDescription& description) {
   if (stream.id) poses_.remove_stream(*stream.id);
   stream.id = poses_.add_stream(description);
-  if (notes_.size() >= kMostNotes) return;
+  if (notes_.size() >= kMaxNotes) return;
   const state::Stream& bound = poses_.streams()[*stream.id];
   const auto list = [&](const state::IndexSet& names) {
-    std::string text = wire::printable(poses_.names_at(*stream.id, names, kMostNameBytes)[0]);
+    std::string text = wire::printable(poses_.names_at(*stream.id, names, kMaxNameBytes)[0]);
     if (names.size() > 1) text += " and " + std::to_string(names.size() - 1) + " more";
     return text;
   };

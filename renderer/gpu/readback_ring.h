@@ -2,39 +2,41 @@
 // with this tag, in order and without a stall.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <deque>
-#include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/recorder.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::gpu {
 
 template <typename Tag>
 class ReadbackRing {
  public:
-  explicit ReadbackRing(gpu::Device& device) : device_(device) {}
+  explicit ReadbackRing(Device& device) : device_(device) {}
 
   // Planes of the same frame that are copied, too; a null buffer: none.
   struct Planes {
-    gpu::Buffer* buffer = nullptr;
+    Buffer* buffer = nullptr;
     VkDeviceSize bytes = 0;
   };
 
   // Records the copy of an image with 4 bytes a pixel. Call submitted() with the frame's timeline value.
-  void record(gpu::Recorder& recorder, gpu::Image& image, Tag tag) {
+  void record(Recorder& recorder, Image& image, Tag tag) {
     record(recorder, &image, image.extent, {}, std::move(tag));
   }
   // The same with planes, which follow the image's pixels. A null image copies planes only.
-  void record(gpu::Recorder& recorder, gpu::Image* image, VkExtent2D extent, const Planes& planes, Tag tag) {
+  void record(Recorder& recorder, Image* image, VkExtent2D extent, const Planes& planes, Tag tag) {
     const VkDeviceSize image_bytes = image ? VkDeviceSize{4} * extent.width * extent.height : 0;
     Pending pending{take_buffer(image_bytes + planes.bytes), extent, image_bytes + planes.bytes,
                     std::move(tag), 0};
-    std::vector<gpu::Use> uses{gpu::Use(pending.buffer, gpu::access::transfer_write)};
-    if (image) uses.emplace_back(*image, gpu::access::transfer_read);
-    if (planes.bytes) uses.emplace_back(*planes.buffer, gpu::access::transfer_read);
+    std::vector<Use> uses{Use(pending.buffer, access::transfer_write)};
+    if (image) uses.emplace_back(*image, access::transfer_read);
+    if (planes.bytes) uses.emplace_back(*planes.buffer, access::transfer_read);
     recorder.pass("read-back", uses, [&](VkCommandBuffer commands) {
       if (image) {
         VkBufferImageCopy copy{};
@@ -48,7 +50,7 @@ class ReadbackRing {
         vkCmdCopyBuffer(commands, planes.buffer->get(), pending.buffer.get(), 1, &copy);
       }
     });
-    recorder.transition({gpu::Use(pending.buffer, gpu::access::host_read)});
+    recorder.transition({Use(pending.buffer, access::host_read)});
     recorded_.push_back(std::move(pending));
   }
 
@@ -87,29 +89,29 @@ class ReadbackRing {
 
  private:
   struct Pending {
-    gpu::Buffer buffer;
+    Buffer buffer;
     VkExtent2D extent;
     VkDeviceSize bytes;
     Tag tag;
     uint64_t done_at;
   };
 
-  gpu::Buffer take_buffer(VkDeviceSize bytes) {
+  Buffer take_buffer(VkDeviceSize bytes) {
     while (!free_.empty()) {
-      gpu::Buffer buffer = std::move(free_.back());
+      Buffer buffer = std::move(free_.back());
       free_.pop_back();
       if (buffer.size_bytes == std::max<VkDeviceSize>(bytes, 64)) {
         buffer.use = {};  // the ring was its last user, and that use is over
         return buffer;
       }
     }
-    return gpu::create_buffer(device_, bytes, 0, gpu::Memory::readback);
+    return create_buffer(device_, bytes, 0, Memory::readback);
   }
 
-  gpu::Device& device_;
+  Device& device_;
   std::vector<Pending> recorded_;
   std::deque<Pending> pending_;
-  std::vector<gpu::Buffer> free_;
+  std::vector<Buffer> free_;
 };
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::gpu

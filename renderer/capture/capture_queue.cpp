@@ -1,0 +1,66 @@
+#include "renderer/capture/capture_queue.h"
+
+#include <utility>
+
+#include "renderer/capture/instances.h"
+#include "renderer/passes/visibility/boxes.h"
+
+namespace fire3dv::capture {
+
+void CaptureQueue::record(gpu::Recorder& recorder, gpu::Image& color, Provenance provenance) {
+  readback_.record(recorder, color, {{}, {}, {}, std::move(provenance)});
+}
+
+void CaptureQueue::record(gpu::Recorder& recorder, passes::SceneRenderer& renderer,
+                          wire::ImageOutputs outputs, const scene::Scene& scene,
+                          const state::PoseState& poses, Provenance provenance) {
+  Capture capture{outputs, {}, {}, std::move(provenance)};
+  gpu::ReadbackRing<Capture>::Planes planes;
+  if (wire::with_sources(outputs).any_plane()) {
+    capture.places = renderer.plane_places();
+    planes = {&renderer.planes(), passes::bytes_of(capture.places)};
+  }
+  if (outputs.has_boxes()) capture.boxes = passes::boxes_of_instances(scene, poses);
+  gpu::Image* const color = outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr;
+  readback_.record(recorder, color, renderer.extent(), planes, std::move(capture));
+}
+
+void CaptureQueue::poll(const std::function<void(sinks::FrameImage&&)>& take) {
+  readback_.poll([&](Capture capture, VkExtent2D extent, std::span<const uint8_t> bytes) {
+    take(convert(std::move(capture), extent, bytes));
+  });
+}
+
+Result<void> CaptureQueue::deliver(sinks::FrameSink& sink) {
+  Result<void> result;
+  readback_.poll([&](Capture capture, VkExtent2D extent, std::span<const uint8_t> bytes) {
+    if (result) result = sink.consume(convert(std::move(capture), extent, bytes));
+  });
+  return result;
+}
+
+sinks::FrameImage CaptureQueue::convert(Capture&& capture, VkExtent2D extent,
+                                        std::span<const uint8_t> bytes) {
+  sinks::FrameImage image;
+  image.width = extent.width;
+  image.height = extent.height;
+  image.frame_index = capture.provenance.frame_index;
+  image.camera = std::move(capture.provenance.camera);
+  image.shown = std::move(capture.provenance.shown);
+  const wire::ImageOutputs outputs = capture.outputs;
+  const size_t color_bytes =
+      outputs.has(wire::kColorSrgb8) ? size_t{4} * extent.width * extent.height : size_t{0};
+  image.rgba8.assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(color_bytes));
+  for (const passes::PlanePlace& place : capture.places) {
+    const std::span<const uint8_t> plane = bytes.subspan(color_bytes + place.offset_bytes, place.size_bytes);
+    if (outputs.has(place.output))
+      image.planes.push_back({place.output, std::vector<uint8_t>(plane.begin(), plane.end())});
+    if (place.output != wire::kInstanceU32 || !outputs.has_boxes()) continue;
+    VisibleBoxes boxes = find_visible_boxes(plane, extent.width, capture.boxes);
+    if (outputs.has(wire::kBoxes2d)) image.boxes2d = std::move(boxes.boxes2d);
+    if (outputs.has(wire::kBoxes3d)) image.boxes3d = std::move(boxes.boxes3d);
+  }
+  return image;
+}
+
+}  // namespace fire3dv::capture
