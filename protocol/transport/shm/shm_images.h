@@ -1,6 +1,6 @@
 // Image slots in shared memory: a reader writes pixels, and the publisher reads them in place. The first word
-// of a slot names its single owner; SPEC-transport 1.7 defines the transitions. The transfer needs no copy,
-// and no slot is written while it is read.
+// of a slot names its single owner; SPEC-transport 1.7 defines the transitions. No slot is written while it is
+// read. The reader's copy from its read-back buffer into the slot is the only one.
 #pragma once
 
 #include <cstddef>

@@ -20,7 +20,8 @@
  *   taken; fire3dv_image.lost counts these.
  * Cameras: look along -Z, +Y up, as in glTF. Pixel coordinates follow OpenCV: the centre of the top left pixel is
  *   (0, 0). Metres, radians, linear colour. Full definition: protocol/SPEC.md, section 13.
- * Links: shm:// (planes point into shared memory that the renderer writes, without a copy), tcp:// and tls://.
+ * Links: shm:// (planes point into shared memory, into which the renderer copies the pixels once from its read-back
+ *   buffer), tcp:// and tls://.
  * Limits: over shm:// each request reserves slots for two images, besides images that are borrowed or not yet taken at
  *   that time. A caller that borrows more images of a periodic request receives no new ones.
  *   Beyond 1 GiB or 4096 images, the client drops the oldest images that were not taken.
