@@ -7,7 +7,7 @@
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
 #include "protocol/base/clock.h"
-#include "renderer/app/streams/requested_image.h"
+#include "protocol/wire/image_outputs.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tools/lab/bench/frames/circle_of_cameras.h"
@@ -145,7 +145,7 @@ Result<void> measure_served(const CamerasOptions& options) {
       "| cameras | size | outputs | ms for all | images a second | lost | digest |\n"
       "|---|---|---|---|---|---|---|\n");
   for (const uint32_t cameras : options.cameras) {
-    if (Result<void> done = measure(stream->get(), options, *scene, cameras, app::bits_of(*outputs)); !done)
+    if (Result<void> done = measure(stream->get(), options, *scene, cameras, outputs->bits()); !done)
       return done;
   }
   return {};
