@@ -61,9 +61,9 @@ bool stop_was_requested() {
 }
 
 FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-                     StreamReceiver& intake, LiveScene& scene, state::AnimationPlayer* animations,
-                     CameraRig& camera, sinks::FrameSink& sink, WindowView* window, FrameStats& stats,
-                     const Options& options)
+                     StreamReceiver& intake, ImageRequestQueue& requests, LiveScene& scene,
+                     state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink,
+                     WindowView* window, FrameStats& stats, const Options& options)
     : device_(device),
       poses_(poses),
       intake_(intake),
@@ -78,7 +78,7 @@ FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state
       frames_(device),
       renderer_(renderer),
       captures_(device),
-      image_service_(device, renderer, poses, intake, scene,
+      image_service_(device, renderer, poses, requests, scene,
                      {options.peer_limits.slices.image_ns, options.lockstep, stop_was_requested}),
       taken_(passes::with_sources(options.outputs)),
       awaits_stream_(options.wait_for_stream),
@@ -109,7 +109,7 @@ Result<void> FrameLoop::run() {
     if (!is_held) has_undrawn_frame_ = poll_streams();
     log_notes();
 
-    if (metrics_) metrics_->tell(intake_, poses_, scene_.faults());
+    if (metrics_) metrics_->tell(intake_, image_service_.open_requests(), poses_, scene_.faults());
 
     // User input.
     if (window_) steer();

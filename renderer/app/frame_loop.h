@@ -39,8 +39,9 @@ class FrameLoop {
  public:
   // Borrows all arguments. The renderer has its scene. `window` and `animations` may be null.
   FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-            StreamReceiver& intake, LiveScene& scene, state::AnimationPlayer* animations, CameraRig& camera,
-            sinks::FrameSink& sink, WindowView* window, FrameStats& stats, const Options& options);
+            StreamReceiver& intake, ImageRequestQueue& requests, LiveScene& scene,
+            state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink, WindowView* window,
+            FrameStats& stats, const Options& options);
 
   // Borrowed; null: no metrics. Call before run().
   void report_to(RendererMetrics* metrics) { metrics_ = metrics; }

@@ -79,8 +79,8 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
   }
 }
 
-void RendererMetrics::tell(const StreamReceiver& intake, const state::PoseState& poses,
-                           const state::EditFaults& faults) {
+void RendererMetrics::tell(const StreamReceiver& intake, size_t open_image_requests,
+                           const state::PoseState& poses, const state::EditFaults& faults) {
   const int64_t now_ns = monotonic_ns();
   if (now_ns < next_ns_) return;
   next_ns_ = now_ns + kTellEveryNs;
@@ -88,7 +88,7 @@ void RendererMetrics::tell(const StreamReceiver& intake, const state::PoseState&
   gathered_.links = intake.links();
   gathered_.refusals = intake.refusals();
   gathered_.edit_faults = faults;
-  gathered_.image_requests = intake.open_image_requests();
+  gathered_.image_requests = open_image_requests;
   gathered_.image_requests_refused = intake.refused_image_requests();
   gathered_.peers = peer_uses(intake);
   gathered_.streams.clear();

@@ -12,7 +12,7 @@
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/metrics/http_server.h"
 #include "renderer/metrics/peer_use.h"
-#include "renderer/state/edit_book.h"
+#include "renderer/state/edit_registry.h"
 
 namespace fire3dv::app {
 
@@ -28,7 +28,8 @@ class RendererMetrics {
   void drawn(const std::vector<state::FrameTag>& shown, const StreamReceiver& intake, const FrameCost& cost);
   void add(const gpu::FrameTimes& times);
   // Call once per image: publishes a snapshot if the interval has elapsed.
-  void tell(const StreamReceiver& intake, const state::PoseState& poses, const state::EditFaults& faults);
+  void tell(const StreamReceiver& intake, size_t open_image_requests, const state::PoseState& poses,
+            const state::EditFaults& faults);
 
  private:
   struct Drawn {

@@ -195,7 +195,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   if (!animations) return animations.error();
   state::PoseState poses(*scene);
   StreamReceiver intake(poses, options.lockstep, options.play, stage.budgets);
-  intake.offer_images(image_abilities(*stage.renderer));
+  ImageRequestQueue requests(intake, image_abilities(*stage.renderer));
+  intake.set_image_handler(&requests);
   DocumentLoader next(show, stage.places, [&](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);
     for (const std::unique_ptr<SecondaryDevice>& each : stage.further.all()) {
@@ -251,13 +252,14 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   std::unique_ptr<WindowView> view;
   if (window) {
     Result<std::unique_ptr<WindowView>> made =
-        WindowView::create({stage.device, stage.renderer, poses, intake, live, *camera, stage.windows,
-                            stage.viewer, options, stage.first});
+        WindowView::create({stage.device, stage.renderer, poses, intake, requests, live, *camera,
+                            stage.windows, stage.viewer, options, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
   }
-  FrameLoop loop(stage.device, renderer, poses, intake, live, *animations ? &*(*animations)->player : nullptr,
-                 *camera, **sink, view.get(), stage.stats, options);
+  FrameLoop loop(stage.device, renderer, poses, intake, requests, live,
+                 *animations ? &*(*animations)->player : nullptr, *camera, **sink, view.get(), stage.stats,
+                 options);
   loop.report_to(stage.metrics.get());
   loop.follow(timeline);
   loop.record_with(recording->get());

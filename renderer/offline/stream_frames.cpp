@@ -3,16 +3,9 @@
 namespace fire3dv::offline {
 namespace {
 
-constexpr int64_t kMostSimTimeNs = int64_t{1} << 60;  // 36 years: sums of a few such times do not overflow
-
-const scene::Scene& no_scene() {
-  static const scene::Scene scene;
-  return scene;
-}
+constexpr int64_t kMaxSimTimeNs = int64_t{1} << 60;  // 36 years: sums of a few such times do not overflow
 
 }  // namespace
-
-StreamFrames::StreamFrames() : frames_(no_scene()) {}
 
 StreamFrames::Taken StreamFrames::take(const record::Played& played) {
   Taken taken;
@@ -22,37 +15,34 @@ StreamFrames::Taken StreamFrames::take(const record::Played& played) {
     return taken;
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-    if (id_ && description->epoch == epoch_) return taken;  // repeated description
+    if (receiver_ && description->epoch == receiver_->epoch) return taken;  // repeated description
     if (description->protocol_major != wire::kProtocolMajor) {
       ++unusable_;
       return taken;
     }
-    if (id_) frames_.remove_stream(*id_);
-    id_ = frames_.add_stream(*description);
-    epoch_ = description->epoch;
+    receiver_.emplace(description->epoch, description->node_names.size());
     sim_time_ns_.reset();
     taken.began = true;
     return taken;
   }
-  if (!id_) {
+  if (!receiver_) {
     ++unusable_;
     return taken;
   }
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
     const bool sound =
-        frame->header.sim_time_ns > -kMostSimTimeNs && frame->header.sim_time_ns < kMostSimTimeNs;
+        frame->header.sim_time_ns > -kMaxSimTimeNs && frame->header.sim_time_ns < kMaxSimTimeNs;
     if (!sound) ++unusable_;
-    taken.frame = sound && frames_.push(*id_, *frame);
+    taken.frame = sound && receiver_->push(*frame);
   } else if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
     taken.edited = true;
-    taken.frame = frames_.apply(*id_, std::move(*edit));
-    (void)frames_.take_scene_changes();  // only the frames are used
+    taken.frame = receiver_->apply(std::move(*edit));
+    (void)receiver_->take_edits();  // only the frames are used
   } else if (const auto* unknown = std::get_if<wire::UnknownEdit>(&*decoded)) {
     taken.edited = true;
-    taken.frame = frames_.apply(*id_, *unknown);
+    taken.frame = receiver_->apply(*unknown);
   } else if (std::holds_alternative<wire::Goodbye>(*decoded)) {
-    frames_.remove_stream(*id_);
-    id_.reset();
+    receiver_.reset();
     taken.ended = true;
   }
   if (taken.frame) {

@@ -8,14 +8,12 @@
 
 #include "protocol/record/playback.h"
 #include "protocol/wire/decode.h"
-#include "renderer/state/pose_state.h"
+#include "renderer/state/frame_receiver.h"
 
 namespace fire3dv::offline {
 
 class StreamFrames {
  public:
-  StreamFrames();
-
   // Effect of one message. An edit may release a frame that waited for it.
   struct Taken {
     bool began = false, ended = false;
@@ -26,16 +24,13 @@ class StreamFrames {
   };
   Taken take(const record::Played& played);
 
-  const wire::PoseFrameHeader& header() const { return frames_.streams()[*id_].header; }
-  std::span<const wire::Affine3x4> poses() const { return frames_.streams()[*id_].poses; }
+  const wire::PoseFrameHeader& header() const { return receiver_->header; }
+  std::span<const wire::Affine3x4> poses() const { return receiver_->poses; }
   uint64_t unusable() const { return unusable_; }  // skipped messages
 
  private:
   wire::Decoder decoder_;
-  // Binds to an empty scene; only its frame assembly is used.
-  state::PoseState frames_;
-  std::optional<state::StreamId> id_;
-  uint64_t epoch_ = 0;
+  std::optional<state::FrameReceiver> receiver_;  // of the current run
   std::optional<int64_t> sim_time_ns_;  // of the newest frame of this run
   uint64_t unusable_ = 0;
 };

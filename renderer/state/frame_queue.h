@@ -37,7 +37,7 @@ class FrameQueue {
     over_budget,  // the peer's budget has no room; the frame is not queued
   };
   // Precondition: `header` is newer than all queued frames.
-  Outcome hold(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
+  Outcome push(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
                int64_t published_ns, int64_t received_ns) {
     // A newer frame with the same scene version replaces the older one.
     const bool replaces =

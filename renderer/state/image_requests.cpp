@@ -20,21 +20,22 @@ std::string output_names(uint32_t outputs) {
 
 }  // namespace
 
-ImageRequestRegistry::Refused ImageRequestRegistry::refuse(Asker asker, const wire::ImageRequest& request,
+ImageRequestRegistry::Refused ImageRequestRegistry::refuse(RequesterId requester,
+                                                           const wire::ImageRequest& request,
                                                            wire::ImageRefusal reason, std::string message) {
   ++refused_;
-  return {asker, {request.epoch, request.id, reason, std::move(message)}, {}};
+  return {requester, {request.epoch, request.id, reason, std::move(message)}, {}};
 }
 
 std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::charge(
-    Asker asker, const std::shared_ptr<PeerBudget>& budget, Entry& entry) {
+    RequesterId requester, const std::shared_ptr<PeerBudget>& budget, Entry& entry) {
   const auto take = [&](Resource resource, uint64_t amount, BudgetCharge& charge) -> std::optional<Refused> {
     Result<BudgetCharge> taken = BudgetCharge::take(budget, resource, amount);
     if (taken) {
       charge = std::move(*taken);
       return {};
     }
-    Refused refused = refuse(asker, entry.request, wire::ImageRefusal::too_many,
+    Refused refused = refuse(requester, entry.request, wire::ImageRefusal::too_many,
                              taken.error().message + "; cancel requests, or ask for smaller images");
     refused.over = resource;
     return refused;
@@ -43,13 +44,13 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::charge(
   return take(Resource::request_bytes, entry.pixel_bytes, entry.bytes_charge);
 }
 
-std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::ask(
-    Asker asker, const wire::ImageRequest& request, const std::shared_ptr<PeerBudget>& budget) {
-  std::map<uint32_t, Entry>& places = requests_[asker];
+std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
+    RequesterId requester, const wire::ImageRequest& request, const std::shared_ptr<PeerBudget>& budget) {
+  std::map<uint32_t, Entry>& places = requests_[requester];
   const auto at = places.find(request.place);
   if (at != places.end() && at->second.request.id == request.id && request.when != wire::ImageWhen::never) {
     if (at->second.request == request) return {};  // links may deliver a message twice
-    return refuse(asker, request, wire::ImageRefusal::bad_request,
+    return refuse(requester, request, wire::ImageRefusal::bad_request,
                   "request " + std::to_string(request.id) +
                       " was made already and says something else; an id is used once");
   }
@@ -58,92 +59,92 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::ask(
 
   using Refusal = wire::ImageRefusal;
   if (request.when > wire::ImageWhen::exactly)
-    return refuse(asker, request, Refusal::not_supported,
+    return refuse(requester, request, Refusal::not_supported,
                   "ImageRequest.when is " + std::to_string(static_cast<int>(request.when)) +
                       ", which this renderer does not know; update it");
   if (const uint32_t more = request.outputs & ~abilities_.outputs; more != 0)
-    return refuse(asker, request, Refusal::not_supported,
+    return refuse(requester, request, Refusal::not_supported,
                   "this renderer does not make the output " + output_names(more) + "; ask for " +
                       output_names(abilities_.outputs));
   const wire::LensModel lens = request.intrinsics.lens.model;
   if (lens != wire::LensModel::none && (!abilities_.lenses || lens > wire::LensModel::fisheye))
-    return refuse(asker, request, Refusal::not_supported,
+    return refuse(requester, request, Refusal::not_supported,
                   "this renderer does not know the lens " + std::to_string(static_cast<int>(lens)) +
                       "; ask for images without one");
   // Boxes are computed from the instance plane, so a request for boxes renders it, too.
   const uint32_t boxes = request.outputs & (wire::kBoxes2d | wire::kBoxes3d);
   const uint32_t drawn = request.outputs | (boxes != 0 ? uint32_t{wire::kInstanceU32} : 0);
   const uint64_t bytes = wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, drawn, 0);
-  if (bytes > abilities_.most_pixel_bytes)
-    return refuse(asker, request, Refusal::too_large,
+  if (bytes > abilities_.max_pixel_bytes)
+    return refuse(requester, request, Refusal::too_large,
                   "an image of " + std::to_string(request.intrinsics.width) + " x " +
                       std::to_string(request.intrinsics.height) + " has " + std::to_string(bytes) +
-                      " bytes; at most " + std::to_string(abilities_.most_pixel_bytes) +
+                      " bytes; at most " + std::to_string(abilities_.max_pixel_bytes) +
                       " are made: ask for a smaller one, or for fewer outputs");
-  uint64_t asked = bytes;
-  for (const auto& [place, entry] : places) asked += entry.pixel_bytes;
-  if (!budget && asked > abilities_.most_asked_bytes)
-    return refuse(asker, request, Refusal::too_many,
-                  "the images that this stream asks for have " + std::to_string(asked) +
-                      " bytes together; at most " + std::to_string(abilities_.most_asked_bytes) +
+  uint64_t open_bytes = bytes;
+  for (const auto& [place, entry] : places) open_bytes += entry.pixel_bytes;
+  if (!budget && open_bytes > abilities_.max_open_bytes)
+    return refuse(requester, request, Refusal::too_many,
+                  "the images that this stream asks for have " + std::to_string(open_bytes) +
+                      " bytes together; at most " + std::to_string(abilities_.max_open_bytes) +
                       " are made of one frame: take some back, or ask for smaller ones");
   Entry entry;
   entry.request = request;
   entry.pixel_bytes = bytes;
-  if (auto refused = charge(asker, budget, entry)) return refused;
+  if (auto refused = charge(requester, budget, entry)) return refused;
   places[request.place] = std::move(entry);
   return {};
 }
 
-void ImageRequestRegistry::drop(Asker asker, uint64_t id) {
-  const auto places = requests_.find(asker);
+void ImageRequestRegistry::remove(RequesterId requester, uint64_t id) {
+  const auto places = requests_.find(requester);
   if (places == requests_.end()) return;
   std::erase_if(places->second, [&](const auto& entry) { return entry.second.request.id == id; });
 }
 
-ImageRequestRegistry::Answer ImageRequestRegistry::answer_now(const Entry& entry, uint64_t sequence,
+ImageRequestRegistry::Action ImageRequestRegistry::action_now(const Entry& entry, uint64_t sequence,
                                                               int64_t now_ns) {
   const wire::ImageRequest& request = entry.request;
-  if (sequence < request.sequence) return Answer::wait;
-  const bool is_first = entry.made == 0;
+  if (sequence < request.sequence) return Action::wait;
+  const bool is_first = entry.rendered == 0;
   switch (request.when) {
     case wire::ImageWhen::never:
       break;
     case wire::ImageWhen::once:
-      return Answer::make_last;
+      return Action::render_last;
     case wire::ImageWhen::every_nth:
-      return is_first || sequence - entry.last_sequence >= request.every ? Answer::make : Answer::wait;
+      return is_first || sequence - entry.last_sequence >= request.every ? Action::render : Action::wait;
     case wire::ImageWhen::rate: {
       const bool is_time = static_cast<double>(now_ns - entry.last_ns) * request.rate_hz >= 1e9;
-      return is_first || (is_time && sequence > entry.last_sequence) ? Answer::make : Answer::wait;
+      return is_first || (is_time && sequence > entry.last_sequence) ? Action::render : Action::wait;
     }
     case wire::ImageWhen::exactly:
-      return sequence == request.sequence ? Answer::make_last : Answer::overtaken;
+      return sequence == request.sequence ? Action::render_last : Action::overtaken;
   }
-  return Answer::wait;
+  return Action::wait;
 }
 
 std::vector<ImageDemand> ImageRequestRegistry::demands(const ShownOf& shown, int64_t now_ns,
                                                        std::vector<Refused>& refused) {
   std::vector<ImageDemand> demands;
-  for (auto& [asker, places] : requests_) {
+  for (auto& [requester, places] : requests_) {
     if (places.empty()) continue;
-    const std::optional<Shown> now = shown(asker);
+    const std::optional<Shown> now = shown(requester);
     if (!now) continue;
-    ImageDemand demand{asker, 0, 0};
+    ImageDemand demand{requester, 0, 0};
     for (auto at = places.begin(); at != places.end();) {
       const wire::ImageRequest& request = at->second.request;
-      const Answer answer =
-          request.epoch == now->epoch ? answer_now(at->second, now->sequence, now_ns) : Answer::wait;
-      if (answer == Answer::overtaken) {
-        refused.push_back(refuse(asker, request, wire::ImageRefusal::overtaken,
+      const Action action =
+          request.epoch == now->epoch ? action_now(at->second, now->sequence, now_ns) : Action::wait;
+      if (action == Action::overtaken) {
+        refused.push_back(refuse(requester, request, wire::ImageRefusal::overtaken,
                                  "frame " + std::to_string(request.sequence) +
                                      " is not shown any more; frame " + std::to_string(now->sequence) +
                                      " is: wait for images in lockstep, or ask for what is shown next"));
         at = places.erase(at);
         continue;
       }
-      if (answer != Answer::wait) {
+      if (action != Action::wait) {
         const uint64_t cost = image_cost(request.intrinsics.width, request.intrinsics.height);
         demand.cost += cost;
         demand.largest = std::max(demand.largest, cost);
@@ -155,16 +156,16 @@ std::vector<ImageDemand> ImageRequestRegistry::demands(const ShownOf& shown, int
   return demands;
 }
 
-std::vector<ImageRequestRegistry::Due> ImageRequestRegistry::due(Asker asker, const Shown& shown,
+std::vector<ImageRequestRegistry::Due> ImageRequestRegistry::due(RequesterId requester, const Shown& shown,
                                                                  int64_t now_ns) const {
   std::vector<Due> due;
-  const auto places = requests_.find(asker);
+  const auto places = requests_.find(requester);
   if (places == requests_.end()) return due;
   for (const auto& [place, entry] : places->second) {
     if (entry.request.epoch != shown.epoch) continue;
-    const Answer answer = answer_now(entry, shown.sequence, now_ns);
-    if (answer != Answer::make && answer != Answer::make_last) continue;
-    due.push_back({asker, entry.request, entry.made + 1, shown.sequence, shown.sim_time_ns, now_ns});
+    const Action action = action_now(entry, shown.sequence, now_ns);
+    if (action != Action::render && action != Action::render_last) continue;
+    due.push_back({requester, entry.request, entry.rendered + 1, shown.sequence, shown.sim_time_ns, now_ns});
   }
   // Images of the same size and outputs become neighbours, so that one submission can draw them.
   std::stable_sort(due.begin(), due.end(), [](const Due& a, const Due& b) {
@@ -175,32 +176,32 @@ std::vector<ImageRequestRegistry::Due> ImageRequestRegistry::due(Asker asker, co
   return due;
 }
 
-void ImageRequestRegistry::made(const Due& due) {
-  const auto places = requests_.find(due.asker);
+void ImageRequestRegistry::mark_rendered(const Due& due) {
+  const auto places = requests_.find(due.requester);
   if (places == requests_.end()) return;
   const auto at = places->second.find(due.request.place);
   if (at == places->second.end() || at->second.request.id != due.request.id) return;
   Entry& entry = at->second;
-  if (answer_now(entry, due.sequence, due.due_ns) == Answer::make_last) {
+  if (action_now(entry, due.sequence, due.due_ns) == Action::render_last) {
     places->second.erase(at);
     return;
   }
-  entry.made = due.number;
+  entry.rendered = due.number;
   entry.last_sequence = due.sequence;
   entry.last_ns = due.due_ns;
 }
 
-std::vector<std::pair<ImageRequestRegistry::Asker, uint64_t>> ImageRequestRegistry::open() const {
-  std::vector<std::pair<Asker, uint64_t>> open;
-  for (const auto& [asker, places] : requests_)
-    for (const auto& [place, entry] : places) open.emplace_back(asker, entry.request.id);
+std::vector<std::pair<RequesterId, uint64_t>> ImageRequestRegistry::open() const {
+  std::vector<std::pair<RequesterId, uint64_t>> open;
+  for (const auto& [requester, places] : requests_)
+    for (const auto& [place, entry] : places) open.emplace_back(requester, entry.request.id);
   std::ranges::sort(open);
   return open;
 }
 
 size_t ImageRequestRegistry::count() const {
   size_t count = 0;
-  for (const auto& [asker, places] : requests_) count += places.size();
+  for (const auto& [requester, places] : requests_) count += places.size();
   return count;
 }
 

@@ -1,7 +1,7 @@
-// Fair scheduler of requested images between askers (streams). Start-time fair queueing by render cost
-// selects the next asker. A turn that exceeds another asker's period starts only after twice as much time
-// without such turns. Every asker therefore keeps at least half of its undisturbed rate. The scheduler has no
-// clock: callers pass the time in nanoseconds. Not thread-safe.
+// Fair scheduler of requested images between requesters (streams). Start-time fair queueing by render cost
+// selects the next requester. A turn that exceeds another requester's period starts only after twice as much
+// time without such turns. Every requester therefore keeps at least half of its undisturbed rate. The
+// scheduler has no clock: callers pass the time in nanoseconds. Not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,13 @@
 
 namespace fire3dv::state {
 
-// Due images of one asker. Costs are in pixels (image_cost()).
+// Identity of a stream's run as requester of images. StreamReceiver assigns a new one to each accepted
+// description, and never reuses it; a StreamId is the slot that the run has meanwhile.
+using RequesterId = uint64_t;
+
+// Due images of one requester. Costs are in pixels (image_cost()).
 struct ImageDemand {
-  uint64_t asker = 0;
+  RequesterId requester = 0;
   uint64_t cost = 0;     // of all images
   uint64_t largest = 0;  // of the most expensive image
 };
@@ -26,23 +30,21 @@ constexpr uint64_t image_cost(uint32_t width, uint32_t height) {
 
 class ImageScheduler {
  public:
-  using Asker = uint64_t;
-
   // slice_ns: the longest turn of several images. is_waiting_allowed false: every demand is served
-  // immediately, for lockstep, where all askers wait for all images.
+  // immediately, for lockstep, where all requesters wait for all images.
   explicit ImageScheduler(int64_t slice_ns, bool is_waiting_allowed = true)
       : slice_ns_(slice_ns), is_waiting_allowed_(is_waiting_allowed) {}
 
-  // Sets the current demands, sorted by asker.
+  // Sets the current demands, sorted by requester.
   void note_demands(std::span<const ImageDemand> demands, int64_t now_ns);
-  // Selects the asker whose turn begins; nullopt if all must wait. demands: noted ones that are not served
-  // yet.
-  std::optional<Asker> next(std::span<const ImageDemand> demands, int64_t now_ns);
-  // True if no other asker was active within the last second.
-  bool is_alone(Asker asker, int64_t now_ns) const;
+  // Selects the requester whose turn begins; nullopt if all must wait. demands: noted ones that are not
+  // served yet.
+  std::optional<RequesterId> next(std::span<const ImageDemand> demands, int64_t now_ns);
+  // True if no other requester was active within the last second.
+  bool is_alone(RequesterId requester, int64_t now_ns) const;
 
   // Records a submission to the device, in submission order.
-  void submitted(Asker asker, uint64_t cost, int64_t now_ns);
+  void submitted(RequesterId requester, uint64_t cost, int64_t now_ns);
   // Records that the oldest submission in flight is done. begin_ns: a device was free to execute it.
   void finished(int64_t begin_ns, int64_t end_ns);
   size_t in_flight() const { return flights_.size(); }
@@ -54,7 +56,7 @@ class ImageScheduler {
     double start = 0, finish = 0;  // virtual times of fair queueing, in cost units
     int64_t active_ns = 0;         // last time with a demand or a submission in flight
     std::optional<int64_t> due_since_ns;
-    int64_t quiet_until_ns = 0;  // no turn that is long for this asker begins before
+    int64_t quiet_until_ns = 0;  // no turn that is long for this requester begins before
     size_t in_flight = 0;
     double ns_per_cost = 0;  // measured; 0 = unknown
     // Period = pause between an image and the next demand, plus time on the device. Negative: unknown.
@@ -64,12 +66,12 @@ class ImageScheduler {
     double turn_ns = 0;                  // time of the finished submissions of the last turn
   };
   struct Flight {
-    Asker asker = 0;
+    RequesterId requester = 0;
     uint64_t cost = 0;
     double estimate_ns = 0;
     int64_t submitted_ns = 0;
   };
-  using Entry = std::pair<const Asker, Account>;
+  using Entry = std::pair<const RequesterId, Account>;
 
   bool may_begin(const Entry& entry, const ImageDemand& demand, int64_t now_ns) const;
   bool is_active(const Account& account, int64_t now_ns) const;
@@ -78,10 +80,10 @@ class ImageScheduler {
 
   const int64_t slice_ns_;
   const bool is_waiting_allowed_;
-  std::map<Asker, Account> accounts_;
+  std::map<RequesterId, Account> accounts_;
   std::vector<Flight> flights_;
   double virtual_now_ = 0;
-  double ns_per_cost_ = 0;  // average of all askers; 0 = unknown
+  double ns_per_cost_ = 0;  // average of all requesters; 0 = unknown
 };
 
 }  // namespace fire3dv::state

@@ -6,7 +6,7 @@ namespace fire3dv::state {
 namespace {
 
 constexpr int64_t kLateNs = 250'000'000, kLostNs = 3'000'000'000;
-constexpr double kMostIntervalNs = 10e9;
+constexpr double kMaxIntervalNs = 10e9;
 constexpr double kIntervalsUntilLate = 4;
 
 }  // namespace
@@ -17,17 +17,17 @@ void Liveness::on_frame(int64_t received_ns) {
   const int64_t gap_ns = received_ns - last_ns_;
   if (last_ns_ != 0 && gap_ns < 0) return;  // late parts of an older frame
   if (last_ns_ != 0 && last_gap_ns_ != 0) {
-    const double usual_ns = std::min(static_cast<double>(std::min(gap_ns, last_gap_ns_)), kMostIntervalNs);
+    const double usual_ns = std::min(static_cast<double>(std::min(gap_ns, last_gap_ns_)), kMaxIntervalNs);
     interval_ns_ += (usual_ns - interval_ns_) / 4;
   }
-  if (last_ns_ != 0) gaps_ms_[gaps_++ % kGapsKept] = static_cast<float>(static_cast<double>(gap_ns) * 1e-6);
+  if (last_ns_ != 0) gaps_ms_[gaps_++ % kMaxGaps] = static_cast<float>(static_cast<double>(gap_ns) * 1e-6);
   last_gap_ns_ = last_ns_ != 0 ? gap_ns : 0;
   last_ns_ = received_ns;
 }
 
 std::vector<float> Liveness::gaps_ms() const {
   std::vector<float> gaps;
-  for (size_t i = gaps_ - std::min(gaps_, kGapsKept); i < gaps_; ++i) gaps.push_back(gaps_ms_[i % kGapsKept]);
+  for (size_t i = gaps_ - std::min(gaps_, kMaxGaps); i < gaps_; ++i) gaps.push_back(gaps_ms_[i % kMaxGaps]);
   return gaps;
 }
 

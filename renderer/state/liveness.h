@@ -35,8 +35,8 @@ class Liveness {
   int64_t last_ns_ = 0;
   int64_t last_gap_ns_ = 0;
   double interval_ns_ = 0;
-  static constexpr size_t kGapsKept = 96;
-  std::array<float, kGapsKept> gaps_ms_{};
+  static constexpr size_t kMaxGaps = 96;
+  std::array<float, kMaxGaps> gaps_ms_{};
   size_t gaps_ = 0;  // count since the start
 };
 

@@ -5,7 +5,7 @@
 namespace fire3dv::state {
 namespace {
 
-// Of tree nodes, key strings' headers and the edit itself, here and in the EditRegistry.
+// Overhead of containers and of the edit itself, here and in the EditRegistry.
 constexpr size_t kBytesPerEdit = 512, kBytesPerKey = 96;
 
 size_t key_bytes(const std::string& node) {
@@ -13,7 +13,7 @@ size_t key_bytes(const std::string& node) {
 }
 
 size_t value_bytes(const wire::SceneEdit& edit) {
-  if (std::holds_alternative<wire::Cleared>(edit.value)) return 0;  // ends an edit: never refused
+  if (std::holds_alternative<wire::Cleared>(edit.value)) return 0;  // ends an edit, so it is never refused
   size_t bytes = kBytesPerEdit + 2 * edit.node.size();
   if (const auto* node = std::get_if<wire::NodeAdded>(&edit.value))
     bytes += node->parent.size() + node->asset_uri.size() + node->asset_glb.size();
@@ -22,8 +22,8 @@ size_t value_bytes(const wire::SceneEdit& edit) {
   return bytes;
 }
 
-// The scene has to be made anew for it.
-bool takes_long(const wire::SceneEdit& edit) {
+// Added nodes and own vertices need a new merged scene.
+bool needs_scene_build(const wire::SceneEdit& edit) {
   return std::holds_alternative<wire::NodeAdded>(edit.value) ||
          std::holds_alternative<wire::Vertices>(edit.value);
 }
@@ -69,53 +69,53 @@ StreamEdits::Outcome StreamEdits::add(wire::SceneEdit&& edit) {
   received_ = edit.version;
   Key key(edit.node, edit.property);
   const bool is_new = !keys_.contains(key);
-  const auto replaced = waiting_.find(key);
-  BudgetCharge charge = replaced == waiting_.end() ? empty_charge(budget_, Resource::edit_bytes)
+  const auto replaced = pending_.find(key);
+  BudgetCharge charge = replaced == pending_.end() ? empty_charge(budget_, Resource::edit_bytes)
                                                    : std::move(replaced->second.charge);
   if (const Result<void> fits = charge.resize(value_bytes(edit)); !fits) {
-    if (replaced != waiting_.end()) replaced->second.charge = std::move(charge);
+    if (replaced != pending_.end()) replaced->second.charge = std::move(charge);
     return refuse(Resource::edit_bytes, fits.error().message);
   }
   if (is_new) {
     if (const Result<void> fits = charge_key(key); !fits) {
       if (std::holds_alternative<wire::Cleared>(edit.value))
-        return Outcome::taken;  // there is nothing to clear
+        return Outcome::accepted;  // there is nothing to clear
       return refuse(refused_resource_, fits.error().message);
     }
     keys_.insert(key);
   }
-  // What is replaced before anybody saw it will never be loaded.
-  if (replaced != waiting_.end()) loading_.erase(replaced->second.edit.version);
-  if (load_aside_ && takes_long(edit)) loading_.insert(edit.version);
-  waiting_.insert_or_assign(std::move(key), Waiting{std::move(edit), std::move(charge)});
-  return Outcome::taken;
+  // An edit that is replaced before take() never loads.
+  if (replaced != pending_.end()) loading_.erase(replaced->second.edit.version);
+  if (loads_asynchronously_ && needs_scene_build(edit)) loading_.insert(edit.version);
+  pending_.insert_or_assign(std::move(key), Pending{std::move(edit), std::move(charge)});
+  return Outcome::accepted;
 }
 
 StreamEdits::Outcome StreamEdits::skip(uint64_t version) {
   if (version <= received_) return Outcome::stale;
   received_ = version;
-  return Outcome::taken;
+  return Outcome::accepted;
 }
 
-StreamEdits::Taken StreamEdits::take() {
-  std::vector<Waiting> waiting;
-  waiting.reserve(waiting_.size());
-  for (auto& [key, value] : waiting_) {
+StreamEdits::Batch StreamEdits::take() {
+  std::vector<Pending> pending;
+  pending.reserve(pending_.size());
+  for (auto& [key, value] : pending_) {
     if (std::holds_alternative<wire::Cleared>(value.edit.value)) drop_key(key);
-    waiting.push_back(std::move(value));
+    pending.push_back(std::move(value));
   }
-  waiting_.clear();
-  std::sort(waiting.begin(), waiting.end(),
-            [](const Waiting& a, const Waiting& b) { return a.edit.version < b.edit.version; });
-  Taken taken;
-  taken.edits.reserve(waiting.size());
-  taken.charges.reserve(waiting.size());
-  for (Waiting& each : waiting) {
-    taken.edits.push_back(std::move(each.edit));
-    taken.charges.push_back(std::move(each.charge));
+  pending_.clear();
+  std::sort(pending.begin(), pending.end(),
+            [](const Pending& a, const Pending& b) { return a.edit.version < b.edit.version; });
+  Batch batch;
+  batch.edits.reserve(pending.size());
+  batch.charges.reserve(pending.size());
+  for (Pending& each : pending) {
+    batch.edits.push_back(std::move(each.edit));
+    batch.charges.push_back(std::move(each.charge));
   }
-  was_taken_ = was_taken_ || !taken.edits.empty();
-  return taken;
+  has_applied_ = has_applied_ || !batch.edits.empty();
+  return batch;
 }
 
 }  // namespace fire3dv::state

@@ -1,6 +1,6 @@
-// Scene edits of one stream on their way to the scene: of each key the newest, until they are taken. Charges
-// keys and values in force to the peer's budget, and decides which pose frames may be shown: those whose
-// scene version is applied.
+// Scene edits of one stream on their way to the scene: the newest of each key, until take(). Keys and values
+// are charged to the peer's budget. The applied version decides which pose frames may be shown. Not
+// thread-safe.
 #pragma once
 
 #include <algorithm>
@@ -21,46 +21,47 @@ namespace fire3dv::state {
 class StreamEdits {
  public:
   enum class Outcome {
-    taken,
-    stale,    // not newer than what has come
-    refused,  // over the budget; its version counts, or frames would wait for ever for what cannot be had
+    accepted,
+    stale,    // not newer than the received ones
+    refused,  // over the budget. Its version counts as received: frames must not wait for it forever
   };
 
   StreamEdits() = default;
-  // Null: without limits.
+  // budget null: no limits.
   explicit StreamEdits(std::shared_ptr<PeerBudget> budget);
 
   Outcome add(wire::SceneEdit&& edit);
   // An edit of a later minor version: without effect, but applied.
   Outcome skip(uint64_t version);
 
-  // Limit and sentence of the last edit that was refused.
+  // Limit and message of the last refused edit.
   Resource refused_resource() const { return refused_resource_; }
   const std::string& refusal() const { return refusal_; }
 
-  // All edits up to here are in effect, or will be before the next picture.
+  // All edits up to this version are in effect, or will be before the next image.
   uint64_t applied() const {
     return loading_.empty() ? received_ : std::min(received_, *loading_.begin() - 1);
   }
 
-  // Edits since the last call by version, without those that a newer one of their key replaced.
-  struct Taken {
+  // Edits by version, without those that a newer one of their key replaced.
+  struct Batch {
     std::vector<wire::SceneEdit> edits;
-    std::vector<BudgetCharge> charges;  // of each edit: held for as long as its value is in force
+    std::vector<BudgetCharge> charges;  // one per edit; held while its value is in force
   };
-  Taken take();
-  bool has_news() const { return !waiting_.empty(); }
-  // Something of this stream has been taken.
-  bool was_taken() const { return was_taken_; }
+  // Returns and clears the edits since the last call.
+  Batch take();
+  bool has_new() const { return !pending_.empty(); }
+  // True if take() has returned an edit.
+  bool has_applied() const { return has_applied_; }
 
-  // Added nodes and vertices are not in effect when they come, but when finish() is told so: reading a file
-  // takes longer than a frame. From now on.
-  void load_aside() { load_aside_ = true; }
+  // From now on added nodes and vertices load on another thread: they are in effect after finish() of their
+  // version.
+  void load_assets_asynchronously() { loads_asynchronously_ = true; }
   void finish(uint64_t version) { loading_.erase(version); }
 
  private:
   using Key = std::pair<std::string, wire::Property>;
-  struct Waiting {
+  struct Pending {
     wire::SceneEdit edit;
     BudgetCharge charge;
   };
@@ -69,13 +70,13 @@ class StreamEdits {
   void drop_key(const Key& key);
 
   std::shared_ptr<PeerBudget> budget_;
-  std::set<Key> keys_;  // that wait or are in force
+  std::set<Key> keys_;  // pending or in force
   BudgetCharge key_count_, key_bytes_;
-  std::map<Key, Waiting> waiting_;
+  std::map<Key, Pending> pending_;
   uint64_t received_ = 0;
-  bool load_aside_ = false;
+  bool loads_asynchronously_ = false;
   std::set<uint64_t> loading_;
-  bool was_taken_ = false;
+  bool has_applied_ = false;
   Resource refused_resource_ = Resource::edits;
   std::string refusal_;
 };

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <map>
 
+#include "renderer/app/streams/image_request_queue.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "tests/fuzz/session_link.h"
 #include "tests/fuzz/session_peer.h"
@@ -50,12 +51,13 @@ class Session {
         lockstep_(choices_.one_in(4)),
         poses_(base_scene().scene),
         scene_(poses_),
-        intake_(poses_, lockstep_, play(), budgets_) {
+        intake_(poses_, lockstep_, play(), budgets_),
+        requests_(intake_, abilities()) {
     auto link = std::make_unique<SessionLink>(!choices_.one_in(8));
     link_ = link.get();
     intake_.add(std::move(link));
     intake_.set_clock([this] { return now_ns_; });
-    intake_.offer_images(abilities());
+    intake_.set_image_handler(&requests_);
   }
 
   void run() {
@@ -155,7 +157,7 @@ class Session {
   void draw(const state::ImageRequestRegistry::Due& due) {
     if (choices_.one_in(8)) return;
     if (choices_.one_in(8)) {
-      intake_.refuse_image(due, wire::ImageRefusal::unknown_camera, "no such camera");
+      requests_.refuse(due, wire::ImageRefusal::unknown_camera, "no such camera");
       return;
     }
     wire::ImageFrame frame;
@@ -165,8 +167,8 @@ class Session {
     frame.sequence = due.sequence;
     frame.intrinsics = due.request.intrinsics;
     frame.intrinsics.fx = frame.intrinsics.fy = 1;
-    intake_.image_made(due);
-    (void)intake_.send_image(due.asker, frame, [](std::span<std::byte>) {});
+    requests_.mark_rendered(due);
+    (void)requests_.send(due.requester, frame, [](std::span<std::byte>) {});
   }
 
   // One iteration of the frame loop.
@@ -175,8 +177,8 @@ class Session {
     intake_.poll();
     const bool replaced = scene_.follow(finish || choices_.one_in(2));
     if (replaced || choices_.one_in(4)) intake_.notify_bindings();
-    for (const state::ImageDemand& demand : intake_.image_demands(now_ns_)) {
-      for (const state::ImageRequestRegistry::Due& due : intake_.due_images(demand.asker, now_ns_)) draw(due);
+    for (const state::ImageDemand& demand : requests_.demands(now_ns_)) {
+      for (const state::ImageRequestRegistry::Due& due : requests_.due(demand.requester, now_ns_)) draw(due);
     }
     if (choices_.one_in(2)) intake_.acknowledge(poses_.shown());
     (void)intake_.take_notes();
@@ -265,9 +267,9 @@ class Session {
 
   // Each request of an accepted stream is answered or open.
   void check_requests() const {
-    if (lockstep_ || intake_.waiting_messages() != 0) return;
+    if (lockstep_ || intake_.deferred_messages() != 0) return;
     std::set<uint64_t> settled;
-    for (const auto& [asker, id] : intake_.image_requests()) settled.insert(id);
+    for (const auto& [requester, id] : requests_.open()) settled.insert(id);
     for (const auto& [peer, id] : link_->refused()) settled.insert(id);
     for (const auto& [peer, id] : link_->images()) settled.insert(id);
     for (size_t i = 0; i < kPeers; ++i) {
@@ -280,14 +282,14 @@ class Session {
   }
 
   bool is_over() const {
-    return link_->idle() && intake_.waiting_messages() == 0 && intake_.active_streams() == 0 &&
+    return link_->idle() && intake_.deferred_messages() == 0 && intake_.active_streams() == 0 &&
            scene_.is_settled();
   }
 
   // After all peers have left.
   void check_released() {
     FIRE3DV_ASSERT(is_over());
-    FIRE3DV_ASSERT(intake_.open_image_requests() == 0);
+    FIRE3DV_ASSERT(requests_.count() == 0);
     FIRE3DV_ASSERT(scene_.scene().nodes.size() == base_scene().scene.nodes.size());
     for (size_t i = 0; i < kResourceCount; ++i) FIRE3DV_ASSERT(budgets_->used(static_cast<Resource>(i)) == 0);
   }
@@ -298,6 +300,7 @@ class Session {
   state::PoseState poses_;
   SessionScene scene_;
   app::StreamReceiver intake_;
+  app::ImageRequestQueue requests_;
   SessionLink* link_ = nullptr;
   std::array<SessionPeer, kPeers> peers_;
   std::array<transport::PeerId, kPeers> ids_{};

@@ -12,9 +12,9 @@
 namespace fire3dv::fuzz {
 namespace {
 
-std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::WantedNode>& nodes) {
+std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::RequestedNode>& nodes) {
   std::vector<std::pair<uint64_t, uint64_t>> keys;
-  for (const state::WantedNode& node : nodes) keys.emplace_back(node.age, node.version);
+  for (const state::RequestedNode& node : nodes) keys.emplace_back(node.age, node.version);
   std::sort(keys.begin(), keys.end());
   return keys;
 }
@@ -69,20 +69,21 @@ bool SessionScene::follow(bool finish_build) {
   }
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
   note_hiding(changes);
-  book_.take(std::move(changes), &poses_.names());
-  std::vector<state::WantedNode> wanted = book_.wanted_nodes();
+  registry_.apply(std::move(changes), &poses_.names());
+  std::vector<state::RequestedNode> wanted = registry_.requested_nodes();
   resolve(wanted);
-  const std::vector<std::string> vertex_nodes(book_.vertex_nodes().begin(), book_.vertex_nodes().end());
+  const std::vector<std::string> vertex_nodes(registry_.vertex_nodes().begin(),
+                                              registry_.vertex_nodes().end());
   if (build_.idle() && (keys_of(wanted) != nodes_ || vertex_nodes != vertex_nodes_))
     begin_build(std::move(wanted), vertex_nodes);
   bool shown = false;
-  for (const state::EditRegistry::Finished& edit : book_.take_finished())
+  for (const state::EditRegistry::Finished& edit : registry_.take_finished())
     shown |= poses_.finish_edit(edit.stream, edit.epoch, edit.version);
-  (void)book_.take_notes();
+  (void)registry_.take_notes();
   return shown;
 }
 
-void SessionScene::begin_build(std::vector<state::WantedNode> wanted,
+void SessionScene::begin_build(std::vector<state::RequestedNode> wanted,
                                const std::vector<std::string>& vertex_nodes) {
   app::SceneBuild::Request request;
   request.nodes = std::move(wanted);
@@ -90,15 +91,15 @@ void SessionScene::begin_build(std::vector<state::WantedNode> wanted,
   build_.begin(std::move(request));
 }
 
-void SessionScene::resolve(const std::vector<state::WantedNode>& wanted) {
-  scene::NodeEdits edits = book_.resolve(scene(), poses_, keys_of(wanted) == nodes_);
+void SessionScene::resolve(const std::vector<state::RequestedNode>& wanted) {
+  scene::NodeEdits edits = registry_.resolve(scene(), poses_, keys_of(wanted) == nodes_);
   hidden_.clear();
   for (const auto& [node, edit] : edits) {
     FIRE3DV_ASSERT(node < scene().nodes.size());
     if (edit.hidden || edit.removed) hidden_.insert(node);
   }
-  for (const state::WantedNode& node : added_) {
-    const bool stays = std::any_of(wanted.begin(), wanted.end(), [&](const state::WantedNode& other) {
+  for (const state::RequestedNode& node : added_) {
+    const bool stays = std::any_of(wanted.begin(), wanted.end(), [&](const state::RequestedNode& other) {
       return other.age == node.age && other.version == node.version;
     });
     const uint32_t index = stays ? scene::kNone : poses_.names().find(node.name);
@@ -111,18 +112,18 @@ void SessionScene::resolve(const std::vector<state::WantedNode>& wanted) {
 
 bool SessionScene::show_built(app::SceneBuild::Built&& built) {
   for (const app::SceneBuild::Refused& refused : built.refused)
-    book_.refuse_node(refused.node, refused.reason);
+    registry_.refuse_node(refused.node, refused.reason);
   if (!built.fault.empty()) {
-    for (const state::WantedNode& node : built.added) book_.refuse_node(node, built.fault);
+    for (const state::RequestedNode& node : built.added) registry_.refuse_node(node, built.fault);
     build_.retain_only(added_);
-    book_.scene_made_for(vertex_nodes_);
+    registry_.set_built_vertex_nodes(vertex_nodes_);
     return true;
   }
-  for (const state::WantedNode& node : built.added) book_.node_is_there(node);
+  for (const state::RequestedNode& node : built.added) registry_.confirm_node(node);
   nodes_ = keys_of(built.added);
   added_ = std::move(built.added);
   vertex_nodes_ = std::move(built.vertex_nodes);
-  book_.scene_made_for(vertex_nodes_);
+  registry_.set_built_vertex_nodes(vertex_nodes_);
   if (!built.scene && !merged_) return true;
   const std::unique_ptr<const scene::LoadedScene> before = std::exchange(merged_, std::move(built.scene));
   poses_.set_scene(scene());

@@ -12,7 +12,7 @@
 
 #include "renderer/app/loading/scene_build.h"
 #include "renderer/scene/edits/scene_edits.h"
-#include "renderer/state/edit_book.h"
+#include "renderer/state/edit_registry.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::fuzz {
@@ -28,7 +28,7 @@ class SessionScene {
   // Applies the pending edits of streams, as app::LiveScene::follow() does between two frames.
   bool follow(bool finish_build);
 
-  bool is_settled() const { return build_.idle() && book_.empty(); }
+  bool is_settled() const { return build_.idle() && registry_.empty(); }
   const scene::Scene& scene() const { return merged_ ? merged_->scene : base_scene().scene; }
   // Returns the nodes hidden or removed by an edit, except for those that their own stream has withdrawn.
   const std::set<uint32_t>& hidden() const { return hidden_; }
@@ -40,14 +40,14 @@ class SessionScene {
   using Keys = std::vector<std::pair<uint64_t, uint64_t>>;
   void note_hiding(const std::vector<state::SceneChanges>& changes);
   bool show_built(app::SceneBuild::Built&& built);
-  void begin_build(std::vector<state::WantedNode> wanted, const std::vector<std::string>& vertex_nodes);
-  void resolve(const std::vector<state::WantedNode>& wanted);
+  void begin_build(std::vector<state::RequestedNode> wanted, const std::vector<std::string>& vertex_nodes);
+  void resolve(const std::vector<state::RequestedNode>& wanted);
 
   state::PoseState& poses_;
-  state::EditRegistry book_;
+  state::EditRegistry registry_;
   scene::SceneEdits edits_;
   std::unique_ptr<const scene::LoadedScene> merged_;
-  std::vector<state::WantedNode> added_;
+  std::vector<state::RequestedNode> added_;
   Keys nodes_;
   std::vector<std::string> vertex_nodes_;
   std::map<uint64_t, std::map<std::pair<std::string, wire::Property>, bool>> hiding_;  // by age

@@ -328,7 +328,7 @@ TEST_F(LiveScenesOnce, VisibilityOfAnAddedNodeBuildsNothing) {
     show.edit("empty" + std::to_string(i), wire::Property::node, wire::NodeAdded{});
   show.wait_for_scene();
   while (!show.live().settled()) show.live().follow();
-  const uint64_t builds = show.live().builds_begun(), lists = show.live().wanted_lists_made();
+  const uint64_t builds = show.live().builds_begun(), lists = show.live().request_lists_made();
   for (int i = 0; i < 20; ++i) {
     show.edit("empty7", wire::Property::visible, wire::Visible{i % 2 == 1});
     show.live().follow();
@@ -336,7 +336,7 @@ TEST_F(LiveScenesOnce, VisibilityOfAnAddedNodeBuildsNothing) {
     EXPECT_EQ(show.live().edits().is_hidden(node), i % 2 == 0);
   }
   EXPECT_EQ(show.live().builds_begun(), builds);
-  EXPECT_EQ(show.live().wanted_lists_made(), lists);
+  EXPECT_EQ(show.live().request_lists_made(), lists);
 }
 
 }  // namespace

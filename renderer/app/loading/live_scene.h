@@ -1,5 +1,6 @@
-// The scene that is shown, as streams edit it: what is changed of its nodes is drawn with the next frame;
-// what is added to it is made aside, and replaces the scene between two frames.
+// Displayed scene with the edits of streams and of the user. Edits of existing nodes are in effect with the
+// next frame. Added nodes need a merged scene: it is built on another thread and replaces the displayed scene
+// between two frames. Single-threaded.
 #pragma once
 
 #include <cstdint>
@@ -18,65 +19,65 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/edits/scene_edits.h"
 #include "renderer/state/animation.h"
-#include "renderer/state/edit_book.h"
+#include "renderer/state/edit_registry.h"
 
 namespace fire3dv::app {
 
-// What the user changes of it, beside what streams do. By nodes of the scene that is shown.
+// Edits by the user, over those of streams. Node indices are of the displayed scene.
 struct UserEdits {
-  std::set<uint32_t> hidden;                // with what is below them
-  uint32_t isolated = scene::kNone;         // only this one and what is below it is drawn
-  std::map<uint32_t, scene::Light> lights;  // instead of the file's and of streams'
+  std::set<uint32_t> hidden;                // with their descendants
+  uint32_t isolated = scene::kNone;         // only this node and its descendants are drawn
+  std::map<uint32_t, scene::Light> lights;  // replace those of the file and of streams
   scene::MaterialEdits materials;
   bool operator==(const UserEdits&) const = default;
 };
 
-// Of a node's light as these edits and the file have it; nothing: it has none.
+// Type of a node's light by these edits, else by the file; nullopt: it has none.
 std::optional<scene::LightType> kind_of_light(const scene::Scene& scene, const scene::NodeEdits& edits,
-                                              uint32_t node);
+                                           uint32_t node);
 
 class LiveScene {
  public:
-  // All is borrowed, and of this scene.
+  // Borrows all arguments except `assets`. poses, renderer and camera refer to the base scene.
   LiveScene(const scene::LoadedScene& base, state::PoseState& poses, passes::SceneRenderer& renderer,
             CameraRig& camera, AssetSettings assets);
 
-  // Plays on when the scene is replaced. These are of the file, and outlive this.
+  // Animations of the file, whose player is replaced with the scene. Borrowed.
   void keep_playing(std::optional<state::AnimationPlayer>& player, std::vector<uint32_t> animations);
 
-  // For whoever keeps numbers of nodes: called before the old scene goes.
+  // Called before the old scene is destroyed, so that observers can map node indices.
   using Replaced = std::function<void(const scene::Scene& before, const scene::Scene& after)>;
   void tell_replaced(Replaced replaced) { on_replaced_ = std::move(replaced); }
-  // Of a stream's edits: called with the time that they took in follow().
+  // Called with the time that the edits of a stream took in follow().
   using EditTime = std::function<void(state::StreamId stream, int64_t ns)>;
   void charge_edit_time(EditTime edit_time) { edit_time_ = std::move(edit_time); }
-  // Is in effect after the next follow().
+  // In effect after the next follow().
   void set_user_edits(const UserEdits& edits);
 
-  // Another renderer has taken the place of the one that was given, at the same address.
+  // Must be called when another renderer has been created at the address of the borrowed one.
   void renderer_is_new();
 
-  // Between two frames: does what streams have asked for since the last call. Returns true when there is a
-  // new pose frame to show, which had waited for that.
+  // Applies the edits since the last call; called between two frames. Returns true if a pose frame that
+  // waited for its edits is shown now.
   bool follow();
-  // After follow(): nothing of what was asked for is still being made.
+  // True if no build is running or due. Valid after follow().
   bool settled() const { return build_.idle() && pending_.empty(); }
 
   const scene::Scene& scene() const { return shown().scene; }
   const scene::LoadedScene& loaded() const { return shown(); }
   const scene::SceneEdits& edits() const { return edits_; }
-  const state::EditFaults& faults() const { return book_.faults(); }
-  uint64_t replaced() const { return replaced_; }  // how often the scene was
+  const state::EditFaults& faults() const { return registry_.faults(); }
+  uint64_t replaced() const { return replaced_; }  // number of replacements of the scene
   uint64_t builds_begun() const { return builds_begun_; }
-  uint64_t wanted_lists_made() const { return wanted_lists_made_; }
-  // Sentences for the user since the last call.
+  uint64_t request_lists_made() const { return request_lists_made_; }
+  // Log messages since the last call.
   std::vector<std::string> take_notes();
-  // Other devices that draw this scene: nodes that one of them has no memory for are refused.
-  void draw_on_too(std::vector<const gpu::Device*> devices) { further_devices_ = std::move(devices); }
+  // Secondary devices that draw this scene. Nodes that exceed the memory of one of them are refused.
+  void draw_on_too(std::vector<const gpu::Device*> devices) { secondary_devices_ = std::move(devices); }
 
  private:
-  // What a scene is made of besides the file: streams' ages and versions, and names.
-  using NodeKeys = std::vector<std::pair<uint64_t, uint64_t>>;  // in order
+  // Contents of a merged scene beyond the file.
+  using NodeKeys = std::vector<std::pair<uint64_t, uint64_t>>;  // age and version, sorted
   struct Contents {
     NodeKeys nodes;
     std::vector<std::string> vertex_nodes;
@@ -87,45 +88,45 @@ class LiveScene {
   Result<void> upload_scene(const SceneBuild::Built& built);
   Result<void> check_memory(const scene::LoadedScene& next) const;
   void refuse_new(SceneBuild::Built&& built, const std::string& reason);
-  void take_edits(std::vector<state::SceneChanges> changes);
-  bool may_build(const ReplacementShares::Peer& peer) const;
+  void apply_edits(std::vector<state::SceneChanges> changes);
+  bool is_build_due(const ReplacementShares::Peer& peer) const;
   bool can_build() const;
-  void list_wanted();
+  void update_request_list();
   void resolve();
-  std::optional<scene::NodeEdit> edit_of(const scene::NodeEdits& of_streams, uint32_t node) const;
-  void note_vertex_changes();
-  void build_if_other();
-  void note_causes(const SceneBuild::Built& built);
+  std::optional<scene::NodeEdit> combined_edit(const scene::NodeEdits& of_streams, uint32_t node) const;
+  void find_vertex_changes();
+  void begin_build_if_changed();
+  void record_causes(const SceneBuild::Built& built);
   void charge_replacement(int64_t shown_ns);
 
   const scene::LoadedScene& base_;
-  std::unique_ptr<const scene::LoadedScene> merged_;  // null: the file's own
+  std::unique_ptr<const scene::LoadedScene> merged_;  // null: the base scene is shown
   state::PoseState& poses_;
   passes::SceneRenderer& renderer_;
   CameraRig& camera_;
   std::optional<state::AnimationPlayer>* player_ = nullptr;
   std::vector<uint32_t> animations_;
-  state::EditRegistry book_;
+  state::EditRegistry registry_;
   scene::SceneEdits edits_;
   UserEdits user_;
   bool user_changed_ = false;
   Replaced on_replaced_;
-  uint64_t bindings_seen_ = 0, replaced_ = 0, builds_begun_ = 0, wanted_lists_made_ = 0;
-  std::vector<state::WantedNode> wanted_;  // as of wanted_revision_
-  NodeKeys wanted_keys_;
-  uint64_t wanted_revision_ = 0;
-  Contents contents_;                                                // of what is shown
-  std::optional<Contents> impossible_;                               // what could not be shown
-  std::vector<state::WantedNode> added_;                             // to it
+  uint64_t bindings_seen_ = 0, replaced_ = 0, builds_begun_ = 0, request_lists_made_ = 0;
+  std::vector<state::RequestedNode> requested_;  // as of requested_revision_
+  NodeKeys requested_keys_;
+  uint64_t requested_revision_ = 0;
+  Contents contents_;                        // of the displayed scene
+  std::optional<Contents> failed_contents_;  // of the last scene that could not be displayed
+  std::vector<state::RequestedNode> added_;  // nodes of the displayed scene
   std::map<std::pair<uint64_t, uint64_t>, uint32_t> root_of_added_;  // by age and version
-  std::set<uint32_t> gone_;                       // of the added nodes: those that nobody wants any more
+  std::set<uint32_t> withdrawn_;                  // added nodes that are not requested any more
   std::set<ReplacementShares::Peer> pending_;     // peers with changes that are not in the scene yet
-  std::vector<ReplacementShares::Cause> causes_;  // whose changes are being built, or were shown last
+  std::vector<ReplacementShares::Cause> causes_;  // peers whose changes are being built, or were shown last
   ReplacementShares shares_;
-  int64_t merge_ns_ = 0, list_ns_ = 0;  // of that build, and what listing its nodes took
-  int64_t replacement_ns_ = 0;
+  int64_t merge_ns_ = 0, list_ns_ = 0;  // of the last build: merging, and listing its nodes
+  int64_t replacement_ns_ = 0;          // least pause between two replacements
   EditTime edit_time_;
-  std::vector<const gpu::Device*> further_devices_;
+  std::vector<const gpu::Device*> secondary_devices_;
   uint32_t reported_without_shadow_ = 0;
   SceneBuild build_;
 };

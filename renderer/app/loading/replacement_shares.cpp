@@ -5,7 +5,7 @@
 namespace fire3dv::app {
 namespace {
 
-// What a replaced scene costs for each peer that changed it, and for each of its nodes, in ns of loads.
+// Cost of a replaced scene for each peer that changed it and for each of its nodes, in ns of loads.
 constexpr int64_t kWeightOfPeer = 1'000'000, kWeightOfNode = 10'000;
 
 int64_t weight_of(const ReplacementShares::Cause& cause) {

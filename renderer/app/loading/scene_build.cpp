@@ -20,12 +20,12 @@ namespace {
 constexpr uint64_t kMaxAddedBytes = uint64_t{4} << 30;  // in memory, of all assets together
 constexpr uint64_t kMaxPathBytes = uint64_t{1} << 30;   // of all nodes, as the file loader has it
 
-bool has_asset(const state::WantedNode& node) {
-  return !node.what->asset_uri.empty() || !node.what->asset_glb.empty();
+bool has_asset(const state::RequestedNode& node) {
+  return !node.added->asset_uri.empty() || !node.added->asset_glb.empty();
 }
 
-std::string asset_key(const state::WantedNode& node) {
-  if (!node.what->asset_uri.empty()) return "uri " + node.what->asset_uri;
+std::string asset_key(const state::RequestedNode& node) {
+  if (!node.added->asset_uri.empty()) return "uri " + node.added->asset_uri;
   return "edit " + std::to_string(node.age) + " " + std::to_string(node.version);
 }
 
@@ -35,7 +35,7 @@ int64_t monotonic_ns() {
 
 }  // namespace
 
-// One build.
+// State of one build.
 struct SceneBuild::Merge {
   explicit Merge(const state::NodeNames& base) : names(base) {}
   std::unique_ptr<scene::LoadedScene> to;
@@ -43,8 +43,8 @@ struct SceneBuild::Merge {
   std::map<std::string, std::string> failures;  // of assets that cannot be loaded: why
   std::set<std::string> missing;                // assets that are not loaded yet
   uint64_t added_bytes = 0, path_bytes = 0;
-  std::vector<size_t> ready;            // nodes whose parent has been added
-  std::vector<state::WantedNode> kept;  // nodes that are added, or will be in a later turn
+  std::vector<size_t> ready;                  // nodes whose parent has been added
+  std::vector<state::RequestedNode> charged;  // nodes that are added, or will be in a later turn
 };
 
 SceneBuild::SceneBuild(const scene::LoadedScene& base, AssetSettings settings)
@@ -81,11 +81,11 @@ std::optional<SceneBuild::Built> SceneBuild::take() {
   return std::exchange(built_, {});
 }
 
-void SceneBuild::retain_only(std::span<const state::WantedNode> nodes) {
+void SceneBuild::retain_only(std::span<const state::RequestedNode> nodes) {
   std::set<NodeKey> keys;
   std::set<std::string> assets;
   std::set<UseKey> uses;
-  for (const state::WantedNode& node : nodes) {
+  for (const state::RequestedNode& node : nodes) {
     keys.emplace(node.age, node.version);
     if (!has_asset(node)) continue;
     const std::string key = asset_key(node);
@@ -121,18 +121,18 @@ SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop
   built.scene = std::move(merge.to);
   built.assets_wait = !merge.missing.empty();
   built.parent_lookups = merge.names.lookups();
-  // Of what was refused nothing stays charged.
-  retain_only(merge.kept);
+  // Refused nodes are not charged.
+  retain_only(merge.charged);
   built.merge_ns = settings_.now_ns() - begun;
   return built;
 }
 
-// One turn: assets of one peer, until its time is over or another peer is due. So a peer waits for one turn,
-// or for one asset of another peer, if that takes longer.
+// One turn loads assets of one peer, until its time is over or another peer is due. A peer therefore waits
+// for one turn of another peer, or for one asset if that takes longer.
 void SceneBuild::load_assets(const Request& request, const std::stop_token& stop, Merge& merge,
                              Built& built) {
-  std::vector<const state::WantedNode*> open;  // one for each missing asset
-  for (const state::WantedNode& node : request.nodes) {
+  std::vector<const state::RequestedNode*> open;  // one for each missing asset
+  for (const state::RequestedNode& node : request.nodes) {
     if (!has_asset(node)) continue;
     const std::string key = asset_key(node);
     if (!assets_.contains(key) && merge.missing.insert(key).second) open.push_back(&node);
@@ -140,7 +140,7 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
   std::optional<BuildTurns::Peer> served;
   for (int64_t spent_ns = 0; !open.empty() && spent_ns < request.turn_ns && !stop.stop_requested();) {
     std::vector<BuildTurns::Peer> waiting;
-    for (const state::WantedNode* node : open) {
+    for (const state::RequestedNode* node : open) {
       if (std::find(waiting.begin(), waiting.end(), node->budget.get()) == waiting.end())
         waiting.push_back(node->budget.get());
     }
@@ -149,7 +149,7 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
     served = peer;
     const auto next =
         std::find_if(open.begin(), open.end(), [&](const auto* node) { return node->budget.get() == peer; });
-    const state::WantedNode& node = **next;
+    const state::RequestedNode& node = **next;
     open.erase(next);
     const std::string key = asset_key(node);
     const int64_t begun = settings_.now_ns();
@@ -171,7 +171,7 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
   }
 }
 
-Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::WantedNode& node,
+Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::RequestedNode& node,
                                                                   const std::stop_token& stop,
                                                                   BudgetCharge& charge) const {
   scene::LoadLimits limits = limits_of_asset(node.budget, charge);
@@ -182,32 +182,32 @@ Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::W
   scene::Derived derived = scene::derive(*scene, settings_.levels);
   auto asset = std::make_shared<Asset>(Asset{{std::move(*scene), std::move(derived)}, {}});
   asset->size = measure(asset->loaded);
-  // From what the loader reserved to what the asset has become.
+  // Replaces the loader's reservation by the size of the asset.
   if (Result<void> charged = charge.resize(asset->size.host_bytes); !charged) return charged.error();
   return std::shared_ptr<const Asset>(std::move(asset));
 }
 
-Result<scene::Scene> SceneBuild::load_scene(const state::WantedNode& node,
+Result<scene::Scene> SceneBuild::load_scene(const state::RequestedNode& node,
                                             const scene::LoadLimits& limits) const {
-  const std::string& uri = node.what->asset_uri;
-  if (uri.empty()) return scene::load_glb(node.what->asset_glb, "the embedded asset", limits);
+  const std::string& uri = node.added->asset_uri;
+  if (uri.empty()) return scene::load_glb(node.added->asset_glb, "the embedded asset", limits);
   const std::string name = "the asset " + quote(uri);
   if (settings_.folder.empty())
     return Error{name + " is a file, and no folder was named for such (--assets DIR)"};
-  // Named from within the folder, as a file there would name it.
+  // URIs are relative to the folder, as in a file there.
   const Result<std::filesystem::path> path = scene::AssetFolder(settings_.folder / "scene").resolve(uri);
   if (!path) return path.error();
   return scene::load_gltf(*path, limits);
 }
 
-// Parents may be among what is added. Nodes are added in rounds: those whose parents exist, then those that
-// waited for these. Each node is looked at once, and once more when its parent has been added.
+// Parents may be added nodes, too. Nodes are added in rounds: those whose parents exist, then those that
+// waited for these. Each node is visited once, and once more when its parent has been added.
 void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
-  std::vector<state::WantedNode>& nodes = request.nodes;
+  std::vector<state::RequestedNode>& nodes = request.nodes;
   std::vector<size_t> round(nodes.size());
   for (size_t i = 0; i < nodes.size(); ++i) {
     round[i] = i;
-    if (!nodes[i].what->parent.empty()) merge.names.declare_parent(nodes[i].what->parent);
+    if (!nodes[i].added->parent.empty()) merge.names.declare_parent(nodes[i].added->parent);
   }
   std::vector<bool> settled(nodes.size(), false), refused(nodes.size(), false), is_added(nodes.size(), false);
   std::vector<std::pair<size_t, uint32_t>> added;  // and their roots
@@ -218,7 +218,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
   while (!round.empty()) {
     std::vector<std::pair<size_t, uint32_t>> with_parents;  // found before this round adds any
     for (const size_t i : round) {
-      const std::string& parent_name = nodes[i].what->parent;
+      const std::string& parent_name = nodes[i].added->parent;
       const uint32_t parent = parent_name.empty() ? scene::kNone : merge.names.find_parent(parent_name);
       if (parent != scene::kNone || parent_name.empty())
         with_parents.emplace_back(i, parent);
@@ -250,12 +250,12 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
     std::sort(round.begin(), round.end());
   }
   for (size_t i = 0; i < nodes.size(); ++i) {
-    // What waits for a parent in an asset that is not loaded yet waits with it.
+    // A node may wait for a parent in an asset that is not loaded yet.
     if (!settled[i] && merge.missing.empty() && !request.is_partial)
-      refuse(i, "no node is called " + quote(nodes[i].what->parent) + ", its parent");
+      refuse(i, "no node is called " + quote(nodes[i].added->parent) + ", its parent");
   }
   for (size_t i = 0; i < nodes.size(); ++i) {
-    if (!refused[i]) merge.kept.push_back(nodes[i]);
+    if (!refused[i]) merge.charged.push_back(nodes[i]);
     if (!refused[i] && !is_added[i]) built.waiting.push_back(nodes[i]);
   }
   for (const auto& [i, root] : added) {
@@ -264,7 +264,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
   }
 }
 
-Result<void> SceneBuild::add(const state::WantedNode& node, uint32_t parent, Merge& merge) {
+Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, Merge& merge) {
   scene::Scene& scene = merge.to->scene;
   const std::string path =
       (parent == scene::kNone ? "" : scene.nodes[parent].path + "/") + scene::path_part(node.name);
@@ -302,7 +302,7 @@ Result<void> SceneBuild::add(const state::WantedNode& node, uint32_t parent, Mer
   if (Result<void> charged = charge_paths(charges->second, node.budget, path_bytes); !charged) return charged;
 
   const uint32_t root =
-      scene::add_node(scene, node.name, parent, scene::to_mat4(node.what->parent_from_node));
+      scene::add_node(scene, node.name, parent, scene::to_mat4(node.added->parent_from_node));
   const size_t first_light = scene.lights.size();
   if (asset) {
     if (Result<void> done = scene::add_below(*merge.to, asset->loaded, root); !done) {

@@ -21,16 +21,16 @@
 #include "renderer/app/loading/asset_charge.h"
 #include "renderer/scene/cache/scene_file.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/state/edit_book.h"
+#include "renderer/state/edit_registry.h"
 
 namespace fire3dv::app {
 
 struct AssetSettings {
-  std::filesystem::path folder = {};  // below which streams may name assets; empty: none is read from files
+  std::filesystem::path folder = {};  // root of the assets that streams may name; empty: no files are read
   scene::Levels levels = scene::Levels::automatic_levels;
-  uint32_t most_textures = UINT32_MAX;  // of the whole scene
+  uint32_t most_textures = UINT32_MAX;  // limit of the whole scene
   // Replaced by tests. Null: assets are loaded, and time is the monotonic clock.
-  std::function<Result<scene::Scene>(const state::WantedNode&, const scene::LoadLimits&)> load = {};
+  std::function<Result<scene::Scene>(const state::RequestedNode&, const scene::LoadLimits&)> load = {};
   std::function<int64_t()> now_ns = {};
 };
 
@@ -41,29 +41,29 @@ class SceneBuild {
     std::shared_ptr<PeerBudget> budget = nullptr;  // of the peer that replaces the vertices
   };
   struct Request {
-    std::vector<state::WantedNode> nodes;  // those before others may be their parents, or the other way round
-    std::vector<VertexNode> vertex_nodes;  // whose vertices will be replaced
+    std::vector<state::RequestedNode> nodes;  // in any order of parents and children
+    std::vector<VertexNode> vertex_nodes;     // nodes whose vertices will be replaced
     // A turn loads assets of one peer for this long at most, and one asset at least.
     int64_t turn_ns = 100'000'000;
-    // Nodes of some peers are left out for now: what has no parent may wait for one of these.
+    // Nodes of some peers are left out for now: nodes without a parent may wait for one of these.
     bool is_partial = false;
   };
   struct Refused {
-    state::WantedNode node;
+    state::RequestedNode node;
     std::string reason;
   };
   struct Built {
     std::unique_ptr<const scene::LoadedScene> scene;  // null: the file's own
-    std::vector<state::WantedNode> added;
+    std::vector<state::RequestedNode> added;
     std::vector<uint32_t> roots;                   // of each added node: its index in the scene
-    std::vector<state::WantedNode> waiting;        // neither added nor refused: for assets or parents
+    std::vector<state::RequestedNode> waiting;     // neither added nor refused: for assets or parents
     std::map<const PeerBudget*, int64_t> load_ns;  // time that loads took
     std::vector<Refused> refused;
     std::vector<std::string> vertex_nodes;               // as requested
-    std::map<std::string, std::string> vertex_refusals;  // of those: why a node keeps the file's vertices
-    bool assets_wait = false;                            // nodes are left out whose assets are not loaded yet
-    std::string fault;                                   // not empty: no scene could be made of `added`
-    int64_t merge_ns = 0;                                // time that the merge took, without loads
+    std::map<std::string, std::string> vertex_refusals;  // reasons of nodes that share the file's vertices
+    bool assets_wait = false;  // some nodes are left out until their assets are loaded
+    std::string fault;         // not empty: no scene could be made of `added`
+    int64_t merge_ns = 0;      // time that the merge took, without loads
     uint64_t parent_lookups = 0;
   };
 
@@ -72,11 +72,10 @@ class SceneBuild {
 
   bool idle() const { return !thread_.joinable(); }
   void begin(Request request);  // when idle
-  // Once, when it is finished. Never waits.
+  // Returns a finished build once; nullopt: none. Never waits.
   std::optional<Built> take();
-  // When idle: gives back all charges but those of these nodes, as far as they are in the scene that is
-  // shown.
-  void retain_only(std::span<const state::WantedNode> nodes);
+  // When idle: releases all charges except those of these nodes, which are in the displayed scene.
+  void retain_only(std::span<const state::RequestedNode> nodes);
 
  private:
   struct Asset {
@@ -89,20 +88,20 @@ class SceneBuild {
 
   Built build(Request request, const std::stop_token& stop);
   void load_assets(const Request& request, const std::stop_token& stop, Merge& merge, Built& built);
-  Result<std::shared_ptr<const Asset>> load(const state::WantedNode& node, const std::stop_token& stop,
+  Result<std::shared_ptr<const Asset>> load(const state::RequestedNode& node, const std::stop_token& stop,
                                             BudgetCharge& charge) const;
-  Result<scene::Scene> load_scene(const state::WantedNode& node, const scene::LoadLimits& limits) const;
+  Result<scene::Scene> load_scene(const state::RequestedNode& node, const scene::LoadLimits& limits) const;
   void merge_nodes(Request& request, Merge& merge, Built& built);
-  Result<void> add(const state::WantedNode& node, uint32_t parent, Merge& merge);
+  Result<void> add(const state::RequestedNode& node, uint32_t parent, Merge& merge);
   void give_own_vertices(const Request& request, Merge& merge, Built& built);
 
   const scene::LoadedScene& base_;
   const AssetSettings settings_;
-  // Of the thread, while it runs.
+  // Owned by the thread while it runs.
   std::optional<state::NodeNames> base_names_;
   uint64_t base_path_bytes_ = 0;
   std::map<std::string, std::shared_ptr<const Asset>>
-      assets_;                           // that are shown, by URI, or by stream and edit
+      assets_;                           // loaded assets, by URI, or by stream and edit
   std::map<UseKey, BudgetCharge> uses_;  // decoded assets, once for each peer
   std::map<NodeKey, NodeCharges> node_charges_;
   std::map<UseKey, BudgetCharge> vertex_charges_;  // by node name

@@ -8,7 +8,7 @@ namespace fire3dv::app {
 namespace {
 
 // The pinhole image before lens distortion is larger than the requested one.
-constexpr uint64_t kMostBytesBehindLens = uint64_t{256} << 20;
+constexpr uint64_t kMaxBytesBehindLens = uint64_t{256} << 20;
 // Limit of a submission while several streams request images, so that turns can end in time.
 constexpr uint64_t kSharedSubmittedBytes = uint64_t{8} << 20;
 
@@ -24,108 +24,109 @@ uint64_t pixels_of(const passes::Intrinsics& drawn) {
   return uint64_t{drawn.image_px.x} * drawn.image_px.y;
 }
 
-std::optional<AskedCameraRefused> too_much_behind_lens(const wire::ImageRequest& request,
-                                                       const RequestCamera& camera) {
+std::optional<CameraRefused> check_pinhole_size(const wire::ImageRequest& request,
+                                                const RequestCamera& camera) {
   if (camera.lens.model == passes::LensModel::none) return {};
   const uint32_t outputs = passes::behind_lens(wire::ImageOutputs(request.outputs)).bits();
   const glm::uvec2 size = camera.pinhole.image_px;
   const uint64_t bytes = wire::pixel_bytes_of(size.x, size.y, outputs, 0);
-  if (bytes <= kMostBytesBehindLens) return {};
-  return AskedCameraRefused{wire::ImageRefusal::too_large,
-                            "what stands behind the lens has " + std::to_string(size.x) + " x " +
-                                std::to_string(size.y) + " pixels and " + std::to_string(bytes) +
-                                " bytes; at most " + std::to_string(kMostBytesBehindLens) +
-                                " are made: ask for a smaller image, or for fewer outputs"};
+  if (bytes <= kMaxBytesBehindLens) return {};
+  return CameraRefused{wire::ImageRefusal::too_large,
+                       "what stands behind the lens has " + std::to_string(size.x) + " x " +
+                           std::to_string(size.y) + " pixels and " + std::to_string(bytes) +
+                           " bytes; at most " + std::to_string(kMaxBytesBehindLens) +
+                           " are made: ask for a smaller image, or for fewer outputs"};
 }
 
 }  // namespace
 
-std::span<const std::unique_ptr<SecondaryDevice>> ImageService::further() const {
-  return further_ ? further_->all() : std::span<const std::unique_ptr<SecondaryDevice>>();
+std::span<const std::unique_ptr<SecondaryDevice>> ImageService::secondary() const {
+  return secondary_ ? secondary_->all() : std::span<const std::unique_ptr<SecondaryDevice>>();
 }
 
 const gpu::Device& ImageService::device_at(size_t index) const {
-  return index == 0 ? device_ : further()[index - 1]->device();
+  return index == 0 ? device_ : secondary()[index - 1]->device();
 }
 
-RequestRenderer& ImageService::maker_at(size_t index) {
-  return index == 0 ? first_ : further()[index - 1]->maker();
+RequestRenderer& ImageService::renderer_at(size_t index) {
+  return index == 0 ? first_ : secondary()[index - 1]->request_renderer();
 }
 
 ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
-  note_finished();
+  record_finished();
   const int64_t begin_ns = monotonic_now_ns(), end_ns = begin_ns + rules_.slice_ns;
-  std::vector<state::ImageDemand> demands = intake_.image_demands(begin_ns);
-  turns_.note_demands(demands, begin_ns);
-  if (!demands.empty() || intake_.open_image_requests() == 0) drop_closed_requests();
+  std::vector<state::ImageDemand> demands = requests_.demands(begin_ns);
+  scheduler_.note_demands(demands, begin_ns);
+  if (!demands.empty() || requests_.count() == 0) drop_closed_requests();
   // Poses are constant during this call: all turns render the same poses.
   RequestRenderer::Moment moment{poses_, nullptr};
-  for (size_t device = 0; device < device_count(); ++device) maker_at(device).begin_moment();
+  for (size_t device = 0; device < device_count(); ++device) renderer_at(device).begin_moment();
   Drawn drawn;
   while (!demands.empty() && !rules_.is_stop_requested()) {
     if (drawn.any && monotonic_now_ns() >= end_ns) break;
     if (!has_room(end_ns)) break;
-    const std::optional<state::ImageRequestRegistry::Asker> asker = turns_.next(demands, monotonic_now_ns());
-    if (!asker) break;
+    const std::optional<state::RequesterId> requester = scheduler_.next(demands, monotonic_now_ns());
+    if (!requester) break;
     drawn.any = true;
-    if (!draw_turn(frames, *asker, moment, end_ns)) break;
-    std::erase_if(demands, [&](const state::ImageDemand& demand) { return demand.asker == *asker; });
+    if (!draw_turn(frames, *requester, moment, end_ns)) break;
+    std::erase_if(demands, [&](const state::ImageDemand& demand) { return demand.requester == *requester; });
   }
   drawn.has_more = !demands.empty();
   return drawn;
 }
 
 // Returns false if the time slice ended before all due images of the stream were rendered.
-bool ImageService::draw_turn(gpu::FrameRing& frames, state::ImageRequestRegistry::Asker asker,
+bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requester,
                              RequestRenderer::Moment& moment, int64_t end_ns) {
   const int64_t now_ns = monotonic_now_ns();
-  std::vector<RequestRenderer::Asked> asked = resolve(intake_.due_images(asker, now_ns));
-  const auto needs_boxes = [](const RequestRenderer::Asked& a) { return wants_boxes(a.due.request); };
-  if (!moment.boxes && std::ranges::any_of(asked, needs_boxes))
+  std::vector<RequestRenderer::WorkItem> work = resolve(requests_.due(requester, now_ns));
+  const auto needs_boxes = [](const RequestRenderer::WorkItem& a) { return wants_boxes(a.due.request); };
+  if (!moment.boxes && std::ranges::any_of(work, needs_boxes))
     moment.boxes = std::make_shared<const std::vector<wire::BoxRecord3d>>(
         passes::boxes_of_instances(scene_.scene(), poses_));
-  distribute(std::move(asked));
-  const uint64_t most_bytes =
-      turns_.is_alone(asker, now_ns) ? RequestRenderer::kMostSubmittedBytes : kSharedSubmittedBytes;
+  distribute(std::move(work));
+  const uint64_t max_bytes =
+      scheduler_.is_alone(requester, now_ns) ? RequestRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
   for (bool is_first = true; has_work(); is_first = false) {
     if (!is_first && (monotonic_now_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
     uint64_t cost = 0;
     const Mark before = submitted();
-    draw_round(frames, moment, most_bytes);
+    draw_round(frames, moment, max_bytes);
     for (size_t device = 0; device < device_count(); ++device)
-      cost = std::max(cost, maker_at(device).take_cost());
+      cost = std::max(cost, renderer_at(device).take_cost());
     if (Mark mark = submitted(); mark != before) {
       const int64_t submitted_ns = monotonic_now_ns();
-      turns_.submitted(asker, cost, submitted_ns);
-      flights_.push_back({std::move(mark), asker, submitted_ns});
+      scheduler_.submitted(requester, cost, submitted_ns);
+      submissions_.push_back({std::move(mark), requester, submitted_ns});
     }
   }
   const bool is_whole = !has_work();
   for (size_t device = 0; device < device_count(); ++device) {
-    RequestRenderer& maker = maker_at(device);
-    for (const RequestRenderer::Asked& one : maker.processed()) intake_.image_made(one.due);
-    maker.begin({});
+    RequestRenderer& request_renderer = renderer_at(device);
+    for (const RequestRenderer::WorkItem& one : request_renderer.processed())
+      requests_.mark_rendered(one.due);
+    request_renderer.begin({});
   }
   return is_whole;
 }
 
 bool ImageService::has_work() {
   for (size_t device = 0; device < device_count(); ++device) {
-    if (maker_at(device).has_work()) return true;
+    if (renderer_at(device).has_work()) return true;
   }
   return false;
 }
 
 // Charges the device time of finished submissions to their streams.
-void ImageService::note_finished() {
-  while (!flights_.empty() && is_done(flights_.front().mark)) {
-    const Flight& flight = flights_.front();
+void ImageService::record_finished() {
+  while (!submissions_.empty() && is_done(submissions_.front().mark)) {
+    const Submission& submission = submissions_.front();
     const int64_t now_ns = monotonic_now_ns();
-    const int64_t begin_ns = std::max(flight.submitted_ns, last_done_ns_);
-    turns_.finished(begin_ns, now_ns);
-    intake_.add_render_time(flight.asker, now_ns - begin_ns);
+    const int64_t begin_ns = std::max(submission.submitted_ns, last_done_ns_);
+    scheduler_.finished(begin_ns, now_ns);
+    requests_.add_render_time(submission.requester, now_ns - begin_ns);
     last_done_ns_ = now_ns;
-    flights_.pop_front();
+    submissions_.pop_front();
   }
 }
 
@@ -133,78 +134,79 @@ void ImageService::note_finished() {
 // stream's request waits for at most one of them.
 bool ImageService::has_room(int64_t end_ns) {
   while (true) {
-    note_finished();
+    record_finished();
     const int64_t now_ns = monotonic_now_ns();
-    const std::optional<int64_t> remaining_ns = turns_.remaining_ns(now_ns);
+    const std::optional<int64_t> remaining_ns = scheduler_.remaining_ns(now_ns);
     if (remaining_ns && *remaining_ns <= rules_.slice_ns / 2) return true;
     if (now_ns >= end_ns) return false;
-    (void)wait_for(flights_.front().mark, end_ns - now_ns);
+    (void)wait_for(submissions_.front().mark, end_ns - now_ns);
   }
 }
 
 void ImageService::drop_closed_requests() {
-  const std::vector<Key> open = intake_.image_requests();
-  for (size_t device = 0; device < device_count(); ++device) maker_at(device).retain_only(open);
-  std::erase_if(places_, [&](const auto& entry) {
-    const auto& [key, place] = entry;
+  const std::vector<Key> open = requests_.open();
+  for (size_t device = 0; device < device_count(); ++device) renderer_at(device).retain_only(open);
+  std::erase_if(assignments_, [&](const auto& entry) {
+    const auto& [key, assignment] = entry;
     if (std::ranges::binary_search(open, key)) return false;
-    pixels_of_device_[place.device] -= place.pixels;
+    pixels_of_device_[assignment.device] -= assignment.pixels;
     return true;
   });
 }
 
 // Resolves cameras; refuses invalid requests.
-std::vector<RequestRenderer::Asked> ImageService::resolve(
+std::vector<RequestRenderer::WorkItem> ImageService::resolve(
     std::vector<state::ImageRequestRegistry::Due>&& due) {
-  std::vector<RequestRenderer::Asked> asked;
+  std::vector<RequestRenderer::WorkItem> work;
   for (state::ImageRequestRegistry::Due& one : due) {
-    auto camera = resolve_camera(one.request, intake_.world_from_stream(one.asker), poses_, scene_);
+    auto camera = resolve_camera(one.request, requests_.world_from_stream(one.requester), poses_, scene_);
     if (const auto* possible = std::get_if<RequestCamera>(&camera)) {
-      if (auto too_much = too_much_behind_lens(one.request, *possible)) camera = std::move(*too_much);
+      if (auto too_large = check_pinhole_size(one.request, *possible)) camera = std::move(*too_large);
     }
-    if (const auto* refused = std::get_if<AskedCameraRefused>(&camera)) {
-      intake_.refuse_image(one, refused->reason, refused->why);
+    if (const auto* refused = std::get_if<CameraRefused>(&camera)) {
+      requests_.refuse(one, refused->reason, refused->why);
     } else {
-      asked.push_back({std::move(one), std::get<RequestCamera>(camera)});
+      work.push_back({std::move(one), std::get<RequestCamera>(camera)});
     }
   }
-  return asked;
+  return work;
 }
 
 // Assigns a request to the device with the fewest pixels of open requests; round robin among equals.
-size_t ImageService::place_of(const RequestRenderer::Asked& asked) {
+size_t ImageService::assign_device(const RequestRenderer::WorkItem& work) {
   const size_t count = device_count();
   if (count == 1) return 0;
   pixels_of_device_.resize(count);
-  const Key key{asked.due.asker, asked.due.request.id};
-  if (const auto known = places_.find(key); known != places_.end()) return known->second.device;
-  size_t best = (last_place_ + 1) % count;
+  const Key key{work.due.requester, work.due.request.id};
+  if (const auto known = assignments_.find(key); known != assignments_.end()) return known->second.device;
+  size_t best = (last_device_ + 1) % count;
   for (size_t turn = 2; turn <= count; ++turn) {
-    const size_t device = (last_place_ + turn) % count;
+    const size_t device = (last_device_ + turn) % count;
     if (pixels_of_device_[device] < pixels_of_device_[best]) best = device;
   }
-  const Place place{best, pixels_of(asked.camera.pinhole)};
-  pixels_of_device_[best] += place.pixels;
-  places_.emplace(key, place);
-  last_place_ = best;
+  const Assignment assignment{best, pixels_of(work.camera.pinhole)};
+  pixels_of_device_[best] += assignment.pixels;
+  assignments_.emplace(key, assignment);
+  last_device_ = best;
   return best;
 }
 
-void ImageService::distribute(std::vector<RequestRenderer::Asked>&& asked) {
-  std::vector<std::vector<RequestRenderer::Asked>> hands(device_count());
-  for (RequestRenderer::Asked& one : asked) hands[place_of(one)].push_back(std::move(one));
-  for (size_t device = 0; device < hands.size(); ++device) maker_at(device).begin(std::move(hands[device]));
+void ImageService::distribute(std::vector<RequestRenderer::WorkItem>&& work) {
+  std::vector<std::vector<RequestRenderer::WorkItem>> work_of_device(device_count());
+  for (RequestRenderer::WorkItem& one : work) work_of_device[assign_device(one)].push_back(std::move(one));
+  for (size_t device = 0; device < work_of_device.size(); ++device)
+    renderer_at(device).begin(std::move(work_of_device[device]));
 }
 
 // One submission on each device with work. Finished images are sent first, so that the number of images in
 // flight stays small.
 void ImageService::draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment,
-                              uint64_t most_bytes) {
+                              uint64_t max_bytes) {
   deliver();
   std::vector<SecondaryDevice*> at_work;
-  for (const std::unique_ptr<SecondaryDevice>& each : further()) {
-    if (!each->maker().has_work()) continue;
-    each->begin_drawing(scene_, *settings_, moment, most_bytes);
+  for (const std::unique_ptr<SecondaryDevice>& each : secondary()) {
+    if (!each->request_renderer().has_work()) continue;
+    each->begin_drawing(scene_, *settings_, moment, max_bytes);
     at_work.push_back(each.get());
   }
   std::exception_ptr failure;  // first error: all devices must be awaited
@@ -215,32 +217,34 @@ void ImageService::draw_round(gpu::FrameRing& frames, const RequestRenderer::Mom
       failure = std::current_exception();
     }
   };
-  attempt([&] { first_.draw(frames, moment, most_bytes); });
+  attempt([&] { first_.draw(frames, moment, max_bytes); });
   for (SecondaryDevice* each : at_work) {
     attempt([&] {
-      if (Result<void> drawn = each->finish(); !drawn) each->maker().refuse_rest(drawn.error().message);
+      if (Result<void> drawn = each->finish(); !drawn)
+        each->request_renderer().refuse_rest(drawn.error().message);
     });
   }
   if (failure) std::rethrow_exception(failure);
-  for (size_t device = 0; device < device_count(); ++device) refuse_what_had_no_room(maker_at(device));
+  for (size_t device = 0; device < device_count(); ++device) forward_refusals(renderer_at(device));
 }
 
-void ImageService::refuse_what_had_no_room(RequestRenderer& maker) {
-  for (const RequestRenderer::Refused& refused : maker.take_refused())
-    intake_.refuse_image(refused.due, refused.reason, refused.why);
+void ImageService::forward_refusals(RequestRenderer& request_renderer) {
+  for (const RequestRenderer::Refused& refused : request_renderer.take_refused())
+    requests_.refuse(refused.due, refused.reason, refused.why);
 }
 
 void ImageService::deliver() {
-  const auto send = [&](state::ImageRequestRegistry::Asker asker, const wire::ImageFrame& frame,
+  const auto send = [&](state::RequesterId requester, const wire::ImageFrame& frame,
                         const RequestedImage& pixels) {
-    intake_.send_image(asker, frame, [&](std::span<std::byte> to) { pixels.copy_to(to); });
+    requests_.send(requester, frame, [&](std::span<std::byte> to) { pixels.copy_to(to); });
   };
-  for (size_t device = 0; device < device_count(); ++device) maker_at(device).deliver(send);
+  for (size_t device = 0; device < device_count(); ++device) renderer_at(device).deliver(send);
 }
 
 bool ImageService::in_flight() const {
-  return first_.in_flight() != 0 ||
-         std::ranges::any_of(further(), [](const auto& each) { return each->maker().in_flight() != 0; });
+  return first_.in_flight() != 0 || std::ranges::any_of(secondary(), [](const auto& each) {
+           return each->request_renderer().in_flight() != 0;
+         });
 }
 
 ImageService::Mark ImageService::submitted() const {

@@ -1,5 +1,5 @@
-// Service of image requests: renders due images in fair turns of the streams, on one or several devices. Each
-// image is sent over the link of its request, tagged with the displayed frame.
+// Service of image requests: renders the due images of an ImageRequestQueue in fair turns of the streams, on
+// one or several devices. Each image is tagged with the displayed frame and sent back over the queue.
 #pragma once
 
 #include <deque>
@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "renderer/app/loading/live_scene.h"
+#include "renderer/app/streams/image_request_queue.h"
 #include "renderer/app/streams/request_renderer.h"
 #include "renderer/app/streams/secondary_devices.h"
-#include "renderer/app/streams/stream_receiver.h"
 
 namespace fire3dv::app {
 
@@ -25,18 +25,18 @@ class ImageService {
   };
   // Borrows all arguments, which belong to the primary device.
   ImageService(gpu::Device& device, passes::SceneRenderer& renderer, const state::PoseState& poses,
-               StreamReceiver& intake, const LiveScene& scene, Rules rules)
+               ImageRequestQueue& requests, const LiveScene& scene, Rules rules)
       : device_(device),
         poses_(poses),
-        intake_(intake),
+        requests_(requests),
         scene_(scene),
         rules_(std::move(rules)),
         first_(device, renderer),
-        turns_(rules_.slice_ns, !rules_.lockstep) {}
+        scheduler_(rules_.slice_ns, !rules_.lockstep) {}
 
   // Borrowed. settings: current settings of the primary device.
   void spread_over(SecondaryDevices& further, const passes::DrawSettings& settings) {
-    further_ = &further;
+    secondary_ = &further;
     settings_ = &settings;
   }
 
@@ -51,6 +51,7 @@ class ImageService {
   // Sends finished images.
   void deliver();
   bool in_flight() const;
+  size_t open_requests() const { return requests_.count(); }
 
   // Submissions of all devices so far.
   using Mark = std::vector<uint64_t>;  // timeline values
@@ -61,47 +62,47 @@ class ImageService {
 
  private:
   using Key = RequestRenderer::Key;
-  struct Place {
+  struct Assignment {
     size_t device = 0;
     uint64_t pixels = 0;
   };
 
-  struct Flight {
+  struct Submission {
     Mark mark;
-    state::ImageRequestRegistry::Asker asker = 0;
+    state::RequesterId requester = 0;
     int64_t submitted_ns = 0;
   };
 
-  bool draw_turn(gpu::FrameRing& frames, state::ImageRequestRegistry::Asker asker,
-                 RequestRenderer::Moment& moment, int64_t end_ns);
-  void note_finished();
+  bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, RequestRenderer::Moment& moment,
+                 int64_t end_ns);
+  void record_finished();
   bool has_room(int64_t end_ns);
-  std::vector<RequestRenderer::Asked> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
-  void distribute(std::vector<RequestRenderer::Asked>&& asked);
-  size_t place_of(const RequestRenderer::Asked& asked);
-  void draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment, uint64_t most_bytes);
+  std::vector<RequestRenderer::WorkItem> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
+  void distribute(std::vector<RequestRenderer::WorkItem>&& work);
+  size_t assign_device(const RequestRenderer::WorkItem& work);
+  void draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment, uint64_t max_bytes);
   bool has_work();
   void drop_closed_requests();
-  void refuse_what_had_no_room(RequestRenderer& maker);
-  size_t device_count() const { return 1 + further().size(); }
-  std::span<const std::unique_ptr<SecondaryDevice>> further() const;
+  void forward_refusals(RequestRenderer& request_renderer);
+  size_t device_count() const { return 1 + secondary().size(); }
+  std::span<const std::unique_ptr<SecondaryDevice>> secondary() const;
   const gpu::Device& device_at(size_t index) const;
-  RequestRenderer& maker_at(size_t index);
+  RequestRenderer& renderer_at(size_t index);
 
   gpu::Device& device_;
   const state::PoseState& poses_;
-  StreamReceiver& intake_;
+  ImageRequestQueue& requests_;
   const LiveScene& scene_;
   const Rules rules_;
   RequestRenderer first_;
-  SecondaryDevices* further_ = nullptr;
+  SecondaryDevices* secondary_ = nullptr;
   const passes::DrawSettings* settings_ = nullptr;
   // A request keeps its device, so that its images stay in order.
-  std::map<Key, Place> places_;
+  std::map<Key, Assignment> assignments_;
   std::vector<uint64_t> pixels_of_device_;
-  size_t last_place_ = 0;
-  state::ImageScheduler turns_;
-  std::deque<Flight> flights_;  // unfinished submissions, in the order of turns_
+  size_t last_device_ = 0;
+  state::ImageScheduler scheduler_;
+  std::deque<Submission> submissions_;  // unfinished submissions, in the order of scheduler_
   int64_t last_done_ns_ = 0;
 };
 

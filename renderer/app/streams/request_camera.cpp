@@ -8,7 +8,7 @@ namespace {
 
 using Reason = wire::ImageRefusal;
 
-constexpr uint32_t kMostPinholeSide = 4096;
+constexpr uint32_t kMaxPinholeSide = 4096;
 
 glm::mat4 matrix_of(const wire::Affine3x4& affine) {
   glm::mat4 matrix(1);
@@ -53,10 +53,10 @@ wire::Affine3x4 affine_of(const glm::mat4& matrix) {
   return affine;
 }
 
-std::variant<RequestCamera, AskedCameraRefused> resolve_camera(const wire::ImageRequest& request,
-                                                               const wire::Affine3x4d& world_from_stream,
-                                                               const state::PoseState& poses,
-                                                               const LiveScene& live) {
+std::variant<RequestCamera, CameraRefused> resolve_camera(const wire::ImageRequest& request,
+                                                          const wire::Affine3x4d& world_from_stream,
+                                                          const state::PoseState& poses,
+                                                          const LiveScene& live) {
   RequestCamera camera;
   const scene::Camera* own = nullptr;
   glm::mat4 world_from_parent(1);
@@ -65,9 +65,9 @@ std::variant<RequestCamera, AskedCameraRefused> resolve_camera(const wire::Image
   } else {
     const uint32_t node = poses.names().find(request.node);
     if (node == scene::kNone)
-      return AskedCameraRefused{Reason::unknown_camera,
-                                "no node of the scene, or several, are called \"" + request.node +
-                                    "\"; name one, or give the camera's pose in the stream"};
+      return CameraRefused{Reason::unknown_camera,
+                           "no node of the scene, or several, are called \"" + request.node +
+                               "\"; name one, or give the camera's pose in the stream"};
     world_from_parent = poses.world_from_node(node);
     const scene::Scene& scene = live.scene();
     own = live.edits().camera_at(node);
@@ -75,8 +75,7 @@ std::variant<RequestCamera, AskedCameraRefused> resolve_camera(const wire::Image
   }
   const auto pose = rigid(world_from_parent * matrix_of(request.parent_from_camera));
   if (!pose)
-    return AskedCameraRefused{Reason::bad_request,
-                              "the camera's pose is flat: it has no direction, or no up"};
+    return CameraRefused{Reason::bad_request, "the camera's pose is flat: it has no direction, or no up"};
   camera.world_from_camera = *pose;
   const wire::Intrinsics& wanted = request.intrinsics;
   if (wanted.fx > 0) {
@@ -85,19 +84,19 @@ std::variant<RequestCamera, AskedCameraRefused> resolve_camera(const wire::Image
     camera.lens = wanted.lens;
   } else {
     if (!own || own->orthographic)
-      return AskedCameraRefused{
+      return CameraRefused{
           Reason::unknown_camera,
           "the node \"" + request.node + "\" has no perspective camera; give fx, fy, cx and cy"};
     camera.intrinsics = passes::intrinsics_of(*own, {wanted.width, wanted.height});
   }
   if (own) camera.exposure = own->exposure;
   if (auto good = passes::check(camera.intrinsics); !good)
-    return AskedCameraRefused{Reason::bad_request, good.error().message};
+    return CameraRefused{Reason::bad_request, good.error().message};
   camera.pinhole = camera.intrinsics;
   if (camera.lens.model == passes::LensModel::none) return camera;
   Result<passes::Intrinsics> pinhole =
-      passes::pinhole_behind(camera.intrinsics, camera.lens, kMostPinholeSide);
-  if (!pinhole) return AskedCameraRefused{Reason::bad_request, pinhole.error().message};
+      passes::pinhole_behind(camera.intrinsics, camera.lens, kMaxPinholeSide);
+  if (!pinhole) return CameraRefused{Reason::bad_request, pinhole.error().message};
   camera.pinhole = *pinhole;
   return camera;
 }

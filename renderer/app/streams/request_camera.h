@@ -20,16 +20,16 @@ struct RequestCamera {
   float exposure = 0;              // 0: from the draw settings
 };
 
-struct AskedCameraRefused {
+struct CameraRefused {
   wire::ImageRefusal reason;
   std::string why;
 };
 
 // world_from_stream: of the requesting stream.
-std::variant<RequestCamera, AskedCameraRefused> resolve_camera(const wire::ImageRequest& request,
-                                                               const wire::Affine3x4d& world_from_stream,
-                                                               const state::PoseState& poses,
-                                                               const LiveScene& scene);
+std::variant<RequestCamera, CameraRefused> resolve_camera(const wire::ImageRequest& request,
+                                                          const wire::Affine3x4d& world_from_stream,
+                                                          const state::PoseState& poses,
+                                                          const LiveScene& scene);
 
 wire::Affine3x4 affine_of(const glm::mat4& matrix);
 

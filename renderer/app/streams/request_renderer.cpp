@@ -6,7 +6,7 @@ namespace fire3dv::app {
 namespace {
 
 // Memory limit of cameras in one submission: visibility flags and cluster lists.
-constexpr uint64_t kMostTogetherBytes = uint64_t{64} << 20;
+constexpr uint64_t kMaxBatchViewBytes = uint64_t{64} << 20;
 
 passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
   return passes::with_sources(wire::ImageOutputs(request.outputs));
@@ -33,9 +33,9 @@ uint64_t read_back_bytes(const wire::ImageRequest& request, uint32_t views) {
 }
 
 // Outputs that the renderer draws for the request, before lens distortion.
-passes::ImageOutputs outputs_behind(const RequestRenderer::Asked& asked) {
-  const passes::ImageOutputs outputs = drawn_outputs(asked.due.request);
-  return has_lens(asked.camera) ? passes::behind_lens(outputs) : outputs;
+passes::ImageOutputs outputs_behind(const RequestRenderer::WorkItem& work) {
+  const passes::ImageOutputs outputs = drawn_outputs(work.due.request);
+  return has_lens(work.camera) ? passes::behind_lens(outputs) : outputs;
 }
 
 // Runs an allocation; returns false if the device is out of memory. Rethrows other errors.
@@ -58,7 +58,7 @@ VkExtent2D extent_of(glm::uvec2 size) {
 
 // Render targets take about 20 times the bytes of the image at 4 samples.
 state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
-  state::ImageAbilities abilities{.most_pixel_bytes = uint64_t{64} << 20};
+  state::ImageAbilities abilities{.max_pixel_bytes = uint64_t{64} << 20};
   abilities.lenses = true;
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
@@ -68,32 +68,32 @@ state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
   return abilities;
 }
 
-void RequestRenderer::begin(std::vector<Asked>&& asked) {
-  asked_ = std::move(asked);
+void RequestRenderer::begin(std::vector<WorkItem>&& work) {
+  work_ = std::move(work);
   next_ = 0;
 }
 
-bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t most_bytes) {
+bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes) {
   gpu::Recorder* recorder = nullptr;
   uint64_t bytes = 0;
-  while (has_work() && bytes < most_bytes) {
-    const std::span<const Asked> rest = std::span(asked_).subspan(next_);
-    const std::span<const Asked> together = rest.first(how_many_together(rest, most_bytes));
-    next_ += together.size();
-    if (!make_room(together)) continue;
+  while (has_work() && bytes < max_bytes) {
+    const std::span<const WorkItem> rest = std::span(work_).subspan(next_);
+    const std::span<const WorkItem> batch = rest.first(batch_size(rest, max_bytes));
+    next_ += batch.size();
+    if (!make_room(batch)) continue;
     if (!recorder) recorder = &frames.begin();
-    record(*recorder, frames.belt(), together, moment);
+    record(*recorder, frames.belt(), batch, moment);
     of_frame_ = passes::OfFrame::further;
-    bytes += read_back_bytes(together[0].due.request, static_cast<uint32_t>(together.size()));
-    const glm::uvec2 size = together[0].camera.pinhole.image_px;
-    cost_ += together.size() * state::image_cost(size.x, size.y);
+    bytes += read_back_bytes(batch[0].due.request, static_cast<uint32_t>(batch.size()));
+    const glm::uvec2 size = batch[0].camera.pinhole.image_px;
+    cost_ += batch.size() * state::image_cost(size.x, size.y);
   }
   if (recorder) readback_.submitted(frames.submit());
   return recorder != nullptr;
 }
 
 // Number of consecutive compatible images that fit one submission.
-size_t RequestRenderer::how_many_together(std::span<const Asked> rest, uint64_t most_bytes) const {
+size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.post_settings().fxaa;
@@ -102,8 +102,8 @@ size_t RequestRenderer::how_many_together(std::span<const Asked> rest, uint64_t 
                                first.intrinsics.width * first.intrinsics.height;
   const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
   const uint64_t most =
-      std::min<uint64_t>({kMostTogetherBytes / std::max(pixel_bytes, list_bytes),
-                          most_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
+      std::min<uint64_t>({kMaxBatchViewBytes / std::max(pixel_bytes, list_bytes),
+                          max_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
                           device_.limits().maxImageDimension2D / first.intrinsics.height, rest.size()});
   size_t count = 1;
   while (count < most) {
@@ -117,25 +117,25 @@ size_t RequestRenderer::how_many_together(std::span<const Asked> rest, uint64_t 
   return count;
 }
 
-void RequestRenderer::refuse(std::span<const Asked> together, wire::ImageRefusal reason,
+void RequestRenderer::refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason,
                              const std::string& why) {
-  for (const Asked& asked : together) refused_.push_back({asked.due, reason, why});
+  for (const WorkItem& work : batch) refused_.push_back({work.due, reason, why});
 }
 
 void RequestRenderer::refuse_rest(const std::string& why) {
-  refuse(std::span(asked_).subspan(next_), wire::ImageRefusal::too_large, why);
-  next_ = asked_.size();
+  refuse(std::span(work_).subspan(next_), wire::ImageRefusal::too_large, why);
+  next_ = work_.size();
 }
 
 // Allocates targets; out of memory refuses the images and is no error.
-bool RequestRenderer::make_room(std::span<const Asked> together) {
-  const Asked& first = together[0];
+bool RequestRenderer::make_room(std::span<const WorkItem> batch) {
+  const WorkItem& first = batch[0];
   const wire::ImageRequest& request = first.due.request;
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px), before = renderer_.extent();
-  const auto views = static_cast<uint32_t>(together.size()), views_before = renderer_.views();
+  const auto views = static_cast<uint32_t>(batch.size()), views_before = renderer_.views();
   if (of_frame_ == passes::OfFrame::first) renderer_.begin_frame();
   if (wants_motion(request) && !renderer_.can_keep_places()) {
-    refuse(together, wire::ImageRefusal::too_many,
+    refuse(batch, wire::ImageRefusal::too_many,
            "the device keeps where everything was for images of other frames that want motion, and has no "
            "room for more; ask for motion with every frame, or in fewer requests");
     return false;
@@ -155,48 +155,48 @@ bool RequestRenderer::make_room(std::span<const Asked> together) {
   // Restores the size for the other user of the renderer. Without memory for that, it has none until
   // set_size().
   (void)has_room_for(set_back);
-  refuse(together, wire::ImageRefusal::too_large,
+  refuse(batch, wire::ImageRefusal::too_large,
          "the device has no memory for an image of " + std::to_string(extent.width) + " x " +
              std::to_string(extent.height) + "; ask for a smaller one");
   return false;
 }
 
-void RequestRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const Asked> together,
+void RequestRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const WorkItem> batch,
                              const Moment& moment) {
-  const wire::ImageRequest& first = together[0].due.request;
+  const wire::ImageRequest& first = batch[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   Tag tag;
   std::vector<passes::View> views;
-  for (const Asked& asked : together) {
-    const state::ImageRequestRegistry::Due& due = asked.due;
-    const passes::Intrinsics& used = asked.camera.intrinsics;
+  for (const WorkItem& work : batch) {
+    const state::ImageRequestRegistry::Due& due = work.due;
+    const passes::Intrinsics& used = work.camera.intrinsics;
     passes::View& view =
-        views.emplace_back(passes::make_view(asked.camera.pinhole, asked.camera.world_from_camera));
+        views.emplace_back(passes::make_view(work.camera.pinhole, work.camera.world_from_camera));
     view.camera = due.request.node;
-    view.exposure = asked.camera.exposure;
+    view.exposure = work.camera.exposure;
     wire::ImageFrame frame;
     frame.request = due.request.id;
     frame.number = due.number;
     frame.epoch = due.request.epoch;
     frame.sequence = due.sequence;
     frame.sim_time_ns = due.sim_time_ns;
-    frame.world_from_camera = affine_of(asked.camera.world_from_camera);
+    frame.world_from_camera = affine_of(work.camera.world_from_camera);
     frame.intrinsics = {used.image_px.x, used.image_px.y, used.fx_px,
                         used.fy_px,      used.cx_px,      used.cy_px,
                         used.near_m,     used.far_m,      due.request.intrinsics.lens};
-    tag.images.push_back({due.asker, due.request.outputs, std::move(frame)});
+    tag.images.push_back({due.requester, due.request.outputs, std::move(frame)});
   }
-  std::vector<passes::CameraHistory> histories = take_histories(together);
-  renderer_.record(recorder, belt, moment.poses, views, outputs_behind(together[0]), histories, of_frame_);
-  keep_histories(together, std::move(histories));
+  std::vector<passes::CameraHistory> histories = take_histories(batch);
+  renderer_.record(recorder, belt, moment.poses, views, outputs_behind(batch[0]), histories, of_frame_);
+  store_histories(batch, std::move(histories));
 
   tag.taken.width = first.intrinsics.width;
   tag.taken.height = first.intrinsics.height;
-  tag.taken.views = static_cast<uint32_t>(together.size());
+  tag.taken.views = static_cast<uint32_t>(batch.size());
   tag.taken.color_srgb8 = outputs.has(wire::kColorSrgb8);
   if (wants_boxes(first)) tag.taken.boxes = moment.boxes;
-  if (has_lens(together[0].camera)) {
-    read_back_through_lens(recorder, belt, together[0].camera, outputs, std::move(tag));
+  if (has_lens(batch[0].camera)) {
+    read_back_through_lens(recorder, belt, batch[0].camera, outputs, std::move(tag));
   } else {
     read_back(recorder, outputs, std::move(tag));
   }
@@ -227,18 +227,18 @@ void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::Stagi
                    {&lens_.result(), lens_.result_bytes()}, std::move(tag));
 }
 
-std::vector<passes::CameraHistory> RequestRenderer::take_histories(std::span<const Asked> together) {
+std::vector<passes::CameraHistory> RequestRenderer::take_histories(std::span<const WorkItem> batch) {
   std::vector<passes::CameraHistory> histories;
-  if (!wants_motion(together[0].due.request)) return histories;
-  for (const Asked& asked : together)
-    histories.push_back(std::move(histories_[{asked.due.asker, asked.due.request.id}]));
+  if (!wants_motion(batch[0].due.request)) return histories;
+  for (const WorkItem& work : batch)
+    histories.push_back(std::move(histories_[{work.due.requester, work.due.request.id}]));
   return histories;
 }
 
-void RequestRenderer::keep_histories(std::span<const Asked> together,
-                                     std::vector<passes::CameraHistory>&& histories) {
+void RequestRenderer::store_histories(std::span<const WorkItem> batch,
+                                      std::vector<passes::CameraHistory>&& histories) {
   for (size_t i = 0; i < histories.size(); ++i)
-    histories_[{together[i].due.asker, together[i].due.request.id}] = std::move(histories[i]);
+    histories_[{batch[i].due.requester, batch[i].due.request.id}] = std::move(histories[i]);
 }
 
 void RequestRenderer::deliver(const Take& take) {
@@ -247,13 +247,14 @@ void RequestRenderer::deliver(const Take& take) {
       Image& image = tag.images[view];
       const RequestedImage pixels(tag.taken, view, wire::ImageOutputs(image.bits), bytes);
       pixels.describe_to(image.frame);
-      take(image.asker, image.frame, pixels);
+      take(image.requester, image.frame, pixels);
     }
   });
 }
 
 void RequestRenderer::retain_only(std::span<const Key> open) {
-  std::erase_if(histories_, [&](const auto& kept) { return !std::ranges::binary_search(open, kept.first); });
+  std::erase_if(histories_,
+                [&](const auto& entry) { return !std::ranges::binary_search(open, entry.first); });
 }
 
 }  // namespace fire3dv::app

@@ -29,7 +29,7 @@ class RequestRenderer {
   RequestRenderer(gpu::Device& device, passes::SceneRenderer& renderer)
       : device_(device), renderer_(renderer), readback_(device), lens_(device) {}
 
-  struct Asked {
+  struct WorkItem {
     state::ImageRequestRegistry::Due due;
     RequestCamera camera;
   };
@@ -42,16 +42,16 @@ class RequestRenderer {
   // Starts a new moment: later images show other poses.
   void begin_moment() { of_frame_ = passes::OfFrame::first; }
   // Replaces the work list; compatible images must be adjacent.
-  void begin(std::vector<Asked>&& asked);
-  bool has_work() const { return next_ < asked_.size(); }
+  void begin(std::vector<WorkItem>&& work);
+  bool has_work() const { return next_ < work_.size(); }
   // Images that are rendered or refused.
-  std::span<const Asked> processed() const { return std::span(asked_).first(next_); }
+  std::span<const WorkItem> processed() const { return std::span(work_).first(next_); }
 
-  // Renders some of the images in one submission, which ends with the image that reaches most_bytes of
+  // Renders some of the images in one submission, which ends with the image that reaches max_bytes of
   // read-back. Returns false if nothing was submitted.
-  bool draw(gpu::FrameRing& frames, const Moment& moment, uint64_t most_bytes = kMostSubmittedBytes);
+  bool draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes = kMaxSubmittedBytes);
   // Limit of one submission: its images stay in host memory until they are sent.
-  static constexpr uint64_t kMostSubmittedBytes = uint64_t{64} << 20;
+  static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
   // Cost of the images rendered since the last call.
   uint64_t take_cost() { return std::exchange(cost_, 0); }
 
@@ -61,7 +61,7 @@ class RequestRenderer {
   // Images rendered but not delivered.
   size_t in_flight() const { return readback_.in_flight(); }
   // Delivers finished images.
-  using Take = std::function<void(state::ImageRequestRegistry::Asker asker, const wire::ImageFrame&,
+  using Take = std::function<void(state::RequesterId requester, const wire::ImageFrame&,
                                   const RequestedImage& pixels)>;
   void deliver(const Take& take);
 
@@ -73,15 +73,15 @@ class RequestRenderer {
   };
   std::vector<Refused> take_refused() { return std::exchange(refused_, {}); }
 
-  // Drops the state of all requests except these, sorted by asker and id.
-  using Key = std::pair<state::ImageRequestRegistry::Asker, uint64_t>;
+  // Drops the state of all requests except these, sorted by requester and id.
+  using Key = std::pair<state::RequesterId, uint64_t>;
   void retain_only(std::span<const Key> open);
   // Called for a new scene.
-  void forget_histories() { histories_.clear(); }
+  void clear_histories() { histories_.clear(); }
 
  private:
   struct Image {
-    state::ImageRequestRegistry::Asker asker = 0;
+    state::RequesterId requester = 0;
     uint32_t bits = 0;
     wire::ImageFrame frame;
   };
@@ -90,23 +90,23 @@ class RequestRenderer {
     std::vector<Image> images;  // one per view
   };
 
-  size_t how_many_together(std::span<const Asked> rest, uint64_t most_bytes) const;
-  bool make_room(std::span<const Asked> together);
-  void refuse(std::span<const Asked> together, wire::ImageRefusal reason, const std::string& why);
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const Asked> together,
+  size_t batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const;
+  bool make_room(std::span<const WorkItem> batch);
+  void refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason, const std::string& why);
+  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const WorkItem> batch,
               const Moment& moment);
   void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
   void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& belt, const RequestCamera& camera,
                               const passes::ImageOutputs& outputs, Tag&& tag);
-  std::vector<passes::CameraHistory> take_histories(std::span<const Asked> together);
-  void keep_histories(std::span<const Asked> together, std::vector<passes::CameraHistory>&& histories);
+  std::vector<passes::CameraHistory> take_histories(std::span<const WorkItem> batch);
+  void store_histories(std::span<const WorkItem> batch, std::vector<passes::CameraHistory>&& histories);
 
   gpu::Device& device_;
   passes::SceneRenderer& renderer_;
   gpu::ReadbackRing<Tag> readback_;
   passes::LensPass lens_;
-  std::vector<Asked> asked_;
-  size_t next_ = 0;  // index of the next image in asked_
+  std::vector<WorkItem> work_;
+  size_t next_ = 0;  // index of the next image in work_
   uint64_t cost_ = 0;
   passes::OfFrame of_frame_ = passes::OfFrame::first;
   std::vector<Refused> refused_;

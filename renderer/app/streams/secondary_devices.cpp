@@ -65,15 +65,15 @@ Result<void> SecondaryDevice::open(gpu::Instance& instance, uint32_t index, gpu:
   const PipelineCacheFile pipelines(*device_, places.pipelines);
   renderer_.emplace(*device_, settings);
   frames_.emplace(*device_);
-  maker_.emplace(*device_, *renderer_);
+  request_renderer_.emplace(*device_, *renderer_);
   return {};
 }
 
 void SecondaryDevice::begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
-                                    const RequestRenderer::Moment& moment, uint64_t most_bytes) {
-  begin([this, &live, &settings, &moment, most_bytes] {
+                                    const RequestRenderer::Moment& moment, uint64_t max_bytes) {
+  begin([this, &live, &settings, &moment, max_bytes] {
     result_ = show(live, settings);
-    if (result_) maker_->draw(*frames_, moment, most_bytes);
+    if (result_) request_renderer_->draw(*frames_, moment, max_bytes);
     (void)frames_->take_finished();
   });
 }
@@ -112,7 +112,7 @@ void SecondaryDevice::make_renderer(const passes::DrawSettings& settings) {
 
 void SecondaryDevice::forget_scene() {
   shown_scene_.reset();
-  maker_->forget_histories();
+  request_renderer_->clear_histories();
 }
 
 Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::span<const uint32_t> indices,

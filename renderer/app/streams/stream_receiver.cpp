@@ -10,7 +10,7 @@ namespace fire3dv::app {
 namespace {
 
 constexpr int64_t kSecondNs = 1'000'000'000;
-constexpr uint32_t kNotesPerSecond = 10, kAllNotesPerSecond = 200;
+constexpr uint32_t kLogsPerSecond = 10, kTotalLogsPerSecond = 200;
 
 uint64_t monotonic_now_ns() {
   return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch() /
@@ -56,8 +56,8 @@ void StreamReceiver::add(std::unique_ptr<transport::ListenerLink> listener) {
 bool StreamReceiver::poll() {
   ++polls_;
   now_ns_ = clock_();
-  bool changed = !lockstep_ && handle_waiting();
-  pause_waiting_peers();
+  bool changed = !lockstep_ && handle_deferred();
+  pause_deferred_peers();
   const bool reads = !lockstep_ || std::none_of(peers_.begin(), peers_.end(),
                                                 [this](const auto& entry) { return is_ready(entry.second); });
   for (size_t i = 0; reads && i < listeners_.size(); ++i) {
@@ -67,7 +67,7 @@ bool StreamReceiver::poll() {
     });
   }
   resolve_conflicts();
-  pause_waiting_peers();
+  pause_deferred_peers();
   if (lockstep_) changed |= handle_in_order();
   now_ns_ = clock_();
   changed |= poses_.advance(now_ns_);
@@ -119,9 +119,9 @@ void StreamReceiver::send_clock_pings(int64_t now_ns) {
 void StreamReceiver::report_conditions() {
   for (auto& [peer, stream] : stream_of_peer_) {
     const bool is_lost = poses_.streams()[stream.id].condition == state::Condition::lost;
-    if (std::exchange(stream.lost_told, is_lost) == is_lost) continue;
-    note("stream \"" + stream.name +
-         (is_lost ? "\" stalled: no pose frames; showing the last one" : "\" sends frames again"));
+    if (std::exchange(stream.reported_lost, is_lost) == is_lost) continue;
+    log("stream \"" + stream.name +
+        (is_lost ? "\" stalled: no pose frames; showing the last one" : "\" sends frames again"));
   }
 }
 
@@ -158,9 +158,9 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
     return false;
   }
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded))
-    return take(peer, *frame, event.received_ns);
+    return receive_frame(peer, *frame, event.received_ns);
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-    if (!describe(peer, *description)) put_back(peer, event);
+    if (!handle_description(peer, *description)) put_back(peer, event);
     return false;
   }
   if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
@@ -174,7 +174,7 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
     return stream != stream_of_peer_.end() && poses_.apply(stream->second.id, *edit);
   }
   if (const auto* request = std::get_if<wire::ImageRequest>(&*decoded)) {
-    ask_for_image(peer, *request);
+    route_image_request(peer, *request);
     return false;
   }
   if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
@@ -187,9 +187,9 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
   }
   if (const auto* pong = std::get_if<wire::Pong>(&*decoded)) {
     const auto stream = stream_of_peer_.find(peer);
-    const bool asked = stream != stream_of_peer_.end() && pong->id != 0 && pong->id <= stream->second.pings;
+    const bool work = stream != stream_of_peer_.end() && pong->id != 0 && pong->id <= stream->second.pings;
     const int64_t came_ns = event.received_ns != 0 ? event.received_ns : now_ns_;
-    if (asked && pong->ping_sender_time_ns <= static_cast<uint64_t>(came_ns))
+    if (work && pong->ping_sender_time_ns <= static_cast<uint64_t>(came_ns))
       stream->second.clock.on_pong(static_cast<int64_t>(pong->ping_sender_time_ns), pong->answer_time_ns,
                                    came_ns);
     return false;
@@ -199,7 +199,7 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
   return false;
 }
 
-bool StreamReceiver::take(Peer peer, const wire::PoseFrameView& frame, int64_t received_ns) {
+bool StreamReceiver::receive_frame(Peer peer, const wire::PoseFrameView& frame, int64_t received_ns) {
   const auto stream = stream_of_peer_.find(peer);
   if (stream == stream_of_peer_.end()) {
     reject(peer, Refusal::before_description, "pose frame before a description");
@@ -231,12 +231,12 @@ void StreamReceiver::reply(Peer peer, const wire::Bytes& message) {
 void StreamReceiver::reject(Peer peer, Refusal refusal, const std::string& reason) {
   ++refusals_[static_cast<size_t>(refusal)];
   if (peers_[peer].rejected++ == 0) {
-    note("dropped a message from " + listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
-         ": " + reason);
+    log("dropped a message from " + listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
+        ": " + reason);
   }
 }
 
-bool StreamReceiver::Allowance::take(int64_t now_ns, uint32_t per_second) {
+bool StreamReceiver::RateLimit::take(int64_t now_ns, uint32_t per_second) {
   if (used == 0 || now_ns - since_ns >= kSecondNs) {
     since_ns = now_ns;
     used = 0;
@@ -248,16 +248,17 @@ bool StreamReceiver::Allowance::take(int64_t now_ns, uint32_t per_second) {
 
 // Rate limit of notes: a peer that reconnects a thousand times a second must neither flood the terminal nor
 // suppress the notes of others.
-void StreamReceiver::note(std::string text) {
+void StreamReceiver::log(std::string text) {
   const auto peer = handled_peer_ ? peers_.find(*handled_peer_) : peers_.end();
-  if ((peer != peers_.end() && !peer->second.notes.take(now_ns_, kNotesPerSecond)) ||
-      !all_notes_.take(now_ns_, kAllNotesPerSecond)) {
-    ++notes_left_out_;
+  if ((peer != peers_.end() && !peer->second.log_limit.take(now_ns_, kLogsPerSecond)) ||
+      !total_log_limit_.take(now_ns_, kTotalLogsPerSecond)) {
+    ++suppressed_logs_;
     return;
   }
-  if (all_notes_.used == 1 && notes_left_out_ != 0)
-    notes_.push_back("and " + std::to_string(std::exchange(notes_left_out_, 0)) + " more such events");
-  notes_.push_back(std::move(text));
+  if (total_log_limit_.used == 1 && suppressed_logs_ != 0)
+    log_messages_.push_back("and " + std::to_string(std::exchange(suppressed_logs_, 0)) +
+                            " more such events");
+  log_messages_.push_back(std::move(text));
 }
 
 uint64_t StreamReceiver::rejected_messages() const {
@@ -289,7 +290,7 @@ std::optional<int64_t> StreamReceiver::published_ns(uint64_t epoch, uint64_t pub
 }
 
 std::vector<std::string> StreamReceiver::take_notes() {
-  return std::exchange(notes_, {});
+  return std::exchange(log_messages_, {});
 }
 
 }  // namespace fire3dv::app

@@ -11,10 +11,10 @@
 namespace fire3dv::app {
 namespace {
 
-constexpr size_t kNamesInNote = 5;
+constexpr size_t kNamesInLog = 5;
 constexpr size_t kMaxNameBytes = 1024 + 8;  // per name, including list overhead
 // Per list of a Welcome or Status: a reply must fit every link's back channel.
-constexpr size_t kNameBytesInAnswer = 16 << 10;
+constexpr size_t kNameBytesInReply = 16 << 10;
 // Grace time of the slot of a stream that lost its link or sent a new description.
 constexpr int64_t kGraceNs = 5'000'000'000;
 // A connection gives way to another one of its stream after this silence, if it does not answer a ping.
@@ -22,8 +22,8 @@ constexpr int64_t kSilentNs = 2'000'000'000, kAnswerNs = 500'000'000, kRefusedNs
 constexpr uint32_t kReportsPerSecond = 20;  // of changed bindings, per stream
 
 std::string list_names(const state::PoseState& poses, state::StreamId id, const state::IndexSet& indices) {
-  const std::vector<std::string> names = poses.names_at(id, indices, kNamesInNote * kMaxNameBytes);
-  const size_t shown = std::min(names.size(), kNamesInNote);
+  const std::vector<std::string> names = poses.names_at(id, indices, kNamesInLog * kMaxNameBytes);
+  const size_t shown = std::min(names.size(), kNamesInLog);
   std::string text;
   for (size_t i = 0; i < shown; ++i) text += (i ? ", \"" : "\"") + names[i] + "\"";
   if (indices.size() > shown) text += " and " + std::to_string(indices.size() - shown) + " more";
@@ -59,7 +59,7 @@ const std::string& boot_id() {
 
 }  // namespace
 
-bool StreamReceiver::describe(Peer peer, const wire::StreamDescription& description) {
+bool StreamReceiver::handle_description(Peer peer, const wire::StreamDescription& description) {
   if (description.protocol_major != wire::kProtocolMajor) {
     refuse_version(peer, description);
     return true;
@@ -78,7 +78,7 @@ bool StreamReceiver::describe(Peer peer, const wire::StreamDescription& descript
   });
   if (older == stream_of_peer_.end()) {
     if (known != stream_of_peer_.end())
-      accept(peer, description, suspend_stream(peer, "it began anew", false));
+      accept_stream(peer, description, suspend_stream(peer, "it began anew", false));
     else
       begin_stream(peer, description);
     return true;
@@ -99,7 +99,7 @@ void StreamReceiver::refuse_version(Peer peer, const wire::StreamDescription& de
                              std::to_string(wire::kProtocolMinor) + ", the adapter " +
                              std::to_string(description.protocol_major) + "." +
                              std::to_string(description.protocol_minor) + "; update the older one";
-  note(name_of(description) + " was refused: " + reason);
+  log(name_of(description) + " was refused: " + reason);
   end_stream(peer, "it goes on in another version of the protocol");
   refuse_description(peer, description.epoch, wire::WelcomeStatus::version_mismatch, reason);
 }
@@ -114,7 +114,8 @@ void StreamReceiver::refuse_description(Peer peer, uint64_t epoch, wire::Welcome
   reply(peer, wire::encode(welcome));
 }
 
-void StreamReceiver::accept(Peer peer, const wire::StreamDescription& description, uint64_t place) {
+void StreamReceiver::accept_stream(Peer peer, const wire::StreamDescription& description,
+                                   uint64_t reservation) {
   const std::string name = name_of(description);
   const std::shared_ptr<PeerBudget> budget = budget_of(peer);
   budget->set_name(name);
@@ -124,12 +125,14 @@ void StreamReceiver::accept(Peer peer, const wire::StreamDescription& descriptio
       bytes ? BudgetCharge::take(budget, Resource::names, description.node_names.size())
             : Result<BudgetCharge>(bytes.error());
   if (!names) {
-    note("stream \"" + name + "\" was refused: " + names.error().message);
+    log("stream \"" + name + "\" was refused: " + names.error().message);
     return refuse_description(peer, description.epoch, wire::WelcomeStatus::bad_description,
                               names.error().message);
   }
-  std::erase_if(left_, [place](const Left& left) { return left.place == place && left.borrower_epoch == 0; });
-  const state::StreamId id = poses_.add_stream(description, budget, place);
+  std::erase_if(suspended_, [reservation](const SuspendedStream& suspended) {
+    return suspended.reservation == reservation && suspended.successor_epoch == 0;
+  });
+  const state::StreamId id = poses_.add_stream(description, budget, reservation);
   listeners_[peer.first]->accept(peer.second);
   PeerStream& stream = stream_of_peer_[peer] = {};
   stream.id = id;
@@ -137,8 +140,8 @@ void StreamReceiver::accept(Peer peer, const wire::StreamDescription& descriptio
   stream.name = name;
   stream.description_bytes = std::move(*bytes);
   stream.names = std::move(*names);
-  stream.asker = ++last_asker_;
-  peer_of_asker_.emplace(stream.asker, peer);
+  stream.requester = ++last_requester_;
+  peer_of_requester_.emplace(stream.requester, peer);
   const std::string& their_boot = description.clock.boot_id;
   if (their_boot == boot_id()) stream.clock.same_clock();
   stream.interpolated =
@@ -156,7 +159,7 @@ void StreamReceiver::accept(Peer peer, const wire::StreamDescription& descriptio
     accepted += "; no scene node is called " + list_names(poses_, id, bound.unmatched_names);
   if (!bound.conflicting_names.empty())
     accepted += "; another stream drives " + list_names(poses_, id, bound.conflicting_names);
-  note(std::move(accepted));
+  log(std::move(accepted));
   welcome(peer, stream);
 }
 
@@ -167,19 +170,19 @@ void StreamReceiver::welcome(Peer peer, PeerStream& stream) {
   answer.epoch = stream.epoch;
   answer.renderer_name = renderer_name();
   answer.message = "accepted";
-  answer.unmatched_names = poses_.names_at(stream.id, bound.unmatched_names, kNameBytesInAnswer);
-  answer.conflicting_names = poses_.names_at(stream.id, bound.conflicting_names, kNameBytesInAnswer);
-  stream.conflicts_told = bound.conflicting_names.revision();
-  stream.unmatched_told = bound.unmatched_names.revision();
+  answer.unmatched_names = poses_.names_at(stream.id, bound.unmatched_names, kNameBytesInReply);
+  answer.conflicting_names = poses_.names_at(stream.id, bound.conflicting_names, kNameBytesInReply);
+  stream.reported_conflicting = bound.conflicting_names.revision();
+  stream.reported_unmatched = bound.unmatched_names.revision();
   reply(peer, wire::encode(answer));
 }
 
 void StreamReceiver::send_status(Peer peer, PeerStream& stream, const std::string& message) {
   const state::IndexSet& contested = poses_.streams()[stream.id].contested_names;
-  stream.contests_told = contested.revision();
+  stream.reported_contested = contested.revision();
   wire::Status status;
   status.epoch = stream.epoch;
-  status.contested_names = poses_.names_at(stream.id, contested, kNameBytesInAnswer);
+  status.contested_names = poses_.names_at(stream.id, contested, kNameBytesInReply);
   status.message = message;
   reply(peer, wire::encode(status));
 }
@@ -194,18 +197,18 @@ void StreamReceiver::notify_bindings() {
 void StreamReceiver::report_bindings(bool scene_is_new) {
   for (auto& [peer, stream] : stream_of_peer_) {
     const state::Stream& bound = poses_.streams()[stream.id];
-    const bool rebound = bound.unmatched_names.revision() != stream.unmatched_told ||
-                         bound.conflicting_names.revision() != stream.conflicts_told;
-    const bool contested = bound.contested_names.revision() != stream.contests_told;
+    const bool rebound = bound.unmatched_names.revision() != stream.reported_unmatched ||
+                         bound.conflicting_names.revision() != stream.reported_conflicting;
+    const bool contested = bound.contested_names.revision() != stream.reported_contested;
     if ((!rebound && !contested) || !stream.reports.take(now_ns_, kReportsPerSecond)) continue;
     handled_peer_ = peer;
     if (rebound) {
-      note("stream \"" + stream.name + "\"" +
-           (scene_is_new ? " drives " +
-                               std::to_string(bound.scene_node_of_pose.size() - bound.unmatched_names.size() -
-                                              bound.conflicting_names.size()) +
-                               " nodes of the scene as it is now"
-                         : " now drives nodes that another stream has given back"));
+      log("stream \"" + stream.name + "\"" +
+          (scene_is_new ? " drives " +
+                              std::to_string(bound.scene_node_of_pose.size() - bound.unmatched_names.size() -
+                                             bound.conflicting_names.size()) +
+                              " nodes of the scene as it is now"
+                        : " now drives nodes that another stream has given back"));
       welcome(peer, stream);
     }
     if (contested)
@@ -222,20 +225,20 @@ void StreamReceiver::report_refusals() {
     const auto stream = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(),
                                      [&](const auto& entry) { return entry.second.id == refusal.stream; });
     if (stream == stream_of_peer_.end()) continue;
-    uint32_t& told = peers_[stream->first].refusals_told;
+    uint32_t& reported = peers_[stream->first].reported_refusals;
     const uint32_t bit = 1u << static_cast<uint32_t>(refusal.resource);
-    if ((std::exchange(told, told | bit) & bit) != 0) continue;
+    if ((std::exchange(reported, reported | bit) & bit) != 0) continue;
     handled_peer_ = stream->first;
-    note("stream \"" + stream->second.name + "\" is refused a part of what it sends: " + refusal.message);
+    log("stream \"" + stream->second.name + "\" is refused a part of what it sends: " + refusal.message);
   }
   handled_peer_.reset();
 }
 
 void StreamReceiver::drop_stream(Peer peer, const std::string& reason) {
   const auto ended = stream_of_peer_.find(peer);
-  note("stream \"" + ended->second.name + "\" ended: " + reason);
-  if (images_) images_->forget(ended->second.asker);
-  peer_of_asker_.erase(ended->second.asker);
+  log("stream \"" + ended->second.name + "\" ended: " + reason);
+  if (image_handler_) image_handler_->on_requester_ended(ended->second.requester);
+  peer_of_requester_.erase(ended->second.requester);
   stream_of_peer_.erase(ended);
 }
 
@@ -246,74 +249,82 @@ void StreamReceiver::end_stream(Peer peer, const std::string& reason) {
   drop_stream(peer, reason);
 }
 
-uint64_t StreamReceiver::suspend_stream(Peer peer, const std::string& reason, bool lends) {
+uint64_t StreamReceiver::suspend_stream(Peer peer, const std::string& reason, bool passes_nodes) {
   const auto ended = stream_of_peer_.find(peer);
   if (ended == stream_of_peer_.end()) return 0;
   const int64_t until_ns = now_ns_ + kGraceNs;
-  const uint64_t place = poses_.suspend_stream(ended->second.id, until_ns);
-  std::erase_if(left_, [this](const Left& left) { return left.until_ns <= now_ns_; });
-  left_.push_back({peer.first, ended->second.epoch, ended->second.name, place, until_ns});
-  if (left_.size() > state::PoseState::kMaxPlaces)
-    left_.erase(std::max_element(left_.begin(), left_.end(),
-                                 [](const Left& a, const Left& b) { return a.place < b.place; }));
+  const uint64_t reservation = poses_.suspend_stream(ended->second.id, until_ns);
+  std::erase_if(suspended_,
+                [this](const SuspendedStream& suspended) { return suspended.until_ns <= now_ns_; });
+  suspended_.push_back({peer.first, ended->second.epoch, ended->second.name, reservation, until_ns});
+  if (suspended_.size() > state::PoseState::kMaxReservations)
+    suspended_.erase(std::max_element(
+        suspended_.begin(), suspended_.end(),
+        [](const SuspendedStream& a, const SuspendedStream& b) { return a.reservation < b.reservation; }));
   drop_stream(peer, reason);
-  if (lends && !left_.empty() && left_.back().place == place) lend_nodes(left_.back());
-  return place;
+  if (passes_nodes && !suspended_.empty() && suspended_.back().reservation == reservation)
+    pass_nodes_to_successor(suspended_.back());
+  return reservation;
 }
 
 // Reconnection: the epoch identifies the same run; for shared memory the segment does, which belongs to one
-// user and one publisher. A restarted publisher matches by name only: it borrows the slot, and returns it if
-// the earlier run reconnects in time.
+// user and one publisher. A restarted publisher matches by name only: it is the successor until the
+// earlier run reconnects in time.
 void StreamReceiver::begin_stream(Peer peer, const wire::StreamDescription& description) {
-  const auto same = std::find_if(left_.begin(), left_.end(), [&](const Left& each) {
+  const auto same = std::find_if(suspended_.begin(), suspended_.end(), [&](const SuspendedStream& each) {
     return each.listener == peer.first && each.until_ns > now_ns_ && each.epoch == description.epoch &&
            each.name == name_of(description);
   });
-  if (same == left_.end()) return accept(peer, description, borrow_place(peer, description));
-  const Left left = *same;
-  left_.erase(same);
-  if (left.borrower_epoch == 0) return accept(peer, description, left.place);
-  const auto borrower = stream_of_peer_.find(left.borrower);
-  const bool has_it = borrower != stream_of_peer_.end() && borrower->second.epoch == left.borrower_epoch;
+  if (same == suspended_.end())
+    return accept_stream(peer, description, claim_slot_of_suspended(peer, description));
+  const SuspendedStream suspended = *same;
+  suspended_.erase(same);
+  if (suspended.successor_epoch == 0) return accept_stream(peer, description, suspended.reservation);
+  const auto successor = stream_of_peer_.find(suspended.successor);
+  const bool has_it =
+      successor != stream_of_peer_.end() && successor->second.epoch == suspended.successor_epoch;
   if (!has_it)
-    return accept(peer, description, left.lent_nodes ? left.place : borrow_place(peer, description));
+    return accept_stream(
+        peer, description,
+        suspended.has_nodes_only ? suspended.reservation : claim_slot_of_suspended(peer, description));
   const std::string reason = "the stream whose place it had has returned";
-  refuse_description(left.borrower, left.borrower_epoch, wire::WelcomeStatus::refused, reason);
-  if (!left.lent_nodes) return accept(peer, description, suspend_stream(left.borrower, reason, false));
-  accept(peer, description, left.place);
-  end_stream(left.borrower, reason);  // its nodes go to the oldest stream that waits for them
+  refuse_description(suspended.successor, suspended.successor_epoch, wire::WelcomeStatus::refused, reason);
+  if (!suspended.has_nodes_only)
+    return accept_stream(peer, description, suspend_stream(suspended.successor, reason, false));
+  accept_stream(peer, description, suspended.reservation);
+  end_stream(suspended.successor, reason);  // its nodes go to the oldest stream that waits for them
 }
 
-uint64_t StreamReceiver::borrow_place(Peer peer, const wire::StreamDescription& description) {
+uint64_t StreamReceiver::claim_slot_of_suspended(Peer peer, const wire::StreamDescription& description) {
   const bool has_one_publisher = listeners_[peer.first]->uri().starts_with("shm://");
-  const auto left = std::find_if(left_.begin(), left_.end(), [&](const Left& each) {
-    return each.listener == peer.first && each.until_ns > now_ns_ && each.borrower_epoch == 0 &&
+  const auto suspended = std::find_if(suspended_.begin(), suspended_.end(), [&](const SuspendedStream& each) {
+    return each.listener == peer.first && each.until_ns > now_ns_ && each.successor_epoch == 0 &&
            (has_one_publisher || each.name == name_of(description));
   });
-  if (left == left_.end()) return 0;
-  left->borrower = peer;
-  left->borrower_epoch = description.epoch;
-  return left->place;
+  if (suspended == suspended_.end()) return 0;
+  suspended->successor = peer;
+  suspended->successor_epoch = description.epoch;
+  return suspended->reservation;
 }
 
-// Same as borrow_place(), for a stream that connected before the loss was detected.
-void StreamReceiver::lend_nodes(Left& left) {
+// Same as claim_slot_of_suspended(), for a stream that connected before the loss was detected.
+void StreamReceiver::pass_nodes_to_successor(SuspendedStream& suspended) {
   const auto next = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(), [&](const auto& entry) {
-    return entry.first.first == left.listener && entry.second.name == left.name;
+    return entry.first.first == suspended.listener && entry.second.name == suspended.name;
   });
   if (next == stream_of_peer_.end()) return;
-  left.borrower = next->first;
-  left.borrower_epoch = next->second.epoch;
-  left.lent_nodes = true;
-  poses_.lend_place(left.place, next->second.id);
+  suspended.successor = next->first;
+  suspended.successor_epoch = next->second.epoch;
+  suspended.has_nodes_only = true;
+  poses_.pass_reserved_nodes(suspended.reservation, next->second.id);
 }
 
 // The older connection may be dead without notice: pings it, and takes its stream if it stays silent.
 void StreamReceiver::begin_conflict(Peer peer, const wire::StreamDescription& description, Peer older) {
   PeerStream& stream = stream_of_peer_.at(older);
   const bool may_be_same = older.first == peer.first && stream.name == name_of(description);
-  const int64_t decide_ns = std::max(peers_[older].heard_ns + kSilentNs, now_ns_ + kAnswerNs);
-  peers_.at(peer).contest = EpochConflict{older, description.epoch, may_be_same, now_ns_, decide_ns};
+  const int64_t decide_ns = std::max(peers_[older].last_message_ns + kSilentNs, now_ns_ + kAnswerNs);
+  peers_.at(peer).conflict = EpochConflict{older, description.epoch, may_be_same, now_ns_, decide_ns};
   send_status(older, stream,
               "another connection publishes this run of the stream; this one keeps it while it lives");
   reply(older, wire::encode(wire::Ping{UINT64_MAX, static_cast<uint64_t>(now_ns_)}));
@@ -321,22 +332,22 @@ void StreamReceiver::begin_conflict(Peer peer, const wire::StreamDescription& de
 
 void StreamReceiver::resolve_conflicts() {
   for (auto& [peer, state] : peers_) {
-    if (!state.contest) continue;
-    const EpochConflict contest = *state.contest;
-    const auto older = stream_of_peer_.find(contest.older);
-    const bool ended = older == stream_of_peer_.end() || older->second.epoch != contest.epoch;
-    const int64_t heard_ns = ended ? 0 : peers_[contest.older].heard_ns;
-    if (!ended && heard_ns <= contest.asked_ns && now_ns_ < contest.decide_ns) continue;
-    state.contest.reset();
+    if (!state.conflict) continue;
+    const EpochConflict conflict = *state.conflict;
+    const auto older = stream_of_peer_.find(conflict.older);
+    const bool ended = older == stream_of_peer_.end() || older->second.epoch != conflict.epoch;
+    const int64_t last_message_ns = ended ? 0 : peers_[conflict.older].last_message_ns;
+    if (!ended && last_message_ns <= conflict.pinged_ns && now_ns_ < conflict.decide_ns) continue;
+    state.conflict.reset();
     if (ended) continue;
-    if (heard_ns > contest.asked_ns || !contest.may_be_same) {
-      state.refused_epoch = contest.epoch;
+    if (last_message_ns > conflict.pinged_ns || !conflict.may_be_same) {
+      state.refused_epoch = conflict.epoch;
       state.refused_ns = now_ns_;
       handled_peer_ = peer;
-      note("stream \"" + older->second.name + "\": another connection (" + listeners_[peer.first]->uri() +
-           " peer " + std::to_string(peer.second) + ") that publishes the same run was refused");
+      log("stream \"" + older->second.name + "\": another connection (" + listeners_[peer.first]->uri() +
+          " peer " + std::to_string(peer.second) + ") that publishes the same run was refused");
     } else {
-      suspend_stream(contest.older, "it came back over another connection", false);
+      suspend_stream(conflict.older, "it came back over another connection", false);
     }
   }
   handled_peer_.reset();

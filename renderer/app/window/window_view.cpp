@@ -90,7 +90,7 @@ void WindowView::apply_draw_settings() {
   passes::DrawSettings& wished = borrowed_.viewer.draw;
   wished.most_textures = renderer().most_textures();
   if (renderer().needs_new_renderer(wished)) {
-    if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.intake.open_image_requests() != 0) {
+    if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.requests.count() != 0) {
       notes_.push_back(
           "samples, raster path and shadows stay while --outputs or a simulator wants images of one kind");
       wished = drawn_;
@@ -99,7 +99,7 @@ void WindowView::apply_draw_settings() {
     borrowed_.device.wait(borrowed_.device.last_submitted());
     borrowed_.renderer.emplace(borrowed_.device, wished);
     borrowed_.scene.renderer_is_new();
-    borrowed_.intake.offer_images(image_abilities(renderer()));
+    borrowed_.requests.set_abilities(image_abilities(renderer()));
     renderer().set_size(image_extent_);
   }
   renderer().apply(wished);

@@ -12,6 +12,7 @@
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/screenshots/screenshot_recorder.h"
+#include "renderer/app/streams/image_request_queue.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/app/window/camera_window.h"
@@ -38,6 +39,7 @@ class WindowView {
     std::optional<passes::SceneRenderer>& renderer;  // never empty
     state::PoseState& poses;
     StreamReceiver& intake;
+    ImageRequestQueue& requests;
     LiveScene& scene;
     CameraRig& camera;
     Windows& windows;

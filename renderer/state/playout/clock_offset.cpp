@@ -7,7 +7,7 @@ namespace {
 
 constexpr int64_t kPeriodNs = 1'000'000'000;
 constexpr int64_t kFollowFraction = 500;  // slew rate 1/500 of the elapsed time; real clocks drift by less
-constexpr int64_t kMostFollowedNs = 1'000'000'000;  // larger steps are no drift: the estimate jumps
+constexpr int64_t kMaxFollowedNs = 1'000'000'000;  // larger steps are no drift: the estimate jumps
 
 // A peer's clock values are untrusted: the subtraction wraps instead of overflowing.
 int64_t difference(int64_t a, uint64_t b) {
@@ -47,7 +47,7 @@ void ClockOffset::on_frame(uint64_t publish_ns, int64_t received_ns) {
 void ClockOffset::follow_shortest_way(int64_t received_ns) {
   const int64_t passed_ns = std::clamp<int64_t>(received_ns - followed_ns_, 0, kPeriodNs);
   const int64_t longer_ns = difference(shortest_way_ns(), static_cast<uint64_t>(soonest_offset_ns_));
-  const bool follows = followed_ns_ != 0 && longer_ns > 0 && longer_ns < kMostFollowedNs;
+  const bool follows = followed_ns_ != 0 && longer_ns > 0 && longer_ns < kMaxFollowedNs;
   soonest_offset_ns_ =
       follows ? soonest_offset_ns_ + std::min(longer_ns, passed_ns / kFollowFraction) : shortest_way_ns();
   followed_ns_ = received_ns;

@@ -9,14 +9,14 @@
 namespace fire3dv::state {
 namespace {
 
-constexpr size_t kMostFrames = 256;
-constexpr size_t kMostPoses = size_t{4} << 20;  // 192 MiB per stream
+constexpr size_t kMaxFrames = 256;
+constexpr size_t kMaxPoses = size_t{4} << 20;  // 192 MiB per stream
 constexpr size_t kLatenessWindow = 256;
 constexpr int64_t kMillisecondNs = 1'000'000;
-constexpr int64_t kMostDelayNs = 1000 * kMillisecondNs;
-constexpr int64_t kMostClockErrorNs = 60'000 * kMillisecondNs;
+constexpr int64_t kMaxDelayNs = 1000 * kMillisecondNs;
+constexpr int64_t kMaxClockErrorNs = 60'000 * kMillisecondNs;
 constexpr int64_t kMarginNs = 2 * kMillisecondNs;
-constexpr int64_t kMostExtrapolationNs = 100 * kMillisecondNs;
+constexpr int64_t kMaxExtrapolationNs = 100 * kMillisecondNs;
 
 // Frame times are untrusted: the subtraction wraps instead of overflowing.
 double sim_step_ns(const wire::PoseFrameHeader& from, const wire::PoseFrameHeader& to) {
@@ -33,7 +33,7 @@ bool jumps(const wire::PoseFrameHeader& into) {
 bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Affine3x4> poses,
                   int64_t published_ns, int64_t received_ns) {
   // A peer's clock is untrusted. Only order and distance of frames matter, so the offset may be clamped.
-  published_ns = std::clamp(published_ns, received_ns - kMostClockErrorNs, received_ns + kMostClockErrorNs);
+  published_ns = std::clamp(published_ns, received_ns - kMaxClockErrorNs, received_ns + kMaxClockErrorNs);
   const auto later = std::find_if(frames_.begin(), frames_.end(), [&](const Frame& frame) {
     return frame.header.sequence >= header.sequence;
   });
@@ -61,7 +61,7 @@ bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Aff
   if (!queued) measure(frame.place.due_ns, received_ns);
   frame.poses.assign(poses.begin(), poses.end());
   frames_.insert(later, std::move(frame));
-  while (frames_.size() > kMostFrames || (frames_.size() > 2 && frames_.size() * poses.size() > kMostPoses)) {
+  while (frames_.size() > kMaxFrames || (frames_.size() > 2 && frames_.size() * poses.size() > kMaxPoses)) {
     drop_oldest();
   }
   return true;
@@ -112,13 +112,13 @@ void Playout::replace(uint64_t sequence, std::span<const wire::Affine3x4> poses)
 // there in time. The delay rises immediately, else motion would stop. It falls slowly, since each change is
 // visible as a change of speed.
 void Playout::measure(int64_t due_ns, int64_t received_ns) {
-  if (received_ns - due_ns > kMostDelayNs) return;  // left over from an outage; no delay would be enough
+  if (received_ns - due_ns > kMaxDelayNs) return;  // left over from an outage; no delay would be enough
   lateness_ns_.push_back(received_ns - due_ns);
   if (lateness_ns_.size() > kLatenessWindow) lateness_ns_.pop_front();
   std::vector<int64_t> sorted(lateness_ns_.begin(), lateness_ns_.end());
   const size_t at = std::min(sorted.size() - 1, sorted.size() * 98 / 100);
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(at), sorted.end());
-  const int64_t wanted = std::clamp<int64_t>(sorted[at] + interval_ns() + kMarginNs, 0, kMostDelayNs);
+  const int64_t wanted = std::clamp<int64_t>(sorted[at] + interval_ns() + kMarginNs, 0, kMaxDelayNs);
   delay_ns_ = wanted > delay_ns_ ? wanted : delay_ns_ - (delay_ns_ - wanted) / 32;
 }
 
@@ -146,12 +146,12 @@ std::optional<Playout::Shown> Playout::at(int64_t now_ns) {
 }
 
 // Interpolation factor between two frames; 1 is the later frame. If the next frame is late, motion is
-// extrapolated for at most kMostExtrapolationNs, then returns to the last frame. A simulator that pauses is
+// extrapolated for at most kMaxExtrapolationNs, then returns to the last frame. A simulator that pauses is
 // therefore shown where it stands.
 double Playout::way(int64_t into_ns, int64_t span_ns) {
   if (into_ns <= 0) return span_ns <= 0 && into_ns == 0 ? 1 : 0;
   if (span_ns <= 0) return 1;  // a jump is not interpolated: hold the earlier frame
-  const int64_t most = std::min(2 * span_ns, kMostExtrapolationNs);
+  const int64_t most = std::min(2 * span_ns, kMaxExtrapolationNs);
   const int64_t over = into_ns - span_ns;
   if (over > 2 * most) return 1;
   return static_cast<double>(over <= most ? into_ns : span_ns + 2 * most - over) /

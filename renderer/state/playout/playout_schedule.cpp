@@ -7,9 +7,9 @@ namespace fire3dv::state {
 namespace {
 
 constexpr double kFollowNs = 300e6;  // time constant of the filter
-constexpr double kMostOffNs = 50e6;  // maximum distance of due time and publish time
+constexpr double kMaxOffNs = 50e6;  // maximum distance of due time and publish time
 constexpr double kStandstillNs = 250e6;
-constexpr uint32_t kMostMeasured = 1000;  // then the filter is in steady state
+constexpr uint32_t kMaxMeasured = 1000;  // then the filter is in steady state
 
 // Simulator times are untrusted: the subtraction wraps instead of overflowing.
 int64_t difference(int64_t a, int64_t b) {
@@ -46,12 +46,12 @@ PlayoutSchedule::Place PlayoutSchedule::next(int64_t sim_ns, int64_t published_n
   stood_still_ = false;
   const double place_gain = measure(step_ns, expected_ns, error_ns);
   const double off_ns = (place_gain - 1) * error_ns;  // due time minus publish time
-  if (std::abs(off_ns) > kMostOffNs) {                // new rate: restart the line
+  if (std::abs(off_ns) > kMaxOffNs) {                // new rate: restart the line
     measured_ = 1;
     ns_per_sim_ns_ = gap_ns / step_ns;
   }
   due_ns_ =
-      std::max(from_ns, published_ns + static_cast<int64_t>(std::clamp(off_ns, -kMostOffNs, kMostOffNs)));
+      std::max(from_ns, published_ns + static_cast<int64_t>(std::clamp(off_ns, -kMaxOffNs, kMaxOffNs)));
   return {from_ns, due_ns_};
 }
 
@@ -65,7 +65,7 @@ PlayoutSchedule::Place PlayoutSchedule::begin_at(int64_t due_ns) {
 // least-squares fit first, then of a critically damped filter. They depend on the expected interval, so that
 // frames of a burst have their usual weight. Returns the position gain.
 double PlayoutSchedule::measure(double step_ns, double expected_ns, double error_ns) {
-  measured_ = std::min(measured_ + 1, kMostMeasured);
+  measured_ = std::min(measured_ + 1, kMaxMeasured);
   const double k = measured_;
   const double steady = 1 - std::exp(-expected_ns / kFollowNs);
   const double pace_gain = std::max(steady * steady / (2 - steady), 6 / ((k + 1) * (k + 2)));

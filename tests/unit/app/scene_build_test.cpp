@@ -25,10 +25,10 @@ class SceneBuildTest : public testing::Test {
     std::filesystem::create_symlink(outside_.path() / "outside.glb", folder_ / "link.glb");
   }
 
-  state::WantedNode wanted(const std::string& name, wire::NodeAdded what) {
+  state::RequestedNode wanted(const std::string& name, wire::NodeAdded what) {
     return {1, ++version_, name, std::make_shared<const wire::NodeAdded>(std::move(what))};
   }
-  state::WantedNode from_uri(const std::string& name, const std::string& uri) {
+  state::RequestedNode from_uri(const std::string& name, const std::string& uri) {
     wire::NodeAdded what;
     what.asset_uri = uri;
     return wanted(name, what);
@@ -41,7 +41,7 @@ class SceneBuildTest : public testing::Test {
     return std::move(*built);
   }
   // Returns the refusal of a request's only node; empty if it is accepted.
-  std::string refusal_of(AssetSettings settings, state::WantedNode node) {
+  std::string refusal_of(AssetSettings settings, state::RequestedNode node) {
     SceneBuild build(base_, std::move(settings));
     const SceneBuild::Built built = finished(build, {{std::move(node)}, {}});
     EXPECT_EQ(built.refused.size() + built.added.size(), 1u);
@@ -145,7 +145,7 @@ TEST_F(SceneBuildTest, LimitsAndVertices) {
 // A chain of nodes in reverse order: one lookup each, and one more after the parent's arrival.
 TEST_F(SceneBuildTest, ParentsAreFoundInOnePass) {
   const auto lookups = [&](int length) {
-    std::vector<state::WantedNode> nodes;
+    std::vector<state::RequestedNode> nodes;
     for (int i = length; i-- > 0;) {
       wire::NodeAdded what;
       if (i > 0) what.parent = "n" + std::to_string(i - 1);
@@ -181,7 +181,7 @@ class SceneBuildBudget : public SceneBuildTest {
     pools_.push_back(BudgetPool::create(all));
     return pools_.back()->add_peer("peer");
   }
-  static state::WantedNode of(state::WantedNode node, std::shared_ptr<PeerBudget> budget) {
+  static state::RequestedNode of(state::RequestedNode node, std::shared_ptr<PeerBudget> budget) {
     node.budget = std::move(budget);
     return node;
   }
@@ -191,7 +191,7 @@ class SceneBuildBudget : public SceneBuildTest {
 TEST_F(SceneBuildBudget, NodesArePaidForAndGivenBack) {
   const auto budget = peer({"nodes=5"});
   SceneBuild build(base_, {folder_});
-  std::vector<state::WantedNode> nodes;
+  std::vector<state::RequestedNode> nodes;
   for (const char* name : {"a", "b", "c", "d", "e", "f"}) nodes.push_back(of(wanted(name, {}), budget));
   SceneBuild::Built built = finished(build, {nodes, {}});
   EXPECT_EQ(built.added.size(), 5u);
@@ -248,7 +248,7 @@ TEST_F(SceneBuildBudget, PixelsArePaidForBeforeTheyAreDecoded) {
 
 TEST_F(SceneBuildBudget, PathsAreBytes) {
   const auto budget = peer({"asset-bytes=16MiB"});
-  std::vector<state::WantedNode> nodes;
+  std::vector<state::RequestedNode> nodes;
   const auto name_of = [](int level) { return std::string(1000, 'x') + std::to_string(level); };
   for (int level = 0; level < 100; ++level) {
     wire::NodeAdded what;
@@ -276,13 +276,13 @@ TEST_F(SceneBuildBudget, PeersTakeTurnsAtLoading) {
   int64_t now_ns = 0;
   AssetSettings settings;
   settings.now_ns = [&] { return now_ns; };
-  settings.load = [&](const state::WantedNode& node, const scene::LoadLimits&) -> Result<scene::Scene> {
+  settings.load = [&](const state::RequestedNode& node, const scene::LoadLimits&) -> Result<scene::Scene> {
     order += node.name + " ";
     now_ns += node.name[0] == 'g' ? 5'000'000'000 : 1'000'000;
     return scene::Scene(base_.scene);
   };
   SceneBuild build(base_, settings);
-  std::vector<state::WantedNode> nodes;
+  std::vector<state::RequestedNode> nodes;
   for (const char* name : {"g1", "g2", "g3", "g4"}) nodes.push_back(of(from_uri(name, name), greedy));
   SceneBuild::Built built = finished(build, {nodes, {}});
   EXPECT_EQ(order, "g1 ") << "one asset, since it took longer than a turn";
@@ -312,13 +312,13 @@ TEST_F(SceneBuildBudget, PeersThatWaitAtTheSameTimeAlternate) {
   int64_t now_ns = 0;
   AssetSettings settings;
   settings.now_ns = [&] { return now_ns; };
-  settings.load = [&](const state::WantedNode& node, const scene::LoadLimits&) -> Result<scene::Scene> {
+  settings.load = [&](const state::RequestedNode& node, const scene::LoadLimits&) -> Result<scene::Scene> {
     order += node.name + " ";
     now_ns += 1'000'000'000;
     return scene::Scene(base_.scene);
   };
   SceneBuild build(base_, settings);
-  std::vector<state::WantedNode> nodes;
+  std::vector<state::RequestedNode> nodes;
   for (const char* name : {"a1", "a2", "a3"}) nodes.push_back(of(from_uri(name, name), one));
   for (const char* name : {"b1", "b2", "b3"}) nodes.push_back(of(from_uri(name, name), other));
   for (int turn = 0; turn < 6; ++turn) (void)finished(build, {nodes, {}});

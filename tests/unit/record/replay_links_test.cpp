@@ -3,10 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <optional>
 #include <set>
 
 #include "protocol/replay/stream_player.h"
-#include "renderer/state/pose_state.h"
+#include "renderer/state/frame_receiver.h"
 #include "tests/unit/record/record_files.h"
 #include "tests/unit/transport/network_namespace.h"
 #include "tests/unit/transport/secure_fixture.h"
@@ -91,9 +92,7 @@ TEST_P(ReplayLinks, AFrameWithMissingPartsIsNeverShown) {
           std::string(GetParam()) == "group" ? ends.uri : listener.link->uri(), ends.publisher),
       false);
 
-  const scene::Scene scene;
-  state::PoseState state(scene);
-  std::optional<state::StreamId> id;
+  std::optional<state::FrameReceiver> receiver;
   wire::Decoder decoder;
   std::set<uint64_t> shown;
   size_t seen = 0;
@@ -104,21 +103,20 @@ TEST_P(ReplayLinks, AFrameWithMissingPartsIsNeverShown) {
       const auto decoded = decoder.decode(transport::test::bytes_of(event.text));
       if (!decoded) continue;
       if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-        if (!id) id = state.add_stream(*description);
+        if (!receiver) receiver.emplace(description->epoch, description->node_names.size());
       }
       const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
-      if (frame == nullptr || !id || !state.push(*id, *frame)) continue;
-      const state::Stream& stream = state.streams()[*id];
-      shown.insert(stream.header.sequence);
+      if (frame == nullptr || !receiver || !receiver->push(*frame)) continue;
+      shown.insert(receiver->header.sequence);
       for (uint32_t node = 0; node < kNodes; ++node)
-        EXPECT_EQ(stream.poses[node].m[3], static_cast<float>(stream.header.sequence)) << node;
+        EXPECT_EQ(receiver->poses[node].m[3], static_cast<float>(receiver->header.sequence)) << node;
     }
   };
 
   EXPECT_TRUE(player.play({Played::Kind::description, 0, 0, 0, description(kEpoch, "arm", kNodes)}).ok());
   ASSERT_TRUE(listener.poll_until([&] {
     show_events();
-    return id.has_value();
+    return receiver.has_value();
   }));
   for (const Bytes& message : damaged_frames()) {
     EXPECT_TRUE(player.play({Played::Kind::pose, 0, 0, 0, message}).ok());

@@ -1,5 +1,5 @@
-// Whatever a simulator edits, whoever joins or is lost meanwhile, and whatever a network drops: when all is
-// quiet a renderer's scene and poses are the simulator's.
+// Property test: with random edits, connections and packet loss, the renderer's scene and poses finally equal
+// those of the simulator.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

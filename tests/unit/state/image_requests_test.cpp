@@ -27,17 +27,17 @@ class ImageBookTest : public ::testing::Test {
   std::vector<uint64_t> due(uint64_t sequence, int64_t now_ns = 0) {
     refused_.clear();
     std::vector<uint64_t> ids;
-    const auto shown = [&](ImageRequestRegistry::Asker asker) -> std::optional<ImageRequestRegistry::Shown> {
-      if (asker != 1) return {};
+    const auto shown = [&](RequesterId requester) -> std::optional<ImageRequestRegistry::Shown> {
+      if (requester != 1) return {};
       return ImageRequestRegistry::Shown{kEpoch, sequence, static_cast<int64_t>(sequence) * 10};
     };
     last_.clear();
-    for (const ImageDemand& demand : book_.demands(shown, now_ns, refused_)) {
+    for (const ImageDemand& demand : requests_.demands(shown, now_ns, refused_)) {
       const std::vector<ImageRequestRegistry::Due> due =
-          book_.due(demand.asker, *shown(demand.asker), now_ns);
+          requests_.due(demand.requester, *shown(demand.requester), now_ns);
       last_.insert(last_.end(), due.begin(), due.end());
     }
-    for (const ImageRequestRegistry::Due& one : last_) book_.made(one);
+    for (const ImageRequestRegistry::Due& one : last_) requests_.mark_rendered(one);
     for (const ImageRequestRegistry::Due& one : last_) {
       ids.push_back(one.request.id);
       EXPECT_EQ(one.sequence, sequence);
@@ -47,29 +47,29 @@ class ImageBookTest : public ::testing::Test {
   }
 
   using Ids = std::vector<uint64_t>;
-  ImageRequestRegistry book_;
+  ImageRequestRegistry requests_;
   std::vector<ImageRequestRegistry::Refused> refused_;
   std::vector<ImageRequestRegistry::Due> last_;
 };
 
 TEST_F(ImageBookTest, OnceIsTheFirstFrameFromItsSequenceOn) {
-  ASSERT_FALSE(book_.ask(1, request(5, wire::ImageWhen::once, 3)));
+  ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once, 3)));
   EXPECT_EQ(due(2), Ids{});
   EXPECT_EQ(due(4), Ids{5});
   EXPECT_EQ(last_[0].number, 1u);
   EXPECT_EQ(due(5), Ids{});
-  EXPECT_EQ(book_.count(), 0u);
+  EXPECT_EQ(requests_.count(), 0u);
 }
 
 TEST_F(ImageBookTest, OnceWithoutASequenceNeedsNoFrame) {
-  ASSERT_FALSE(book_.ask(1, request(5, wire::ImageWhen::once)));
+  ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once)));
   EXPECT_EQ(due(0), Ids{5});
 }
 
 TEST_F(ImageBookTest, EveryNthGoesByWhatWasPublished) {
   wire::ImageRequest r = request(1, wire::ImageWhen::every_nth, 2);
   r.every = 3;
-  ASSERT_FALSE(book_.ask(1, r));
+  ASSERT_FALSE(requests_.add(1, r));
   std::vector<uint64_t> made;
   for (const uint64_t sequence : {0u, 1u, 2u, 2u, 3u, 4u, 5u, 9u, 10u, 12u})
     if (!due(sequence).empty()) made.push_back(sequence);
@@ -80,7 +80,7 @@ TEST_F(ImageBookTest, EveryNthGoesByWhatWasPublished) {
 TEST_F(ImageBookTest, ARateIsOfNewerFramesAndOfTheRenderersClock) {
   wire::ImageRequest r = request(1, wire::ImageWhen::rate);
   r.rate_hz = 100;
-  ASSERT_FALSE(book_.ask(1, r));
+  ASSERT_FALSE(requests_.add(1, r));
   EXPECT_EQ(due(1, 0), Ids{1});
   EXPECT_EQ(due(2, 9 * kMillisecondNs), Ids{});
   EXPECT_EQ(due(3, 10 * kMillisecondNs), Ids{1});
@@ -89,8 +89,8 @@ TEST_F(ImageBookTest, ARateIsOfNewerFramesAndOfTheRenderersClock) {
 }
 
 TEST_F(ImageBookTest, ExactlyIsThatFrameOrNone) {
-  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::exactly, 5)));
-  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::exactly, 7)));
+  ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::exactly, 5)));
+  ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::exactly, 7)));
   EXPECT_EQ(due(4), Ids{});
   EXPECT_EQ(due(5), Ids{1});
   EXPECT_TRUE(refused_.empty());
@@ -98,41 +98,41 @@ TEST_F(ImageBookTest, ExactlyIsThatFrameOrNone) {
   ASSERT_EQ(refused_.size(), 1u);
   EXPECT_EQ(refused_[0].answer.request, 2u);
   EXPECT_EQ(refused_[0].answer.reason, wire::ImageRefusal::overtaken);
-  EXPECT_EQ(book_.count(), 0u);
+  EXPECT_EQ(requests_.count(), 0u);
 }
 
 TEST_F(ImageBookTest, APlaceHasOneRequest) {
-  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
   wire::ImageRequest other = request(2, wire::ImageWhen::every_nth);
   other.place = 1;
-  ASSERT_FALSE(book_.ask(1, other));
+  ASSERT_FALSE(requests_.add(1, other));
   EXPECT_EQ(due(1), Ids{2});
-  ASSERT_FALSE(book_.ask(1, other)) << "a link may repeat it";
+  ASSERT_FALSE(requests_.add(1, other)) << "a link may repeat it";
   EXPECT_EQ(due(1), Ids{}) << "and that begins nothing anew";
   other.when = wire::ImageWhen::never;
-  ASSERT_FALSE(book_.ask(1, other));
-  EXPECT_EQ(book_.count(), 0u);
+  ASSERT_FALSE(requests_.add(1, other));
+  EXPECT_EQ(requests_.count(), 0u);
 }
 
 TEST_F(ImageBookTest, StreamsAreApart) {
-  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
-  ASSERT_FALSE(book_.ask(2, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(requests_.add(2, request(1, wire::ImageWhen::once)));
   EXPECT_EQ(due(1), Ids{1});
-  EXPECT_EQ(book_.count(), 1u) << "of the other stream nothing is shown";
-  book_.forget(2);
-  EXPECT_EQ(book_.count(), 0u);
+  EXPECT_EQ(requests_.count(), 1u) << "of the other stream nothing is shown";
+  requests_.remove_all(2);
+  EXPECT_EQ(requests_.count(), 0u);
 }
 
 TEST_F(ImageBookTest, ARequestOfAnEarlierEpochIsNeverDue) {
   wire::ImageRequest old = request(1, wire::ImageWhen::once);
   old.epoch = kEpoch - 1;
-  ASSERT_FALSE(book_.ask(1, old));
+  ASSERT_FALSE(requests_.add(1, old));
   EXPECT_EQ(due(1), Ids{});
 }
 
 TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
   const auto expect_refused = [&](const wire::ImageRequest& r, wire::ImageRefusal reason, const char* text) {
-    const auto refused = book_.ask(1, r);
+    const auto refused = requests_.add(1, r);
     ASSERT_TRUE(refused);
     EXPECT_EQ(refused->answer.request, r.id);
     EXPECT_EQ(refused->answer.epoch, kEpoch);
@@ -150,29 +150,29 @@ TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
   r = request(1, wire::ImageWhen::once);
   r.intrinsics.width = r.intrinsics.height = wire::kMostImageSide;
   expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
-  EXPECT_EQ(book_.count(), 0u);
-  EXPECT_EQ(book_.refused(), 4u);
-  book_ = ImageRequestRegistry({.outputs = wire::kBoxes2d});
+  EXPECT_EQ(requests_.count(), 0u);
+  EXPECT_EQ(requests_.refused(), 4u);
+  requests_ = ImageRequestRegistry({.outputs = wire::kBoxes2d});
   r.outputs = wire::kBoxes2d;  // boxes are computed from labels of the same size
   r.intrinsics.width = r.intrinsics.height = wire::kMostImageSide;
   expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
 }
 
 TEST_F(ImageBookTest, ARefusedRequestLeavesItsPlaceEmpty) {
-  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
+  ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
   wire::ImageRequest bad = request(2, wire::ImageWhen::once);
   bad.place = 1;
   bad.outputs = 1u << 31;
-  ASSERT_TRUE(book_.ask(1, bad));
+  ASSERT_TRUE(requests_.add(1, bad));
   EXPECT_EQ(due(1), Ids{});
 }
 
 TEST_F(ImageBookTest, AnIdIsUsedOnce) {
-  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth)));
-  EXPECT_FALSE(book_.ask(1, request(1, wire::ImageWhen::every_nth))) << "a link may say it twice";
+  ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
+  EXPECT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth))) << "a link may say it twice";
   wire::ImageRequest other = request(1, wire::ImageWhen::every_nth);
   other.intrinsics.width = wire::kMostImageSide;
-  const auto refused = book_.ask(1, other);
+  const auto refused = requests_.add(1, other);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->answer.reason, wire::ImageRefusal::bad_request);
   EXPECT_EQ(due(1), Ids{1});
@@ -185,34 +185,34 @@ TEST_F(ImageBookTest, AStreamsImagesAreBoundedTogetherAndOneSizeComesAfterTheOth
     r.intrinsics.width = r.intrinsics.height = side;
     return r;
   };
-  for (uint64_t id = 1; id <= 4; ++id) ASSERT_FALSE(book_.ask(1, sized(id, id % 2 == 0 ? 64 : 32)));
+  for (uint64_t id = 1; id <= 4; ++id) ASSERT_FALSE(requests_.add(1, sized(id, id % 2 == 0 ? 64 : 32)));
   EXPECT_EQ(due(1), (Ids{1, 3, 2, 4}));
   uint64_t id = 5;
-  while (id < 100 && !book_.ask(1, sized(id, 4096))) ++id;
+  while (id < 100 && !requests_.add(1, sized(id, 4096))) ++id;
   EXPECT_GT(id, 10u);
   EXPECT_LT(id, 100u);
-  EXPECT_FALSE(book_.ask(2, sized(1, 4096))) << "one stream does not take another's room";
-  EXPECT_FALSE(book_.ask(1, sized(id, 64))) << "small ones still fit";
+  EXPECT_FALSE(requests_.add(2, sized(1, 4096))) << "one stream does not take another's room";
+  EXPECT_FALSE(requests_.add(1, sized(id, 64))) << "small ones still fit";
 }
 
 TEST_F(ImageBookTest, ImagesStayDueUntilTheyAreMade) {
-  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
-  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::exactly, 5)));
-  ASSERT_FALSE(book_.ask(1, request(3, wire::ImageWhen::every_nth)));
+  ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::exactly, 5)));
+  ASSERT_FALSE(requests_.add(1, request(3, wire::ImageWhen::every_nth)));
   const auto due_of = [&](uint64_t sequence) {
     Ids ids;
-    for (const ImageRequestRegistry::Due& one : last_ = book_.due(1, {kEpoch, sequence, 0}, 0)) {
+    for (const ImageRequestRegistry::Due& one : last_ = requests_.due(1, {kEpoch, sequence, 0}, 0)) {
       ids.push_back(one.request.id);
       EXPECT_EQ(one.sequence, sequence) << "the tag names the frame that is shown now";
     }
     return ids;
   };
   EXPECT_EQ(due_of(5), (Ids{1, 2, 3}));
-  book_.made(last_[2]);
+  requests_.mark_rendered(last_[2]);
   EXPECT_EQ(due_of(5), (Ids{1, 2}));
   EXPECT_EQ(due_of(6), (Ids{1, 3})) << "frame 5 of request 2 is not shown any more";
   EXPECT_EQ(last_[1].number, 2u);
-  book_.made(last_[0]);
+  requests_.mark_rendered(last_[0]);
   EXPECT_EQ(due_of(6), Ids{3});
   EXPECT_EQ(due(6), Ids{3});
   ASSERT_EQ(refused_.size(), 1u) << "request 2 is overtaken";
@@ -220,11 +220,11 @@ TEST_F(ImageBookTest, ImagesStayDueUntilTheyAreMade) {
 }
 
 TEST_F(ImageBookTest, ADemandHasTheCostOfWhatIsDue) {
-  ASSERT_FALSE(book_.ask(1, request(1, wire::ImageWhen::once)));
-  ASSERT_FALSE(book_.ask(1, request(2, wire::ImageWhen::once)));
-  ASSERT_FALSE(book_.ask(1, request(3, wire::ImageWhen::once, 9)));
-  const auto shown = [](ImageRequestRegistry::Asker) { return ImageRequestRegistry::Shown{kEpoch, 1, 0}; };
-  const std::vector<ImageDemand> demands = book_.demands(shown, 0, refused_);
+  ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::once)));
+  ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::once)));
+  ASSERT_FALSE(requests_.add(1, request(3, wire::ImageWhen::once, 9)));
+  const auto shown = [](RequesterId) { return ImageRequestRegistry::Shown{kEpoch, 1, 0}; };
+  const std::vector<ImageDemand> demands = requests_.demands(shown, 0, refused_);
   ASSERT_EQ(demands.size(), 1u);
   EXPECT_EQ(demands[0].cost, 2 * image_cost(64, 48));
   EXPECT_EQ(demands[0].largest, image_cost(64, 48));
@@ -236,10 +236,10 @@ TEST_F(ImageBookTest, TheBudgetBoundsOpenRequests) {
   ASSERT_TRUE(set_limit("request-bytes=40KiB", limits).ok());
   const auto pool = BudgetPool::create(limits);
   const auto budget = pool->add_peer("greedy"), other = pool->add_peer("other");
-  const auto ask = [&](ImageRequestRegistry::Asker asker, uint64_t id, uint32_t side, const auto& charged) {
+  const auto ask = [&](RequesterId requester, uint64_t id, uint32_t side, const auto& charged) {
     wire::ImageRequest r = request(id, wire::ImageWhen::every_nth);
     r.intrinsics.width = r.intrinsics.height = side;
-    return book_.ask(asker, r, charged);
+    return requests_.add(requester, r, charged);
   };
   for (uint64_t id = 1; id <= 3; ++id) ASSERT_FALSE(ask(1, id, 32, budget));
   EXPECT_EQ(budget->used(Resource::requests), 3u);
@@ -251,7 +251,7 @@ TEST_F(ImageBookTest, TheBudgetBoundsOpenRequests) {
   EXPECT_NE(fourth->answer.message.find("--peer-limit requests="), std::string::npos)
       << fourth->answer.message;
   EXPECT_FALSE(ask(2, 1, 32, other)) << "another peer has a budget of its own";
-  book_.drop(1, 3);
+  requests_.remove(1, 3);
   const auto large = ask(1, 5, 128, budget);
   ASSERT_TRUE(large);
   EXPECT_EQ(large->over, Resource::request_bytes);
@@ -260,9 +260,9 @@ TEST_F(ImageBookTest, TheBudgetBoundsOpenRequests) {
   EXPECT_EQ(budget->used(Resource::requests), 2u) << "a refused request is not charged";
   EXPECT_EQ(budget->refused(Resource::requests), 1u);
   wire::ImageRequest back = request(2, wire::ImageWhen::never);
-  ASSERT_FALSE(book_.ask(1, back, budget));
+  ASSERT_FALSE(requests_.add(1, back, budget));
   EXPECT_EQ(budget->used(Resource::requests), 1u);
-  book_.forget(1);
+  requests_.remove_all(1);
   EXPECT_EQ(budget->used(Resource::requests), 0u);
   EXPECT_EQ(budget->used(Resource::request_bytes), 0u);
 }

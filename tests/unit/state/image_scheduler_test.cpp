@@ -35,36 +35,36 @@ class Device {
     while (now_ns_ < end_ns) {
       const std::vector<ImageDemand> demands = demands_now();
       turns_.note_demands(demands, now_ns_);
-      const auto asker = turns_.next(demands, now_ns_);
-      if (!asker) {
+      const auto requester = turns_.next(demands, now_ns_);
+      if (!requester) {
         now_ns_ += 100 * kUsNs;
         continue;
       }
-      Peer& peer = peers.at(*asker);
+      Peer& peer = peers.at(*requester);
       const int64_t slice_end_ns = now_ns_ + kSliceNs;
       do {
-        turns_.submitted(*asker, peer.image_cost, now_ns_);
+        turns_.submitted(*requester, peer.image_cost, now_ns_);
         turns_.finished(now_ns_, now_ns_ + peer.image_ns);
         now_ns_ += peer.image_ns;
-        order.push_back(*asker);
+        order.push_back(*requester);
         ++peer.made;
         --peer.due;
       } while (peer.due > 0 && now_ns_ < slice_end_ns);
       if (peer.due == 0) peer.next_ns = now_ns_ + peer.pause_ns;
     }
   }
-  uint64_t made_within(uint64_t asker, int64_t span_ns) {
-    const uint64_t before = peers.at(asker).made;
+  uint64_t made_within(uint64_t requester, int64_t span_ns) {
+    const uint64_t before = peers.at(requester).made;
     run(span_ns);
-    return peers.at(asker).made - before;
+    return peers.at(requester).made - before;
   }
 
  private:
   std::vector<ImageDemand> demands_now() {
     std::vector<ImageDemand> demands;
-    for (auto& [asker, peer] : peers) {
+    for (auto& [requester, peer] : peers) {
       if (peer.due == 0 && now_ns_ >= peer.next_ns) peer.due = peer.images;
-      if (peer.due > 0) demands.push_back({asker, peer.due * peer.image_cost, peer.image_cost});
+      if (peer.due > 0) demands.push_back({requester, peer.due * peer.image_cost, peer.image_cost});
     }
     return demands;
   }

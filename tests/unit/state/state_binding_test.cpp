@@ -270,7 +270,7 @@ TEST(PoseBinding, PlacesAreBoundedAndTheOldestKeepTheirs) {
   const uint64_t oldest = state.suspend_stream(state.add_stream(stream_of({"a"}, 1)), 5);
   for (uint64_t epoch = 2; epoch < 1000; ++epoch)
     state.suspend_stream(state.add_stream(stream_of({"a"}, epoch)), 5);
-  EXPECT_LE(state.streams().size(), PoseState::kMaxPlaces + 2);
+  EXPECT_LE(state.streams().size(), PoseState::kMaxReservations + 2);
   const StreamId back = state.add_stream(stream_of({"a"}, 1), nullptr, oldest);
   EXPECT_EQ(state.streams()[back].scene_node_of_pose, std::vector<uint32_t>{0});
 }

@@ -183,14 +183,14 @@ TEST_F(StateEdits, ALimitIsCountedAndStopsNoFrame) {
   limits.of(Resource::edits) = 2;
   limits.of(Resource::edit_bytes) = 4096;
   StreamEdits edits(BudgetPool::create(limits)->add_peer("peer"));
-  EXPECT_EQ(edits.add(visible(1, "a", false)), StreamEdits::Outcome::taken);
-  EXPECT_EQ(edits.add(visible(2, "b", false)), StreamEdits::Outcome::taken);
+  EXPECT_EQ(edits.add(visible(1, "a", false)), StreamEdits::Outcome::accepted);
+  EXPECT_EQ(edits.add(visible(2, "b", false)), StreamEdits::Outcome::accepted);
   EXPECT_EQ(edits.add(visible(3, "c", false)), StreamEdits::Outcome::refused);
   EXPECT_EQ(edits.applied(), 3u);
   wire::Vertices vertices;
   vertices.positions.resize(1000);
   EXPECT_EQ(edits.add({kEpoch, 4, "a", wire::Property::vertices, vertices}), StreamEdits::Outcome::refused);
-  EXPECT_EQ(edits.add(visible(5, "a", true)), StreamEdits::Outcome::taken);
+  EXPECT_EQ(edits.add(visible(5, "a", true)), StreamEdits::Outcome::accepted);
   EXPECT_EQ(edits.take().edits.size(), 2u);
 }
 

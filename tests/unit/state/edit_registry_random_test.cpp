@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "renderer/scene/edits/scene_edits.h"
-#include "renderer/state/edit_book.h"
+#include "renderer/state/edit_registry.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::state {
@@ -23,23 +23,23 @@ namespace {
 
 using wire::Property;
 
-// What edits in force make of a scene, found from the beginning each time.
+// Reference model: resolves all edits in force anew each time.
 class Reference {
  public:
-  void take(const std::vector<SceneChanges>& changes, const NodeNames& file_names) {
+  void apply(const std::vector<SceneChanges>& changes, const NodeNames& file_names) {
     std::vector<std::string> added;
     for (const SceneChanges& change : changes) {
       if (change.ended) {
-        take_end(change);
+        apply_end(change);
         continue;
       }
       for (const wire::SceneEdit& edit : change.edits) {
         if (std::holds_alternative<wire::NodeAdded>(edit.value)) added.push_back(edit.node);
-        keep(streams_[change.age], edit);
+        store(streams_[change.age], edit);
       }
       streams_.try_emplace(change.age);
     }
-    for (const std::string& name : added) settle(name, file_names);
+    for (const std::string& name : added) resolve_name_conflict(name, file_names);
   }
 
   scene::NodeEdits resolve(const scene::Scene& scene, const PoseState& poses, bool complete) {
@@ -71,9 +71,9 @@ class Reference {
           continue;
         }
         const auto* visible = std::get_if<wire::Visible>(&edit.value);
-        const bool takes_away =
+        const bool hides =
             std::holds_alternative<wire::NodeRemoved>(edit.value) || (visible && !visible->visible);
-        if (is_older(owners[edit.node]) || (takes_away && is_older(below[edit.node]))) {
+        if (is_older(owners[edit.node]) || (hides && is_older(below[edit.node]))) {
           fault(edit, faults.conflicting);
           continue;
         }
@@ -96,7 +96,7 @@ class Reference {
     return result;
   }
 
-  void refuse(const WantedNode& node) {
+  void refuse(const RequestedNode& node) {
     const auto stream = streams_.find(node.age);
     if (stream == streams_.end()) return;
     const auto edit = stream->second.edits.find({node.name, Property::node});
@@ -111,14 +111,14 @@ class Reference {
     uint64_t version = 0, fault_version = 0;
     wire::EditValue value;
     uint32_t node = kNone;
-    bool is_searched = false, is_refused = false;
+    bool is_looked_up = false, is_refused = false;
   };
-  struct Book {
+  struct StreamModel {
     std::map<std::pair<std::string, Property>, Edit> edits;
     std::set<uint32_t> reserved;
   };
 
-  void take_end(const SceneChanges& change) {
+  void apply_end(const SceneChanges& change) {
     const auto stream = streams_.find(change.age);
     if (stream == streams_.end()) return;
     if (!change.may_return) {
@@ -130,16 +130,16 @@ class Reference {
     }
     stream->second.edits.clear();
   }
-  static void keep(Book& book, const wire::SceneEdit& edit) {
+  static void store(StreamModel& stream, const wire::SceneEdit& edit) {
     const std::pair key(edit.node, edit.property);
     if (std::holds_alternative<wire::Cleared>(edit.value)) {
-      book.edits.erase(key);
+      stream.edits.erase(key);
       return;
     }
-    Edit& kept = book.edits[key];
-    kept = {edit.version, 0, edit.value, kept.node, kept.is_searched, false};
+    Edit& stored = stream.edits[key];
+    stored = {edit.version, 0, edit.value, stored.node, stored.is_looked_up, false};
   }
-  void settle(const std::string& name, const NodeNames& file_names) {
+  void resolve_name_conflict(const std::string& name, const NodeNames& file_names) {
     bool is_taken = file_names.file_has(name);
     for (auto& [age, stream] : streams_) {
       const auto edit = stream.edits.find({name, Property::node});
@@ -158,7 +158,7 @@ class Reference {
   }
   void bind(const PoseState& poses) {
     const uint64_t before = std::exchange(scene_revision_, poses.scene_revision());
-    const auto follow = [&](uint32_t node) {
+    const auto new_node_of = [&](uint32_t node) {
       if (scene_revision_ == before) return node;
       const bool is_next = scene_revision_ == before + 1 && node < poses.new_node_of_old().size();
       return is_next ? poses.new_node_of_old()[node] : kNone;
@@ -166,19 +166,19 @@ class Reference {
     for (auto& [age, stream] : streams_) {
       std::set<uint32_t> reserved;
       for (const uint32_t node : stream.reserved) {
-        if (follow(node) != kNone) reserved.insert(follow(node));
+        if (new_node_of(node) != kNone) reserved.insert(new_node_of(node));
       }
       stream.reserved = std::move(reserved);
       for (auto& [key, edit] : stream.edits) {
-        edit.node = follow(edit.node);
-        if (edit.node != kNone || (scene_revision_ == before && edit.is_searched)) continue;
+        edit.node = new_node_of(edit.node);
+        if (edit.node != kNone || (scene_revision_ == before && edit.is_looked_up)) continue;
         edit.node = poses.names().find(key.first);
-        edit.is_searched = true;
+        edit.is_looked_up = true;
       }
     }
   }
 
-  std::map<uint64_t, Book> streams_;
+  std::map<uint64_t, StreamModel> streams_;
   uint64_t scene_revision_ = 0;
 };
 
@@ -256,15 +256,15 @@ class RandomEdits : public testing::TestWithParam<uint32_t> {
     } else if (what < 9) {
       const size_t other = below(kSlots);
       if (!slots_[other].is_there && slots_[other].place != 0)
-        poses_.lend_place(slots_[other].place, stream.id);
+        poses_.pass_reserved_nodes(slots_[other].place, stream.id);
     } else if (what < 11) {
       current_ = below(kScenes);
       poses_.set_scene(scenes_[current_]);
     } else if (what < 13) {
-      const std::vector<WantedNode> wanted = book_.wanted_nodes();
+      const std::vector<RequestedNode> wanted = registry_.requested_nodes();
       if (wanted.empty()) return;
-      const WantedNode& node = wanted[below(static_cast<uint32_t>(wanted.size()))];
-      book_.refuse_node(node, "a test");
+      const RequestedNode& node = wanted[below(static_cast<uint32_t>(wanted.size()))];
+      registry_.refuse_node(node, "a test");
       reference_.refuse(node);
     } else {
       const auto property = static_cast<Property>(std::array{0, 0, 1, 2, 4}[below(5)]);
@@ -285,23 +285,23 @@ class RandomEdits : public testing::TestWithParam<uint32_t> {
       copy.may_return = change.may_return;
       copy.edits = change.edits;
     }
-    reference_.take(copies, poses_.names());
-    book_.take(std::move(changes), &poses_.names());
+    reference_.apply(copies, poses_.names());
+    registry_.apply(std::move(changes), &poses_.names());
     const bool complete = below(3) != 0;
     const scene::Scene& scene = scenes_[current_];
-    const scene::NodeEdits& edits = book_.resolve(scene, poses_, complete);
+    const scene::NodeEdits& edits = registry_.resolve(scene, poses_, complete);
     ASSERT_EQ(edits, reference_.resolve(scene, poses_, complete));
-    ASSERT_EQ(book_.faults().conflicting, reference_.faults.conflicting);
-    ASSERT_EQ(book_.faults().unmatched, reference_.faults.unmatched);
-    ASSERT_EQ(book_.faults().unfit, reference_.faults.unfit);
-    ASSERT_EQ(book_.faults().refused, reference_.faults.refused);
+    ASSERT_EQ(registry_.faults().conflicting, reference_.faults.conflicting);
+    ASSERT_EQ(registry_.faults().unmatched, reference_.faults.unmatched);
+    ASSERT_EQ(registry_.faults().unfit, reference_.faults.unfit);
+    ASSERT_EQ(registry_.faults().refused, reference_.faults.refused);
     compare_changes(scene, edits);
   }
 
   // SceneEdits with what changed against SceneEdits with all of it.
   void compare_changes(const scene::Scene& scene, const scene::NodeEdits& edits) {
     whole_.set(scene, edits);
-    const EditRegistry::Resolved resolved = book_.take_resolved();
+    const EditRegistry::Resolved resolved = registry_.take_resolved();
     if (resolved.all) {
       changed_.set(scene, edits);
     } else {
@@ -332,7 +332,7 @@ class RandomEdits : public testing::TestWithParam<uint32_t> {
   }();
   size_t current_ = 0;
   PoseState poses_{scenes_[0]};
-  EditRegistry book_;
+  EditRegistry registry_;
   Reference reference_;
   scene::SceneEdits whole_, changed_;
   std::vector<Slot> slots_{kSlots};
@@ -368,17 +368,17 @@ TEST(EditBookCost, AChangedKeyResolvesItsNodeAlone) {
   const StreamId id = poses.add_stream(description);
   description.epoch = 2;
   const StreamId younger = poses.add_stream(description);
-  EditRegistry book;
+  EditRegistry registry;
   uint64_t version = 0;
   const auto hide = [&](StreamId stream, uint32_t node) {
     poses.apply(stream, {poses.streams()[stream].epoch, ++version, std::to_string(node), Property::visible,
                          wire::Visible{false}});
   };
   const auto resolve = [&] {
-    book.take(poses.take_scene_changes());
-    const uint64_t before = book.nodes_resolved();
-    (void)book.resolve(scene, poses);
-    return book.nodes_resolved() - before;
+    registry.apply(poses.take_scene_changes());
+    const uint64_t before = registry.nodes_resolved();
+    (void)registry.resolve(scene, poses);
+    return registry.nodes_resolved() - before;
   };
   for (uint32_t i = 0; i < kNodes; ++i) hide(id, i);
   EXPECT_EQ(resolve(), kNodes);

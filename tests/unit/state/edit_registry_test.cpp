@@ -1,5 +1,5 @@
 // Test of scene edits by several streams: precedence, undo, and reports of edits without effect. No GPU.
-#include "renderer/state/edit_book.h"
+#include "renderer/state/edit_registry.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ scene::Scene room() {
 }
 enum : uint32_t { kTable, kCup, kLamp, kBall };
 
-class EditBookTest : public testing::Test {
+class EditRegistryTest : public testing::Test {
  protected:
   StreamId stream(uint64_t epoch, std::vector<std::string> drives = {"nothing"}) {
     wire::StreamDescription description;
@@ -44,19 +44,19 @@ class EditBookTest : public testing::Test {
     edit(id, node, wire::Property::visible, wire::Visible{visible});
   }
   const scene::SceneEdits& resolved() {
-    book_.take(poses_.take_scene_changes());
-    edits_.set(scene_, book_.resolve(scene_, poses_));
+    registry_.apply(poses_.take_scene_changes());
+    edits_.set(scene_, registry_.resolve(scene_, poses_));
     return edits_;
   }
 
   const scene::Scene scene_ = room();
   PoseState poses_{scene_};
-  EditRegistry book_;
+  EditRegistry registry_;
   scene::SceneEdits edits_;
   uint64_t version_ = 0;
 };
 
-TEST_F(EditBookTest, WhatIsBelowAHiddenNodeIsHiddenUntilItIsShownAgain) {
+TEST_F(EditRegistryTest, WhatIsBelowAHiddenNodeIsHiddenUntilItIsShownAgain) {
   const StreamId id = stream(1);
   hide(id, "table");
   EXPECT_TRUE(resolved().is_hidden(kTable));
@@ -74,7 +74,7 @@ TEST_F(EditBookTest, WhatIsBelowAHiddenNodeIsHiddenUntilItIsShownAgain) {
   EXPECT_EQ(edits_.revisions(), (scene::EditRevisions{.visible = 3}));
 }
 
-TEST_F(EditBookTest, LightsTakeWhatTheWireSaysAndKeepTheRest) {
+TEST_F(EditRegistryTest, LightsTakeWhatTheWireSaysAndKeepTheRest) {
   const StreamId id = stream(1);
   wire::Light light;
   light.kind = wire::LightKind::spot;
@@ -105,7 +105,7 @@ TEST_F(EditBookTest, LightsTakeWhatTheWireSaysAndKeepTheRest) {
   EXPECT_EQ(scene::lights_of(scene_, nullptr).size(), 1u);
 }
 
-TEST_F(EditBookTest, ARemovedNodeTakesLightsWithItAndAClearedOneIsThereAgain) {
+TEST_F(EditRegistryTest, ARemovedNodeTakesLightsWithItAndAClearedOneIsThereAgain) {
   const StreamId id = stream(1);
   edit(id, "table", wire::Property::node, wire::NodeRemoved{});
   EXPECT_TRUE(resolved().is_hidden(kCup));
@@ -116,7 +116,7 @@ TEST_F(EditBookTest, ARemovedNodeTakesLightsWithItAndAClearedOneIsThereAgain) {
   EXPECT_EQ(scene::lights_of(scene_, &edits_).size(), 1u);
 }
 
-TEST_F(EditBookTest, ColoursAndCamerasAreOfTheirNode) {
+TEST_F(EditRegistryTest, ColoursAndCamerasAreOfTheirNode) {
   const StreamId id = stream(1);
   edit(id, "ball", wire::Property::base_color, wire::BaseColor{{0.1f, 0.2f, 0.3f, 0.4f}});
   edit(id, "cup", wire::Property::camera, wire::Camera{1.1f, 0.2f, 50, 2});
@@ -130,53 +130,53 @@ TEST_F(EditBookTest, ColoursAndCamerasAreOfTheirNode) {
   EXPECT_EQ(edits_.camera_at(kLamp), nullptr);
   edit(id, "cup", wire::Property::base_color, wire::BaseColor{});
   resolved();
-  EXPECT_EQ(book_.faults().unfit, 1u) << "no mesh";
+  EXPECT_EQ(registry_.faults().unfit, 1u) << "no mesh";
   EXPECT_EQ(edits_.revisions(), (scene::EditRevisions{.base_color = 1, .camera = 1}));
 }
 
-TEST_F(EditBookTest, TheOlderStreamKeepsANodeAndGivesItBack) {
+TEST_F(EditRegistryTest, TheOlderStreamKeepsANodeAndGivesItBack) {
   const StreamId older = stream(1), younger = stream(2);
   hide(younger, "ball");
   EXPECT_TRUE(resolved().is_hidden(kBall));
   hide(older, "ball", true);
   EXPECT_FALSE(resolved().is_hidden(kBall));
-  EXPECT_EQ(book_.faults().conflicting, 1u);
+  EXPECT_EQ(registry_.faults().conflicting, 1u);
   edit(younger, "ball", wire::Property::base_color, wire::BaseColor{});  // another property of the same node
   EXPECT_FALSE(resolved().nodes().at(kBall).base_color.has_value());
-  EXPECT_EQ(book_.faults().conflicting, 2u);
+  EXPECT_EQ(registry_.faults().conflicting, 2u);
   resolved();
-  EXPECT_EQ(book_.faults().conflicting, 2u) << "each is counted once";
-  EXPECT_EQ(book_.take_notes().size(), 1u) << "and told once";
+  EXPECT_EQ(registry_.faults().conflicting, 2u) << "each is counted once";
+  EXPECT_EQ(registry_.take_notes().size(), 1u) << "and told once";
   poses_.remove_stream(older);
   EXPECT_TRUE(resolved().is_hidden(kBall));
   EXPECT_TRUE(edits_.nodes().at(kBall).base_color.has_value());
   poses_.remove_stream(younger);
   EXPECT_TRUE(resolved().nodes().empty());
-  EXPECT_TRUE(book_.empty());
+  EXPECT_TRUE(registry_.empty());
 }
 
-TEST_F(EditBookTest, WhoMovesANodeIsAskedToo) {
+TEST_F(EditRegistryTest, WhoMovesANodeIsAskedToo) {
   const StreamId driver = stream(1, {"ball"}), other = stream(2);
   hide(other, "ball");
   EXPECT_FALSE(resolved().is_hidden(kBall));
-  EXPECT_EQ(book_.faults().conflicting, 1u);
+  EXPECT_EQ(registry_.faults().conflicting, 1u);
   hide(driver, "ball");
   EXPECT_TRUE(resolved().is_hidden(kBall)) << "its own";
   poses_.remove_stream(driver);
   EXPECT_TRUE(resolved().is_hidden(kBall)) << "the other one's, now";
 }
 
-TEST_F(EditBookTest, AYoungerStreamHidesNothingThatAnOlderOneHasBelow) {
+TEST_F(EditRegistryTest, AYoungerStreamHidesNothingThatAnOlderOneHasBelow) {
   const StreamId driver = stream(1, {"cup"}), editor = stream(2), younger = stream(3);
   hide(younger, "table");
   EXPECT_FALSE(resolved().is_hidden(kCup)) << "the cup is driven by an older stream";
-  EXPECT_EQ(book_.faults().conflicting, 1u);
+  EXPECT_EQ(registry_.faults().conflicting, 1u);
   edit(younger, "table", wire::Property::node, wire::NodeRemoved{});
   EXPECT_FALSE(resolved().is_hidden(kCup));
-  EXPECT_EQ(book_.faults().conflicting, 2u);
+  EXPECT_EQ(registry_.faults().conflicting, 2u);
   edit(younger, "table", wire::Property::camera, wire::Camera{});
   EXPECT_NE(resolved().camera_at(kTable), nullptr) << "takes nothing away";
-  const std::vector<std::string> notes = book_.take_notes();
+  const std::vector<std::string> notes = registry_.take_notes();
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("table"), std::string::npos) << notes[0];
 
@@ -190,15 +190,15 @@ TEST_F(EditBookTest, AYoungerStreamHidesNothingThatAnOlderOneHasBelow) {
   EXPECT_TRUE(resolved().is_hidden(kCup)) << "who comes later accepts what is hidden";
 }
 
-TEST_F(EditBookTest, AnOlderStreamMayHideTheNodesOfAYoungerOne) {
+TEST_F(EditRegistryTest, AnOlderStreamMayHideTheNodesOfAYoungerOne) {
   const StreamId older = stream(1);
   stream(2, {"cup"});
   hide(older, "table");
   EXPECT_TRUE(resolved().is_hidden(kCup));
-  EXPECT_EQ(book_.faults().conflicting, 0u);
+  EXPECT_EQ(registry_.faults().conflicting, 0u);
 }
 
-TEST_F(EditBookTest, NodesAreReservedForAStreamThatMayReturn) {
+TEST_F(EditRegistryTest, NodesAreReservedForAStreamThatMayReturn) {
   const StreamId older = stream(1), younger = stream(2);
   hide(younger, "ball");
   hide(older, "ball", true);
@@ -220,11 +220,11 @@ TEST_F(EditBookTest, NodesAreReservedForAStreamThatMayReturn) {
   poses_.suspend_stream(back, 7);
   poses_.advance(7);
   resolved();
-  EXPECT_TRUE(book_.empty());
+  EXPECT_TRUE(registry_.empty());
 }
 
 // The file has two feet below the table.
-TEST_F(EditBookTest, AnAddedNodeDoesNotTakeANameOfTheFile) {
+TEST_F(EditRegistryTest, AnAddedNodeDoesNotTakeANameOfTheFile) {
   scene::Scene file = room();
   for (int i = 0; i < 2; ++i) {
     scene::Node& foot = file.nodes.emplace_back();
@@ -241,26 +241,26 @@ TEST_F(EditBookTest, AnAddedNodeDoesNotTakeANameOfTheFile) {
   uint64_t version = 0;
   const auto add = [&](StreamId id, const std::string& name) {
     poses.apply(id, {poses.streams()[id].epoch, ++version, name, wire::Property::node, wire::NodeAdded{}});
-    book_.take(poses.take_scene_changes(), &poses.names());
+    registry_.apply(poses.take_scene_changes(), &poses.names());
   };
   add(younger, "foot");  // no name that could be found, and no free one either
   add(younger, "table/foot");
   add(younger, "ball");
-  EXPECT_TRUE(book_.wanted_nodes().empty());
-  EXPECT_EQ(book_.faults().refused, 3u);
-  EXPECT_EQ(book_.take_finished().size(), 3u);
+  EXPECT_TRUE(registry_.requested_nodes().empty());
+  EXPECT_EQ(registry_.faults().refused, 3u);
+  EXPECT_EQ(registry_.take_finished().size(), 3u);
   add(younger, "fork");
-  EXPECT_EQ(book_.wanted_nodes().size(), 1u);
+  EXPECT_EQ(registry_.requested_nodes().size(), 1u);
   add(older, "fork");
-  ASSERT_EQ(book_.wanted_nodes().size(), 1u) << "the older stream's";
-  EXPECT_EQ(book_.wanted_nodes()[0].age, poses.oldest_age());
-  EXPECT_EQ(book_.faults().refused, 4u);
+  ASSERT_EQ(registry_.requested_nodes().size(), 1u) << "the older stream's";
+  EXPECT_EQ(registry_.requested_nodes()[0].age, poses.oldest_age());
+  EXPECT_EQ(registry_.faults().refused, 4u);
   add(younger, "fork");
-  EXPECT_EQ(book_.wanted_nodes().size(), 1u);
-  EXPECT_EQ(book_.faults().refused, 5u);
+  EXPECT_EQ(registry_.requested_nodes().size(), 1u);
+  EXPECT_EQ(registry_.faults().refused, 5u);
 }
 
-TEST_F(EditBookTest, EditsStayWithTheirNodesWhenTheSceneIsReplaced) {
+TEST_F(EditRegistryTest, EditsStayWithTheirNodesWhenTheSceneIsReplaced) {
   const StreamId id = stream(1);
   scene::Scene with_fork = room(), with_forks = room();
   for (scene::Scene* scene : {&with_fork, &with_forks}) {
@@ -273,22 +273,22 @@ TEST_F(EditBookTest, EditsStayWithTheirNodesWhenTheSceneIsReplaced) {
   }
   poses_.set_scene(with_fork);
   hide(id, "fork");
-  book_.take(poses_.take_scene_changes());
-  EXPECT_TRUE(book_.resolve(with_fork, poses_).at(4).hidden);
+  registry_.apply(poses_.take_scene_changes());
+  EXPECT_TRUE(registry_.resolve(with_fork, poses_).at(4).hidden);
   poses_.set_scene(with_forks);
-  const scene::NodeEdits edits = book_.resolve(with_forks, poses_);
+  const scene::NodeEdits edits = registry_.resolve(with_forks, poses_);
   ASSERT_EQ(edits.count(4), 1u) << "another node of that name is there by now";
   EXPECT_TRUE(edits.at(4).hidden);
-  EXPECT_EQ(book_.faults().unmatched, 0u);
+  EXPECT_EQ(registry_.faults().unmatched, 0u);
 }
 
-TEST_F(EditBookTest, WhatHasNoNodeIsCountedAndDoesNoHarm) {
+TEST_F(EditRegistryTest, WhatHasNoNodeIsCountedAndDoesNoHarm) {
   const StreamId id = stream(1);
   hide(id, "nobody");
   hide(id, "ball");
   EXPECT_TRUE(resolved().is_hidden(kBall));
-  EXPECT_EQ(book_.faults().unmatched, 1u);
-  const std::vector<std::string> notes = book_.take_notes();
+  EXPECT_EQ(registry_.faults().unmatched, 1u);
+  const std::vector<std::string> notes = registry_.take_notes();
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("nobody"), std::string::npos);
 }
@@ -309,22 +309,22 @@ scene::Scene with_triangle(bool own) {
   return scene;
 }
 
-TEST_F(EditBookTest, VerticesAreFinishedOnceTheNodeHasThemToItself) {
+TEST_F(EditRegistryTest, VerticesAreFinishedOnceTheNodeHasThemToItself) {
   const scene::Scene shared = with_triangle(false), own = with_triangle(true);
   poses_.set_scene(shared);
   const StreamId id = stream(1);
   wire::Vertices vertices;
   vertices.positions.assign(3, {1, 2, 3});
   edit(id, "ball", wire::Property::vertices, vertices);
-  book_.take(poses_.take_scene_changes());
-  scene::NodeEdits edits = book_.resolve(shared, poses_);
+  registry_.apply(poses_.take_scene_changes());
+  scene::NodeEdits edits = registry_.resolve(shared, poses_);
   ASSERT_NE(edits.at(kBall).vertices, nullptr);
   EXPECT_EQ(edits.at(kBall).vertices->positions[2], glm::vec3(1, 2, 3));
-  EXPECT_EQ(book_.vertex_nodes(), std::set<std::string>{"ball"});
-  EXPECT_TRUE(book_.take_finished().empty());
+  EXPECT_EQ(registry_.vertex_nodes(), std::set<std::string>{"ball"});
+  EXPECT_TRUE(registry_.take_finished().empty());
   poses_.set_scene(own);
-  (void)book_.resolve(own, poses_);
-  std::vector<EditRegistry::Finished> finished = book_.take_finished();
+  (void)registry_.resolve(own, poses_);
+  std::vector<EditRegistry::Finished> finished = registry_.take_finished();
   ASSERT_EQ(finished.size(), 1u);
   EXPECT_EQ(finished[0].version, 1u);
   EXPECT_EQ(finished[0].epoch, 1u);
@@ -332,23 +332,23 @@ TEST_F(EditBookTest, VerticesAreFinishedOnceTheNodeHasThemToItself) {
   vertices.positions.resize(4);
   edit(id, "ball", wire::Property::vertices, vertices);
   edit(id, "cup", wire::Property::vertices, vertices);
-  book_.take(poses_.take_scene_changes());
-  edits = book_.resolve(own, poses_);
-  EXPECT_EQ(book_.faults().unfit, 2u) << "too many, and no mesh";
-  EXPECT_EQ(book_.take_finished().size(), 2u) << "no frame waits for what will never be";
-  EXPECT_TRUE(book_.vertex_nodes().empty());
+  registry_.apply(poses_.take_scene_changes());
+  edits = registry_.resolve(own, poses_);
+  EXPECT_EQ(registry_.faults().unfit, 2u) << "too many, and no mesh";
+  EXPECT_EQ(registry_.take_finished().size(), 2u) << "no frame waits for what will never be";
+  EXPECT_TRUE(registry_.vertex_nodes().empty());
 
   vertices.positions.resize(3);
   edit(id, "ball", wire::Property::vertices, vertices);
-  book_.take(poses_.take_scene_changes());
+  registry_.apply(poses_.take_scene_changes());
   poses_.set_scene(shared);
-  book_.scene_made_for({"ball"});  // and had no room for them
-  (void)book_.resolve(shared, poses_);
-  EXPECT_EQ(book_.faults().unfit, 3u);
-  EXPECT_EQ(book_.take_finished().size(), 1u);
+  registry_.set_built_vertex_nodes({"ball"});  // and had no room for them
+  (void)registry_.resolve(shared, poses_);
+  EXPECT_EQ(registry_.faults().unfit, 3u);
+  EXPECT_EQ(registry_.take_finished().size(), 1u);
 }
 
-TEST_F(EditBookTest, WantedNodesAreThoseThatWereNotRefusedOrReplaced) {
+TEST_F(EditRegistryTest, WantedNodesAreThoseThatWereNotRefusedOrReplaced) {
   const StreamId older = stream(1), younger = stream(2);
   wire::NodeAdded node;
   node.parent = "table";
@@ -356,35 +356,35 @@ TEST_F(EditBookTest, WantedNodesAreThoseThatWereNotRefusedOrReplaced) {
   edit(older, "knife", wire::Property::node, node);
   edit(older, "dish", wire::Property::node, node);
   hide(older, "dish");  // not there yet
-  book_.take(poses_.take_scene_changes());
-  (void)book_.resolve(scene_, poses_, false);
-  EXPECT_EQ(book_.faults().unmatched, 0u);
-  const std::vector<WantedNode> wanted = book_.wanted_nodes();
+  registry_.apply(poses_.take_scene_changes());
+  (void)registry_.resolve(scene_, poses_, false);
+  EXPECT_EQ(registry_.faults().unmatched, 0u);
+  const std::vector<RequestedNode> wanted = registry_.requested_nodes();
   ASSERT_EQ(wanted.size(), 3u);
   EXPECT_EQ(wanted[0].name, "knife");
   EXPECT_EQ(wanted[1].name, "dish");
   EXPECT_EQ(wanted[2].name, "fork");
-  EXPECT_EQ(wanted[2].what->parent, "table");
-  EXPECT_TRUE(book_.take_finished().empty());
-  book_.node_is_there(wanted[0]);
-  book_.refuse_node(wanted[1], "no reason");
-  EXPECT_EQ(book_.faults().refused, 1u);
-  EXPECT_EQ(book_.take_finished().size(), 2u);
-  EXPECT_EQ(book_.wanted_nodes().size(), 2u);
-  EXPECT_NE(book_.take_notes().at(0).find("dish"), std::string::npos);
+  EXPECT_EQ(wanted[2].added->parent, "table");
+  EXPECT_TRUE(registry_.take_finished().empty());
+  registry_.confirm_node(wanted[0]);
+  registry_.refuse_node(wanted[1], "no reason");
+  EXPECT_EQ(registry_.faults().refused, 1u);
+  EXPECT_EQ(registry_.take_finished().size(), 2u);
+  EXPECT_EQ(registry_.requested_nodes().size(), 2u);
+  EXPECT_NE(registry_.take_notes().at(0).find("dish"), std::string::npos);
 
   edit(younger, "fork", wire::Property::node, wire::NodeRemoved{});  // before it was there
-  book_.take(poses_.take_scene_changes());
-  EXPECT_EQ(book_.take_finished().size(), 1u);
-  EXPECT_EQ(book_.wanted_nodes().size(), 1u);
-  book_.node_is_there(wanted[2]);  // too late
-  EXPECT_TRUE(book_.take_finished().empty());
-  (void)book_.resolve(scene_, poses_);
-  EXPECT_EQ(book_.faults().unmatched, 1u) << "to hide the dish that was refused; not to remove the fork";
+  registry_.apply(poses_.take_scene_changes());
+  EXPECT_EQ(registry_.take_finished().size(), 1u);
+  EXPECT_EQ(registry_.requested_nodes().size(), 1u);
+  registry_.confirm_node(wanted[2]);  // too late
+  EXPECT_TRUE(registry_.take_finished().empty());
+  (void)registry_.resolve(scene_, poses_);
+  EXPECT_EQ(registry_.faults().unmatched, 1u) << "to hide the dish that was refused; not to remove the fork";
 }
 
 // Ids are given out again.
-TEST_F(EditBookTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
+TEST_F(EditRegistryTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
   const StreamId first = stream(1);
   hide(first, "ball");
   resolved();
@@ -398,7 +398,7 @@ TEST_F(EditBookTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
 
 // The lamp has a light with a shadow in the file, which costs no more. Of the others one casts a shadow, and
 // the last one is refused; a cleared one makes room.
-TEST_F(EditBookTest, LightsOfAPeerAreLimited) {
+TEST_F(EditRegistryTest, LightsOfAPeerAreLimited) {
   PeerLimits limits;
   ASSERT_TRUE(set_limit("lights=2", limits).ok());
   ASSERT_TRUE(set_limit("shadow-lights=1", limits).ok());
@@ -419,10 +419,10 @@ TEST_F(EditBookTest, LightsOfAPeerAreLimited) {
   }
   EXPECT_EQ(lights, 3u);
   EXPECT_EQ(shadows, 2u);
-  EXPECT_EQ(book_.faults().refused, 1u);
-  EXPECT_EQ(book_.take_notes().size(), 2u) << "one for the light, one for the shadow";
+  EXPECT_EQ(registry_.faults().refused, 1u);
+  EXPECT_EQ(registry_.take_notes().size(), 2u) << "one for the light, one for the shadow";
   (void)resolved();
-  EXPECT_EQ(book_.faults().refused, 1u) << "counted once";
+  EXPECT_EQ(registry_.faults().refused, 1u) << "counted once";
   EXPECT_EQ(budget->used(Resource::lights), 2u);
   EXPECT_EQ(budget->used(Resource::shadow_lights), 1u);
   edit(id, "ball", wire::Property::light, wire::Cleared{});
@@ -434,17 +434,17 @@ TEST_F(EditBookTest, LightsOfAPeerAreLimited) {
   EXPECT_EQ(budget->used(Resource::shadow_lights), 0u);
 }
 
-TEST_F(EditBookTest, WantedNodesAreListedAnewOnlyWhenTheyChange) {
+TEST_F(EditRegistryTest, WantedNodesAreListedAnewOnlyWhenTheyChange) {
   const StreamId id = stream(1);
   edit(id, "added", wire::Property::node, wire::NodeAdded{});
   (void)resolved();
-  const uint64_t revision = book_.wanted_revision();
+  const uint64_t revision = registry_.requested_revision();
   for (int i = 0; i < 10; ++i) hide(id, "cup", i % 2 == 0);
   (void)resolved();
-  EXPECT_EQ(book_.wanted_revision(), revision);
+  EXPECT_EQ(registry_.requested_revision(), revision);
   edit(id, "added", wire::Property::node, wire::NodeRemoved{});
   (void)resolved();
-  EXPECT_GT(book_.wanted_revision(), revision);
+  EXPECT_GT(registry_.requested_revision(), revision);
 }
 
 }  // namespace

@@ -1,0 +1,200 @@
+// Registry of scene edits in force: the newest value of each key while its stream lasts. It binds edits to
+// nodes and resolves conflicts: the oldest stream that edits or drives a node owns it, and the visibility of
+// its ancestors. Incremental: a changed key costs the edits of its node. While a younger stream hides or
+// removes nodes, a change of owners costs one pass over all nodes. A replaced scene is resolved as a whole.
+// Not thread-safe.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/wire/scene_edit.h"
+#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::state {
+
+// Edits without effect, by cause; each version of a key is counted once.
+struct EditFaults {
+  uint64_t conflicting = 0;  // an older stream drives or edits the node
+  uint64_t unmatched = 0;    // no node has the name
+  uint64_t unfit = 0;        // the node cannot take the value
+  uint64_t refused = 0;      // nodes that could not be added
+};
+
+// Addition of a node that a stream has requested.
+struct RequestedNode {
+  uint64_t age = 0;      // of the stream
+  uint64_t version = 0;  // of the edit; age and version identify the request, and are never reused
+  std::string name;
+  std::shared_ptr<const wire::NodeAdded> added;
+  std::shared_ptr<PeerBudget> budget = nullptr;  // of the requesting peer; null: no limits
+};
+
+class EditRegistry {
+ public:
+  // Stores the changes of PoseState::take_scene_changes(). file_names: names of the scene file; an added node
+  // with such a name is refused. Null: not checked.
+  void apply(std::vector<SceneChanges> changes, const NodeNames* file_names = nullptr);
+
+  // Resolves the edits for this scene, which `poses` refers to. complete: all requested nodes have been added
+  // or refused, so that unmatched names are faults.
+  const scene::NodeEdits& resolve(const scene::Scene& scene, const PoseState& poses, bool complete = true);
+  // Nodes resolved since the last call, in ascending order. all: the scene was replaced.
+  struct Resolved {
+    bool all = false;
+    std::vector<uint32_t> nodes;
+  };
+  Resolved take_resolved();
+  // Number of nodes resolved so far, for tests and measurements.
+  uint64_t nodes_resolved() const { return nodes_resolved_; }
+
+  // Requested nodes of all streams, the oldest stream first, by version. Two streams may request one name.
+  std::vector<RequestedNode> requested_nodes() const;
+  // Incremented by every change of requested_nodes().
+  uint64_t requested_revision() const { return requested_revision_; }
+  // True if the request is in force and not refused.
+  bool is_requested(const RequestedNode& node) const;
+  // Budgets of the streams whose requested nodes changed since the last call; null: the stream ended or has
+  // no budget.
+  std::set<std::shared_ptr<PeerBudget>> take_changed_budgets();
+  // Added nodes, by age and version, whose requests ended since the last call.
+  std::vector<std::pair<uint64_t, uint64_t>> take_withdrawn_nodes() {
+    return std::exchange(withdrawn_nodes_, {});
+  }
+  // Names of nodes with replaced vertices, as of the last resolve().
+  const std::set<std::string>& vertex_nodes() const { return vertex_nodes_; }
+  // Budget of the peer that replaces the vertices of this node; null: no limits.
+  std::shared_ptr<PeerBudget> vertex_budget(const std::string& node) const;
+  // Reports that a scene with own vertices for these nodes is shown. A node that still shares its vertices is
+  // refused them. reasons: messages for such nodes, by name.
+  void set_built_vertex_nodes(const std::vector<std::string>& vertex_nodes,
+                              std::map<std::string, std::string> reasons = {});
+  // Reports that the node is in the scene. Returns true if it is still requested.
+  bool confirm_node(const RequestedNode& node);
+  // Reports that the node cannot be added.
+  void refuse_node(const RequestedNode& node, const std::string& reason);
+
+  // Asynchronous edits that are in effect now or have failed: pose frames need not wait for them any more.
+  struct Finished {
+    StreamId stream = kNone;
+    uint64_t epoch = 0;
+    uint64_t version = 0;
+  };
+  std::vector<Finished> take_finished() { return std::exchange(finished_, {}); }
+
+  bool empty() const { return streams_.empty(); }
+  const EditFaults& faults() const { return faults_; }
+  // Log messages since the last call.
+  std::vector<std::string> take_notes() { return std::exchange(log_messages_, {}); }
+
+ private:
+  using Key = std::pair<std::string, wire::Property>;
+  struct StreamEntry;
+  struct EditInForce {
+    wire::SceneEdit edit;  // without the data of `node` and `vertices`
+    StreamEntry* stream = nullptr;
+    uint64_t fault_version = 0;  // the newest version that was counted as a fault
+    std::shared_ptr<const wire::NodeAdded> node;
+    std::shared_ptr<const scene::ReplacedVertices> vertices;
+    BudgetCharge charge;  // of the value
+    BudgetCharge light, shadow_light;
+    bool is_light_charged = false;  // for its cost beyond the file's light
+    uint32_t bound_node = kNone;    // kNone: no node has the name
+    bool is_looked_up = false;      // bound_node is valid for the scene of scene_revision_
+    bool finished = true;           // no frame waits for it
+    bool is_added = false;          // the added node is in the scene
+    bool refused = false;
+  };
+  struct StreamEntry {
+    uint64_t age = 0;
+    StreamId id = kNone;
+    std::string name;
+    std::shared_ptr<PeerBudget> budget;
+    std::map<Key, EditInForce> edits;
+    std::vector<uint32_t> reserved_nodes;  // edited nodes of a suspended stream
+    std::vector<uint64_t EditFaults::*> reported_causes;
+    uint32_t refusals_reported = 0;
+    bool reported_shadows = false;  // lights without a shadow
+  };
+  // Edits of one node, the oldest stream's first, and the suspended streams that reserve it.
+  struct Editors {
+    std::vector<EditInForce*> edits;
+    std::vector<uint64_t> reserved;  // ages
+    uint64_t oldest() const;         // UINT64_MAX: none
+  };
+  using Versions = std::map<std::pair<uint64_t, uint64_t>, EditInForce*>;  // by age and version
+  struct VertexUse {
+    std::string name;
+    uint64_t age = 0;
+  };
+
+  void store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCharge charge);
+  void resolve_name_conflict(const std::string& name, const NodeNames* file_names);
+  void refuse(StreamEntry& stream, EditInForce& entry, const std::string& reason);
+  void requests_changed(uint64_t age);
+  void reserve(StreamEntry& stream);
+  void end(StreamEntry& stream);
+  void retire(EditInForce& entry);
+  void link(EditInForce& entry, uint32_t node);
+  void unlink(EditInForce& entry);
+  void reserve_node(uint64_t age, uint32_t node);
+  void release_node(uint64_t age, uint32_t node);
+  void count_hiding(const EditInForce& entry, int more);
+  template <typename Change>
+  void change_editors(uint32_t node, const Change& change);
+  void erase_refused();
+  void look_up(EditInForce& entry, const PoseState& poses);
+  void rebind_all(const PoseState& poses);
+  void mark_driver_changes(const PoseState& poses);
+  void update_owners_below(const scene::Scene& scene, const PoseState& poses);
+  bool has_older_below(uint32_t node) const;
+  void resolve_node(const scene::Scene& scene, const PoseState& poses, uint32_t node);
+  void drop_vertex_uses(uint32_t node);
+  void report_unmatched();
+  void finish(StreamEntry& stream, EditInForce& entry);
+  EditInForce* find(const RequestedNode& node);
+  void replace_vertices(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
+                        scene::NodeEdit& result);
+  bool charge_light(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
+                    scene::Light& light);
+  void fault(StreamEntry& stream, EditInForce& entry, uint64_t EditFaults::*cause, const std::string& reason);
+  void apply_to_node(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
+                     scene::NodeEdit& result);
+
+  std::map<uint64_t, StreamEntry> streams_;  // by age, the oldest first
+  // PoseState's revisions at the last resolve().
+  uint64_t scene_revision_ = 0, driver_revision_ = 0;
+  std::map<uint32_t, Editors> editors_;  // by node
+  std::vector<uint32_t> dirty_;          // nodes to resolve again
+  Versions unbound_, unmatched_, refused_;
+  // Number of edits that hide or remove nodes, by node and by rank of their stream.
+  std::map<uint32_t, uint32_t> hiding_edits_;
+  std::map<uint64_t, uint32_t> hiding_ranks_;
+  bool owners_changed_ = false;
+  // Age of the oldest stream that edits or drives each node or a node below it. Empty: not needed, since no
+  // stream hides nodes of an older one.
+  std::vector<uint64_t> owners_below_;
+  std::vector<uint32_t> parents_;  // of the scene's nodes; empty: not read yet
+  scene::NodeEdits node_edits_;
+  Resolved resolved_;
+  uint64_t nodes_resolved_ = 0;
+  EditFaults faults_;
+  std::set<std::string> vertex_nodes_, built_vertex_nodes_;
+  std::map<uint32_t, std::vector<VertexUse>> vertex_uses_of_node_;
+  std::map<std::string, std::map<std::pair<uint64_t, uint32_t>, std::shared_ptr<PeerBudget>>>
+      vertex_budgets_;  // by name, age and node
+  std::map<std::string, std::string> vertex_refusals_;
+  uint64_t requested_revision_ = 0;
+  std::set<uint64_t> changed_ages_;  // of streams whose requested nodes changed
+  std::vector<std::pair<uint64_t, uint64_t>> withdrawn_nodes_;
+  std::vector<Finished> finished_;
+  std::vector<std::string> log_messages_;
+};
+
+}  // namespace fire3dv::state

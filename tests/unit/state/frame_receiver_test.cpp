@@ -1,0 +1,94 @@
+// Test of the frame receiver on its own: one stream, no scene.
+#include "renderer/state/frame_receiver.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fire3dv::state {
+namespace {
+
+constexpr uint64_t kEpoch = 42;
+constexpr uint32_t kNodes = 3;
+
+// Poses [first, first + count) of a frame; every pose contains the frame's sequence.
+bool push(FrameReceiver& receiver, uint64_t sequence, uint64_t scene_version = 0, uint32_t first = 0,
+          uint32_t count = kNodes) {
+  std::vector<wire::Affine3x4> poses(count);
+  for (wire::Affine3x4& pose : poses) pose.m[3] = static_cast<float>(sequence);
+  wire::PoseFrameView frame;
+  frame.header.epoch = kEpoch;
+  frame.header.sequence = sequence;
+  frame.header.scene_version = scene_version;
+  frame.node_count = kNodes;
+  frame.first_node = first;
+  frame.poses = poses;
+  return receiver.push(frame);
+}
+
+wire::SceneEdit edit(uint64_t version, wire::EditValue value) {
+  return {kEpoch, version, "node", wire::Property::node, std::move(value)};
+}
+
+TEST(FrameReceiver, APartIsShownWithTheOthersOfItsFrame) {
+  FrameReceiver receiver(kEpoch, kNodes);
+  EXPECT_FALSE(push(receiver, 1, 0, 0, 1));
+  EXPECT_FALSE(push(receiver, 2, 0, 1, 2));
+  EXPECT_EQ(receiver.header.sequence, 0u);
+  EXPECT_TRUE(push(receiver, 2, 0, 0, 1));
+  EXPECT_EQ(receiver.header.sequence, 2u);
+  ASSERT_EQ(receiver.poses.size(), kNodes);
+  for (const wire::Affine3x4& pose : receiver.poses) EXPECT_EQ(pose.m[3], 2.0f);
+  EXPECT_EQ(receiver.frames_incomplete, 1u);
+  EXPECT_EQ(receiver.frames_received, 1u);
+}
+
+TEST(FrameReceiver, AFrameWaitsForItsEdits) {
+  FrameReceiver receiver(kEpoch, kNodes);
+  receiver.load_assets_asynchronously();
+  EXPECT_FALSE(push(receiver, 1, 5));
+  EXPECT_FALSE(receiver.has_new_edits());
+  EXPECT_FALSE(receiver.apply(edit(5, wire::NodeAdded{})));
+  EXPECT_TRUE(receiver.has_new_edits());
+  EXPECT_FALSE(receiver.has_applied_edits());
+  EXPECT_EQ(receiver.take_edits().edits.size(), 1u);
+  EXPECT_TRUE(receiver.has_applied_edits());
+  EXPECT_FALSE(receiver.finish_edit(4)) << "another version";
+  EXPECT_TRUE(receiver.finish_edit(5));
+  EXPECT_EQ(receiver.header.sequence, 1u);
+  EXPECT_EQ(receiver.frames_queued, 1u);
+}
+
+TEST(FrameReceiver, OtherEpochsAndNodeCountsAreCountedAndDropped) {
+  FrameReceiver other_epoch(kEpoch + 1, kNodes), other_count(kEpoch, kNodes + 1);
+  EXPECT_FALSE(push(other_epoch, 1));
+  EXPECT_FALSE(push(other_count, 1));
+  EXPECT_EQ(other_epoch.frames_stale, 1u);
+  EXPECT_EQ(other_count.frames_refused, 1u);
+  EXPECT_FALSE(other_epoch.apply(edit(1, wire::NodeRemoved{})));
+  EXPECT_EQ(other_epoch.edits_stale, 1u);
+}
+
+TEST(FrameReceiver, ARefusalIsReportedOnceForEachResource) {
+  PeerLimits limits;
+  limits.of(Resource::pose_bytes) = 1;
+  limits.of(Resource::edits) = 0;
+  FrameReceiver receiver(kEpoch, kNodes, BudgetPool::create(limits)->add_peer("peer"));
+  for (uint64_t sequence = 1; sequence <= 3; ++sequence) EXPECT_FALSE(push(receiver, sequence));
+  for (uint64_t version = 1; version <= 3; ++version) receiver.apply(edit(version, wire::NodeRemoved{}));
+  const std::vector<FrameReceiver::Refusal> refusals = receiver.take_refusals();
+  ASSERT_EQ(refusals.size(), 2u);
+  EXPECT_EQ(refusals[0].resource, Resource::pose_bytes);
+  EXPECT_NE(refusals[0].message.find("--peer-limit pose-bytes="), std::string::npos) << refusals[0].message;
+  EXPECT_EQ(refusals[1].resource, Resource::edits);
+  EXPECT_TRUE(receiver.take_refusals().empty());
+  EXPECT_EQ(receiver.frames_refused, 3u);
+  EXPECT_EQ(receiver.edits_refused, 3u);
+}
+
+}  // namespace
+}  // namespace fire3dv::state
