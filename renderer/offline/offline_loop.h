@@ -47,7 +47,7 @@ class OfflineLoop {
     std::vector<state::FrameTag> shown;
   };
   void show(uint64_t frame);
-  void draw(uint64_t frame);
+  Result<void> draw(uint64_t frame);
   Result<void> deliver();
 
   Parts parts_;

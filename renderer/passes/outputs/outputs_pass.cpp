@@ -9,7 +9,7 @@ using gpu::Use;
 namespace access = gpu::access;
 
 // Memory limit of camera histories; the minimum count of snapshots applies first.
-constexpr VkDeviceSize kMostPlacesBytes = VkDeviceSize{256} << 20;
+constexpr VkDeviceSize kMaxPlacesBytes = VkDeviceSize{256} << 20;
 constexpr size_t kLeastPlacesKept = 8;
 
 VkDeviceSize bytes_of_places(const GpuScene& scene) {
@@ -33,14 +33,14 @@ OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t 
     : device_(device),
       layout_(layout),
       pipeline_(gpu::create_compute_pipeline(
-          device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Make::when_used)),
+          device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Compile::on_first_use)),
       samples_(samples) {}
 
 bool OutputsPass::can_keep_places(const GpuScene& scene) const {
   if (places_now_) return true;
   const auto held = static_cast<size_t>(std::count_if(kept_places_.begin(), kept_places_.end(),
                                                       [](const auto& kept) { return kept.use_count() > 1; }));
-  return held < kLeastPlacesKept || held * bytes_of_places(scene) < kMostPlacesBytes;
+  return held < kLeastPlacesKept || held * bytes_of_places(scene) < kMaxPlacesBytes;
 }
 
 // Returns a snapshot buffer that no history references.
