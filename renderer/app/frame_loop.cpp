@@ -60,45 +60,40 @@ bool stop_was_requested() {
   return stop_requested != 0;
 }
 
-FrameLoop::FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-                     StreamReceiver& intake, ImageRequestQueue& requests, LiveScene& scene,
-                     state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink,
-                     WindowView* window, FrameStats& stats, const Options& options)
-    : device_(device),
-      poses_(poses),
-      intake_(intake),
-      scene_(scene),
-      animations_(animations),
-      camera_(camera),
-      sink_(sink),
-      window_(window),
-      stats_(stats),
-      facts_(options.begun),
-      options_(options),
-      frames_(device),
-      renderer_(renderer),
-      captures_(device),
-      image_service_(device, renderer, poses, requests, scene,
-                     {options.peer_limits.slices.image_ns, options.lockstep, stop_was_requested}),
-      taken_(passes::with_sources(options.outputs)),
-      awaits_stream_(options.wait_for_stream),
+FrameLoop::FrameLoop(const FrameLoopContext& context)
+    : device_(context.device),
+      poses_(context.poses),
+      intake_(context.receiver),
+      scene_(context.scene),
+      animations_(context.animations),
+      camera_(context.camera),
+      sink_(context.sink),
+      window_(context.window),
+      stats_(context.stats),
+      facts_(context.options.begun),
+      options_(context.options),
+      frames_(device_),
+      renderer_(context.renderer),
+      captures_(device_),
+      image_service_(device_, renderer_, poses_, context.requests, scene_,
+                     {options_.peer_limits.slices.image_ns, options_.lockstep, stop_was_requested}),
+      taken_(passes::with_sources(options_.outputs)),
+      awaits_stream_(options_.wait_for_stream),
       started_(Clock::now()),
       last_image_(started_),
       progress_("images:") {
-  scene.charge_edit_time([&intake](state::StreamId stream, int64_t ns) { intake.add_edit_time(stream, ns); });
+  scene_.charge_edit_time([this](state::StreamId stream, int64_t ns) { intake_.add_edit_time(stream, ns); });
   frames_.time(gpu::Timed::passes);  // for statistics, metrics and panels
-  VkExtent2D extent{options.width, options.height};
-  if (window) taken_.add(wire::kColorSrgb8);
-  if (window) extent = window->image_extent();
-  frame_extent_ = extent;
-  renderer_.set_size(extent);
+  frame_extent_ = {options_.width, options_.height};
+  if (window_) taken_.add(wire::kColorSrgb8);
+  if (window_) frame_extent_ = window_->image_extent();
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
   std::fprintf(stderr, "fire3dv: drawn %s, %u samples a pixel, shadows by %s\n",
                compute ? "from a visibility buffer" : "forward", static_cast<uint32_t>(renderer_.samples()),
                passes::describe(renderer_.shadow_technique()));
   if (renderer_.traces()) {
     std::fprintf(stderr, "fire3dv: acceleration structures are built %s\n",
-                 gpu::describe(device.queues().side));
+                 gpu::describe(device_.queues().async));
   }
 }
 
@@ -142,7 +137,7 @@ Result<void> FrameLoop::run() {
     if (window_ && !options_.lockstep) poll_streams();
     if (animations_) animate();
     if (Result<void> listed = list_instances(); !listed) return listed;
-    draw();
+    if (Result<void> drawn = draw(); !drawn) return drawn;
     has_undrawn_frame_ = false;
 
     // Finished images.
@@ -234,33 +229,38 @@ void FrameLoop::animate() {
   poses_.set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
 }
 
-void FrameLoop::draw() {
+Result<void> FrameLoop::draw() {
   if (window_) frame_extent_ = window_->image_extent();
   const VkExtent2D extent = frame_extent_;
-  renderer_.set_size(extent);  // image requests have changed the size
+  passes::FrameRequest request{.extent = extent, .outputs = taken_};
+  request.inspection =
+      window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
+  Result<passes::PreparedFrame> prepared = renderer_.prepare(request);
+  if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
   const Clock::time_point begun = Clock::now();
   const passes::View view =
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   const std::vector<state::FrameTag> shown = poses_.shown();
 
-  const passes::Inspection inspection =
-      window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
-  renderer_.record(recorder, frames_.belt(), poses_, view, taken_, &history_, inspection);
+  renderer_.record(*prepared, recorder, frames_.belt(), poses_, view, &history_);
   if (taken_.has(wire::kColorSrgb8))
-    renderer_.mark_held(recorder, stale_condition(poses_.streams(), options_.play.mark_held));
+    renderer_.draw_stale_overlay(recorder, stale_condition(poses_.streams(), options_.play.mark_held));
   if (wants_pixels() && !awaits_stream_)
     captures_.record(recorder, renderer_, options_.outputs, scene_.scene(), poses_,
                      {images_, view.camera, shown});
-  if (window_) window_->record(recorder, frames_.belt(), {images_, view.camera, shown});
+  if (window_) {
+    if (Result<void> drawn = window_->record(recorder, frames_.belt(), {images_, view.camera, shown}); !drawn)
+      return drawn;
+  }
   const uint64_t done_at = window_ ? frames_.submit(window_->waits(), window_->signals()) : frames_.submit();
   if (window_) window_->present(done_at);
   renderer_.submitted(done_at);
   captures_.submitted(done_at);
   unacknowledged_.push_back({image_service_.submitted(), shown});
   note_cost(shown, begun);
-  if (window_) window_->draw_others();
   ++(awaits_stream_ ? uncounted_images_ : images_);
+  return window_ ? window_->draw_others() : Result<void>();
 }
 
 void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time_point begun) {

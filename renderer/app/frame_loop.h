@@ -35,13 +35,25 @@ bool stop_was_requested();
 passes::DrawSettings draw_settings(const Options& options,
                                    std::shared_ptr<const scene::EnvironmentImage> environment);
 
+// Objects that a frame loop works with. All are borrowed.
+struct FrameLoopContext {
+  gpu::Device& device;
+  passes::SceneRenderer& renderer;  // has its scene
+  state::PoseState& poses;
+  StreamReceiver& receiver;
+  ImageRequestQueue& requests;
+  LiveScene& scene;
+  state::AnimationPlayer* animations = nullptr;  // null: none play
+  CameraRig& camera;
+  sinks::FrameSink& sink;
+  WindowView* window = nullptr;  // null: no window
+  FrameStats& stats;
+  const Options& options;
+};
+
 class FrameLoop {
  public:
-  // Borrows all arguments. The renderer has its scene. `window` and `animations` may be null.
-  FrameLoop(gpu::Device& device, passes::SceneRenderer& renderer, state::PoseState& poses,
-            StreamReceiver& intake, ImageRequestQueue& requests, LiveScene& scene,
-            state::AnimationPlayer* animations, CameraRig& camera, sinks::FrameSink& sink, WindowView* window,
-            FrameStats& stats, const Options& options);
+  explicit FrameLoop(const FrameLoopContext& context);
 
   // Borrowed; null: no metrics. Call before run().
   void report_to(RendererMetrics* metrics) { metrics_ = metrics; }
@@ -68,7 +80,7 @@ class FrameLoop {
   bool poll_streams();  // polls streams; true if there is a new pose frame
   void steer();         // applies user input
   void animate();
-  void draw();
+  Result<void> draw();
   Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // passes finished images to the sink
   Result<void> list_instances();

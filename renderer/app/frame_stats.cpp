@@ -72,7 +72,7 @@ void FrameStats::add(const gpu::FrameTimes& times) {
   gpu_ms_.push_back(times.total_ms);
   for (const gpu::PassTime& pass : times.passes) {
     pass_ms_[pass.name].push_back(pass.milliseconds);
-    if (pass.aside) aside_.insert(pass.name);
+    if (pass.async_compute) aside_.insert(pass.name);
   }
   const auto cost = waiting_.find(times.frame_index);
   if (cost == waiting_.end()) return;
@@ -100,7 +100,7 @@ void FrameStats::write_row(const FrameCost& cost, const gpu::FrameTimes& times) 
     std::fprintf(file_.get(), ",%.4f", sum);
   }
   double aside = 0;
-  for (const gpu::PassTime& pass : times.passes) aside += pass.aside ? pass.milliseconds : 0;
+  for (const gpu::PassTime& pass : times.passes) aside += pass.async_compute ? pass.milliseconds : 0;
   std::fprintf(file_.get(), ",%.4f\n", aside);
 }
 

@@ -73,7 +73,7 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
   gathered_.gpu.add(times.total_ms * 1e-3);
   for (const gpu::PassTime& time : times.passes) {
     PassNumbers& pass = gathered_.passes[time.name];
-    pass.aside = time.aside;
+    pass.aside = time.async_compute;
     ++pass.count;
     pass.sum_s += time.milliseconds * 1e-3;
   }

@@ -141,12 +141,11 @@ Result<void> place_scene(const Stage& stage, const scene::LoadedScene& loaded, V
         !enough)
       return enough;
     stage.renderer->set_scene(loaded.scene, loaded.derived);
-    stage.renderer->set_size(extent);
-    return {};
+    if (stage.renderer->prepare({.extent = extent})) return {};
   } catch (const gpu::VulkanFailure& failure) {
     if (!gpu::is_out_of_memory(failure)) throw;
-    return Error{loaded.scene.source.string() + ": the device has no memory for it"};
   }
+  return Error{loaded.scene.source.string() + ": the device has no memory for it"};
 }
 
 // Places a scene. The device memory may not suffice for the old and the new scene together: the second
@@ -257,9 +256,18 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     if (!made) return made.error();
     view = std::move(*made);
   }
-  FrameLoop loop(stage.device, renderer, poses, intake, requests, live,
-                 *animations ? &*(*animations)->player : nullptr, *camera, **sink, view.get(), stage.stats,
-                 options);
+  FrameLoop loop({.device = stage.device,
+                  .renderer = renderer,
+                  .poses = poses,
+                  .receiver = intake,
+                  .requests = requests,
+                  .scene = live,
+                  .animations = *animations ? &*(*animations)->player : nullptr,
+                  .camera = *camera,
+                  .sink = **sink,
+                  .window = view.get(),
+                  .stats = stage.stats,
+                  .options = options});
   loop.report_to(stage.metrics.get());
   loop.follow(timeline);
   loop.record_with(recording->get());

@@ -8,7 +8,7 @@
 namespace fire3dv::gpu {
 namespace {
 
-constexpr VkDeviceSize kMostCopiedInSoftware = 8 << 20;
+constexpr VkDeviceSize kMaxCopiedInSoftware = 8 << 20;
 
 VkDeviceAddress align_up(VkDeviceAddress value, VkDeviceAddress alignment) {
   return (value + alignment - 1) / alignment * alignment;
@@ -45,7 +45,7 @@ bool is_of_boxes(const std::vector<TriangleGeometry>& mesh) {
 }  // namespace
 
 bool traces_to_boxes(const Device& device) {
-  return device.ray_query() && takes_cpu_variants(device);
+  return device.ray_query() && uses_cpu_variants(device);
 }
 
 MeshBuild describe_mesh(Device& device, const std::vector<TriangleGeometry>& mesh,
@@ -122,7 +122,7 @@ void MeshBuilds::create(std::span<const std::vector<TriangleGeometry>> meshes) {
     if (in_software) to_be_written.emplace_back(built_[i].storage.mapped, built_[i].storage.size_bytes);
   }
   if (builds_.empty()) return;
-  touching_ = touch_ahead(std::move(to_be_written));
+  touching_ = prefault(std::move(to_be_written));
   // The builds share one scratch buffer and run in sequence: loading is bound by the disk and the CPU.
   scratch_ = create_buffer(device_, scratch_size + scratch_alignment(device_),
                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
@@ -155,7 +155,7 @@ std::vector<AccelerationStructure> MeshBuilds::finish(BlasBuildReport& report) {
   for (const MeshBuild& build : builds_) report.bytes_built += build.sizes.accelerationStructureSize;
   // A software device gets memory page by page on first write. Compacting a large structure therefore costs
   // as much as it saves.
-  if (device_.report().type == DeviceType::software && report.bytes_built > kMostCopiedInSoftware) {
+  if (device_.report().type == DeviceType::software && report.bytes_built > kMaxCopiedInSoftware) {
     report.bytes_compacted = report.bytes_built;
   } else if (!builds_.empty()) {
     compact(report);

@@ -33,8 +33,8 @@ SetLayout BindlessTextures::create_layout(Device& device, uint32_t capacity) {
     flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT);
   }
   for (uint32_t i = 0; i < std::tuple_size_v<EnvironmentTextures>; ++i) {
-    bindings.push_back({FIRE3DV_BINDING_ENVIRONMENT_PICTURE + i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1,
-                        stages, nullptr});
+    bindings.push_back({FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND + i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                        1, stages, nullptr});
     flags.push_back(0);
   }
   bindings.push_back({FIRE3DV_BINDING_TEXTURES, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
@@ -100,7 +100,7 @@ BindlessTextures::BindlessTextures(Device& device, VkDescriptorSetLayout layout,
     write.pImageInfo = images.data() + first;
   };
   const auto fixed = static_cast<uint32_t>(environment.size());
-  for (uint32_t i = 0; i < fixed; ++i) write_images(FIRE3DV_BINDING_ENVIRONMENT_PICTURE + i, i, 1);
+  for (uint32_t i = 0; i < fixed; ++i) write_images(FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND + i, i, 1);
   if (!textures.empty())
     write_images(FIRE3DV_BINDING_TEXTURES, fixed, static_cast<uint32_t>(textures.size()));
   VkWriteDescriptorSetAccelerationStructureKHR structures{

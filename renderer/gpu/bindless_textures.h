@@ -17,14 +17,14 @@ struct SampledTexture {
 };
 
 using EnvironmentTextures =
-    std::array<SampledTexture, FIRE3DV_BINDING_TEXTURES - FIRE3DV_BINDING_ENVIRONMENT_PICTURE>;
+    std::array<SampledTexture, FIRE3DV_BINDING_TEXTURES - FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND>;
 
 class BindlessTextures {
  public:
   BindlessTextures() = default;
   // layout: from create_layout, with room for the textures. environment: bindings from
-  // FIRE3DV_BINDING_ENVIRONMENT_PICTURE on. top_level may be VK_NULL_HANDLE. The set does not own the objects
-  // that it points to.
+  // FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND on. top_level may be VK_NULL_HANDLE. The set does not own the
+  // objects that it points to.
   BindlessTextures(Device& device, VkDescriptorSetLayout layout, std::span<const SampledTexture> textures,
                    const EnvironmentTextures& environment, VkAccelerationStructureKHR top_level);
 

@@ -27,10 +27,11 @@ ForkedSubmit::ForkedSubmit(const ForkedCommands& commands, VkSemaphore fork_time
                            std::vector<VkSemaphoreSubmitInfo> waits,
                            std::vector<VkSemaphoreSubmitInfo> signals)
     : before_done_(semaphore_submit(fork_timeline, 2 * number - 1)),
-      aside_done_(semaphore_submit(fork_timeline, 2 * number)),
+      async_done_(semaphore_submit(fork_timeline, 2 * number)),
       waits_(std::move(waits)),
       signals_(std::move(signals)) {
-  const VkCommandBuffer pieces[] = {commands.before, commands.aside, commands.beside, commands.after};
+  const VkCommandBuffer pieces[] = {commands.before, commands.async_compute, commands.overlapped,
+                                    commands.after};
   for (size_t i = 0; i < submits_.size(); ++i) {
     commands_[i].sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
     commands_[i].commandBuffer = pieces[i];
@@ -38,10 +39,10 @@ ForkedSubmit::ForkedSubmit(const ForkedCommands& commands, VkSemaphore fork_time
     submits_[i].commandBufferInfoCount = 1;
     submits_[i].pCommandBufferInfos = &commands_[i];
   }
-  waits_.push_back(aside_done_);
+  waits_.push_back(async_done_);
   set_signals(submits_[0], {&before_done_, 1});
   set_waits(submits_[1], {&before_done_, 1});
-  set_signals(submits_[1], {&aside_done_, 1});
+  set_signals(submits_[1], {&async_done_, 1});
   set_waits(submits_[3], waits_);
   set_signals(submits_[3], signals_);
 }

@@ -1,9 +1,9 @@
 // Submissions of a frame with one piece on the async compute queue. Two timeline values order the pieces
 // across queues; the main queue's own order needs no semaphore.
 //
-//   main   [before] --n--+--> [beside] -----------> [after] --> the frame's own value
+//   main   [before] --n--+--> [overlapped] --------> [after] --> the frame's own value
 //                        |                             ^
-//   side                 +--> [aside] -------n+1-------+
+//   async                +--> [async_compute] -------n+1-------+
 //
 // The last piece always waits for the async piece, so the frame's value covers both queues. Consumers, such
 // as the retirement of objects, therefore need one timeline only. The wait also orders the next frame behind
@@ -22,8 +22,8 @@ namespace fire3dv::gpu {
 
 struct ForkedCommands {
   VkCommandBuffer before = VK_NULL_HANDLE;
-  VkCommandBuffer aside = VK_NULL_HANDLE;  // on the async compute queue
-  VkCommandBuffer beside = VK_NULL_HANDLE;
+  VkCommandBuffer async_compute = VK_NULL_HANDLE;  // on the async compute queue
+  VkCommandBuffer overlapped = VK_NULL_HANDLE;
   VkCommandBuffer after = VK_NULL_HANDLE;
 };
 
@@ -41,12 +41,12 @@ class ForkedSubmit {
   ForkedSubmit& operator=(const ForkedSubmit&) = delete;
 
   const VkSubmitInfo2& before() const { return submits_[0]; }                       // main queue
-  const VkSubmitInfo2& aside() const { return submits_[1]; }                        // async compute queue
+  const VkSubmitInfo2& async_compute() const { return submits_[1]; }                // async compute queue
   std::span<const VkSubmitInfo2> rest() const { return {submits_.data() + 2, 2}; }  // main queue
 
  private:
   std::array<VkCommandBufferSubmitInfo, 4> commands_{};
-  VkSemaphoreSubmitInfo before_done_, aside_done_;
+  VkSemaphoreSubmitInfo before_done_, async_done_;
   std::vector<VkSemaphoreSubmitInfo> waits_, signals_;
   std::array<VkSubmitInfo2, 4> submits_{};
 };

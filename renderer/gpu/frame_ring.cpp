@@ -36,10 +36,10 @@ FrameRing::FrameRing(Device& device) : device_(device) {
     Slot& slot = slots_.emplace_back(device);
     slot.pool = create_pool(device, device.queues().main_family);
     slot.commands.before = create_commands(device, slot.pool);
-    if (device.queues().side != SideQueue::none) {
-      slot.side_pool = create_pool(device, device.queues().side_family);
-      slot.commands.aside = create_commands(device, slot.side_pool);
-      slot.commands.beside = create_commands(device, slot.pool);
+    if (device.queues().async != AsyncQueue::none) {
+      slot.async_pool = create_pool(device, device.queues().async_family);
+      slot.commands.async_compute = create_commands(device, slot.async_pool);
+      slot.commands.overlapped = create_commands(device, slot.pool);
       slot.commands.after = create_commands(device, slot.pool);
     }
     if (device.timestamp_bits() == 0) continue;
@@ -62,14 +62,14 @@ Recorder& FrameRing::begin() {
   slot.belt.reset();
 
   FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.pool.get(), 0));
-  if (slot.side_pool) FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.side_pool.get(), 0));
+  if (slot.async_pool) FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.async_pool.get(), 0));
   if (slot.queries) vkResetQueryPool(device_.handle(), slot.queries.get(), 0, kMaxTimestamps);
   VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
   info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
   FIRE3DV_VK(vkBeginCommandBuffer(slot.commands.before, &info));
   slot.frame_index = frame_index_;
   std::optional<Fork> fork;
-  if (slot.side_pool) fork = {slot.commands, device_.new_fork_number(), device_.side_timestamp_bits() != 0};
+  if (slot.async_pool) fork = {slot.commands, device_.new_fork_number(), device_.async_timestamp_bits() != 0};
   return slot.recorder.emplace(slot.commands.before, slot.queries.get(), kMaxTimestamps, fork, timed_);
 }
 
@@ -109,21 +109,21 @@ void FrameRing::read_times(Slot& slot) {
     std::optional<uint64_t> begin;
     for (const PassTimestamps& pass : passes) {
       const uint64_t pass_begin = ticks[pass.begin_query], pass_end = ticks[pass.end_query];
-      const uint32_t bits = pass.aside ? device_.side_timestamp_bits() : device_.timestamp_bits();
+      const uint32_t bits = pass.async_compute ? device_.async_timestamp_bits() : device_.timestamp_bits();
       if (slot.recorder->times_passes()) {
         const auto ticks_taken = static_cast<double>(ticks_between(pass_begin, pass_end, bits));
-        times.passes.push_back({pass.name, ticks_taken * ms_per_tick, pass.aside});
+        times.passes.push_back({pass.name, ticks_taken * ms_per_tick, pass.async_compute});
       }
       // Vulkan compares timestamps of one queue only. The main queue's span includes the async queue's work,
       // since it begins earlier and waits for it.
-      if (pass.aside) continue;
+      if (pass.async_compute) continue;
       if (!begin) begin = pass_begin;
       times.total_ms = static_cast<double>(ticks_between(*begin, pass_end, bits)) * ms_per_tick;
     }
   }
   untaken_.push_back(std::move(times));
-  constexpr size_t kKeptWhenNobodyTakes = 1024;
-  if (untaken_.size() > kKeptWhenNobodyTakes) untaken_.erase(untaken_.begin());
+  constexpr size_t kMaxUntakenFrames = 1024;
+  if (untaken_.size() > kMaxUntakenFrames) untaken_.erase(untaken_.begin());
 }
 
 }  // namespace fire3dv::gpu

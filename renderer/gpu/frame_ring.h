@@ -21,7 +21,7 @@ constexpr uint32_t kMaxTimestamps = 128;
 struct PassTime {
   const char* name;
   double milliseconds;
-  bool aside;  // on the async compute queue, overlapped with other passes
+  bool async_compute;  // on the async compute queue, overlapped with other passes
 };
 
 // GPU times of one finished frame, in milliseconds. Passes on the async compute queue overlap others, so the
@@ -53,7 +53,7 @@ class FrameRing {
  private:
   struct Slot {
     explicit Slot(Device& device) : belt(device) {}
-    CommandPool pool, side_pool;
+    CommandPool pool, async_pool;
     ForkedCommands commands;  // only the first one without an async compute queue
     QueryPool queries;
     StagingRing belt;

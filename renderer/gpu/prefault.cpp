@@ -35,7 +35,7 @@ void touch_all(const std::stop_token& stop, const std::vector<std::span<std::byt
 
 }  // namespace
 
-std::jthread touch_ahead(std::vector<std::span<std::byte>> pieces) {
+std::jthread prefault(std::vector<std::span<std::byte>> pieces) {
   try {
     return std::jthread(touch_all, std::move(pieces));
   } catch (const std::system_error&) {  // without a thread, the device's own writes fault the pages

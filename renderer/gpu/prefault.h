@@ -12,6 +12,6 @@ namespace fire3dv::gpu {
 // stays. Reason: an operating system needs about as long for a first-touch page fault as such a device for
 // the write itself. The thread ends early on a stop request, as its destructor sends one; the memory must
 // outlive it. Without system support or a free thread the call has no effect.
-std::jthread touch_ahead(std::vector<std::span<std::byte>> pieces);
+std::jthread prefault(std::vector<std::span<std::byte>> pieces);
 
 }  // namespace fire3dv::gpu

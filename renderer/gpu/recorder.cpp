@@ -67,10 +67,10 @@ void wait_for(VkCommandBuffer commands, VkPipelineStageFlags2 before, VkPipeline
 
 void Recorder::pass(const char* name, std::span<const Use> uses,
                     const std::function<void(VkCommandBuffer)>& record) {
-  copy_what_is_overwritten(uses);
+  copy_before_overwrite(uses);
   barriers(uses);
   begin_frame_time();
-  if (copies_beside_this()) begin_copies();
+  if (overlaps_copies_now()) begin_copies();
   const std::optional<uint32_t> begin_query = write_timestamps_begin();
   record(commands_);
   write_timestamps_end(name, begin_query);
@@ -83,7 +83,7 @@ void Recorder::copy_at_end(const Buffer& from, Buffer& into, std::vector<VkBuffe
   copies_at_end_.push_back({from.get(), &into, std::move(regions)});
 }
 
-void Recorder::copy_what_is_overwritten(std::span<const Use> uses) {
+void Recorder::copy_before_overwrite(std::span<const Use> uses) {
   const auto overwrites = [&](const std::vector<CopyAtEnd>& copies) {
     return std::any_of(copies.begin(), copies.end(), [&](const CopyAtEnd& copy) {
       return std::any_of(uses.begin(), uses.end(), [&](const Use& use) {
@@ -95,8 +95,8 @@ void Recorder::copy_what_is_overwritten(std::span<const Use> uses) {
   if (overwrites(copies_at_end_)) record_copies();
 }
 
-bool Recorder::copies_beside_this() const {
-  return copies_beside_next_ && piece_ != Piece::aside && !copies_at_end_.empty();
+bool Recorder::overlaps_copies_now() const {
+  return overlaps_copies_ && piece_ != Piece::async_compute && !copies_at_end_.empty();
 }
 
 // The source buffer may have been replaced, so its use state is unknown. The copies therefore wait for all
@@ -109,7 +109,7 @@ void Recorder::record_copies() {
 }
 
 void Recorder::begin_copies() {
-  copies_beside_next_ = false;
+  overlaps_copies_ = false;
   copies_begun_ = std::exchange(copies_at_end_, {});
   std::vector<Use> written;
   for (const CopyAtEnd& copy : copies_begun_) written.emplace_back(*copy.into, access::transfer_write);
@@ -125,33 +125,33 @@ void Recorder::begin_copies() {
 
 void Recorder::end_copies() {
   if (copies_begun_.empty()) return;
-  std::vector<Use> told;
+  std::vector<Use> host_reads;
   for (const CopyAtEnd& copy : std::exchange(copies_begun_, {}))
-    told.emplace_back(*copy.into, access::host_read);
-  barriers(told);
+    host_reads.emplace_back(*copy.into, access::host_read);
+  barriers(host_reads);
   wait_for(commands_, access::transfer_read.stages, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
 }
 
 void Recorder::transition(std::initializer_list<Use> uses) {
-  copy_what_is_overwritten(uses);
+  copy_before_overwrite(uses);
   barriers(std::span<const Use>(uses.begin(), uses.size()));
 }
 
-void Recorder::aside(const char* wait_name, const std::function<void()>& record) {
+void Recorder::async_compute(const char* wait_name, const std::function<void()>& record) {
   if (!fork_) return record();
   FIRE3DV_ASSERT(piece_ == Piece::before);
   FIRE3DV_VK(vkEndCommandBuffer(commands_));
-  go_on_in(fork_->commands.aside, Piece::aside);
+  continue_in(fork_->commands.async_compute, Piece::async_compute);
   record();
   FIRE3DV_VK(vkEndCommandBuffer(commands_));
-  go_on_in(fork_->commands.beside, Piece::beside);
+  continue_in(fork_->commands.overlapped, Piece::overlapped);
   wait_name_ = wait_name;
 }
 
 std::optional<ForkedCommands> Recorder::finish() {
   record_copies();
   end_copies();
-  if (piece_ == Piece::beside) join();
+  if (piece_ == Piece::overlapped) join();
   end_frame_time();
   FIRE3DV_VK(vkEndCommandBuffer(commands_));
   if (piece_ == Piece::before) return std::nullopt;
@@ -161,11 +161,11 @@ std::optional<ForkedCommands> Recorder::finish() {
 void Recorder::join() {
   const std::optional<uint32_t> begin_query = write_timestamps_begin();
   FIRE3DV_VK(vkEndCommandBuffer(commands_));
-  go_on_in(fork_->commands.after, Piece::after);
+  continue_in(fork_->commands.after, Piece::after);
   write_timestamps_end(wait_name_, begin_query);
 }
 
-void Recorder::go_on_in(VkCommandBuffer commands, Piece piece) {
+void Recorder::continue_in(VkCommandBuffer commands, Piece piece) {
   commands_ = commands;
   piece_ = piece;
   VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
@@ -175,7 +175,7 @@ void Recorder::go_on_in(VkCommandBuffer commands, Piece piece) {
 
 // The frame's time starts at the first pass of the main queue.
 void Recorder::begin_frame_time() {
-  if (times_passes() || !queries_ || next_query_ != 0 || piece_ == Piece::aside) return;
+  if (times_passes() || !queries_ || next_query_ != 0 || piece_ == Piece::async_compute) return;
   vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, 0);
   next_query_ = 2;
 }
@@ -188,7 +188,7 @@ void Recorder::end_frame_time() {
 
 std::optional<uint32_t> Recorder::write_timestamps_begin() {
   const bool timed = times_passes() && queries_ && next_query_ + 2 <= max_queries_;
-  if (!timed || (piece_ == Piece::aside && !fork_->times_aside)) return std::nullopt;
+  if (!timed || (piece_ == Piece::async_compute && !fork_->times_async)) return std::nullopt;
   vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, next_query_);
   next_query_ += 2;
   return next_query_ - 2;
@@ -197,14 +197,14 @@ std::optional<uint32_t> Recorder::write_timestamps_begin() {
 void Recorder::write_timestamps_end(const char* name, std::optional<uint32_t> begin_query) {
   if (!begin_query) return;
   vkCmdWriteTimestamp2(commands_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, *begin_query + 1);
-  timestamps_.push_back({name, *begin_query, *begin_query + 1, piece_ == Piece::aside});
+  timestamps_.push_back({name, *begin_query, *begin_query + 1, piece_ == Piece::async_compute});
 }
 
 // True if a resource has to wait for the async piece, which may still run.
-bool Recorder::touches_aside(std::span<const Use> uses) const {
+bool Recorder::depends_on_async(std::span<const Use> uses) const {
   return std::any_of(uses.begin(), uses.end(), [&](const Use& use) {
     const UseState& state = use.buffer ? use.buffer->use : use.image->use;
-    return state.side_write == fork_->number || (use.access.writes && state.side_read == fork_->number);
+    return state.async_write == fork_->number || (use.access.writes && state.async_read == fork_->number);
   });
 }
 
@@ -212,14 +212,14 @@ bool Recorder::touches_aside(std::span<const Use> uses) const {
 // async queue needs barriers against its own writes only, and the main queue needs none against it. Stages of
 // the main queue would also be invalid in a barrier on the async queue.
 bool Recorder::is_ordered_by_fork(UseState& state, const Access& next) {
-  if (piece_ != Piece::aside) {
-    if (state.side_write) state = {.layout = state.layout, .side_read = state.side_read};
+  if (piece_ != Piece::async_compute) {
+    if (state.async_write) state = {.layout = state.layout, .async_read = state.async_read};
     return false;
   }
-  if (state.side_write == fork_->number) return false;
+  if (state.async_write == fork_->number) return false;
   if (next.writes) {
-    const bool read_here = state.side_read == fork_->number;
-    state = {.layout = state.layout, .side_write = fork_->number};
+    const bool read_here = state.async_read == fork_->number;
+    state = {.layout = state.layout, .async_write = fork_->number};
     if (!read_here) {
       state.write_stages = next.stages;
       state.write_access = next.access;
@@ -228,7 +228,7 @@ bool Recorder::is_ordered_by_fork(UseState& state, const Access& next) {
     state.read_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     return false;
   }
-  state.side_read = fork_->number;  // the main queue's state stays as it is
+  state.async_read = fork_->number;  // the main queue's state stays as it is
   return true;
 }
 
@@ -236,9 +236,9 @@ void Recorder::barriers(std::span<const Use> uses) {
   std::vector<VkImageMemoryBarrier2> image_barriers;
   VkMemoryBarrier2 memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER_2};
   bool memory_needed = false;
-  if (piece_ == Piece::beside && touches_aside(uses)) join();
+  if (piece_ == Piece::overlapped && depends_on_async(uses)) join();
   for (const Use& use : uses) {
-    FIRE3DV_ASSERT(use.buffer || piece_ != Piece::aside);
+    FIRE3DV_ASSERT(use.buffer || piece_ != Piece::async_compute);
     if (is_ordered_by_fork(use.buffer ? use.buffer->use : use.image->use, use.access)) continue;
     if (use.buffer) {
       const Dependency d = depend(use.buffer->use, use.access, false);

@@ -75,7 +75,7 @@ struct Use {
 struct PassTimestamps {
   const char* name;
   uint32_t begin_query, end_query;
-  bool aside;  // on the async compute queue
+  bool async_compute;  // on the async compute queue
 };
 
 // Scope of timestamps. Pass timestamps delay the passes a little, since each one serialises its neighbours.
@@ -85,7 +85,7 @@ enum class Timed : uint8_t { frame, passes };
 struct Fork {
   ForkedCommands commands;  // recording begins in `before`
   uint64_t number = 0;      // distinct on the device, never 0
-  bool times_aside = false;
+  bool times_async = false;
 };
 
 // Makes all earlier work of the stages `before` visible to all later work of the stages `after`. For
@@ -115,7 +115,7 @@ class Recorder {
   void copy_at_end(const Buffer& from, Buffer& into, std::vector<VkBufferCopy> regions);
   // Moves the copies requested so far from the end of the frame to the next pass of the main queue,
   // overlapped with it.
-  void copy_beside_next() { copies_beside_next_ = true; }
+  void overlap_copies_with_next() { overlaps_copies_ = true; }
   // Records barriers only: hands a resource to a user outside the passes (the host, a presentation engine).
   void transition(std::initializer_list<Use> uses);
 
@@ -123,7 +123,7 @@ class Recorder {
   // one. Call it at most once a frame, with buffers only. A later pass waits if it declares a resource that
   // the async piece has written, or writes one that it reads. The end of the frame always waits. wait_name:
   // static storage; name of the main queue's wait time.
-  void aside(const char* wait_name, const std::function<void()>& record);
+  void async_compute(const char* wait_name, const std::function<void()>& record);
   // Ends recording. Returns the pieces of a forked frame.
   std::optional<ForkedCommands> finish();
 
@@ -132,7 +132,7 @@ class Recorder {
   bool times_passes() const { return timed_ == Timed::passes; }
 
  private:
-  enum class Piece : uint8_t { before, aside, beside, after };
+  enum class Piece : uint8_t { before, async_compute, overlapped, after };
 
   struct CopyAtEnd {
     VkBuffer from;
@@ -144,12 +144,12 @@ class Recorder {
   void record_copies();
   void begin_copies();
   void end_copies();
-  bool copies_beside_this() const;
-  void copy_what_is_overwritten(std::span<const Use> uses);
-  bool touches_aside(std::span<const Use> uses) const;
+  bool overlaps_copies_now() const;
+  void copy_before_overwrite(std::span<const Use> uses);
+  bool depends_on_async(std::span<const Use> uses) const;
   bool is_ordered_by_fork(UseState& state, const Access& next);
   void join();
-  void go_on_in(VkCommandBuffer commands, Piece piece);
+  void continue_in(VkCommandBuffer commands, Piece piece);
   void begin_frame_time();
   void end_frame_time();
   std::optional<uint32_t> write_timestamps_begin();
@@ -166,7 +166,7 @@ class Recorder {
   std::vector<PassTimestamps> timestamps_;
   std::vector<CopyAtEnd> copies_at_end_;
   std::vector<CopyAtEnd> copies_begun_;  // overlapped with a pass; not waited for yet
-  bool copies_beside_next_ = false;
+  bool overlaps_copies_ = false;
 };
 
 }  // namespace fire3dv::gpu

@@ -43,7 +43,7 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
   constexpr VkBufferUsageFlags kOfBothQueues =
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
-  const uint32_t families[] = {device.queues().main_family, device.queues().side_family};
+  const uint32_t families[] = {device.queues().main_family, device.queues().async_family};
   if ((usage & kOfBothQueues) && device.queues().two_families()) {
     info.sharingMode = VK_SHARING_MODE_CONCURRENT;
     info.queueFamilyIndexCount = 2;

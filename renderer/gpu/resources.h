@@ -27,7 +27,7 @@ struct UseState {
   VkAccessFlags2 visible_access = 0;
   VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
   // Fork numbers of the async queue's last write and read; 0: no pending access.
-  uint64_t side_write = 0, side_read = 0;
+  uint64_t async_write = 0, async_read = 0;
 };
 
 struct Buffer {

@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "renderer/passes/debug/debug_view.h"
+#include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
 

@@ -24,7 +24,7 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
   for (; frame < end && !should_stop(); ++frame) {
     if (!is_wanted(frame)) continue;
     advance(frame);
-    draw(frame);
+    if (auto drawn = draw(frame); !drawn) return drawn.error();
     if (auto delivered = deliver(); !delivered) return delivered.error();
     progress.update_with_end(frame + 1 - part.first, part.frames);
   }
@@ -49,15 +49,18 @@ void OfflineLoop::advance(uint64_t frame) {
         (*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
 }
 
-void OfflineLoop::draw(uint64_t frame) {
-  gpu::Recorder& recorder = frames_.begin();
+Result<void> OfflineLoop::draw(uint64_t frame) {
   const VkExtent2D extent = parts_.renderer.extent();
+  const Result<passes::PreparedFrame> prepared = parts_.renderer.prepare({.extent = extent});
+  if (!prepared) return prepared.error();
+  gpu::Recorder& recorder = frames_.begin();
   const passes::View view =
       parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
-  parts_.renderer.record(recorder, frames_.belt(), parts_.poses, view);
+  parts_.renderer.record(*prepared, recorder, frames_.belt(), parts_.poses, view);
   captures_.record(recorder, parts_.renderer.image(), {frame, view.camera, parts_.poses.shown()});
   captures_.submitted(frames_.submit());
   ++images_;
+  return {};
 }
 
 Result<void> OfflineLoop::deliver() {

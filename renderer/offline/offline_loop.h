@@ -40,7 +40,7 @@ class OfflineLoop {
 
  private:
   void advance(uint64_t frame);
-  void draw(uint64_t frame);
+  Result<void> draw(uint64_t frame);
   Result<void> deliver();
 
   Parts parts_;

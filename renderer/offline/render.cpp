@@ -239,7 +239,8 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (auto enough = app::make_room(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();
   renderer->set_scene(loaded.scene, loaded.derived);
-  renderer->set_size({drawing_.width, drawing_.height});
+  if (auto prepared = renderer->prepare({.extent = {drawing_.width, drawing_.height}}); !prepared)
+    return prepared.error();
 
   auto camera = app::CameraRig::create(loaded.scene, drawing_.camera);
   if (!camera) return camera.error();

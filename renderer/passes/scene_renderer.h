@@ -9,12 +9,13 @@
 #include "renderer/passes/debug/inspector.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/forward/forward_pass.h"
+#include "renderer/passes/frame_plan.h"
 #include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/post/stale_overlay_pass.h"
 #include "renderer/passes/resources/deform_pass.h"
-#include "renderer/passes/resources/edit_follower.h"
+#include "renderer/passes/resources/edit_uploader.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/resources/transforms_pass.h"
@@ -23,24 +24,11 @@
 
 namespace fire3dv::passes {
 
-enum class RasterPath : uint8_t {
-  automatic,   // visibility where the device supports it, otherwise forward
-  forward,     // the raster pipeline: the reference
-  visibility,  // compute, from a visibility buffer
-};
-
-// Use of coarser LODs on the visibility path.
-enum class LevelsOfDetail : uint8_t {
-  off,
-  camera,
-  everywhere,  // also in shadow maps: a quarter of a texel around a shadow's edge may then be lit
-  automatic,   // the camera's, in scenes where they pay
-};
 // LODs that a scene needs for this setting.
 scene::Levels levels_for(LevelsOfDetail wanted);
 
-// Position in a frame. Further images of a frame reuse its transforms and deformation.
-enum class OfFrame : uint8_t { first, further };
+// Scene state of an image. Later images of a frame reuse its edits, transforms and deformation.
+enum class SceneUpdate : uint8_t { update, reuse };
 
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
@@ -58,6 +46,37 @@ struct DrawSettings {
   uint32_t most_textures = 1 << 16;  // texture capacity of a scene; larger values slow down every start
 };
 
+// Image that a caller wants to record.
+struct FrameRequest {
+  VkExtent2D extent{};  // of a view
+  // Views that are taken together. Image and planes stack them vertically, in order. Several views have no
+  // FXAA and share one set of shadow maps.
+  uint32_t views = 1;
+  ImageOutputs outputs = {};
+  Inspection inspection = {};  // for a single view with colours; unavailable parts are ignored
+  SceneUpdate scene = SceneUpdate::update;
+};
+
+// Resource that prepare() could not provide.
+enum class Shortage : uint8_t {
+  none,
+  unsupported_outputs,
+  motion_snapshots,  // camera histories reference too many transform snapshots
+  device_memory,
+};
+
+// Request with its resources. Valid for one record(), before the next prepare() or set_scene().
+class PreparedFrame {
+ public:
+  const FrameRequest& request() const { return request_; }
+
+ private:
+  friend class SceneRenderer;
+  PreparedFrame(FrameRequest request, uint64_t number) : request_(std::move(request)), number_(number) {}
+  FrameRequest request_;
+  uint64_t number_;
+};
+
 class SceneRenderer {
  public:
   SceneRenderer(gpu::Device& device, const DrawSettings& settings);
@@ -70,17 +89,10 @@ class SceneRenderer {
   void set_scene(const scene::Scene& scene, const scene::Derived& derived);
   // Edits of the current scene, read in each frame. Call it once, before the first frame.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
-  // views: images of this size that are taken together. Targets of a few small sizes are cached, so switching
-  // is cheap. Throws VulkanFailure when memory is short; a size must be set again then.
-  void set_size(VkExtent2D extent, uint32_t views = 1);
-  // Marks a new frame with new transforms. record() calls it; call it earlier only for make_room() and
-  // can_keep_places().
-  void begin_frame();
-  // Allocates most of the memory that record() needs for these outputs at this size: planes, snapshots,
-  // cluster lists.
-  void make_room(const ImageOutputs& outputs);
-  // False when camera histories hold too many snapshots for this frame's.
-  bool can_keep_places() const;
+  // Selects targets of the requested size and allocates most of the memory that record() needs: targets,
+  // planes, motion snapshots, cluster lists. Targets of a few small sizes are cached. The error names what is
+  // short; then no image can be recorded before another prepare(). Needs a scene.
+  Result<PreparedFrame> prepare(const FrameRequest& request, Shortage* shortage = nullptr);
 
   // Returns an error for outputs that are unavailable, or unavailable for several views.
   Result<void> can_take(const ImageOutputs& outputs, uint32_t views = 1) const;
@@ -89,28 +101,24 @@ class SceneRenderer {
   Result<void> can_show(DebugView view) const;
   Result<void> can_inspect() const;
 
-  // Records the passes. Requested colours are in image(), planes in planes(), ready to be read. history: of
-  // the camera, for motion.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses,
-              const View& view, const ImageOutputs& outputs = {}, CameraHistory* history = nullptr,
-              const Inspection& inspection = {}) {
-    record(recorder, belt, poses, std::span<const View>(&view, 1), outputs,
-           std::span<CameraHistory>(history, history ? 1 : 0), OfFrame::first, inspection);
+  // Records the passes. Requested colours are in image(), planes in planes(), ready to be read. views: as
+  // many as requested. histories: one per view, for motion, or none.
+  void record(const PreparedFrame& frame, gpu::Recorder& recorder, gpu::StagingRing& staging,
+              const state::PoseState& poses, std::span<const View> views,
+              std::span<CameraHistory> histories = {});
+  // The same for one view.
+  void record(const PreparedFrame& frame, gpu::Recorder& recorder, gpu::StagingRing& staging,
+              const state::PoseState& poses, const View& view, CameraHistory* history = nullptr) {
+    record(frame, recorder, staging, poses, std::span(&view, 1), std::span(history, history ? 1 : 0));
   }
-  // The same for the number of views of set_size(); common work is recorded once. Image and planes stack the
-  // views vertically, in order. Several views have no FXAA and share one set of shadow maps. histories: one
-  // per view, or none. inspection: for a single view with colours; unavailable parts are ignored.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses,
-              std::span<const View> views, const ImageOutputs& outputs, std::span<CameraHistory> histories,
-              OfFrame of_frame = OfFrame::first, const Inspection& inspection = {});
   // Reports the submission of the last recorded frame; its picks arrive after that timeline value.
   void submitted(uint64_t timeline_value);
   // Returns new picking results; see Inspection::pick.
   std::vector<Picked> take_picked();
 
   // Draws the stale overlay after record(), unless the condition is live.
-  void mark_held(gpu::Recorder& recorder, state::Condition condition) {
-    held_mark_.record(recorder, *targets_, image(), condition);
+  void draw_stale_overlay(gpu::Recorder& recorder, state::Condition condition) {
+    stale_overlay_.record(recorder, *targets_, image(), condition);
   }
 
   gpu::Image& image() {
@@ -118,11 +126,11 @@ class SceneRenderer {
   }
   gpu::Buffer& planes() { return outputs_->planes(); }
   const std::vector<PlanePlace>& plane_places() const { return outputs_->places(); }
-  VkExtent2D extent() const { return targets_ ? targets_->extent : VkExtent2D{}; }  // 0: not set
+  VkExtent2D extent() const { return targets_ ? targets_->extent : VkExtent2D{}; }  // 0: nothing is prepared
   uint32_t views() const { return targets_ ? targets_->views : 1; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
-  const ShadowTechnique& shadow_technique() const { return shadow_way_; }
+  const ShadowTechnique& shadow_technique() const { return shadow_technique_; }
   uint64_t shadow_rays() const { return shadows_.rays_traced(); }  // of a finished frame
   // Counts of a finished frame; zero on the forward path.
   ClusterRaster::Drawn clusters_drawn() const {
@@ -149,67 +157,76 @@ class SceneRenderer {
   bool needs_new_renderer(const DrawSettings& settings) const;
 
  private:
-  Targets& targets_of(VkExtent2D extent, uint32_t views);
+  // One image while it is recorded.
+  struct Frame {
+    const FrameRequest& request;
+    const FramePlan plan;
+    gpu::Recorder& recorder;
+    gpu::StagingRing& staging;
+    const state::PoseState& poses;
+    std::span<const View> views;
+    std::vector<VkDeviceAddress> globals;  // per view
+    VkRect2D forward_area{};               // bounds of the forward draws
+    VkRect2D hdr_area{};                   // pixels that the tone-map pass resolves
+    VkRect2D whole_area() const { return {{0, 0}, request.extent}; }
+  };
+
+  // Preparation.
+  void set_targets(VkExtent2D extent, uint32_t views);
+  Targets& find_or_create_targets(VkExtent2D extent, uint32_t views);
   void drop_old_targets();
-  void record_what_moves(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses);
-  // Consumers of this frame's visibility buffer and shadow maps.
-  struct Sees {
-    bool camera;  // false: only shadow maps are needed
-    bool levels_of_detail;
-    bool lights;
-  };
-  void find_visible(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const View> views,
-                    std::span<const VkDeviceAddress> globals, const Sees& sees);
-  // Technique of shading in this frame.
-  struct Shading {
-    bool compute, masked;
-    PostPass::Linear linear;
-  };
-  void shade(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses,
-             std::span<const View> views, std::span<const VkDeviceAddress> globals, const Shading& how);
-  void shade_from_visibility(gpu::Recorder& recorder, std::span<const View> views,
-                             std::span<const VkDeviceAddress> globals, bool masked, const VkRect2D* left);
-  uint32_t number_of_shadows(bool masked) const;  // FIRE3DV_SHADOWS_*
-  Inspection possible_of(Inspection wanted, const ImageOutputs& outputs) const;
-  void inspect(gpu::Recorder& recorder, gpu::StagingRing& belt, const View& view, VkDeviceAddress globals,
-               const Inspection& inspection);
-  void mark(gpu::Recorder& recorder, gpu::StagingRing& belt, const View& view, VkDeviceAddress globals,
-            const Inspection& inspection, bool masked);
-  VkDeviceAddress upload_globals(gpu::StagingRing& belt, const View& view, bool masked);
+  void allocate(const FrameRequest& request);
+  FrameFacts facts() const;
+  Inspection available(Inspection inspection, const ImageOutputs& outputs) const;
+
+  // Passes, in frame order.
+  void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging, const state::PoseState& poses);
+  void build_acceleration_structures(gpu::Recorder& recorder);
+  void begin_targets(Frame& frame);
+  void rasterise(const Frame& frame);
+  void write_planes(const Frame& frame, std::span<CameraHistory> histories);
+  void draw_debug_view(const Frame& frame);
+  void merge_coverage(const Frame& frame);
+  void shade(const Frame& frame);
+  void draw_forward(const Frame& frame);
+  void post_process(const Frame& frame);
+  void draw_overlays(const Frame& frame);
+
+  uint32_t shadow_mode(bool masked) const;  // FIRE3DV_SHADOWS_*
+  VkDeviceAddress upload_globals(const Frame& frame, const View& view) const;
   void expect_shading(const scene::Scene& scene);
   gpu::Rays expected_rays(const scene::Scene& scene) const;
-  bool shows_levels() const;
-  bool levels_in_maps() const;
-  void build_acceleration_structures(gpu::Recorder& recorder);
 
   gpu::Device& device_;
   DrawSettings settings_;
-  std::weak_ptr<const scene::EnvironmentImage> environment_of_;  // source of environment_; empty: the studio
-  bool own_studio_ = true;
+  std::weak_ptr<const scene::EnvironmentImage>
+      environment_source_;  // source of environment_; empty: the studio
+  bool uses_studio_ = true;
   RasterPath path_;  // never automatic
   VkSampleCountFlagBits samples_;
   gpu::SetLayout scene_set_layout_;
   gpu::PipelineLayout layout_;
-  EditFollower edit_follower_;
+  EditUploader edit_uploader_;
   TransformsPass transforms_;
   DeformPass deform_;
   ForwardPass forward_;
-  ShadowTechnique shadow_way_;
+  ShadowTechnique shadow_technique_;
   bool shadows_on_ = true;
-  bool acceleration_frame_ = false;  // acceleration structures of the current frame are recorded
+  bool has_acceleration_structures_ = false;  // those of the current frame are recorded
   std::optional<VisibilityPass> visibility_;
   std::optional<OutputsPass> outputs_;  // created with visibility_
   ShadowPass shadows_;
   PostPass post_;
-  HeldMark held_mark_;
+  StaleOverlayPass stale_overlay_;
   std::unique_ptr<Inspector> inspector_;  // created on first use
   Environment environment_;               // last: its wait for the GPU overlaps with pipeline compilation
   const scene::Scene* scene_ = nullptr;
-  bool may_have_on_top_ = false;  // has forward-only draws, hidden or not
+  bool may_have_forward_only_ = false;  // has forward-only draws, hidden or not
   const scene::SceneEdits* edits_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;
-  std::vector<std::unique_ptr<Targets>> kept_targets_;  // cached by size, newest first
-  Targets* targets_ = nullptr;                          // the first of them
+  std::vector<std::unique_ptr<Targets>> target_cache_;  // by size, newest first
+  Targets* targets_ = nullptr;                          // the first of them; null: nothing is prepared
+  uint64_t prepared_ = 0;                               // count of prepare() calls
 };
 
 }  // namespace fire3dv::passes

@@ -67,7 +67,7 @@ Result<void> check(const Intrinsics& intrinsics) {
 namespace {
 
 // Offset of the image centre from the principal point, in normalised coordinates.
-glm::vec2 middle_ndc(const Intrinsics& intrinsics) {
+glm::vec2 image_center_ndc(const Intrinsics& intrinsics) {
   return (glm::vec2(intrinsics.cx_px, intrinsics.cy_px) + 0.5f) * 2.0f / glm::vec2(intrinsics.image_px) -
          1.0f;
 }
@@ -87,13 +87,13 @@ glm::mat4 without_scale(const glm::mat4& world_from_camera) {
 }  // namespace
 
 glm::mat4 clip_from_camera(const Intrinsics& intrinsics) {
-  const glm::vec2 size(intrinsics.image_px), middle = middle_ndc(intrinsics);
+  const glm::vec2 size(intrinsics.image_px), image_center = image_center_ndc(intrinsics);
   const float near = intrinsics.near_m, far = intrinsics.far_m;
   glm::mat4 m(0);
   m[0][0] = 2 * intrinsics.fx_px / size.x;
   m[1][1] = -2 * intrinsics.fy_px / size.y;
-  m[2][0] = -middle.x;
-  m[2][1] = -middle.y;
+  m[2][0] = -image_center.x;
+  m[2][1] = -image_center.y;
   m[2][2] = far > near ? near / (far - near) : 0;
   m[3][2] = far > near ? far * near / (far - near) : near;
   m[2][3] = -1;
@@ -106,12 +106,12 @@ View make_view(const Intrinsics& intrinsics, const glm::mat4& world_from_camera)
   view.eye_world = glm::vec3(rigid[3]);
   view.look_world = -glm::vec3(rigid[2]);
   view.near_m = intrinsics.near_m;
-  const glm::vec2 size(intrinsics.image_px), middle = middle_ndc(intrinsics);
-  view.off_centre = middle != glm::vec2(0);
+  const glm::vec2 size(intrinsics.image_px), image_center = image_center_ndc(intrinsics);
+  view.off_centre = image_center != glm::vec2(0);
   view.world_from_ndc_x = glm::vec3(rigid[0]) * (size.x / (2 * intrinsics.fx_px));
   view.world_from_ndc_y = -glm::vec3(rigid[1]) * (size.y / (2 * intrinsics.fy_px));
   view.world_from_ndc_origin =
-      view.look_world - middle.x * view.world_from_ndc_x - middle.y * view.world_from_ndc_y;
+      view.look_world - image_center.x * view.world_from_ndc_x - image_center.y * view.world_from_ndc_y;
   view.clip_from_world = clip_from_camera(intrinsics) * glm::inverse(rigid);
   return view;
 }

@@ -35,13 +35,13 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer HugeTriangle
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PreparedTriangleRef { PreparedTriangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileEntryRef { TileEntry at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LightShadowRef { LightShadow at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) buffer LightPlaceRef { LightPlace at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SheetRef { SheetRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SheetPlaceRef { SheetPlace at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer LightPoseRef { LightPose at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PlanarCasterRef { PlanarCasterRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer PlanarCasterPlaneRef { PlanarCasterPlane at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayEntryRef { RayEntry at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer FoundRayRef { FoundRay at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ListedRayRef { ListedRay at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayListRef { RayList at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightViewWantedRef { LightViewWanted at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightViewRequestRef { LightViewRequest at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer RasterViewOut { RasterView at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DeformRecordRef { DeformRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DeformGroupRef { DeformGroup at[]; };
@@ -63,8 +63,8 @@ vec3 transform_direction(AffineRows m, vec3 d) {
 vec3 transform_normal(AffineRows m, vec3 n) {
   const vec3 r0 = m.row0.xyz, r1 = m.row1.xyz, r2 = m.row2.xyz;
   const vec3 c0 = cross(r1, r2);
-  const float sense = dot(r0, c0) < 0 ? -1 : 1;
-  return sense * vec3(dot(c0, n), dot(cross(r2, r0), n), dot(cross(r0, r1), n));
+  const float orientation = dot(r0, c0) < 0 ? -1 : 1;
+  return orientation * vec3(dot(c0, n), dot(cross(r2, r0), n), dot(cross(r0, r1), n));
 }
 
 // The same up to its length; cheaper where the transform is known to scale uniformly.

@@ -3,12 +3,12 @@
 #ifndef FIRE3DV_GENERATIONS_GLSL
 #define FIRE3DV_GENERATIONS_GLSL
 
-const float kMostKept = 1.99;  // larger values would carry into the generation's bits
+const float kMaxDepth = 1.99;  // larger values would carry into the generation's bits
 
-// depth: from 0 to kMostKept.
-uint kept_depth(float depth, uint generation) { return floatBitsToUint(depth) + generation; }
+// depth: from 0 to kMaxDepth.
+uint encode_depth(float depth, uint generation) { return floatBitsToUint(depth) + generation; }
 // Depths of an earlier generation decode as 0.
-float depth_kept(uint kept, uint generation) { return uintBitsToFloat(max(kept, generation) - generation); }
-vec4 depth_kept(uvec4 kept, uint generation) { return uintBitsToFloat(max(kept, uvec4(generation)) - generation); }
+float decode_depth(uint encoded, uint generation) { return uintBitsToFloat(max(encoded, generation) - generation); }
+vec4 decode_depth(uvec4 encoded, uint generation) { return uintBitsToFloat(max(encoded, uvec4(generation)) - generation); }
 
 #endif

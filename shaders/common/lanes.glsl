@@ -44,7 +44,7 @@ uint largest_of_lanes(uint x) {
   return max(max(a, b), max(c, d));
 }
 
-float least_of_lanes(float x) {
+float min_of_lanes(float x) {
   const float a = min(subgroupBroadcast(x, 0), subgroupBroadcast(x, 1)), b = min(subgroupBroadcast(x, 2), subgroupBroadcast(x, 3)),
               c = min(subgroupBroadcast(x, 4), subgroupBroadcast(x, 5)), d = min(subgroupBroadcast(x, 6), subgroupBroadcast(x, 7));
   return min(min(a, b), min(c, d));
@@ -129,15 +129,15 @@ PreparedTriangle prepared_for_all(uint64_t prepared, uint index) {
   return triangle;
 }
 
-LightPlace light_for_all(uint64_t lights, uint index) {
+LightPose light_for_all(uint64_t lights, uint index) {
   LightWords record = LightWords(lights)[index];
   const uint low = FIRE3DV_OWN_WORD(record, 0, 16), high = FIRE3DV_OWN_WORD(record, 8, 16);
-  LightPlace light;
+  LightPose light;
   light.color = vec3(FIRE3DV_NUMBER(low, 0), FIRE3DV_NUMBER(low, 1), FIRE3DV_NUMBER(low, 2));
   light.range_m = FIRE3DV_NUMBER(low, 3);
   light.position_world = vec3(FIRE3DV_NUMBER(low, 4), FIRE3DV_NUMBER(low, 5), FIRE3DV_NUMBER(low, 6));
   light.type = FIRE3DV_WORD(low, 7);
-  light.shines_along = vec3(FIRE3DV_NUMBER(high, 0), FIRE3DV_NUMBER(high, 1), FIRE3DV_NUMBER(high, 2));
+  light.light_direction_world = vec3(FIRE3DV_NUMBER(high, 0), FIRE3DV_NUMBER(high, 1), FIRE3DV_NUMBER(high, 2));
   light.cone_scale = FIRE3DV_NUMBER(high, 3);
   light.cone_offset = FIRE3DV_NUMBER(high, 4);
   light.radius_m = FIRE3DV_NUMBER(high, 5);

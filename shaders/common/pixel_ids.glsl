@@ -3,9 +3,9 @@
 #define FIRE3DV_PIXEL_IDS_GLSL
 #include "common/generations.glsl"
 #include "visibility/raster_rules.glsl"
-#include "common/sample_place.glsl"
+#include "common/mean_sample_position.glsl"
 
-// id, kept_depth()
+// id, encode_depth()
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SampleRef { uvec2 at[]; };
 
 // Ids of a pixel's samples; 0: background. One vector, because a dynamically indexed array would live in
@@ -25,7 +25,7 @@ PixelIds pixel_ids(GlobalsRef globals, uint64_t visibility, uint pixel) {
 vec4 pixel_depths(GlobalsRef globals, uint64_t visibility, uint pixel) {
   SamplePairRef pairs = SamplePairRef(visibility);
   const uvec4 low = pairs.at[2 * pixel], high = pairs.at[2 * pixel + 1];
-  return depth_kept(uvec4(low.yw, high.yw), globals.value.visibility_generation);
+  return decode_depth(uvec4(low.yw, high.yw), globals.value.visibility_generation);
 }
 
 uint id_of_sample(PixelIds ids, int s) { return s < 2 ? (s == 0 ? ids.x : ids.y) : (s == 2 ? ids.z : ids.w); }
@@ -47,9 +47,9 @@ uint samples_with(PixelIds ids, uint id) { return ids == id ? 1u : 0u; }
 #endif
 
 // Image position at which the triangle is evaluated, in pixels.
-vec2 place_of_samples(uvec2 pixel, uint same) {
+vec2 position_of_samples(uvec2 pixel, uint same) {
 #if FIRE3DV_SAMPLES == 4
-  return vec2(pixel) + 0.5 + sample_place(same);
+  return vec2(pixel) + 0.5 + mean_sample_position(same);
 #else
   return vec2(pixel) + 0.5;
 #endif

@@ -167,19 +167,19 @@ vec3 inside(vec3 barycentrics) {
 // Limits barycentrics to about one triangle size outside, as needed where the triangle represents merged
 // neighbours.
 vec3 nearby(vec3 barycentrics) {
-  const vec3 from_middle = barycentrics - 1.0 / 3;
-  const vec3 size = abs(from_middle);
-  return from_middle * min(1, 2 / max(size.x, max(size.y, size.z))) + 1.0 / 3;
+  const vec3 from_center = barycentrics - 1.0 / 3;
+  const vec3 size = abs(from_center);
+  return from_center * min(1, 2 / max(size.x, max(size.y, size.z))) + 1.0 / 3;
 }
 
 // Derivatives of barycentrics within blocks of 2 x 2 pixels, as in the raster pipeline, so that both select
 // the same mip levels.
 void barycentric_changes(VisibleTriangle t, vec2 place, vec2 size, out vec3 dx, out vec3 dy) {
-  const vec2 middle = floor(place) + 0.5;
+  const vec2 center = floor(place) + 0.5;
   const vec2 step = vec2(1) - 2 * mod(floor(place), vec2(2));  // to the other pixel of the block
-  const vec3 here = barycentrics_at(t, middle, size);
-  dx = (barycentrics_at(t, middle + vec2(step.x, 0), size) - here) * step.x;
-  dy = (barycentrics_at(t, middle + vec2(0, step.y), size) - here) * step.y;
+  const vec3 here = barycentrics_at(t, center, size);
+  dx = (barycentrics_at(t, center + vec2(step.x, 0), size) - here) * step.x;
+  dy = (barycentrics_at(t, center + vec2(0, step.y), size) - here) * step.y;
 }
 
 // Texture coordinates of the vertices; the second set is read only if a texture uses it.
@@ -257,7 +257,7 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const uint flags = material_of(globals, t).flags;
   vec3 b_dx = vec3(0), b_dy = vec3(0);
 // On a CPU the branch costs less than the derivatives; only shaders that trace need the pixel's size.
-#if defined(FIRE3DV_CPU) && !defined(FIRE3DV_FIND_SHADOWS)
+#if defined(FIRE3DV_CPU) && !defined(FIRE3DV_TEST_MAPS)
   if (kTextures && (flags & FIRE3DV_MATERIAL_TEXTURED) != 0)
 #endif
     barycentric_changes(t, pixel, size, b_dx, b_dy);
@@ -306,9 +306,9 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const vec2 ndc = pixel / size * 2 - 1;
   const vec3 look = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
                     globals.value.world_from_ndc_origin;
-  const bool from_behind = (t.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 && dot(plane, look) > 0;
-  point.plane_normal_world = from_behind ? -plane : plane;
-  if (from_behind) point.normal_world = -point.normal_world;
+  const bool is_back_face = (t.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 && dot(plane, look) > 0;
+  point.plane_normal_world = is_back_face ? -plane : plane;
+  if (is_back_face) point.normal_world = -point.normal_world;
   return point;
 }
 

@@ -30,9 +30,9 @@ void main() {
     } else {
       m = world_from_mesh(push, record, box.joint);
     }
-    const vec3 middle = 0.5 * (box.low + box.high), half_size = 0.5 * (box.high - box.low);
-    const vec3 center = transform_point(m, middle);
-    const vec4 reach = vec4(abs(middle) + half_size, 1), size = vec4(half_size, 0);
+    const vec3 box_center = 0.5 * (box.low + box.high), half_size = 0.5 * (box.high - box.low);
+    const vec3 center = transform_point(m, box_center);
+    const vec4 reach = vec4(abs(box_center) + half_size, 1), size = vec4(half_size, 0);
     const vec3 largest = vec3(dot(abs(m.row0), reach), dot(abs(m.row1), reach), dot(abs(m.row2), reach));
     const vec3 extent = vec3(dot(abs(m.row0), size), dot(abs(m.row1), size), dot(abs(m.row2), size)) + kRounding * largest;
     if (any(isnan(center + extent)) || any(isinf(center + extent))) continue;

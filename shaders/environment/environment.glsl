@@ -6,7 +6,7 @@
 #include "common/directions.glsl"
 #include "shared/bindings.h"
 
-layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_PICTURE) uniform sampler2D environment_picture;
+layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND) uniform sampler2D environment_background;
 layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_SPECULAR) uniform samplerCube environment_specular;
 layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_IRRADIANCE) uniform samplerCube environment_irradiance;
 layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_ALBEDO) uniform sampler2D environment_albedo;
@@ -35,7 +35,7 @@ vec3 scattered_radiance(GlobalsRef globals, vec3 normal) {
 vec3 background_radiance(GlobalsRef globals, vec3 direction) {
   if (globals.value.background_lod < 0) return globals.value.background;
   const vec2 uv = equirectangular_uv(normalize(environment_from_world(globals, direction)));
-  return globals.value.environment_intensity * textureLod(environment_picture, uv, globals.value.background_lod).rgb;
+  return globals.value.environment_intensity * textureLod(environment_background, uv, globals.value.background_lod).rgb;
 }
 
 // Split-sum albedo of one bounce in a uniform environment: factors of f0 and of f90.

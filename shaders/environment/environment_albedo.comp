@@ -23,8 +23,8 @@ vec2 specular_albedo(float n_dot_v, float alpha) {
     const float n_dot_l = (2 * v_dot_h * half_vector - to_eye).z;
     if (n_dot_l <= 0 || v_dot_h <= 0) continue;
     // Ratio of G2 to G1; visible-normal sampling already includes G1.
-    const float seen_one_way = 2 * n_dot_v / (n_dot_v + sqrt(n_dot_v * n_dot_v * (1 - alpha * alpha) + alpha * alpha));
-    const float share = visibility_smith(n_dot_v, n_dot_l, alpha) * 4 * n_dot_v * n_dot_l / seen_one_way;
+    const float one_sided_visibility = 2 * n_dot_v / (n_dot_v + sqrt(n_dot_v * n_dot_v * (1 - alpha * alpha) + alpha * alpha));
+    const float share = visibility_smith(n_dot_v, n_dot_l, alpha) * 4 * n_dot_v * n_dot_l / one_sided_visibility;
     const float grazing = pow(1 - v_dot_h, 5);
     sum += share * vec2(1 - grazing, grazing);
   }

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
 #include "common/textures.glsl"
-#include "common/sample_place.glsl"
+#include "common/mean_sample_position.glsl"
 
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
 
@@ -17,7 +17,7 @@ void main() {
   const MaterialRecord material = MaterialRef(globals.value.materials).at[in_material];
   vec4 uv = in_uv, color = in_color;
 #ifdef FIRE3DV_SAMPLES
-  const vec2 place = sample_place(uint(gl_SampleMaskIn[0]));
+  const vec2 place = mean_sample_position(uint(gl_SampleMaskIn[0]));
   uv = interpolateAtOffset(in_uv, place);
   color = interpolateAtOffset(in_color, place);
 #endif

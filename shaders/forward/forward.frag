@@ -1,6 +1,6 @@
 // Forward shading of a fragment. The output is linear HDR colour, premultiplied where it is blended.
-// Variants: FIRE3DV_RAY_QUERY traces shadows. FIRE3DV_ON_TOP draws forward-only surfaces over solid ones.
-// FIRE3DV_DUAL_SOURCE scales the background by a second colour. FIRE3DV_VISIBLE_PLACE evaluates 4 samples at
+// Variants: FIRE3DV_RAY_QUERY traces shadows. FIRE3DV_FORWARD_ONLY draws forward-only surfaces over solid ones.
+// FIRE3DV_DUAL_SOURCE scales the background by a second colour. FIRE3DV_VISIBLE_POSITION evaluates 4 samples at
 // the mean of the visible ones, like the compute path.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -12,15 +12,15 @@
 #include "shading/shadow_rays.glsl"
 #endif
 
-#ifdef FIRE3DV_VISIBLE_PLACE
+#ifdef FIRE3DV_VISIBLE_POSITION
 // Depth is complete before this pass, so the post-depth coverage contains the visible samples.
 #extension GL_EXT_post_depth_coverage : require
 layout(early_fragment_tests) in;
 layout(post_depth_coverage) in;
-#include "common/sample_place.glsl"
-#define FIRE3DV_AT_PLACE(value) interpolateAtOffset(value, place)
+#include "common/mean_sample_position.glsl"
+#define FIRE3DV_AT_SAMPLE_POSITION(value) interpolateAtOffset(value, place)
 #else
-#define FIRE3DV_AT_PLACE(value) value
+#define FIRE3DV_AT_SAMPLE_POSITION(value) value
 #endif
 
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
@@ -47,7 +47,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   GlobalsRef globals = GlobalsRef(push.globals);
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
-#ifndef FIRE3DV_ON_TOP
+#ifndef FIRE3DV_FORWARD_ONLY
   if (globals.value.shadows == FIRE3DV_SHADOWS_MASK) {
     const uint pixel = uint(gl_FragCoord.y) * globals.value.width + uint(gl_FragCoord.x);
     return mask_visibility(globals, shadow, pixel, max(findLSB(uint(gl_SampleMaskIn[0])), 0));
@@ -70,25 +70,25 @@ void main() {
   MaterialRecord material = MaterialRef(globals.value.materials).at[in_material];
   if ((in_part_flags & FIRE3DV_PART_UNLIT) != 0) material.flags |= FIRE3DV_MATERIAL_UNLIT;
 
-#ifdef FIRE3DV_VISIBLE_PLACE
-  const vec2 place = sample_place(uint(gl_SampleMaskIn[0]));
+#ifdef FIRE3DV_VISIBLE_POSITION
+  const vec2 place = mean_sample_position(uint(gl_SampleMaskIn[0]));
 #endif
   SurfacePoint point;
   point.material = in_material;
-  point.tangent_world = FIRE3DV_AT_PLACE(in_tangent_world);
-  point.uv = FIRE3DV_AT_PLACE(in_uv);
+  point.tangent_world = FIRE3DV_AT_SAMPLE_POSITION(in_tangent_world);
+  point.uv = FIRE3DV_AT_SAMPLE_POSITION(in_uv);
   point.uv_dx = dFdxFine(in_uv_center);
   point.uv_dy = dFdyFine(in_uv_center);
-  point.color = FIRE3DV_AT_PLACE(in_color);
+  point.color = FIRE3DV_AT_SAMPLE_POSITION(in_color);
   // The triangle's plane from inputs at the pixel's centre; its normal points to the viewer. On some drivers
   // a centroid position lies slightly off the plane and is projected back.
   const vec3 along_x = dFdxFine(in_position_center), along_y = dFdyFine(in_position_center);
   // Far from the origin and close to the eye, adjacent positions may round to one point; the plane is then
   // undefined.
   const vec3 plane = cross(along_x, along_y);
-  const vec3 vertex_normal = FIRE3DV_AT_PLACE(in_normal_world);
+  const vec3 vertex_normal = FIRE3DV_AT_SAMPLE_POSITION(in_normal_world);
   vec3 normal = normalize(dot(plane, plane) > 0 ? plane : vertex_normal);
-  const vec3 position = FIRE3DV_AT_PLACE(in_position_world);
+  const vec3 position = FIRE3DV_AT_SAMPLE_POSITION(in_position_world);
   point.position_world = position - normal * dot(normal, position - in_position_center);
   if (dot(normal, globals.value.eye_world - point.position_world) < 0) normal = -normal;
   point.plane_normal_world = normal;

@@ -4,7 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
-#include "visibility/dealt_groups.glsl"
+#include "visibility/interleaved_groups.glsl"
 #include "shared/bindings.h"
 
 #ifdef FIRE3DV_CPU
@@ -16,8 +16,8 @@ layout(push_constant, scalar) uniform Push { FxaaPush push; };
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D image;
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
 
-const float kLeastContrast = 1.0 / 32.0;     // relative to white; lower contrast is invisible
-const float kLeastRelativeContrast = 0.125;  // relative to the brightest neighbour
+const float kMinContrast = 1.0 / 32.0;     // relative to white; lower contrast is invisible
+const float kMinRelativeContrast = 0.125;  // relative to the brightest neighbour
 const float kSubpixel = 0.75;                // strength of sub-pixel smoothing
 const int kSearchSteps = 10;
 const float kStepSizes[kSearchSteps] = float[](1, 1, 1, 1, 1.5, 2, 2, 2, 4, 8);
@@ -36,7 +36,7 @@ vec4 smoothed(ivec2 pixel, vec4 center, float n, float m, float s) {
   const float w = luma_at(pixel, ivec2(-1, 0)), e = luma_at(pixel, ivec2(1, 0));
   const float brightest = max(m, max(max(n, s), max(w, e)));
   const float contrast = brightest - min(m, min(min(n, s), min(w, e)));
-  if (contrast < max(kLeastContrast, brightest * kLeastRelativeContrast)) return center;
+  if (contrast < max(kMinContrast, brightest * kMinRelativeContrast)) return center;
   const float nw = luma_at(pixel, ivec2(-1, -1)), ne = luma_at(pixel, ivec2(1, -1));
   const float sw = luma_at(pixel, ivec2(-1, 1)), se = luma_at(pixel, ivec2(1, 1));
 

@@ -105,7 +105,7 @@ float depth_at(LensWanted w, Around a) {
 // Motion in distorted pixels, from the previous image.
 vec2 motion_at(LensWanted w, vec2 pixel, vec2 place, uint nearest) {
   const vec2 before_in = place - Vec2Ref(w.motion_in).at[nearest];
-  const vec2 before = distort(w, (before_in - w.middle_in) / w.focal_in) * w.focal + w.middle;
+  const vec2 before = distort(w, (before_in - w.principal_point_in) / w.focal_in) * w.focal + w.principal_point;
   // Exactly zero for static surfaces.
   return before_in == place ? vec2(0) : pixel - before;
 }
@@ -116,8 +116,8 @@ void main() {
   if (pixel.x >= w.width || pixel.y >= w.height) return;
   const uint index = pixel.y * w.width + pixel.x;
   vec2 point;
-  const bool shown = undistort(w, (vec2(pixel) - w.middle) / w.focal, point);
-  const vec2 place = shown ? point * w.focal_in + w.middle_in : vec2(0);
+  const bool shown = undistort(w, (vec2(pixel) - w.principal_point) / w.focal, point);
+  const vec2 place = shown ? point * w.focal_in + w.principal_point_in : vec2(0);
   const Around a = around(w, place);
 
   if (w.color_out != 0ul) {

@@ -20,7 +20,7 @@ float light_that_arrives(GlobalsRef globals, LightShadow shadow, uint light_inde
   const float turn = turn_of_pixel(globals, pixel);
   const vec3 helper = abs(light.to_light.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0);
   const vec3 right = normalize(cross(helper, light.to_light)), up = cross(light.to_light, right);
-  const LightPlace place = LightPlaceRef(globals.value.light_places).at[light_index];
+  const LightPose place = LightPoseRef(globals.value.light_poses).at[light_index];
   const bool directional = place.type == FIRE3DV_LIGHT_DIRECTIONAL;
   const float radius = directional ? tan(place.angular_radius_rad) : place.radius_m / light.distance_m;
   uint arrived = 0;

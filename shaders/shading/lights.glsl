@@ -10,10 +10,10 @@ struct LightSample {
   float sine;         // of half the angle that the source subtends; 0: a point
 };
 
-LightSample sample_light(LightPlace light, vec3 position_world) {
+LightSample sample_light(LightPose light, vec3 position_world) {
   LightSample result;
   if (light.type == FIRE3DV_LIGHT_DIRECTIONAL) {
-    result.to_light = -light.shines_along;
+    result.to_light = -light.light_direction_world;
     result.distance_m = 1e30;
     result.irradiance = light.color;
     result.sine = light.sine;
@@ -29,7 +29,7 @@ LightSample sample_light(LightPlace light, vec3 position_world) {
     attenuation *= clamp(1 - ratio2 * ratio2, 0, 1);
   }
   if (light.type == FIRE3DV_LIGHT_SPOT) {
-    const float cone = clamp(dot(light.shines_along, -result.to_light) * light.cone_scale + light.cone_offset, 0, 1);
+    const float cone = clamp(dot(light.light_direction_world, -result.to_light) * light.cone_scale + light.cone_offset, 0, 1);
     attenuation *= cone * cone;
   }
   result.irradiance = light.color * attenuation;
@@ -38,7 +38,7 @@ LightSample sample_light(LightPlace light, vec3 position_world) {
 }
 
 LightSample sample_light(GlobalsRef globals, uint light_index, vec3 position_world) {
-  return sample_light(LightPlaceRef(globals.value.light_places).at[light_index], position_world);
+  return sample_light(LightPoseRef(globals.value.light_poses).at[light_index], position_world);
 }
 
 #endif

@@ -19,7 +19,7 @@ void count_rays(uint64_t lists, uint rays) {
 }
 
 // Index of this lane's new entry. GPU drivers aggregate the atomics of a subgroup; CPU drivers do not.
-uint next_place(RayListRef lists, uint list) {
+uint next_index(RayListRef lists, uint list) {
 #ifdef FIRE3DV_CPU
   const uvec4 here = subgroupBallot(true);
   uint first = 0;
@@ -33,21 +33,21 @@ uint next_place(RayListRef lists, uint list) {
 void append(uint64_t lists_address, uint64_t entries, RayEntry entry) {
   if (entry.wanted == 0) return;
   RayListRef lists = RayListRef(lists_address);
-  const uint place = next_place(lists, FIRE3DV_LIST_PIXELS);
+  const uint place = next_index(lists, FIRE3DV_LIST_PIXELS);
   // The first entry of a group widens the dispatch.
   if ((place & 63) == 0) widen(lists, FIRE3DV_LIST_PIXELS, place + 1);
   RayEntryRef(entries).at[place] = entry;
 }
 
-// On overflow the list LEFT covers all pixels: their entries contain all rays, too.
-void append(uint64_t lists_address, uint64_t found, uint room, uint pixels, FoundRay ray) {
+// On overflow the list OVERFLOW covers all pixels: their entries contain all rays, too.
+void append(uint64_t lists_address, uint64_t listed_rays, uint capacity, uint pixels, ListedRay ray) {
   RayListRef lists = RayListRef(lists_address);
-  const uint place = next_place(lists, FIRE3DV_LIST_FOUND);
-  if (place < room) {
-    FoundRayRef(found).at[place] = ray;
-  } else if (place == room) {
-    atomicMax(lists.at[FIRE3DV_LIST_LEFT].width, pixels);
-    widen(lists, FIRE3DV_LIST_LEFT, pixels);
+  const uint place = next_index(lists, FIRE3DV_LIST_RAYS);
+  if (place < capacity) {
+    ListedRayRef(listed_rays).at[place] = ray;
+  } else if (place == capacity) {
+    atomicMax(lists.at[FIRE3DV_LIST_OVERFLOW].width, pixels);
+    widen(lists, FIRE3DV_LIST_OVERFLOW, pixels);
   }
 }
 

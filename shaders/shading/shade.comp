@@ -1,7 +1,7 @@
 // Deferred shading of the visibility buffer: shades each distinct triangle of a pixel once, tone-maps, and
 // averages samples like the forward path's resolve.
 // Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_UNRESOLVED writes linear samples, for forward-only draws.
-// FIRE3DV_FIND_SHADOWS tests the shadow maps of hard lights; pixels with unknown results are listed for the
+// FIRE3DV_TEST_MAPS tests the shadow maps of hard lights; pixels with unresolved shadows are listed for the
 // deferred re-shade after the rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -11,9 +11,9 @@
 #include "shading/shadow_maps.glsl"
 #include "shading/shadow_ray.glsl"
 #include "shading/shadow_mask.glsl"
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
 #include "shading/ray_list.glsl"
-#include "shading/shadow_verdict.glsl"
+#include "shading/shadow_test.glsl"
 #endif
 #include "common/tone_map.glsl"
 
@@ -30,7 +30,7 @@ layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2
 // State of the surface being shaded.
 uint shaded_pixel;
 uint shaded_samples;
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
 uint shaded_part;
 bool shaded_body;
 uint known_shadows;  // bits as in the mask
@@ -41,17 +41,17 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   GlobalsRef globals = GlobalsRef(push.globals);
   if (shadows_of(globals) == FIRE3DV_SHADOWS_OFF) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   if (shadow.rays == 0) return 1;
   vec3 origin;
-  const uint verdict = shadow_verdict(globals, shadow, light_index, light, point, shaded_part, shaded_body, origin);
-  if (verdict == kLit) return 1;
+  const uint shadow_state = shadow_test(globals, shadow, light_index, light, point, shaded_part, shaded_body, origin);
+  if (shadow_state == kLit) return 1;
   const uint lit = shaded_samples << shadow.mask_shift;
   known_shadows &= ~lit;
-  if (verdict == kUnknown) {
+  if (shadow_state == kUnresolved) {
     wanted_rays |= lit & -lit;
-    append(push.lists, push.found, push.found_room, globals.value.width * globals.value.height,
-           FoundRay(origin, light_index, shaded_pixel, lit));
+    append(push.lists, push.listed_rays, push.ray_list_capacity, globals.value.width * globals.value.height,
+           ListedRay(origin, light_index, shaded_pixel, lit));
   }
   return 0;
 #else
@@ -66,9 +66,9 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
 vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
   const VisibleTriangle triangle = visible_triangle(globals, id);
   const SurfacePoint point = surface_point(globals, triangle, place);
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   shaded_part = part_of_id(globals, id);
-  shaded_body = is_body(globals, shaded_part);
+  shaded_body = is_closed_mesh(globals, shaded_part);
   known_shadows = FIRE3DV_NO_INDEX;  // all lit
   wanted_rays = 0;
 #endif
@@ -87,7 +87,7 @@ vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
   if (id == 0) return background_of(globals, pixel);
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
   shaded_samples = samples;
-  return shaded(globals, id, place_of_samples(pixel, samples));
+  return shaded(globals, id, position_of_samples(pixel, samples));
 }
 
 // Pixel of a lane: of the image, or of the list in a re-shade. Invalid pixels lie outside of the image.
@@ -99,7 +99,7 @@ uvec2 pixel_of_lane(GlobalsRef globals, uint lane) {
   return uvec2(pixel % globals.value.width, pixel / globals.value.width);
 }
 
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
 void list_pixel(GlobalsRef globals, uint pixel, bool inside, uint known, uint wanted) {
   if (inside && wanted != 0) UintsRef(globals.value.shadow_mask).at[pixel] = known;
   append(push.lists, push.entries, RayEntry(pixel, 0, inside ? wanted : 0));
@@ -122,7 +122,7 @@ void main() {
     imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
 #endif
   }
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   list_pixel(globals, index, id != 0, known_shadows, id != 0 ? wanted_rays : 0);
 #endif
 }
@@ -130,7 +130,7 @@ void main() {
 #ifndef FIRE3DV_UNRESOLVED
 shared vec3 shares[4 * kPixels];  // of a pixel's sum
 #endif
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
 shared uint pixel_known[kPixels], pixel_wanted[kPixels];
 #endif
 
@@ -140,7 +140,7 @@ void main() {
   const uvec2 own_pixel = pixel_of_lane(globals, lane);
   const bool inside = own_pixel.x < globals.value.width && own_pixel.y < globals.value.height;
   const uint own_index = own_pixel.y * globals.value.width + own_pixel.x;
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   pixel_known[lane] = FIRE3DV_NO_INDEX;
   pixel_wanted[lane] = 0;
 #endif
@@ -150,7 +150,7 @@ void main() {
     if (surface.samples == 0) continue;
     const uvec2 pixel = pixel_of_lane(globals, surface.lane);
     const vec3 color = color_of(globals, surface.id, pixel, surface.samples);
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
     if (surface.id != 0 && known_shadows != FIRE3DV_NO_INDEX) {
       atomicAnd(pixel_known[surface.lane], known_shadows);
       if (wanted_rays != 0) atomicOr(pixel_wanted[surface.lane], wanted_rays);
@@ -164,10 +164,10 @@ void main() {
     shares[place] = display_linear(color, push.exposure, push.tone_map) * bitCount(surface.samples);
 #endif
   }
-#if defined(FIRE3DV_FIND_SHADOWS) || !defined(FIRE3DV_UNRESOLVED)
+#if defined(FIRE3DV_TEST_MAPS) || !defined(FIRE3DV_UNRESOLVED)
   barrier();
 #endif
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   list_pixel(globals, own_index, inside, pixel_known[lane], pixel_wanted[lane]);
 #endif
 #ifndef FIRE3DV_UNRESOLVED

@@ -1,18 +1,18 @@
 // Variant of shading/shade.comp for devices that are a CPU (see lanes.glsl): the same includes, in an order that
 // suits vectors.
-// Variants: as in shading/shade.comp, but FIRE3DV_FIND_SHADOWS also performs the deferred re-shade of listed pixels.
+// Variants: as in shading/shade.comp, but FIRE3DV_TEST_MAPS also performs the deferred re-shade of listed pixels.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "visibility/dealt_groups.glsl"
+#include "visibility/interleaved_groups.glsl"
 #include "common/pixel_ids.glsl"
 #include "common/visible_triangle.glsl"
 #include "shading/shading.glsl"
 #include "shading/shadow_maps.glsl"
 #include "shading/shadow_ray.glsl"
 #include "shading/shadow_mask.glsl"
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
 #include "shading/ray_list.glsl"
-#include "shading/shadow_verdict.glsl"
+#include "shading/shadow_test.glsl"
 #endif
 #include "common/tone_map.glsl"
 
@@ -27,19 +27,19 @@ layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2
 #endif
 #endif
 
-struct HeldShadow {
+struct CachedShadow {
   LightShadow shadow;
   RasterView view;  // the first view
 };
 
 GlobalsRef globals;
-HeldShadow held_shadows[kHeldLights];  // of the first lights
+CachedShadow cached_shadows[kCachedLights];  // of the first lights
 uvec2 group;        // of the image
 uint first_listed;  // first list entry of the group, in a re-shade
 uint lane_pixel;    // index in the group's 64 pixels
 uint shaded_pixel;
 uint shaded_samples;  // of that pixel, as bits
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
 uint shaded_part;
 bool shaded_body;
 bool is_own_surface;  // false for stand-in surfaces (see shade_pixel) and for duplicated pixels
@@ -49,66 +49,66 @@ uint wanted_rays;    // as in RayEntry
 
 void hold_shadows() {
   if (globals.value.light_count == 0 || shadows_of(globals) == FIRE3DV_SHADOWS_OFF) return;
-  for (uint i = 0; i < kHeldLights; ++i) {
-    held_shadows[i].shadow = LightShadowRef(globals.value.light_shadows).at[min(i, globals.value.light_count - 1)];
-#ifdef FIRE3DV_FIND_SHADOWS
+  for (uint i = 0; i < kCachedLights; ++i) {
+    cached_shadows[i].shadow = LightShadowRef(globals.value.light_shadows).at[min(i, globals.value.light_count - 1)];
+#ifdef FIRE3DV_TEST_MAPS
     const bool asks_maps = true;
 #else
     const bool asks_maps = shadows_of(globals) == FIRE3DV_SHADOWS_MAP;
 #endif
-    if (asks_maps && held_shadows[i].shadow.view_count != 0) {
-      held_shadows[i].view = view_for_all(globals.value.light_views, held_shadows[i].shadow.first_view);
+    if (asks_maps && cached_shadows[i].shadow.view_count != 0) {
+      cached_shadows[i].view = view_for_all(globals.value.light_views, cached_shadows[i].shadow.first_view);
     }
   }
 }
 
 RasterView view_towards(uint light_index, LightShadow shadow, LightSample light) {
   RasterView view;
-  if (light_index < kHeldLights && shadow.view_count == 1) {
-    view = held_shadows[light_index].view;
+  if (light_index < kCachedLights && shadow.view_count == 1) {
+    view = cached_shadows[light_index].view;
   } else {
     view = view_of(globals, shadow, light);
   }
   return view;
 }
 
-#ifdef FIRE3DV_FIND_SHADOWS
-uint verdict_of(uint light_index, LightShadow shadow, LightSample light, SurfacePoint point, out vec3 origin) {
+#ifdef FIRE3DV_TEST_MAPS
+uint test_shadow(uint light_index, LightShadow shadow, LightSample light, SurfacePoint point, out vec3 origin) {
   origin = vec3(0);
   if (shaded_body && is_turned_away(point, light)) return kShadowed;
-  LightPlace place;
-  if (light_index < kHeldLights) {
-    place = held_lights[light_index];
+  LightPose place;
+  if (light_index < kCachedLights) {
+    place = cached_lights[light_index];
   } else {
-    place = LightPlaceRef(globals.value.light_places).at[light_index];
+    place = LightPoseRef(globals.value.light_poses).at[light_index];
   }
   const ShadowRay ray = shadow_ray(globals, point, place, light);
   origin = ray.origin;
-  return map_verdict(globals, view_towards(light_index, shadow, ray.light), shaded_part, ray.origin, point.plane_normal_world, ray.light);
+  return shadow_map_test(globals, view_towards(light_index, shadow, ray.light), shaded_part, ray.origin, point.plane_normal_world, ray.light);
 }
 #endif
 
 float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
   if (shadows_of(globals) == FIRE3DV_SHADOWS_OFF) return 1;
   LightShadow shadow;
-  if (light_index < kHeldLights) {
-    shadow = held_shadows[light_index].shadow;
+  if (light_index < kCachedLights) {
+    shadow = cached_shadows[light_index].shadow;
   } else {
     shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
   }
   if (shadow.rays == 0) return 1;
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   if (push.listed != 0) return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
   vec3 origin;
-  const uint verdict = verdict_of(light_index, shadow, light, point, origin);
-  if (verdict == kLit) return 1;
+  const uint shadow_state = test_shadow(light_index, shadow, light, point, origin);
+  if (shadow_state == kLit) return 1;
   const uint lit = shaded_samples << shadow.mask_shift;
   known_shadows &= ~lit;
-  if (verdict == kUnknown) {
+  if (shadow_state == kUnresolved) {
     wanted_rays |= lit & -lit;
     if (is_own_surface) {
-      append(push.lists, push.found, push.found_room, globals.value.width * globals.value.height,
-             FoundRay(origin, light_index, shaded_pixel, lit));
+      append(push.lists, push.listed_rays, push.ray_list_capacity, globals.value.width * globals.value.height,
+             ListedRay(origin, light_index, shaded_pixel, lit));
     }
   }
   return 0;
@@ -123,9 +123,9 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
 vec3 shaded(uint id, vec2 place, const bool together) {
   const VisibleTriangle triangle = visible_triangle(globals, id, together);
   const SurfacePoint point = surface_point(globals, triangle, place);
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   shaded_part = part_of_id(globals, id);
-  shaded_body = is_body(globals, shaded_part);
+  shaded_body = is_closed_mesh(globals, shaded_part);
 #endif
   const MaterialRecord material = material_of(globals, triangle);
   return shade(globals, material, surface_base_color(material, point), point).rgb;
@@ -159,8 +159,8 @@ vec3 sum;  // of the pixel's samples, display-linear
 
 #ifdef FIRE3DV_UNRESOLVED
 bool is_left(uvec2 pixel) {
-  return all(greaterThanEqual(pixel, uvec2(push.left_x, push.left_y))) &&
-         all(lessThan(pixel, uvec2(push.left_end_x, push.left_end_y)));
+  return all(greaterThanEqual(pixel, uvec2(push.hdr_x, push.hdr_y))) &&
+         all(lessThan(pixel, uvec2(push.hdr_end_x, push.hdr_end_y)));
 }
 #endif
 
@@ -180,7 +180,7 @@ void put(uvec2 pixel, vec3 color, uint samples) {
   sum += display_linear(color, push.exposure, push.tone_map) * bitCount(samples);
 }
 
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
 void forget_shadows() {
   known_shadows = FIRE3DV_NO_INDEX;  // all lit
   wanted_rays = 0;
@@ -198,7 +198,7 @@ void shade_pixel() {
   const uvec2 pixel = pixel_of_lane();
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
   const PixelIds ids = pixel_ids(globals, push.visibility, shaded_pixel);
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   forget_shadows();
   const bool own = is_own_pixel();
 #endif
@@ -210,13 +210,13 @@ void shade_pixel() {
     const uint id = id_of_sample(ids, findLSB(open)), other = largest_of_lanes(id), shown = together && id == 0 ? other : id;
     shaded_samples = samples_with(ids, id);
     open &= ~shaded_samples;
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
     is_own_surface = own && id != 0;
 #endif
     vec3 color = vec3(0);
-    if (shown != 0) color = shaded(shown, place_of_samples(pixel, shaded_samples), together);
+    if (shown != 0) color = shaded(shown, position_of_samples(pixel, shaded_samples), together);
     if (id == 0) {
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
       if (together) forget_shadows();
 #endif
       color = background_of(pixel);
@@ -228,7 +228,7 @@ void shade_pixel() {
   if (!is_left(pixel))
 #endif
     imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
-#ifdef FIRE3DV_FIND_SHADOWS
+#ifdef FIRE3DV_TEST_MAPS
   if (push.listed != 0) return;
   if (own && wanted_rays != 0) UintsRef(globals.value.shadow_mask).at[shaded_pixel] = known_shadows;
   append(push.lists, push.entries, RayEntry(shaded_pixel, 0, own ? wanted_rays : 0));

@@ -97,14 +97,14 @@ vec3 reflected_of_light(uint index, LightSample light, Surface surface, SurfaceP
 }
 
 #ifdef FIRE3DV_CPU
-const uint kHeldLights = 2;
-LightPlace held_lights[kHeldLights];  // the first lights
+const uint kCachedLights = 2;
+LightPose cached_lights[kCachedLights];  // the first lights
 
 // Call it before lanes diverge.
 void hold_lights(GlobalsRef globals) {
   if (globals.value.light_count == 0) return;
-  for (uint i = 0; i < kHeldLights; ++i) {
-    held_lights[i] = light_for_all(globals.value.light_places, min(i, globals.value.light_count - 1));
+  for (uint i = 0; i < kCachedLights; ++i) {
+    cached_lights[i] = light_for_all(globals.value.light_poses, min(i, globals.value.light_count - 1));
   }
 }
 #endif
@@ -131,12 +131,12 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
 #ifdef FIRE3DV_CPU
   const vec3 position = point.position_world;
   if (globals.value.light_count > 0) {
-    radiance += reflected_of_light(0, sample_light(held_lights[0], position), surface, point);
+    radiance += reflected_of_light(0, sample_light(cached_lights[0], position), surface, point);
   }
   if (globals.value.light_count > 1) {
-    radiance += reflected_of_light(1, sample_light(held_lights[1], position), surface, point);
+    radiance += reflected_of_light(1, sample_light(cached_lights[1], position), surface, point);
   }
-  i = kHeldLights;
+  i = kCachedLights;
 #endif
   for (; i < globals.value.light_count; ++i) {
     radiance += reflected_of_light(i, sample_light(globals, i, point.position_world), surface, point);

@@ -1,17 +1,17 @@
-// Conservative shadow test by shadow maps: lit, shadowed or unknown. See docs/design/shadows.md.
+// Conservative shadow test by shadow maps: lit, shadowed or unresolved. See docs/design/shadows.md.
 // Each view of a light has two maps of the same triangles. The centre map has the nearest depth at each
 // texel's centre. The outer map has the nearest depth anywhere in the texel (outer-conservative raster).
-// Closed meshes are drawn with back faces only (see casts_by_far_sides()), so that a lit surface does not
+// Closed meshes are drawn with back faces only (see casts_by_back_faces()), so that a lit surface does not
 // shadow itself.
 #ifndef FIRE3DV_SHADOW_MAPS_GLSL
 #define FIRE3DV_SHADOW_MAPS_GLSL
 #include "common/generations.glsl"
 #include "shading/lights.glsl"
-#include "visibility/sheets.glsl"
+#include "visibility/planar_casters.glsl"
 
-const uint kLit = 0, kShadowed = 1, kUnknown = 2;
+const uint kLit = 0, kShadowed = 1, kUnresolved = 2;
 
-struct MapPlace {
+struct ShadowMapPoint {
   RasterView view;
   vec2 texel;
   float depth;
@@ -32,8 +32,8 @@ RasterView view_of(GlobalsRef globals, LightShadow shadow, LightSample light) {
   return RasterViewRef(globals.value.light_views).at[shadow.first_view + side];
 }
 
-MapPlace map_place(RasterView view, vec3 point_world) {
-  MapPlace place;
+ShadowMapPoint shadow_map_point(RasterView view, vec3 point_world) {
+  ShadowMapPoint place;
   place.view = view;
   const vec4 clip = place.view.clip_from_world * vec4(point_world, 1);
   place.inside = clip.w > 0 && all(lessThan(abs(clip.xy), vec2(clip.w)));
@@ -51,7 +51,7 @@ MapPlace map_place(RasterView view, vec3 point_world) {
 // Two adjacent texels of a row, at any texel's address.
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TexelsRef { uvec2 at; };
 
-// A kept_depth(). Comparisons work on this encoding, so only their result is decoded.
+// An encode_depth() value. Comparisons work on this encoding, so only their result is decoded.
 uint map_texel(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
   texel = clamp(texel, ivec2(0), ivec2(view.width - 1));
   const uint index = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
@@ -59,20 +59,20 @@ uint map_texel(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
 }
 
 // Distance by which `depth` is nearer to the light than the place, in metres.
-float nearer_by_m(MapPlace place, float depth) {
+float nearer_by_m(ShadowMapPoint place, float depth) {
   if (place.view.eye_world.w == 0) return (depth - place.depth) * place.view.depth_m;
   return place.view.depth_m / place.depth - place.view.depth_m / max(depth, 1e-20);
 }
 
 // Depth of a point that is by_m metres nearer to the light than the place.
-float depth_nearer_by(MapPlace place, float by_m) {
+float depth_nearer_by(ShadowMapPoint place, float by_m) {
   if (place.view.eye_world.w == 0) return place.depth + by_m / place.view.depth_m;
   const float left_m = place.view.depth_m / place.depth - by_m;
   return left_m > 0 ? place.view.depth_m / left_m : 1e30;
 }
 
 // Height of the receiver's plane over one texel, along the light's direction.
-float slope_m(MapPlace place, vec3 plane_normal, vec3 to_light) {
+float slope_m(ShadowMapPoint place, vec3 plane_normal, vec3 to_light) {
   const float cosine = max(abs(dot(plane_normal, to_light)), 0.02);
   const float texel_m = place.view.eye_world.w == 0 ? place.view.texel_m : place.view.texel_m * place.view.depth_m / place.depth;
   return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + (place.view.level_scale > 0 ? 0.35 : 0.1) * texel_m;
@@ -81,12 +81,12 @@ float slope_m(MapPlace place, vec3 plane_normal, vec3 to_light) {
 // Lit, for certain: the outer map has nothing nearer to the light than the point.
 // Shadowed: all 3 x 3 texel centres are clearly nearer. Light through holes below about two texels is lost.
 // Unknown otherwise: a ray decides.
-uint map_verdict(GlobalsRef globals, RasterView view, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
-  const bool sheet = sheet_may_be_between(globals, part, point_world, light.to_light, light.distance_m);
-  const MapPlace place = map_place(view, point_world);
+uint shadow_map_test(GlobalsRef globals, RasterView view, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
+  const bool caster = planar_caster_may_be_between(globals, part, point_world, light.to_light, light.distance_m);
+  const ShadowMapPoint place = shadow_map_point(view, point_world);
   // A map covers all casters; a spot light's map covers its cone.
-  if (!place.inside) return sheet ? kUnknown : kLit;
-  if (max(place.reach.x, place.reach.y) > 0.5) return kUnknown;
+  if (!place.inside) return caster ? kUnresolved : kLit;
+  if (max(place.reach.x, place.reach.y) > 0.5) return kUnresolved;
   const ivec2 texel = ivec2(floor(place.texel));
   const ivec2 low = ivec2(floor(place.texel - place.reach)), high = ivec2(floor(place.texel + place.reach));
   // The reach is below one texel, so these are all texels. Mostly it is one; loops would cost more than the
@@ -96,21 +96,21 @@ uint map_verdict(GlobalsRef globals, RasterView view, uint part, vec3 point_worl
     nearest = max(max(nearest, map_texel(globals, place.view, ivec2(high.x, low.y), true)),
                   max(map_texel(globals, place.view, ivec2(low.x, high.y), true), map_texel(globals, place.view, high, true)));
   }
-  const float outer = depth_kept(nearest, globals.value.map_generation);
-  if (outer == 0 || outer < place.depth - place.rounding) return sheet ? kUnknown : kLit;
+  const float outer = decode_depth(nearest, globals.value.map_generation);
+  if (outer == 0 || outer < place.depth - place.rounding) return caster ? kUnresolved : kLit;
   const float clearly_m = 2 * slope_m(place, plane_normal, light.to_light);
   uint least = map_texel(globals, place.view, texel, false);
   for (int i = 0; i < 4; ++i) {
-    const ivec2 aside = ivec2(i < 3 ? -1 : 0, i < 3 ? i - 1 : -1);  // and its opposite
-    least = min(least, min(map_texel(globals, place.view, texel + aside, false), map_texel(globals, place.view, texel - aside, false)));
+    const ivec2 offset = ivec2(i < 3 ? -1 : 0, i < 3 ? i - 1 : -1);  // and its opposite
+    least = min(least, min(map_texel(globals, place.view, texel + offset, false), map_texel(globals, place.view, texel - offset, false)));
   }
-  const float farthest = depth_kept(least, globals.value.map_generation);
-  return farthest != 0 && nearer_by_m(place, farthest) >= clearly_m ? kShadowed : kUnknown;
+  const float farthest = decode_depth(least, globals.value.map_generation);
+  return farthest != 0 && nearer_by_m(place, farthest) >= clearly_m ? kShadowed : kUnresolved;
 }
 
 // Shadow maps without rays: percentage-closer filtering of four texels with bilinear weights.
 float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3 plane_normal, LightSample light) {
-  const MapPlace place = map_place(view, point_world);
+  const ShadowMapPoint place = shadow_map_point(view, point_world);
   if (!place.inside) return 1;
   const float bias_m = 1.5 * slope_m(place, plane_normal, light.to_light);
   // Two texels of a row per read halve the address arithmetic.
@@ -120,8 +120,8 @@ float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3
   const uvec4 texels = uvec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at);
   // The comparison uses the stored encoding. Empty texels have depth 0; the clamp also covers points beyond
   // the map's depth range.
-  const float clear = clamp(depth_nearer_by(place, bias_m), 1e-30, kMostKept);
-  const vec4 lit = vec4(lessThan(texels, uvec4(kept_depth(clear, globals.value.map_generation))));
+  const float clear = clamp(depth_nearer_by(place, bias_m), 1e-30, kMaxDepth);
+  const vec4 lit = vec4(lessThan(texels, uvec4(encode_depth(clear, globals.value.map_generation))));
   const vec2 along_x = mix(lit.xz, lit.yw, weight.x);
   return mix(along_x.x, along_x.y, weight.y);
 }

@@ -9,7 +9,7 @@
 
 SurfacePoint shadow_point(GlobalsRef globals, uint id, uint same, uint pixel) {
   const uvec2 corner = uvec2(pixel % globals.value.width, pixel / globals.value.width);
-  return surface_point(globals, visible_triangle(globals, id), place_of_samples(corner, same));
+  return surface_point(globals, visible_triangle(globals, id), position_of_samples(corner, same));
 }
 
 // True if light from this direction can affect the surface. Without a normal map, only light from the front

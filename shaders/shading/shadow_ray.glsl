@@ -25,8 +25,8 @@ struct ShadowRay {
 };
 
 // The origin lies on the light's side, so that thin surfaces lit from behind do not shadow themselves. Shadow
-// maps test the same ray that is traced for unknown results.
-ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightPlace place, LightSample light) {
+// maps test the same ray that is traced for unresolved pixels.
+ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightPose place, LightSample light) {
   const vec3 side = lit_side(point, light);
   ShadowRay ray;
   ray.origin = offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m, point.lift_m);
@@ -35,7 +35,7 @@ ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightPlace place, L
 }
 
 ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, uint light_index, LightSample light) {
-  return shadow_ray(globals, point, LightPlaceRef(globals.value.light_places).at[light_index], light);
+  return shadow_ray(globals, point, LightPoseRef(globals.value.light_poses).at[light_index], light);
 }
 
 #endif

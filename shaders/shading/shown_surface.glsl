@@ -73,28 +73,28 @@ Shown shown_by_samples(GlobalsRef globals, Eye eye, uvec2 pixel, PixelIds ids, u
     sum += eye.orthographic != 0 ? depth_m : 1 / depth_m;
   }
   const float mean = sum / bitCount(samples);
-  return Shown(id_of_sample(ids, findLSB(samples)), place_of_samples(pixel, samples),
+  return Shown(id_of_sample(ids, findLSB(samples)), position_of_samples(pixel, samples),
                eye.orthographic != 0 ? mean : 1 / mean);
 }
 
 Shown shown_by_most(GlobalsRef globals, Eye eye, uvec2 pixel, PixelIds ids) {
-  const vec2 middle = vec2(pixel) + 0.5, size = vec2(globals.value.width, globals.value.height);
+  const vec2 center = vec2(pixel) + 0.5, size = vec2(globals.value.width, globals.value.height);
   uvec4 parts = uvec4(FIRE3DV_NO_INDEX);
   for (int s = 0; s < 4; ++s) {
     if (id_of_sample(ids, s) != 0) parts[s] = part_of_id(globals, id_of_sample(ids, s));
   }
   const uint candidates = most_of(parts);
-  Shown shown = Shown(0, middle, kInfinity);
+  Shown shown = Shown(0, center, kInfinity);
   uint open = candidates;
   while (open != 0) {
     const uint id = id_of_sample(ids, findLSB(open));
     open &= ~samples_with(ids, id);
     if (id == 0) continue;
     const VisibleTriangle t = visible_triangle(globals, id);
-    const vec3 b = barycentrics_at(t, middle, size);
+    const vec3 b = barycentrics_at(t, center, size);
     if (min(b.x, min(b.y, b.z)) < 0) continue;
-    const float depth_m = depth_at(globals, eye, t, middle);
-    if (depth_m < shown.depth_m) shown = Shown(id, middle, depth_m);
+    const float depth_m = depth_at(globals, eye, t, center);
+    if (depth_m < shown.depth_m) shown = Shown(id, center, depth_m);
   }
   const bool has_background = (candidates & samples_with(parts, FIRE3DV_NO_INDEX)) != 0;
   if (shown.id != 0 || has_background) return shown;
@@ -103,14 +103,14 @@ Shown shown_by_most(GlobalsRef globals, Eye eye, uvec2 pixel, PixelIds ids) {
 #endif
 
 Shown shown_in(GlobalsRef globals, Eye eye, uvec2 pixel) {
-  const vec2 middle = vec2(pixel) + 0.5;
+  const vec2 center = vec2(pixel) + 0.5;
   const PixelIds ids = pixel_ids(globals, eye.visibility, pixel.y * globals.value.width + pixel.x);
   const uint id = id_of_sample(ids, 0);
 #if FIRE3DV_SAMPLES == 4
   if (samples_with(ids, id) != kAllSamples) return shown_by_most(globals, eye, pixel, ids);
 #endif
-  if (id == 0) return Shown(0, middle, kInfinity);
-  return Shown(id, middle, depth_at(globals, eye, visible_triangle(globals, id), middle));
+  if (id == 0) return Shown(0, center, kInfinity);
+  return Shown(id, center, depth_at(globals, eye, visible_triangle(globals, id), center));
 }
 
 // Shading normal without normal maps, on the visible side.

@@ -1,8 +1,8 @@
 // Shadow rays by ray query. Variants as in shading/trace.rgen.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#ifdef FIRE3DV_FOUND_RAYS
-#include "shading/trace_found.glsl"
+#ifdef FIRE3DV_LISTED_RAYS
+#include "shading/trace_listed.glsl"
 #else
 #include "shading/trace_entry.glsl"
 #endif
@@ -12,11 +12,11 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ShadowPush push; };
 
 void main() {
-#ifdef FIRE3DV_FOUND_RAYS
+#ifdef FIRE3DV_LISTED_RAYS
   // Strided loop: the list has a count, but no dispatch arguments.
-  const uint count = count_of_found(push), step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+  const uint count = listed_ray_count(push), step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
   for (uint index = gl_GlobalInvocationID.x; index < count; index += step) {
-    trace_found(GlobalsRef(push.globals), FoundRayRef(push.found).at[index]);
+    trace_listed(GlobalsRef(push.globals), ListedRayRef(push.listed_rays).at[index]);
   }
 #else
   const uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (65535 * 64);

@@ -46,9 +46,9 @@ struct PartRecord {
 };
 
 #define FIRE3DV_PART_DOUBLE_SIDED 1u
-#define FIRE3DV_PART_MASK 2u    // alpha-masked
-#define FIRE3DV_PART_ON_TOP 4u  // blended, lines or points: drawn by the forward pass only
-#define FIRE3DV_PART_CLOSED 8u  // see scene::CasterShape
+#define FIRE3DV_PART_MASK 2u          // alpha-masked
+#define FIRE3DV_PART_FORWARD_ONLY 4u  // blended, lines or points: drawn by the forward pass only
+#define FIRE3DV_PART_CLOSED 8u        // see scene::CasterShape
 #define FIRE3DV_PART_PLANAR 16u
 #define FIRE3DV_PART_DEFORMED 32u  // vertices change: cluster bounds are unknown
 #define FIRE3DV_PART_NO_SHADOW 64u

@@ -34,28 +34,28 @@ struct PostPush {
   uint tone_map;
 };
 
-struct SurfacesPush {
+struct CoverageMergePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample], ids read and written
 };
 
 struct ShadePush {
   FIRE3DV_ADDRESS globals;
-  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS lists;       // RayList[FIRE3DV_RAY_LISTS], written by shading or read if `listed`
-  FIRE3DV_ADDRESS entries;     // RayEntry[], one per pixel
-  FIRE3DV_ADDRESS found;       // FoundRay[]
-  uint found_room;             // capacity of found
+  FIRE3DV_ADDRESS visibility;   // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS lists;        // RayList[FIRE3DV_RAY_LISTS], written by shading or read if `listed`
+  FIRE3DV_ADDRESS entries;      // RayEntry[], one per pixel
+  FIRE3DV_ADDRESS listed_rays;  // ListedRay[]
+  uint ray_list_capacity;       // entries of listed_rays
   float exposure;
   uint tone_map;
   uint listed;     // 1: only the listed pixels are shaded
   uint first_row;  // in the display image, which may stack several images
   // Bounds of forward-only draws, whose pixels keep linear samples. The CPU variants tone-map pixels outside
   // of them at once; the other variants keep samples everywhere.
-  uint left_x;
-  uint left_y;
-  uint left_end_x;
-  uint left_end_y;
+  uint hdr_x;
+  uint hdr_y;
+  uint hdr_end_x;
+  uint hdr_end_y;
 };
 
 struct VisibleDepthPush {
@@ -69,13 +69,13 @@ struct FxaaPush {
   uint height;
 };
 
-#define FIRE3DV_HELD_LATE 1u
-#define FIRE3DV_HELD_LOST 2u
+#define FIRE3DV_STALE_LATE 1u
+#define FIRE3DV_STALE_LOST 2u
 
-struct HeldMarkPush {
+struct StaleOverlayPush {
   uint width;
   uint height;
-  uint held;  // FIRE3DV_HELD_*
+  uint condition;  // FIRE3DV_STALE_*
 };
 
 FIRE3DV_SHARED_END

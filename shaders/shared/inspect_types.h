@@ -45,7 +45,7 @@ struct DebugViewPush {
   uint view;  // FIRE3DV_DEBUG_*
 };
 
-struct ShadowDoubtPush {
+struct UnresolvedPixelsPush {
   FIRE3DV_ADDRESS lists;    // RayList[FIRE3DV_RAY_LISTS]
   FIRE3DV_ADDRESS entries;  // RayEntry[]
   uint width;               // of the image

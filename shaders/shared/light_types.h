@@ -22,12 +22,12 @@ struct LightRecord {
 };
 
 // World-space state of a light in this frame, written by deform/transforms.comp.
-struct LightPlace {
+struct LightPose {
   vec3 color;
   float range_m;
   vec3 position_world;
   uint type;
-  vec3 shines_along;  // unit, world
+  vec3 light_direction_world;  // unit, world
   float cone_scale;
   float cone_offset;
   float radius_m;
@@ -45,14 +45,14 @@ struct LightShadow {
   uint padding0, padding1, padding2;
 };
 
-// A planar occluder: a mesh in one plane. Shadow maps omit it; shading computes its occlusion analytically.
-struct SheetRecord {
+// A planar caster: a mesh in one plane. Shadow maps omit it; shading computes its occlusion analytically.
+struct PlanarCasterRecord {
   vec4 plane_node;
   uint part;
 };
 
-// World-space state of a planar occluder in this frame.
-struct SheetPlace {
+// World-space state of a planar caster in this frame.
+struct PlanarCasterPlane {
   vec3 normal_world;  // unit
   float radius_m;     // around center_world
   vec3 center_world;
@@ -75,7 +75,7 @@ struct RayEntry {
 };
 
 // One ray to a hard light, for a pixel with a mask of one word.
-struct FoundRay {
+struct ListedRay {
   vec3 origin_world;
   uint light;
   uint pixel;
@@ -92,28 +92,28 @@ struct RayList {
   uint rays;  // ray count for statistics, where it differs from the entries
 };
 
-// Lists of a frame. PIXELS: RayEntry[] of pixels that need rays. FOUND: FoundRay[] of the rays that shading
-// has listed; without groups. LEFT: covers all of PIXELS if the rays overflowed FOUND, otherwise empty.
+// Lists of a frame. PIXELS: RayEntry[] of pixels that need rays. RAYS: ListedRay[] of the rays that shading
+// has listed; without groups. OVERFLOW: covers all of PIXELS if the rays overflowed RAYS, otherwise empty.
 #define FIRE3DV_LIST_PIXELS 0u
-#define FIRE3DV_LIST_FOUND 1u
-#define FIRE3DV_LIST_LEFT 2u
+#define FIRE3DV_LIST_RAYS 1u
+#define FIRE3DV_LIST_OVERFLOW 2u
 #define FIRE3DV_RAY_LISTS 3
 
 #define FIRE3DV_LIGHT_VIEW_THREADS 256u  // threads of the reduction over primitive instances: a power of two
 
 struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
-  FIRE3DV_ADDRESS cameras;  // FIRE3DV_ADDRESS[]: globals of each camera
-  FIRE3DV_ADDRESS wanted;   // LightViewWanted[]
-  FIRE3DV_ADDRESS views;    // RasterView[], written
-  FIRE3DV_ADDRESS sheets;   // SheetRecord[]
+  FIRE3DV_ADDRESS cameras;    // FIRE3DV_ADDRESS[]: globals of each camera
+  FIRE3DV_ADDRESS wanted;     // LightViewRequest[]
+  FIRE3DV_ADDRESS views;      // RasterView[], written
+  FIRE3DV_ADDRESS planar_casters;  // PlanarCasterRecord[]
   uint view_count;
   uint levels_of_detail;  // 1: maps may hold coarser LODs
   uint camera_count;
 };
 
 // A light's view before it is fitted to the visible casters.
-struct LightViewWanted {
+struct LightViewRequest {
   uint light;
   uint side;  // cube face; FIRE3DV_NO_INDEX: not a cube
   uint size;  // texels along each side
@@ -123,12 +123,12 @@ struct LightViewWanted {
 
 struct ShadowPush {
   FIRE3DV_ADDRESS globals;
-  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS lists;       // RayList[FIRE3DV_RAY_LISTS]
-  FIRE3DV_ADDRESS entries;     // RayEntry[]
-  FIRE3DV_ADDRESS found;       // FoundRay[]
-  uint found_room;             // capacity of found
-  uint hybrid;                 // 0: every ray is traced
+  FIRE3DV_ADDRESS visibility;   // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS lists;        // RayList[FIRE3DV_RAY_LISTS]
+  FIRE3DV_ADDRESS entries;      // RayEntry[]
+  FIRE3DV_ADDRESS listed_rays;  // ListedRay[]
+  uint ray_list_capacity;       // entries of listed_rays
+  uint hybrid;                  // 0: every ray is traced
 };
 
 FIRE3DV_SHARED_END

@@ -42,8 +42,9 @@ struct LensWanted {
   FIRE3DV_ADDRESS normal_in, normal_out;
   FIRE3DV_ADDRESS motion_in, motion_out;
   uint width, height, width_in, height_in;  // pixels
-  vec2 focal, middle, focal_in, middle_in;  // pixels; the centre of the upper left pixel is (0, 0)
-  vec4 coefficients;                        // first four lens coefficients
+  vec2 focal, principal_point, focal_in,
+      principal_point_in;  // pixels; the centre of the upper left pixel is (0, 0)
+  vec4 coefficients;       // first four lens coefficients
   float last_coefficient;
   float largest_radius;
   uint fisheye;  // 0: plumb_bob

@@ -26,7 +26,7 @@ struct TransformsPush {
   FIRE3DV_ADDRESS node_facts;        // uint[]: FIRE3DV_NODE_*, written
   FIRE3DV_ADDRESS light_of_node;     // uint[]
   FIRE3DV_ADDRESS lights;            // LightRecord[]
-  FIRE3DV_ADDRESS light_places;      // LightPlace[], written
+  FIRE3DV_ADDRESS light_poses;       // LightPose[], written
   uint node_count;
 };
 

@@ -90,29 +90,29 @@ struct RasterSet {
   // tile_next: uint[entry], next entry + 1 of the tile; 0: none.
   FIRE3DV_ADDRESS tile_lists;
   FIRE3DV_ADDRESS tile_next;
-  FIRE3DV_ADDRESS target;    // uint64_t[pixel][sample] of the camera; uint[] of the lights
-  FIRE3DV_ADDRESS was_seen;  // uint[cluster instance]: 1 = visible in the last frame
-  FIRE3DV_ADDRESS farthest;  // float[]: HiZ pyramid, see visibility/farthest_depth.glsl
+  FIRE3DV_ADDRESS target;       // uint64_t[pixel][sample] of the camera; uint[] of the lights
+  FIRE3DV_ADDRESS was_visible;  // uint[cluster instance]: 1 = visible in the last frame
+  FIRE3DV_ADDRESS hiz;          // float[]: HiZ pyramid, see visibility/hiz.glsl
   uint instance_count;
   uint huge_capacity;
   uint prepared_capacity;
   uint tile_capacity;
-  uint cull;         // 0: every cluster is drawn
-  uint round;        // FIRE3DV_ROUND_*
-  uint look_first;   // 1: reads a light's texel before the write, where read latency costs less
-  uint one_row;      // 1: see ClusterList
-  uint cull_groups;  // culling groups in x and y, per view; later groups clear the target
-  uint clear_quads;  // 16-byte quads to clear
-  uint generation;   // of the target
+  uint cull;               // 0: every cluster is drawn
+  uint round;              // FIRE3DV_ROUND_*
+  uint read_before_write;  // 1: reads a light's texel before the write, where read latency costs less
+  uint one_row;            // 1: see ClusterList
+  uint cull_groups;        // culling groups in x and y, per view; later groups clear the target
+  uint clear_quads;        // 16-byte quads to clear
+  uint generation;         // of the target
 };
 
 // Step between the generations of stored depths, in their two top bits. See passes::ClusterTarget.
 #define FIRE3DV_GENERATION 0x40000000u
 #define FIRE3DV_LAST_GENERATION 0xc0000000u
 
-struct FarthestDepthPush {
+struct HizPush {
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS farthest;    // float[], written
+  FIRE3DV_ADDRESS hiz;         // float[], written
   uint generation;             // of the visibility buffer
   uint width;                  // of the image
   uint height;

@@ -24,7 +24,7 @@ struct Globals {
   FIRE3DV_ADDRESS materials;                // MaterialRecord[]
   FIRE3DV_ADDRESS material_extensions;      // MaterialExtensionRecord[]
   FIRE3DV_ADDRESS lights;                   // LightRecord[]
-  FIRE3DV_ADDRESS light_places;             // LightPlace[]
+  FIRE3DV_ADDRESS light_poses;              // LightPose[]
   FIRE3DV_ADDRESS positions;                // vec3[], node space
   FIRE3DV_ADDRESS frames;                   // FrameRecord[]
   FIRE3DV_ADDRESS tangents;                 // uint[], scene::TangentXy; 0: no vertex has one
@@ -39,10 +39,10 @@ struct Globals {
   FIRE3DV_ADDRESS ray_boxes;                // RayBoxRecord[], where rays are traced to boxes
   FIRE3DV_ADDRESS light_shadows;            // LightShadow[], in the order of lights
   FIRE3DV_ADDRESS light_views;              // RasterView[]
-  FIRE3DV_ADDRESS shadow_maps;  // uint[], kept_depth(): per view, the centre map, then the outer map
-  FIRE3DV_ADDRESS shadow_mask;  // uint[pixel][mask_words]
-  FIRE3DV_ADDRESS sheets;       // SheetPlace[]
-  FIRE3DV_ADDRESS far_sides;    // uint[part]: 1 = see casts_by_far_sides()
+  FIRE3DV_ADDRESS shadow_maps;       // uint[], encode_depth(): per view, the centre map, then the outer map
+  FIRE3DV_ADDRESS shadow_mask;       // uint[pixel][mask_words]
+  FIRE3DV_ADDRESS planar_casters;         // PlanarCasterPlane[]
+  FIRE3DV_ADDRESS backface_casters;  // uint[part]: 1 = see casts_by_back_faces()
   mat4 clip_from_world;
   vec3 eye_world;
   vec4 near_window;  // passes::NearWindow: centre and radius
@@ -62,7 +62,7 @@ struct Globals {
   uint visibility_generation;  // of the buffer's depths: a multiple of FIRE3DV_GENERATION
   uint map_generation;         // the same for shadow_maps
   uint mask_words;
-  uint sheet_count;
+  uint planar_caster_count;
   uint part_count;
   uint primitive_count;
   uint ray_box_count;

@@ -10,10 +10,10 @@
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer VisibilityRef { uint64_t at[]; };
 
 uint64_t seen_value(float depth, uint id, uint generation) {
-  return (uint64_t(kept_depth(depth, generation)) << 32) | id;
+  return (uint64_t(encode_depth(depth, generation)) << 32) | id;
 }
 
-void put(RasterSet set, uint sample_index, float depth, uint id, bool look_first) {
+void put(RasterSet set, uint sample_index, float depth, uint id, bool read_before_write) {
   if (depth < 0) return;  // beyond the far plane
 #ifdef FIRE3DV_COUNT
   atomicAdd(VisibilityRef(set.target).at[sample_index], uint64_t(1));
@@ -21,7 +21,7 @@ void put(RasterSet set, uint sample_index, float depth, uint id, bool look_first
   const uint64_t value = seen_value(depth, id, set.generation);
   VisibilityRef visibility = VisibilityRef(set.target);
   // The read saves the atomic where much is hidden; elsewhere it costs more than it saves.
-  if (look_first && visibility.at[sample_index] >= value) return;
+  if (read_before_write && visibility.at[sample_index] >= value) return;
   atomicMax(visibility.at[sample_index], value);
 #endif
 }

@@ -5,7 +5,7 @@
 #define FIRE3DV_CLIP_POLYGON_GLSL
 #include "visibility/raster_rules.glsl"
 
-const int kMostCorners = 8;
+const int kMaxClipVertices = 8;
 
 const float kNearPlane = -1;
 
@@ -18,27 +18,27 @@ float distance_inside_of(float guard, vec2 side, vec4 clip) {
   return result;
 }
 
-void cut(float guard, vec2 side, inout vec4 corners[kMostCorners], inout int count) {
-  vec4 kept[kMostCorners];
-  int kept_count = 0;
+void cut(float guard, vec2 side, inout vec4 corners[kMaxClipVertices], inout int count) {
+  vec4 clipped[kMaxClipVertices];
+  int clipped_count = 0;
   for (int i = 0; i < count; ++i) {
     const vec4 here = corners[i], next = corners[i + 1 < count ? i + 1 : 0];
     const float distance_here = distance_inside_of(guard, side, here), distance_next = distance_inside_of(guard, side, next);
-    if (distance_here >= 0 && kept_count < kMostCorners) kept[kept_count++] = here;
-    if ((distance_here >= 0) != (distance_next >= 0) && kept_count < kMostCorners) {
+    if (distance_here >= 0 && clipped_count < kMaxClipVertices) clipped[clipped_count++] = here;
+    if ((distance_here >= 0) != (distance_next >= 0) && clipped_count < kMaxClipVertices) {
       const bool here_inside = distance_here >= 0;
       const vec4 inside = here_inside ? here : next, outside = here_inside ? next : here;
       const float distance_inside = here_inside ? distance_here : distance_next;
       const float distance_outside = here_inside ? distance_next : distance_here;
       precise const vec4 corner = inside + (outside - inside) * (distance_inside / (distance_inside - distance_outside));
-      kept[kept_count++] = corner;
+      clipped[clipped_count++] = corner;
     }
   }
-  corners = kept;
-  count = kept_count;
+  corners = clipped;
+  count = clipped_count;
 }
 
-void cut_to_view(inout vec4 corners[kMostCorners], inout int count, vec2 size) {
+void cut_to_view(inout vec4 corners[kMaxClipVertices], inout int count, vec2 size) {
   // Rounding may put a new vertex slightly outside; the guard band has room for that.
   const vec2 guard = kGuardPixels / size;
   const float guards[5] = float[5](kNearPlane, guard.x, guard.x, guard.y, guard.y);

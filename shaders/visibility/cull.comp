@@ -6,7 +6,7 @@
 #include "visibility/culling.glsl"
 #include "visibility/level_choice.glsl"
 #ifdef FIRE3DV_LIGHTS
-#include "visibility/sheets.glsl"
+#include "visibility/planar_casters.glsl"
 #else
 #include "visibility/screen_bounds.glsl"
 #endif
@@ -44,12 +44,12 @@ void append(bool wanted, uint view, bool masked, uint entry) {
 // True if this round of two-pass occlusion culling draws a cluster in view. Clusters not hidden now are drawn
 // early in the next frame. Newly visible clusters are therefore never missing.
 bool is_this_rounds(RasterSet set, uint index, bool in_view, ScreenBounds bounds) {
-  UintsRef was_seen = UintsRef(set.was_seen);
-  const bool early = was_seen.at[index] != 0;
+  UintsRef was_visible = UintsRef(set.was_visible);
+  const bool early = was_visible.at[index] != 0;
   if (set.round == FIRE3DV_ROUND_EARLY) return in_view && early;
   const RasterView view = RasterViewRef(set.views).at[0];
-  const bool seen = in_view && !(bounds.known && is_hidden(bounds, set.farthest, ivec2(view.width, view.height)));
-  was_seen.at[index] = seen ? 1 : 0;
+  const bool seen = in_view && !(bounds.known && is_hidden(bounds, set.hiz, ivec2(view.width, view.height)));
+  was_visible.at[index] = seen ? 1 : 0;
   return seen && !early;
 }
 #endif
@@ -81,16 +81,16 @@ void main() {
     const PartRecord part = PartRef(globals.value.parts).at[instance.part];
     masked = (part.flags & FIRE3DV_PART_MASK) != 0;
 #ifdef FIRE3DV_LIGHTS
-    wanted = (part.flags & FIRE3DV_PART_NO_SHADOW) == 0 && !is_sheet(globals, instance.part);
-    const bool looks = masked;  // a texture cuts holes
+    wanted = (part.flags & FIRE3DV_PART_NO_SHADOW) == 0 && !is_planar_caster(globals, instance.part);
+    const bool include_attributes = masked;  // a texture cuts holes
 #else
-    wanted = (part.flags & FIRE3DV_PART_ON_TOP) == 0;
-    const bool looks = true;
+    wanted = (part.flags & FIRE3DV_PART_FORWARD_ONLY) == 0;
+    const bool include_attributes = true;
 #endif
     const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
     const RasterView view = RasterViewRef(set.views).at[view_index];
     const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
-    wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node, looks);
+    wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node, include_attributes);
     one_side = wanted && draws_one_side(globals, instance.part, part);
     if (set.cull != 0) {
       const vec4 sphere = sphere_of_cluster(globals, part, cluster, world_from_node);

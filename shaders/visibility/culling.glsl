@@ -12,9 +12,9 @@ bool faces_away(RasterView view, vec3 normal, vec3 point) {
 // True if a light's map needs only the part's triangles that face away from the light. In a closed mesh seen
 // from outside, a ray from any visible point hits such a triangle first. False where the near plane may cut
 // the mesh open. visibility/light_views.comp computes it once a frame.
-bool casts_by_far_sides(GlobalsRef globals, uint part) { return UintRef(globals.value.far_sides).at[part] != 0; }
+bool casts_by_back_faces(GlobalsRef globals, uint part) { return UintRef(globals.value.backface_casters).at[part] != 0; }
 
-bool finds_far_sides(GlobalsRef globals, PartRecord part) {
+bool can_cast_by_back_faces(GlobalsRef globals, PartRecord part) {
   if ((part.flags & FIRE3DV_PART_CLOSED) == 0) return false;
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
@@ -28,7 +28,7 @@ bool finds_far_sides(GlobalsRef globals, PartRecord part) {
 // True if a view draws only one side of a part: the camera front faces, a light back faces.
 bool draws_one_side(GlobalsRef globals, uint part_index, PartRecord part) {
 #ifdef FIRE3DV_LIGHTS
-  return casts_by_far_sides(globals, part_index);
+  return casts_by_back_faces(globals, part_index);
 #else
   return (part.flags & FIRE3DV_PART_DOUBLE_SIDED) == 0;
 #endif
@@ -74,7 +74,7 @@ bool can_be_seen(GlobalsRef globals, RasterView view, uint part_index, PartRecor
   float slack = 1e-3;
 #ifdef FIRE3DV_LIGHTS
   // A light's map holds only back faces of closed meshes, and all triangles of other meshes.
-  if (!casts_by_far_sides(globals, part_index)) return true;
+  if (!casts_by_back_faces(globals, part_index)) return true;
   axis = -axis;
 #endif
   if (view.eye_world.w == 0) return dot(view.eye_world.xyz, axis) < cluster.cone_cutoff + slack;

@@ -79,7 +79,7 @@ void main() {
   const bool double_sided = (triangle.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0;
 #endif
 
-  vec4 corners[kMostCorners];
+  vec4 corners[kMaxClipVertices];
   int count = 3;
   bool whole = true;
   for (int i = 0; i < 3; ++i) {
@@ -88,10 +88,10 @@ void main() {
   }
   if (!whole) cut_to_view(corners, count, vec2(size));
   if (count < 3) return;
-  const Corner a = project(corners[0], vec2(size));
+  const ScreenVertex a = project(corners[0], vec2(size));
   for (int i = 2; i < count; ++i) {
     PreparedTriangle prepared;
-    const Corner b = project(corners[i - 1], vec2(size)), c = project(corners[i], vec2(size));
+    const ScreenVertex b = project(corners[i - 1], vec2(size)), c = project(corners[i], vec2(size));
     if (prepare(huge, a, b, c, mirrored, double_sided, prepared)) list_tiles(globals, set, view, prepared);
   }
 }

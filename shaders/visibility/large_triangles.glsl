@@ -4,7 +4,7 @@
 #define FIRE3DV_LARGE_TRIANGLES_GLSL
 #include "visibility/raster_rules.glsl"
 
-const int kMostTilesByOne = 16;
+const int kMaxTilesByOne = 16;
 
 void emit_huge(RasterSet set, HugeTriangle triangle) {
   LargeWorkRef large = LargeWorkRef(set.large);
@@ -20,7 +20,7 @@ void emit_huge(RasterSet set, HugeTriangle triangle) {
 }
 
 // Orders the vertices for a positive area; returns false when the triangle is invisible.
-bool prepare(HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored, bool double_sided,
+bool prepare(HugeTriangle triangle, ScreenVertex a, ScreenVertex b, ScreenVertex c, bool mirrored, bool double_sided,
              out PreparedTriangle prepared) {
   const ivec2 ab = b.xy - a.xy, ac = c.xy - a.xy;
   const int64_t area = int64_t(ab.x) * ac.y - int64_t(ab.y) * ac.x;
@@ -79,14 +79,14 @@ bool emit_tile(RasterSet set, uint place, uint prepared, ivec2 tile, RasterView 
   return true;
 }
 
-void emit_large(RasterSet set, HugeTriangle triangle, Corner a, Corner b, Corner c, bool mirrored, bool double_sided,
+void emit_large(RasterSet set, HugeTriangle triangle, ScreenVertex a, ScreenVertex b, ScreenVertex c, bool mirrored, bool double_sided,
                 ivec2 low, ivec2 high, RasterView view) {
   const ivec2 first = low >> kTileShift, tiles = (high >> kTileShift) - first + 1;
   PreparedTriangle prepared;
   if (!prepare(triangle, a, b, c, mirrored, double_sided, prepared)) return;
   LargeWorkRef large = LargeWorkRef(set.large);
   const uint count = uint(tiles.x * tiles.y);
-  if (count > kMostTilesByOne || large.value.tiles.count + 65536 > set.tile_capacity ||
+  if (count > kMaxTilesByOne || large.value.tiles.count + 65536 > set.tile_capacity ||
       large.value.prepared_count + 65536 > set.prepared_capacity) {
     emit_huge(set, triangle);  // also when room is scarce: only this queue handles overflow
     return;

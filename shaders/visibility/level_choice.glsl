@@ -10,9 +10,9 @@ const float kLevelTexels = 0.25;
 // True if a view may show the error of a group's simplification. A length e in the group's sphere, at depth z
 // and distance r, projects to at most e * r / z^2 at depth 1. Spheres and errors of coarser groups contain
 // those of finer ones, so the test is monotonic. Rounding may draw a surface at two levels, never at none.
-// looks: include the error of normals, colours and texture coordinates, otherwise of positions only.
-bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_node, float stretch, bool looks) {
-  const float error = (looks ? group.error : group.surface_error) * stretch * view.level_scale;
+// include_attributes: include the error of normals, colours and texture coordinates, otherwise of positions only.
+bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_node, float stretch, bool include_attributes) {
+  const float error = (include_attributes ? group.error : group.surface_error) * stretch * view.level_scale;
   if (view.eye_world.w == 0) return error > 1;
   const vec3 center = transform_point(world_from_node, group.center);
   const float radius = group.radius * stretch * 1.0001;
@@ -21,13 +21,13 @@ bool shows_error(RasterView view, LevelGroupRecord group, AffineRows world_from_
   return error * (distance(center, view.eye_world.xyz) + radius) > depth * depth;
 }
 
-bool is_chosen_level(GlobalsRef globals, RasterView view, ClusterRecord cluster, AffineRows world_from_node, bool looks) {
+bool is_chosen_level(GlobalsRef globals, RasterView view, ClusterRecord cluster, AffineRows world_from_node, bool include_attributes) {
   if (view.level_scale == 0) return cluster.made_by == FIRE3DV_NO_INDEX;
   if (cluster.made_by == FIRE3DV_NO_INDEX && cluster.merged_by == FIRE3DV_NO_INDEX) return true;
   const float stretch = largest_stretch(world_from_node);
   LevelGroupRef groups = LevelGroupRef(globals.value.level_groups);
-  if (cluster.made_by != FIRE3DV_NO_INDEX && shows_error(view, groups.at[cluster.made_by], world_from_node, stretch, looks)) return false;
-  return cluster.merged_by == FIRE3DV_NO_INDEX || shows_error(view, groups.at[cluster.merged_by], world_from_node, stretch, looks);
+  if (cluster.made_by != FIRE3DV_NO_INDEX && shows_error(view, groups.at[cluster.made_by], world_from_node, stretch, include_attributes)) return false;
+  return cluster.merged_by == FIRE3DV_NO_INDEX || shows_error(view, groups.at[cluster.merged_by], world_from_node, stretch, include_attributes);
 }
 
 #endif

@@ -1,5 +1,5 @@
 // Writes to a light's two shadow maps; see shadow_maps.glsl. Nearest depths win; depth is reversed, so the
-// largest. Variant FIRE3DV_MIDDLES_ALONE omits the outer map, which only the ray-traced back ends read.
+// largest. Variant FIRE3DV_CENTER_MAPS_ONLY omits the outer map, which only the ray-traced back ends read.
 #ifndef FIRE3DV_LIGHT_RASTER_GLSL
 #define FIRE3DV_LIGHT_RASTER_GLSL
 #include "common/generations.glsl"
@@ -10,26 +10,26 @@ struct MapTarget {
   uint64_t maps;
   uint first_texel;
   uint size;
-  bool look_first;
+  bool read_before_write;
   uint generation;
 };
 
 MapTarget map_target(RasterSet set, RasterView view) {
-  return MapTarget(set.target, view.first_texel, view.width, set.look_first != 0, set.generation);
+  return MapTarget(set.target, view.first_texel, view.width, set.read_before_write != 0, set.generation);
 }
 
 // place: index of the texel, row by row.
 void put_nearest(MapTarget target, uint place, bool outer, float depth) {
   const uint index = target.first_texel + (outer ? target.size * target.size : 0) + place;
-  const uint value = kept_depth(depth, target.generation);
+  const uint value = encode_depth(depth, target.generation);
   UintsRef maps = UintsRef(target.maps);
-  if (!target.look_first || maps.at[index] < value) atomicMax(maps.at[index], value);
+  if (!target.read_before_write || maps.at[index] < value) atomicMax(maps.at[index], value);
 }
 
-#ifdef FIRE3DV_MIDDLES_ALONE
+#ifdef FIRE3DV_CENTER_MAPS_ONLY
 int pixel_reach(RasterView view) { return 0; }
 
-// middle: the triangle covers the texel's centre, at depth z.
+// covers_center: the triangle covers the texel's centre, at depth z.
 #define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                \
   const ivec2 place = texel * kSubpixels + kHalfPixel;                                                \
   const IVEC from_a = IVEC(place - a.xy), from_b = IVEC(place - b.xy), from_c = IVEC(place - c.xy);   \
@@ -37,7 +37,7 @@ int pixel_reach(RasterView view) { return 0; }
   const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                         \
   const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                         \
   const float z = (float(wa) * a.z + float(wb) * b.z + float(wc) * c.z) * inverse_area;               \
-  const bool middle = wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);
+  const bool covers_center = wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);
 #else
 // Half a texel, plus two steps of rounding of vertices and points.
 const int kReach = kHalfPixel + 2;
@@ -50,7 +50,7 @@ int pixel_reach(RasterView view) { return reach_of(view) - kHalfPixel; }
 float nearest_possible(RasterView view, float depth) {
   if (view.level_scale == 0) return depth;
   const float away_m = kLevelTexels * view.texel_m;  // in perspective at a distance of 1 m
-  return min(view.eye_world.w == 0 ? depth + away_m / view.depth_m : depth * (1 + 1.05 * away_m), kMostKept);
+  return min(view.eye_world.w == 0 ? depth + away_m / view.depth_m : depth * (1 + 1.05 * away_m), kMaxDepth);
 }
 
 // Parameters of a triangle's nearest depth anywhere in a texel, derived from its depth z at the texel's
@@ -60,7 +60,7 @@ struct OuterDepth {
   bool is_broad;
 };
 
-OuterDepth outer_depth_of(Corner a, Corner b, Corner c, float inverse_area, int reach, bool is_broad) {
+OuterDepth outer_depth_of(ScreenVertex a, ScreenVertex b, ScreenVertex c, float inverse_area, int reach, bool is_broad) {
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   const vec2 slope = abs(vec2(-bc.y, bc.x) * a.z + vec2(-ca.y, ca.x) * b.z + vec2(-ab.y, ab.x) * c.z) * inverse_area;
   OuterDepth depth;
@@ -75,7 +75,7 @@ float outer_depth(OuterDepth depth, float z) {
   return depth.is_broad ? min(depth.nearest, z + depth.rise + depth.rounding) : depth.nearest;
 }
 
-// reach: of the view. touches: the triangle reaches into the texel. middle: it covers the centre, at depth z.
+// reach: of the view. touches: the triangle reaches into the texel. covers_center: it covers the centre, at depth z.
 // outer: bound of its nearest depth in the texel. A triangle without area touches the texels of its line.
 #define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                              \
   const ivec2 place = texel * kSubpixels + kHalfPixel;                                                              \
@@ -87,7 +87,7 @@ float outer_depth(OuterDepth depth, float z) {
                        wb + INT(abs(ca.x) + abs(ca.y)) * reach >= 0 && wc + INT(abs(ab.x) + abs(ab.y)) * reach >= 0; \
   const float za = float(wa) * a.z, zb = float(wb) * b.z, zc = float(wc) * c.z;                                     \
   const float z = (za + zb + zc) * inverse_area;                                                                    \
-  const bool middle = has_area && wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);                      \
+  const bool covers_center = has_area && wa >= INT(bias.x) && wb >= INT(bias.y) && wc >= INT(bias.z);                      \
   const float outer = outer_depth(outer_depth_of(a, b, c, inverse_area, reach, is_broad), z);
 
 // Broad enough that its plane bounds depths slightly outside of it.

@@ -1,8 +1,8 @@
 // Views of shadow maps, one workgroup each, fitted to the current shadow casters. Further workgroups compute
-// per-part and per-occluder data of the shadow test.
+// per-part and per-caster data of the shadow test.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "visibility/sheets.glsl"
+#include "visibility/planar_casters.glsl"
 #include "visibility/level_choice.glsl"
 
 layout(local_size_x = FIRE3DV_LIGHT_VIEW_THREADS) in;
@@ -13,8 +13,8 @@ shared vec3 high_of_thread[FIRE3DV_LIGHT_VIEW_THREADS];
 
 // Reads the static records, since other workgroups are writing the SheetPlaces.
 bool is_listed_sheet(GlobalsRef globals, uint part) {
-  for (uint i = 0; i < globals.value.sheet_count; ++i) {
-    if (SheetRef(push.sheets).at[i].part == part) return true;
+  for (uint i = 0; i < globals.value.planar_caster_count; ++i) {
+    if (PlanarCasterRef(push.planar_casters).at[i].part == part) return true;
   }
   return false;
 }
@@ -23,15 +23,15 @@ void look_at_parts(GlobalsRef globals, uint group) {
   const uint index = group * FIRE3DV_LIGHT_VIEW_THREADS + gl_LocalInvocationIndex;
   if (index < globals.value.part_count) {
     const PartRecord part = PartRef(globals.value.parts).at[index];
-    bool far_sides = finds_far_sides(globals, part);
+    bool by_back_faces = can_cast_by_back_faces(globals, part);
     // All cameras' images use the same maps.
-    for (uint i = 1; i < push.camera_count && far_sides; ++i) {
-      far_sides = finds_far_sides(GlobalsRef(AddressRef(push.cameras).at[i]), part);
+    for (uint i = 1; i < push.camera_count && by_back_faces; ++i) {
+      by_back_faces = can_cast_by_back_faces(GlobalsRef(AddressRef(push.cameras).at[i]), part);
     }
-    UintsRef(globals.value.far_sides).at[index] = far_sides ? 1 : 0;
+    UintsRef(globals.value.backface_casters).at[index] = by_back_faces ? 1 : 0;
   }
-  if (index < globals.value.sheet_count) {
-    SheetPlaceRef(globals.value.sheets).at[index] = place_of_sheet(globals, SheetRef(push.sheets).at[index]);
+  if (index < globals.value.planar_caster_count) {
+    PlanarCasterPlaneRef(globals.value.planar_casters).at[index] = planar_caster_plane(globals, PlanarCasterRef(push.planar_casters).at[index]);
   }
 }
 
@@ -100,7 +100,7 @@ void main() {
     look_at_parts(globals, gl_WorkGroupID.x - push.view_count);
     return;
   }
-  const LightViewWanted wanted = LightViewWantedRef(push.wanted).at[gl_WorkGroupID.x];
+  const LightViewRequest wanted = LightViewRequestRef(push.wanted).at[gl_WorkGroupID.x];
   const LightRecord light = LightRef(globals.value.lights).at[wanted.light];
   const AffineRows world_from_light = AffineRowsRef(globals.value.world_from_node).at[light.node];
   const bool orthographic = light.type == FIRE3DV_LIGHT_DIRECTIONAL;
@@ -114,12 +114,12 @@ void main() {
   vec4 x, y, z, w;
   if (orthographic) {
     // A margin keeps the box larger than its content and never empty.
-    const vec3 middle = 0.5 * (low + high);
-    const vec3 half_size = 0.505 * (high - low) + 1e-5 * (1 + length(middle));
-    x = vec4(axes[0], -middle.x) / half_size.x;
-    y = -vec4(axes[1], -middle.y) / half_size.y;
+    const vec3 box_center = 0.5 * (low + high);
+    const vec3 half_size = 0.505 * (high - low) + 1e-5 * (1 + length(box_center));
+    x = vec4(axes[0], -box_center.x) / half_size.x;
+    y = -vec4(axes[1], -box_center.y) / half_size.y;
     // 1 at the near side, 0 at the far side.
-    z = vec4(axes[2], -(middle.z - half_size.z)) / (2 * half_size.z);
+    z = vec4(axes[2], -(box_center.z - half_size.z)) / (2 * half_size.z);
     w = vec4(0, 0, 0, 1);
     view.eye_world = vec4(-axes[2], 0);
     view.depth_m = 2 * half_size.z;

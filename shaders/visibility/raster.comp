@@ -1,12 +1,12 @@
 // Cluster rasteriser, one cluster per workgroup: threads project vertices, then draw triangles. Small
 // triangles are drawn by their thread; larger ones are queued as tiles.
-// Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_LIGHTS draws shadow maps; FIRE3DV_MIDDLES_ALONE omits the outer
+// Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_LIGHTS draws shadow maps; FIRE3DV_CENTER_MAPS_ONLY omits the outer
 // maps. FIRE3DV_ALPHA_MASK tests alpha. FIRE3DV_CPU: one vector processes vertices, then triangles.
 // FIRE3DV_NARROW has half as many threads with two triangles each, which is faster with enough clusters to
 // fill the device.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "visibility/dealt_groups.glsl"
+#include "visibility/interleaved_groups.glsl"
 #include "visibility/large_triangles.glsl"
 #include "visibility/small_triangles.glsl"
 
@@ -23,10 +23,10 @@ layout(local_size_x = 128) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
 // kNowhere: the triangle needs clipping.
-Corner corner_of(RasterView view, vec3 world) {
+ScreenVertex corner_of(RasterView view, vec3 world) {
   const vec2 size = vec2(view.width, view.height);
   const vec4 clip = clip_position(view.clip_from_world, world);
-  if (!can_be_projected(clip, size)) return Corner(kNowhere, 0);
+  if (!can_be_projected(clip, size)) return ScreenVertex(kNowhere, 0);
   return project(clip, size);
 }
 
@@ -68,8 +68,8 @@ bool faces_light(ivec2 ab, ivec2 ac, bool mirrored) {
 }
 #endif
 
-void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownCluster cluster, uint number, Corner a, Corner b,
-                   Corner c) {
+void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownCluster cluster, uint number, ScreenVertex a, ScreenVertex b,
+                   ScreenVertex c) {
   const uint id = ((cluster.number + 1) << 7) | number;
   if (a.xy == kNowhere || b.xy == kNowhere || c.xy == kNowhere) {
     emit_huge(set, HugeTriangle(id, push.view));
@@ -87,7 +87,7 @@ void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownClus
 #else
   const bool double_sided = !cluster.one_side;
 #endif
-  if (max(extent.x, extent.y) > kMostExtent || box.x * box.y > kMostPixels) {
+  if (max(extent.x, extent.y) > kMaxExtent || box.x * box.y > kMaxPixels) {
     emit_large(set, HugeTriangle(id, push.view), a, b, c, cluster.mirrored, double_sided, low, high, view);
     return;
   }
@@ -97,7 +97,7 @@ void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownClus
   if (area == 0 || (!double_sided && (area > 0) != cluster.mirrored)) return;
 #endif
   if (area < 0) {
-    const Corner swapped = b;
+    const ScreenVertex swapped = b;
     b = c;
     c = swapped;
     area = -area;
@@ -112,7 +112,7 @@ void find_corners(GlobalsRef globals, RasterView view, ClusterInstance instance,
   const uint vertex_count = instance.counts & 0xffff;
   for (uint vertex = gl_LocalInvocationIndex; vertex < vertex_count; vertex += kThreads) {
     const vec3 node = PositionRef(globals.value.positions).at[instance.first_vertex + vertex];
-    const Corner corner = corner_of(view, world_position(world_from_node, node));
+    const ScreenVertex corner = corner_of(view, world_position(world_from_node, node));
     corner_xy[vertex] = corner.xy;
     corner_z[vertex] = corner.z;
   }
@@ -121,8 +121,8 @@ void find_corners(GlobalsRef globals, RasterView view, ClusterInstance instance,
 // packed: indices of its vertices.
 void draw_from_corners(GlobalsRef globals, RasterSet set, RasterView view, ShownCluster cluster, uint number, uint packed) {
   const uvec3 at = uvec3(packed & 255, (packed >> 8) & 255, (packed >> 16) & 255);
-  draw_triangle(globals, set, view, cluster, number, Corner(corner_xy[at.x], corner_z[at.x]), Corner(corner_xy[at.y], corner_z[at.y]),
-                Corner(corner_xy[at.z], corner_z[at.z]));
+  draw_triangle(globals, set, view, cluster, number, ScreenVertex(corner_xy[at.x], corner_z[at.x]), ScreenVertex(corner_xy[at.y], corner_z[at.y]),
+                ScreenVertex(corner_xy[at.z], corner_z[at.z]));
 }
 
 #ifdef FIRE3DV_CPU

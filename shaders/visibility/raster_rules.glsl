@@ -6,7 +6,7 @@
 #include "common/buffers.glsl"
 
 // A light's outer map holds everything that touches a texel, including degenerate lines.
-#if defined(FIRE3DV_LIGHTS) && !defined(FIRE3DV_MIDDLES_ALONE)
+#if defined(FIRE3DV_LIGHTS) && !defined(FIRE3DV_CENTER_MAPS_ONLY)
 #define FIRE3DV_KEEPS_LINES
 #endif
 
@@ -22,7 +22,7 @@ uint list_of_tile(RasterView view, ivec2 tile) {
 const float kGuardPixels = 1048576;
 const ivec2 kNowhere = ivec2(-2147483647);
 
-struct Corner {
+struct ScreenVertex {
   ivec2 xy;  // 1/256 pixel
   float z;   // reversed depth
 };
@@ -45,12 +45,12 @@ float bounded_depth(float z) {
 #endif
 }
 
-Corner project(vec4 clip, vec2 size) {
+ScreenVertex project(vec4 clip, vec2 size) {
   precise const vec2 ndc = clip.xy / clip.w;
   precise const vec2 pixel = (ndc * 0.5 + 0.5) * size;
   precise const vec2 steps = floor(pixel * float(kSubpixels) + 0.5);
   precise const float z = clip.z / clip.w;
-  Corner corner;
+  ScreenVertex corner;
   corner.xy = ivec2(steps);
   corner.z = bounded_depth(z);
   return corner;

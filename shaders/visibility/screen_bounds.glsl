@@ -2,7 +2,7 @@
 // bounds are conservative against rounding.
 #ifndef FIRE3DV_SCREEN_BOUNDS_GLSL
 #define FIRE3DV_SCREEN_BOUNDS_GLSL
-#include "visibility/farthest_depth.glsl"
+#include "visibility/hiz.glsl"
 #include "visibility/raster_rules.glsl"
 
 struct ScreenBounds {
@@ -60,8 +60,8 @@ bool misses_samples(ScreenBounds bounds) {
 bool is_hidden(ScreenBounds bounds, uint64_t farthest, ivec2 size) {
   const ivec2 low = clamp(ivec2(floor(bounds.low)), ivec2(0), size - 1),
               high = clamp(ivec2(floor(bounds.high)), ivec2(0), size - 1);
-  for (int level = 0; level < kFarthestLevels; ++level) {
-    const int shift = kFarthestShift + level;
+  for (int level = 0; level < kHizLevels; ++level) {
+    const int shift = kHizShift + level;
     const ivec2 first = low >> shift, last = high >> shift;
     if (max(last.x - first.x, last.y - first.y) > 3) continue;  // use a coarser level
     const int start = first_of_level(size, level), row = blocks_of_level(size, level).x;

@@ -7,8 +7,8 @@
 #include "visibility/camera_raster.glsl"
 #endif
 
-const int kMostPixels = 256;            // of a box that one thread rasterises
-const int kMostExtent = 64 * kSubpixels;  // edge functions fit 32 bits
+const int kMaxPixels = 256;            // of a box that one thread rasterises
+const int kMaxExtent = 64 * kSubpixels;  // edge functions fit 32 bits
 
 // Incremental 32-bit edge functions over a box of pixels, row by row, from left to right.
 struct Walk {
@@ -20,7 +20,7 @@ struct Walk {
   uint row_jump;
 };
 
-Walk walk_from(Corner a, Corner b, Corner c, ivec2 low, ivec2 high, uint width) {
+Walk walk_from(ScreenVertex a, ScreenVertex b, ScreenVertex c, ivec2 low, ivec2 high, uint width) {
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   const ivec3 along_x = -ivec3(bc.y, ca.y, ab.y), along_y = ivec3(bc.x, ca.x, ab.x);
   const ivec2 corner = low * kSubpixels;
@@ -48,13 +48,13 @@ void step_on(inout Walk walk) {
 bool all_positive(ivec3 v) { return (v.x | v.y | v.z) >= 0; }
 
 // Depths match FIRE3DV_COVER_PIXEL and FIRE3DV_COVER_TEXEL bit for bit.
-float depth_of(ivec3 weights, Corner a, Corner b, Corner c, float inverse_area) {
+float depth_of(ivec3 weights, ScreenVertex a, ScreenVertex b, ScreenVertex c, float inverse_area) {
   precise const float z = (float(weights.x) * a.z + float(weights.y) * b.z + float(weights.z) * c.z) * inverse_area;
   return z;
 }
 
 #ifdef FIRE3DV_LIGHTS
-void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Corner b, Corner c, int area, uint id,
+void draw_small(GlobalsRef globals, RasterSet set, RasterView view, ScreenVertex a, ScreenVertex b, ScreenVertex c, int area, uint id,
                 ivec2 low, ivec2 high) {
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   const ivec3 bias = ivec3(edge_bias(b.xy, c.xy), edge_bias(c.xy, a.xy), edge_bias(a.xy, b.xy));
@@ -62,7 +62,7 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
   const MapTarget target = map_target(set, view);
   Walk walk = walk_from(a, b, c, low, high, view.width);
   walk.at += (ivec3(bc.x, ca.x, ab.x) - ivec3(bc.y, ca.y, ab.y)) * kHalfPixel;  // to texel centres
-#ifndef FIRE3DV_MIDDLES_ALONE
+#ifndef FIRE3DV_CENTER_MAPS_ONLY
   const int reach = reach_of(view);
   const ivec3 touched_from = ivec3(abs(bc.x) + abs(bc.y), abs(ca.x) + abs(ca.y), abs(ab.x) + abs(ab.y)) * reach;
   const OuterDepth outer = outer_depth_of(a, b, c, inverse_area, reach, is_broad_triangle(float(area), ab, bc, ca));
@@ -71,7 +71,7 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
   const VisibleTriangle triangle = seen_from(visible_triangle(globals, id), view);
 #endif
   for (int left = (high.x - low.x + 1) * (high.y - low.y + 1); left > 0; --left, step_on(walk)) {
-#if defined(FIRE3DV_MIDDLES_ALONE) && defined(FIRE3DV_CPU)
+#if defined(FIRE3DV_CENTER_MAPS_ONLY) && defined(FIRE3DV_CPU)
     // On a CPU a write costs the same for one lane as for all, and far more than a step. So each lane
     // advances to its next covered texel before all write together. Outer maps cover nearly all texels of a
     // box.
@@ -80,16 +80,16 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
       --left;
     }
 #endif
-    const bool middle = area > 0 && all_positive(walk.at - bias);
-#ifdef FIRE3DV_MIDDLES_ALONE
-    if (!middle) continue;
+    const bool covers_center = area > 0 && all_positive(walk.at - bias);
+#ifdef FIRE3DV_CENTER_MAPS_ONLY
+    if (!covers_center) continue;
 #else
     if (!all_positive(walk.at + touched_from)) continue;
 #endif
     const float z = depth_of(walk.at, a, b, c, inverse_area);
-#ifndef FIRE3DV_MIDDLES_ALONE
+#ifndef FIRE3DV_CENTER_MAPS_ONLY
     put_nearest(target, walk.place, true, nearest_possible(view, outer_depth(outer, z)));
-    if (!middle) continue;
+    if (!covers_center) continue;
 #endif
 #ifdef FIRE3DV_ALPHA_MASK
     const ivec2 texel = ivec2(walk.place % view.width, walk.place / view.width);
@@ -99,7 +99,7 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Co
   }
 }
 #else
-void draw_small(GlobalsRef globals, RasterSet set, RasterView view, Corner a, Corner b, Corner c, int area, uint id,
+void draw_small(GlobalsRef globals, RasterSet set, RasterView view, ScreenVertex a, ScreenVertex b, ScreenVertex c, int area, uint id,
                 ivec2 low, ivec2 high) {
   const ivec3 bias = ivec3(edge_bias(b.xy, c.xy), edge_bias(c.xy, a.xy), edge_bias(a.xy, b.xy));
   precise const float inverse_area = 1 / float(area);

@@ -10,7 +10,7 @@
 const int kTileThreads = 256;  // threads of a tile
 
 struct TileTriangle {
-  Corner a, b, c;
+  ScreenVertex a, b, c;
   ivec3 bias;
   int64_t area;
   uint id;
@@ -18,9 +18,9 @@ struct TileTriangle {
 
 TileTriangle tile_triangle(PreparedTriangle p) {
   TileTriangle t;
-  t.a = Corner(p.a, p.za);
-  t.b = Corner(p.b, p.zb);
-  t.c = Corner(p.c, p.zc);
+  t.a = ScreenVertex(p.a, p.za);
+  t.b = ScreenVertex(p.b, p.zb);
+  t.c = ScreenVertex(p.c, p.zc);
   t.bias = ivec3(edge_bias(p.b, p.c), edge_bias(p.c, p.a), edge_bias(p.a, p.b));
   const ivec2 ab = p.b - p.a, ac = p.c - p.a;
   t.area = int64_t(ab.x) * ac.y - int64_t(ab.y) * ac.x;
@@ -35,24 +35,24 @@ bool is_masked(GlobalsRef globals, uint id) {
 void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTriangle t, ivec2 pixel) {
   const ivec2 size = ivec2(view.width, view.height);
   if (pixel.x >= size.x || pixel.y >= size.y) return;
-  const Corner a = t.a, b = t.b, c = t.c;
+  const ScreenVertex a = t.a, b = t.b, c = t.c;
   const ivec3 bias = t.bias;
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   precise const float inverse_area = 1 / float(t.area);
 #ifdef FIRE3DV_LIGHTS
   const ivec2 texel = pixel;
   const MapTarget target = map_target(set, view);
-#ifndef FIRE3DV_MIDDLES_ALONE
+#ifndef FIRE3DV_CENTER_MAPS_ONLY
   const bool has_area = t.area > 0;
   const bool is_broad = is_broad_triangle(float(t.area), ab, bc, ca);
   const int reach = reach_of(view);
 #endif
   FIRE3DV_COVER_TEXEL(int64_t, i64vec2)
-#ifndef FIRE3DV_MIDDLES_ALONE
+#ifndef FIRE3DV_CENTER_MAPS_ONLY
   if (!touches) return;
   put_nearest(target, uint(texel.y) * view.width + uint(texel.x), true, nearest_possible(view, outer));
 #endif
-  if (!middle) return;
+  if (!covers_center) return;
 #else
   FIRE3DV_COVER_PIXEL(int64_t, i64vec2)
   if (covered == 0) return;
@@ -82,7 +82,7 @@ void draw_tile_rows(RasterSet set, RasterView view, TileTriangle t, ivec2 origin
   const uint lanes_across = FIRE3DV_SAMPLES << kTileShift, rows_at_once = kTileThreads / lanes_across;
   const ivec2 size = ivec2(view.width, view.height);
   const uint s = lane % FIRE3DV_SAMPLES;
-  const Corner a = t.a, b = t.b, c = t.c;
+  const ScreenVertex a = t.a, b = t.b, c = t.c;
   ivec2 low, high;
   covered_pixels(min(a.xy, min(b.xy, c.xy)), max(a.xy, max(b.xy, c.xy)), 0, size, low, high);
   const ivec2 first = ivec2(origin.x + int(lane % lanes_across) / FIRE3DV_SAMPLES, max(origin.y, low.y) + int(lane / lanes_across));

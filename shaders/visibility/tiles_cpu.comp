@@ -3,7 +3,7 @@
 // hidden blocks. Variants: FIRE3DV_SAMPLES 1 or 4.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "visibility/dealt_groups.glsl"
+#include "visibility/interleaved_groups.glsl"
 #include "visibility/large_triangles.glsl"
 #include "visibility/tile_lanes.glsl"
 
@@ -125,7 +125,7 @@ void draw(LaneTriangle t, const bool wide) {
     reached &= reached - 1;
     const float least = draw_block(t, wide, block_place(number));
     if ((covered & (1u << number)) == 0) continue;
-    const float hides = least_of_lanes(least);
+    const float hides = min_of_lanes(least);
     if (int(gl_SubgroupInvocationID) == (number & 7)) {
       if (number < 8) farthest[0] = max(farthest[0], hides);
       else farthest[1] = max(farthest[1], hides);
@@ -135,7 +135,7 @@ void draw(LaneTriangle t, const bool wide) {
 
 // 64-bit version for triangles whose edge functions do not fit Parts.
 void draw_vast(TileTriangle whole, LaneTriangle t) {
-  const Corner a = whole.a, b = whole.b, c = whole.c;
+  const ScreenVertex a = whole.a, b = whole.b, c = whole.c;
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   float least = 0;
   for (int i = 0; i < kTileSide * kTileSide / kVectorPixels; ++i) {

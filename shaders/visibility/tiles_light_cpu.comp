@@ -1,9 +1,9 @@
 // Variant of visibility/tiles.comp for shadow maps on devices that are a CPU (see lanes.glsl): a one-vector workgroup
 // draws all large triangles of its tile in sequence. It is the only writer of the tile, so it needs no
-// atomics. Variant: FIRE3DV_MIDDLES_ALONE.
+// atomics. Variant: FIRE3DV_CENTER_MAPS_ONLY.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "visibility/dealt_groups.glsl"
+#include "visibility/interleaved_groups.glsl"
 #include "visibility/large_triangles.glsl"
 #include "visibility/tile_lanes.glsl"
 
@@ -21,14 +21,14 @@ struct LaneTriangle {
   Parts less_a, less_b, less_c;  // offset of an edge from its edge function
   float inverse_area;
   bool has_area, masked;
-#ifndef FIRE3DV_MIDDLES_ALONE
+#ifndef FIRE3DV_CENTER_MAPS_ONLY
   OuterDepth outer;
 #endif
 };
 
 // Margin by which an edge function may be negative in a texel that counts.
 int64_t allowed(ivec2 from, ivec2 to, int bias) {
-#ifdef FIRE3DV_MIDDLES_ALONE
+#ifdef FIRE3DV_CENTER_MAPS_ONLY
   return -bias;
 #else
   const ivec2 d = abs(to - from);
@@ -52,7 +52,7 @@ LaneTriangle lane_triangle(TileTriangle whole) {
   t.inverse_area = inverse_area;
   t.has_area = whole.area > 0;
   t.masked = is_masked(globals, whole.id);
-#ifndef FIRE3DV_MIDDLES_ALONE
+#ifndef FIRE3DV_CENTER_MAPS_ONLY
   t.outer = outer_depth_of(whole.a, whole.b, whole.c, inverse_area, reach_of(view),
                            is_broad_triangle(float(whole.area), b - a, c - b, a - c));
 #endif
@@ -62,16 +62,16 @@ LaneTriangle lane_triangle(TileTriangle whole) {
 void put_alone(ivec2 texel, const bool outer, float depth) {
   UintsRef maps = UintsRef(set.target);
   const uint place = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
-  const uint value = kept_depth(depth, set.generation);
+  const uint value = encode_depth(depth, set.generation);
   if (maps.at[place] < value) maps.at[place] = value;
 }
 
-void put_texel(LaneTriangle t, ivec2 texel, vec3 e, bool middle) {
+void put_texel(LaneTriangle t, ivec2 texel, vec3 e, bool covers_center) {
   const float z = (e.x * t.whole.a.z + e.y * t.whole.b.z + e.z * t.whole.c.z) * t.inverse_area;
-#ifndef FIRE3DV_MIDDLES_ALONE
+#ifndef FIRE3DV_CENTER_MAPS_ONLY
   put_alone(texel, true, nearest_possible(view, outer_depth(t.outer, z)));
 #endif
-  if (!middle || (t.masked && !is_solid_at(globals, seen_from(visible_triangle(globals, t.whole.id), view),
+  if (!covers_center || (t.masked && !is_solid_at(globals, seen_from(visible_triangle(globals, t.whole.id), view),
                                            vec2(texel) + 0.5, vec2(view.width)))) {
     return;
   }

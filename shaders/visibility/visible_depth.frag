@@ -9,8 +9,8 @@ layout(push_constant, scalar) uniform Push { VisibleDepthPush push; };
 void main() {
   const uint pixel = uint(gl_FragCoord.y) * push.width + uint(gl_FragCoord.x);
 #if FIRE3DV_SAMPLES == 4
-  gl_FragDepth = depth_kept(SampleRef(push.visibility).at[pixel * FIRE3DV_SAMPLES + gl_SampleID].y, push.generation);
+  gl_FragDepth = decode_depth(SampleRef(push.visibility).at[pixel * FIRE3DV_SAMPLES + gl_SampleID].y, push.generation);
 #else
-  gl_FragDepth = depth_kept(SampleRef(push.visibility).at[pixel].y, push.generation);
+  gl_FragDepth = decode_depth(SampleRef(push.visibility).at[pixel].y, push.generation);
 #endif
 }

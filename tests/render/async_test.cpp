@@ -55,10 +55,10 @@ std::vector<gpu::FrameTimes> finished_times(RenderBench& bench) {
   return bench.frames().take_finished();
 }
 
-Names passes_of(const gpu::FrameTimes& times, bool aside) {
+Names passes_of(const gpu::FrameTimes& times, bool async_compute) {
   Names names;
   for (const gpu::PassTime& pass : times.passes) {
-    if (pass.aside == aside) names.emplace_back(pass.name);
+    if (pass.async_compute == async_compute) names.emplace_back(pass.name);
   }
   return names;
 }
@@ -115,8 +115,8 @@ TEST_F(Async, TheFrameWaitsWhereRaysAreTracedAndNotBefore) {
   const auto wait = std::find(passes.begin(), passes.end(), "tlas wait");
   ASSERT_GT(passes.end() - wait, 1);
   EXPECT_EQ(*(wait + 1), "trace");
-  for (const char* beside : {"cull", "raster", "tiles", "shade"}) {
-    EXPECT_LT(std::find(passes.begin(), passes.end(), beside), wait) << beside;
+  for (const char* overlapped : {"cull", "raster", "tiles", "shade"}) {
+    EXPECT_LT(std::find(passes.begin(), passes.end(), overlapped), wait) << overlapped;
   }
   double longest = 0;
   for (const gpu::PassTime& pass : times[0].passes) longest = std::max(longest, pass.milliseconds);
@@ -167,9 +167,9 @@ TEST_F(Async, NothingIsLeftBehind) {
     for (uint32_t i = 0; i < 10; ++i) {
       const scene::Scene& scene = i % 2 ? second : first;
       bench.renderer().set_scene(scene);
-      bench.renderer().set_size({kExtent.width + i, kExtent.height});
+      bench.set_size({kExtent.width + i, kExtent.height});
       const state::PoseState poses(scene);
-      bench.renderer().record(bench.frames().begin(), bench.frames().belt(), poses, view);
+      bench.renderer().record(bench.prepare(), bench.frames().begin(), bench.frames().belt(), poses, view);
       bench.frames().submit();
     }
   }
@@ -225,7 +225,7 @@ class AsidePasses : public ValidationIsSilent {
 
 TEST_F(AsidePasses, AReaderWaitsForWhatIsWrittenAside) {
   gpu::Recorder& recorder = begin();
-  recorder.aside("wait", [&] { fill(recorder, "fill a", a_, 1); });
+  recorder.async_compute("wait", [&] { fill(recorder, "fill a", a_, 1); });
   fill(recorder, "fill b", b_, 2);
   copy(recorder, "copy b", b_, c_);
   copy(recorder, "copy a", a_, c_);
@@ -236,10 +236,10 @@ TEST_F(AsidePasses, AReaderWaitsForWhatIsWrittenAside) {
 TEST_F(AsidePasses, AWriterWaitsForWhatIsReadAsideAndAReaderDoesNot) {
   gpu::Recorder& recorder = begin();
   fill(recorder, "fill a", a_, 1);
-  recorder.aside("wait", [&] { copy(recorder, "copy aside", a_, b_); });
-  copy(recorder, "copy beside", a_, c_);
+  recorder.async_compute("wait", [&] { copy(recorder, "async copy", a_, b_); });
+  copy(recorder, "overlapped copy", a_, c_);
   fill(recorder, "fill again", a_, 3);
-  EXPECT_EQ(finish(), (Names{"fill a", "copy beside", "wait", "fill again"}));
+  EXPECT_EQ(finish(), (Names{"fill a", "overlapped copy", "wait", "fill again"}));
   EXPECT_EQ(value(a_), 3u);
   EXPECT_EQ(value(b_), 1u);
   EXPECT_EQ(value(c_), 1u);
@@ -248,7 +248,7 @@ TEST_F(AsidePasses, AWriterWaitsForWhatIsReadAsideAndAReaderDoesNot) {
 TEST_F(AsidePasses, AFrameIsTimedAsAWholeOrPassByPass) {
   const auto draw = [&](bool forks) {
     gpu::Recorder& recorder = begin();
-    if (forks) recorder.aside("wait", [&] { fill(recorder, "fill a", a_, 1); });
+    if (forks) recorder.async_compute("wait", [&] { fill(recorder, "fill a", a_, 1); });
     fill(recorder, "fill b", b_, 2);
     copy(recorder, "copy a", a_, c_);
     device_.wait(frames_.submit());
@@ -287,7 +287,7 @@ TEST_F(AsidePasses, CopiesGoBesideTheNextPass) {
     gpu::Recorder& recorder = begin();
     fill(recorder, "fill a", a_, ++number);
     recorder.copy_at_end(a_, b_, {{0, 0, kBytes}});
-    recorder.copy_beside_next();
+    recorder.overlap_copies_with_next();
     fill(recorder, "fill c", c_, 100);
     fill(recorder, "fill again", a_, ++number);
     recorder.copy_at_end(a_, d_, {{0, 0, kBytes}});
@@ -321,7 +321,7 @@ TEST_F(AsidePasses, CopiesComeTogetherAtTheEndAndTheLastIntoABufferCounts) {
 
 TEST_F(AsidePasses, TheFrameEndsBehindWhatIsAside) {
   gpu::Recorder& recorder = begin();
-  recorder.aside("wait", [&] {
+  recorder.async_compute("wait", [&] {
     fill(recorder, "fill a", a_, 1);
     copy(recorder, "copy", a_, b_);
     fill(recorder, "fill again", a_, 2);
@@ -337,8 +337,8 @@ TEST_F(AsidePasses, OneFrameAfterTheOther) {
   for (uint32_t i = 0; i < 6; ++i) {
     gpu::Recorder& recorder = begin();
     fill(recorder, "fill a", a_, i);
-    recorder.aside("wait", [&] { copy(recorder, "copy aside", a_, b_); });
-    copy(recorder, "copy beside", a_, c_);
+    recorder.async_compute("wait", [&] { copy(recorder, "async copy", a_, b_); });
+    copy(recorder, "overlapped copy", a_, c_);
     if (i % 2 == 0) copy(recorder, "copy back", b_, c_);
     finish();
     EXPECT_EQ(value(b_), i);
@@ -352,9 +352,9 @@ class WithoutASideQueue : public AsidePasses {
 };
 
 TEST_F(WithoutASideQueue, WhatIsAsideStandsWhereItWasRecorded) {
-  ASSERT_EQ(device().queues().side, gpu::SideQueue::none);
+  ASSERT_EQ(device().queues().async, gpu::AsyncQueue::none);
   gpu::Recorder& recorder = begin();
-  recorder.aside("wait", [&] { fill(recorder, "fill a", a_, 1); });
+  recorder.async_compute("wait", [&] { fill(recorder, "fill a", a_, 1); });
   copy(recorder, "copy a", a_, c_);
   EXPECT_EQ(finish(), (Names{"fill a", "copy a"}));
   EXPECT_EQ(value(c_), 1u);

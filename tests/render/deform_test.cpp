@@ -23,7 +23,7 @@ struct Way {
   passes::RasterPath raster;
   passes::ShadowSettings shadows;
 };
-const Way kWays[] = {
+const Way kConfigurations[] = {
     {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
     {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
     {"rays", passes::RasterPath::visibility, {passes::ShadowMethod::ray, false, passes::RayBackEnd::query}},
@@ -72,7 +72,7 @@ class Deform : public ValidationIsSilent {};
 TEST_F(Deform, ABarBendsAsComputedInEveryWayOfDrawing) {
   const scene::Scene skinned = skinned_bar(one_pose());
   const scene::Scene computed = computed_bar(one_pose()), computed_later = computed_bar(other_pose());
-  for (const Way& way : kWays) {
+  for (const Way& way : kConfigurations) {
     SCOPED_TRACE(way.name);
     RenderBench bench(skinned, kExtent, settings_of(way));
     state::PoseState poses(skinned);
@@ -94,7 +94,7 @@ TEST_F(Deform, AFigureMirroredByItsJointsIsDrawnAsComputed) {
   BarPose pose = one_pose();
   pose.world_from_root = pose.world_from_root * glm::scale(glm::mat4(1), {-1, 1, 1});
   const scene::Scene skinned = skinned_bar(pose), computed = computed_bar(pose);
-  for (const Way& way : {kWays[0], kWays[1]}) {
+  for (const Way& way : {kConfigurations[0], kConfigurations[1]}) {
     SCOPED_TRACE(way.name);
     RenderBench bench(skinned, kExtent, settings_of(way));
     const sinks::FrameImage image = draw(bench, skinned, state::PoseState(skinned));
@@ -105,7 +105,7 @@ TEST_F(Deform, AFigureMirroredByItsJointsIsDrawnAsComputed) {
 
 TEST_F(Deform, AMorphTargetWeighsWhatItIsSaidTo) {
   const scene::Scene morphed = morphed_bar(1);
-  for (const Way& way : {kWays[0], kWays[1]}) {
+  for (const Way& way : {kConfigurations[0], kConfigurations[1]}) {
     SCOPED_TRACE(way.name);
     RenderBench bench(morphed, kExtent, settings_of(way));
     state::PoseState poses(morphed);
@@ -188,7 +188,7 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
   const float aspect = static_cast<float>(kExtent.width) / static_cast<float>(kExtent.height);
   const passes::View view =
       passes::make_view(camera, passes::framing_camera_pose(camera, aspect, around.low, around.high), aspect);
-  for (const Way& way : {kWays[0], kWays[1]}) {
+  for (const Way& way : {kConfigurations[0], kConfigurations[1]}) {
     SCOPED_TRACE(way.name);
     RenderBench bench(scene, kExtent, settings_of(way));
     state::PoseState poses(scene);
@@ -219,7 +219,7 @@ TEST_F(Deform, WhatMayChangeCastsItsShadowAmongWhatCannot) {
     scene.nodes[node].own_vertices = own_vertices;
     return scene;
   };
-  for (const Way& way : kWays) {
+  for (const Way& way : kConfigurations) {
     SCOPED_TRACE(way.name);
     const scene::Scene none = scene_with(false, false), still = scene_with(true, false),
                        changing = scene_with(true, true);

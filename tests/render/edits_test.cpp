@@ -18,7 +18,7 @@ struct Way {
   passes::RasterPath raster;
   passes::ShadowSettings shadows;
 };
-const Way kWays[] = {
+const Way kConfigurations[] = {
     {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
     {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
     {"pipeline",
@@ -244,14 +244,14 @@ TEST_P(Edits, DeformedNodesAreEditedAsOthers) {
   EXPECT_TRUE(matches_image(moves.draw({}), before, file("deformed_again"), Tolerance::exact()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, Edits, ::testing::ValuesIn(kWays),
+INSTANTIATE_TEST_SUITE_P(Ways, Edits, ::testing::ValuesIn(kConfigurations),
                          [](const auto& way) { return std::string(way.param.name); });
 
 class EditsOnce : public ValidationIsSilent {};
 
 TEST_F(EditsOnce, AsItWasLookedAt) {
   const scene::Scene scene = room({});
-  Edited edited(scene, kWays[0]);
+  Edited edited(scene, kConfigurations[0]);
   scene::Light lamp;
   lamp.type = scene::LightType::spot;
   lamp.color = {1, 0.8f, 0.5f};
@@ -266,7 +266,7 @@ TEST_F(EditsOnce, AsItWasLookedAt) {
 // Every kind of edit, repeatedly: replaced objects are released, and frames without edits write nothing.
 TEST_F(EditsOnce, NothingIsLeftBehind) {
   const scene::Scene scene = room({});
-  Edited edited(scene, kWays[0]);
+  Edited edited(scene, kConfigurations[0]);
   scene::Light lamp;
   lamp.intensity = 5;
   const scene::NodeEdits all{{named(scene, "ball"), hidden()},
@@ -287,7 +287,7 @@ TEST_F(EditsOnce, NothingIsLeftBehind) {
 
 TEST_F(EditsOnce, ASceneThatIsSetAnewIsEditedAnew) {
   const scene::Scene scene = room({});
-  RenderBench bench(scene, kExtent, settings_of(kWays[0]));
+  RenderBench bench(scene, kExtent, settings_of(kConfigurations[0]));
   scene::SceneEdits edits;
   edits.set(scene, {{named(scene, "ball"), hidden()}, {named(scene, "twin"), colored(kRed)}});
   bench.renderer().set_edits(edits);

@@ -11,7 +11,7 @@
 namespace fire3dv::test {
 namespace {
 
-class KeptSurroundings : public ValidationIsSilent {};
+class CachedEnvironment : public ValidationIsSilent {};
 
 class Shelf : public passes::EnvironmentStore {
  public:
@@ -33,7 +33,7 @@ class Shelf : public passes::EnvironmentStore {
 };
 
 // Coated materials of several roughnesses in an environment without symmetry.
-TEST_F(KeptSurroundings, WhatWasKeptShowsTheSameToTheBit) {
+TEST_F(CachedEnvironment, CachedMapsGiveTheSameBytes) {
   SceneBuilder builder;
   for (int i = 0; i < 3; ++i) {
     scene::Material material = matte({0.9f, 0.6f, 0.3f});
@@ -54,7 +54,7 @@ TEST_F(KeptSurroundings, WhatWasKeptShowsTheSameToTheBit) {
         }));
     settings.post.tone_map = passes::ToneMap::none;
     settings.post.fxaa = false;
-    settings.background.surroundings = true;
+    settings.background.show_environment = true;
     if (kept) settings.kept_environments = shelf;
     return RenderBench(scene, {96, 64}, settings).draw_at_rest();
   };

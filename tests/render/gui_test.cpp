@@ -29,13 +29,18 @@ class Screen {
         renderer_(device(), {}),
         readback_(device()),
         pass_(device()),
-        scene_(scene) {
+        scene_(scene),
+        extent_(extent) {
     renderer_.set_scene(scene);
-    renderer_.set_size(extent);
   }
   sinks::FrameImage draw(const ImDrawData* panels, const ImFontAtlas* fonts, uint64_t fonts_number) {
+    const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent_});
+    if (!prepared) {
+      ADD_FAILURE() << prepared.error().message;
+      return {};
+    }
     gpu::Recorder& recorder = frames_.begin();
-    renderer_.record(recorder, frames_.belt(), poses_, first_camera_view(scene_, poses_, renderer_.extent()));
+    renderer_.record(*prepared, recorder, frames_.belt(), poses_, first_camera_view(scene_, poses_, extent_));
     if (panels) pass_.record(recorder, frames_.belt(), renderer_.image(), *panels, *fonts, fonts_number);
     readback_.record(recorder, renderer_.image(), 0);
     readback_.submitted(frames_.submit());
@@ -58,6 +63,7 @@ class Screen {
   gpu::ReadbackRing<int> readback_;
   gui::GuiPass pass_;
   const scene::Scene& scene_;
+  const VkExtent2D extent_;
 };
 
 float coverage_at(const ImFontAtlas& fonts, glm::vec2 uv) {

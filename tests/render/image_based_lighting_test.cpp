@@ -61,12 +61,12 @@ glm::vec3 seen_of_wall(const scene::Material& material, const passes::DrawSettin
   return light_at(RenderBench(scene, {9, 9}, settings).draw_at_rest(), 4, 4);
 }
 
-class Surroundings : public ValidationIsSilent {
+class ImageBasedLighting : public ValidationIsSilent {
  protected:
   // White furnace: each pixel shows the radiance of the environment, on the ball and beside it.
   static void expect_to_vanish(const scene::Material& material, const std::string& name) {
     passes::DrawSettings settings = lit_evenly(0.5f);
-    settings.background.surroundings = true;
+    settings.background.show_environment = true;
     SceneBuilder builder;
     const uint32_t id = builder.material(material);
     builder.mesh_node("ball", builder.sphere(id, 1, 128), glm::mat4(1));
@@ -98,7 +98,7 @@ class Surroundings : public ValidationIsSilent {
   }
 };
 
-TEST_F(Surroundings, AWhiteBallAmongWhiteVanishes) {
+TEST_F(ImageBasedLighting, AWhiteBallAmongWhiteVanishes) {
   for (const float roughness : {0.0f, 0.1f, 0.3f, 0.6f, 1.0f}) {
     expect_to_vanish(surface(glm::vec3(1), 1, roughness), "metal of roughness " + std::to_string(roughness));
     expect_to_vanish(surface(glm::vec3(1), 0, roughness),
@@ -111,7 +111,7 @@ TEST_F(Surroundings, AWhiteBallAmongWhiteVanishes) {
   expect_to_vanish(dense, "ior 2.4");
 }
 
-TEST_F(Surroundings, CoatsAndFibresAddNoLight) {
+TEST_F(ImageBasedLighting, CoatsAndFibresAddNoLight) {
   for (const float roughness : {0.0f, 0.3f, 0.7f, 1.0f}) {
     scene::Material coated = surface(glm::vec3(1), 0, 0.5f);
     coated.clearcoat = 1;
@@ -124,7 +124,7 @@ TEST_F(Surroundings, CoatsAndFibresAddNoLight) {
   }
 }
 
-TEST_F(Surroundings, MetalsReflectAtNormalIncidenceWhatTablesSay) {
+TEST_F(ImageBasedLighting, MetalsReflectAtNormalIncidenceWhatTablesSay) {
   struct {
     const char* name;
     glm::vec3 f0;  // linear sRGB
@@ -137,7 +137,7 @@ TEST_F(Surroundings, MetalsReflectAtNormalIncidenceWhatTablesSay) {
   }
 }
 
-TEST_F(Surroundings, DielectricsReflectByTheirIndex) {
+TEST_F(ImageBasedLighting, DielectricsReflectByTheirIndex) {
   // Black base, so that the pixel is the specular reflection alone: ((n - 1) / (n + 1))^2.
   struct {
     float ior, f0;
@@ -159,7 +159,7 @@ TEST_F(Surroundings, DielectricsReflectByTheirIndex) {
 
 // Radiance y above the horizon: a Lambert surface reflects 2/3 of the zenith's radiance when it faces up, 2 /
 // (3 pi) sideways.
-TEST_F(Surroundings, MatteSurfacesScatterTheCosineWeightedMean) {
+TEST_F(ImageBasedLighting, MatteSurfacesScatterTheCosineWeightedMean) {
   scene::Material lambert = matte(glm::vec3(1));
   lambert.specular = 0;
   const passes::DrawSettings settings =
@@ -171,7 +171,7 @@ TEST_F(Surroundings, MatteSurfacesScatterTheCosineWeightedMean) {
 
 // A light source of 3 degrees: the irradiance of a matte surface follows from its solid angle. Prefiltering
 // must not lose energy between texels.
-TEST_F(Surroundings, ASmallSunKeepsItsLight) {
+TEST_F(ImageBasedLighting, ASmallSunKeepsItsLight) {
   scene::Material lambert = matte(glm::vec3(1));
   lambert.specular = 0;
   const float radius = 3 * kPi / 180, radiance = 60;
@@ -192,7 +192,7 @@ TEST_F(Surroundings, ASmallSunKeepsItsLight) {
 }
 
 // Light of 400 lamps all around and image-based lighting evaluate the same integral with different code.
-TEST_F(Surroundings, LampsAllAroundAndSurroundingsAgree) {
+TEST_F(ImageBasedLighting, LampsAllAroundAndEnvironmentAgree) {
   constexpr int kLamps = 400;
   scene::Material coated = surface({0.6f, 0.2f, 0.2f}, 0, 0.6f);
   coated.clearcoat = 1;
@@ -221,7 +221,7 @@ TEST_F(Surroundings, LampsAllAroundAndSurroundingsAgree) {
     }
     const scene::Scene lamps = builder.build();
     passes::DrawSettings settings = lit_evenly(0.7f);
-    const sinks::FrameImage by_surroundings = RenderBench(around, {48, 48}, settings).draw_at_rest();
+    const sinks::FrameImage by_environment = RenderBench(around, {48, 48}, settings).draw_at_rest();
     settings.environment_intensity = 0;
     settings.shadows.method = passes::ShadowMethod::off;
     const sinks::FrameImage by_lamps = RenderBench(lamps, {48, 48}, settings).draw_at_rest();
@@ -230,7 +230,7 @@ TEST_F(Surroundings, LampsAllAroundAndSurroundingsAgree) {
       for (uint32_t x = 0; x < 48; ++x) {
         const glm::vec2 p((glm::vec2(x, y) + 0.5f - 24.0f) / 24.0f * 5.0f * std::tan(0.25f));
         if (glm::length(p) > 0.9f) continue;
-        const glm::vec3 a = light_at(by_surroundings, x, y), b = light_at(by_lamps, x, y);
+        const glm::vec3 a = light_at(by_environment, x, y), b = light_at(by_lamps, x, y);
         for (int channel = 0; channel < 3; ++channel) {
           EXPECT_NEAR(b[channel], a[channel], 0.12f * a[channel] + 0.01f)
               << c.name << " at " << x << ", " << y;
@@ -244,13 +244,13 @@ TEST_F(Surroundings, LampsAllAroundAndSurroundingsAgree) {
   }
 }
 
-TEST_F(Surroundings, RotationIsCounterClockwiseFromAbove) {
+TEST_F(ImageBasedLighting, RotationIsCounterClockwiseFromAbove) {
   const glm::vec3 red(0.8f, 0, 0), green(0, 0.8f, 0), blue(0, 0, 0.8f), white(0.8f, 0.8f, 0.8f);
   passes::DrawSettings settings = lit_by([&](const glm::vec3& d) {
     if (std::abs(d.x) > std::abs(d.z)) return d.x > 0 ? green : white;
     return d.z < 0 ? red : blue;
   });
-  settings.background.surroundings = true;
+  settings.background.show_environment = true;
   SceneBuilder builder;
   builder.camera_node("camera", {0, 0, 3}, {0, 0, 0}, 0.3f);  // looks along -Z
   const scene::Scene empty = builder.build();
@@ -267,11 +267,11 @@ TEST_F(Surroundings, RotationIsCounterClockwiseFromAbove) {
   }
 }
 
-TEST_F(Surroundings, BackgroundShowsThePictureWhereItLies) {
+TEST_F(ImageBasedLighting, BackgroundShowsTheImageInItsDirections) {
   // Red encodes x, green y.
   passes::DrawSettings settings =
       lit_by([](const glm::vec3& d) { return glm::vec3(0.5f + 0.5f * d.x, 0.5f + 0.5f * d.y, 0); });
-  settings.background.surroundings = true;
+  settings.background.show_environment = true;
   SceneBuilder builder;
   builder.camera_node("camera", {100, 50, 3}, {100, 50, 0}, 1.2f);
   const scene::Scene scene = builder.build();
@@ -287,7 +287,7 @@ TEST_F(Surroundings, BackgroundShowsThePictureWhereItLies) {
   }
 }
 
-TEST_F(Surroundings, IntensityAndPlainBackground) {
+TEST_F(ImageBasedLighting, IntensityAndPlainBackground) {
   passes::DrawSettings settings = lit_evenly(0.5f);
   settings.environment_intensity = 0.5f;
   settings.background.color = {0.1f, 0.2f, 0.3f};
@@ -300,7 +300,7 @@ TEST_F(Surroundings, IntensityAndPlainBackground) {
 }
 
 // An area light makes a wider and dimmer highlight with the same energy.
-TEST_F(Surroundings, LargeLampsWidenHighlights) {
+TEST_F(ImageBasedLighting, LargeLampsWidenHighlights) {
   float sum[2] = {}, peak[2] = {};
   for (const int large : {0, 1}) {
     SceneBuilder builder;
@@ -366,9 +366,9 @@ scene::Scene layers(bool with_glass) {
   return builder.build();
 }
 
-TEST_F(Surroundings, LayersOfMaterials) {
+TEST_F(ImageBasedLighting, LayersOfMaterials) {
   passes::DrawSettings settings;
-  settings.background.surroundings = true;
+  settings.background.show_environment = true;
   settings.shadows.method = passes::ShadowMethod::off;  // shadows of area lights have their own tests
   EXPECT_TRUE(matches_golden(RenderBench(layers(true), {320, 160}, settings).draw_at_rest(),
                              "material_layers", Tolerance::colour()));
@@ -381,7 +381,7 @@ TEST_F(Surroundings, LayersOfMaterials) {
 
 // A pane of coloured glass before an emissive wall: the wall tinted per channel, minus the reflected part,
 // plus the reflected environment. Glass casts no shadow.
-TEST_F(Surroundings, ThinGlassTintsWhatLiesBehind) {
+TEST_F(ImageBasedLighting, ThinGlassTintsWhatLiesBehind) {
   const glm::vec3 tint(1, 0.5f, 0.25f), wall_light(0.8f);
   for (const float coverage : {1.0f, 0.5f}) {
     SceneBuilder builder;
@@ -405,7 +405,7 @@ TEST_F(Surroundings, ThinGlassTintsWhatLiesBehind) {
   }
 }
 
-TEST_F(Surroundings, GlassCastsNoShadow) {
+TEST_F(ImageBasedLighting, GlassCastsNoShadow) {
   std::vector<sinks::FrameImage> images;
   for (const bool with_glass : {false, true}) {
     SceneBuilder builder;
@@ -423,7 +423,7 @@ TEST_F(Surroundings, GlassCastsNoShadow) {
 }
 
 // Maps use a shared exponent: a mantissa that rounds up to one bit more must become the next power of two.
-TEST_F(Surroundings, LightBesideAPowerOfTwoIsThatLight) {
+TEST_F(ImageBasedLighting, LightBesideAPowerOfTwoIsThatLight) {
   for (const float radiance : {0.9997f, 0.4999f, 0.50001f, 0.25f}) {
     const glm::vec3 seen = seen_of_wall(surface(glm::vec3(1), 1, 0.5f), lit_evenly(radiance));
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], radiance, 0.01f) << radiance;

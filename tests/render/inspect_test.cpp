@@ -80,8 +80,9 @@ class Inspected {
   }
   // Submits a frame without waiting for it.
   void begin(const Inspection& inspection) {
+    const passes::PreparedFrame prepared = bench_.prepare({.inspection = inspection});
     gpu::Recorder& recorder = bench_.frames().begin();
-    renderer().record(recorder, bench_.frames().belt(), poses_, view(), {}, nullptr, inspection);
+    renderer().record(prepared, recorder, bench_.frames().belt(), poses_, view());
     belt_.record(recorder, renderer().image(), 0);
     const uint64_t done_at = bench_.frames().submit();
     belt_.submitted(done_at);
@@ -211,15 +212,15 @@ TEST_P(Inspect, ViewsShowWhatTheImageIsMadeOf) {
   EXPECT_EQ(inspected.draw({}).rgba8, before.rgba8);
 }
 
-TEST_P(Inspect, ShadowDoubtMarksThePixelsOfTheListOfRays) {
+TEST_P(Inspect, UnresolvedShadowsMarkThePixelsOfTheRayList) {
   Inspected inspected(desk(), GetParam());
-  ASSERT_TRUE(inspected.renderer().can_show(DebugView::shadow_doubt).ok());
-  sinks::FrameImage doubt;
+  ASSERT_TRUE(inspected.renderer().can_show(DebugView::unresolved_shadows).ok());
+  sinks::FrameImage image;
   for (int i = 0; i < 3; ++i)
-    doubt = inspected.draw({DebugView::shadow_doubt});  // counters arrive two frames later
+    image = inspected.draw({DebugView::unresolved_shadows});  // counters arrive two frames later
   uint64_t marked = 0;
-  for (size_t i = 0; i < doubt.rgba8.size() / 4; ++i) {
-    const glm::ivec3 color = at_index(doubt, i);
+  for (size_t i = 0; i < image.rgba8.size() / 4; ++i) {
+    const glm::ivec3 color = at_index(image, i);
     if (color == glm::ivec3(255, 153, 0)) {
       ++marked;
       continue;

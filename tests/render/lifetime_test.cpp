@@ -73,10 +73,10 @@ TEST_F(Lifetime, ReloadAndResizeLeaveNothingBehind) {
       bytes_before = device().allocated_bytes();
     }
     bench.renderer().set_scene(second);
-    bench.renderer().set_size({80 + i % 2, 40 + i % 2});
+    bench.set_size({80 + i % 2, 40 + i % 2});
     RenderBench(second, {32, 32}).draw_at_rest();
     bench.renderer().set_scene(first);
-    bench.renderer().set_size({64, 48});
+    bench.set_size({64, 48});
     bench.draw_at_rest();
   }
   EXPECT_EQ(difference(before, settled()), "");
@@ -137,7 +137,7 @@ TEST_F(Lifetime, TargetsOfAFewSizesAreKeptAndNoMore) {
   RenderBench bench(scene, {64, 48});
   gpu::LiveObjects after_many{};
   for (uint32_t i = 0; i < 24; ++i) {
-    bench.renderer().set_size({80 + i, 40 + i});
+    bench.set_size({80 + i, 40 + i});
     if (i == 11) after_many = settled();
   }
   EXPECT_EQ(difference(after_many, settled()), "");

@@ -23,7 +23,7 @@ struct Way {
   passes::RasterPath raster;
   passes::ShadowSettings shadows;
 };
-const Way kWays[] = {
+const Way kConfigurations[] = {
     {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
     {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
     {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
@@ -154,7 +154,7 @@ class UsersLights : public ValidationIsSilent {};
 
 // The user can change existing lights; a withdrawn light of a stream stays withdrawn.
 TEST_F(UsersLights, CountWhereThereIsOneOfTheirKind) {
-  ViewerDocument show(kWays[1]);
+  ViewerDocument show(kConfigurations[1]);
   const uint32_t block = show.poses().names().find("block");
   ASSERT_NE(block, scene::kNone);
   scene::Light bulb;
@@ -236,13 +236,13 @@ TEST_P(LiveScenes, VerticesAreReplacedMovedAgainAndGivenBack) {
   EXPECT_TRUE(matches_image(show.draw(), before, file("own_shape_again"), Tolerance::exact()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, LiveScenes, ::testing::ValuesIn(kWays),
+INSTANTIATE_TEST_SUITE_P(Ways, LiveScenes, ::testing::ValuesIn(kConfigurations),
                          [](const auto& way) { return std::string(way.param.name); });
 
 class LiveScenesOnce : public ValidationIsSilent {};
 
 TEST_F(LiveScenesOnce, NothingIsLeftBehind) {
-  ViewerDocument show(kWays[0]);
+  ViewerDocument show(kConfigurations[0]);
   const auto settled = [&] {
     for (int frame = 0; frame < 3; ++frame) (void)show.draw();
     device().retire_all_now();
@@ -274,7 +274,7 @@ TEST_F(LiveScenesOnce, ImagesStayOnTheDevice) {
   builder.light_node(sun({1, 1, 1}, 2), shining_towards({-0.5f, -1, -0.6f}));
   builder.camera_node("camera", {0.5f, 1.8f, 4}, {0, 0.5f, 0});
   const scene::Scene scene = builder.build();
-  RenderBench bench(scene, kExtent, settings_of(kWays[0]));
+  RenderBench bench(scene, kExtent, settings_of(kConfigurations[0]));
   const sinks::FrameImage before = bench.draw_at_rest();
   const auto image = [&] { return bench.renderer().gpu_scene().scene_textures.images.at(0).image; };
   const std::shared_ptr<gpu::Image> first = image();
@@ -292,7 +292,7 @@ TEST_F(LiveScenesOnce, ImagesStayOnTheDevice) {
 // The device has no memory for what one stream adds: the node is refused, the image stays as it was, and what
 // comes later is shown.
 TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
-  ViewerDocument show(kWays[0]);
+  ViewerDocument show(kConfigurations[0]);
   show.join({"sail"});
   show.edit("mast", wire::Property::node, sail_at(at({1, 0.5f, 0})));
   show.wait_for_scene();
@@ -322,7 +322,7 @@ TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
 
 // Hiding and showing one of many added nodes builds no scene and does not rebuild the list of added nodes.
 TEST_F(LiveScenesOnce, VisibilityOfAnAddedNodeBuildsNothing) {
-  ViewerDocument show(kWays[1]);
+  ViewerDocument show(kConfigurations[1]);
   show.join({"sail"});
   for (int i = 0; i < 500; ++i)
     show.edit("empty" + std::to_string(i), wire::Property::node, wire::NodeAdded{});

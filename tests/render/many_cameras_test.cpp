@@ -84,7 +84,6 @@ TEST_P(ManyCameras, EachHasWhatItHasAlone) {
   outputs.remove(wire::kColorLinearF16);
   RenderBench one(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
   RenderBench many(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
-  many.renderer().set_size(kExtent, kViews);
   std::vector<passes::CameraHistory> histories(kViews), histories_alone(kViews);
   for (int image = 0; image < 2; ++image) {
     const Taken all = many.take(poses, views, outputs, histories);
@@ -128,12 +127,12 @@ TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
   gpu::ReadbackRing<int> readback(device());
   gpu::Recorder& recorder = bench.frames().begin();
   gpu::StagingRing& belt = bench.frames().belt();
-  renderer.record(recorder, belt, poses, std::span(&views[1], 1), labels, {});
+  renderer.record(bench.prepare({.outputs = labels}), recorder, belt, poses, views[1]);
   readback.record(recorder, nullptr, kExtent, {&renderer.planes(), passes::bytes_of(renderer.plane_places())},
                   0);
   const std::vector<passes::View> two{views[2], views[4]};
-  renderer.set_size(kExtent, 2);
-  renderer.record(recorder, belt, poses, two, {}, {}, passes::OfFrame::further);
+  const passes::PreparedFrame prepared = bench.prepare({.views = 2, .scene = passes::SceneUpdate::reuse});
+  renderer.record(prepared, recorder, belt, poses, two);
   readback.record(recorder, renderer.image(), 1);
   readback.submitted(bench.frames().submit());
   std::vector<std::vector<uint8_t>> taken(2);

@@ -442,7 +442,7 @@ TEST_F(MoreOutputs, NothingIsLeftOfThem) {
     passes::CameraHistory history;
     const state::PoseState poses(stage.scene);
     for (const VkExtent2D extent : {kExtent, VkExtent2D{40, 30}, kExtent}) {
-      bench.renderer().set_size(extent);
+      bench.set_size(extent);
       bench.take(poses, view_of(eye_of(stage.scene)), everything(), &history);
     }
   }

@@ -11,7 +11,7 @@ namespace {
 
 using state::Condition;
 
-class HeldMark : public ValidationIsSilent {};
+class StaleOverlay : public ValidationIsSilent {};
 
 constexpr uint32_t kWidth = 320, kHeight = 200;
 
@@ -29,11 +29,11 @@ sinks::FrameImage drawn(const scene::Scene& scene, Condition condition, bool fxa
   passes::DrawSettings settings;
   settings.post.fxaa = fxaa;
   RenderBench bench(scene, {kWidth, kHeight}, settings);
-  bench.set_held(condition);
+  bench.set_condition(condition);
   return bench.draw_at_rest();
 }
 
-TEST_F(HeldMark, FrameAndBadgeAreSeenAndTheRestIsLeftAlone) {
+TEST_F(StaleOverlay, FrameAndBadgeAreSeenAndTheRestIsLeftAlone) {
   for (const float light : {0.0f, 0.5f, 1.0f}) {
     const scene::Scene scene = wall(light);
     const sinks::FrameImage live = drawn(scene, Condition::live);
@@ -61,16 +61,16 @@ TEST_F(HeldMark, FrameAndBadgeAreSeenAndTheRestIsLeftAlone) {
   }
 }
 
-TEST_F(HeldMark, LateAndLostLookUnlike) {
+TEST_F(StaleOverlay, LateAndLostLookUnlike) {
   const scene::Scene scene = wall(0.5f);
   EXPECT_TRUE(matches_golden(drawn(scene, Condition::late), "held_late", Tolerance::exact()));
   EXPECT_TRUE(matches_golden(drawn(scene, Condition::lost), "held_lost", Tolerance::exact()));
 }
 
-TEST_F(HeldMark, AnImageOfOnePixelIsMarked) {
+TEST_F(StaleOverlay, AnImageOfOnePixelIsMarked) {
   const scene::Scene scene = wall(0.5f);
   RenderBench bench(scene, {1, 1});
-  bench.set_held(Condition::lost);
+  bench.set_condition(Condition::lost);
   const glm::ivec3 color = pixel(bench.draw_at_rest(), 0, 0);
   EXPECT_NE(color.r, color.g);
 }

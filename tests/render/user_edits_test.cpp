@@ -133,7 +133,7 @@ TEST_F(Settings, OnesThatAreAppliedLookAsThoseOfANewRenderer) {
   wanted.shadows.method = passes::ShadowMethod::off;
   wanted.environment_intensity = 0.4f;
   wanted.environment_rotation_rad = 1;
-  wanted.background.surroundings = false;
+  wanted.background.show_environment = false;
   wanted.background.color = {0.1f, 0.2f, 0.4f};
 
   RenderBench bench(scene, kExtent, first);
@@ -172,14 +172,14 @@ TEST_F(Settings, WhatNeedsAnotherRendererIsSaid) {
 
   // Unavailable settings return an error message.
   EXPECT_TRUE(bench.renderer().can_inspect().ok());
-  EXPECT_TRUE(bench.renderer().can_show(passes::DebugView::shadow_doubt).ok());
+  EXPECT_TRUE(bench.renderer().can_show(passes::DebugView::unresolved_shadows).ok());
   passes::DrawSettings maps = first;
   maps.shadows.method = passes::ShadowMethod::map;
   RenderBench with_maps(scene, kExtent, maps);
   EXPECT_TRUE(with_maps.renderer().can_show(passes::DebugView::overdraw).ok());
-  const Result<void> doubt = with_maps.renderer().can_show(passes::DebugView::shadow_doubt);
-  ASSERT_FALSE(doubt.ok());
-  EXPECT_NE(doubt.error().message.find("shadow maps"), std::string::npos) << doubt.error().message;
+  const Result<void> unresolved = with_maps.renderer().can_show(passes::DebugView::unresolved_shadows);
+  ASSERT_FALSE(unresolved.ok());
+  EXPECT_NE(unresolved.error().message.find("shadow maps"), std::string::npos) << unresolved.error().message;
   passes::DrawSettings forward = first;
   forward.raster = passes::RasterPath::forward;
   RenderBench drawn_forward(scene, kExtent, forward);

@@ -2,6 +2,7 @@
 if(TARGET fire3dv_passes)
   fire3dv_test(device_choice_test SOURCES drawing/device_choice_test.cpp LINK fire3dv_gpu LABELS unit)
   fire3dv_test(draw_list_test SOURCES drawing/draw_list_test.cpp LINK fire3dv_passes LABELS unit)
+  fire3dv_test(frame_plan_test SOURCES drawing/frame_plan_test.cpp LINK fire3dv_passes LABELS unit)
   fire3dv_test(shadow_plan_test SOURCES drawing/shadow_plan_test.cpp LINK fire3dv_passes LABELS unit)
   fire3dv_test(shader_layout_test SOURCES drawing/shader_layout_test.cpp LINK fire3dv_shaders LABELS unit)
   target_include_directories(shader_layout_test PRIVATE ${PROJECT_SOURCE_DIR})

@@ -54,7 +54,7 @@ std::string anisotropy_number(const std::string& text) {
 // Parses "environment" or an sRGB colour.
 bool parse_background(std::string_view text, passes::Background& background) {
   if (text == "environment") {
-    background.surroundings = true;
+    background.show_environment = true;
     return true;
   }
   if (text.starts_with('#')) text.remove_prefix(1);  // optional: shells treat # as a comment

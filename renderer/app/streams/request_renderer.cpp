@@ -80,10 +80,11 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
     const std::span<const WorkItem> rest = std::span(work_).subspan(next_);
     const std::span<const WorkItem> batch = rest.first(batch_size(rest, max_bytes));
     next_ += batch.size();
-    if (!make_room(batch)) continue;
+    const std::optional<passes::PreparedFrame> prepared = prepare(batch);
+    if (!prepared) continue;
     if (!recorder) recorder = &frames.begin();
-    record(*recorder, frames.belt(), batch, moment);
-    of_frame_ = passes::OfFrame::further;
+    record(*prepared, *recorder, frames.belt(), batch, moment);
+    scene_update_ = passes::SceneUpdate::reuse;
     bytes += read_back_bytes(batch[0].due.request, static_cast<uint32_t>(batch.size()));
     const glm::uvec2 size = batch[0].camera.pinhole.image_px;
     cost_ += batch.size() * state::image_cost(size.x, size.y);
@@ -127,42 +128,38 @@ void RequestRenderer::refuse_rest(const std::string& why) {
   next_ = work_.size();
 }
 
-// Allocates targets; out of memory refuses the images and is no error.
-bool RequestRenderer::make_room(std::span<const WorkItem> batch) {
+// Allocates the images' resources. A shortage refuses the images and is no error.
+std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const WorkItem> batch) {
   const WorkItem& first = batch[0];
   const wire::ImageRequest& request = first.due.request;
-  const VkExtent2D extent = extent_of(first.camera.pinhole.image_px), before = renderer_.extent();
-  const auto views = static_cast<uint32_t>(batch.size()), views_before = renderer_.views();
-  if (of_frame_ == passes::OfFrame::first) renderer_.begin_frame();
-  if (wants_motion(request) && !renderer_.can_keep_places()) {
-    refuse(batch, wire::ImageRefusal::too_many,
-           "the device keeps where everything was for images of other frames that want motion, and has no "
-           "room for more; ask for motion with every frame, or in fewer requests");
-    return false;
+  const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
+  const auto views = static_cast<uint32_t>(batch.size());
+  passes::Shortage shortage{};
+  const Result<passes::PreparedFrame> prepared = renderer_.prepare(
+      {.extent = extent, .views = views, .outputs = outputs_behind(first), .scene = scene_update_},
+      &shortage);
+  if (!prepared) {
+    refuse(batch,
+           shortage == passes::Shortage::motion_snapshots ? wire::ImageRefusal::too_many
+                                                          : wire::ImageRefusal::too_large,
+           prepared.error().message);
+    return std::nullopt;
   }
-  const auto set_back = [&] {
-    if (before.width != 0) renderer_.set_size(before, views_before);
-  };
   const bool has_room = has_room_for([&] {
-    renderer_.set_size(extent, views);
-    renderer_.make_room(outputs_behind(first));
     if (has_lens(first.camera))
       lens_.make_room(first.camera.pinhole,
                       {first.camera.intrinsics, first.camera.lens, drawn_outputs(request)});
     readback_.make_room(read_back_bytes(request, views));
   });
-  if (has_room) return true;
-  // Restores the size for the other user of the renderer. Without memory for that, it has none until
-  // set_size().
-  (void)has_room_for(set_back);
+  if (has_room) return *prepared;
   refuse(batch, wire::ImageRefusal::too_large,
          "the device has no memory for an image of " + std::to_string(extent.width) + " x " +
              std::to_string(extent.height) + "; ask for a smaller one");
-  return false;
+  return std::nullopt;
 }
 
-void RequestRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const WorkItem> batch,
-                             const Moment& moment) {
+void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder,
+                             gpu::StagingRing& belt, std::span<const WorkItem> batch, const Moment& moment) {
   const wire::ImageRequest& first = batch[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   Tag tag;
@@ -187,7 +184,7 @@ void RequestRenderer::record(gpu::Recorder& recorder, gpu::StagingRing& belt, st
     tag.images.push_back({due.requester, due.request.outputs, std::move(frame)});
   }
   std::vector<passes::CameraHistory> histories = take_histories(batch);
-  renderer_.record(recorder, belt, moment.poses, views, outputs_behind(batch[0]), histories, of_frame_);
+  renderer_.record(prepared, recorder, belt, moment.poses, views, histories);
   store_histories(batch, std::move(histories));
 
   tag.taken.width = first.intrinsics.width;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -40,7 +41,7 @@ class RequestRenderer {
   };
 
   // Starts a new moment: later images show other poses.
-  void begin_moment() { of_frame_ = passes::OfFrame::first; }
+  void begin_moment() { scene_update_ = passes::SceneUpdate::update; }
   // Replaces the work list; compatible images must be adjacent.
   void begin(std::vector<WorkItem>&& work);
   bool has_work() const { return next_ < work_.size(); }
@@ -91,10 +92,10 @@ class RequestRenderer {
   };
 
   size_t batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const;
-  bool make_room(std::span<const WorkItem> batch);
+  std::optional<passes::PreparedFrame> prepare(std::span<const WorkItem> batch);
   void refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason, const std::string& why);
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, std::span<const WorkItem> batch,
-              const Moment& moment);
+  void record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& belt,
+              std::span<const WorkItem> batch, const Moment& moment);
   void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
   void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& belt, const RequestCamera& camera,
                               const passes::ImageOutputs& outputs, Tag&& tag);
@@ -108,7 +109,7 @@ class RequestRenderer {
   std::vector<WorkItem> work_;
   size_t next_ = 0;  // index of the next image in work_
   uint64_t cost_ = 0;
-  passes::OfFrame of_frame_ = passes::OfFrame::first;
+  passes::SceneUpdate scene_update_ = passes::SceneUpdate::update;
   std::vector<Refused> refused_;
   std::map<Key, passes::CameraHistory> histories_;  // motion histories of open requests
 };

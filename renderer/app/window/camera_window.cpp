@@ -13,21 +13,23 @@ bool CameraWindow::steer(gui::Viewer& viewer, const state::PoseState& poses, flo
   return !std::exchange(viewer.commands.close, false) && !window_.should_close();
 }
 
-void CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
-                        const gui::Viewer& viewer, uint64_t scene_number, StaleOverlay mark_held) {
+Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
+                                const gui::Viewer& viewer, uint64_t scene_number, StaleOverlay mark_held) {
   constexpr uint64_t kPatienceNs = 10'000'000;  // acquire timeout: a hidden window must not block the others
-  if (!window_.acquire(kPatienceNs)) return;
+  if (!window_.acquire(kPatienceNs)) return {};
   const VkExtent2D extent = window_.framebuffer_extent();
-  renderer.set_size(extent);
+  const Result<passes::PreparedFrame> prepared = renderer.prepare(
+      {.extent = extent,
+       .inspection = inspection_of(viewer, clicked_px_, {extent.width, extent.height}, scene_number)});
+  if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
   const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
-  const passes::Inspection inspection =
-      inspection_of(viewer, clicked_px_, {extent.width, extent.height}, scene_number);
-  renderer.record(recorder, frames_.belt(), poses, camera_.view(poses, aspect), {}, nullptr, inspection);
-  renderer.mark_held(recorder, stale_condition(poses.streams(), mark_held));
+  renderer.record(*prepared, recorder, frames_.belt(), poses, camera_.view(poses, aspect));
+  renderer.draw_stale_overlay(recorder, stale_condition(poses.streams(), mark_held));
   window_.record(recorder, renderer.image());
   renderer.submitted(frames_.submit(window_.waits(), window_.signals()));
   window_.present();
+  return {};
 }
 
 }  // namespace fire3dv::app

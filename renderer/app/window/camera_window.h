@@ -19,8 +19,8 @@ class CameraWindow {
   // Handles the window's input, including global commands. Returns false if the window is to be closed.
   bool steer(gui::Viewer& viewer, const state::PoseState& poses, float seconds);
   // Renders and presents; skips the frame if the window cannot be shown.
-  void draw(passes::SceneRenderer& renderer, const state::PoseState& poses, const gui::Viewer& viewer,
-            uint64_t scene_number, StaleOverlay mark_held);
+  Result<void> draw(passes::SceneRenderer& renderer, const state::PoseState& poses, const gui::Viewer& viewer,
+                    uint64_t scene_number, StaleOverlay mark_held);
 
   const sinks::Window& window() const { return window_; }
   CameraRig& camera() { return camera_; }

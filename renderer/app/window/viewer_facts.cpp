@@ -64,7 +64,7 @@ void ViewerFacts::add(const gpu::FrameTimes& times) {
   facts_.frame.gpu_ms = times.total_ms;
   facts_.frame.passes.clear();
   for (const gpu::PassTime& pass : times.passes)
-    facts_.frame.passes.push_back({pass.name, pass.milliseconds, pass.aside});
+    facts_.frame.passes.push_back({pass.name, pass.milliseconds, pass.async_compute});
 }
 
 // Iterates over the scene only if the draw list changed.

@@ -100,7 +100,6 @@ void WindowView::apply_draw_settings() {
     borrowed_.renderer.emplace(borrowed_.device, wished);
     borrowed_.scene.renderer_is_new();
     borrowed_.requests.set_abilities(image_abilities(renderer()));
-    renderer().set_size(image_extent_);
   }
   renderer().apply(wished);
   drawn_ = wished;
@@ -137,19 +136,26 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
 }
 
-void WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& belt, ScreenshotRecorder::Tag shown) {
+Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& belt,
+                                ScreenshotRecorder::Tag shown) {
   passes::SceneRenderer& renderer = *borrowed_.renderer;
   captures_.record(recorder, renderer.image(), std::move(shown));
   if (panels_) panels_->record(recorder, belt, renderer.image());
   first().record(recorder, renderer.image(), 0, columns());
-  if (!right_camera_) return;
+  if (!right_camera_) return {};
+  const Result<passes::PreparedFrame> prepared = renderer.prepare(
+      {.extent = image_extent_,
+       .inspection = inspection_of(borrowed_.viewer, clicked_right_px_,
+                                   {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()),
+       .scene = passes::SceneUpdate::reuse});
+  if (!prepared) return prepared.error();
   const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
   const passes::View view = right_camera_->view(borrowed_.poses, aspect);
-  renderer.record(recorder, belt, borrowed_.poses, std::span(&view, 1), {}, {}, passes::OfFrame::further,
-                  inspection_of(borrowed_.viewer, clicked_right_px_,
-                                {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()));
-  renderer.mark_held(recorder, stale_condition(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
+  renderer.record(*prepared, recorder, belt, borrowed_.poses, view);
+  renderer.draw_stale_overlay(recorder,
+                              stale_condition(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
   first().record(recorder, renderer.image(), 1, columns());
+  return {};
 }
 
 void WindowView::present(uint64_t timeline_value) {
@@ -157,10 +163,13 @@ void WindowView::present(uint64_t timeline_value) {
   captures_.submitted(timeline_value);
 }
 
-void WindowView::draw_others() {
-  for (const std::unique_ptr<CameraWindow>& other : others_)
-    other->draw(renderer(), borrowed_.poses, borrowed_.viewer, borrowed_.scene.replaced(),
-                borrowed_.options.play.mark_held);
+Result<void> WindowView::draw_others() {
+  for (const std::unique_ptr<CameraWindow>& other : others_) {
+    Result<void> drawn = other->draw(renderer(), borrowed_.poses, borrowed_.viewer,
+                                     borrowed_.scene.replaced(), borrowed_.options.play.mark_held);
+    if (!drawn) return drawn;
+  }
+  return {};
 }
 
 passes::Inspection WindowView::take_inspection() {

@@ -68,12 +68,12 @@ class WindowView {
   // Inspection settings of the window's next image.
   passes::Inspection take_inspection();
   // Call after the image's passes: records the copy to the display and the remaining content of the window.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, ScreenshotRecorder::Tag shown);
+  Result<void> record(gpu::Recorder& recorder, gpu::StagingRing& belt, ScreenshotRecorder::Tag shown);
   std::array<gpu::SemaphoreSignal, 1> waits() const { return first().waits(); }
   std::array<gpu::SemaphoreSignal, 1> signals() const { return first().signals(); }
   void present(uint64_t timeline_value);
-  void draw_others();  // secondary windows, one submission each
-  void deliver();      // screenshots to files, and picking results
+  Result<void> draw_others();  // secondary windows, one submission each
+  void deliver();              // screenshots to files, and picking results
   void finish() { captures_.finish(); }
 
  private:

@@ -60,7 +60,7 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   FIRE3DV_ASSERT(chosen && "a usable device has such a queue");
   const QueueChoice& queues = device->queues_ = *chosen;
   device->timestamp_bits_ = families[queues.main_family].timestampValidBits;
-  device->side_timestamp_bits_ = families[queues.side_family].timestampValidBits;
+  device->async_timestamp_bits_ = families[queues.async_family].timestampValidBits;
 
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
   if (acceleration_structures) properties.pNext = &device->acceleration_;
@@ -79,8 +79,8 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   VkDeviceQueueCreateInfo queue_infos[2]{{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO},
                                          {VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO}};
   queue_infos[0].queueFamilyIndex = queues.main_family;
-  queue_infos[0].queueCount = queues.side == SideQueue::main_family ? 2 : 1;
-  queue_infos[1].queueFamilyIndex = queues.side_family;
+  queue_infos[0].queueCount = queues.async == AsyncQueue::main_family ? 2 : 1;
+  queue_infos[1].queueFamilyIndex = queues.async_family;
   queue_infos[1].queueCount = 1;
   queue_infos[0].pQueuePriorities = queue_infos[1].pQueuePriorities = priorities;
   VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, enabled};
@@ -94,7 +94,7 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
                  "; choose another with --device (see --list-devices)"};
   }
   vkGetDeviceQueue(device->device_, queues.main_family, 0, &device->queue_);
-  vkGetDeviceQueue(device->device_, queues.side_family, queues.side_index, &device->side_queue_);
+  vkGetDeviceQueue(device->device_, queues.async_family, queues.async_index, &device->async_queue_);
 
   if (acceleration_structures) {
     DeviceFunctions& f = device->functions_;
@@ -196,7 +196,7 @@ uint64_t Device::submit(const ForkedCommands& commands, std::span<const Semaphor
   const ForkedSubmit fork(commands, fork_timeline_, ++forks_submitted_, semaphore_submits(waits),
                           std::move(signal_infos));
   FIRE3DV_VK(vkQueueSubmit2(queue_, 1, &fork.before(), VK_NULL_HANDLE));
-  FIRE3DV_VK(vkQueueSubmit2(side_queue_, 1, &fork.aside(), VK_NULL_HANDLE));
+  FIRE3DV_VK(vkQueueSubmit2(async_queue_, 1, &fork.async_compute(), VK_NULL_HANDLE));
   FIRE3DV_VK(
       vkQueueSubmit2(queue_, static_cast<uint32_t>(fork.rest().size()), fork.rest().data(), VK_NULL_HANDLE));
   return ++submitted_;

@@ -58,7 +58,7 @@ class Device {
   const QueueChoice& queues() const { return queues_; }
   // Valid bits of the queue's timestamps; 0: the queue writes none.
   uint32_t timestamp_bits() const { return timestamp_bits_; }
-  uint32_t side_timestamp_bits() const { return side_timestamp_bits_; }
+  uint32_t async_timestamp_bits() const { return async_timestamp_bits_; }
   VmaAllocator_T* allocator() const { return allocator_; }
   const DeviceFunctions& functions() const { return functions_; }
   const DeviceReport& report() const { return report_; }
@@ -124,9 +124,9 @@ class Device {
 
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
   VkDevice device_ = VK_NULL_HANDLE;
-  VkQueue queue_ = VK_NULL_HANDLE, side_queue_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE, async_queue_ = VK_NULL_HANDLE;
   QueueChoice queues_;
-  uint32_t timestamp_bits_ = 0, side_timestamp_bits_ = 0;
+  uint32_t timestamp_bits_ = 0, async_timestamp_bits_ = 0;
   VmaAllocator_T* allocator_ = nullptr;
   DeviceFunctions functions_;
   DeviceReport report_;

@@ -12,7 +12,7 @@
 namespace fire3dv::gpu {
 namespace {
 
-constexpr uint32_t kMostThreads = 256;  // threads of a workgroup in the shaders
+constexpr uint32_t kMaxThreads = 256;  // threads of a workgroup in the shaders
 
 DeviceType device_type(const VkPhysicalDeviceProperties& properties) {
   switch (properties.deviceType) {
@@ -123,8 +123,8 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   vkGetPhysicalDeviceFeatures2(device, features.query_chain(device));
   report.missing = features.missing_required();
   const VkPhysicalDeviceLimits& limits = properties.properties.limits;
-  if (std::min(limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0]) < kMostThreads)
-    report.missing.push_back("workgroups of " + std::to_string(kMostThreads) + " threads");
+  if (std::min(limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0]) < kMaxThreads)
+    report.missing.push_back("workgroups of " + std::to_string(kMaxThreads) + " threads");
   report.ray_query = features.has_ray_query();
   report.ray_tracing_pipeline = features.has_ray_tracing_pipeline();
   report.int64_atomics = features.vulkan12.shaderBufferInt64Atomics;
@@ -139,7 +139,7 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   vkGetPhysicalDeviceQueueFamilyProperties(device, &family_count, families.data());
   const std::optional<QueueChoice> queues = choose_queues(families, AsyncCompute::automatic);
   if (!queues) report.missing.push_back("a queue for graphics and compute");
-  report.async_compute = queues && queues->side != SideQueue::none;
+  report.async_compute = queues && queues->async != AsyncQueue::none;
   return report;
 }
 

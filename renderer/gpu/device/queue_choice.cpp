@@ -19,29 +19,29 @@ std::optional<QueueChoice> choose_queues(std::span<const VkQueueFamilyProperties
   const std::optional<uint32_t> main = find_family(families, kBoth);
   if (!main) return std::nullopt;
   QueueChoice choice;
-  choice.main_family = choice.side_family = *main;
+  choice.main_family = choice.async_family = *main;
   if (wanted == AsyncCompute::off) return choice;
   if (const std::optional<uint32_t> compute = find_family(families, VK_QUEUE_COMPUTE_BIT)) {
-    choice.side = SideQueue::compute_family;
-    choice.side_family = *compute;
+    choice.async = AsyncQueue::compute_family;
+    choice.async_family = *compute;
   } else if (families[*main].queueCount > 1) {
-    choice.side = SideQueue::main_family;
-    choice.side_index = 1;
+    choice.async = AsyncQueue::main_family;
+    choice.async_index = 1;
   } else if (wanted == AsyncCompute::on) {
-    choice.side = SideQueue::main_queue;
+    choice.async = AsyncQueue::main_queue;
   }
   return choice;
 }
 
-const char* describe(SideQueue side) {
-  switch (side) {
-    case SideQueue::none:
+const char* describe(AsyncQueue async) {
+  switch (async) {
+    case AsyncQueue::none:
       return "on the main queue";
-    case SideQueue::compute_family:
+    case AsyncQueue::compute_family:
       return "on an async compute queue";
-    case SideQueue::main_family:
+    case AsyncQueue::main_family:
       return "on a second queue of the main family";
-    case SideQueue::main_queue:
+    case AsyncQueue::main_queue:
       return "in separate submissions on the main queue (no async compute queue)";
   }
   return "on the main queue";

@@ -16,7 +16,7 @@ enum class AsyncCompute : uint8_t {
   off,        // one queue, one submission a frame
 };
 
-enum class SideQueue : uint8_t {
+enum class AsyncQueue : uint8_t {
   none,
   compute_family,  // queue of a compute-only family
   main_family,     // second queue of the main family
@@ -25,17 +25,17 @@ enum class SideQueue : uint8_t {
 
 struct QueueChoice {
   uint32_t main_family = 0;  // queue 0 of this family
-  SideQueue side = SideQueue::none;
-  uint32_t side_family = 0;
-  uint32_t side_index = 0;  // in its family
+  AsyncQueue async = AsyncQueue::none;
+  uint32_t async_family = 0;
+  uint32_t async_index = 0;  // in its family
 
-  bool two_families() const { return side != SideQueue::none && side_family != main_family; }
+  bool two_families() const { return async != AsyncQueue::none && async_family != main_family; }
 };
 
 // Returns nothing when no family supports both graphics and compute.
 std::optional<QueueChoice> choose_queues(std::span<const VkQueueFamilyProperties> families,
                                          AsyncCompute wanted);
 // Text for the user: the queue that builds acceleration structures.
-const char* describe(SideQueue side);
+const char* describe(AsyncQueue async);
 
 }  // namespace fire3dv::gpu

@@ -48,7 +48,7 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
 }
 
 // The CPU variants assume subgroups of eight lanes.
-bool takes_cpu_variants(const Device& device) {
+bool uses_cpu_variants(const Device& device) {
   if (device.report().type != DeviceType::software) return false;
   VkPhysicalDeviceVulkan11Properties subgroups{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroups, {}};
@@ -63,15 +63,15 @@ std::string variant_for(const Device& device, std::string_view shader) {
   constexpr std::string_view kEnd = ".comp";
   if (shader.ends_with(kEnd)) {
     std::string variant = std::string(shader.substr(0, shader.size() - kEnd.size())) + "_cpu.comp";
-    if (!shaders::embedded(variant).empty() && takes_cpu_variants(device)) return variant;
+    if (!shaders::embedded(variant).empty() && uses_cpu_variants(device)) return variant;
   }
   return std::string(shader);
 }
 
 }  // namespace
 
-Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader, Make make,
-                                 std::span<const uint32_t> constants) {
+Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
+                                 Compile make, std::span<const uint32_t> constants) {
   constexpr uint32_t kWord = sizeof(uint32_t);
   // This runs on another thread: it touches no mutable state of Device and counts no objects.
   auto making = std::make_shared<PipelineMaking>(
@@ -92,8 +92,8 @@ Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::s
         check(result, "vkCreateComputePipelines");
         return pipeline;
       });
-  if (make == Make::at_once) device.pipeline_makers().add(making);
-  if (make == Make::next) device.pipeline_makers().add_first(making);
+  if (make == Compile::immediately) device.pipeline_makers().add(making);
+  if (make == Compile::next) device.pipeline_makers().add_first(making);
   return Pipeline(device, std::move(making));
 }
 

@@ -17,16 +17,17 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
 ShaderModule create_shader_module(Device& device, std::string_view name);
 
 // True where the device is a CPU and shaders with CPU variants use them; see shaders/common/lanes.glsl.
-bool takes_cpu_variants(const Device& device);
+bool uses_cpu_variants(const Device& device);
 
 // Schedule of pipeline creation (see pipeline_making.h).
-// at_once: in order of request. next: before the queued pipelines; for slow pipelines that are certainly
-// needed. when_used: on first use; for pipelines that few scenes need.
-enum class Make { at_once, next, when_used };
+// immediately: in order of request. next: before the queued pipelines; for slow pipelines that are certainly
+// needed. on_first_use: on first use; for pipelines that few scenes need.
+enum class Compile { immediately, next, on_first_use };
 // shader: file name such as "post.comp"; the pipeline may still be compiling on return. constants:
 // values of specialisation constants 0, 1, ...; the others keep the shader's defaults.
 Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
-                                 Make make = Make::at_once, std::span<const uint32_t> constants = {});
+                                 Compile make = Compile::immediately,
+                                 std::span<const uint32_t> constants = {});
 
 struct GraphicsPipelineInfo {
   std::string_view vertex_shader;

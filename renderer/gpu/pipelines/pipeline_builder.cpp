@@ -47,8 +47,8 @@ void PipelineMakers::add_first(std::shared_ptr<PipelineMaking> making) {
 
 void PipelineMakers::one_more_waits() {
   more_.notify_one();
-  constexpr size_t kMostThreads = 8;
-  const size_t wanted = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
+  constexpr size_t kMaxThreads = 8;
+  const size_t wanted = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMaxThreads);
   if (threads_.size() >= wanted) return;
   try {
     threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });

@@ -65,8 +65,8 @@ void draw_render_panel(const Context& context) {
   float degrees = glm::degrees(draw.environment_rotation_rad);
   if (ui.slider("  turned", degrees, {-180, 180, "%.0f \u00b0"}))
     draw.environment_rotation_rad = glm::radians(degrees);
-  ui.check("  seen", draw.background.surroundings, "Behind the scene, instead of a colour");
-  if (!draw.background.surroundings) ui.color("Background", draw.background.color);
+  ui.check("  seen", draw.background.show_environment, "Behind the scene, instead of a colour");
+  if (!draw.background.show_environment) ui.color("Background", draw.background.color);
 }
 
 }  // namespace fire3dv::gui

@@ -24,7 +24,7 @@ uint32_t number_of(DebugView view) {
       return FIRE3DV_DEBUG_OVERDRAW;
     case DebugView::instances:
     case DebugView::none:
-    case DebugView::shadow_doubt:
+    case DebugView::unresolved_shadows:
       break;
   }
   return FIRE3DV_DEBUG_INSTANCES;
@@ -44,7 +44,7 @@ DebugViews::DebugViews(gpu::Device& device, VkPipelineLayout layout, const Image
 }
 
 // Rasters the scene again and counts triangles at the pixels' centres, hidden ones included.
-void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& belt, const SeenView& seen,
+void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen,
                        const Drawn& drawn) {
   if (!counting_) counting_.emplace(device_, layout_, RasterKind::camera_counts);
   const VkDeviceSize bytes = VkDeviceSize{8} * seen.extent.width * seen.extent.height;
@@ -64,12 +64,12 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& belt, const Se
   job.levels_of_detail = drawn.levels_of_detail;
   counting_->begin(belt, job);
   ClusterRaster* const set = &*counting_;
-  const ClusterRaster::Emptying emptying = ClusterRaster::emptying({&set, 1});
-  recorder.pass("clear", emptying.uses, emptying.commands);
+  const ClusterRaster::Clear clear_of = ClusterRaster::clear_of({&set, 1});
+  recorder.pass("clear", clear_of.uses, clear_of.commands);
   ClusterRaster::record(recorder, {&set, 1});
 }
 
-void DebugViews::find_range(gpu::Recorder& recorder, const SeenView& seen, const gpu::Pipeline& pipeline,
+void DebugViews::find_range(gpu::Recorder& recorder, const InspectedView& seen, const gpu::Pipeline& pipeline,
                             gpu_types::DebugViewPush push, gpu::Image& image) {
   push.view = FIRE3DV_DEBUG_DEPTH_RANGE;
   recorder.transition({Use(range_, access::transfer_write)});
@@ -83,8 +83,8 @@ void DebugViews::find_range(gpu::Recorder& recorder, const SeenView& seen, const
   });
 }
 
-void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& belt, const SeenView& seen, DebugView view,
-                      const Drawn& drawn, gpu::Image& image) {
+void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen,
+                      DebugView view, const Drawn& drawn, gpu::Image& image) {
   if (!view_)
     view_ = gpu::create_compute_pipeline(device_, overlay_.layout(),
                                          samples_ == 4 ? "debug_view_4.comp" : "debug_view_1.comp");
@@ -108,14 +108,15 @@ void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& belt, const See
   });
 }
 
-void DebugViews::mark_doubt(gpu::Recorder& recorder, const SeenView& seen, ShadowPass& shadows, bool listed,
-                            gpu::Image& image) {
-  if (!doubt_) doubt_ = gpu::create_compute_pipeline(device_, overlay_.layout(), "shadow_doubt.comp");
+void DebugViews::mark_unresolved(gpu::Recorder& recorder, const InspectedView& seen, ShadowPass& shadows,
+                                 bool listed, gpu::Image& image) {
+  if (!unresolved_)
+    unresolved_ = gpu::create_compute_pipeline(device_, overlay_.layout(), "unresolved_shadows.comp");
   const uint32_t pixels = seen.extent.width * seen.extent.height;
-  gpu_types::ShadowDoubtPush push{shadows.lists().address, shadows.entries().address, seen.extent.width,
-                                  seen.extent.height, 0};
+  gpu_types::UnresolvedPixelsPush push{shadows.lists().address, shadows.entries().address, seen.extent.width,
+                                       seen.extent.height, 0};
   recorder.pass("debug view", {Use(image, access::compute_write)}, [&](VkCommandBuffer commands) {
-    overlay_.begin(commands, doubt_, seen.gpu_scene, push);
+    overlay_.begin(commands, unresolved_, seen.gpu_scene, push);
     const uint32_t groups = (pixels + 63) / 64;
     vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, 1);
   });
@@ -128,7 +129,7 @@ void DebugViews::mark_doubt(gpu::Recorder& recorder, const SeenView& seen, Shado
                 {Use(shadows.lists(), arguments), Use(shadows.entries(), access::compute_read),
                  Use(image, access::compute_write)},
                 [&](VkCommandBuffer commands) {
-                  overlay_.begin(commands, doubt_, seen.gpu_scene, push);
+                  overlay_.begin(commands, unresolved_, seen.gpu_scene, push);
                   vkCmdDispatchIndirect(commands, shadows.lists().get(),
                                         offsetof(gpu_types::RayList, groups_x));
                 });

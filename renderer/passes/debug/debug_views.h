@@ -1,9 +1,9 @@
-// Debug view passes; see debug_view.h.
+// Debug view passes; see inspection.h.
 #pragma once
 
 #include <optional>
 
-#include "renderer/passes/debug/debug_view.h"
+#include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/post/image_overlay.h"
 #include "renderer/passes/shadows/shadow_pass.h"
 #include "renderer/passes/visibility/cluster_raster.h"
@@ -21,22 +21,22 @@ class DebugViews {
     bool levels_of_detail = false;
   };
   // Replaces the whole image. Call it before the coverage merge.
-  void show(gpu::Recorder& recorder, gpu::StagingRing& belt, const SeenView& seen, DebugView view,
+  void show(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen, DebugView view,
             const Drawn& drawn, gpu::Image& image);
   // Marks unresolved pixels on an image shaded with shadow maps and rays. listed: the image has a ray list.
-  void mark_doubt(gpu::Recorder& recorder, const SeenView& seen, ShadowPass& shadows, bool listed,
-                  gpu::Image& image);
+  void mark_unresolved(gpu::Recorder& recorder, const InspectedView& seen, ShadowPass& shadows, bool listed,
+                       gpu::Image& image);
 
  private:
-  void count(gpu::Recorder& recorder, gpu::StagingRing& belt, const SeenView& seen, const Drawn& drawn);
-  void find_range(gpu::Recorder& recorder, const SeenView& seen, const gpu::Pipeline& pipeline,
+  void count(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen, const Drawn& drawn);
+  void find_range(gpu::Recorder& recorder, const InspectedView& seen, const gpu::Pipeline& pipeline,
                   gpu_types::DebugViewPush push, gpu::Image& image);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
   const ImageOverlay& overlay_;
   uint32_t samples_;
-  gpu::Pipeline view_, doubt_;
+  gpu::Pipeline view_, unresolved_;
   std::optional<ClusterRaster> counting_;  // created on first use of the overdraw view
   ClusterTarget counts_;                   // uint64_t[pixel]
   gpu::Buffer range_;                      // DepthRange

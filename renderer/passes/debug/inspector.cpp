@@ -25,7 +25,7 @@ Inspector::Inspector(gpu::Device& device, VkPipelineLayout layout, VkDescriptorS
                      uint32_t samples)
     : device_(device), layout_(layout), samples_(samples), overlay_(device, scene_set_layout) {}
 
-void Inspector::pick(gpu::Recorder& recorder, const SeenView& seen, const Pick& pick) {
+void Inspector::pick(gpu::Recorder& recorder, const InspectedView& seen, const Pick& pick) {
   if (!pick_) pick_ = std::make_unique<PickPass>(device_, layout_, samples_);
   pick_->record(recorder, seen, pick);
 }
@@ -35,7 +35,7 @@ DebugViews& Inspector::debug_views() {
   return *debug_views_;
 }
 
-void Inspector::outline(gpu::Recorder& recorder, gpu::StagingRing& belt, const SeenView& seen,
+void Inspector::outline(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen,
                         uint32_t selected, gpu::Image& image) {
   if (!outline_)
     outline_ = gpu::create_compute_pipeline(device_, overlay_.layout(),

@@ -16,12 +16,12 @@ class Inspector {
 
   // Selects the target image of the following calls.
   void draw_on(Targets& targets, const gpu::Image& image) { overlay_.draw_on(targets, image); }
-  void pick(gpu::Recorder& recorder, const SeenView& seen, const Pick& pick);
+  void pick(gpu::Recorder& recorder, const InspectedView& seen, const Pick& pick);
   // Null until the first pick.
   PickPass* picks() { return pick_.get(); }
   DebugViews& debug_views();
   // Outlines a node and its descendants on the finished image.
-  void outline(gpu::Recorder& recorder, gpu::StagingRing& belt, const SeenView& seen, uint32_t selected,
+  void outline(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen, uint32_t selected,
                gpu::Image& image);
 
  private:

@@ -16,7 +16,7 @@ PickPass::PickPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sample
                                  gpu::Memory::device)),
       belt_(device) {}
 
-void PickPass::record(gpu::Recorder& recorder, const SeenView& seen, const Pick& pick) {
+void PickPass::record(gpu::Recorder& recorder, const InspectedView& seen, const Pick& pick) {
   FIRE3DV_ASSERT(pick.x < seen.extent.width && pick.y < seen.extent.height);
   std::vector<Use> uses{Use(seen.visibility, access::compute_read), Use(picked_, access::compute_write)};
   seen.gpu_scene.add_reads(uses, access::compute_read);

@@ -15,7 +15,7 @@ class PickPass {
   PickPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples);
 
   // The pixel must lie in the image.
-  void record(gpu::Recorder& recorder, const SeenView& seen, const Pick& pick);
+  void record(gpu::Recorder& recorder, const InspectedView& seen, const Pick& pick);
   void submitted(uint64_t timeline_value) { belt_.submitted(timeline_value); }
   // Returns new results, oldest first.
   std::vector<Picked> take_picked();

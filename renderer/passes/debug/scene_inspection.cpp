@@ -17,45 +17,48 @@ Result<void> SceneRenderer::can_inspect() const {
 Result<void> SceneRenderer::can_show(DebugView view) const {
   if (view == DebugView::none) return {};
   if (Result<void> can = can_inspect(); !can) return can;
-  if (view == DebugView::shadow_doubt && !shadow_way_.hybrid) {
+  if (view == DebugView::unresolved_shadows && !shadow_technique_.hybrid) {
     return Error{
-        std::string("shadow doubt is what shadow maps leave to rays, but here shadows are found by ") +
-        describe(shadow_way_) + ": take both, as --shadows ray does without --shadow-rays all"};
+        std::string("the debug view shadow-doubt shows pixels that shadow maps leave to rays, but the "
+                    "shadow technique is ") +
+        describe(shadow_technique_) + ": take both, as --shadows ray does without --shadow-rays all"};
   }
   return {};
 }
 
-Inspection SceneRenderer::possible_of(Inspection wanted, const ImageOutputs& outputs) const {
+Inspection SceneRenderer::available(Inspection inspection, const ImageOutputs& outputs) const {
   if (targets_->views > 1 || !outputs.has(wire::kColorSrgb8) || !can_inspect()) return {};
-  const bool loses_light = replaces_shading(wanted.debug_view) && outputs.has(wire::kColorLinearF16);
-  if (loses_light || !can_show(wanted.debug_view)) wanted.debug_view = DebugView::none;
+  const bool loses_light = replaces_shading(inspection.debug_view) && outputs.has(wire::kColorLinearF16);
+  if (loses_light || !can_show(inspection.debug_view)) inspection.debug_view = DebugView::none;
   const VkExtent2D extent = targets_->extent;
-  if (wanted.pick && (wanted.pick->x >= extent.width || wanted.pick->y >= extent.height)) wanted.pick.reset();
-  return wanted;
+  if (inspection.pick && (inspection.pick->x >= extent.width || inspection.pick->y >= extent.height))
+    inspection.pick.reset();
+  return inspection;
 }
 
-// Picking and debug view, before the coverage merge.
-void SceneRenderer::inspect(gpu::Recorder& recorder, gpu::StagingRing& belt, const View& view,
-                            VkDeviceAddress globals, const Inspection& inspection) {
+void SceneRenderer::draw_debug_view(const Frame& frame) {
+  const Inspection& inspection = frame.request.inspection;
   if (!inspector_)
     inspector_ = std::make_unique<Inspector>(device_, layout_.get(), scene_set_layout_.get(),
                                              samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
   inspector_->draw_on(*targets_, image());
-  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility.buffer, view, globals, targets_->extent};
-  if (inspection.pick) inspector_->pick(recorder, seen, *inspection.pick);
+  const InspectedView view{*scene_,        *gpu_scene_,      targets_->visibility.buffer,
+                           frame.views[0], frame.globals[0], targets_->extent};
+  if (inspection.pick) inspector_->pick(frame.recorder, view, *inspection.pick);
   if (!replaces_shading(inspection.debug_view)) return;
-  inspector_->debug_views().show(recorder, belt, seen, inspection.debug_view,
-                                 {settings_.cull, shows_levels()}, image());
+  inspector_->debug_views().show(frame.recorder, frame.staging, view, inspection.debug_view,
+                                 {settings_.cull, frame.plan.camera_levels_of_detail}, image());
 }
 
-// Overlays on the finished image.
-void SceneRenderer::mark(gpu::Recorder& recorder, gpu::StagingRing& belt, const View& view,
-                         VkDeviceAddress globals, const Inspection& inspection, bool masked) {
-  const SeenView seen{*scene_, *gpu_scene_, targets_->visibility.buffer, view, globals, targets_->extent};
-  if (inspection.debug_view == DebugView::shadow_doubt)
-    inspector_->debug_views().mark_doubt(recorder, seen, shadows_, masked, image());
+void SceneRenderer::draw_overlays(const Frame& frame) {
+  const Inspection& inspection = frame.request.inspection;
+  const InspectedView view{*scene_,        *gpu_scene_,      targets_->visibility.buffer,
+                           frame.views[0], frame.globals[0], targets_->extent};
+  if (inspection.debug_view == DebugView::unresolved_shadows)
+    inspector_->debug_views().mark_unresolved(frame.recorder, view, shadows_, frame.plan.shadow_mask,
+                                              image());
   if (inspection.selected != scene::kNone)
-    inspector_->outline(recorder, belt, seen, inspection.selected, image());
+    inspector_->outline(frame.recorder, frame.staging, view, inspection.selected, image());
 }
 
 void SceneRenderer::submitted(uint64_t timeline_value) {

@@ -22,7 +22,7 @@ constexpr MapFormat kPackedRadiance{VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, VK_FORMAT_
 constexpr MapFormat kHalves{VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT, 8};
 // Packed maps are written by shaders that define FIRE3DV_PACKED_RADIANCE.
 constexpr MapFormat kSpecular = kPackedRadiance, kIrradiance = kPackedRadiance, kAlbedo = kHalves;
-constexpr uint32_t kLeastFace = 64, kMostFace = 512;  // texels along a face of the sharpest reflection
+constexpr uint32_t kMinFace = 64, kMaxFace = 512;  // texels along a face of the sharpest reflection
 constexpr uint32_t kRoughestFace = 8, kSmallestFace = 4, kIrradianceFace = 16;
 constexpr uint32_t kAlbedoSide = 64, kAlbedoSamples = 256;
 
@@ -53,23 +53,23 @@ std::vector<uint32_t> halved(const std::vector<uint32_t>& texels, uint32_t width
 }
 
 // Computes mip levels on the CPU, since the packed format is not renderable.
-gpu::Image upload_picture(gpu::Device& device, gpu::LoaderCommands& loader,
-                          const scene::EnvironmentImage& source) {
+gpu::Image upload_background(gpu::Device& device, gpu::LoaderCommands& loader,
+                             const scene::EnvironmentImage& source) {
   gpu::ImageInfo info;
   info.format = VK_FORMAT_E5B9G9R9_UFLOAT_PACK32;
   info.extent = {source.width, source.height};
   info.mip_levels = static_cast<uint32_t>(std::bit_width(std::max(source.width, source.height)));
   info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
-  gpu::Image picture = gpu::create_image(device, info);
-  loader.upload_level(picture, 0, std::as_bytes(std::span(source.rgb9e5)));
+  gpu::Image image = gpu::create_image(device, info);
+  loader.upload_level(image, 0, std::as_bytes(std::span(source.rgb9e5)));
   std::vector<uint32_t> texels;
   for (uint32_t level = 1; level < info.mip_levels; ++level) {
     const std::vector<uint32_t>& above = level == 1 ? source.rgb9e5 : texels;
     texels =
         halved(above, std::max(source.width >> (level - 1), 1u), std::max(source.height >> (level - 1), 1u));
-    loader.upload_level(picture, level, std::as_bytes(std::span(texels)));
+    loader.upload_level(image, level, std::as_bytes(std::span(texels)));
   }
-  return picture;
+  return image;
 }
 
 gpu::Image create_map(gpu::Device& device, const MapFormat& format, uint32_t side, uint32_t levels,
@@ -110,13 +110,13 @@ uint32_t samples_of_level(uint32_t level) {
 
 }  // namespace
 
-Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* kept)
+Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* cache)
     : device_(device),
       scale_(image.scale),
-      picture_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT)),
+      background_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT)),
       map_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE)) {
   gpu::LoaderCommands loader(device);
-  picture_ = upload_picture(device, loader, image);
+  background_image_ = upload_background(device, loader, image);
   const Recipe recipe = Recipe::of(image);
   specular_ = create_map(device, kSpecular, recipe.face, static_cast<uint32_t>(recipe.specular.size()), true);
   irradiance_ = create_map(device, kIrradiance, kIrradianceFace, 1, true);
@@ -124,16 +124,16 @@ Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& ima
 
   size_t bytes = 0;
   for (const Level& level : levels()) bytes += level.bytes;
-  const Digest kind = kept ? environment_kind(device.identity(), image, recipe.numbers()) : Digest{};
-  const auto found = kept ? kept->find(kind, bytes) : std::nullopt;
+  const Digest kind = cache ? environment_kind(device.identity(), image, recipe.numbers()) : Digest{};
+  const auto found = cache ? cache->find(kind, bytes) : std::nullopt;
   if (found) {
     upload(loader, *found);
   } else {
     prepare(loader, recipe);
-    if (kept) kept->keep(kind, download(loader));
+    if (cache) cache->keep(kind, download(loader));
   }
-  loader.recorder().transition({Use(picture_, kShading), Use(specular_, kShading), Use(irradiance_, kShading),
-                                Use(albedo_, kShading)});
+  loader.recorder().transition({Use(background_image_, kShading), Use(specular_, kShading),
+                                Use(irradiance_, kShading), Use(albedo_, kShading)});
   loader.finish();
 }
 
@@ -153,7 +153,7 @@ std::vector<Environment::Level> Environment::levels() {
 
 Environment::Recipe Environment::Recipe::of(const scene::EnvironmentImage& image) {
   Recipe recipe;
-  recipe.face = std::clamp(std::bit_floor(std::max(image.height / 2, 1u)), kLeastFace, kMostFace);
+  recipe.face = std::clamp(std::bit_floor(std::max(image.height / 2, 1u)), kMinFace, kMaxFace);
   recipe.radiance_levels = levels_between(recipe.face, kSmallestFace);
   recipe.irradiance_from = levels_between(recipe.face, kIrradianceFace) - 1;
   const float texels_per_texel = static_cast<float>(image.height) / static_cast<float>(2 * recipe.face);
@@ -188,7 +188,7 @@ std::vector<uint32_t> Environment::Recipe::numbers() const {
 void Environment::prepare(gpu::LoaderCommands& loader, const Recipe& recipe) {
   gpu::Image radiance = create_map(device_, kHalves, recipe.face, recipe.radiance_levels, true);
   EnvironmentSteps steps(device_, loader);
-  steps.sample("environment_cube.comp", picture_, picture_sampler_.get(), radiance, 0,
+  steps.sample("environment_cube.comp", background_image_, background_sampler_.get(), radiance, 0,
                recipe.cube);
   for (uint32_t level = 1; level < recipe.radiance_levels; ++level) {
     steps.load("environment_downsample.comp", radiance, level - 1, radiance, level, {});
@@ -226,7 +226,7 @@ std::vector<std::byte> Environment::download(gpu::LoaderCommands& loader) {
 }
 
 gpu::EnvironmentTextures Environment::textures() const {
-  return {{{picture_.view.get(), picture_sampler_.get()},
+  return {{{background_image_.view.get(), background_sampler_.get()},
            {specular_.view.get(), map_sampler_.get()},
            {irradiance_.view.get(), map_sampler_.get()},
            {albedo_.view.get(), map_sampler_.get()}}};
@@ -237,9 +237,9 @@ void Environment::describe(gpu_types::Globals& globals, float intensity, float r
   globals.environment_turn = {std::cos(rotation_rad), std::sin(rotation_rad)};
 }
 
-float Environment::picture_level(const View& view, uint32_t image_height) const {
+float Environment::background_level(const View& view, uint32_t image_height) const {
   const float pixel_rad = 2 * glm::length(view.world_from_ndc_y) / static_cast<float>(image_height);
-  const float texel_rad = 3.14159265f / static_cast<float>(picture_.extent.height);
+  const float texel_rad = 3.14159265f / static_cast<float>(background_image_.extent.height);
   return pixel_rad > texel_rad ? std::log2(pixel_rad / texel_rad) : 0;
 }
 

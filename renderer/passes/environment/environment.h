@@ -18,20 +18,20 @@ namespace fire3dv::passes {
 
 // Background of pixels without geometry.
 struct Background {
-  bool surroundings = false;
+  bool show_environment = false;
   glm::vec3 color{0.16f, 0.18f, 0.21f};  // linear; used without the environment image
 };
 
 class Environment {
  public:
-  // kept: cache of the prepared maps, read and filled; null: no cache.
-  Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* kept);
+  // cache: cache of the prepared maps, read and filled; null: no cache.
+  Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* cache);
 
   gpu::EnvironmentTextures textures() const;
   // Fills the environment's part of the frame globals.
   void describe(gpu_types::Globals& globals, float intensity, float rotation_rad) const;
   // Mip level of the environment image for a background without aliasing or blur. At least 0.
-  float picture_level(const View& view, uint32_t image_height) const;
+  float background_level(const View& view, uint32_t image_height) const;
 
  private:
   // One level of the maps, in cache order.
@@ -58,8 +58,8 @@ class Environment {
 
   gpu::Device& device_;
   float scale_;
-  gpu::Image picture_, specular_, irradiance_, albedo_;
-  gpu::Sampler picture_sampler_, map_sampler_;
+  gpu::Image background_image_, specular_, irradiance_, albedo_;
+  gpu::Sampler background_sampler_, map_sampler_;
 };
 
 }  // namespace fire3dv::passes

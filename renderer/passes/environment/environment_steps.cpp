@@ -12,7 +12,7 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-constexpr uint32_t kMostSteps = 48;  // two cubes of at most ten levels, and single steps
+constexpr uint32_t kMaxSteps = 48;  // two cubes of at most ten levels, and single steps
 
 }  // namespace
 
@@ -27,9 +27,9 @@ EnvironmentSteps::EnvironmentSteps(gpu::Device& device, gpu::LoaderCommands& loa
   set_layout_ = gpu::create_set_layout(device, bindings);
   layout_ = gpu::create_pipeline_layout(device, std::array{set_layout_.get()});
 
-  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kMostSteps},
-                                        {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2 * kMostSteps}};
-  pool_ = gpu::create_descriptor_pool(device, kMostSteps, sizes);
+  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kMaxSteps},
+                                        {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 2 * kMaxSteps}};
+  pool_ = gpu::create_descriptor_pool(device, kMaxSteps, sizes);
 }
 
 void EnvironmentSteps::sample(std::string_view shader, gpu::Image& in, VkSampler sampler, gpu::Image& out,

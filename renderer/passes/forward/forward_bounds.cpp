@@ -45,7 +45,7 @@ VkRect2D forward_bounds(const GpuScene& gpu_scene, const scene::Scene& scene, co
   const glm::vec2 size(extent.width, extent.height);
   Bounds bounds;
   for (const DrawBin& bin : gpu_scene.draw_list.bins) {
-    if (!bin.on_top()) continue;
+    if (!bin.is_forward_only()) continue;
     for (uint32_t i = bin.first_draw; i < bin.first_draw + bin.draw_count; ++i) {
       const Draw& draw = gpu_scene.draw_list.draws[i];
       // A shift means per-instance vertices or an edited colour.

@@ -21,19 +21,19 @@ VkDrawIndexedIndirectCommand command_of(const scene::ClusteredPrimitive& primiti
 }
 
 // World-space centre of a draw. For a skinned primitive, the mean of its joint boxes' centres.
-glm::vec3 middle_of(const scene::Scene& source, const state::PoseState& poses, const Draw& draw) {
+glm::vec3 center_of(const scene::Scene& source, const state::PoseState& poses, const Draw& draw) {
   const scene::Primitive& primitive = source.primitives[draw.primitive];
   const uint32_t skin = source.nodes[draw.node].skin;
   if (skin == scene::kNone || primitive.joint_bounds_count == 0) {
-    const glm::vec3 middle_node = 0.5f * (primitive.bounds_min + primitive.bounds_max);
-    return glm::vec3(poses.world_from_node(draw.node) * glm::vec4(middle_node, 1));
+    const glm::vec3 center_node = 0.5f * (primitive.bounds_min + primitive.bounds_max);
+    return glm::vec3(poses.world_from_node(draw.node) * glm::vec4(center_node, 1));
   }
   glm::vec3 sum(0);
   for (uint32_t i = 0; i < primitive.joint_bounds_count; ++i) {
     const scene::JointBounds& box = source.joint_bounds[primitive.first_joint_bounds + i];
     const scene::Joint& joint = source.joints[source.skins[skin].first_joint + box.joint];
-    const glm::vec4 middle_mesh(0.5f * (box.bounds_min + box.bounds_max), 1);
-    sum += glm::vec3(poses.world_from_node(joint.node) * (joint.joint_from_mesh * middle_mesh));
+    const glm::vec4 center_mesh(0.5f * (box.bounds_min + box.bounds_max), 1);
+    sum += glm::vec3(poses.world_from_node(joint.node) * (joint.joint_from_mesh * center_mesh));
   }
   return sum / static_cast<float>(primitive.joint_bounds_count);
 }
@@ -48,7 +48,7 @@ std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& 
   std::vector<std::pair<float, uint32_t>> order;
   for (uint32_t i = bin.first_draw; i < bin.first_draw + bin.draw_count; ++i) {
     const Draw& draw = scene.draw_list.draws[i];
-    const glm::vec3 offset = middle_of(source, poses, draw) - eye_world;
+    const glm::vec3 offset = center_of(source, poses, draw) - eye_world;
     order.emplace_back(-glm::dot(offset, offset), i);
   }
   std::sort(order.begin(), order.end());
@@ -110,10 +110,10 @@ const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
     info.blend = bin.blended();
     info.dual_source = info.blend && device_.report().dual_source_blend;
     if (!info.blend) info.depth_compare = VK_COMPARE_OP_EQUAL;  // the depth pass has written the depth
-    fragment_shader = info.dual_source ? "forward_blend"
-                      : bin.on_top()   ? "forward_on_top"
-                      : visible_places ? "forward_visible"
-                                       : "forward";
+    fragment_shader = info.dual_source        ? "forward_blend"
+                      : bin.is_forward_only() ? "forward_only"
+                      : visible_places        ? "forward_visible"
+                                              : "forward";
     if (device_.ray_query()) fragment_shader += gpu::traces_to_boxes(device_) ? "_ray_boxes" : "_ray";
     fragment_shader += ".frag";
     info.fragment_shader = fragment_shader;
@@ -215,7 +215,7 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const 
     begin(commands, frame, Stage::color);
     draw_bins(commands, frame, Stage::color, false, of_bins);
     // Behind solid surfaces and before the blended draws.
-    if (frame.background.surroundings && !frame.visibility) draw_fullscreen(commands, background_);
+    if (frame.background.show_environment && !frame.visibility) draw_fullscreen(commands, background_);
     draw_bins(commands, frame, Stage::color, true, of_bins);
     vkCmdEndRendering(commands);
   });
@@ -242,7 +242,7 @@ void ForwardPass::draw_bins(VkCommandBuffer commands, const Frame& frame, Stage 
   const gpu_types::ForwardPush push{frame.globals};
   const std::vector<DrawBin>& bins = frame.scene.draw_list.bins;
   for (size_t b = 0; b < bins.size(); ++b) {
-    if (bins[b].blended() != blended || (frame.visibility && !bins[b].on_top())) continue;
+    if (bins[b].blended() != blended || (frame.visibility && !bins[b].is_forward_only())) continue;
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(bins[b], stage).get());
     // Push constants are set again for each pipeline: lavapipe loses them for fragment shaders after a
     // pipeline without one.

@@ -36,7 +36,7 @@ class ForwardPass {
     VkRect2D area;                        // scissor in the image
   };
   void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Frame& frame);
-  void forget() { commands_revision_ = UINT64_MAX; }
+  void invalidate() { commands_revision_ = UINT64_MAX; }
 
  private:
   struct BinCommands {

@@ -33,7 +33,7 @@ OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t 
     : device_(device),
       layout_(layout),
       pipeline_(gpu::create_compute_pipeline(
-          device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Make::when_used)),
+          device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Compile::on_first_use)),
       samples_(samples) {}
 
 bool OutputsPass::can_keep_places(const GpuScene& scene) const {

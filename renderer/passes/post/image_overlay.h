@@ -10,7 +10,7 @@
 namespace fire3dv::passes {
 
 // A camera view whose visibility buffer is complete.
-struct SeenView {
+struct InspectedView {
   const scene::Scene& scene;
   GpuScene& gpu_scene;
   gpu::Buffer& visibility;

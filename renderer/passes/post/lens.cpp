@@ -8,10 +8,10 @@
 namespace fire3dv::passes {
 namespace {
 
-constexpr double kMostAngleRad = 1.4;
+constexpr double kMaxAngleRad = 1.4;
 constexpr double kPixelsForOne = 2;  // resolution of the pinhole image relative to the lens image, along a
                                      // line
-constexpr double kLeastPixelsForOne = 0.5;
+constexpr double kMinPixelsForOne = 0.5;
 
 // Radial term without p1 and p2: distorted radius and its derivative.
 struct Radial {
@@ -83,7 +83,8 @@ void add(Seen& seen, const Lens& lens, const glm::dvec2& point) {
 
 Seen seen_through(const Intrinsics& intrinsics, const Lens& lens) {
   const double largest = largest_radius(lens);
-  const glm::dvec2 focal(intrinsics.fx_px, intrinsics.fy_px), middle(intrinsics.cx_px, intrinsics.cy_px);
+  const glm::dvec2 focal(intrinsics.fx_px, intrinsics.fy_px),
+      principal_point(intrinsics.cx_px, intrinsics.cy_px);
   const glm::dvec2 end = glm::dvec2(intrinsics.image_px) - 0.5;
   constexpr int kSteps = 64;
   Seen seen;
@@ -94,7 +95,7 @@ Seen seen_through(const Intrinsics& intrinsics, const Lens& lens) {
       const bool at_edge = i % kSteps == 0 || j % kSteps == 0;
       if (!at_edge && (i % 8 != 0 || j % 8 != 0)) continue;
       const glm::dvec2 pixel = glm::mix(glm::dvec2(-0.5), end, glm::dvec2(i, j) / double{kSteps});
-      if (const auto point = undistort(lens, (pixel - middle) / focal, largest)) {
+      if (const auto point = undistort(lens, (pixel - principal_point) / focal, largest)) {
         add(seen, lens, *point);
       } else {
         all = false;
@@ -106,7 +107,7 @@ Seen seen_through(const Intrinsics& intrinsics, const Lens& lens) {
     for (int i = 0; i < 4 * kSteps; ++i) {
       const double angle = 2 * M_PI * i / (4 * kSteps);
       const glm::dvec2 rim = largest * glm::dvec2(std::cos(angle), std::sin(angle));
-      const glm::dvec2 pixel = focal * distort(lens, rim) + middle;
+      const glm::dvec2 pixel = focal * distort(lens, rim) + principal_point;
       if (glm::all(glm::greaterThanEqual(pixel, glm::dvec2(-1))) &&
           glm::all(glm::lessThanEqual(pixel, end + 1.0)))
         add(seen, lens, rim);
@@ -134,7 +135,7 @@ double largest_radius(const Lens& lens) {
   constexpr int kSteps = 4096;
   double r = 0;
   for (int i = 1; i <= kSteps; ++i) {
-    const double next = std::tan(kMostAngleRad * i / kSteps);
+    const double next = std::tan(kMaxAngleRad * i / kSteps);
     if (!(radial(lens, next).slope > 1e-3)) break;
     r = next;
   }
@@ -155,7 +156,7 @@ Result<Intrinsics> pinhole_behind(const Intrinsics& intrinsics, const Lens& lens
   // One more pixel on each side for bilinear filtering.
   const double room = static_cast<double>(most_side) - 4;
   const double share = std::min({1.0, room / std::max(wanted.x, 1.0), room / std::max(wanted.y, 1.0)});
-  if (!(kPixelsForOne * share >= kLeastPixelsForOne))
+  if (!(kPixelsForOne * share >= kMinPixelsForOne))
     return Error{
         "the lens shows too wide a view: an image of " + std::to_string(most_side) +
         " pixels would not hold it finely enough; ask for a smaller image, or for one that ends sooner"};

@@ -31,7 +31,8 @@ ImageOutputs behind_lens(ImageOutputs outputs) {
 LensPass::LensPass(gpu::Device& device)
     : device_(device),
       layout_(gpu::create_pipeline_layout(device, {})),
-      pipeline_(gpu::create_compute_pipeline(device, layout_.get(), "lens.comp", gpu::Make::when_used)) {}
+      pipeline_(
+          gpu::create_compute_pipeline(device, layout_.get(), "lens.comp", gpu::Compile::on_first_use)) {}
 
 void LensPass::copy_color(gpu::Recorder& recorder, gpu::Image& color) {
   recorder.pass("lens colors", {Use(color, access::transfer_read), Use(color_, access::transfer_write)},
@@ -74,9 +75,9 @@ gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wan
   w.width_in = pinhole.image_px.x;
   w.height_in = pinhole.image_px.y;
   w.focal = {camera.fx_px, camera.fy_px};
-  w.middle = {camera.cx_px, camera.cy_px};
+  w.principal_point = {camera.cx_px, camera.cy_px};
   w.focal_in = {pinhole.fx_px, pinhole.fy_px};
-  w.middle_in = {pinhole.cx_px, pinhole.cy_px};
+  w.principal_point_in = {pinhole.cx_px, pinhole.cy_px};
   const auto& k = wanted.lens.coefficients;
   w.coefficients = {k[0], k[1], k[2], k[3]};
   w.last_coefficient = k[4];

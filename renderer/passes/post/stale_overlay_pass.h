@@ -9,9 +9,9 @@
 
 namespace fire3dv::passes {
 
-class HeldMark {
+class StaleOverlayPass {
  public:
-  explicit HeldMark(gpu::Device& device);
+  explicit StaleOverlayPass(gpu::Device& device);
 
   // image: of the targets. Draws nothing where the condition is live.
   void record(gpu::Recorder& recorder, Targets& targets, gpu::Image& image, state::Condition condition);

@@ -19,14 +19,14 @@ void dispatch(VkCommandBuffer commands, uint32_t groups) {
 
 DeformPass::DeformPass(gpu::Device& device, VkPipelineLayout layout)
     : layout_(layout),
-      deform_(gpu::create_compute_pipeline(device, layout, "deform.comp", gpu::Make::when_used)),
+      deform_(gpu::create_compute_pipeline(device, layout, "deform.comp", gpu::Compile::on_first_use)),
       bounds_(
-          gpu::create_compute_pipeline(device, layout, "deform_bounds.comp", gpu::Make::when_used)) {}
+          gpu::create_compute_pipeline(device, layout, "deform_bounds.comp", gpu::Compile::on_first_use)) {}
 
 void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::StagingRing& belt, DeformedShapes& shapes,
                                 const state::PoseState& poses) {
-  if (weights_seen_ == poses.drive_revision()) return;
-  weights_seen_ = poses.drive_revision();
+  if (weights_revision_ == poses.drive_revision()) return;
+  weights_revision_ = poses.drive_revision();
   const std::vector<float>& weights = poses.morph_weights();
   if (weights.empty()) return;
   const gpu::StagingRing::Piece piece = belt.write(std::span<const float>(weights));
@@ -40,8 +40,8 @@ void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::StagingRing& belt,
 void DeformPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
                         const state::PoseState& poses) {
   DeformedShapes& shapes = scene.deformed;
-  if (shapes.record_count == 0 || poses_seen_ == poses.revision()) return;
-  poses_seen_ = poses.revision();
+  if (shapes.record_count == 0 || poses_revision_ == poses.revision()) return;
+  poses_revision_ = poses.revision();
   upload_weights(recorder, belt, shapes, poses);
 
   gpu_types::DeformPush push{};
@@ -73,13 +73,13 @@ void DeformPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScen
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     dispatch(commands, shapes.record_count);
   });
-  levels_behind_ = true;
+  levels_outdated_ = true;
 }
 
 void DeformPass::record_levels(gpu::Recorder& recorder, GpuScene& scene) {
   DeformedShapes& shapes = scene.deformed;
-  if (shapes.levels.empty() || !levels_behind_) return;
-  levels_behind_ = false;
+  if (shapes.levels.empty() || !levels_outdated_) return;
+  levels_outdated_ = false;
   // Rays of the last frame read these through the top-level structure, which therefore stands in for them
   // here.
   recorder.pass(

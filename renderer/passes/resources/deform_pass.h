@@ -19,12 +19,12 @@ class DeformPass {
   // Updates the bottom-level structures. Call it before the top-level build, where rays are traced.
   void record_levels(gpu::Recorder& recorder, GpuScene& scene);
   // Resets the state for a new scene.
-  void forget() {
-    poses_seen_ = weights_seen_ = UINT64_MAX;
-    levels_behind_ = true;
+  void invalidate() {
+    poses_revision_ = weights_revision_ = UINT64_MAX;
+    levels_outdated_ = true;
   }
   // Reports vertices written by another pass.
-  void vertices_written() { levels_behind_ = true; }
+  void invalidate_vertices() { levels_outdated_ = true; }
 
  private:
   void upload_weights(gpu::Recorder& recorder, gpu::StagingRing& belt, DeformedShapes& shapes,
@@ -32,8 +32,8 @@ class DeformPass {
 
   VkPipelineLayout layout_;
   gpu::Pipeline deform_, bounds_;
-  uint64_t poses_seen_ = UINT64_MAX, weights_seen_ = UINT64_MAX;  // PoseState's revisions
-  bool levels_behind_ = true;  // vertices changed since the last structure update
+  uint64_t poses_revision_ = UINT64_MAX, weights_revision_ = UINT64_MAX;  // PoseState's revisions
+  bool levels_outdated_ = true;  // vertices changed since the last structure update
 };
 
 }  // namespace fire3dv::passes

@@ -31,13 +31,13 @@ gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const
 template <typename T>
 gpu::Buffer upload_in_order(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values,
                             const std::vector<uint32_t>& source, VkBufferUsageFlags usage) {
-  constexpr size_t kTurn = 1 << 14;
+  constexpr size_t kChunk = 1 << 14;
   const VkDeviceSize bytes = source.size() * sizeof(T);
   gpu::Buffer buffer = gpu::create_buffer(device, bytes, usage, gpu::filled_memory(device));
   loader.upload(buffer, bytes, sizeof(T), [&](VkDeviceSize offset, std::span<std::byte> to) {
     const size_t first = offset / sizeof(T), count = to.size() / sizeof(T);
-    parallel_for((count + kTurn - 1) / kTurn, [&](size_t turn) {
-      for (size_t i = turn * kTurn; i < std::min(count, (turn + 1) * kTurn); ++i) {
+    parallel_for((count + kChunk - 1) / kChunk, [&](size_t turn) {
+      for (size_t i = turn * kChunk; i < std::min(count, (turn + 1) * kChunk); ++i) {
         std::memcpy(to.data() + i * sizeof(T), &values[source[first + i]], sizeof(T));
       }
     });
@@ -66,7 +66,7 @@ VkAccelerationStructureInstanceKHR instance_record(uint32_t node, VkDeviceAddres
 }
 
 template <typename Affine>
-bool turns_inside_out(const Affine& affine) {
+bool is_mirroring(const Affine& affine) {
   const auto& m = affine.m;
   return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
              m[2] * (m[4] * m[9] - m[5] * m[8]) <
@@ -82,14 +82,14 @@ std::vector<bool> mirrored_at_rest(const scene::Scene& scene) {
   return mirrored;
 }
 
-std::vector<bool> mirrored_as_posed(const scene::Scene& scene, const state::PoseState& poses) {
+std::vector<bool> find_mirrored(const scene::Scene& scene, const state::PoseState& poses) {
   std::vector<bool> mirrored;
   mirrored.reserve(poses.node_drives().size());
   for (const state::NodeDrive& drive : poses.node_drives()) {
-    bool turned = turns_inside_out(drive.body_from_node);
+    bool turned = is_mirroring(drive.body_from_node);
     if (drive.stream != state::kNone) {
       const state::Stream& stream = poses.streams()[drive.stream];
-      turned ^= turns_inside_out(stream.poses[drive.pose_index]) ^ turns_inside_out(stream.world_from_stream);
+      turned ^= is_mirroring(stream.poses[drive.pose_index]) ^ is_mirroring(stream.world_from_stream);
     }
     const scene::Node& node = scene.nodes[mirrored.size()];
     mirrored.push_back(node.skin == scene::kNone ? turned : scene::is_mirrored_by_joints(scene, node));
@@ -117,7 +117,8 @@ std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const
   std::vector<gpu_types::DrawRecord> records;
   for (const Draw& draw : gpu_scene.draw_list.draws) {
     const uint32_t first_primitive = scene.meshes[scene.nodes[draw.node].mesh].first_primitive;
-    records.push_back({drawn_at(scene, draw.node), gpu_scene.primitive_at(draw.node, draw.primitive),
+    records.push_back({transform_index_of(scene, draw.node),
+                       gpu_scene.primitive_at(draw.node, draw.primitive),
                        gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive});
   }
   return records;
@@ -131,14 +132,14 @@ std::vector<gpu_types::AffineRows> first_transforms(uint32_t node_count) {
   return transforms;
 }
 
-std::vector<OwnVertices> find_own_vertices(const scene::Scene& scene,
-                                           const std::vector<scene::DeformedNode>& nodes,
-                                           const scene::ClusteredGeometry& geometry) {
-  std::vector<OwnVertices> found;
+std::vector<InstanceVertices> find_instance_vertices(const scene::Scene& scene,
+                                                     const std::vector<scene::DeformedNode>& nodes,
+                                                     const scene::ClusteredGeometry& geometry) {
+  std::vector<InstanceVertices> found;
   for (const scene::DeformedNode& shape : nodes) {
     const scene::Node& node = scene.nodes[shape.node];
     if (!node.own_vertices) continue;
-    OwnVertices& own = found.emplace_back();
+    InstanceVertices& own = found.emplace_back();
     own.node = shape.node;
     own.first_vertex = geometry.primitives[shape.first_primitive].first_vertex;  // the copies are contiguous
     const scene::Mesh& mesh = scene.meshes[node.mesh];
@@ -148,7 +149,7 @@ std::vector<OwnVertices> find_own_vertices(const scene::Scene& scene,
       const scene::Primitive& primitive = scene.primitives[mesh.first_primitive + i];
       for (uint32_t v = copy.first_vertex; v < copy.first_vertex + copy.vertex_count; ++v) {
         own.vertices.push_back(geometry.source_vertices[v]);
-        own.mesh_places.push_back(first_place + geometry.source_vertices[v] - primitive.first_vertex);
+        own.mesh_vertices.push_back(first_place + geometry.source_vertices[v] - primitive.first_vertex);
       }
       first_place += primitive.vertex_count;
     }
@@ -169,11 +170,11 @@ gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const sce
           geometry.first_ray_box};
 }
 
-void GpuScene::follow_senses(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene,
-                             const state::PoseState& poses) {
-  if (poses_seen == poses.revision()) return;
-  poses_seen = poses.revision();
-  std::vector<bool> now = mirrored_as_posed(scene, poses);
+void GpuScene::update_winding(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene,
+                              const state::PoseState& poses) {
+  if (winding_revision == poses.revision()) return;
+  winding_revision = poses.revision();
+  std::vector<bool> now = find_mirrored(scene, poses);
   if (now == mirrored) return;
   mirrored = std::move(now);
   collect_draws(recorder, belt, scene);
@@ -190,7 +191,7 @@ void GpuScene::collect_draws(gpu::Recorder& recorder, gpu::StagingRing& belt, co
   });
 }
 
-void GpuScene::place_nodes(gpu::Device& device, gpu::LoaderCommands& loader) {
+void GpuScene::create_node_buffer(gpu::Device& device, gpu::LoaderCommands& loader) {
   const std::vector<gpu_types::AffineRows> transforms = first_transforms(node_count);
   std::vector<uint32_t> facts(node_count, 0);
   facts.push_back(FIRE3DV_NODE_EVEN);
@@ -198,12 +199,12 @@ void GpuScene::place_nodes(gpu::Device& device, gpu::LoaderCommands& loader) {
   const auto padded = [](size_t bytes) { return (bytes + 255) / 256 * 256; };
   const size_t facts_at = padded(transforms.size() * sizeof(transforms[0]));
   const size_t places_at = facts_at + padded(facts.size() * sizeof(facts[0]));
-  std::vector<std::byte> bytes(places_at + light_count * sizeof(gpu_types::LightPlace));
+  std::vector<std::byte> bytes(places_at + light_count * sizeof(gpu_types::LightPose));
   std::memcpy(bytes.data(), transforms.data(), transforms.size() * sizeof(transforms[0]));
   std::memcpy(bytes.data() + facts_at, facts.data(), facts.size() * sizeof(facts[0]));
   world_from_node = upload_array(device, loader, bytes);
   node_facts_offset = facts_at;
-  light_places_offset = places_at;
+  light_poses_offset = places_at;
 }
 
 void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
@@ -226,7 +227,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     deformed_nodes = scene::add_deformed_copies(scene, with_copies);
   }
   const scene::ClusteredGeometry& clustered = deformed_nodes.empty() ? derived.clusters : with_copies;
-  own_vertices = find_own_vertices(scene, deformed_nodes, clustered);
+  instance_vertices = find_instance_vertices(scene, deformed_nodes, clustered);
   deformed = DeformedShapes(device, loader, scene, std::move(deformed_nodes), clustered);
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
@@ -281,8 +282,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   const MaterialRecords records = material_records(
       scene.materials, texture_facts(scene, uses.anisotropy > 1 && device.report().anisotropy));
   materials = upload_array(device, loader, records.materials);
-  own_material_count = static_cast<uint32_t>(records.materials.size());
-  own_primitive_count = static_cast<uint32_t>(geometry.size());
+  scene_material_count = static_cast<uint32_t>(records.materials.size());
+  scene_primitive_count = static_cast<uint32_t>(geometry.size());
   has_extensions = !records.extensions.empty();
   has_textures = any_textured(scene.materials);
   has_second_uv = any_second_uv(scene.materials);
@@ -316,22 +317,22 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
 
   Parts all_parts = collect_parts(scene, derived.casters, clustered.clusters, *this);
   part_count = static_cast<uint32_t>(all_parts.parts.size());
-  planar_parts = std::move(all_parts.planar);
+  planar_casters = std::move(all_parts.planar);
   first_part_of_node = std::move(all_parts.first_of_node);
   for (const gpu_types::PartRecord& part : all_parts.parts) {
     part_flags.push_back(part.flags);
-    has_forward_only |= (part.flags & FIRE3DV_PART_ON_TOP) != 0;
+    has_forward_only |= (part.flags & FIRE3DV_PART_FORWARD_ONLY) != 0;
     has_masked |= (part.flags & FIRE3DV_PART_MASK) != 0;
   }
   cluster_instance_count = static_cast<uint32_t>(all_parts.clusters.size());
-  lod0_cluster_instance_count = all_parts.own_cluster_count;
+  lod0_cluster_instance_count = all_parts.lod0_cluster_count;
   for (uint32_t i = 0; i < lod0_cluster_instance_count; ++i)
-    own_triangle_count += all_parts.clusters[i].counts >> 16;
+    lod0_triangle_count += all_parts.clusters[i].counts >> 16;
   parts = upload_array(device, loader, all_parts.parts);
   cluster_instances = upload_array(device, loader, all_parts.clusters);
 
   draws = upload_array(device, loader, draw_records(scene, *this));
-  place_nodes(device, loader);
+  create_node_buffer(device, loader);
 
   if (device.traces_rays()) {
     loader.submit();  // keeps the order of recording
@@ -353,9 +354,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
       if (!blas_of_node[n]) continue;
       // Skinned nodes have static instances, which the transforms pass skips.
       instance_at_node[n] = static_cast<uint32_t>(instance_records.size());
-      if (drawn_at(scene, n) == n) instance_indices[n] = instance_at_node[n];
+      if (transform_index_of(scene, n) == n) instance_indices[n] = instance_at_node[n];
       instance_records.push_back(instance_record(n, blas_of_node[n]));
-      std::memcpy(&instance_records.back().transform, &transforms[drawn_at(scene, n)],
+      std::memcpy(&instance_records.back().transform, &transforms[transform_index_of(scene, n)],
                   sizeof(VkTransformMatrixKHR));
     }
     instance_count = static_cast<uint32_t>(instance_records.size());

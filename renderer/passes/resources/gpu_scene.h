@@ -21,11 +21,11 @@
 namespace fire3dv::passes {
 
 // Per-instance vertices of a node whose vertices an edit replaces.
-struct OwnVertices {
+struct InstanceVertices {
   uint32_t node = 0;
-  uint32_t first_vertex = 0;          // in GpuScene::positions
-  std::vector<uint32_t> vertices;     // scene indices, in the GPU's order
-  std::vector<uint32_t> mesh_places;  // the same, relative to the mesh's first vertex
+  uint32_t first_vertex = 0;            // in GpuScene::positions
+  std::vector<uint32_t> vertices;       // scene indices, in the GPU's order
+  std::vector<uint32_t> mesh_vertices;  // the same, relative to the mesh's first vertex
 };
 
 // Draw settings that decide which resources the GPU scene needs.
@@ -44,8 +44,8 @@ struct GpuScene {
            const SceneUses& uses, const GpuScene* before = nullptr);
 
   // Sorts the draws again when poses or bindings have changed the winding of a node.
-  void follow_senses(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene,
-                     const state::PoseState& poses);
+  void update_winding(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene,
+                      const state::PoseState& poses);
   // Collects the current draws: visible nodes with their current primitives.
   void collect_draws(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene);
 
@@ -65,7 +65,7 @@ struct GpuScene {
   uint32_t instance_count = 0;               // of the top-level acceleration structure
   uint32_t cluster_instance_count = 0;       // all LODs
   uint32_t lod0_cluster_instance_count = 0;  // LOD 0 only; these come first
-  uint64_t own_triangle_count = 0;           // LOD 0 triangles
+  uint64_t lod0_triangle_count = 0;          // LOD 0 triangles
   bool has_forward_only = false;             // has forward-only draws
   bool has_masked = false;
   bool has_extensions = false;  // materials with glTF extensions
@@ -87,29 +87,30 @@ struct GpuScene {
   gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
   gpu::Buffer light_of_node;            // uint[]
   // Written by the transforms pass: AffineRows[], then the static transforms of skinned parts, node facts and
-  // light places.
+  // light poses.
   gpu::Buffer world_from_node;
-  VkDeviceSize node_facts_offset = 0;    // uint[]: FIRE3DV_NODE_*
-  VkDeviceSize light_places_offset = 0;  // LightPlace[], last
+  VkDeviceSize node_facts_offset = 0;   // uint[]: FIRE3DV_NODE_*
+  VkDeviceSize light_poses_offset = 0;  // LightPose[], last
   VkDeviceAddress node_facts() const { return world_from_node.address + node_facts_offset; }
-  VkDeviceAddress light_places() const { return world_from_node.address + light_places_offset; }
+  VkDeviceAddress light_poses() const { return world_from_node.address + light_poses_offset; }
 
-  void place_nodes(gpu::Device& device, gpu::LoaderCommands& loader);
+  void create_node_buffer(gpu::Device& device, gpu::LoaderCommands& loader);
 
-  // State that scene edits refer to, see edit_follower.h.
-  std::vector<OwnVertices> own_vertices;
-  uint32_t own_primitive_count = 0, own_material_count = 0;  // further records are copies with edited colours
-  std::vector<uint32_t> part_flags;                          // as in the scene file
-  std::vector<uint32_t> light_at_node;                       // as in light_of_node
+  // State that scene edits refer to, see edit_uploader.h.
+  std::vector<InstanceVertices> instance_vertices;
+  uint32_t scene_primitive_count = 0,
+           scene_material_count = 0;       // further records are copies with edited colours
+  std::vector<uint32_t> part_flags;        // as in the scene file
+  std::vector<uint32_t> light_at_node;     // as in light_of_node
   std::vector<uint32_t> instance_at_node;  // in the top-level structure; FIRE3DV_NO_INDEX: none
   std::vector<bool> hidden;                // per node, as in the draw list; empty: none
 
   std::vector<uint32_t> first_part_of_node;
-  std::vector<PlanarPart> planar_parts;  // sorted by rest-pose size, largest first
-  std::vector<bool> mirrored;            // per node, as in the draw list
+  std::vector<PlanarCaster> planar_casters;  // sorted by rest-pose size, largest first
+  std::vector<bool> mirrored;                // per node, as in the draw list
   DrawList draw_list;
   uint64_t draw_list_revision = 0;  // +1 whenever the list changes
-  uint64_t poses_seen = UINT64_MAX;
+  uint64_t winding_revision = UINT64_MAX;
   SceneTextures scene_textures;
   std::vector<gpu::AccelerationStructure> blas_of_mesh;
   gpu::TopLevel top_level;  // where rays can be traced

@@ -10,9 +10,9 @@ namespace {
 // Packs a size as halves: above 2048 the error is at most one in 2048, which is less than a thousandth of a
 // mip level.
 uint32_t packed_size(uint32_t texture, const TextureFacts& textures) {
-  constexpr float kMostOfAHalf = 65504;
+  constexpr float kMaxOfAHalf = 65504;
   const glm::vec2 size = texture < textures.sizes.size() ? glm::vec2(textures.sizes[texture]) : glm::vec2(1);
-  return glm::packHalf2x16(glm::min(size, kMostOfAHalf));
+  return glm::packHalf2x16(glm::min(size, kMaxOfAHalf));
 }
 
 gpu_types::TextureUse texture_use(const scene::TextureRef& ref, const TextureFacts& textures) {

@@ -27,7 +27,8 @@ uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::
   const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
   return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
          (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
-         (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) | (is_on_top(scene, p) ? FIRE3DV_PART_ON_TOP : 0) |
+         (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) |
+         (is_on_top(scene, p) ? FIRE3DV_PART_FORWARD_ONLY : 0) |
          (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
          (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
@@ -39,7 +40,7 @@ bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
   return !is_on_top(scene, scene.primitives[primitive]);
 }
 
-bool any_on_top(const scene::Scene& scene) {
+bool any_forward_only(const scene::Scene& scene) {
   return std::any_of(scene.primitives.begin(), scene.primitives.end(),
                      [&](const scene::Primitive& primitive) { return is_on_top(scene, primitive); });
 }
@@ -80,7 +81,7 @@ glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh) {
   return {0.5f * (low + high), 0.5001f * glm::length(high - low)};
 }
 
-uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
+uint32_t transform_index_of(const scene::Scene& scene, uint32_t node) {
   if (scene.nodes[node].skin == scene::kNone) return node;
   return static_cast<uint32_t>(scene.nodes.size()) +
          (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
@@ -89,7 +90,7 @@ uint32_t drawn_at(const scene::Scene& scene, uint32_t node) {
 namespace {
 
 // An id has 25 bits for the cluster instance, see gpu_types::ClusterInstance.
-constexpr uint64_t kMostClusterInstances = (uint64_t{1} << 25) - 1;
+constexpr uint64_t kMaxClusterInstances = (uint64_t{1} << 25) - 1;
 
 void add_clusters(Parts& all, std::span<const scene::Cluster> clusters, uint32_t part, uint32_t first,
                   uint32_t count) {
@@ -105,7 +106,7 @@ void add_coarser_clusters(const GpuScene& gpu_scene, std::span<const scene::Clus
   uint64_t count = all.clusters.size();
   for (const gpu_types::PartRecord& part : all.parts)
     count += gpu_scene.geometry[part.primitive].level_cluster_count;
-  if (count > kMostClusterInstances) return;
+  if (count > kMaxClusterInstances) return;
   for (uint32_t part = 0; part < all.parts.size(); ++part) {
     if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
     const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
@@ -128,7 +129,7 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
       const uint32_t primitive = gpu_scene.primitive_at(n, p);
       const bool deformed = scene::is_deformed(scene.nodes[n]);
       const scene::Caster caster = deformed ? scene::Caster{} : casters[mesh];
-      all.parts.push_back({drawn_at(scene, n), primitive,
+      all.parts.push_back({transform_index_of(scene, n), primitive,
                            part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0),
                            scene.primitives[p].material});
       if (caster.shape == scene::CasterShape::planar) {
@@ -142,7 +143,7 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
     }
   }
   // Coarser clusters follow LOD 0, whose indices therefore do not depend on the LOD setting.
-  all.own_cluster_count = static_cast<uint32_t>(all.clusters.size());
+  all.lod0_cluster_count = static_cast<uint32_t>(all.clusters.size());
   add_coarser_clusters(gpu_scene, clusters, all);
   std::stable_sort(all.planar.begin(), all.planar.end(),
                    [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });

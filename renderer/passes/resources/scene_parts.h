@@ -17,7 +17,7 @@ namespace fire3dv::passes {
 struct GpuScene;
 
 // A planar primitive instance.
-struct PlanarPart {
+struct PlanarCaster {
   uint32_t part;
   uint32_t node;
   glm::vec4 plane_node;
@@ -27,8 +27,8 @@ struct PlanarPart {
 struct Parts {
   std::vector<gpu_types::PartRecord> parts;
   std::vector<gpu_types::ClusterInstance> clusters;
-  uint32_t own_cluster_count = 0;  // LOD 0 clusters, which come first; the others are coarser LODs
-  std::vector<PlanarPart> planar;  // largest first
+  uint32_t lod0_cluster_count = 0;   // LOD 0 clusters, which come first; the others are coarser LODs
+  std::vector<PlanarCaster> planar;  // largest first
   std::vector<uint32_t> first_of_node;
 };
 
@@ -37,7 +37,7 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
                     std::span<const scene::Cluster> clusters, const GpuScene& gpu_scene);
 
 // True if the scene has forward-only draws.
-bool any_on_top(const scene::Scene& scene);
+bool any_forward_only(const scene::Scene& scene);
 bool any_masked(const scene::Scene& scene);
 
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry);
@@ -51,6 +51,6 @@ glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh);
 // Node of a draw's transform. Skinned vertices are in world space, so they use one of two static nodes behind
 // the scene's own. One is the identity; the other mirrors, for meshes that their joints mirror, to preserve
 // the winding.
-uint32_t drawn_at(const scene::Scene& scene, uint32_t node);
+uint32_t transform_index_of(const scene::Scene& scene, uint32_t node);
 
 }  // namespace fire3dv::passes

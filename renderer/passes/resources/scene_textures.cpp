@@ -10,7 +10,7 @@
 namespace fire3dv::passes {
 namespace {
 
-constexpr size_t kTurnBytes = size_t{16} << 20;
+constexpr size_t kChunkBytes = size_t{16} << 20;
 
 VkSamplerAddressMode address_mode(scene::Wrap wrap) {
   switch (wrap) {
@@ -90,13 +90,13 @@ std::shared_ptr<gpu::Image> TextureUploads::upload(const scene::Image& source, b
   std::vector<std::span<const std::byte>> levels{std::as_bytes(std::span(source.rgba8))};
   for (const std::vector<uint8_t>& level : smaller) levels.push_back(std::as_bytes(std::span(level)));
   loader_.upload_levels(*image, levels);
-  turn_bytes_ += source.rgba8.size();
+  chunk_bytes_ += source.rgba8.size();
   return image;
 }
 
 void TextureUploads::submit_some() {
-  turn_bytes_ = 0;
-  while (next_ < scene_.textures.size() && turn_bytes_ < kTurnBytes) add(scene_.textures[next_++]);
+  chunk_bytes_ = 0;
+  while (next_ < scene_.textures.size() && chunk_bytes_ < kChunkBytes) add(scene_.textures[next_++]);
   loader_.submit();
 }
 

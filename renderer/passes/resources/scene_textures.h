@@ -49,8 +49,8 @@ class TextureUploads {
   const scene::Scene& scene_;
   float anisotropy_;
   gpu::LoaderCommands loader_;
-  size_t next_ = 0;        // index in the scene's textures
-  size_t turn_bytes_ = 0;  // of this batch
+  size_t next_ = 0;         // index in the scene's textures
+  size_t chunk_bytes_ = 0;  // of this batch
   std::map<std::pair<uint32_t, bool>, VkImageView> views_;
   // Images of the scene before, by the address of their pixels and their use.
   std::map<std::pair<const void*, bool>, std::shared_ptr<gpu::Image>> known_;

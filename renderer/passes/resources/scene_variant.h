@@ -9,16 +9,16 @@
 
 namespace fire3dv::passes {
 
-struct MadeFor {
+struct ShaderVariant {
   uint32_t shadows = FIRE3DV_SHADOWS_ANY;
   bool textures = true, masks = true, second_uv = true;
 
-  std::array<uint32_t, FIRE3DV_MADE_FOR_COUNT> constants() const {
-    std::array<uint32_t, FIRE3DV_MADE_FOR_COUNT> values{};
-    values[FIRE3DV_MADE_FOR_SHADOWS] = shadows;
-    values[FIRE3DV_MADE_FOR_TEXTURES] = textures;
-    values[FIRE3DV_MADE_FOR_MASKS] = masks;
-    values[FIRE3DV_MADE_FOR_SECOND_UV] = second_uv;
+  std::array<uint32_t, FIRE3DV_VARIANT_COUNT> constants() const {
+    std::array<uint32_t, FIRE3DV_VARIANT_COUNT> values{};
+    values[FIRE3DV_VARIANT_SHADOWS] = shadows;
+    values[FIRE3DV_VARIANT_TEXTURES] = textures;
+    values[FIRE3DV_VARIANT_MASKS] = masks;
+    values[FIRE3DV_VARIANT_SECOND_UV] = second_uv;
     return values;
   }
 };

@@ -23,10 +23,10 @@ struct Targets {
   ClusterTarget visibility;    // uint64_t[view][pixel][sample]
   gpu::Buffer shadow_mask;     // uint32_t[pixel][word]
   gpu::Buffer shadow_entries;  // gpu_types::RayEntry[pixel][word]
-  gpu::Buffer found_rays;      // gpu_types::FoundRay[]
+  gpu::Buffer listed_rays;     // gpu_types::ListedRay[]
   // Each set belongs to the pass that writes it.
-  gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, held_mark_set, overlay_set;
-  VkImageView held_mark_view = VK_NULL_HANDLE, overlay_view = VK_NULL_HANDLE;  // of the last two
+  gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, stale_overlay_set, overlay_set;
+  VkImageView stale_overlay_view = VK_NULL_HANDLE, overlay_view = VK_NULL_HANDLE;  // of the last two
 };
 
 // Approximate device memory of the targets.

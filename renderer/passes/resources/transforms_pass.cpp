@@ -30,7 +30,7 @@ TransformsPass::TransformsPass(gpu::Device& device, VkPipelineLayout layout)
       layout_(layout),
       pipeline_(gpu::create_compute_pipeline(device, layout, "transforms.comp")) {}
 
-void TransformsPass::forget() {
+void TransformsPass::invalidate() {
   uploaded_drives_ = UINT64_MAX;
   streams_.clear();
 }
@@ -114,7 +114,7 @@ void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, Gpu
   push.node_facts = scene.node_facts();
   push.light_of_node = scene.light_of_node.address;
   push.lights = scene.lights.address;
-  push.light_places = scene.light_places();
+  push.light_poses = scene.light_poses();
   push.node_count = scene.node_count;
   recorder.pass("transforms", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());

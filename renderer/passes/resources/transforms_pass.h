@@ -18,7 +18,7 @@ class TransformsPass {
   void record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
               const state::PoseState& poses);
   // Resets the state for a new scene; all data is uploaded again.
-  void forget();
+  void invalidate();
 
  private:
   struct StreamPoses {

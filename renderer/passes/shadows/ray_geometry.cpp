@@ -60,7 +60,7 @@ std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, con
 
 bool needs_indices(const scene::Scene& scene, const scene::ClusteredGeometry& clustered,
                    const SceneUses& uses, bool traces_rays) {
-  if (uses.drawn_forward || any_on_top(scene)) return true;
+  if (uses.drawn_forward || any_forward_only(scene)) return true;
   if (std::any_of(scene.nodes.begin(), scene.nodes.end(), scene::is_deformed)) return true;
   if (!traces_rays) return false;
   return !uses.rays_to_boxes || clustered.ray_boxes.empty() ||

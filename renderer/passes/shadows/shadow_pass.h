@@ -9,6 +9,7 @@
 #include "renderer/gpu/pipelines/ray_pipeline.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_plan.h"
+#include "renderer/passes/shadows/shadow_technique.h"
 #include "renderer/passes/visibility/cluster_raster.h"
 #include "renderer/passes/visibility/patches.h"
 
@@ -19,35 +20,11 @@ struct ShadowPush;
 
 namespace fire3dv::passes {
 
-enum class ShadowMethod : uint8_t { automatic, ray, map, off };
-enum class RayBackEnd : uint8_t { none, query, pipeline };
-
-struct ShadowSettings {
-  ShadowMethod method = ShadowMethod::automatic;
-  bool hybrid = true;  // maps first, rays for unresolved pixels; false: a ray for every lit surface
-  RayBackEnd back_end = RayBackEnd::query;  // preferred; the other one is the fallback
-  uint32_t map_side = 0;    // texels along a map, a power of two; 0: chosen by device and image size
-  uint32_t most_found = 0;  // capacity of the ray list; 0: half of the pixels
-  bool operator==(const ShadowSettings&) const = default;
-};
-
-// Shadow technique that a device supports for the settings.
-struct ShadowTechnique {
-  ShadowMethod method = ShadowMethod::off;  // never automatic
-  RayBackEnd back_end = RayBackEnd::none;
-  bool hybrid = false;
-  uint32_t map_side = 0, most_found = 0;  // as in the settings
-  bool operator==(const ShadowTechnique&) const = default;
-};
-// compute: the image uses a visibility buffer. Otherwise shading traces inline where ray queries are
-// available.
-ShadowTechnique choose_shadow_way(const gpu::Device& device, const ShadowSettings& settings, bool compute);
-const char* describe(const ShadowTechnique& way);
-
 class ShadowPass {
  public:
   // samples: 1 or 4, of the visibility buffer.
-  ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, const ShadowTechnique& way);
+  ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples,
+             const ShadowTechnique& technique);
 
   // On a VulkanFailure the earlier scene's state stays.
   void set_scene(const scene::Scene& scene, const GpuScene& gpu_scene);
@@ -57,16 +34,16 @@ class ShadowPass {
   }
   // Sets new lights, or new shapes of lights. Without memory for their shadows they cast none.
   void set_lights_or_drop_shadows(const std::vector<scene::PlacedLight>& lights);
-  // Selects planar occluders among visible nodes.
-  void choose_sheets(const scene::Scene& scene, const GpuScene& gpu_scene);
+  // Selects planar casters among visible nodes.
+  void choose_planar_casters(const scene::Scene& scene, const GpuScene& gpu_scene);
   // Uploads the choices of these calls for this frame, if any.
-  void upload_choices(gpu::Recorder& recorder, gpu::StagingRing& belt);
+  void upload_changes(gpu::Recorder& recorder, gpu::StagingRing& belt);
   // Targets are borrowed until the next call.
   void set_targets(Targets& targets);
-  void forget_targets() { targets_ = nullptr; }
-  void describe_to(gpu_types::Globals& globals) const;
+  void reset_targets() { targets_ = nullptr; }
+  void write_globals(gpu_types::Globals& globals) const;
   // FIRE3DV_SHADOWS_*. masked: shading reads the mask; otherwise it traces inline or reads maps.
-  uint32_t number_of_way(bool masked) const;
+  uint32_t shader_mode(bool masked) const;
 
   bool needs_maps() const { return state_.needs_maps; }
   // Call it before this frame's maps are described.
@@ -74,11 +51,11 @@ class ShadowPass {
   // Prepares the shadow maps, which are drawn together with the camera's view. Null without lights.
   ClusterRaster* prepare_maps(gpu::StagingRing& belt, GpuScene& scene, VkDeviceAddress globals, Cull cull,
                               bool levels_of_detail);
-  // Computes the maps' views and per-part shadow data. beside: clear that overlaps with this small dispatch.
+  // Computes the maps' views and per-part shadow data. clear: clear that overlaps with this small dispatch.
   // globals: of each camera.
-  void place_maps(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
-                  std::span<const VkDeviceAddress> globals, bool levels_of_detail,
-                  ClusterRaster::Emptying beside);
+  void fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+                     std::span<const VkDeviceAddress> globals, bool levels_of_detail,
+                     ClusterRaster::Clear clear);
   // Visibility buffer of one view.
   struct Visibility {
     gpu::Buffer& buffer;
@@ -87,23 +64,24 @@ class ShadowPass {
   // Computes the mask from the visibility buffer.
   void record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
               VkDeviceAddress globals);
-  // True if shading tests the maps itself and lists unresolved pixels and rays, which trace_found() traces.
-  bool found_while_shading() const;
+  // True if shading tests the maps itself and lists unresolved pixels and rays, which trace_listed() traces.
+  bool tests_maps_while_shading() const;
   // Call it before each view.
-  void empty_lists(gpu::Recorder& recorder);
-  void trace_found(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
-                   VkDeviceAddress globals);
+  void clear_ray_lists(gpu::Recorder& recorder);
+  void trace_listed(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
+                    VkDeviceAddress globals);
   gpu::Buffer& lists() { return lists_; }  // gpu_types::RayList[FIRE3DV_RAY_LISTS]
   gpu::Buffer& entries() { return targets_->shadow_entries; }
-  gpu::Buffer& found() { return targets_->found_rays; }
-  uint32_t found_room() const;  // capacity of the ray list; on overflow all pixels are traced
+  gpu::Buffer& listed_rays() { return targets_->listed_rays; }
+  uint32_t ray_list_capacity() const;  // capacity of the ray list; on overflow all pixels are traced
   gpu::Buffer& mask() { return targets_->shadow_mask; }
   // Resources that shading reads, with this access.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
   void add_map_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
 
   // True if any pass, or shading itself, traces rays.
-  bool traces() const { return way_.method == ShadowMethod::ray && state_.light_count > 0; }
+  bool traces() const { return technique_.method == ShadowMethod::ray && has_lights(); }
+  bool has_lights() const { return state_.light_count > 0; }
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
   // Lights without a shadow, for lack of memory for maps or mask bits.
   uint32_t lights_without_shadow() const { return state_.plan.lights_without_shadow; }
@@ -115,22 +93,22 @@ class ShadowPass {
   };
 
   void make_classify();
-  bool finds_while_shading(const ShadowPlan& plan) const;
+  bool can_test_maps_while_shading(const ShadowPlan& plan) const;
   // On a VulkanFailure the earlier lights stay.
-  void set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowRoom& room);
-  struct ViewsPlace {
+  void set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits);
+  struct ViewsLayout {
     gpu::Buffer buffer;  // null: keeps the old buffer
-    VkDeviceSize sheets_offset = 0, far_sides_offset = 0;
+    VkDeviceSize planar_casters_offset = 0, backface_casters_offset = 0;
   };
-  ViewsPlace place_views(uint32_t view_count, uint32_t sheet_count) const;
-  void use_views(ViewsPlace&& place);
+  ViewsLayout layout_views(uint32_t view_count, uint32_t planar_caster_count) const;
+  void use_views(ViewsLayout&& layout);
   MapSizes map_sizes() const;
-  ShadowRoom shadow_room() const;
+  ShadowLimits shadow_limits() const;
   VkDeviceSize map_bytes() const { return VkDeviceSize{state_.plan.texels} * sizeof(uint32_t); }
-  void make_room_for_mask(const ShadowPlan& plan);
+  void allocate_mask(const ShadowPlan& plan);
   gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
   void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals,
-             bool found);
+             bool listed);
   void record_trace(VkCommandBuffer commands, const Tracing& tracing, uint32_t list, GpuScene& scene,
                     const gpu_types::ShadowPush& push) const;
   void bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPipeline pipeline, GpuScene& scene,
@@ -139,27 +117,28 @@ class ShadowPass {
   gpu::Device& device_;
   VkPipelineLayout layout_;
   uint32_t samples_;
-  ShadowTechnique way_;
+  ShadowTechnique technique_;
   gpu::Pipeline light_views_, classify_;
-  Tracing trace_pixels_, trace_found_;
+  Tracing trace_pixels_, trace_listed_;
   std::optional<ClusterRaster> map_raster_;
   Targets* targets_ = nullptr;
   // State that depends on scene and lights. It is replaced as a whole, so that a failure keeps the old one.
   struct State {
     bool needs_maps = false;
     uint32_t max_mask_words = 0;  // as in the plan
-    uint32_t view_count = 0, light_count = 0, sheet_count = 0, part_count = 0, cluster_count = 0;
+    uint32_t view_count = 0, light_count = 0, planar_caster_count = 0, part_count = 0, cluster_count = 0;
     ShadowPlan plan;
     std::vector<scene::PlacedLight> lights;
-    gpu::Buffer light_shadows, wanted_views, views, sheets;
+    gpu::Buffer light_shadows, view_requests, views, planar_casters;
     ClusterTarget maps;
-    VkDeviceSize sheets_offset = 0, far_sides_offset = 0;  // in views: SheetPlace[], uint[part]
-    std::vector<gpu_types::SheetRecord> sheet_records;
-    bool lights_chosen = false, sheets_chosen = false;  // pending uploads
+    VkDeviceSize planar_casters_offset = 0,
+                 backface_casters_offset = 0;  // in views: PlanarCasterPlane[], uint[part]
+    std::vector<gpu_types::PlanarCasterRecord> planar_caster_records;
+    bool lights_changed = false, planar_casters_changed = false;  // pending uploads
   };
   State state_;
   gpu::Buffer lists_;
-  std::array<gpu::Buffer, gpu::kFramesInFlight> lists_seen_;
+  std::array<gpu::Buffer, gpu::kFramesInFlight> list_readbacks_;
   uint64_t frame_ = 0, rays_traced_ = 0;
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr uint32_t kSoftRays = 16;
 // Limit of all views together; above it all maps shrink.
-constexpr uint64_t kMostTexels = 48u << 20;
+constexpr uint64_t kMaxTexels = 48u << 20;
 constexpr uint32_t kSmallestSide = 64;
 // Wider spots need a cube map.
 constexpr float kWidestSpotRad = 1.2f;
@@ -24,9 +24,10 @@ uint32_t rays_of(const scene::Light& light) {
 }
 
 // Accumulates the shadow resources light by light.
-class RoomCount {
+class ResourceCount {
  public:
-  RoomCount(const ShadowRoom& room, uint32_t maps_of_view) : room_(room), maps_of_view_(maps_of_view) {}
+  ResourceCount(const ShadowLimits& limits, uint32_t maps_of_view)
+      : limits_(limits), maps_of_view_(maps_of_view) {}
 
   // Reserves the resources of one more light, or none of them.
   bool take(uint32_t views, uint32_t mask_bits, uint32_t soft_words) {
@@ -37,8 +38,8 @@ class RoomCount {
     const uint64_t texels = texels_ + views * maps_of_view_ * side * side;
     wanted_bits_ += mask_bits;
     wanted_soft_words_ += soft_words;
-    if (!room_.has_room || all_views > room_.max_views || texels > room_.max_texels ||
-        (bits + 31) / 32 + words > room_.max_mask_words)
+    if (!limits_.has_memory || all_views > limits_.max_views || texels > limits_.max_texels ||
+        (bits + 31) / 32 + words > limits_.max_mask_words)
       return false;
     views_ = all_views;
     texels_ = texels;
@@ -52,23 +53,23 @@ class RoomCount {
   }
 
  private:
-  const ShadowRoom& room_;
+  const ShadowLimits& limits_;
   const uint64_t maps_of_view_;
   uint64_t views_ = 0, texels_ = 0, bits_ = 0, soft_words_ = 0, wanted_bits_ = 0, wanted_soft_words_ = 0;
 };
 
 // Assigns the maps' offsets in sequence.
-void place_maps(ShadowPlan& plan) {
+void fit_map_views(ShadowPlan& plan) {
   auto texels = [&] {
     uint64_t sum = 0;
-    for (const gpu_types::LightViewWanted& view : plan.views)
+    for (const gpu_types::LightViewRequest& view : plan.views)
       sum += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
     return sum;
   };
-  while (texels() > kMostTexels && plan.views[0].size > kSmallestSide) {
-    for (gpu_types::LightViewWanted& view : plan.views) view.size /= 2;
+  while (texels() > kMaxTexels && plan.views[0].size > kSmallestSide) {
+    for (gpu_types::LightViewRequest& view : plan.views) view.size /= 2;
   }
-  for (gpu_types::LightViewWanted& view : plan.views) {
+  for (gpu_types::LightViewRequest& view : plan.views) {
     view.first_texel = static_cast<uint32_t>(plan.texels);
     plan.texels += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
   }
@@ -97,10 +98,10 @@ bool ShadowPlan::all_hard() const {
 }
 
 ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t samples, bool soft_by_rays,
-                        const MapSizes& sizes, const ShadowRoom& room) {
+                        const MapSizes& sizes, const ShadowLimits& limits) {
   ShadowPlan plan;
   plan.sizes = sizes;
-  RoomCount count(room, sizes.maps_of_view);
+  ResourceCount count(limits, sizes.maps_of_view);
   uint32_t bit = 0, soft_words = 0;
   for (uint32_t i = 0; i < lights.size(); ++i) {
     const scene::Light& light = lights[i].light;
@@ -138,7 +139,7 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
   }
   plan.mask_words = std::max(1u, hard_words + soft_words);
   plan.mask_words_wanted = count.mask_words_wanted();
-  place_maps(plan);
+  fit_map_views(plan);
   return plan;
 }
 

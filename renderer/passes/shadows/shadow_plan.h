@@ -15,11 +15,11 @@ struct MapSizes {
 };
 
 // Limits of shadow resources. Lights beyond them, in node order, cast no shadow.
-struct ShadowRoom {
+struct ShadowLimits {
   uint64_t max_views = UINT64_MAX;
   uint64_t max_texels = uint64_t{1} << 27;  // of all maps at their smallest size; 512 MiB
   uint32_t max_mask_words = UINT32_MAX;     // per pixel
-  bool has_room = true;                     // false: no light casts a shadow
+  bool has_memory = true;                   // false: no light casts a shadow
 };
 
 // True for lights with a size, which cast penumbrae.
@@ -27,7 +27,7 @@ bool is_soft(const scene::Light& light);
 
 struct ShadowPlan {
   MapSizes sizes;  // requested; maps may be smaller
-  std::vector<gpu_types::LightViewWanted> views;
+  std::vector<gpu_types::LightViewRequest> views;
   std::vector<gpu_types::LightShadow> shadows;  // per light
   uint32_t mask_words = 1;                      // per pixel
   uint64_t texels = 0;                          // of all maps
@@ -39,6 +39,6 @@ struct ShadowPlan {
 
 // samples: 1 or 4, per pixel. soft_by_rays: soft shadows use no maps.
 ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t samples, bool soft_by_rays,
-                        const MapSizes& sizes, const ShadowRoom& room = {});
+                        const MapSizes& sizes, const ShadowLimits& limits = {});
 
 }  // namespace fire3dv::passes

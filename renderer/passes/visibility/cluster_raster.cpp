@@ -35,9 +35,9 @@ bool grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBuffer
 }
 
 // Break-even: occlusion culling costs about as much as drawing this many clusters.
-constexpr uint32_t kClustersWorthHiding = 1u << 14;
-constexpr float kShareWorthHiding = 0.85f;  // maximum share of visible clusters for which occlusion culling
-                                            // pays
+constexpr uint32_t kMinClustersForOcclusion = 1u << 14;
+constexpr float kMaxVisibleShare = 0.85f;  // maximum share of visible clusters for which occlusion culling
+                                           // pays
 constexpr uint32_t kTrialPeriod = 512,
                    kTrialFrames = 6;  // frames; each trial lasts until its counts are back
 
@@ -48,8 +48,8 @@ struct RoundNames {
 constexpr RoundNames kRoundNames[2] = {{"cull", "raster", "expand", "tiles"},
                                        {"late cull", "late raster", "late expand", "late tiles"}};
 
-// Size of the HiZ pyramid, all levels; see shaders/visibility/farthest_depth.glsl.
-uint32_t farthest_count(VkExtent2D extent) {
+// Size of the HiZ pyramid, all levels; see shaders/visibility/hiz.glsl.
+uint32_t hiz_texel_count(VkExtent2D extent) {
   uint32_t count = 0;
   for (uint32_t shift = 3; shift < 7; ++shift) {
     const uint32_t more = (1u << shift) - 1;
@@ -92,8 +92,8 @@ std::string suffix_of(RasterKind kind) {
   switch (kind) {
     case RasterKind::lights:
       return "_light.comp";
-    case RasterKind::lights_middles:
-      return "_middles.comp";
+    case RasterKind::lights_center_only:
+      return "_center.comp";
     case RasterKind::camera_4_samples:
       return "_4.comp";
     case RasterKind::camera_counts:
@@ -113,7 +113,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
     : device_(device),
       layout_(layout),
       kind_(kind),
-      tile_by_tile_(kind != RasterKind::camera_counts && gpu::takes_cpu_variants(device)) {
+      tile_by_tile_(kind != RasterKind::camera_counts && gpu::uses_cpu_variants(device)) {
   const std::string suffix = suffix_of(kind);
   const bool counting = kind == RasterKind::camera_counts;
   cull_ = gpu::create_compute_pipeline(device, layout,
@@ -123,41 +123,41 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   if (!tile_by_tile_ && !counting)
     raster_narrow_ = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
-  large_ = make_large(false, gpu::Make::at_once);
+  large_ = make_large(false, gpu::Compile::immediately);
   if (!is_of_lights(kind) && !counting)
-    farthest_depth_ = gpu::create_compute_pipeline(device, layout, "farthest_depth" + suffix);
+    hiz_pipeline_ = gpu::create_compute_pipeline(device, layout, "hiz" + suffix);
   for (gpu::Buffer& counts : counts_) {
     counts = gpu::create_buffer(device, sizeof(Counts), 0, gpu::Memory::readback);
     std::memset(counts.mapped, 0, sizeof(Counts));
   }
 }
 
-ClusterRaster::LargePipelines ClusterRaster::make_large(bool masks, gpu::Make when) const {
-  MadeFor made_for;
-  made_for.masks = masks;
+ClusterRaster::LargePipelines ClusterRaster::make_large(bool masks, gpu::Compile when) const {
+  ShaderVariant variant;
+  variant.masks = masks;
   const auto make = [&](const char* shader) {
     return gpu::create_compute_pipeline(device_, layout_, shader + suffix_of(kind_), when,
-                                        made_for.constants());
+                                        variant.constants());
   };
   return {make("expand"), make("tiles")};
 }
 
 void ClusterRaster::expect_masks() {
   if (raster_mask_) return;
-  large_masked_ = make_large(true, gpu::Make::next);
+  large_masked_ = make_large(true, gpu::Compile::next);
   raster_mask_ =
-      gpu::create_compute_pipeline(device_, layout_, "raster_mask" + suffix_of(kind_), gpu::Make::next);
+      gpu::create_compute_pipeline(device_, layout_, "raster_mask" + suffix_of(kind_), gpu::Compile::next);
 }
 
 // Measures both modes periodically and selects the faster one. The image is the same.
-bool ClusterRaster::leaves_out_hidden(const Job& job) const {
-  if (!farthest_depth_ || job.view_count > 1) return false;
+bool ClusterRaster::culls_occluded(const Job& job) const {
+  if (!hiz_pipeline_ || job.view_count > 1) return false;
   if (job.cull != Cull::automatic) return job.cull == Cull::hidden;
-  if (job.scene->lod0_cluster_instance_count < kClustersWorthHiding) return false;
+  if (job.scene->lod0_cluster_instance_count < kMinClustersForOcclusion) return false;
   const uint64_t step = frame_ % kTrialPeriod;
   if (step < kTrialFrames) return true;
   if (step < 2 * kTrialFrames) return false;
-  return clusters_not_hidden_ < kShareWorthHiding * static_cast<float>(clusters_in_view_);
+  return clusters_not_occluded_ < kMaxVisibleShare * static_cast<float>(clusters_in_view_);
 }
 
 void ClusterRaster::read_counts() {
@@ -171,7 +171,7 @@ void ClusterRaster::read_counts() {
   drawn_.late_clusters = rounds == 2 ? clusters_in(counts.work[1]) : 0;
   drawn_.clusters = clusters_in(counts.work[0]) + drawn_.late_clusters;
   if (rounds == 1) clusters_in_view_ = drawn_.clusters;
-  if (rounds == 2) clusters_not_hidden_ = drawn_.clusters;
+  if (rounds == 2) clusters_not_occluded_ = drawn_.clusters;
 }
 
 // One list head per tile of the image, or of all maps in sequence.
@@ -183,7 +183,7 @@ VkDeviceSize ClusterRaster::tile_list_bytes(const Job& job) const {
   return count * sizeof(uint32_t);
 }
 
-void ClusterRaster::make_room(const Job& job) {
+void ClusterRaster::allocate(const Job& job) {
   if (job.scene->has_masked) expect_masks();
   const VkDeviceSize instances = job.instance_count(), entries = job.view_count * instances;
   // Room for every triangle of all but the largest scenes, so that the first image is complete.
@@ -198,17 +198,17 @@ void ClusterRaster::make_room(const Job& job) {
     grow(device_, tile_lists_, 2 * tile_list_bytes(job));
     grow(device_, tile_next_, VkDeviceSize{kTileCapacity} * sizeof(uint32_t));
   }
-  if (leaves_out_hidden(job)) {
-    nothing_seen_ |= grow(device_, was_seen_, instances * sizeof(uint32_t));
-    grow(device_, farthest_, farthest_count(job.extent) * sizeof(float));
+  if (culls_occluded(job)) {
+    was_visible_is_new_ |= grow(device_, was_visible_, instances * sizeof(uint32_t));
+    grow(device_, hiz_, hiz_texel_count(job.extent) * sizeof(float));
   }
 }
 
 void ClusterRaster::begin(gpu::StagingRing& belt, const Job& job) {
   job_ = job;
-  round_count_ = leaves_out_hidden(job) ? 2 : 1;
+  round_count_ = culls_occluded(job) ? 2 : 1;
   read_counts();
-  make_room(job);
+  allocate(job);
   gpu_types::RasterSet set{};
   set.views = job.views;
   set.lists = lists_.address;
@@ -218,14 +218,14 @@ void ClusterRaster::begin(gpu::StagingRing& belt, const Job& job) {
   set.tile_next = tile_next_.address;
   set.target = job.target->buffer.address;
   set.generation = job.target->generation();
-  set.was_seen = was_seen_.address;
-  set.farthest = farthest_.address;
+  set.was_visible = was_visible_.address;
+  set.hiz = hiz_.address;
   set.instance_count = job.instance_count();
   set.huge_capacity = huge_capacity_;
   set.prepared_capacity = kPreparedCapacity;
   set.tile_capacity = kTileCapacity;
   set.cull = job.cull == Cull::off ? 0 : 1;
-  set.look_first = device_.report().type == gpu::DeviceType::software ? 1 : 0;
+  set.read_before_write = device_.report().type == gpu::DeviceType::software ? 1 : 0;
   set.one_row = device_.limits().maxComputeWorkGroupCount[0] >= job.instance_count() ? 1 : 0;
   set.cull_groups = cull_groups();
   for (uint32_t round = 0; round < round_count_; ++round) {
@@ -256,11 +256,11 @@ void ClusterRaster::add_uses(std::vector<Use>& uses) {
 void ClusterRaster::clear(VkCommandBuffer commands) {
   vkCmdFillBuffer(commands, work_.get(), 0, view_work_at(0, job_.view_count), 0);
   constexpr gpu_types::ClusterList kEmpty{0, 1, 1, 0};
-  constexpr VkDeviceSize kMostAtOnce = 65536 / sizeof(gpu_types::ViewWork);  // limit of vkCmdUpdateBuffer, in
-                                                                             // bytes
+  constexpr VkDeviceSize kMaxAtOnce = 65536 / sizeof(gpu_types::ViewWork);  // limit of vkCmdUpdateBuffer, in
+                                                                            // bytes
   const std::vector<gpu_types::ViewWork> empty(2 * job_.view_count, {kEmpty, kEmpty});
-  for (VkDeviceSize i = 0; i < empty.size(); i += kMostAtOnce) {
-    const VkDeviceSize count = std::min(kMostAtOnce, empty.size() - i), bytes = sizeof(gpu_types::ViewWork);
+  for (VkDeviceSize i = 0; i < empty.size(); i += kMaxAtOnce) {
+    const VkDeviceSize count = std::min(kMaxAtOnce, empty.size() - i), bytes = sizeof(gpu_types::ViewWork);
     vkCmdUpdateBuffer(commands, work_.get(), view_work_at(0, job_.view_count) + i * bytes, count * bytes,
                       &empty[i]);
   }
@@ -268,9 +268,9 @@ void ClusterRaster::clear(VkCommandBuffer commands) {
   if (job_.target->needs_clear() && cleared_later < job_.target_bytes)
     vkCmdFillBuffer(commands, job_.target->buffer.get(), cleared_later, job_.target_bytes - cleared_later, 0);
   if (tile_by_tile_) vkCmdFillBuffer(commands, tile_lists_.get(), 0, VK_WHOLE_SIZE, 0);
-  if (round_count_ == 2 && nothing_seen_) {
-    vkCmdFillBuffer(commands, was_seen_.get(), 0, VK_WHOLE_SIZE, 0);
-    nothing_seen_ = false;
+  if (round_count_ == 2 && was_visible_is_new_) {
+    vkCmdFillBuffer(commands, was_visible_.get(), 0, VK_WHOLE_SIZE, 0);
+    was_visible_is_new_ = false;
   }
 }
 
@@ -288,7 +288,7 @@ uint32_t ClusterRaster::cull_groups() const {
 }
 
 // The culling dispatch clears the camera's target. Shadow maps, and all targets on a CPU, are cleared by the
-// driver's fill; see emptying().
+// driver's fill; see clear_of().
 VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
   const bool here = job_.target->needs_clear() && !tile_by_tile_ && !is_of_lights(kind_);
   return round == 0 && here ? job_.target_bytes / 16 : 0;
@@ -330,10 +330,10 @@ void ClusterRaster::draw_tiles(VkCommandBuffer commands, uint32_t round) const {
   vkCmdDispatch(commands, tiles.width, tiles.height, job_.view_count);
 }
 
-void ClusterRaster::find_farthest(VkCommandBuffer commands) const {
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, farthest_depth_.get());
-  const gpu_types::FarthestDepthPush push{job_.target->buffer.address, farthest_.address,
-                                          job_.target->generation(), job_.extent.width, job_.extent.height};
+void ClusterRaster::build_hiz(VkCommandBuffer commands) const {
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, hiz_pipeline_.get());
+  const gpu_types::HizPush push{job_.target->buffer.address, hiz_.address, job_.target->generation(),
+                                job_.extent.width, job_.extent.height};
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   vkCmdDispatch(commands, (job_.extent.width + 63) / 64, (job_.extent.height + 63) / 64, 1);
 }
@@ -345,8 +345,8 @@ void ClusterRaster::record_round(gpu::Recorder& recorder, std::span<ClusterRaste
     set.add_uses(uses);
     if (set.clear_quads(round)) uses.emplace_back(set.job_.target->buffer, access::compute_write);
     if (set.round_count_ != 2) return;
-    uses.emplace_back(set.was_seen_, access::compute_write);
-    uses.emplace_back(set.farthest_, access::compute_read);
+    uses.emplace_back(set.was_visible_, access::compute_write);
+    uses.emplace_back(set.hiz_, access::compute_read);
   };
   auto first_uses = [](ClusterRaster& set, std::vector<Use>& uses) {
     set.add_uses(uses);
@@ -382,20 +382,20 @@ void ClusterRaster::keep_counts(gpu::Recorder& recorder) {
   recorder.copy_at_end(work_, counts, std::move(regions));
 }
 
-ClusterRaster::Emptying ClusterRaster::emptying(std::span<ClusterRaster* const> sets) {
-  Emptying emptying;
+ClusterRaster::Clear ClusterRaster::clear_of(std::span<ClusterRaster* const> sets) {
+  Clear clear_of;
   for (ClusterRaster* set : sets) {
-    emptying.uses.emplace_back(set->work_, access::transfer_write);
+    clear_of.uses.emplace_back(set->work_, access::transfer_write);
     if (set->job_.target->needs_clear())
-      emptying.uses.emplace_back(set->job_.target->buffer, access::transfer_write);
-    if (set->tile_by_tile_) emptying.uses.emplace_back(set->tile_lists_, access::transfer_write);
-    if (set->round_count_ == 2 && set->nothing_seen_)
-      emptying.uses.emplace_back(set->was_seen_, access::transfer_write);
+      clear_of.uses.emplace_back(set->job_.target->buffer, access::transfer_write);
+    if (set->tile_by_tile_) clear_of.uses.emplace_back(set->tile_lists_, access::transfer_write);
+    if (set->round_count_ == 2 && set->was_visible_is_new_)
+      clear_of.uses.emplace_back(set->was_visible_, access::transfer_write);
   }
-  emptying.commands = [all = std::vector(sets.begin(), sets.end())](VkCommandBuffer commands) {
+  clear_of.commands = [all = std::vector(sets.begin(), sets.end())](VkCommandBuffer commands) {
     for (ClusterRaster* set : all) set->clear(commands);
   };
-  return emptying;
+  return clear_of;
 }
 
 void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets) {
@@ -409,9 +409,9 @@ void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* con
         recorder, "farthest depth", late,
         [](ClusterRaster& set, std::vector<Use>& uses) {
           uses.emplace_back(set.job_.target->buffer, access::compute_read);
-          uses.emplace_back(set.farthest_, access::compute_write);
+          uses.emplace_back(set.hiz_, access::compute_write);
         },
-        [](ClusterRaster& set, VkCommandBuffer commands) { set.find_farthest(commands); });
+        [](ClusterRaster& set, VkCommandBuffer commands) { set.build_hiz(commands); });
     record_round(recorder, late, 1);
   }
   for (ClusterRaster* set : sets) set->keep_counts(recorder);

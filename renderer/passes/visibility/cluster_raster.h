@@ -19,10 +19,16 @@
 
 namespace fire3dv::passes {
 
-// lights_middles: shadow maps without outer maps. camera_counts: triangle count at each pixel's centre.
-enum class RasterKind : uint8_t { camera_1_sample, camera_4_samples, camera_counts, lights, lights_middles };
+// lights_center_only: shadow maps without outer maps. camera_counts: triangle count at each pixel's centre.
+enum class RasterKind : uint8_t {
+  camera_1_sample,
+  camera_4_samples,
+  camera_counts,
+  lights,
+  lights_center_only
+};
 constexpr bool is_of_lights(RasterKind kind) {
-  return kind == RasterKind::lights || kind == RasterKind::lights_middles;
+  return kind == RasterKind::lights || kind == RasterKind::lights_center_only;
 }
 
 // Culling level. All levels yield the same image.
@@ -60,8 +66,8 @@ class ClusterRaster {
   // Starts compilation of the pipelines for alpha-masked scenes, if missing.
   void expect_masks();
   // Sizes the lists for the job.
-  void make_room(const Job& job);
-  // Calls make_room and uploads the stages' common parameters.
+  void allocate(const Job& job);
+  // Calls allocate and uploads the stages' common parameters.
   void begin(gpu::StagingRing& belt, const Job& job);
 
   // Cluster counts of the first view in a finished frame.
@@ -72,11 +78,11 @@ class ClusterRaster {
   const Drawn& drawn() const { return drawn_; }
 
   // Clear of the lists and targets of begun sets. It may overlap with another pass of the frame.
-  struct Emptying {
+  struct Clear {
     std::vector<gpu::Use> uses;
     std::function<void(VkCommandBuffer)> commands;
   };
-  static Emptying emptying(std::span<ClusterRaster* const> sets);
+  static Clear clear_of(std::span<ClusterRaster* const> sets);
   // Records all stages of several cleared sets.
   static void record(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets);
 
@@ -92,9 +98,9 @@ class ClusterRaster {
   void large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
                    VkDeviceSize arguments) const;
   void draw_tiles(VkCommandBuffer commands, uint32_t round) const;
-  void find_farthest(VkCommandBuffer commands) const;
+  void build_hiz(VkCommandBuffer commands) const;
   static void record_round(gpu::Recorder& recorder, std::span<ClusterRaster* const> sets, uint32_t round);
-  bool leaves_out_hidden(const Job& job) const;
+  bool culls_occluded(const Job& job) const;
   void read_counts();
   void keep_counts(gpu::Recorder& recorder);
 
@@ -106,10 +112,10 @@ class ClusterRaster {
   struct LargePipelines {
     gpu::Pipeline expand, tiles;
   };
-  LargePipelines make_large(bool masks, gpu::Make when) const;
+  LargePipelines make_large(bool masks, gpu::Compile when) const;
   const LargePipelines& large() const { return job_.scene->has_masked ? large_masked_ : large_; }
 
-  gpu::Pipeline cull_, raster_, raster_narrow_, raster_mask_, farthest_depth_;
+  gpu::Pipeline cull_, raster_, raster_narrow_, raster_mask_, hiz_pipeline_;
   LargePipelines large_, large_masked_;
   Job job_;
   uint32_t round_count_ = 1;
@@ -117,12 +123,13 @@ class ClusterRaster {
   gpu::Buffer work_;                             // LargeWork and ViewWork of each round
   gpu::Buffer lists_, huge_, prepared_, tile_entries_;
   gpu::Buffer tile_lists_, tile_next_;  // per-tile raster only
-  gpu::Buffer was_seen_, farthest_;
-  bool nothing_seen_ = true;                                     // was_seen_ is new
+  gpu::Buffer was_visible_, hiz_;
+  bool was_visible_is_new_ = true;                               // was_visible_ is new
   std::array<gpu::Buffer, gpu::kFramesInFlight> counts_;         // counters of the slot's last frame
   std::array<uint32_t, gpu::kFramesInFlight> rounds_counted_{};  // by that frame; 0: nothing yet
   Drawn drawn_;
-  uint32_t clusters_in_view_ = 0, clusters_not_hidden_ = 0;  // of the last frames with one round and with two
+  uint32_t clusters_in_view_ = 0,
+           clusters_not_occluded_ = 0;  // of the last frames with one round and with two
   uint64_t frame_ = 0;
   uint32_t huge_capacity_ = 1u << 16;
 };

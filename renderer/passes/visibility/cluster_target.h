@@ -23,7 +23,7 @@ struct ClusterTarget {
     clean_bytes_ = bytes;
   }
   // Invalidates the content; the next drawing clears it.
-  void forget() { clean_bytes_ = 0; }
+  void invalidate() { clean_bytes_ = 0; }
   bool needs_clear() const {
     return generation_ == 0;
   }                                                    // before the drawing, as many bytes as begin()

@@ -25,7 +25,7 @@ struct DrawBin {
 
   bool blended() const { return alpha_mode == scene::AlphaMode::blend; }
   // Forward-only: the compute rasteriser cannot draw it.
-  bool on_top() const { return blended() || topology != scene::Topology::triangles; }
+  bool is_forward_only() const { return blended() || topology != scene::Topology::triangles; }
 };
 
 struct DrawList {

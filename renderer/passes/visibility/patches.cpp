@@ -9,8 +9,7 @@ using gpu::wait_for;
 
 }  // namespace
 
-void Patches::make_room(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize used_bytes,
-                        VkDeviceSize bytes) {
+void Patches::reserve(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize used_bytes, VkDeviceSize bytes) {
   if (buffer.size_bytes >= bytes) return;
   gpu::Buffer larger =
       gpu::create_buffer(device, bytes + bytes / 2, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);

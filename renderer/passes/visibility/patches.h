@@ -30,7 +30,7 @@ class Patches {
     uploads_.push_back({buffer.get(), buffer.get(), {from, to, bytes}});
   }
   // Grows the buffer to at least this size; its first used_bytes are preserved.
-  void make_room(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize used_bytes, VkDeviceSize bytes);
+  void reserve(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize used_bytes, VkDeviceSize bytes);
 
   bool empty() const { return uploads_.empty() && moves_.empty(); }
   void record(gpu::Recorder& recorder, gpu::StagingRing& belt);

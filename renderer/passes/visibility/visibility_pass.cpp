@@ -1,5 +1,4 @@
 #include "renderer/passes/visibility/visibility_pass.h"
-#include "renderer/passes/resources/scene_variant.h"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +18,7 @@ namespace access = gpu::access;
 constexpr float kLevelErrorPixels = 0.25f;
 // Scene triangles per image pixel above which the coverage merge pays. Below, few pixels show several
 // triangles of one surface, and the merge costs more than it saves in shading and rays.
-constexpr double kTrianglesWorthTracingLess = 0.2, kTrianglesWorthShadingLess = 0.5;
+constexpr double kMinTrianglesPerTracedPixel = 0.2, kMinTrianglesPerPixel = 0.5;
 
 gpu::SetLayout create_image_set_layout(gpu::Device& device) {
   const VkDescriptorSetLayoutBinding bindings[] = {
@@ -61,7 +60,7 @@ VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
       raster_(device, layout, samples == 4 ? RasterKind::camera_4_samples : RasterKind::camera_1_sample),
       image_set_layout_(create_image_set_layout(device)) {
   shade_layout_ = gpu::create_pipeline_layout(device, std::array{scene_set_layout, image_set_layout_.get()});
-  if (samples == 4) surfaces_ = gpu::create_compute_pipeline(device, layout, "surfaces.comp");
+  if (samples == 4) merge_coverage_ = gpu::create_compute_pipeline(device, layout, "merge_coverage.comp");
 }
 
 void VisibilityPass::set_targets(Targets& targets) {
@@ -87,7 +86,7 @@ void VisibilityPass::bind(Targets& targets) const {
   write.dstSet = targets.shade_set.get();
   write.dstBinding = FIRE3DV_BINDING_DISPLAY;
   write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-  write.descriptorCount = can_leave_samples() && targets.hdr ? 2 : 1;  // the second fills the next binding
+  write.descriptorCount = can_write_samples() && targets.hdr ? 2 : 1;  // the second fills the next binding
   write.pImageInfo = images;
   vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
 }
@@ -104,8 +103,8 @@ ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, Cull cull, bool level
   return job;
 }
 
-void VisibilityPass::make_room(GpuScene& scene, Cull cull, bool levels_of_detail) {
-  raster_.make_room(job_of(scene, cull, levels_of_detail));
+void VisibilityPass::allocate(GpuScene& scene, Cull cull, bool levels_of_detail) {
+  raster_.allocate(job_of(scene, cull, levels_of_detail));
 }
 
 ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& belt, GpuScene& scene, std::span<const View> views,
@@ -126,19 +125,19 @@ ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& belt, GpuScene& scene, 
   return raster_;
 }
 
-void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
+void VisibilityPass::merge_coverage(gpu::Recorder& recorder, GpuScene& scene,
                                     std::span<const VkDeviceAddress> globals, bool traced) {
   const auto pixels = static_cast<double>(extent_.width) * extent_.height;
-  const double least = traced ? kTrianglesWorthTracingLess : kTrianglesWorthShadingLess;
-  if (!surfaces_ || static_cast<double>(scene.own_triangle_count) < least * pixels) return;
+  const double least = traced ? kMinTrianglesPerTracedPixel : kMinTrianglesPerPixel;
+  if (!merge_coverage_ || static_cast<double>(scene.lod0_triangle_count) < least * pixels) return;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("surfaces", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, surfaces_.get());
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, merge_coverage_.get());
     const VkDescriptorSet set = scene.textures.set();
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
     for (uint32_t view = 0; view < globals.size(); ++view) {
-      const gpu_types::SurfacesPush push{globals[view], address_of(view)};
+      const gpu_types::CoverageMergePush push{globals[view], address_of(view)};
       vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
     }
@@ -146,34 +145,35 @@ void VisibilityPass::merge_surfaces(gpu::Recorder& recorder, GpuScene& scene,
 }
 
 gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
-  constexpr uint32_t kWays = 3;  // shadow techniques without listing; higher indices are the variants that
-                                 // test maps and list rays
-  static_assert(FIRE3DV_SHADOWS_OFF < kWays && FIRE3DV_SHADOWS_MASK < kWays && FIRE3DV_SHADOWS_MAP < kWays);
-  FIRE3DV_ASSERT(shading.shadows < kWays);
-  const uint32_t way = shading.finds_shadows ? kWays : shading.shadows;
+  constexpr uint32_t kShadowModes = 3;  // shadow techniques without listing; higher indices are the variants
+                                        // that test maps and list rays
+  static_assert(FIRE3DV_SHADOWS_OFF < kShadowModes && FIRE3DV_SHADOWS_MASK < kShadowModes &&
+                FIRE3DV_SHADOWS_MAP < kShadowModes);
+  FIRE3DV_ASSERT(shading.shadows < kShadowModes);
+  const uint32_t way = shading.tests_maps ? kShadowModes : shading.shadows;
   gpu::Pipeline& pipeline =
       shade_.at(16 * way + (shading.core_materials ? 8 : 0) + (shading.textures ? 4 : 0) +
-                (shading.second_uv ? 2 : 0) + (shading.leaves_samples ? 1 : 0));
+                (shading.second_uv ? 2 : 0) + (shading.writes_samples ? 1 : 0));
   if (!pipeline) {
     const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
-                               (shading.finds_shadows ? "_find" : "") +
-                               (shading.leaves_samples ? "_unresolved" : "") +
+                               (shading.tests_maps ? "_test_maps" : "") +
+                               (shading.writes_samples ? "_unresolved" : "") +
                                (samples_ == 4 ? "_4.comp" : "_1.comp");
-    MadeFor made_for;
-    made_for.shadows = shading.shadows;
-    made_for.textures = shading.textures;
-    made_for.second_uv = shading.second_uv;
-    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Make::next,
-                                            made_for.constants());
+    ShaderVariant variant;
+    variant.shadows = shading.shadows;
+    variant.textures = shading.textures;
+    variant.second_uv = shading.second_uv;
+    pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Compile::next,
+                                            variant.constants());
   }
   return pipeline;
 }
 
 void VisibilityPass::expect(const Shading& shading) {
   Shading listed = shading;
-  listed.finds_shadows = false;
+  listed.tests_maps = false;
   // The pipeline expected last is compiled first.
-  if (shading.finds_shadows && !shades_listed_by_the_same(shading)) shade_pipeline(listed);
+  if (shading.tests_maps && !shares_pipeline_with_listed(shading)) shade_pipeline(listed);
   shade_pipeline(shading);
 }
 
@@ -192,17 +192,17 @@ gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t ind
 void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what,
                                   uint32_t shadow_technique, GpuScene& scene, ShadowPass& shadows,
                                   Targets& targets, std::span<const gpu_types::ShadePush> views,
-                                  const VkRect2D* left) {
-  const bool leave_samples = left != nullptr;
-  Shading shading{!scene.has_extensions, scene.has_textures, scene.has_second_uv, leave_samples,
+                                  const VkRect2D* hdr_area) {
+  const bool write_samples = hdr_area != nullptr;
+  Shading shading{!scene.has_extensions, scene.has_textures, scene.has_second_uv, write_samples,
                   shadow_technique};
-  shading.finds_shadows =
-      what == Shades::all_and_lists || (what == Shades::listed && shades_listed_by_the_same(shading));
+  shading.tests_maps =
+      what == Shades::all_and_lists || (what == Shades::listed && shares_pipeline_with_listed(shading));
   const VkPipeline pipeline = shade_pipeline(shading).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
-                        Use(leave_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
-  if (leave_samples && shows_the_rest(scene))
+                        Use(write_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
+  if (write_samples && tone_maps_other_pixels(scene))
     uses.emplace_back(targets.display, access::compute_write, is_first);
   scene.add_reads(uses, access::compute_read);
   if (what == Shades::all_and_lists) {
@@ -210,7 +210,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
     uses.emplace_back(shadows.mask(), access::compute_write);
     uses.emplace_back(shadows.lists(), access::compute_write);
     uses.emplace_back(shadows.entries(), access::compute_write);
-    uses.emplace_back(shadows.found(), access::compute_write);
+    uses.emplace_back(shadows.listed_rays(), access::compute_write);
   } else {
     shadows.add_reads(uses, access::compute_read);
   }
@@ -228,11 +228,11 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                             nullptr);
     for (gpu_types::ShadePush push : views) {
       push.listed = what == Shades::listed ? 1 : 0;
-      if (left) {
-        push.left_x = static_cast<uint32_t>(left->offset.x);
-        push.left_y = static_cast<uint32_t>(left->offset.y);
-        push.left_end_x = push.left_x + left->extent.width;
-        push.left_end_y = push.left_y + left->extent.height;
+      if (hdr_area) {
+        push.hdr_x = static_cast<uint32_t>(hdr_area->offset.x);
+        push.hdr_y = static_cast<uint32_t>(hdr_area->offset.y);
+        push.hdr_end_x = push.hdr_x + hdr_area->extent.width;
+        push.hdr_end_y = push.hdr_y + hdr_area->extent.height;
       }
       vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       if (what == Shades::listed) {
@@ -245,26 +245,29 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
 }
 
 void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                           const Shaded& shaded, const PostSettings& settings, const VkRect2D* left) {
+                           const Shaded& shaded, const PostSettings& settings, const VkRect2D* hdr_area) {
   std::vector<gpu_types::ShadePush> views;
   for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
-  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, left);
+  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, hdr_area);
 }
 
 void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
                                      Targets& targets, const Shaded& shaded, const PostSettings& settings,
-                                     const VkRect2D* left) {
+                                     const VkRect2D* hdr_area) {
   FIRE3DV_ASSERT(shaded.views.size() == 1);  // the ray list serves one view
   const VkDeviceAddress globals = shaded.globals[0];
   gpu_types::ShadePush push = shade_push(shaded, 0, settings);
   push.lists = shadows.lists().address;
   push.entries = shadows.entries().address;
-  push.found = shadows.found().address;
-  push.found_room = shadows.found_room();
+  push.listed_rays = shadows.listed_rays().address;
+  push.ray_list_capacity = shadows.ray_list_capacity();
   const std::span<const gpu_types::ShadePush> view(&push, 1);
-  record_shade(recorder, "shade", Shades::all_and_lists, shaded.shadows, scene, shadows, targets, view, left);
-  shadows.trace_found(recorder, scene, {targets_->visibility.buffer, address_of(shaded.first_view)}, globals);
-  record_shade(recorder, "shade again", Shades::listed, shaded.shadows, scene, shadows, targets, view, left);
+  record_shade(recorder, "shade", Shades::all_and_lists, shaded.shadows, scene, shadows, targets, view,
+               hdr_area);
+  shadows.trace_listed(recorder, scene, {targets_->visibility.buffer, address_of(shaded.first_view)},
+                       globals);
+  record_shade(recorder, "shade again", Shades::listed, shaded.shadows, scene, shadows, targets, view,
+               hdr_area);
 }
 
 }  // namespace fire3dv::passes

@@ -26,19 +26,19 @@ class VisibilityPass {
     bool core_materials = true;  // no material has extensions
     bool textures = true;        // a material has textures
     bool second_uv = true;       // a texture uses the second set of coordinates
-    bool leaves_samples = false;
-    // Shadow technique: FIRE3DV_SHADOWS_OFF, _MASK or _MAP. With finds_shadows, shading tests maps and lists
+    bool writes_samples = false;
+    // Shadow technique: FIRE3DV_SHADOWS_OFF, _MASK or _MAP. With tests_maps, shading tests maps and lists
     // rays.
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;
-    bool finds_shadows = false;
+    bool tests_maps = false;
   };
   void expect(const Shading& shading);
 
   // Targets are borrowed until the next call.
   void set_targets(Targets& targets);
-  void forget_targets() { targets_ = nullptr; }
+  void reset_targets() { targets_ = nullptr; }
   // Allocates the memory of a following prepare() with the targets' number of views.
-  void make_room(GpuScene& scene, Cull cull, bool levels_of_detail);
+  void allocate(GpuScene& scene, Cull cull, bool levels_of_detail);
   // Call it before the parameters of this frame's drawing are described.
   void begin() { targets_->visibility.begin(targets_->visibility.buffer.size_bytes); }
   // Prepares the cameras' part of ClusterRaster::record, with the targets' number of views.
@@ -46,7 +46,7 @@ class VisibilityPass {
                          VkDeviceAddress globals, Cull cull, bool levels_of_detail);
   // Coverage merge: neighbouring triangles of a pixel become one shading sample. Runs only where it pays,
   // before all users of the ids. traced: rays may start from merged surfaces.
-  void merge_surfaces(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals,
+  void merge_coverage(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals,
                       bool traced);
   // A range of views, shaded in sequence.
   struct Shaded {
@@ -56,17 +56,17 @@ class VisibilityPass {
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;  // shadow technique, as in the globals
   };
   // Shades into targets.display, tone-mapped and resolved. With forward-only draws it writes linear samples
-  // into targets.hdr, which needs can_leave_samples(). left: bounds of those draws; null: none.
+  // into targets.hdr, which needs can_write_samples(). hdr_area: bounds of those draws; null: none.
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-             const Shaded& shaded, const PostSettings& settings, const VkRect2D* left);
-  // The same for one view with shadow tests in shading; see ShadowPass::found_while_shading.
+             const Shaded& shaded, const PostSettings& settings, const VkRect2D* hdr_area);
+  // The same for one view with shadow tests in shading; see ShadowPass::tests_maps_while_shading.
   void shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                       const Shaded& shaded, const PostSettings& settings, const VkRect2D* left);
-  // True if shading with `left` also tone-maps the pixels outside of it.
-  bool shows_the_rest(const GpuScene& scene) const {
-    return !scene.has_extensions && gpu::takes_cpu_variants(device_);
+                       const Shaded& shaded, const PostSettings& settings, const VkRect2D* hdr_area);
+  // True if shading with `hdr_area` also tone-maps the pixels outside of it.
+  bool tone_maps_other_pixels(const GpuScene& scene) const {
+    return !scene.has_extensions && gpu::uses_cpu_variants(device_);
   }
-  bool can_leave_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
+  bool can_write_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return targets_->visibility.buffer; }
   VkDeviceAddress address_of(uint32_t view) const {
     return targets_->visibility.buffer.address + view * view_bytes_;
@@ -83,18 +83,18 @@ class VisibilityPass {
   gpu::Pipeline& shade_pipeline(const Shading& shading);
   // True if one pipeline both lists unresolved pixels and re-shades them. A CPU compiles pipelines slowly; on
   // a GPU the combined pipeline would lower occupancy.
-  bool shades_listed_by_the_same(const Shading& shading) const {
-    return shading.core_materials && gpu::takes_cpu_variants(device_);
+  bool shares_pipeline_with_listed(const Shading& shading) const {
+    return shading.core_materials && gpu::uses_cpu_variants(device_);
   }
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, uint32_t shadow_technique,
                     GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                    std::span<const gpu_types::ShadePush> views, const VkRect2D* left);
+                    std::span<const gpu_types::ShadePush> views, const VkRect2D* hdr_area);
 
   gpu::Device& device_;
   uint32_t samples_;
   VkPipelineLayout layout_;
   ClusterRaster raster_;
-  gpu::Pipeline surfaces_;  // 4 samples only
+  gpu::Pipeline merge_coverage_;  // 4 samples only
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
   std::array<gpu::Pipeline, 64> shade_;  // created by expect() or on first use

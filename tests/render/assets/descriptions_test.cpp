@@ -30,7 +30,7 @@ sinks::FrameImage drawn(const convert::Model& model) {
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   if (!scene) return {};
   passes::DrawSettings settings;
-  settings.background.surroundings = true;
+  settings.background.show_environment = true;
   return RenderBench(*scene, kExtent, settings).draw_at_rest();
 }
 

@@ -30,7 +30,7 @@ class Gallery : public ValidationIsSilent {
 TEST_F(Gallery, FiveMaterials) {
   const scene::Scene scene = load("material_spheres");
   passes::DrawSettings settings;
-  settings.background.surroundings = true;
+  settings.background.show_environment = true;
   settings.post.tone_map = passes::ToneMap::neutral;
   settings.post.exposure = 1.5f;
   RenderBench bench(scene, {320, 120}, settings);

@@ -151,9 +151,9 @@ TEST_F(Levels, NoSurfaceShadowsItself) {
     uint32_t looked_at = 0;
     for (uint32_t y = 0; y < kExtent.height; ++y) {
       for (uint32_t x = 0; x < kExtent.width; ++x) {
-        const glm::vec2 from_middle =
+        const glm::vec2 from_center =
             glm::vec2(x, y) + 0.5f - 0.5f * glm::vec2(kExtent.width, kExtent.height);
-        if (glm::length(from_middle) > radius) continue;
+        if (glm::length(from_center) > radius) continue;
         ++looked_at;
         ASSERT_GT(pixel(image, x, y).r, 60) << x << ", " << y << " from " << distance << " m";
       }

@@ -142,10 +142,10 @@ TEST_F(RasterLimits, ReloadAndResizeLeaveNothingBehind) {
         bytes_before = device().allocated_bytes();
       }
       bench.renderer().set_scene(i % 2 ? second : dark);
-      bench.renderer().set_size({1400 + i % 2, 41 + i % 2});  // this size has larger shadow maps
+      bench.set_size({1400 + i % 2, 41 + i % 2});  // this size has larger shadow maps
       RenderBench(second, {33, 32}, shadowed_by(method)).draw_at_rest();
       bench.renderer().set_scene(first);
-      bench.renderer().set_size({64, 48});
+      bench.set_size({64, 48});
       EXPECT_TRUE(matches_image(bench.draw_at_rest(), image, "limits_reload", Tolerance::exact()));
     }
     EXPECT_EQ(objects(), before);

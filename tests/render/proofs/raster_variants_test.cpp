@@ -137,7 +137,7 @@ class RasterVariants : public ValidationIsSilent {
     EXPECT_GT(covered, static_cast<ptrdiff_t>(first.target.size() / 20)) << "little was drawn";
     EXPECT_GT(first.huge, 0u) << "nothing passes below the eye";
     EXPECT_TRUE(drawn(narrow, samples) == first) << narrow;
-    if (gpu::takes_cpu_variants(device())) {
+    if (gpu::uses_cpu_variants(device())) {
       EXPECT_TRUE(drawn(lanes, samples) == first) << lanes;
     }
   }
@@ -194,7 +194,7 @@ TEST_F(RasterVariants, OfAnImageDrawTheSameToTheBit) {
 
 TEST_F(RasterVariants, OfALightsMapsDrawTheSameToTheBit) {
   expect_same("raster_light.comp", "raster_narrow_light.comp", "raster_light_cpu.comp", 0);
-  expect_same("raster_middles.comp", "raster_narrow_middles.comp", "raster_middles_cpu.comp", 0);
+  expect_same("raster_center.comp", "raster_narrow_center.comp", "raster_center_cpu.comp", 0);
 }
 
 TEST_F(RasterVariants, AreGivenTheSameClustersInOneRowOrSeveral) {

@@ -128,7 +128,7 @@ TEST_F(ShadowWays, RoomForFewRaysLosesNone) {
       ASSERT_GT(rays, 100u);
       for (uint32_t room : {1u, 70u, rays - 1, rays}) {
         SCOPED_TRACE(room);
-        settings.shadows.most_found = room;
+        settings.shadows.max_listed_rays = room;
         EXPECT_TRUE(matches_image(drawn(scene, settings), of_all, "ways_room", Tolerance::exact()));
       }
     }

@@ -154,7 +154,7 @@ class Tiles : public ValidationIsSilent {
 
 // Tens of overlapping triangles, so that most are hidden somewhere.
 TEST_F(Tiles, OneByOneAreTheSameToTheBit) {
-  ASSERT_TRUE(gpu::takes_cpu_variants(device())) << "these tests are for lavapipe";
+  ASSERT_TRUE(gpu::uses_cpu_variants(device())) << "these tests are for lavapipe";
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
     expect_same(triangles_within(40, 60, seed));
@@ -165,7 +165,7 @@ TEST_F(Tiles, OneByOneAreTheSameToTheBit) {
 
 // A floor below the eye: areas above 2^48, and edge functions beyond 54 bits.
 TEST_F(Tiles, ThatReachFarBeyondTheImageAreTheSameToTheBit) {
-  ASSERT_TRUE(gpu::takes_cpu_variants(device())) << "these tests are for lavapipe";
+  ASSERT_TRUE(gpu::uses_cpu_variants(device())) << "these tests are for lavapipe";
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
     for (int reach : {70'000, 250'000, 520'000}) {
@@ -180,7 +180,7 @@ TEST_F(Tiles, ThatReachFarBeyondTheImageAreTheSameToTheBit) {
 
 // A single triangle shows all its depths instead of the nearest of many.
 TEST_F(Tiles, EachAloneIsTheSameToTheBit) {
-  ASSERT_TRUE(gpu::takes_cpu_variants(device())) << "these tests are for lavapipe";
+  ASSERT_TRUE(gpu::uses_cpu_variants(device())) << "these tests are for lavapipe";
   for (int reach : {60, 3000, 100'000, 520'000}) {
     SCOPED_TRACE(reach);
     uint32_t shown = 0;

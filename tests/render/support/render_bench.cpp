@@ -60,13 +60,24 @@ RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const pas
     : scene_(scene), frames_(on), renderer_(on, settings), readback_(on) {
   frames_.time(gpu::Timed::passes);
   renderer_.set_scene(scene);
-  renderer_.set_size(extent);
+  set_size(extent);
+}
+
+void RenderBench::set_size(VkExtent2D extent) {
+  extent_ = extent;
+  prepare();
+}
+
+passes::PreparedFrame RenderBench::prepare(passes::FrameRequest request) {
+  request.extent = extent_;
+  return take_or_die(renderer_.prepare(request));
 }
 
 void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
+  const passes::PreparedFrame prepared = prepare();
   gpu::Recorder& recorder = frames_.begin();
-  renderer_.record(recorder, frames_.belt(), poses, view);
-  renderer_.mark_held(recorder, held_);
+  renderer_.record(prepared, recorder, frames_.belt(), poses, view);
+  renderer_.draw_stale_overlay(recorder, condition_);
   readback_.record(recorder, renderer_.image(), 0);
   readback_.submitted(frames_.submit());
 }
@@ -100,8 +111,10 @@ Taken RenderBench::take(const state::PoseState& poses, const passes::View& view,
 
 Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::View> views,
                         const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories) {
+  const passes::PreparedFrame prepared =
+      prepare({.views = static_cast<uint32_t>(views.size()), .outputs = outputs});
   gpu::Recorder& recorder = frames_.begin();
-  renderer_.record(recorder, frames_.belt(), poses, views, outputs, histories);
+  renderer_.record(prepared, recorder, frames_.belt(), poses, views, histories);
   Taken taken;
   gpu::ReadbackRing<int>::Planes planes;
   if (outputs.any_plane()) {

@@ -50,7 +50,7 @@ class RenderBench {
   sinks::FrameImage draw(const state::PoseState& poses, const passes::View& view);
   Taken take(const state::PoseState& poses, const passes::View& view, const passes::ImageOutputs& outputs,
              passes::CameraHistory* history = nullptr);
-  // Draws as many views as set_size() has set, stacked vertically.
+  // Draws several views, stacked vertically.
   Taken take(const state::PoseState& poses, std::span<const passes::View> views,
              const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories = {});
   // Draws the scene at rest from its first camera.
@@ -58,7 +58,11 @@ class RenderBench {
   // Draws one image per pose from the first camera, with frames in flight.
   std::vector<sinks::FrameImage> draw_on(state::PoseState& poses, const std::vector<state::RestPose>& moved);
   // Sets the stream condition that marks later images.
-  void set_held(state::Condition condition) { held_ = condition; }
+  void set_condition(state::Condition condition) { condition_ = condition; }
+  // Sets the size of later images and allocates their targets.
+  void set_size(VkExtent2D extent);
+  // Prepares an image of this size; fails the test without memory.
+  passes::PreparedFrame prepare(passes::FrameRequest request = {});
   passes::SceneRenderer& renderer() { return renderer_; }
   gpu::FrameRing& frames() { return frames_; }
 
@@ -70,7 +74,8 @@ class RenderBench {
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
   gpu::ReadbackRing<int> readback_;
-  state::Condition held_ = state::Condition::live;
+  VkExtent2D extent_{};
+  state::Condition condition_ = state::Condition::live;
 };
 
 passes::View first_camera_view(const scene::Scene& scene, const state::PoseState& poses, VkExtent2D extent);

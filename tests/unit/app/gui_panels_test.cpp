@@ -41,7 +41,7 @@ std::string wishes_of(const GuiWorld& world) {
   const passes::DrawSettings& d = v.draw;
   text += numbers({double(d.raster), double(d.cull), double(d.levels_of_detail), double(d.samples),
                    double(d.shadows.method), double(d.shadows.hybrid), d.environment_intensity,
-                   d.environment_rotation_rad, double(d.background.surroundings), d.background.color.r,
+                   d.environment_rotation_rad, double(d.background.show_environment), d.background.color.r,
                    d.background.color.g, d.background.color.b, d.post.exposure, double(d.post.tone_map),
                    double(d.post.fxaa)});
   for (const auto& [epoch, wish] : v.streams) {

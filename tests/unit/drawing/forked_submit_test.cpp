@@ -113,14 +113,14 @@ class Queues {
   std::vector<uint32_t> order_;
 };
 
-Queues submitted(uint32_t frames, uint32_t side_queue) {
+Queues submitted(uint32_t frames, uint32_t async_queue) {
   Queues queues;
   for (uint32_t frame = 0; frame < frames; ++frame) {
     auto commands = [&](Piece piece) { return fake<VkCommandBuffer>(batch_of(frame, piece) + 1); };
     const ForkedSubmit fork({commands(kBefore), commands(kAside), commands(kBeside), commands(kAfter)},
                             kForkTimeline, frame + 1, {}, {semaphore_submit(kFrameTimeline, frame + 1)});
     queues.submit(0, {&fork.before(), 1});
-    queues.submit(side_queue, {&fork.aside(), 1});
+    queues.submit(async_queue, {&fork.async_compute(), 1});
     queues.submit(0, fork.rest());
   }
   return queues;
@@ -130,7 +130,8 @@ TEST(ForkedSubmit, PiecesWaitForWhatTheyNeed) {
   for (const Queues::State& state : submitted(2, 1).all_states()) {
     for (uint32_t frame = 0; frame < 2; ++frame) {
       if (state.has_started(batch_of(frame, kAside))) {
-        EXPECT_TRUE(state.has_ended(batch_of(frame, kBefore))) << "aside does not wait for what is before";
+        EXPECT_TRUE(state.has_ended(batch_of(frame, kBefore)))
+            << "the async piece does not wait for the first one";
       }
       if (state.has_started(batch_of(frame, kAfter))) {
         EXPECT_TRUE(state.has_ended(batch_of(frame, kAside))) << "what is after does not wait for it";

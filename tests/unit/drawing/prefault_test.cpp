@@ -46,28 +46,28 @@ class Prefault : public ::testing::Test {
 
 TEST_F(Prefault, WholePagesOfThePieces) {
   // Three pages and parts of two; four pages; none.
-  touch_ahead({memory_.subspan(100, 4 * page_), memory_.subspan(16 * page_, 4 * page_),
-               memory_.subspan(32 * page_, 10)})
+  prefault({memory_.subspan(100, 4 * page_), memory_.subspan(16 * page_, 4 * page_),
+            memory_.subspan(32 * page_, 10)})
       .join();
   // More with larger pages of a file's memory; none without system support.
   const size_t present = pages_present();
   EXPECT_TRUE(can_ ? present >= 3 + 4 : present == 0) << present;
-  touch_ahead({memory_}).join();
+  prefault({memory_}).join();
   EXPECT_EQ(pages_present(), can_ ? kBytes / page_ : 0u);
 }
 
 TEST_F(Prefault, WhatIsWrittenMeanwhileStays) {
   {
-    const std::jthread touching = touch_ahead({memory_});
+    const std::jthread touching = prefault({memory_});
     for (size_t i = 0; i < kBytes; i += page_) std::memcpy(&memory_[i], &i, sizeof(i));
   }
-  touch_ahead({memory_}).join();
+  prefault({memory_}).join();
   for (size_t i = 0; i < kBytes; i += page_) ASSERT_EQ(std::memcmp(&memory_[i], &i, sizeof(i)), 0) << i;
 }
 
 TEST_F(Prefault, NothingToTouch) {
-  touch_ahead({}).join();
-  touch_ahead({std::span<std::byte>{}}).join();
+  prefault({}).join();
+  prefault({std::span<std::byte>{}}).join();
   EXPECT_EQ(pages_present(), 0u);
 }
 

@@ -24,30 +24,30 @@ TEST(QueueChoice, AFamilyThatOnlyComputesComesFirst) {
   const auto choice = choose_queues(families, AsyncCompute::automatic);
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->main_family, 1u);
-  EXPECT_EQ(choice->side, SideQueue::compute_family);
-  EXPECT_EQ(choice->side_family, 2u);
-  EXPECT_EQ(choice->side_index, 0u);
+  EXPECT_EQ(choice->async, AsyncQueue::compute_family);
+  EXPECT_EQ(choice->async_family, 2u);
+  EXPECT_EQ(choice->async_index, 0u);
   EXPECT_TRUE(choice->two_families());
-  EXPECT_EQ(choose_queues(families, AsyncCompute::on)->side, SideQueue::compute_family);
+  EXPECT_EQ(choose_queues(families, AsyncCompute::on)->async, AsyncQueue::compute_family);
 }
 
 TEST(QueueChoice, ElseASecondQueueOfTheMainFamily) {
   const std::vector families{family(kDraws, 2), family(kComputes, 0), family(VK_QUEUE_TRANSFER_BIT, 1)};
   const auto choice = choose_queues(families, AsyncCompute::automatic);
   ASSERT_TRUE(choice);
-  EXPECT_EQ(choice->side, SideQueue::main_family);
-  EXPECT_EQ(choice->side_family, 0u);
-  EXPECT_EQ(choice->side_index, 1u);
+  EXPECT_EQ(choice->async, AsyncQueue::main_family);
+  EXPECT_EQ(choice->async_family, 0u);
+  EXPECT_EQ(choice->async_index, 1u);
   EXPECT_FALSE(choice->two_families());
 }
 
 TEST(QueueChoice, ElseNoneUnlessAskedFor) {
   const std::vector families{family(kDraws, 1)};
-  EXPECT_EQ(choose_queues(families, AsyncCompute::automatic)->side, SideQueue::none);
+  EXPECT_EQ(choose_queues(families, AsyncCompute::automatic)->async, AsyncQueue::none);
   const auto asked_for = choose_queues(families, AsyncCompute::on);
   ASSERT_TRUE(asked_for);
-  EXPECT_EQ(asked_for->side, SideQueue::main_queue);
-  EXPECT_EQ(asked_for->side_index, 0u);
+  EXPECT_EQ(asked_for->async, AsyncQueue::main_queue);
+  EXPECT_EQ(asked_for->async_index, 0u);
   EXPECT_FALSE(asked_for->two_families());
 }
 
@@ -55,8 +55,8 @@ TEST(QueueChoice, OffIsOffWhateverThereIs) {
   const std::vector families{family(kDraws, 16), family(kComputes, 8)};
   const auto choice = choose_queues(families, AsyncCompute::off);
   ASSERT_TRUE(choice);
-  EXPECT_EQ(choice->side, SideQueue::none);
-  EXPECT_EQ(choice->side_family, 0u);
+  EXPECT_EQ(choice->async, AsyncQueue::none);
+  EXPECT_EQ(choice->async_family, 0u);
   EXPECT_FALSE(choice->two_families());
 }
 

@@ -126,7 +126,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(PickPush, y);
   EXPECT_SAME_OFFSET(DepthRange, farthest);
   EXPECT_SAME_OFFSET(DebugViewPush, view);
-  EXPECT_SAME_OFFSET(ShadowDoubtPush, marks);
+  EXPECT_SAME_OFFSET(UnresolvedPixelsPush, marks);
   EXPECT_SAME_OFFSET(OutlinePush, selected);
 }
 
@@ -159,16 +159,16 @@ AT_WORD(RasterView, first_texel, 46);
 AT_WORD(RasterView, depth_m, 47);
 AT_WORD(RasterView, texel_m, 48);
 AT_WORD(RasterView, level_scale, 49);
-static_assert(words(sizeof(gpu_types::LightPlace)) == 16);
-AT_WORD(LightPlace, range_m, 3);
-AT_WORD(LightPlace, position_world, 4);
-AT_WORD(LightPlace, type, 7);
-AT_WORD(LightPlace, shines_along, 8);
-AT_WORD(LightPlace, cone_scale, 11);
-AT_WORD(LightPlace, cone_offset, 12);
-AT_WORD(LightPlace, radius_m, 13);
-AT_WORD(LightPlace, angular_radius_rad, 14);
-AT_WORD(LightPlace, sine, 15);
+static_assert(words(sizeof(gpu_types::LightPose)) == 16);
+AT_WORD(LightPose, range_m, 3);
+AT_WORD(LightPose, position_world, 4);
+AT_WORD(LightPose, type, 7);
+AT_WORD(LightPose, light_direction_world, 8);
+AT_WORD(LightPose, cone_scale, 11);
+AT_WORD(LightPose, cone_offset, 12);
+AT_WORD(LightPose, radius_m, 13);
+AT_WORD(LightPose, angular_radius_rad, 14);
+AT_WORD(LightPose, sine, 15);
 static_assert(words(sizeof(gpu_types::MaterialRecord)) == 56);
 AT_WORD(MaterialRecord, emissive, 4);
 AT_WORD(MaterialRecord, metallic, 7);

@@ -22,12 +22,12 @@ TEST(ShadowPlan, FewLightsHaveAllTheirMaps) {
 
 // 87,500 point lights have 525,000 maps of two times 64 x 64 texels: beyond 32 bits.
 TEST(ShadowPlan, MapsOfAnyNumberOfLightsStayWithinTheRoom) {
-  const ShadowRoom room;
-  const ShadowPlan plan = plan_shadows(point_lights(87'500), 4, true, {}, room);
-  EXPECT_LE(plan.texels, room.max_texels);
+  const ShadowLimits limits;
+  const ShadowPlan plan = plan_shadows(point_lights(87'500), 4, true, {}, limits);
+  EXPECT_LE(plan.texels, limits.max_texels);
   EXPECT_GT(plan.lights_without_shadow, 80'000u);
   uint64_t end = 0;
-  for (const gpu_types::LightViewWanted& view : plan.views) {
+  for (const gpu_types::LightViewRequest& view : plan.views) {
     EXPECT_EQ(view.first_texel, end);
     end += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
   }
@@ -39,20 +39,20 @@ TEST(ShadowPlan, MapsOfAnyNumberOfLightsStayWithinTheRoom) {
 }
 
 TEST(ShadowPlan, MaskWordsAndViewsAreLimited) {
-  ShadowRoom room;
-  room.max_mask_words = 2;
-  ShadowPlan plan = plan_shadows(point_lights(100), 4, true, {}, room);
+  ShadowLimits limits;
+  limits.max_mask_words = 2;
+  ShadowPlan plan = plan_shadows(point_lights(100), 4, true, {}, limits);
   EXPECT_EQ(plan.mask_words, 2u);
   EXPECT_EQ(plan.mask_words_wanted, 13u);
   EXPECT_EQ(plan.lights_without_shadow, 84u);
-  room = {};
-  room.max_views = 13;
-  plan = plan_shadows(point_lights(100), 4, true, {}, room);
+  limits = {};
+  limits.max_views = 13;
+  plan = plan_shadows(point_lights(100), 4, true, {}, limits);
   EXPECT_EQ(plan.views.size(), 12u);
   EXPECT_EQ(plan.lights_without_shadow, 98u);
-  room = {};
-  room.has_room = false;
-  plan = plan_shadows(point_lights(3), 4, true, {}, room);
+  limits = {};
+  limits.has_memory = false;
+  plan = plan_shadows(point_lights(3), 4, true, {}, limits);
   EXPECT_TRUE(plan.views.empty());
   EXPECT_EQ(plan.lights_without_shadow, 3u);
   EXPECT_EQ(plan.mask_words, 1u);

@@ -2,22 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace fire3dv::contact_sheet {
 
 AssetDrawer::AssetDrawer(gpu::Device& device, VkExtent2D extent, const passes::DrawSettings& settings)
-    : frames_(device), renderer_(device, settings), readback_(device) {
+    : frames_(device), renderer_(device, settings), readback_(device), extent_(extent) {
   nothing_.materials.emplace_back();
   renderer_.set_scene(nothing_);
-  renderer_.set_size(extent);
 }
 
 sinks::FrameImage AssetDrawer::draw(const scene::Scene& scene, const passes::View& view) {
   renderer_.set_scene(scene);
   shown_ = &scene;
   const state::PoseState poses(scene);
+  const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent_});
+  if (!prepared) throw std::runtime_error(prepared.error().message);
   gpu::Recorder& recorder = frames_.begin();
-  renderer_.record(recorder, frames_.belt(), poses, view);
+  renderer_.record(*prepared, recorder, frames_.belt(), poses, view);
   readback_.record(recorder, renderer_.image(), 0);
   readback_.submitted(frames_.submit());
   sinks::FrameImage image;
@@ -57,7 +59,7 @@ DrawnCounts AssetDrawer::counts() const {
 }
 
 float AssetDrawer::aspect() const {
-  const VkExtent2D extent = renderer_.extent();
+  const VkExtent2D extent = extent_;
   return static_cast<float>(extent.width) / static_cast<float>(extent.height);
 }
 

@@ -19,7 +19,7 @@ class AssetDrawer {
  public:
   AssetDrawer(gpu::Device& device, VkExtent2D extent, const passes::DrawSettings& settings);
 
-  // Draws the scene at rest and waits for the image.
+  // Draws the scene at rest and waits for the image. Throws std::runtime_error when memory is short.
   sinks::FrameImage draw(const scene::Scene& scene, const passes::View& view);
   sinks::FrameImage draw_framed(const scene::Scene& scene);
   sinks::FrameImage draw_nothing();
@@ -32,6 +32,7 @@ class AssetDrawer {
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
   gpu::ReadbackRing<int> readback_;
+  const VkExtent2D extent_;
 };
 
 // Camera view of the whole scene, obliquely from above, independent of the scene's cameras.

@@ -47,14 +47,18 @@ struct Bench {
     renderer.set_scene(scene);
   }
 
-  void submit(const state::PoseState& poses, std::span<const passes::View> views) {
+  Result<void> submit(const state::PoseState& poses, std::span<const passes::View> views) {
+    const Result<passes::PreparedFrame> prepared = renderer.prepare(
+        {.extent = extent, .views = static_cast<uint32_t>(views.size()), .outputs = outputs});
+    if (!prepared) return prepared.error();
     gpu::Recorder& recorder = frames.begin();
-    renderer.record(recorder, frames.belt(), poses, views, outputs, {});
+    renderer.record(*prepared, recorder, frames.belt(), poses, views);
     gpu::ReadbackRing<int>::Planes planes;
     if (outputs.any_plane()) planes = {&renderer.planes(), passes::bytes_of(renderer.plane_places())};
     readback.record(recorder, outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr,
                     renderer.image().extent, planes, 0);
     readback.submitted(frames.submit());
+    return {};
   }
   // Sums one byte per cache line, which proves that the whole image is in host memory.
   void take() {
@@ -69,7 +73,6 @@ Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t camer
   const float aspect = static_cast<float>(bench.extent.width) / static_cast<float>(bench.extent.height);
   const std::vector<passes::View> views = around(bench.scene, cameras, aspect);
   const uint32_t batch = batch_of(bench.device, cameras, bench.extent.height);
-  bench.renderer.set_size(bench.extent, batch);
   const state::PoseState poses(bench.scene);
   std::vector<double> seconds;
   double gpu_ms = 0, cpu_ms = 0;
@@ -80,7 +83,8 @@ Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t camer
       // The last batch overlaps the previous one, so that image sizes stay constant.
       const uint32_t from = std::min(first, cameras - batch);
       const int64_t piece_ns = fire3dv::monotonic_ns();
-      bench.submit(poses, std::span(views).subspan(from, batch));
+      if (Result<void> drawn = bench.submit(poses, std::span(views).subspan(from, batch)); !drawn)
+        return drawn;
       recorded_ns += fire3dv::monotonic_ns() - piece_ns;
       bench.take();
     }

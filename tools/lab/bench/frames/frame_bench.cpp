@@ -45,6 +45,7 @@ passes::View first_camera_view(const scene::Scene& scene, VkExtent2D extent) {
 FrameBench::FrameBench(gpu::Device& device, const scene::Scene& scene, VkExtent2D extent)
     : device_(device),
       scene_(scene),
+      extent_(extent),
       view_(first_camera_view(scene, extent)),
       poses_(scene),
       intake_(poses_, false),
@@ -68,7 +69,8 @@ Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const 
   const int64_t begin_ns = monotonic_ns();
   bench->renderer_.emplace(device, settings);
   bench->renderer_->set_scene(scene);
-  bench->renderer_->set_size(extent);
+  if (Result<passes::PreparedFrame> prepared = bench->renderer_->prepare({.extent = extent}); !prepared)
+    return prepared.error();
   bench->load_s_ = ms_since(begin_ns) * 1e-3;
   return bench;
 }
@@ -98,8 +100,10 @@ Result<double> FrameBench::take_new_poses() {
   }
 }
 
-uint64_t FrameBench::submit_frame(gpu::Recorder& recorder, bool read_back) {
-  renderer_->record(recorder, frames_.belt(), poses_, view_);
+Result<uint64_t> FrameBench::submit_frame(gpu::Recorder& recorder, bool read_back) {
+  const Result<passes::PreparedFrame> prepared = renderer_->prepare({.extent = extent_});
+  if (!prepared) return prepared.error();
+  renderer_->record(*prepared, recorder, frames_.belt(), poses_, view_);
   if (panels_) draw_panels(recorder);
   if (read_back) readback_.record(recorder, renderer_->image(), 0);
   const uint64_t done_at = frames_.submit();
@@ -137,7 +141,7 @@ Result<void> FrameBench::time_frame(gpu::Timed timed, FrameSamples& samples) {
   const Result<double> taking_ms = take_new_poses();
   if (!taking_ms) return taking_ms.error();
   const int64_t begin_ns = monotonic_ns();
-  submit_frame(recorder, false);
+  if (const Result<uint64_t> submitted = submit_frame(recorder, false); !submitted) return submitted.error();
   const int64_t submitted_ns = monotonic_ns();
   const int64_t interval_ns = submitted_ns - std::exchange(last_submit_ns_, submitted_ns);
   if (timed == gpu::Timed::passes) return {};
@@ -188,7 +192,7 @@ Result<sinks::FrameImage> FrameBench::draw(const Condition& condition) {
   apply(condition);
   gpu::Recorder& recorder = frames_.begin();
   if (const Result<double> taken = take_new_poses(); !taken) return taken.error();
-  submit_frame(recorder, true);
+  if (const Result<uint64_t> submitted = submit_frame(recorder, true); !submitted) return submitted.error();
   sinks::FrameImage image;
   readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
     image.width = extent.width;

@@ -66,13 +66,14 @@ class FrameBench {
   // Moves unseen poses into the pose state. Returns the time it took, without waits.
   Result<double> take_new_poses();
   Result<void> time_frame(gpu::Timed timed, FrameSamples& samples);  // all times except the GPU's
-  uint64_t submit_frame(gpu::Recorder& recorder, bool read_back);
+  Result<uint64_t> submit_frame(gpu::Recorder& recorder, bool read_back);
 
   const ImDrawData& lay_out_panels(uint64_t image);
   void draw_panels(gpu::Recorder& recorder);
 
   gpu::Device& device_;
   const scene::Scene& scene_;
+  const VkExtent2D extent_;
   passes::View view_;
   state::PoseState poses_;
   app::StreamReceiver intake_;

@@ -60,7 +60,7 @@ Result<StageTimes> stage_times(const gpu::FrameTimes& times) {
                    "\" belongs to no stage of the report; give it one in tools/lab/bench/frames/stages.cpp"};
     }
     result.ms[static_cast<size_t>(*stage)] += pass.milliseconds;
-    if (pass.aside) {
+    if (pass.async_compute) {
       result.aside_ms += pass.milliseconds;
     } else {
       result.between_ms -= pass.milliseconds;

@@ -7,12 +7,12 @@
 #include "common/visible_triangle.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform Push { SurfacesPush push; };
+layout(push_constant, scalar) uniform Push { CoverageMergePush push; };
 
 // Merge conditions: same part, nearly the same normal, and samples within half a pixel's width of the other
 // plane. Large triangles are skipped, since few pixels show several.
-const float kLeastCosine = 0.9945;  // 6 degrees
-const float kMostPixels = 5;       // along each side of the image
+const float kMinCosine = 0.9945;  // 6 degrees
+const float kMaxPixels = 5;       // along each side of the image
 
 vec3 world_normal(GlobalsRef globals, ClusterInstance instance, uint triangle) {
   const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + triangle];
@@ -34,7 +34,7 @@ float plane_depth(VisibleTriangle t, vec2 place, vec2 size) {
 bool is_small(VisibleTriangle t, vec2 size) {
   if (min(t.clip[0].w, min(t.clip[1].w, t.clip[2].w)) <= 0) return false;
   const vec2 a = t.clip[0].xy / t.clip[0].w, b = t.clip[1].xy / t.clip[1].w, c = t.clip[2].xy / t.clip[2].w;
-  return all(lessThan((max(a, max(b, c)) - min(a, min(b, c))) * 0.5 * size, vec2(kMostPixels)));
+  return all(lessThan((max(a, max(b, c)) - min(a, min(b, c))) * 0.5 * size, vec2(kMaxPixels)));
 }
 
 // Sample whose triangle has most open samples.
@@ -83,7 +83,7 @@ void main() {
         if ((triangle.node_facts & FIRE3DV_NODE_MIRRORED) != 0) normal = -normal;
       }
       const vec3 other_normal = world_normal(globals, instance, other & 127);
-      if (!(dot(normal, other_normal) > kLeastCosine * sqrt(dot(normal, normal) * dot(other_normal, other_normal)))) continue;
+      if (!(dot(normal, other_normal) > kMinCosine * sqrt(dot(normal, normal) * dot(other_normal, other_normal)))) continue;
       for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
         if ((same & (1u << s)) == 0) continue;
         const vec2 place = vec2(pixel) + vec2(kSamplePosition[s]) / kSubpixels;

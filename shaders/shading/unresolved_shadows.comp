@@ -5,10 +5,10 @@
 #include "shared/bindings.h"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform Push { ShadowDoubtPush push; };
+layout(push_constant, scalar) uniform Push { UnresolvedPixelsPush push; };
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform image2D result;
 
-const vec4 kDoubt = vec4(1, 0.6, 0, 1);
+const vec4 kUnresolvedColor = vec4(1, 0.6, 0, 1);
 
 void main() {
   const uint index = gl_GlobalInvocationID.x + gl_WorkGroupID.y * 65535 * 64;
@@ -20,5 +20,5 @@ void main() {
   }
   if (index >= RayListRef(push.lists).at[FIRE3DV_LIST_PIXELS].width) return;
   const uint pixel = RayEntryRef(push.entries).at[index].pixel;
-  imageStore(result, ivec2(pixel % push.width, pixel / push.width), kDoubt);
+  imageStore(result, ivec2(pixel % push.width, pixel / push.width), kUnresolvedColor);
 }

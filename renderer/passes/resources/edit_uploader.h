@@ -11,16 +11,16 @@
 
 namespace fire3dv::passes {
 
-class EditFollower {
+class EditUploader {
  public:
-  explicit EditFollower(gpu::Device& device) : device_(device) {}
+  explicit EditUploader(gpu::Device& device) : device_(device) {}
 
   // Call it before all other work of the frame. Returns true when vertices were written.
-  bool follow(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& gpu_scene, const scene::Scene& scene,
+  bool upload(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& gpu_scene, const scene::Scene& scene,
               const scene::SceneEdits& edits, ShadowPass& shadows);
   // Resets the state for a new scene, to which all edits are new.
-  void forget() {
-    seen_ = {};
+  void reset() {
+    revisions_ = {};
     materials_.clear();
     colors_.clear();
     vertices_.clear();
@@ -39,20 +39,20 @@ class EditFollower {
     glm::vec4 base_color{1};
     uint32_t first_material = 0;  // first appended material copy of the node
   };
-  static void follow_visible(Change& change, ShadowPass& shadows);
-  void follow_materials(Change& change);
-  // anew: recreates the material copies of all nodes with colour edits.
-  void follow_colors(Change& change, bool anew);
-  void make_room_for_colors(Change& change);
-  void give_own_materials(Change& change);
-  static void give_back_materials(Change& change, uint32_t node);
+  static void upload_visibility(Change& change, ShadowPass& shadows);
+  void upload_materials(Change& change);
+  // recreate: creates new material copies for all nodes with colour edits.
+  void upload_colors(Change& change, bool recreate);
+  void reserve_colors(Change& change);
+  void assign_edited_materials(Change& change);
+  static void restore_materials(Change& change, uint32_t node);
   static void set_part_material(Change& change, uint32_t node, uint32_t i, uint32_t material);
   static void set_first_primitive(Change& change, uint32_t node, uint32_t first_primitive);
-  void follow_lights(Change& change, ShadowPass& shadows);
-  void follow_vertices(Change& change);
+  void upload_lights(Change& change, ShadowPass& shadows);
+  void upload_vertices(Change& change);
 
   gpu::Device& device_;
-  scene::EditRevisions seen_;
+  scene::EditRevisions revisions_;
   scene::MaterialEdits materials_;
   std::map<uint32_t, Color> colors_;  // by node
   std::map<uint32_t, std::shared_ptr<const scene::ReplacedVertices>> vertices_;

@@ -2,11 +2,11 @@
 // FIRE3DV_SAMPLES 1 or 4.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "visibility/farthest_depth.glsl"
+#include "visibility/hiz.glsl"
 #include "common/pixel_ids.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
-layout(push_constant, scalar) uniform Push { FarthestDepthPush push; };
+layout(push_constant, scalar) uniform Push { HizPush push; };
 
 const float kNone = 3.4e38;  // of a block without pixels
 shared float farthest_of_thread[16][16];
@@ -20,11 +20,11 @@ void main() {
     if (pixel.x >= size.x || pixel.y >= size.y) continue;
     const uint sample_index = uint(pixel.y * size.x + pixel.x) * FIRE3DV_SAMPLES;
     for (uint s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      farthest = min(farthest, depth_kept(SampleRef(push.visibility).at[sample_index + s].y, push.generation));
+      farthest = min(farthest, decode_depth(SampleRef(push.visibility).at[sample_index + s].y, push.generation));
     }
   }
   farthest_of_thread[thread.y][thread.x] = farthest;
-  for (int level = 0; level < kFarthestLevels; ++level) {
+  for (int level = 0; level < kHizLevels; ++level) {
     // A thread at a block's corner reduces four blocks of the previous level.
     const int half_step = 1 << level, step = 2 * half_step;
     barrier();
@@ -33,9 +33,9 @@ void main() {
                      min(farthest_of_thread[thread.y + half_step][thread.x],
                          farthest_of_thread[thread.y + half_step][thread.x + half_step]));
       farthest_of_thread[thread.y][thread.x] = farthest;
-      const ivec2 blocks = blocks_of_level(size, level), block = first >> (kFarthestShift + level);
+      const ivec2 blocks = blocks_of_level(size, level), block = first >> (kHizShift + level);
       if (block.x < blocks.x && block.y < blocks.y) {
-        FloatsRef(push.farthest).at[first_of_level(size, level) + block.y * blocks.x + block.x] = farthest;
+        FloatsRef(push.hiz).at[first_of_level(size, level) + block.y * blocks.x + block.x] = farthest;
       }
     }
   }

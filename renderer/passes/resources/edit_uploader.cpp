@@ -1,4 +1,4 @@
-#include "renderer/passes/resources/edit_follower.h"
+#include "renderer/passes/resources/edit_uploader.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -25,14 +25,14 @@ const scene::Mesh* mesh_of(const scene::Scene& scene, uint32_t node) {
 }
 
 // Writes vertices in the order of the GPU's arrays.
-void write_vertices(Patches& patches, const GpuScene& gpu_scene, const OwnVertices& own,
+void write_vertices(Patches& patches, const GpuScene& gpu_scene, const InstanceVertices& own,
                     const scene::Scene& scene, const scene::PosedVertices& posed) {
   std::vector<glm::vec3> positions;
   std::vector<scene::TangentFrame> frames;
   for (size_t i = 0; i < own.vertices.size(); ++i) {
-    positions.push_back(posed.positions[own.mesh_places[i]]);
+    positions.push_back(posed.positions[own.mesh_vertices[i]]);
     frames.push_back(
-        scene::packed_frame(posed.normals[own.mesh_places[i]], scene::tangent_of(scene, own.vertices[i])));
+        scene::packed_frame(posed.normals[own.mesh_vertices[i]], scene::tangent_of(scene, own.vertices[i])));
   }
   patches.write(gpu_scene.positions, own.first_vertex * sizeof(glm::vec3),
                 std::span<const glm::vec3>(positions));
@@ -50,21 +50,21 @@ void write_vertices(Patches& patches, const GpuScene& gpu_scene, const OwnVertic
 
 }  // namespace
 
-bool EditFollower::follow(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& gpu_scene,
+bool EditUploader::upload(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& gpu_scene,
                           const scene::Scene& scene, const scene::SceneEdits& edits, ShadowPass& shadows) {
-  if (seen_ == edits.revisions()) return false;
+  if (revisions_ == edits.revisions()) return false;
   Change change{gpu_scene, scene, edits, {}};
-  const bool materials = seen_.materials != edits.revisions().materials;
+  const bool materials = revisions_.materials != edits.revisions().materials;
   if (materials) {
     // Recorded first: nodes with colour edits copy these materials.
-    follow_materials(change);
+    upload_materials(change);
     std::exchange(change.patches, {}).record(recorder, belt);
   }
-  if (seen_.visible != edits.revisions().visible) follow_visible(change, shadows);
-  if (materials || seen_.base_color != edits.revisions().base_color) follow_colors(change, materials);
-  if (seen_.light != edits.revisions().light) follow_lights(change, shadows);
-  if (seen_.vertices != edits.revisions().vertices) follow_vertices(change);
-  seen_ = edits.revisions();
+  if (revisions_.visible != edits.revisions().visible) upload_visibility(change, shadows);
+  if (materials || revisions_.base_color != edits.revisions().base_color) upload_colors(change, materials);
+  if (revisions_.light != edits.revisions().light) upload_lights(change, shadows);
+  if (revisions_.vertices != edits.revisions().vertices) upload_vertices(change);
+  revisions_ = edits.revisions();
   change.patches.record(recorder, belt);
   if (change.draws) gpu_scene.collect_draws(recorder, belt, scene);
   return change.vertices;
@@ -72,7 +72,7 @@ bool EditFollower::follow(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuSc
 
 // Hidden parts reuse the flags that exclude parts from drawing and shadows, so shaders need no extra test.
 // Instances hidden from rays are detached from the transforms pass, which would show them again.
-void EditFollower::follow_visible(Change& change, ShadowPass& shadows) {
+void EditUploader::upload_visibility(Change& change, ShadowPass& shadows) {
   GpuScene& gpu_scene = change.gpu_scene;
   const scene::Scene& scene = change.scene;
   gpu_scene.has_forward_only = false;
@@ -83,15 +83,15 @@ void EditFollower::follow_visible(Change& change, ShadowPass& shadows) {
     const uint32_t first_part = gpu_scene.first_part_of_node[node];
     for (uint32_t part = first_part; part < first_part + mesh->primitive_count; ++part) {
       const uint32_t flags = gpu_scene.part_flags[part];
-      if (!hidden) gpu_scene.has_forward_only |= (flags & FIRE3DV_PART_ON_TOP) != 0;
+      if (!hidden) gpu_scene.has_forward_only |= (flags & FIRE3DV_PART_FORWARD_ONLY) != 0;
       if (hidden == was_hidden) continue;
       change.patches.write(gpu_scene.parts, part * sizeof(PartRecord) + offsetof(PartRecord, flags),
-                           hidden ? flags | FIRE3DV_PART_ON_TOP | FIRE3DV_PART_NO_SHADOW : flags);
+                           hidden ? flags | FIRE3DV_PART_FORWARD_ONLY | FIRE3DV_PART_NO_SHADOW : flags);
     }
     const uint32_t instance =
         gpu_scene.instance_at_node.empty() ? FIRE3DV_NO_INDEX : gpu_scene.instance_at_node[node];
     if (hidden == was_hidden || instance == FIRE3DV_NO_INDEX) continue;
-    const bool moves = !hidden && drawn_at(scene, node) == node;
+    const bool moves = !hidden && transform_index_of(scene, node) == node;
     change.patches.write(gpu_scene.instance_of_node, node * sizeof(uint32_t),
                          moves ? instance : FIRE3DV_NO_INDEX);
     change.patches.write(gpu_scene.instances,
@@ -99,12 +99,12 @@ void EditFollower::follow_visible(Change& change, ShadowPass& shadows) {
                          (node & 0xffffffu) | (hidden ? 0 : 0xff000000u));
   }
   gpu_scene.hidden = change.edits.hidden();
-  shadows.choose_sheets(scene, gpu_scene);
+  shadows.choose_planar_casters(scene, gpu_scene);
   change.draws = true;
 }
 
 // The factors come first in a record; no other data depends on them.
-void EditFollower::follow_materials(Change& change) {
+void EditUploader::upload_materials(Change& change) {
   const scene::MaterialEdits before = std::exchange(materials_, change.edits.materials());
   const auto write = [&](uint32_t number, const scene::MaterialFactors& factors) {
     const scene::Material edited = scene::with_factors(change.scene.materials[number], factors);
@@ -125,20 +125,20 @@ void EditFollower::follow_materials(Change& change) {
   }
 }
 
-void EditFollower::follow_colors(Change& change, bool anew) {
+void EditUploader::upload_colors(Change& change, bool recreate) {
   std::map<uint32_t, Color> wanted;
   for (const auto& [node, edit] : change.edits.nodes()) {
     if (edit.base_color && mesh_of(change.scene, node)) wanted[node] = {*edit.base_color};
   }
   const bool same_nodes = std::equal(wanted.begin(), wanted.end(), colors_.begin(), colors_.end(),
                                      [](const auto& a, const auto& b) { return a.first == b.first; });
-  if (!same_nodes || (anew && !wanted.empty())) {
+  if (!same_nodes || (recreate && !wanted.empty())) {
     const std::map<uint32_t, Color> before = std::exchange(colors_, std::move(wanted));
-    make_room_for_colors(change);
+    reserve_colors(change);
     for (const auto& [node, color] : before) {
-      if (!colors_.contains(node)) give_back_materials(change, node);
+      if (!colors_.contains(node)) restore_materials(change, node);
     }
-    give_own_materials(change);
+    assign_edited_materials(change);
     return;
   }
   for (auto& [node, color] : colors_) {
@@ -156,28 +156,28 @@ void EditFollower::follow_colors(Change& change, bool anew) {
 
 // Copies of materials and primitives for nodes with colour edits are appended to the scene's arrays. Deformed
 // nodes already have their own primitives.
-void EditFollower::make_room_for_colors(Change& change) {
+void EditUploader::reserve_colors(Change& change) {
   GpuScene& gpu_scene = change.gpu_scene;
   const scene::Scene& scene = change.scene;
-  uint32_t materials = gpu_scene.own_material_count, primitives = gpu_scene.own_primitive_count;
+  uint32_t materials = gpu_scene.scene_material_count, primitives = gpu_scene.scene_primitive_count;
   for (auto& [node, color] : colors_) {
     const uint32_t count = mesh_of(scene, node)->primitive_count;
     color.first_material = materials;
     materials += count;
     if (!scene::is_deformed(scene.nodes[node])) primitives += count;
   }
-  change.patches.make_room(device_, gpu_scene.materials,
-                           gpu_scene.own_material_count * sizeof(MaterialRecord),
-                           materials * sizeof(MaterialRecord));
-  change.patches.make_room(device_, gpu_scene.primitives,
-                           gpu_scene.own_primitive_count * sizeof(PrimitiveRecord),
-                           primitives * sizeof(PrimitiveRecord));
+  change.patches.reserve(device_, gpu_scene.materials,
+                         gpu_scene.scene_material_count * sizeof(MaterialRecord),
+                         materials * sizeof(MaterialRecord));
+  change.patches.reserve(device_, gpu_scene.primitives,
+                         gpu_scene.scene_primitive_count * sizeof(PrimitiveRecord),
+                         primitives * sizeof(PrimitiveRecord));
 }
 
-void EditFollower::give_own_materials(Change& change) {
+void EditUploader::assign_edited_materials(Change& change) {
   GpuScene& gpu_scene = change.gpu_scene;
   const scene::Scene& scene = change.scene;
-  gpu_scene.geometry.resize(gpu_scene.own_primitive_count);
+  gpu_scene.geometry.resize(gpu_scene.scene_primitive_count);
   for (const auto& [node, color] : colors_) {
     const scene::Mesh& mesh = *mesh_of(scene, node);
     const auto first_copy = static_cast<uint32_t>(gpu_scene.geometry.size());
@@ -207,7 +207,7 @@ void EditFollower::give_own_materials(Change& change) {
   }
 }
 
-void EditFollower::give_back_materials(Change& change, uint32_t node) {
+void EditUploader::restore_materials(Change& change, uint32_t node) {
   const scene::Mesh& mesh = *mesh_of(change.scene, node);
   for (uint32_t i = 0; i < mesh.primitive_count; ++i)
     set_part_material(change, node, i, change.scene.primitives[mesh.first_primitive + i].material);
@@ -224,12 +224,12 @@ void EditFollower::give_back_materials(Change& change, uint32_t node) {
   }
 }
 
-void EditFollower::set_part_material(Change& change, uint32_t node, uint32_t i, uint32_t material) {
+void EditUploader::set_part_material(Change& change, uint32_t node, uint32_t i, uint32_t material) {
   const VkDeviceSize part = (change.gpu_scene.first_part_of_node[node] + i) * sizeof(PartRecord);
   change.patches.write(change.gpu_scene.parts, part + offsetof(PartRecord, material), material);
 }
 
-void EditFollower::set_first_primitive(Change& change, uint32_t node, uint32_t first_primitive) {
+void EditUploader::set_first_primitive(Change& change, uint32_t node, uint32_t first_primitive) {
   GpuScene& gpu_scene = change.gpu_scene;
   const scene::Mesh& mesh = *mesh_of(change.scene, node);
   change.draws = true;
@@ -241,7 +241,7 @@ void EditFollower::set_first_primitive(Change& change, uint32_t node, uint32_t f
   }
 }
 
-void EditFollower::follow_lights(Change& change, ShadowPass& shadows) {
+void EditUploader::upload_lights(Change& change, ShadowPass& shadows) {
   GpuScene& gpu_scene = change.gpu_scene;
   const std::vector<scene::PlacedLight> lights = scene::lights_of(change.scene, &change.edits);
   std::vector<gpu_types::LightRecord> records;
@@ -250,7 +250,7 @@ void EditFollower::follow_lights(Change& change, ShadowPass& shadows) {
     light_at_node[placed.node] = static_cast<uint32_t>(records.size());
     records.push_back(light_record(placed.light, placed.node));
   }
-  change.patches.make_room(device_, gpu_scene.lights, 0, records.size() * sizeof(gpu_types::LightRecord));
+  change.patches.reserve(device_, gpu_scene.lights, 0, records.size() * sizeof(gpu_types::LightRecord));
   change.patches.write(gpu_scene.lights, 0, std::span<const gpu_types::LightRecord>(records));
   for (uint32_t node = 0; node < gpu_scene.node_count; ++node) {
     if (light_at_node[node] == gpu_scene.light_at_node[node]) continue;
@@ -258,15 +258,15 @@ void EditFollower::follow_lights(Change& change, ShadowPass& shadows) {
   }
   gpu_scene.light_at_node = std::move(light_at_node);
   gpu_scene.light_count = static_cast<uint32_t>(lights.size());
-  // The light places follow the node transforms in the buffer.
-  change.patches.make_room(device_, gpu_scene.world_from_node, gpu_scene.light_places_offset,
-                           gpu_scene.light_places_offset + lights.size() * sizeof(gpu_types::LightPlace));
+  // The light poses follow the node transforms in the buffer.
+  change.patches.reserve(device_, gpu_scene.world_from_node, gpu_scene.light_poses_offset,
+                         gpu_scene.light_poses_offset + lights.size() * sizeof(gpu_types::LightPose));
   shadows.set_lights_or_drop_shadows(lights);
 }
 
 // Writes into the vertex copies of these nodes. Reverted nodes return to their rest vertices.
-void EditFollower::follow_vertices(Change& change) {
-  for (const OwnVertices& own : change.gpu_scene.own_vertices) {
+void EditUploader::upload_vertices(Change& change) {
+  for (const InstanceVertices& own : change.gpu_scene.instance_vertices) {
     const auto edit = change.edits.nodes().find(own.node);
     std::shared_ptr<const scene::ReplacedVertices> wanted;
     if (edit != change.edits.nodes().end()) wanted = edit->second.vertices;

@@ -1,0 +1,40 @@
+#include "renderer/passes/frame_plan.h"
+
+namespace fire3dv::passes {
+
+FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const Inspection& inspection,
+                     uint32_t views) {
+  const ShadowTechnique& technique = facts.shadow_technique;
+  // Forward draws continue the samples of compute shading.
+  const bool can_compute =
+      facts.raster_path == RasterPath::visibility && (!facts.has_forward_only || facts.can_write_samples);
+  FramePlan plan;
+  plan.surface_planes = outputs.any_surface_plane();
+  plan.inspection = inspection.any();
+  plan.shading = outputs.shaded() && !replaces_shading(inspection.debug_view);
+  plan.compute_shading = plan.shading && can_compute;
+
+  plan.shadows = plan.shading && facts.shadows_on;
+  const bool traced = plan.shadows && technique.method == ShadowMethod::ray;
+  plan.acceleration_structures = traced && facts.has_lights;
+  // The fragment shader of the forward path traces ray queries itself.
+  plan.shadow_mask = traced && (can_compute || technique.back_end == RayBackEnd::pipeline);
+
+  plan.visibility_buffer = plan.compute_shading || plan.shadow_mask || plan.surface_planes || plan.inspection;
+  plan.coverage_merge = plan.shading && plan.visibility_buffer;
+  // The forward path draws LOD 0 only, and its mask must match that.
+  plan.camera_levels_of_detail =
+      can_compute && facts.levels_of_detail != LevelsOfDetail::off && facts.scene_has_levels;
+  plan.shadow_maps = plan.shadows && facts.needs_shadow_maps;
+  plan.shadow_map_levels_of_detail =
+      plan.camera_levels_of_detail && facts.levels_of_detail == LevelsOfDetail::everywhere;
+
+  plan.hdr_samples = plan.compute_shading && (facts.has_forward_only || outputs.has(wire::kColorLinearF16));
+  if (!plan.shading || views > 1) return plan;  // compute shading has completed images of several views
+  plan.forward = !plan.compute_shading || facts.has_forward_only;
+  plan.tone_map = !plan.compute_shading || plan.hdr_samples;
+  plan.fxaa_only = !plan.tone_map;
+  return plan;
+}
+
+}  // namespace fire3dv::passes

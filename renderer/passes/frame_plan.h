@@ -1,0 +1,67 @@
+// Plan of one image: the passes that run. It is a value computed from settings, scene facts, outputs and
+// inspection, without Vulkan, so that tests need no GPU.
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/passes/debug/inspection.h"
+#include "renderer/passes/outputs/plane_layout.h"
+#include "renderer/passes/shadows/shadow_technique.h"
+
+namespace fire3dv::passes {
+
+enum class RasterPath : uint8_t {
+  automatic,   // visibility where the device supports it, otherwise forward
+  forward,     // the raster pipeline: the reference
+  visibility,  // compute, from a visibility buffer
+};
+
+// Use of coarser LODs on the visibility path.
+enum class LevelsOfDetail : uint8_t {
+  off,
+  camera,
+  everywhere,  // also in shadow maps: a quarter of a texel around a shadow's edge may then be lit
+  automatic,   // the camera's, in scenes where they pay
+};
+
+// Facts of settings, device and scene that decide a plan.
+struct FrameFacts {
+  RasterPath raster_path = RasterPath::visibility;  // never automatic
+  bool can_write_samples = true;  // compute shading can write multisampled HDR colour for forward draws
+  LevelsOfDetail levels_of_detail = LevelsOfDetail::automatic;
+  bool scene_has_levels = false;
+  bool has_forward_only = false;  // shown blended surfaces, lines or points
+  bool shadows_on = true;
+  ShadowTechnique shadow_technique;
+  bool has_lights = false;
+  bool needs_shadow_maps = false;  // the technique, for this scene
+};
+
+struct FramePlan {
+  // Geometry.
+  bool visibility_buffer = false;  // ids and depths of the cameras
+  bool camera_levels_of_detail = false;
+  bool shadow_maps = false;
+  bool shadow_map_levels_of_detail = false;
+  // Shadows.
+  bool shadows = false;
+  bool acceleration_structures = false;
+  bool shadow_mask = false;  // one bit per light and pixel, from maps and rays
+  // Colours.
+  bool shading = false;          // false: colours are not requested, or a debug view replaces them
+  bool coverage_merge = false;   // one shading sample for the triangles of one surface in a pixel
+  bool compute_shading = false;  // from the visibility buffer
+  bool hdr_samples = false;      // compute shading writes the HDR target, which the tone-map pass resolves
+  bool forward = false;          // the whole scene, or forward-only draws over compute shading
+  bool tone_map = false;         // compute shading without HDR samples has tone-mapped its pixels itself
+  bool fxaa_only = false;        // FXAA on the pixels that compute shading has tone-mapped
+  // Other outputs.
+  bool surface_planes = false;
+  bool inspection = false;  // debug view, picking, outline
+};
+
+// views: number of views of the image. inspection: without unavailable parts.
+FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const Inspection& inspection,
+                     uint32_t views = 1);
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,138 @@
+// Preparation of frames by SceneRenderer: availability of outputs, targets and memory.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "renderer/passes/scene_renderer.h"
+
+namespace fire3dv::passes {
+namespace {
+
+// Limits of cached targets of other sizes.
+constexpr VkDeviceSize kMaxCacheBytes = VkDeviceSize{256} << 20;
+constexpr size_t kMaxCachedSizes = 8;
+
+}  // namespace
+
+Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shortage* shortage) {
+  ++prepared_;  // earlier prepared frames are no longer valid
+  Shortage ignored{};
+  Shortage& reason = shortage ? *shortage : ignored;
+  if (Result<void> can = can_take(request.outputs, request.views); !can) {
+    reason = Shortage::unsupported_outputs;
+    return can.error();
+  }
+  if (request.scene == SceneUpdate::update && outputs_) outputs_->places_are_new();
+  if (request.outputs.has(wire::kMotion) && !outputs_->can_keep_places(*gpu_scene_)) {
+    reason = Shortage::motion_snapshots;
+    return Error{
+        "the device keeps where everything was for images of other frames that want motion, and has no "
+        "room for more; ask for motion with every frame, or in fewer requests"};
+  }
+  FrameRequest usable = request;
+  try {
+    set_targets(request.extent, request.views);
+    usable.inspection = available(request.inspection, request.outputs);
+    allocate(usable);
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    reason = Shortage::device_memory;
+    return Error{"the device has no memory for an image of " + std::to_string(request.extent.width) + " x " +
+                 std::to_string(request.extent.height) + "; ask for a smaller one"};
+  }
+  reason = Shortage::none;
+  return PreparedFrame(std::move(usable), prepared_);
+}
+
+void SceneRenderer::set_targets(VkExtent2D extent, uint32_t views) {
+  const bool is_set = targets_ && targets_->extent.width == extent.width &&
+                      targets_->extent.height == extent.height && targets_->views == views;
+  if (is_set) return;
+  targets_ = nullptr;  // after an allocation failure only some passes have the new targets
+  Targets& targets = find_or_create_targets(extent, views);
+  try {
+    if (visibility_) visibility_->set_targets(targets);
+    shadows_.set_targets(targets);
+  } catch (const gpu::VulkanFailure&) {
+    // Drop partially set targets.
+    if (visibility_) visibility_->reset_targets();
+    shadows_.reset_targets();
+    target_cache_.erase(target_cache_.begin());
+    throw;
+  }
+  targets_ = &targets;
+  drop_old_targets();
+}
+
+Targets& SceneRenderer::find_or_create_targets(VkExtent2D extent, uint32_t views) {
+  auto& cache = target_cache_;
+  const auto known = std::find_if(cache.begin(), cache.end(), [&](const std::unique_ptr<Targets>& targets) {
+    return targets->extent.width == extent.width && targets->extent.height == extent.height &&
+           targets->views == views;
+  });
+  if (known != cache.end()) {
+    std::rotate(cache.begin(), known, known + 1);
+  } else {
+    auto created = std::make_unique<Targets>(device_, extent, views, samples_);
+    if (views == 1) post_.bind(*created);
+    cache.insert(cache.begin(), std::move(created));
+  }
+  return *cache.front();
+}
+
+void SceneRenderer::drop_old_targets() {
+  VkDeviceSize bytes = 0;
+  for (size_t i = 1; i < target_cache_.size(); ++i) {
+    bytes += bytes_of(*target_cache_[i]);
+    if (i < kMaxCachedSizes && bytes <= kMaxCacheBytes) continue;
+    target_cache_.resize(i);
+    return;
+  }
+}
+
+// Edits of this frame may still change the plan; record() then allocates the rest.
+void SceneRenderer::allocate(const FrameRequest& request) {
+  const FramePlan plan = plan_frame(facts(), request.outputs, request.inspection, request.views);
+  if (outputs_) outputs_->begin(request.outputs, *gpu_scene_, request.extent, request.views);
+  if (plan.visibility_buffer)
+    visibility_->allocate(*gpu_scene_, settings_.cull, plan.camera_levels_of_detail);
+}
+
+FrameFacts SceneRenderer::facts() const {
+  FrameFacts facts;
+  facts.raster_path = path_;
+  facts.can_write_samples = visibility_ && visibility_->can_write_samples();
+  facts.levels_of_detail = settings_.levels_of_detail;
+  facts.scene_has_levels = gpu_scene_->cluster_instance_count > gpu_scene_->lod0_cluster_instance_count;
+  facts.has_forward_only = gpu_scene_->has_forward_only;
+  facts.shadows_on = shadows_on_;
+  facts.shadow_technique = shadow_technique_;
+  facts.has_lights = shadows_.has_lights();
+  facts.needs_shadow_maps = shadows_.needs_maps();
+  return facts;
+}
+
+Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views) const {
+  if (views > 1) {
+    // Edits may show hidden nodes in the recorded frame.
+    const bool alone = path_ != RasterPath::visibility || may_have_forward_only_;
+    if (alone || outputs.has(wire::kColorLinearF16))
+      return Error{
+          "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
+          "points, and no linear colours: take one after the other"};
+  }
+  if (!outputs.any_plane()) return {};
+  if (path_ != RasterPath::visibility) {
+    return Error{settings_.raster == RasterPath::forward
+                     ? "outputs beside color come from the visibility buffer: leave --raster forward out"
+                     : "outputs beside color come from the visibility buffer, for which " +
+                           device_.report().name +
+                           " lacks 64-bit atomics: choose another device with --device"};
+  }
+  if (outputs.has(wire::kColorLinearF16) && !visibility_->can_write_samples())
+    return Error{"linear colours of several samples need what " + device_.report().name +
+                 " lacks (shaderStorageImageMultisample): take one sample with --samples 1"};
+  return {};
+}
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,109 @@
+// Test of frame plans: each output runs the passes that it needs, and no others.
+#include "renderer/passes/frame_plan.h"
+
+#include <gtest/gtest.h>
+
+namespace fire3dv::passes {
+namespace {
+
+FrameFacts lit_scene() {
+  FrameFacts facts;
+  facts.scene_has_levels = true;
+  facts.shadow_technique.method = ShadowMethod::ray;
+  facts.shadow_technique.back_end = RayBackEnd::query;
+  facts.shadow_technique.hybrid = true;
+  facts.has_lights = true;
+  facts.needs_shadow_maps = true;
+  return facts;
+}
+
+ImageOutputs only(wire::ImageOutput output) {
+  return ImageOutputs(output);
+}
+
+TEST(FramePlan, ColoursUseMapsRaysAndComputeShading) {
+  const FramePlan plan = plan_frame(lit_scene(), {}, {});
+  EXPECT_TRUE(plan.visibility_buffer && plan.shadow_maps && plan.acceleration_structures);
+  EXPECT_TRUE(plan.shadow_mask && plan.compute_shading && plan.fxaa_only);
+  EXPECT_FALSE(plan.hdr_samples || plan.forward || plan.tone_map);
+  EXPECT_FALSE(plan.surface_planes || plan.inspection);
+}
+
+TEST(FramePlan, PlanesAloneNeedNoShadingAndNoShadowRays) {
+  const FramePlan plan = plan_frame(lit_scene(), only(wire::kDepthF32), {});
+  EXPECT_TRUE(plan.visibility_buffer && plan.surface_planes && plan.camera_levels_of_detail);
+  EXPECT_FALSE(plan.shading || plan.coverage_merge || plan.compute_shading || plan.forward);
+  EXPECT_FALSE(plan.tone_map || plan.fxaa_only);
+  EXPECT_FALSE(plan.shadows || plan.shadow_maps || plan.shadow_mask || plan.acceleration_structures);
+}
+
+TEST(FramePlan, LinearColoursAreShadedAndResolvedInTheToneMapPass) {
+  const FramePlan plan = plan_frame(lit_scene(), only(wire::kColorLinearF16), {});
+  EXPECT_TRUE(plan.compute_shading && plan.hdr_samples && plan.tone_map);
+  EXPECT_FALSE(plan.forward || plan.fxaa_only || plan.surface_planes);
+}
+
+TEST(FramePlan, ForwardOnlyDrawsContinueTheSamplesOfComputeShading) {
+  FrameFacts facts = lit_scene();
+  facts.has_forward_only = true;
+  FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.compute_shading && plan.hdr_samples && plan.forward && plan.tone_map);
+  facts.can_write_samples = false;
+  plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.forward && plan.tone_map && plan.acceleration_structures);
+  EXPECT_FALSE(plan.compute_shading || plan.hdr_samples || plan.visibility_buffer || plan.shadow_mask);
+}
+
+TEST(FramePlan, TheForwardPathHasNoVisibilityBufferExceptForARayTracingPipeline) {
+  FrameFacts facts = lit_scene();
+  facts.raster_path = RasterPath::forward;
+  FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.forward && plan.tone_map && plan.acceleration_structures);
+  EXPECT_FALSE(plan.visibility_buffer || plan.shadow_mask || plan.compute_shading);
+  facts.shadow_technique.back_end = RayBackEnd::pipeline;
+  plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.visibility_buffer && plan.shadow_mask && plan.forward);
+  EXPECT_FALSE(plan.compute_shading || plan.camera_levels_of_detail) << "forward draws use LOD 0 only";
+}
+
+TEST(FramePlan, ShadowsOffOrWithoutLightsBuildNoAccelerationStructures) {
+  FrameFacts facts = lit_scene();
+  facts.has_lights = false;
+  EXPECT_FALSE(plan_frame(facts, {}, {}).acceleration_structures);
+  facts = lit_scene();
+  facts.shadows_on = false;
+  const FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.compute_shading);
+  EXPECT_FALSE(plan.shadows || plan.shadow_maps || plan.shadow_mask || plan.acceleration_structures);
+}
+
+TEST(FramePlan, ADebugViewReplacesShadingButNotPlanes) {
+  Inspection inspection;
+  inspection.debug_view = DebugView::normals;
+  ImageOutputs outputs;
+  outputs.add(wire::kInstanceU32);
+  FramePlan plan = plan_frame(lit_scene(), outputs, inspection);
+  EXPECT_TRUE(plan.visibility_buffer && plan.inspection && plan.surface_planes);
+  EXPECT_FALSE(plan.shading || plan.shadows);
+  inspection.debug_view = DebugView::unresolved_shadows;
+  plan = plan_frame(lit_scene(), outputs, inspection);
+  EXPECT_TRUE(plan.shading && plan.shadow_mask) << "it marks pixels of the shaded image";
+}
+
+TEST(FramePlan, SeveralViewsEndWithComputeShading) {
+  const FramePlan plan = plan_frame(lit_scene(), {}, {}, 3);
+  EXPECT_TRUE(plan.visibility_buffer && plan.compute_shading);
+  EXPECT_FALSE(plan.forward || plan.tone_map || plan.fxaa_only);
+}
+
+TEST(FramePlan, ShadowMapsUseCoarseLevelsOnlyEverywhere) {
+  FrameFacts facts = lit_scene();
+  EXPECT_FALSE(plan_frame(facts, {}, {}).shadow_map_levels_of_detail);
+  facts.levels_of_detail = LevelsOfDetail::everywhere;
+  EXPECT_TRUE(plan_frame(facts, {}, {}).shadow_map_levels_of_detail);
+  facts.levels_of_detail = LevelsOfDetail::off;
+  EXPECT_FALSE(plan_frame(facts, {}, {}).camera_levels_of_detail);
+}
+
+}  // namespace
+}  // namespace fire3dv::passes
