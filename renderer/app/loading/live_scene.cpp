@@ -1,18 +1,14 @@
 #include "renderer/app/loading/live_scene.h"
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 #include <map>
 
+#include "protocol/base/clock.h"
 #include "renderer/passes/resources/gpu_bytes.h"
 
 namespace fire3dv::app {
 namespace {
-
-int64_t monotonic_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
 
 std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::WantedNode>& nodes) {
   std::vector<std::pair<uint64_t, uint64_t>> keys;
@@ -58,7 +54,7 @@ void LiveScene::renderer_is_new() {
 }
 
 bool LiveScene::follow() {
-  const int64_t begin_ns = monotonic_now_ns();
+  const int64_t begin_ns = monotonic_ns();
   const bool built = !build_.idle() && show_built();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
   // Who moves a node decides whose edits of it count.
@@ -68,13 +64,13 @@ bool LiveScene::follow() {
   bindings_seen_ = poses_.binding_revision();
   // What follows from a replaced scene, or from who moves which node, is no stream's edit.
   if (built || rebound) (void)book_.resolve(scene(), poses_, false);
-  if (built) charge_replacement(monotonic_now_ns() - begin_ns);
+  if (built) charge_replacement(monotonic_ns() - begin_ns);
   take_edits(std::move(changes));
   pending_.merge(book_.take_wanted_changes());
-  const int64_t list_begin_ns = monotonic_now_ns();
+  const int64_t list_begin_ns = monotonic_ns();
   if (can_build()) list_wanted();
   resolve();
-  if (built) list_ns_ += monotonic_now_ns() - list_begin_ns;
+  if (built) list_ns_ += monotonic_ns() - list_begin_ns;
   build_if_other();
   bool shown = false;
   for (const state::EditRegistry::Finished& edit : book_.take_finished())
@@ -85,19 +81,19 @@ bool LiveScene::follow() {
 // One stream after the other, so that each one's time is known.
 void LiveScene::take_edits(std::vector<state::SceneChanges> changes) {
   for (state::SceneChanges& change : changes) {
-    const int64_t begin_ns = monotonic_now_ns();
+    const int64_t begin_ns = monotonic_ns();
     const state::StreamId stream = change.stream;
     const bool is_charged = edit_time_ && !change.ended;
     std::vector<state::SceneChanges> one;
     one.push_back(std::move(change));
     book_.take(std::move(one), &poses_.names());
     (void)book_.resolve(scene(), poses_, false);
-    if (is_charged) edit_time_(stream, monotonic_now_ns() - begin_ns);
+    if (is_charged) edit_time_(stream, monotonic_ns() - begin_ns);
   }
 }
 
 bool LiveScene::may_build(const ReplacementShares::Peer& peer) const {
-  return shares_.earliest_ns(peer) <= monotonic_now_ns();
+  return shares_.earliest_ns(peer) <= monotonic_ns();
 }
 
 bool LiveScene::can_build() const {
@@ -175,7 +171,7 @@ void LiveScene::build_if_other() {
   if (!build_.idle()) return;  // when that is done
   note_vertex_changes();
   if (!can_build()) return;
-  const int64_t begin_ns = monotonic_now_ns();
+  const int64_t begin_ns = monotonic_ns();
   list_wanted();
   std::vector<ReplacementShares::Cause> causes;
   std::erase_if(pending_, [&](const auto& peer) {
@@ -208,7 +204,7 @@ void LiveScene::build_if_other() {
   causes_ = std::move(causes);
   ++builds_begun_;
   build_.begin(std::move(request));
-  list_ns_ += monotonic_now_ns() - begin_ns;
+  list_ns_ += monotonic_ns() - begin_ns;
 }
 
 // The scene that was built last, and its part of the render thread's time.
@@ -219,7 +215,7 @@ void LiveScene::charge_replacement(int64_t shown_ns) {
   }
   const bool is_alone = active.size() <= 1;
   shown_ns += std::exchange(list_ns_, 0);
-  shares_.add({std::exchange(causes_, {}), merge_ns_, shown_ns, monotonic_now_ns(), is_alone});
+  shares_.add({std::exchange(causes_, {}), merge_ns_, shown_ns, monotonic_ns(), is_alone});
   replacement_ns_ = merge_ns_ + (is_alone ? 1 : ReplacementShares::kRestOfShown) * shown_ns;
 }
 
