@@ -20,7 +20,7 @@ static_assert(std::atomic<int>::is_always_lock_free && std::atomic<pid_t>::is_al
 // Signal handler; async-signal-safe. A child between fork and exec inherits it but must not close its
 // parent's streams.
 void on_signal(int number) {
-  const int kept = errno;
+  const int saved = errno;
   if (owner.load() != ::getpid()) {
     ::signal(number, SIG_DFL);
     ::raise(number);
@@ -28,7 +28,7 @@ void on_signal(int number) {
     const auto byte = static_cast<unsigned char>(number);
     [[maybe_unused]] const ssize_t written = ::write(fd, &byte, 1);  // pipe full: the thread is awake already
   }
-  errno = kept;
+  errno = saved;
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ void on_signal(int number) {
 EndSignals::EndSignals(std::function<void()> close) : close_(std::move(close)) {
   int fds[2];
   if (::pipe2(fds, O_CLOEXEC) != 0) {
-    tell("no pipe can be made, so a stream will be left open when AMBF is ended by SIGTERM");
+    log_line("no pipe can be made, so a stream will be left open when AMBF is ended by SIGTERM");
     return;
   }
   read_fd_ = fds[0];
@@ -45,20 +45,20 @@ EndSignals::EndSignals(std::function<void()> close) : close_(std::move(close)) {
   owner = ::getpid();
 
   // The thread blocks all signals, since AMBF's handlers must run on AMBF's threads.
-  sigset_t all, kept;
+  sigset_t all, saved;
   sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &kept);
+  pthread_sigmask(SIG_SETMASK, &all, &saved);
   try {
     thread_ = std::thread([this] { wait_for_signal(); });
   } catch (const std::system_error&) {
     // Thread limit of the process reached.
   }
-  pthread_sigmask(SIG_SETMASK, &kept, nullptr);
+  pthread_sigmask(SIG_SETMASK, &saved, nullptr);
   if (!thread_.joinable()) {
     wake_fd = -1;
     ::close(fds[0]);
     ::close(fds[1]);
-    tell("no thread can be started, so a stream will be left open when AMBF is ended by SIGTERM");
+    log_line("no thread can be started, so a stream will be left open when AMBF is ended by SIGTERM");
     return;
   }
 
@@ -68,7 +68,7 @@ EndSignals::EndSignals(std::function<void()> close) : close_(std::move(close)) {
     action.sa_flags = SA_RESTART;
     sigemptyset(&action.sa_mask);
     if (::sigaction(kSignals[i], nullptr, &before_[i]) != 0) continue;
-    if (before_[i].sa_handler == SIG_IGN) continue;  // the parent process asked AMBF to ignore this signal
+    if (before_[i].sa_handler == SIG_IGN) continue;  // the parent process made AMBF ignore this signal
     ours_[i] = ::sigaction(kSignals[i], &action, nullptr) == 0;
   }
 }

@@ -10,7 +10,8 @@ namespace {
 // Rotates Z up to Y up (protocol/SPEC.md).
 constexpr double kWorldFromStream[12] = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
 
-constexpr size_t kMostSaid = 50;  // bounds the set: messages may contain numbers that change at each step
+constexpr size_t kMaxLoggedErrors =
+    50;  // bounds the set: messages may contain numbers that change at each step
 
 const char* file(const std::string& name) {
   return name.empty() ? nullptr : name.c_str();
@@ -49,31 +50,32 @@ void Links::describe(const std::vector<std::string>& names, double rate_hz) {
   description.node_count = pointers.size();
   description.world_from_stream = kWorldFromStream;
   description.nominal_rate_hz = rate_hz;
-  for (Link& link : links_) hear(link, fire3dv_describe(link.stream.get(), &description));
+  for (Link& link : links_) check_result(link, fire3dv_describe(link.stream.get(), &description));
 }
 
 void Links::publish(double sim_time_s, const std::vector<float>& poses, uint32_t flags) {
   const int64_t sim_time_ns = std::llround(sim_time_s * 1e9);
   for (Link& link : links_)
-    hear(link, fire3dv_publish(link.stream.get(), sim_time_ns, poses.data(), poses.size() / 12, flags));
+    check_result(link,
+                 fire3dv_publish(link.stream.get(), sim_time_ns, poses.data(), poses.size() / 12, flags));
 }
 
 void Links::edit(const std::function<int(fire3dv_stream*)>& call) {
-  for (Link& link : links_) hear(link, call(link.stream.get()));
+  for (Link& link : links_) check_result(link, call(link.stream.get()));
 }
 
 void Links::poll() {
-  for (Link& link : links_) hear(link, fire3dv_poll(link.stream.get(), nullptr));
+  for (Link& link : links_) check_result(link, fire3dv_poll(link.stream.get(), nullptr));
 }
 
 void Links::log_answers() {
   for (Link& link : links_) {
     fire3dv_status status{};
     status.struct_size = sizeof status;
-    hear(link, fire3dv_poll(link.stream.get(), &status));
+    check_result(link, fire3dv_poll(link.stream.get(), &status));
     if (link.answer == status.welcome_message) continue;
     link.answer = status.welcome_message;
-    if (!link.answer.empty()) tell(link.uri + ": " + link.answer);
+    if (!link.answer.empty()) log_line(link.uri + ": " + link.answer);
   }
 }
 
@@ -81,12 +83,13 @@ void Links::close() {
   links_.clear();
 }
 
-void Links::hear(Link& link, int code) {
+void Links::check_result(Link& link, int code) {
   if (code == FIRE3DV_OK) return;
   const char* const sentence = fire3dv_last_error();
-  if (link.said.size() >= kMostSaid || link.said.contains(sentence)) return;
-  link.said.insert(sentence);
-  tell(link.uri + ": " + sentence + (link.said.size() == kMostSaid ? "; further failures are not told" : ""));
+  if (link.logged.size() >= kMaxLoggedErrors || link.logged.contains(sentence)) return;
+  link.logged.insert(sentence);
+  log_line(link.uri + ": " + sentence +
+           (link.logged.size() == kMaxLoggedErrors ? "; further errors are not logged" : ""));
 }
 
 }  // namespace fire3dv::ambf

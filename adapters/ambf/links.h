@@ -39,10 +39,10 @@ class Links {
   struct Link {
     std::string uri;
     std::unique_ptr<fire3dv_stream, Close> stream;
-    std::set<std::string, std::less<>> said;  // errors logged already
-    std::string answer;                       // last answer of a renderer, logged already
+    std::set<std::string, std::less<>> logged;  // errors logged already
+    std::string answer;                         // last answer of a renderer, logged already
   };
-  static void hear(Link& link, int code);
+  static void check_result(Link& link, int code);
 
   std::vector<Link> links_;
 };

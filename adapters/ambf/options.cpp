@@ -19,7 +19,7 @@ struct Known {
 // nanoseconds.
 constexpr double kLowestRateHz = 1e-3, kHighestRateHz = 1e6;
 
-// Parses with a decimal point, whatever locale the AMBF process has set.
+// Parses with a decimal point, independent of the locale of the AMBF process.
 bool read_rate(const std::string& text, double& rate_hz) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -4,7 +4,6 @@
 #include <afFramework.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -14,12 +13,13 @@
 
 #include "adapters/ambf/log.h"
 #include "adapters/ambf/session.h"
+#include "protocol/base/clock.h"
 
 namespace {
 
 using namespace fire3dv::ambf;
 
-constexpr int kMostParents = 64;  // beyond this, the parent chain is a cycle
+constexpr int kMaxParents = 64;  // beyond this, the parent chain is a cycle
 
 std::atomic<bool> running{false};  // one session per process, since signal handlers are per process
 
@@ -35,13 +35,9 @@ Transform local_frame(ambf::afBaseObject& object) {
 Transform world_from(ambf::afBaseObject& object) {
   Transform frame = local_frame(object);
   ambf::afBaseObject* parent = object.getParentObject();
-  for (int i = 0; parent && i < kMostParents; ++i, parent = parent->getParentObject())
+  for (int i = 0; parent && i < kMaxParents; ++i, parent = parent->getParentObject())
     frame = local_frame(*parent) * frame;
   return frame;
-}
-
-int64_t now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
 // Object at the time of the last description.
@@ -85,7 +81,7 @@ class Plugin : public ambf::afSimulatorPlugin {
  private:
   void start(const std::vector<std::string>& arguments) {
     if (running.exchange(true)) {
-      tell("the plugin is loaded already, perhaps by the launch file; give the one several URIs");
+      log_line("the plugin is loaded already, perhaps by the launch file; give the one several URIs");
       return;
     }
     ours_ = true;
@@ -93,7 +89,7 @@ class Plugin : public ambf::afSimulatorPlugin {
     if (started.ok()) {
       session_ = std::move(*started);
     } else {
-      tell(started.error().message + "; AMBF goes on without");
+      log_line(started.error().message + "; AMBF continues without it");
     }
   }
 
@@ -103,13 +99,13 @@ class Plugin : public ambf::afSimulatorPlugin {
     try {
       work();
     } catch (const std::exception& error) {
-      if (!said_) tell(std::string("a frame is left out: ") + error.what());
-      said_ = true;
+      if (!logged_) log_line(std::string("a frame is left out: ") + error.what());
+      logged_ = true;
     }
   }
 
   void publish() {
-    const int64_t now = now_ns();
+    const int64_t now = fire3dv::monotonic_ns();
     if (!session_ || !session_->begin_turn(now)) return;
     guarded([&] { publish_turn(now); });
     session_->end_turn();
@@ -119,7 +115,7 @@ class Plugin : public ambf::afSimulatorPlugin {
     if (!is_as_described()) describe();
     for (size_t i = 0; i < known_.size(); ++i) {
       session_->set_pose(i, world_from(*known_[i].object));
-      look(i);
+      send_appearance(i);
     }
     if (!soft_bodies_.empty() && session_->vertices_due(now)) publish_vertices();
     session_->publish(m_worldPtr->getSimulationTime(), now);
@@ -172,7 +168,7 @@ class Plugin : public ambf::afSimulatorPlugin {
   }
 
   // Sends visibility and camera intrinsics of an object.
-  void look(size_t i) {
+  void send_appearance(size_t i) {
     const Known& known = known_[i];
     if (known.kind == Kind::rigid_body || known.kind == Kind::ghost_object) {
       const chai3d::cMultiMesh* const mesh =
@@ -232,7 +228,7 @@ class Plugin : public ambf::afSimulatorPlugin {
   std::vector<float> vertices_;
   bool ours_ = false;  // this plugin owns `running`
   bool described_ = false;
-  bool said_ = false;
+  bool logged_ = false;
 };
 
 }  // namespace

@@ -10,8 +10,8 @@
 namespace fire3dv::ambf {
 namespace {
 
-constexpr int64_t kPollEveryNs = 10'000'000;     // frequent enough for clock offset measurement
-constexpr int64_t kTellEveryNs = 1'000'000'000;  // rate of log lines, which allocate
+constexpr int64_t kPollIntervalNs = 10'000'000;    // frequent enough for clock offset measurement
+constexpr int64_t kLogIntervalNs = 1'000'000'000;  // rate of log lines, which allocate
 
 }  // namespace
 
@@ -20,7 +20,7 @@ Result<std::unique_ptr<Session>> Session::start(const std::vector<std::string>& 
   auto launch = read_launch(arguments, ambf_root);
   // AMBF has read this file. If the plugin cannot, only its options and cameras are missing.
   if (!launch.ok()) {
-    tell(launch.error().message + "; its options and cameras are left out");
+    log_line(launch.error().message + "; its options and cameras are left out");
     launch = Launch{};
   }
   if (!launch->options_fault.empty()) return Error{launch->options_fault};
@@ -31,11 +31,11 @@ Result<std::unique_ptr<Session>> Session::start(const std::vector<std::string>& 
   const auto opened = links.open(*options);
   if (!opened.ok()) {
     if (links.empty()) return opened.error();
-    tell(opened.error().message);
+    log_line(opened.error().message);
   }
   CameraDefinitions cameras;
   if (headless) cameras = read_cameras(*launch);
-  for (const std::string& warning : cameras.warnings) tell(warning);
+  for (const std::string& warning : cameras.warnings) log_line(warning);
   return std::make_unique<Session>(std::move(*options), std::move(cameras), std::move(links));
 }
 
@@ -84,11 +84,11 @@ void Session::describe(std::vector<Object> objects) {
     const auto parent = find_parent(objects_, added, first_camera_ + i, cameras_[i].parent);
     camera_parents_.push_back(parent);
     if (!parent && !cameras_[i].parent.empty())
-      tell("camera '" + cameras_[i].key + "' has the parent '" + cameras_[i].parent +
-           "', which is no one object of AMBF; it stands in the world");
+      log_line("camera '" + cameras_[i].key + "' has the parent '" + cameras_[i].parent +
+               "', which is no one object of AMBF; it stands in the world");
   }
   nodes_ = NodeTable(objects_, options_.names);
-  for (const std::string& warning : nodes_.warnings()) tell(warning);
+  for (const std::string& warning : nodes_.warnings()) log_line(warning);
   world_from_object_.assign(objects_.size(), Transform());
   poses_.assign(nodes_.size() * 12, 0.0f);
   for (size_t node = 0; node < nodes_.size(); ++node) to_pose(Transform(), &poses_[node * 12]);
@@ -162,7 +162,7 @@ void Session::set_soft_bodies(const std::vector<SoftMesh>& meshes) {
     const std::string& name = meshes[i].name;
     const std::vector<std::byte> glb = soft_mesh_glb(meshes[i]);
     if (glb.empty()) {
-      tell("soft body '" + name + "' has no triangles, or no place; it is left out");
+      log_line("soft body '" + name + "' has no triangles, or no pose; it is skipped");
       if (removed_.erase(name) > 0) clear(name, FIRE3DV_PROPERTY_NODE);
       continue;
     }
@@ -214,7 +214,7 @@ void Session::gather_poses() {
     if (!node || to_pose(world_from_object_[object], &poses_[*node * 12]) || sent_of_[object]->pose_refused)
       continue;
     sent_of_[object]->pose_refused = true;
-    tell("'" + nodes_.names()[*node] + "' has a pose that is not finite; it is shown where it was");
+    log_line("'" + nodes_.names()[*node] + "' has a pose that is not finite; its last pose is used");
   }
 }
 
@@ -223,10 +223,10 @@ void Session::publish(double sim_time_s, int64_t now_ns) {
   place_cameras();
   gather_poses();
   links_.publish(sim_time_s, poses_, jumped_.exchange(false) ? FIRE3DV_FRAME_DISCONTINUITY : 0);
-  if (now_ns - polled_at_ns_ < kPollEveryNs) return;
+  if (now_ns - polled_at_ns_ < kPollIntervalNs) return;
   polled_at_ns_ = now_ns;
   links_.poll();
-  if (now_ns - told_at_ns_ < kTellEveryNs) return;
+  if (now_ns - told_at_ns_ < kLogIntervalNs) return;
   told_at_ns_ = now_ns;
   links_.log_answers();
 }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
+#include <span>
+
+#include "protocol/base/glb.h"
 
 namespace fire3dv::ambf {
 namespace {
@@ -15,14 +17,11 @@ float linear_from_srgb(float value) {
   return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
 }
 
-void append(std::vector<std::byte>& bytes, const void* data, size_t count) {
-  const auto* const first = static_cast<const std::byte*>(data);
-  bytes.insert(bytes.end(), first, first + count);
-}
-
-void append_u32(std::vector<std::byte>& bytes, size_t value) {
-  const auto word = static_cast<uint32_t>(value);
-  append(bytes, &word, sizeof word);
+nlohmann::json view_json(const base::GlbBuffer::View& view) {
+  return {{"buffer", 0},
+          {"byteOffset", view.offset},
+          {"byteLength", view.bytes},
+          {"target", static_cast<int>(view.target)}};
 }
 
 }  // namespace
@@ -53,8 +52,10 @@ std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh) {
       high[axis] = std::max(high[axis], mesh.positions[i]);
     }
   }
-  const size_t index_bytes = mesh.triangles.size() * sizeof(uint32_t);
-  const size_t position_bytes = vertices * 3 * sizeof(float);
+  using Target = base::GlbBuffer::Target;
+  base::GlbBuffer buffer;
+  buffer.add_view(std::as_bytes(std::span(mesh.positions).first(vertices * 3)), Target::array_buffer);
+  buffer.add_view(std::as_bytes(std::span(mesh.triangles)), Target::element_array_buffer);
   const auto& color = mesh.color_srgb;
 
   nlohmann::json root;
@@ -83,25 +84,9 @@ std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh) {
         {"min", low},
         {"max", high}},
        {{"bufferView", 1}, {"componentType", 5125}, {"count", mesh.triangles.size()}, {"type", "SCALAR"}}});
-  root["bufferViews"] = nlohmann::json::array(
-      {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", position_bytes}, {"target", 34962}},
-       {{"buffer", 0}, {"byteOffset", position_bytes}, {"byteLength", index_bytes}, {"target", 34963}}});
-  root["buffers"] = nlohmann::json::array({{{"byteLength", position_bytes + index_bytes}}});
-
-  std::string json = root.dump();
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  std::vector<std::byte> glb;
-  append(glb, "glTF", 4);
-  append_u32(glb, 2);
-  append_u32(glb, 12 + 8 + json.size() + 8 + position_bytes + index_bytes);
-  append_u32(glb, json.size());
-  append(glb, "JSON", 4);
-  append(glb, json.data(), json.size());
-  append_u32(glb, position_bytes + index_bytes);
-  append(glb, "BIN\0", 4);
-  append(glb, mesh.positions.data(), position_bytes);
-  append(glb, mesh.triangles.data(), index_bytes);
-  return glb;
+  root["bufferViews"] = nlohmann::json::array({view_json(buffer.views()[0]), view_json(buffer.views()[1])});
+  root["buffers"] = nlohmann::json::array({{{"byteLength", buffer.bytes().size()}}});
+  return base::make_glb(root.dump(), buffer.bytes());
 }
 
 }  // namespace fire3dv::ambf

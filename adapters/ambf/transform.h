@@ -27,10 +27,10 @@ inline Transform operator*(const Transform& a, const Transform& b) {
 // Converts to the wire layout: 3 rows of 4 floats. Returns false, without writing, for numbers that the wire
 // refuses.
 inline bool to_pose(const Transform& from, float* pose) {
-  constexpr double kMostMagnitude = 1e12;  // limit of protocol/SPEC.md
+  constexpr double kMaxMagnitude = 1e12;  // limit of protocol/SPEC.md
   for (size_t column = 0; column < 4; ++column) {
     for (size_t row = 0; row < 3; ++row) {
-      if (!(std::abs(from.m[column][row]) <= kMostMagnitude)) return false;
+      if (!(std::abs(from.m[column][row]) <= kMaxMagnitude)) return false;
     }
   }
   for (size_t row = 0; row < 3; ++row) {

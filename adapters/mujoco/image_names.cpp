@@ -28,7 +28,7 @@ Result<uint32_t> image_outputs(std::string_view text) {
     if (!info)
       return Error{quote(name) +
                    " is none of color, linear, depth, instance, semantic, normal, motion, boxes2d, boxes3d"};
-    if (bits & info->output) return Error{quote(name) + " stands there twice"};
+    if (bits & info->output) return Error{quote(name) + " is given twice"};
     bits |= info->output;
     if (comma == text.npos) return bits;
     text.remove_prefix(comma + 1);
@@ -36,20 +36,20 @@ Result<uint32_t> image_outputs(std::string_view text) {
 }
 
 Result<ImageSpec> image_spec(const std::string& text) {
-  constexpr uint32_t kMostSide = 8192;  // limit of SPEC.md section 13
-  ImageSpec wish;
-  wish.camera = text;
+  constexpr uint32_t kMaxSide = 8192;  // limit of SPEC.md section 13
+  ImageSpec spec;
+  spec.camera = text;
   const size_t colon = text.rfind(':');
   uint32_t width = 0, height = 0;
   if (colon != text.npos && parse_size(std::string_view(text).substr(colon + 1), width, height)) {
-    if (width == 0 || height == 0 || width > kMostSide || height > kMostSide)
-      return Error{quote(text) + ": sides are 1 to " + std::to_string(kMostSide) + " pixels"};
-    wish.camera = text.substr(0, colon);
-    wish.width = width;
-    wish.height = height;
+    if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide)
+      return Error{quote(text) + ": sides are 1 to " + std::to_string(kMaxSide) + " pixels"};
+    spec.camera = text.substr(0, colon);
+    spec.width = width;
+    spec.height = height;
   }
-  if (wish.camera.empty()) return Error{quote(text) + " names no camera"};
-  return wish;
+  if (spec.camera.empty()) return Error{quote(text) + " names no camera"};
+  return spec;
 }
 
 }  // namespace fire3dv::mujoco

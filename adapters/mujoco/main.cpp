@@ -3,7 +3,6 @@
 #include <new>
 
 #include "adapters/mujoco/run.h"
-#include "adapters/mujoco/say.h"
 
 int main(int argc, char** argv) {
   using namespace fire3dv::mujoco;
@@ -13,11 +12,11 @@ int main(int argc, char** argv) {
   try {
     const fire3dv::Result<void> done = run(*options);
     if (done) return 0;
-    say(done.error().message);
+    log_line(done.error().message);
   } catch (const std::bad_alloc&) {
-    say("the model does not fit into memory");
+    log_line("the model does not fit into memory");
   } catch (const std::exception& fault) {  // thrown by a library
-    say(fault.what());
+    log_line(fault.what());
   }
   return 1;
 }

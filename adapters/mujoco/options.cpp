@@ -82,14 +82,14 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     const Result<uint32_t> bits = image_outputs(outputs);
     if (!bits) throw CLI::ValidationError("--outputs", bits.error().message);
     for (const std::string& camera : cameras) {
-      Result<ImageSpec> wish = image_spec(camera);
-      if (!wish) throw CLI::ValidationError("--images", wish.error().message);
+      Result<ImageSpec> spec = image_spec(camera);
+      if (!spec) throw CLI::ValidationError("--images", spec.error().message);
       for (const ImageSpec& other : options.images) {
-        if (other.camera == wish->camera)
-          throw CLI::ValidationError("--images", "the camera \"" + wish->camera + "\" stands there twice");
+        if (other.camera == spec->camera)
+          throw CLI::ValidationError("--images", "the camera \"" + spec->camera + "\" is given twice");
       }
-      wish->outputs = *bits;
-      options.images.push_back(std::move(*wish));
+      spec->outputs = *bits;
+      options.images.push_back(std::move(*spec));
     }
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error, std::cout, std::cerr) == 0 ? 0 : 2;

@@ -13,7 +13,8 @@ namespace fire3dv::mujoco {
 
 struct Options {
   std::string model, scene, keyframe;
-  std::vector<std::filesystem::path> package_folders;  // folders that the model may read besides its own
+  std::vector<std::filesystem::path>
+      package_folders;  // folders that the model may read in addition to its own
   PublishOptions publish;
   std::vector<ImageSpec> images;
   std::filesystem::path out;  // image folder

@@ -1,17 +1,36 @@
 #include "adapters/mujoco/publisher.h"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cmath>
+#include <fire3dv/client.hpp>
+#include <string>
 #include <tuple>
 #include <utility>
 
-#include "adapters/mujoco/client_errors.h"
+#include "protocol/base/error.h"
 #include "tools/convert/glb/lights.h"
 #include "tools/convert/glb/write_glb.h"
 #include "tools/convert/mjcf/mjcf_model.h"
 
 namespace fire3dv::mujoco {
+
+namespace {
+
+// Converts a client exception to an error that names the action and the URI.
+template <typename Call>
+Result<void> call_client(const char* what, const std::string& uri, Call&& call) {
+  try {
+    call();
+  } catch (const ClientError& error) {
+    return Error{std::string(what) + " " + uri + ": " + error.what()};
+  }
+  return {};
+}
+
+}  // namespace
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -24,7 +43,7 @@ const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 
 Publisher::Publisher(const mjModel& m, convert::MjcfNames names, double rate_hz)
     : names_(std::move(names)),
       nodes_(m, names_),
-      looks_(m),
+      appearances_(m),
       clock_(rate_hz),
       bodies_(m.nbody),
       cameras_(m.ncam),
@@ -41,7 +60,7 @@ Result<Publisher> Publisher::open(const mjModel& model, const PublishOptions& op
   description.nominal_rate_hz = options.rate_hz > 0 ? std::min(options.rate_hz, step_rate_hz) : step_rate_hz;
   description.scene_uri = options.scene_uri;
   for (const std::string& uri : options.uris) {
-    const Result<void> opened = told("cannot publish to", uri, [&] {
+    const Result<void> opened = call_client("cannot publish to", uri, [&] {
       Stream stream(uri, options.adapter_name, options.security);
       stream.describe(description);
       publisher.targets_.push_back({uri, std::move(stream)});
@@ -52,8 +71,8 @@ Result<Publisher> Publisher::open(const mjModel& model, const PublishOptions& op
 }
 
 int64_t Publisher::sim_time_ns(const mjData& data) {
-  constexpr double kMost_s = 9e9;  // limit of int64 nanoseconds: 285 years
-  return std::llround(std::clamp(data.time, -kMost_s, kMost_s) * 1e9);
+  constexpr double kMaxSeconds = 9e9;  // limit of int64 nanoseconds: 285 years
+  return std::llround(std::clamp(data.time, -kMaxSeconds, kMaxSeconds) * 1e9);
 }
 
 Result<bool> Publisher::publish(const mjModel& model, const mjData& data) {
@@ -67,7 +86,7 @@ Result<bool> Publisher::publish(const mjModel& model, const mjData& data) {
   const uint32_t flags = clock_.published(now_ns) ? FIRE3DV_FRAME_DISCONTINUITY : 0;
   ++sequence_;
   for (Target& target : targets_) {
-    const Result<void> sent = told("cannot publish to", target.uri, [&] {
+    const Result<void> sent = call_client("cannot publish to", target.uri, [&] {
       target.stream.publish(std::chrono::nanoseconds(now_ns), poses_.data(), poses_.size() / 12, flags);
     });
     if (!sent) return sent.error();
@@ -76,10 +95,10 @@ Result<bool> Publisher::publish(const mjModel& model, const mjData& data) {
 }
 
 Result<void> Publisher::send_appearance(const mjModel& model) {
-  for (const GeomEdit& edit : looks_.changes(model)) {
+  for (const GeomEdit& edit : appearances_.changes(model)) {
     const std::string& name = names_.geoms[edit.geom];
     for (Target& target : targets_) {
-      const Result<void> sent = told("cannot tell a geom's looks to", target.uri, [&] {
+      const Result<void> sent = call_client("cannot send the appearance of a geom to", target.uri, [&] {
         if (edit.visible) target.stream.set_visible(name, *edit.visible);
         if (edit.rgba) target.stream.set_base_color(name, *edit.rgba);
       });
@@ -95,7 +114,7 @@ Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& st
   for (Target& target : targets_) {
     bool shown = false;
     while (!shown && !stop) {
-      const Result<void> waited = told("cannot wait for", target.uri, [&] {
+      const Result<void> waited = call_client("cannot wait for", target.uri, [&] {
         shown = target.stream.wait_ack(sequence_, std::chrono::milliseconds(100));  // short, so that `stop`
                                                                                     // is checked
       });
@@ -111,7 +130,7 @@ Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& st
 Result<std::vector<Publisher::Link>> Publisher::poll() {
   std::vector<Link> links;
   for (Target& target : targets_) {
-    const Result<void> polled = told("cannot poll", target.uri, [&] {
+    const Result<void> polled = call_client("cannot poll", target.uri, [&] {
       links.push_back({target.uri, target.stream.poll()});
     });
     if (!polled) return polled.error();
@@ -130,6 +149,74 @@ Result<std::vector<std::byte>> scene_of(const mjModel& model, const mjData& data
   Result<std::vector<std::byte>> glb = convert::write_glb(made, &made.warnings);
   warnings.insert(warnings.end(), made.warnings.begin(), made.warnings.end());
   return glb;
+}
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+Result<std::string> camera_node(const mjModel& m, const convert::MjcfNames& names,
+                                const std::string& camera) {
+  if (const int found = mj_name2id(&m, mjOBJ_CAMERA, camera.c_str()); found >= 0)
+    return names.cameras[static_cast<size_t>(found)];
+  if (camera == names.free_camera) return names.free_camera;
+  size_t number = 0;
+  const auto [end, error] = std::from_chars(camera.data(), camera.data() + camera.size(), number);
+  if (error == std::errc() && end == camera.data() + camera.size() && number < names.cameras.size())
+    return names.cameras[number];
+  std::string known = "\"" + names.free_camera + "\"";
+  for (const std::string& name : names.cameras) known += ", \"" + name + "\"";
+  return Error{"the model has no camera \"" + camera + "\"; it has " + known};
+}
+
+}  // namespace
+
+Result<uint64_t> Publisher::request_images(const mjModel& model, const ImageSpec& spec) {
+  if (targets_.empty()) return Error{"no renderer to request images from: give its URI with --to"};
+  const Result<std::string> node = camera_node(model, names_, spec.camera);
+  if (!node) return node.error();
+  fire3dv_image_request request{};
+  request.node = node->c_str();
+  request.width = spec.width;
+  request.height = spec.height;
+  request.outputs = spec.outputs;
+  request.when = FIRE3DV_IMAGE_EVERY_NTH;
+  uint64_t id = 0;
+  const Result<void> requested = call_client("cannot request images", targets_[0].uri,
+                                             [&] { id = targets_[0].stream.request_image(request); });
+  if (!requested) return requested.error();
+  return id;
+}
+
+Result<Image> Publisher::wait_image(uint64_t id, double timeout_s, const std::atomic<bool>& stop) {
+  const auto deadline = Clock::now() + std::chrono::duration<double>(timeout_s);
+  uint64_t lost = 0;  // images lost or skipped here
+  while (!stop) {
+    Image image;
+    const Result<void> waited = call_client("no images from", targets_[0].uri, [&] {
+      image = targets_[0].stream.wait_image(id, std::chrono::milliseconds(100));  // short, so that `stop` is
+                                                                                  // checked
+    });
+    if (!waited) return waited.error();
+    if (image && image->sequence == sequence_) {
+      image->lost += lost;
+      return image;
+    }
+    if (image) lost += image->lost + (image->sequence > 0 ? 1 : 0);  // sequence 0: shows no frame
+    if (Clock::now() >= deadline)
+      return Error{"no renderer on " + targets_[0].uri + " has sent an image of frame " +
+                   std::to_string(sequence_) + " in time: start one that listens there, or wait longer"};
+  }
+  return Image();
+}
+
+Result<Image> Publisher::take_image(uint64_t id) {
+  Image image;
+  const Result<void> taken = call_client("no images from", targets_[0].uri, [&] {
+    image = targets_[0].stream.wait_image(id, std::chrono::milliseconds(0));
+  });
+  if (!taken) return taken.error();
+  return image;
 }
 
 }  // namespace fire3dv::mujoco

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "adapters/mujoco/frame_clock.h"
-#include "adapters/mujoco/geom_looks.h"
+#include "adapters/mujoco/geom_appearance.h"
 #include "adapters/mujoco/moved_nodes.h"
+#include "adapters/mujoco/timing.h"
 #include "protocol/base/error.h"
 
 namespace fire3dv::mujoco {
@@ -56,7 +56,7 @@ class Publisher {
 
   // Requests an image of each frame published from now on, from the renderer of the first URI. Returns the
   // request id for the two functions below. Does not block.
-  Result<uint64_t> ask_images(const mjModel& model, const ImageSpec& wish);
+  Result<uint64_t> request_images(const mjModel& model, const ImageSpec& spec);
   // Lockstep: waits for the image of the last published frame; skipped older images count as lost. Empty once
   // stop is set.
   Result<Image> wait_image(uint64_t id, double timeout_s, const std::atomic<bool>& stop);
@@ -84,7 +84,7 @@ class Publisher {
 
   convert::MjcfNames names_;
   StreamedNodes nodes_;
-  GeomAppearance looks_;
+  GeomAppearance appearances_;
   FrameClock clock_;
   std::vector<Target> targets_;
   std::vector<float> poses_;

@@ -1,16 +1,19 @@
 #include "adapters/mujoco/run.h"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 
-#include "adapters/mujoco/command_lines.h"
 #include "adapters/mujoco/image_files.h"
-#include "adapters/mujoco/pace.h"
-#include "adapters/mujoco/say.h"
+#include "adapters/mujoco/timing.h"
 #include "tools/convert/glb/output.h"
 
 namespace fire3dv::mujoco {
@@ -27,6 +30,45 @@ void install_stop_signals() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 }
 
+// Non-blocking reader of command lines on standard input. Returns no lines without standard input, after its
+// end, and while the program is a background job.
+class CommandLines {
+ public:
+  CommandLines();
+  // Returns the next complete line, if one has arrived.
+  std::optional<std::string> next();
+
+ private:
+  std::string text_;
+  bool is_over_ = false;
+};
+
+// Ignoring SIGTTIN makes a read from the terminal fail in a background job instead of stopping the program.
+CommandLines::CommandLines() {
+  std::signal(SIGTTIN, SIG_IGN);
+}
+
+std::optional<std::string> CommandLines::next() {
+  constexpr size_t kMaxBytes = 4096;  // line limit; no command is longer
+  if (text_.find('\n') == std::string::npos && !is_over_) {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (::poll(&input, 1, 0) > 0) {
+      char bytes[512];
+      const ssize_t count = ::read(STDIN_FILENO, bytes, sizeof bytes);
+      if (count > 0 && text_.size() < kMaxBytes) text_.append(bytes, static_cast<size_t>(count));
+      is_over_ = count == 0 || (count < 0 && errno != EINTR && errno != EAGAIN);
+    }
+  }
+  const size_t end = text_.find('\n');
+  if (end == std::string::npos) {
+    if (text_.size() >= kMaxBytes) text_.clear();
+    return std::nullopt;
+  }
+  std::string line = text_.substr(0, end);
+  text_.erase(0, end + 1);
+  return line;
+}
+
 class Runner {
  public:
   Runner(Simulation simulation, Publisher publisher, std::optional<ImageFiles> files, const Options& options)
@@ -38,21 +80,21 @@ class Runner {
         paused_(options.paused) {}
 
   Result<void> run() {
-    for (const ImageSpec& wish : options_.images) {
-      const Result<uint64_t> id = publisher_.ask_images(simulation_.model(), wish);
+    for (const ImageSpec& spec : options_.images) {
+      const Result<uint64_t> id = publisher_.request_images(simulation_.model(), spec);
       if (!id) return id.error();
       requests_.push_back(*id);
     }
     if (Result<void> sent = publish(); !sent) return sent;
     const double step_s = simulation_.model().opt.timestep;
     while (!stop && (options_.duration_s <= 0 || stepped_s_ < options_.duration_s - step_s / 2)) {
-      if (Result<void> done = obey(); !done) return done;
+      if (Result<void> done = process_commands(); !done) return done;
       if (paused_ && !single_step_) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         if (!options_.lockstep) {
-          if (Result<void> done = keep_images(); !done) return done;
+          if (Result<void> done = store_images(); !done) return done;
         }
-        if (Result<void> heard = listen(); !heard) return heard;
+        if (Result<void> polled = poll_renderers(); !polled) return polled;
         continue;
       }
       if (Result<void> done = simulation_.step(); !done) return done;
@@ -67,16 +109,16 @@ class Runner {
   // Waits for pending image writes.
   Result<void> finish() { return files_ ? files_->finish() : Result<void>{}; }
 
-  void say_result() {
+  void log_result() {
     if (files_)
-      say(options_.out.string() + ": " + std::to_string(images_kept_) + " images, " +
-          std::to_string(images_lost_) + " lost");
+      log_line(options_.out.string() + ": " + std::to_string(images_written_) + " images, " +
+               std::to_string(images_lost_) + " lost");
     const auto links = publisher_.poll();
     if (!links) return;
     for (const Publisher::Link& link : *links) {
-      say(link.uri + ": " + std::to_string(link.status.frames_published) + " frames published, " +
-          std::to_string(link.status.frames_dropped) + " overtaken, " +
-          std::to_string(link.status.acked_sequence) + " is the last that was shown");
+      log_line(link.uri + ": " + std::to_string(link.status.frames_published) + " frames published, " +
+               std::to_string(link.status.frames_dropped) + " overtaken, " +
+               std::to_string(link.status.acked_sequence) + " is the last that was shown");
     }
   }
 
@@ -90,12 +132,12 @@ class Runner {
     if (options_.lockstep && (requests_.empty() || options_.publish.uris.size() > 1)) {
       if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop); !shown) return shown;
     }
-    if (Result<void> done = keep_images(); !done) return done;
-    return listen();
+    if (Result<void> done = store_images(); !done) return done;
+    return poll_renderers();
   }
 
   // Writes images: in lockstep those of this frame, else all that have arrived.
-  Result<void> keep_images() {
+  Result<void> store_images() {
     for (size_t i = 0; i < requests_.size(); ++i) {
       while (true) {
         const Result<Image> image = options_.lockstep
@@ -105,9 +147,10 @@ class Runner {
         if (!*image) break;
         images_lost_ += (*image)->lost;
         if ((*image)->sequence == 0) continue;  // rendered before the first frame
-        Result<void> kept = files_->write(options_.images[i].camera, options_.publish.adapter_name, **image);
-        if (!kept) return kept;
-        ++images_kept_;
+        Result<void> written =
+            files_->write(options_.images[i].camera, options_.publish.adapter_name, **image);
+        if (!written) return written;
+        ++images_written_;
         if (options_.lockstep) break;
       }
     }
@@ -123,21 +166,22 @@ class Runner {
   }
 
   // Logs new messages of renderers and MuJoCo, each once.
-  Result<void> listen() {
+  Result<void> poll_renderers() {
     const auto links = publisher_.poll();
     if (!links) return links.error();
-    told_.resize(links->size());
+    printed_messages_.resize(links->size());
     for (size_t i = 0; i < links->size(); ++i) {
       const Publisher::Link& link = (*links)[i];
-      if (link.status.welcome_message[0] == '\0' || told_[i] == link.status.welcome_message) continue;
-      told_[i] = link.status.welcome_message;
-      say(link.uri + ": " + told_[i]);
+      if (link.status.welcome_message[0] == '\0' || printed_messages_[i] == link.status.welcome_message)
+        continue;
+      printed_messages_[i] = link.status.welcome_message;
+      log_line(link.uri + ": " + printed_messages_[i]);
     }
-    for (const std::string& warning : simulation_.take_warnings()) say("warning: " + warning);
+    for (const std::string& warning : simulation_.take_warnings()) log_line("warning: " + warning);
     return {};
   }
 
-  Result<void> obey() {
+  Result<void> process_commands() {
     const auto line = commands_.next();
     if (!line) return {};
     if (*line == "pause") {
@@ -156,7 +200,7 @@ class Runner {
     } else if (*line == "quit") {
       stop = true;
     } else if (!line->empty()) {
-      say("\"" + *line + "\" is not one of pause, go, step, reset, quit");
+      log_line("\"" + *line + "\" is not one of pause, go, step, reset, quit");
     }
     return {};
   }
@@ -167,9 +211,9 @@ class Runner {
   const Options& options_;
   Pace pace_;
   CommandLines commands_;
-  std::vector<std::string> told_;
+  std::vector<std::string> printed_messages_;
   std::vector<uint64_t> requests_;  // parallel to options_.images
-  uint64_t images_kept_ = 0, images_lost_ = 0;
+  uint64_t images_written_ = 0, images_lost_ = 0;
   double stepped_s_ = 0;
   bool paused_, single_step_ = false;
 };
@@ -187,7 +231,7 @@ Result<void> run(const Options& options) {
                               std::filesystem::path(options.model).stem().string(), warnings);
     if (!glb) return Error{options.model + ": " + glb.error().message};
     if (Result<void> written = convert::write_output(options.scene, *glb); !written) return written;
-    for (const std::string& warning : warnings) say("warning: " + warning);
+    for (const std::string& warning : warnings) log_line("warning: " + warning);
   }
   if (options.publish.uris.empty()) return {};
   Result<Publisher> publisher = Publisher::open(simulation->model(), options.publish);
@@ -201,7 +245,7 @@ Result<void> run(const Options& options) {
   Runner runner(std::move(*simulation), std::move(*publisher), std::move(files), options);
   Result<void> done = runner.run();
   if (Result<void> written = runner.finish(); done) done = written;
-  runner.say_result();
+  runner.log_result();
   return done;
 }
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "examples/common/link_options.h"
+#include "examples/common/publisher.h"
 
 namespace bullet_arm {
 

@@ -59,7 +59,7 @@ def place(text):
 
 
 def expect(is_so, sentence):
-    """Ends the program where what came is not what was asked for."""
+    """Ends the program if a received value differs from the requested one."""
     if not is_so:
         raise SystemExit(f"error: {sentence}")
 

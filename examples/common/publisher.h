@@ -3,6 +3,7 @@
 
 #include <fire3dv/client.hpp>
 
+#include <CLI/App.hpp>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -10,6 +11,15 @@
 #include <vector>
 
 namespace examples {
+
+struct LinkOptions {
+  std::vector<std::string> to;  // URIs
+  fire3dv::Security security;
+  double ack_timeout_s = 60;  // lockstep timeout
+};
+
+// Returns --to.
+CLI::Option* add_link_options(CLI::App& app, LinkOptions& options);
 
 class Publisher {
  public:

@@ -28,7 +28,7 @@ void Report::print(double sim_time_s, const std::vector<Publisher::Link>& links)
                "t %6.2f s  %5.0f frames/s  step median %.0f max %.0f us  publish median %.1f max %.1f us\n",
                sim_time_s, static_cast<double>(frames) / std::max(seconds, 1e-9), step.median, step.worst,
                publish.median, publish.worst);
-  told_.resize(links.size());
+  printed_messages_.resize(links.size());
   for (size_t i = 0; i < links.size(); ++i) {
     const fire3dv_status& status = links[i].status;
     std::fprintf(stderr, "  %s: renderers %u, published %llu, shown %llu, dropped %llu, unmatched names %u\n",
@@ -36,8 +36,8 @@ void Report::print(double sim_time_s, const std::vector<Publisher::Link>& links)
                  static_cast<unsigned long long>(status.frames_published),
                  static_cast<unsigned long long>(status.acked_sequence),
                  static_cast<unsigned long long>(status.frames_dropped), status.unmatched_names);
-    if (status.welcome_message[0] != '\0' && told_[i] != status.welcome_message) {
-      told_[i] = status.welcome_message;
+    if (status.welcome_message[0] != '\0' && printed_messages_[i] != status.welcome_message) {
+      printed_messages_[i] = status.welcome_message;
       std::fprintf(stderr, "  %s: the renderer says: %s\n", links[i].uri.c_str(), status.welcome_message);
     }
   }

@@ -28,7 +28,7 @@ class Report {
   Clock::time_point since_ = Clock::now();
   std::vector<double> step_us_;
   std::vector<double> publish_us_;
-  std::vector<std::string> told_;  // last welcome message per link, so that each is printed once
+  std::vector<std::string> printed_messages_;  // last welcome message per link, so that each is printed once
 };
 
 }  // namespace examples

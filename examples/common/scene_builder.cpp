@@ -13,7 +13,7 @@ namespace examples {
 namespace {
 
 // Pose of a node at `eye` that looks along its -Z at `target`, +Y up.
-GlbMatrix looking(Vec3 eye, Vec3 target) {
+GltfMatrix looking(Vec3 eye, Vec3 target) {
   const Vec3 at = y_up(eye);
   const Vec3 back = normalized(at - y_up(target));
   const Vec3 right = normalized(cross({0, 1, 0}, back));
@@ -22,7 +22,7 @@ GlbMatrix looking(Vec3 eye, Vec3 target) {
 }
 
 // Adds textures for base colour, metallic-roughness and normal, and returns the index of the first.
-std::optional<size_t> add_surface(GlbWriter& writer, const std::string& name, const SurfaceImages& images) {
+std::optional<size_t> add_surface(GltfWriter& writer, const std::string& name, const SurfaceImages& images) {
   const auto color = encode_png(images.base_color), rough = encode_png(images.metallic_roughness),
              normal = encode_png(images.normal);
   if (!color || !rough || !normal) return std::nullopt;
@@ -35,7 +35,7 @@ std::optional<size_t> add_surface(GlbWriter& writer, const std::string& name, co
 }  // namespace
 
 // world_from_stream * stream_from_body * body_from_node, expanded for the constants of frames.h.
-GlbMatrix rest_pose(const float* p) {
+GltfMatrix rest_pose(const float* p) {
   return {p[0],  p[2],  -p[1], p[3],   //
           p[8],  p[10], -p[9], p[11],  //
           -p[4], -p[6], p[5],  -p[7]};
@@ -46,14 +46,14 @@ std::optional<std::string> SceneBuilder::add_materials() {
   const auto wood = add_surface(writer_, "wood", make_wood_images(512));
   if (!floor || !wood) return "the scene's textures could not be encoded: libpng refused";
   for (const Material& material : make_materials()) {
-    GlbMaterial out{material.name,
-                    material.base_color,
-                    material.metallic,
-                    material.roughness,
-                    material.emissive,
-                    {},
-                    {},
-                    {}};
+    GltfMaterial out{material.name,
+                     material.base_color,
+                     material.metallic,
+                     material.roughness,
+                     material.emissive,
+                     {},
+                     {},
+                     {}};
     float uv_scale = 1;
     if (material.surface != Surface::plain) {
       const bool is_floor = material.surface == Surface::floor;
@@ -71,7 +71,7 @@ std::optional<std::string> SceneBuilder::add_materials() {
 size_t SceneBuilder::add_mesh(const std::string& name, const std::vector<Part>& parts) {
   std::vector<Mesh> meshes;
   for (const Part& part : parts) meshes.push_back(y_up(part.mesh));
-  std::vector<GlbWriter::Primitive> primitives;
+  std::vector<GltfWriter::Primitive> primitives;
   for (size_t i = 0; i < parts.size(); ++i) {
     const MaterialUse& use = materials_.at(parts[i].material);
     primitives.push_back({&meshes[i], use.index, use.uv_scale});
@@ -87,11 +87,11 @@ size_t SceneBuilder::object_mesh(const Object& object) {
   return shared_[key] = add_mesh(object.name, object_parts(object));
 }
 
-void SceneBuilder::add_body(const std::string& name, const GlbMatrix& world_from_node, size_t mesh) {
+void SceneBuilder::add_body(const std::string& name, const GltfMatrix& world_from_node, size_t mesh) {
   writer_.add_node({name, world_from_node, mesh, {}, {}});
 }
 
-void SceneBuilder::add_light(const GlbLight& light, Vec3 at, Vec3 target) {
+void SceneBuilder::add_light(const GltfLight& light, Vec3 at, Vec3 target) {
   const size_t index = writer_.add_light(light);
   writer_.add_node({light.name, looking(at, target), {}, {}, index});
 }
@@ -102,7 +102,7 @@ void SceneBuilder::add_camera(const std::string& name, float vertical_fov_rad, V
 }
 
 std::optional<std::string> SceneBuilder::save(const std::string& path, const std::string& example) const {
-  const std::vector<uint8_t> bytes = writer_.finish(example, "FIRE-3DV " + example + " example");
+  const std::vector<std::byte> bytes = writer_.finish(example, "FIRE-3DV " + example + " example");
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (file == nullptr)
     return "cannot write " + path + ": " + std::strerror(errno) + "; name a file in a folder you own";

@@ -8,16 +8,16 @@
 #include <tuple>
 #include <vector>
 
-#include "examples/common/glb_writer.h"
+#include "examples/common/gltf_writer.h"
 #include "examples/common/mesh.h"
 #include "examples/common/object.h"
 
 namespace examples {
 
-constexpr GlbMatrix kGlbIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+constexpr GltfMatrix kGltfIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 // Returns world_from_node for a stream_from_body in a stream with Z up, metres.
-GlbMatrix rest_pose(const float* stream_from_body);
+GltfMatrix rest_pose(const float* stream_from_body);
 
 class SceneBuilder {
  public:
@@ -29,9 +29,9 @@ class SceneBuilder {
   size_t add_mesh(const std::string& name, const std::vector<Part>& parts);
   // Objects of equal shape, size and material share a mesh.
   size_t object_mesh(const Object& object);
-  void add_body(const std::string& name, const GlbMatrix& world_from_node, size_t mesh);
+  void add_body(const std::string& name, const GltfMatrix& world_from_node, size_t mesh);
 
-  void add_light(const GlbLight& light, Vec3 at, Vec3 target);
+  void add_light(const GltfLight& light, Vec3 at, Vec3 target);
   void add_camera(const std::string& name, float vertical_fov_rad, Vec3 at, Vec3 target);
 
  private:
@@ -40,7 +40,7 @@ class SceneBuilder {
     float uv_scale = 1;
   };
 
-  GlbWriter writer_;
+  GltfWriter writer_;
   std::map<std::string, MaterialUse> materials_;
   std::map<std::tuple<Shape, float, float, float, std::string, bool>, size_t> shared_;
 };

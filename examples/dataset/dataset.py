@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A labelled data set of random scenes: pictures, depth and COCO's instances.json.
+"""A labelled data set of random scenes: images, depth and COCO's instances.json.
 
 dataset.py --write-scene SCENE.glb
 dataset.py [--to URI] [--out FOLDER] [--images N] [--size WxH] [--seed N]"""

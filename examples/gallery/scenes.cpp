@@ -2,27 +2,27 @@
 
 #include <cmath>
 
-#include "examples/common/glb_writer.h"
+#include "examples/common/gltf_writer.h"
 #include "examples/common/mesh.h"
 
 namespace gallery {
 namespace {
 
-using examples::GlbLight;
-using examples::GlbMaterial;
-using examples::GlbMatrix;
-using examples::GlbWriter;
+using examples::GltfLight;
+using examples::GltfMaterial;
+using examples::GltfMatrix;
+using examples::GltfWriter;
 using examples::Mesh;
 using examples::Vec3;
 
 // Pose of a shape that stands along Z, in a Y-up scene: rotation about X, rotation about Y, translation.
-GlbMatrix standing(Vec3 at, float turn_rad = 0) {
+GltfMatrix standing(Vec3 at, float turn_rad = 0) {
   const float c = std::cos(turn_rad), s = std::sin(turn_rad);
   return {c, -s, 0, at.x, 0, 0, 1, at.y, -s, -c, 0, at.z};
 }
 
 // Pose of a camera or light at `eye` that looks along its -Z.
-GlbMatrix looking(Vec3 eye, Vec3 target) {
+GltfMatrix looking(Vec3 eye, Vec3 target) {
   const Vec3 back = normalized(eye - target);
   const Vec3 right = normalized(cross({0, 1, 0}, back));
   const Vec3 up = cross(back, right);
@@ -32,19 +32,20 @@ GlbMatrix looking(Vec3 eye, Vec3 target) {
 // Builder of one scene.
 class Stage {
  public:
-  void shape(const std::string& name, const Mesh& mesh, const GlbMaterial& material, const GlbMatrix& pose) {
-    const GlbWriter::Primitive primitive{&mesh, writer_.add_material(material), 1};
-    GlbWriter::Node node{name, pose, {}, {}, {}};
+  void shape(const std::string& name, const Mesh& mesh, const GltfMaterial& material,
+             const GltfMatrix& pose) {
+    const GltfWriter::Primitive primitive{&mesh, writer_.add_material(material), 1};
+    GltfWriter::Node node{name, pose, {}, {}, {}};
     node.mesh = writer_.add_mesh(name, std::span(&primitive, 1));
     writer_.add_node(node);
   }
-  void light(const GlbLight& light, Vec3 eye, Vec3 target) {
-    GlbWriter::Node node{light.name, looking(eye, target), {}, {}, {}};
+  void light(const GltfLight& light, Vec3 eye, Vec3 target) {
+    GltfWriter::Node node{light.name, looking(eye, target), {}, {}, {}};
     node.light = writer_.add_light(light);
     writer_.add_node(node);
   }
   void camera(const std::string& name, Vec3 eye, Vec3 target, float vertical_fov_rad) {
-    GlbWriter::Node node{name, looking(eye, target), {}, {}, {}};
+    GltfWriter::Node node{name, looking(eye, target), {}, {}, {}};
     node.camera = writer_.add_camera(name, vertical_fov_rad, 0.05f);
     writer_.add_node(node);
   }
@@ -56,7 +57,7 @@ class Stage {
   }
 
  private:
-  GlbWriter writer_;
+  GltfWriter writer_;
 };
 
 Mesh ball(float radius) {
@@ -66,7 +67,7 @@ Mesh ball(float radius) {
 // Materials side by side. Metals have measured reflectance at normal incidence (linear) and the roughness of
 // hand polish.
 SceneFile material_spheres() {
-  const GlbMaterial materials[] = {
+  const GltfMaterial materials[] = {
       {"aluminium", {0.912f, 0.914f, 0.920f}, 1, 0.2f, {}, {}, {}, {}},
       {"gold", {1.000f, 0.782f, 0.344f}, 1, 0.2f, {}, {}, {}, {}},
       {"copper", {0.955f, 0.638f, 0.538f}, 1, 0.25f, {}, {}, {}, {}},
@@ -76,7 +77,7 @@ SceneFile material_spheres() {
   Stage stage;
   stage.ground({0.35f, 0.35f, 0.36f});
   float x = -2;
-  for (const GlbMaterial& material : materials) {
+  for (const GltfMaterial& material : materials) {
     stage.shape(material.name, ball(0.45f), material, standing({x, 0.45f, 0}));
     x += 1;
   }
@@ -89,13 +90,13 @@ SceneFile material_spheres() {
 SceneFile edges() {
   Stage stage;
   stage.ground({0.75f, 0.74f, 0.72f});
-  const GlbMaterial dark{"bar", {0.06f, 0.07f, 0.09f}, 0, 0.6f, {}, {}, {}, {}};
+  const GltfMaterial dark{"bar", {0.06f, 0.07f, 0.09f}, 0, 0.6f, {}, {}, {}, {}};
   for (int i = 0; i < 9; ++i) {
     const float turn = -0.7f + 0.175f * static_cast<float>(i);
     stage.shape("bar_" + std::to_string(i), examples::box_mesh({0.6f, 0.012f, 0.012f}, 0.002f), dark,
                 standing({0.62f * std::cos(turn), 0.02f, -0.62f * std::sin(turn)}, turn));
   }
-  const GlbMaterial red{"ball", {0.7f, 0.12f, 0.08f}, 0, 0.35f, {}, {}, {}, {}};
+  const GltfMaterial red{"ball", {0.7f, 0.12f, 0.08f}, 0, 0.35f, {}, {}, {}, {}};
   stage.shape("ball", ball(0.16f), red, standing({-0.15f, 0.16f, 0}));
   stage.light({"sun", "directional", {1, 1, 1}, 2.5f}, {-0.6f, 2, 0.8f}, {});
   stage.camera("top", {0.42f, 2.2f, 1.6f}, {0.42f, 0, 0.02f}, 0.5f);
@@ -105,8 +106,8 @@ SceneFile edges() {
 SceneFile two_lights() {
   Stage stage;
   stage.ground({0.6f, 0.6f, 0.6f});
-  const GlbMaterial green{"post", {0.15f, 0.4f, 0.16f}, 0, 0.5f, {}, {}, {}, {}};
-  const GlbMaterial gold{"ball", {1.000f, 0.782f, 0.344f}, 1, 0.3f, {}, {}, {}, {}};
+  const GltfMaterial green{"post", {0.15f, 0.4f, 0.16f}, 0, 0.5f, {}, {}, {}, {}};
+  const GltfMaterial gold{"ball", {1.000f, 0.782f, 0.344f}, 1, 0.3f, {}, {}, {}, {}};
   stage.shape("post", examples::box_mesh({0.12f, 0.12f, 0.9f}, 0.02f), green, standing({0, 0.9f, 0}, 0.4f));
   stage.shape("ball", ball(0.4f), gold, standing({1, 0.4f, 0.6f}));
   stage.light({"warm", "spot", {1, 0.8f, 0.6f}, 160, 0.35f, 0.5f}, {3, 4, 1}, {0, 0.2f, 0});

@@ -1,7 +1,7 @@
 // Scenes of docs/gallery.md: materials side by side, edges at many angles, shadows of two lights.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -9,7 +9,7 @@ namespace gallery {
 
 struct SceneFile {
   std::string name;  // file name with extension
-  std::vector<uint8_t> bytes;
+  std::vector<std::byte> bytes;
 };
 
 std::vector<SceneFile> make_scenes();

@@ -21,12 +21,12 @@ LENS = {"left": (-0.32, 0.11, 0.0008, -0.0005, -0.02), "right": (-0.31, 0.10, -0
 
 
 def camera_matrix(width, height):
-    """fx, fy, cx, cy in pixels; the middle of the upper left one is (0, 0)."""
+    """fx, fy, cx, cy in pixels; the centre of the top left pixel is (0, 0)."""
     return 0.8 * width, 0.8 * width, 0.5 * (width - 1) + 1.5, 0.5 * (height - 1) - 1.0
 
 
 def tip_pose(frame, frames, center, distance):
-    """world_from_endoscope, (3, 4): it swings about what it looks at, along its -Z, +Y up."""
+    """world_from_endoscope, (3, 4): it orbits its target; -Z is the view direction, +Y up."""
     angle = np.radians(25) * np.sin(2 * np.pi * frame / frames)
     eye = center + distance * np.array([np.sin(angle), 0.3, np.cos(angle)])
     return looking(eye, center).astype(np.float32)

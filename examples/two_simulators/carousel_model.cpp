@@ -122,10 +122,10 @@ CarouselModel::CarouselModel(std::unique_ptr<Model> model) : model_(std::move(mo
 CarouselModel::~CarouselModel() = default;
 
 bool CarouselModel::step() {
-  constexpr double kMostRadPerSecond = 6.4, kCycleSeconds = 18;
+  constexpr double kMaxRadPerSecond = 6.4, kCycleSeconds = 18;
   for (int i = 0; i < kStepsEach; ++i) {
     const double turn = 2 * 3.14159265358979 * model_->data->time / kCycleSeconds;
-    model_->data->ctrl[0] = kMostRadPerSecond * (0.5 - 0.5 * std::cos(turn));
+    model_->data->ctrl[0] = kMaxRadPerSecond * (0.5 - 0.5 * std::cos(turn));
     mj_step(model_->model, model_->data);
   }
   mj_kinematics(model_->model, model_->data);  // mj_step leaves body poses of the step's start

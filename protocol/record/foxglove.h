@@ -2,6 +2,7 @@
 // protocol/SPEC-record.md lists the losses: scale and shear, edits, shapes of bodies.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/wire/affine.h"
 #include "protocol/wire/encode.h"
 #include "protocol/wire/messages.h"
 
@@ -26,7 +28,7 @@ struct FoxgloveModel {
   wire::Bytes data;
 };
 // Viewers accept chunks of at most 16 MiB by default, and a message is never split.
-constexpr uint64_t kMostModelBytes = uint64_t{12} << 20;
+constexpr uint64_t kMaxModelBytes = uint64_t{12} << 20;
 
 wire::Bytes scene_update(std::span<const FoxgloveModel> models, uint64_t time_ns);
 
@@ -47,5 +49,18 @@ class FoxgloveTransforms {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// Rigid part (rotation and translation) of an affine transform, since Foxglove transforms have no scale.
+struct RigidPart {
+  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};  // unit length
+  std::array<double, 3> translation{};
+};
+
+// Nearest rotation to the 3x3 part (least squares over its elements). For a rotation with uniform scale it is
+// that rotation up to rounding. Reflections and singular matrices also have a nearest rotation, which may not
+// be unique; the zero matrix yields the identity.
+RigidPart rigid_part(const wire::Affine3x4d& map);
+
+wire::Affine3x4d product(const wire::Affine3x4d& a, const wire::Affine3x4& b);
 
 }  // namespace fire3dv::record

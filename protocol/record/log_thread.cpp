@@ -4,22 +4,20 @@
 #include <chrono>
 #include <utility>
 
+#include "protocol/base/clock.h"
+
 namespace fire3dv::record {
 namespace {
 
 constexpr auto kTickEvery = std::chrono::milliseconds(100);
 constexpr uint64_t kBytesBetweenGivingBack = 1 << 20;
 
-int64_t monotonic_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
 }  // namespace
 
-LogThread::LogThread(StreamLog log, uint64_t most_queued_bytes)
-    : monotonic_at_start_ns_(monotonic_now_ns()),
+LogThread::LogThread(StreamLog log, uint64_t max_queued_bytes)
+    : monotonic_at_start_ns_(monotonic_ns()),
       unix_at_start_ns_(std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1)),
-      most_queued_bytes_(most_queued_bytes),
+      max_queued_bytes_(max_queued_bytes),
       log_(std::move(log)),
       thread_([this] { run(); }) {}
 
@@ -28,8 +26,8 @@ LogThread::~LogThread() {
 }
 
 // Unix time without jumps: the wall clock is read once and advanced by the monotonic clock.
-uint64_t LogThread::unix_ns(int64_t monotonic_ns) const {
-  const int64_t now_ns = unix_at_start_ns_ + (monotonic_ns - monotonic_at_start_ns_);
+uint64_t LogThread::unix_ns(int64_t at_ns) const {
+  const int64_t now_ns = unix_at_start_ns_ + (at_ns - monotonic_at_start_ns_);
   return now_ns > 0 ? static_cast<uint64_t>(now_ns) : 0;
 }
 
@@ -43,8 +41,8 @@ void LogThread::push(Incoming incoming, bool may_drop) {
       return;
     }
     // Ends of peers are never dropped: their streams would appear to live forever.
-    const uint64_t most_bytes = may_drop ? most_queued_bytes_ : 2 * most_queued_bytes_;
-    if (!incoming.message.empty() && queued_bytes_ + bytes > most_bytes) {
+    const uint64_t max_bytes = may_drop ? max_queued_bytes_ : 2 * max_queued_bytes_;
+    if (!incoming.message.empty() && queued_bytes_ + bytes > max_bytes) {
       ++dropped_;
       trouble_ = true;
       return;
@@ -56,12 +54,12 @@ void LogThread::push(Incoming incoming, bool may_drop) {
   if (first) wake_.notify_one();
 }
 
-void LogThread::take(uint64_t peer, std::span<const std::byte> message, int64_t monotonic_ns, bool is_pose) {
-  if (!message.empty()) push({peer, unix_ns(monotonic_ns), Bytes(message.begin(), message.end())}, is_pose);
+void LogThread::take(uint64_t peer, std::span<const std::byte> message, int64_t at_ns, bool is_pose) {
+  if (!message.empty()) push({peer, unix_ns(at_ns), Bytes(message.begin(), message.end())}, is_pose);
 }
 
-void LogThread::end_peer(uint64_t peer, int64_t monotonic_ns) {
-  push({peer, unix_ns(monotonic_ns), {}}, false);
+void LogThread::end_peer(uint64_t peer, int64_t at_ns) {
+  push({peer, unix_ns(at_ns), {}}, false);
 }
 
 // Number of messages without the end-of-peer markers, which share the queue.
@@ -91,7 +89,7 @@ void LogThread::run() {
       if (written_bytes >= kBytesBetweenGivingBack) give_back(std::exchange(written_bytes, 0));
     }
     give_back(written_bytes);
-    if (good) good = log_.tick(unix_ns(monotonic_now_ns()));
+    if (good) good = log_.tick(unix_ns(monotonic_ns()));
     const uint64_t lost = messages_in(batch);
     batch.clear();
     if (!good || over) {

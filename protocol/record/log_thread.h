@@ -36,14 +36,14 @@ struct LogLosses {
 
 class LogThread {
  public:
-  // most_queued_bytes limits the bytes that are not written yet. Poses beyond it are dropped; other messages
+  // max_queued_bytes limits the bytes that are not written yet. Poses beyond it are dropped; other messages
   // may use twice as much.
-  explicit LogThread(StreamLog log, uint64_t most_queued_bytes = uint64_t{256} << 20);
+  explicit LogThread(StreamLog log, uint64_t max_queued_bytes = uint64_t{256} << 20);
   ~LogThread();
 
-  // monotonic_ns: arrival time.
-  void take(uint64_t peer, std::span<const std::byte> message, int64_t monotonic_ns, bool is_pose);
-  void end_peer(uint64_t peer, int64_t monotonic_ns);
+  // at_ns: arrival time on the monotonic clock.
+  void take(uint64_t peer, std::span<const std::byte> message, int64_t at_ns, bool is_pose);
+  void end_peer(uint64_t peer, int64_t at_ns);
   // Writes the queue, finishes the file, and flushes it to the disk.
   void finish();
   // State as of the thread's last iteration (at least ten per second); `unwritten` is current.
@@ -62,12 +62,12 @@ class LogThread {
 
   static uint64_t messages_in(const std::deque<Incoming>& queue);
   void push(Incoming incoming, bool may_drop);
-  uint64_t unix_ns(int64_t monotonic_ns) const;
+  uint64_t unix_ns(int64_t at_ns) const;
   void run();
   void give_back(uint64_t bytes);
 
   const int64_t monotonic_at_start_ns_, unix_at_start_ns_;
-  const uint64_t most_queued_bytes_;
+  const uint64_t max_queued_bytes_;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

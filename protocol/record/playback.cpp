@@ -7,10 +7,11 @@
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {
+
 namespace {
 
 constexpr size_t kMaxStreams = 8192;  // a recorder stops adding streams when their channels take 4 MiB
-constexpr size_t kMostKeys = 65'536;  // per stream, the same as in a publisher's store
+constexpr size_t kMaxKeys = 65'536;   // per stream, the same as in a publisher's store
 constexpr uint64_t kEntryOverhead = 128;
 
 }  // namespace
@@ -86,8 +87,8 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
     const bool has_key = state.keys.contains({edit->node, edit->property});
     // Names may use at most half of the memory: their values need the rest.
     const uint64_t key_bytes = has_key ? 0 : edit->node.size() + kEntryOverhead;
-    if (!has_key && (state.keys.size() == kMostKeys ||
-                     key_bytes_ + key_bytes > reader_.limits().most_state_bytes() / 2)) {
+    if (!has_key &&
+        (state.keys.size() == kMaxKeys || key_bytes_ + key_bytes > reader_.limits().max_state_bytes() / 2)) {
       ++refused_;
       return false;
     }
@@ -100,7 +101,7 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
   }
   if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
     if (edit->epoch != state.epoch || edit->version <= state.version) return false;
-    if (state.unknown_edits == kMostKeys) {
+    if (state.unknown_edits == kMaxKeys) {
       ++refused_;
       return false;
     }
@@ -149,13 +150,13 @@ bool Playback::describes(size_t chunk, uint64_t until_ns, std::vector<bool>& des
   return any;
 }
 
-void Playback::keep(State& state, uint64_t key, std::span<const std::byte> message) {
+void Playback::store_edit(State& state, uint64_t key, std::span<const std::byte> message) {
   if (const auto known = state.edits.find(key); known != state.edits.end()) {
     state_bytes_ -= known->second.second.size() + kEntryOverhead;
     state.edits.erase(known);
   }
   const uint64_t bytes = message.size() + kEntryOverhead;
-  if (key_bytes_ + state_bytes_ + bytes > reader_.limits().most_state_bytes()) {
+  if (key_bytes_ + state_bytes_ + bytes > reader_.limits().max_state_bytes()) {
     ++refused_;
     return;
   }
@@ -166,7 +167,7 @@ void Playback::keep(State& state, uint64_t key, std::span<const std::byte> messa
 // Without memory for its description a stream is absent until its next description.
 void Playback::store_edit_description(State& state, std::span<const std::byte> message) {
   drop_description(state);
-  if (key_bytes_ + state_bytes_ + message.size() > reader_.limits().most_state_bytes()) {
+  if (key_bytes_ + state_bytes_ + message.size() > reader_.limits().max_state_bytes()) {
     ++refused_;
     return;
   }
@@ -194,7 +195,7 @@ void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
       if (!take(place->first, place->second, message.data, played)) continue;
       State& state = states_[place->first];
       if (played.kind == Played::Kind::description) store_edit_description(state, message.data);
-      if (played.kind == Played::Kind::edit) keep(state, played.edit_key, message.data);
+      if (played.kind == Played::Kind::edit) store_edit(state, played.edit_key, message.data);
       if (played.kind == Played::Kind::goodbye) drop_description(state);  // the stream has ended
     }
   }
@@ -247,6 +248,67 @@ Playback::Step Playback::next(Played& played) {
     played.log_time_ns = message.log_time_ns;
     return Step::played;
   }
+}
+
+namespace {
+
+struct FrameAt {
+  int64_t sim_time_ns;
+  uint64_t log_time_ns;
+};
+
+bool may_have(const ChunkIndex& chunk, uint16_t channel) {
+  return chunk.message_indexes.empty() || std::ranges::any_of(chunk.message_indexes, [&](const auto& entry) {
+           return entry.first == channel;
+         });
+}
+
+// First frame of the channel in the chunk at or after a simulated time.
+std::optional<FrameAt> frame_in(Reader& reader, wire::Decoder& decoder, size_t chunk, uint16_t channel,
+                                int64_t from_sim_ns) {
+  if (!may_have(reader.index().chunks[chunk], channel)) return {};
+  reader.seek_chunk(chunk, true);
+  Message message;
+  for (;;) {
+    const Reader::Step step = reader.next(message);
+    if (step == Reader::Step::end) return {};
+    if (step != Reader::Step::message || message.channel_id != channel) continue;
+    const auto decoded = decoder.decode(message.data);
+    const auto* frame = decoded ? std::get_if<wire::PoseFrameView>(&*decoded) : nullptr;
+    if (frame != nullptr && frame->header.sim_time_ns >= from_sim_ns)
+      return FrameAt{frame->header.sim_time_ns, message.log_time_ns};
+  }
+}
+
+}  // namespace
+
+std::optional<uint64_t> log_time_of(Playback& playback, size_t stream, int64_t sim_time_ns) {
+  Reader& reader = playback.reader();
+  wire::Decoder decoder;
+  const uint16_t channel = playback.streams()[stream].channels[static_cast<size_t>(Role::poses)];
+  if (channel == 0) return {};
+  const size_t chunks = reader.index().chunks.size();
+  // Finds the first chunk in [chunk, until) with a pose frame of the channel.
+  const auto first_frame = [&](size_t& chunk, size_t until) {
+    std::optional<FrameAt> found;
+    while (chunk < until && !(found = frame_in(reader, decoder, chunk, channel, INT64_MIN))) ++chunk;
+    return found;
+  };
+  // Invariant: chunks before `low` begin before sim_time_ns; chunks from `high` on begin at or after it.
+  size_t low = 0, high = chunks;
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    size_t chunk = middle;
+    const auto frame = first_frame(chunk, high);
+    if (!frame || frame->sim_time_ns >= sim_time_ns)
+      high = middle;
+    else
+      low = chunk + 1;
+  }
+  // The frame is in the last chunk that begins before it, or it is the first frame of the next chunk.
+  for (size_t chunk = low == 0 ? 0 : low - 1; chunk < chunks; ++chunk)
+    if (const auto found = frame_in(reader, decoder, chunk, channel, sim_time_ns)) return found->log_time_ns;
+  return {};
 }
 
 }  // namespace fire3dv::record

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -81,7 +82,7 @@ class Playback {
   void store_edit_description(State& state, std::span<const std::byte> message);
   void drop_description(State& state);
   bool describes(size_t chunk, uint64_t until_ns, std::vector<bool>& described);
-  void keep(State& state, uint64_t key, std::span<const std::byte> message);
+  void store_edit(State& state, uint64_t key, std::span<const std::byte> message);
   void gather_state(size_t from_chunk, uint64_t until_ns);
 
   Reader reader_;
@@ -97,5 +98,10 @@ class Playback {
   uint64_t state_bytes_ = 0;  // bytes retained while seeking
   uint64_t key_bytes_ = 0;    // bytes of all edit names
 };
+
+// Log time of a stream's first frame at or after this simulated time. Binary search over the chunks, decoding
+// one frame of each. If simulated time restarts within the file, the frame is from one of the runs. Moves the
+// playback: call seek() afterwards.
+std::optional<uint64_t> log_time_of(Playback& playback, size_t stream, int64_t sim_time_ns);
 
 }  // namespace fire3dv::record

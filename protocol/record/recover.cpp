@@ -120,7 +120,7 @@ Result<void> Recovery::copy_metadata() {
     if (!record) return record.error();
     Metadata metadata;
     if (!*record || (*record)->kind != Kind::metadata ||
-        !read_content(reader_.source(), **record, kMostDefinitionBytes, content) ||
+        !read_content(reader_.source(), **record, kMaxDefinitionBytes, content) ||
         !parse(content, metadata)) {
       note("metadata at byte " + std::to_string(index.offset) + " is damaged");
       continue;

@@ -14,7 +14,7 @@ constexpr size_t kMaxStreams = 1024;  // live streams, and ended streams that ar
 constexpr uint64_t kMaxChannelBytes = uint64_t{4} << 20;
 constexpr uint64_t kChannelOverhead = 512;
 constexpr uint64_t kEditOverhead = 256;
-constexpr size_t kMostUnknownEdits = 65'536;  // per stream, the same limit as in players
+constexpr size_t kMaxUnknownEdits = 65'536;  // per stream, the same limit as in players
 // A snapshot is repeated after this multiple of all snapshots' bytes has been written since. Snapshots
 // therefore take at most a ninth of the file.
 constexpr uint64_t kSnapshotShare = 8;
@@ -66,7 +66,7 @@ void StreamLog::end(Stream& stream) {
 }
 
 // Drops the stream's description and edits, but not its counts. A returning stream is described again.
-void StreamLog::forget(Stream& stream) {
+void StreamLog::drop_state(Stream& stream) {
   for (const auto& [key, edit] : stream.edits) edit_bytes_ -= edit.second.size() + kEditOverhead;
   for (const auto& [version, edit] : stream.unknown_edits) edit_bytes_ -= edit.size() + kEditOverhead;
   stream.edits.clear();
@@ -82,7 +82,7 @@ bool StreamLog::evict_oldest_ended() {
     if (!stream->seen.live && !stream->description.empty() &&
         (oldest == nullptr || stream->ended_as < oldest->ended_as))
       oldest = stream.get();
-  if (oldest != nullptr) forget(*oldest);
+  if (oldest != nullptr) drop_state(*oldest);
   return oldest != nullptr;
 }
 
@@ -114,7 +114,7 @@ std::optional<size_t> StreamLog::free_slot() {
       oldest = i;
   if (!oldest) return {};
   Stream& stream = *streams_[*oldest];
-  forget(stream);
+  drop_state(stream);
   std::erase_if(stream_of_peer_, [&](const auto& entry) { return entry.second == *oldest; });
   ++reclaimed_streams_;
   reclaimed_.frames += written(stream.seen, stream.lost).frames;
@@ -205,8 +205,8 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   stream->seen.live = true;
   // The link repeats descriptions for reliability; a publisher that reconnected continues its stream.
   if (stream->seen.epoch == description.epoch && std::ranges::equal(stream->description, message)) return {};
-  forget(*stream);
-  while (description_bytes_ + message.size() > options_.most_kept_bytes)
+  drop_state(*stream);
+  while (description_bytes_ + message.size() > options_.max_snapshot_bytes)
     if (!evict_oldest_ended()) {
       refuse_stream(peer);
       return {};
@@ -283,11 +283,11 @@ Result<void> StreamLog::write_models() {
 
 // Returns false if there is no memory: the edit is then missing from snapshots.
 bool StreamLog::reserve_edit_memory(uint64_t bytes) {
-  const auto is_full = [&] { return edit_bytes_ + bytes + kEditOverhead > options_.most_kept_bytes; };
+  const auto is_full = [&] { return edit_bytes_ + bytes + kEditOverhead > options_.max_snapshot_bytes; };
   while (is_full() && evict_oldest_ended()) {
   }
   if (is_full()) {
-    ++unkept_edits_;
+    ++dropped_edits_;
     return false;
   }
   edit_bytes_ += bytes + kEditOverhead;
@@ -313,8 +313,8 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
       stream.snapshot_bytes += message.size();
     }
   } else if (stream.seen.live) {
-    if (stream.unknown_edits.size() == kMostUnknownEdits) {
-      ++unkept_edits_;
+    if (stream.unknown_edits.size() == kMaxUnknownEdits) {
+      ++dropped_edits_;
     } else if (reserve_edit_memory(message.size())) {
       stream.unknown_edits[version].assign(message.begin(), message.end());
       stream.snapshot_bytes += message.size();
@@ -423,8 +423,8 @@ Result<void> StreamLog::write(Stream& stream, Role role, uint64_t publish_time_n
 Result<void> StreamLog::prepare_write(Stream& stream, bool describes) {
   const bool full =
       writer_ && (file_is_full_ ||
-                  (options_.split_bytes != 0 && writer_->file_bytes() + writer_->chunk_bytes() >=
-                                                    own_beginning_bytes_ + options_.split_bytes) ||
+                  (options_.split_bytes != 0 &&
+                   writer_->file_bytes() + writer_->chunk_bytes() >= initial_bytes_ + options_.split_bytes) ||
                   (options_.split_ns != 0 && now_ns_ - file_begun_ns_ >= options_.split_ns));
   const bool begins = full || !writer_;
   if (begins) {
@@ -437,12 +437,12 @@ Result<void> StreamLog::prepare_write(Stream& stream, bool describes) {
   chunk_has_snapshots_ = true;
   if (describes) {
     stream.in_current_file = true;
-    stream.described_at_bytes = news_bytes_;
+    stream.described_at_bytes = message_bytes_;
   } else if (!stream.in_current_file) {
     // The stream was absent when this file began and returned unchanged.
     if (auto good = write_snapshot(stream); !good) return good;
   }
-  if (begins) own_beginning_bytes_ = writer_->file_bytes() + writer_->chunk_bytes();
+  if (begins) initial_bytes_ = writer_->file_bytes() + writer_->chunk_bytes();
   return {};
 }
 
@@ -453,7 +453,7 @@ Result<void> StreamLog::write_snapshots(const Stream* described) {
   for (auto& stream : streams_) {
     if (!stream->seen.live || stream->description.empty() || stream.get() == described) continue;
     const bool due = !stream->in_current_file ||
-                     news_bytes_ - stream->described_at_bytes >= kSnapshotShare * snapshot_bytes;
+                     message_bytes_ - stream->described_at_bytes >= kSnapshotShare * snapshot_bytes;
     if (!due) continue;
     if (auto good = write_snapshot(*stream); !good) return good;
   }
@@ -471,7 +471,7 @@ Result<void> StreamLog::write_snapshot(Stream& stream) {
     if (auto good = write_plain(stream, Role::snapshot, now_ns_, static_cast<uint32_t>(version), *edit);
         !good)
       return good;
-  stream.described_at_bytes = news_bytes_;
+  stream.described_at_bytes = message_bytes_;
   return {};
 }
 
@@ -485,7 +485,7 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
     channel = *known;
   }
   if (writer_->chunk_is_empty()) chunk_begun_ns_ = now_ns_;
-  if (role != Role::snapshot) news_bytes_ += message.size();
+  if (role != Role::snapshot) message_bytes_ += message.size();
   ++file_messages_;
   auto good = writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
   account_closed_chunk();

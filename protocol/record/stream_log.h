@@ -29,7 +29,7 @@ struct LogOptions {
   uint64_t flush_ns = 1'000'000'000;
   // Memory limit for snapshots: once for descriptions and once for edits. Ended streams are dropped first,
   // the oldest before all.
-  uint64_t most_kept_bytes = uint64_t{256} << 20;
+  uint64_t max_snapshot_bytes = uint64_t{256} << 20;
   // 0: one file. Counts message bytes after the file's initial schema, attachments and snapshots, which may
   // be longer.
   uint64_t split_bytes = 0, split_ns = 0;
@@ -74,8 +74,8 @@ class StreamLog {
   Result<void> finish();
 
   std::vector<StreamSeen> streams() const;
-  uint64_t refused() const { return refused_; }             // invalid, or from a peer without a description
-  uint64_t dropped_edits() const { return unkept_edits_; }  // missing from snapshots for lack of memory
+  uint64_t refused() const { return refused_; }              // invalid, or from a peer without a description
+  uint64_t dropped_edits() const { return dropped_edits_; }  // missing from snapshots for lack of memory
   uint64_t file_bytes() const { return closed_bytes_ + (writer_ ? writer_->file_bytes() : 0); }
   uint32_t files() const { return files_; }
   uint64_t lost_messages() const { return lost_messages_; }  // in chunks that the disk did not take
@@ -101,14 +101,14 @@ class StreamLog {
     // State in the current file.
     std::array<uint16_t, kRoles.size()> channels{};
     bool in_current_file = false;
-    uint64_t described_at_bytes = 0;  // value of news_bytes_ at the last snapshot
+    uint64_t described_at_bytes = 0;  // value of message_bytes_ at the last snapshot
     FoxgloveTransforms transforms;
     uint16_t transforms_channel = 0;
   };
 
   Stream* stream_of(uint64_t peer);
   void end(Stream& stream);
-  void forget(Stream& stream);
+  void drop_state(Stream& stream);
   Stream* take_over(uint64_t peer, uint64_t epoch);
   void leave(uint64_t peer, size_t stream);
   bool reserve_edit_memory(uint64_t bytes);
@@ -146,14 +146,14 @@ class StreamLog {
   uint32_t files_ = 0;
   std::optional<Error> open_failure_;  // the sink is not requested again: the first one may be used up
   uint64_t closed_bytes_ = 0;
-  uint64_t own_beginning_bytes_ = 0;  // initial bytes of the file: schema, attachments, first snapshots
+  uint64_t initial_bytes_ = 0;        // initial bytes of the file: schema, attachments, first snapshots
   bool chunk_has_snapshots_ = false;  // due snapshots of this chunk are written; a chunk may begin with
                                       // Foxglove messages, which they follow
   uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
   uint16_t schema_ = 0, transforms_schema_ = 0;  // in the current file
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
-  uint64_t news_bytes_ = 0;                          // bytes of all messages that are not snapshots
+  uint64_t message_bytes_ = 0;                       // bytes of all messages that are not snapshots
   uint64_t edit_bytes_ = 0, description_bytes_ = 0;  // retained for snapshots
   uint64_t endings_ = 0;
   // State of the current file: channel ids by stream and role (the last one for transforms), and the memory
@@ -167,7 +167,7 @@ class StreamLog {
   MessageCounts reclaimed_, reclaimed_in_chunk_;
   uint64_t flushed_ns_ = 0;
   uint64_t flushed_bytes_ = 0;  // in the current file
-  uint64_t refused_ = 0, unkept_edits_ = 0, lost_messages_ = 0;
+  uint64_t refused_ = 0, dropped_edits_ = 0, lost_messages_ = 0;
   uint64_t file_messages_ = 0, file_lost_messages_ = 0;  // in the current file
 };
 

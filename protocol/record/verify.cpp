@@ -9,7 +9,7 @@
 namespace fire3dv::record {
 namespace {
 
-constexpr size_t kMostProblems = 100;
+constexpr size_t kMaxProblems = 100;
 
 class Verifier {
  public:
@@ -19,7 +19,7 @@ class Verifier {
  private:
   void problem(std::string text) {
     ++report_.problem_count;
-    if (report_.problems.size() < kMostProblems) report_.problems.push_back(std::move(text));
+    if (report_.problems.size() < kMaxProblems) report_.problems.push_back(std::move(text));
   }
   void take_messages(const std::function<void(const Message&)>& on_message);
   void end_chunk(const ChunkIndex& chunk);
@@ -85,7 +85,7 @@ void Verifier::take_messages(const std::function<void(const Message&)>& on_messa
 
 Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
   if (chunk.message_indexes.empty()) return {};  // message indexes are optional
-  ChunkReader unpacked(reader_.limits().most_chunk_bytes());
+  ChunkReader unpacked(reader_.limits().max_chunk_bytes());
   if (!unpacked.load(source_, {Kind::chunk, chunk.offset, chunk.length})) return {};  // reported already
   chunk_messages_.clear();
   while (const auto entry = unpacked.next()) {
@@ -101,7 +101,7 @@ Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
     if (!record) return record.error();
     MessageIndex stated;
     const bool read =
-        *record && read_content(source_, **record, kMostDefinitionBytes, content) && parse(content, stated);
+        *record && read_content(source_, **record, kMaxDefinitionBytes, content) && parse(content, stated);
     std::sort(stated.entries.begin(), stated.entries.end());
     MessageIndex& counted = chunk_messages_[channel];
     std::sort(counted.entries.begin(), counted.entries.end());
@@ -126,7 +126,7 @@ Result<void> Verifier::check_data_crc() {
     if (!*record) return {};  // truncation is reported already
     if ((*record)->kind != Kind::data_end) continue;
     uint32_t stated = 0, crc = 0;
-    if ((*record)->content_bytes() < 4 || !read_content(source_, **record, kMostDefinitionBytes, content) ||
+    if ((*record)->content_bytes() < 4 || !read_content(source_, **record, kMaxDefinitionBytes, content) ||
         !Parser(content).get(stated)) {
       problem("the end of the data is damaged");
       return {};
@@ -164,8 +164,7 @@ void Verifier::check_summary() {
   else
     for (size_t i = 0; i < chunks.size(); ++i)
       if (stated.chunks[i] != chunks[i])
-        problem("what the summary says of the chunk at byte " + std::to_string(chunks[i].offset) +
-                " is wrong");
+        problem("the summary's entry of the chunk at byte " + std::to_string(chunks[i].offset) + " is wrong");
   if (stated.attachments != seen_.attachments) problem("the summary lists other attachments than there are");
   if (stated.metadata != seen_.metadata) problem("the summary lists other metadata than there are");
   if (!stated.statistics) return;

@@ -4,9 +4,10 @@
 #include <cmath>
 
 namespace fire3dv::replay {
+
 namespace {
 
-constexpr double kLongestNs = 1e17;  // three years: upper limit of a wait, and no sum overflows
+constexpr double kLongestNs = 1e17;  // three years: upper limit of a wait; prevents overflow of sums
 
 }  // namespace
 
@@ -36,6 +37,14 @@ void ReplayClock::set_playing(bool playing, int64_t now_ns) {
 void ReplayClock::set_speed(double speed, int64_t now_ns) {
   set_position(position_ns(now_ns), now_ns);
   speed_ = std::isfinite(speed) && speed >= 0 ? speed : 1;
+}
+
+int64_t Pacer::wait_ns(uint64_t log_time_ns, int64_t now_ns) {
+  if (!begun_) begun_ = Begun{log_time_ns, now_ns};
+  if (speed_ <= 0 || log_time_ns <= begun_->log_time_ns) return 0;
+  const double after_ns = static_cast<double>(log_time_ns - begun_->log_time_ns) / speed_;
+  const auto due_ns = begun_->at_ns + static_cast<int64_t>(std::min(after_ns, kLongestNs));
+  return std::max<int64_t>(0, due_ns - now_ns);
 }
 
 }  // namespace fire3dv::replay

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "protocol/base/clock.h"
-#include "protocol/record/sim_time.h"
+#include "protocol/record/playback.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::replay {
@@ -14,33 +14,33 @@ namespace {
 using transport::LinkEvent;
 
 // Time limit of reading in one poll: rendering continues even if the recording is due faster than it is read.
-constexpr int64_t kMostReadingNs = 8 * kMillisecondNs;
-constexpr int kMessagesBetweenLooks = 32;
+constexpr int64_t kMaxReadingNs = 8 * kMillisecondNs;
+constexpr int kMessagesPerClockRead = 32;
 // Search window of a seek. Streams send a whole frame at least every 250 ms (SPEC 4); the far window is for
 // slower streams.
 constexpr uint64_t kLookBackNs = 300'000'000;
 constexpr uint64_t kFarLookBackNs = 5'000'000'000;
 
-uint64_t plus_seconds(uint64_t from_ns, double seconds, uint64_t most_ns) {
+uint64_t plus_seconds(uint64_t from_ns, double seconds, uint64_t max_ns) {
   const double after_ns = seconds * 1e9;
-  return after_ns >= static_cast<double>(most_ns - from_ns) ? most_ns
-                                                            : from_ns + static_cast<uint64_t>(after_ns);
+  return after_ns >= static_cast<double>(max_ns - from_ns) ? max_ns
+                                                           : from_ns + static_cast<uint64_t>(after_ns);
 }
 
 }  // namespace
 
-class ReplayLink::Turn {
+class ReplayLink::TimeSlice {
  public:
-  static Turn without_end() { return Turn(INT64_MAX); }
-  static Turn of_a_poll() { return Turn(monotonic_ns() + kMostReadingNs); }
+  static TimeSlice without_end() { return TimeSlice(INT64_MAX); }
+  static TimeSlice of_a_poll() { return TimeSlice(monotonic_ns() + kMaxReadingNs); }
 
-  // Called after each message. Reads the clock only every kMessagesBetweenLooks messages.
-  bool is_over() { return ++messages_ % kMessagesBetweenLooks == 0 && is_late(); }
+  // Called after each message. Reads the clock only every kMessagesPerClockRead messages.
+  bool is_over() { return ++messages_ % kMessagesPerClockRead == 0 && is_late(); }
   // Called after longer operations.
   bool is_late() const { return monotonic_ns() > until_ns_; }
 
  private:
-  explicit Turn(int64_t until_ns) : until_ns_(until_ns) {}
+  explicit TimeSlice(int64_t until_ns) : until_ns_(until_ns) {}
 
   int64_t until_ns_;
   int messages_ = 0;
@@ -107,7 +107,7 @@ Result<void> ReplayLink::choose_streams(const std::vector<std::string>& names) {
   return {};
 }
 
-ReplayLink::Fetched ReplayLink::fetch(Turn& turn) {
+ReplayLink::Fetched ReplayLink::fetch(TimeSlice& turn) {
   if (pending_) return Fetched::message;
   record::Played played;
   for (;;) {
@@ -152,7 +152,7 @@ bool ReplayLink::all_have_frames() const {
 }
 
 void ReplayLink::show_state_at(uint64_t log_time_ns) {
-  Turn turn = Turn::without_end();
+  TimeSlice turn = TimeSlice::without_end();
   begin_seek(log_time_ns, kLookBackNs);
   (void)continue_seek(turn);
 }
@@ -169,7 +169,7 @@ void ReplayLink::begin_seek(uint64_t log_time_ns, uint64_t look_back_ns) {
     if (player) player->begin_assembly();
 }
 
-bool ReplayLink::continue_seek(Turn& turn) {
+bool ReplayLink::continue_seek(TimeSlice& turn) {
   for (;;) {
     const Fetched fetched = fetch(turn);
     if (fetched == Fetched::later) return false;
@@ -274,7 +274,7 @@ void ReplayLink::reach_end() {
 }
 
 void ReplayLink::run() {
-  Turn turn = Turn::of_a_poll();
+  TimeSlice turn = TimeSlice::of_a_poll();
   if (!std::exchange(begun_, true)) clock_.set_playing(true, monotonic_ns());
   if (showing_ && (!continue_seek(turn) || each_frame_)) return;
   while (!at_end_ && (clock_.playing() || step_)) {

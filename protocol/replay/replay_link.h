@@ -61,17 +61,17 @@ class ReplayLink final : public transport::ListenerLink, public TimelineControl 
   Result<void> choose_streams(const std::vector<std::string>& names);
 
   // Time limit of one poll.
-  class Turn;
+  class TimeSlice;
   enum class Fetched { message, later, end };
   // Fetches the next message of the played range, of a chosen stream or not, into pending_. later: the time
   // limit is reached.
-  Fetched fetch(Turn& turn);
+  Fetched fetch(TimeSlice& turn);
   void play_pending();
   // Seek: applies all messages up to that time without their frames, then the newest frame of each stream.
   // Events are delivered only when the seek is complete.
   void show_state_at(uint64_t log_time_ns);
   void begin_seek(uint64_t log_time_ns, uint64_t look_back_ns);
-  bool continue_seek(Turn& turn);  // false: more to read
+  bool continue_seek(TimeSlice& turn);  // false: more to read
   bool all_have_frames() const;
   void send_goodbyes();
   void reach_end();

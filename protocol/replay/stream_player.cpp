@@ -10,10 +10,10 @@
 namespace fire3dv::replay {
 namespace {
 
-constexpr int kMostRepliesPerPoll = 256;
+constexpr int kMaxRepliesPerPoll = 256;
 // The limits of an adapter.
-constexpr uint64_t kMostEditBytes = uint64_t{256} << 20;
-constexpr size_t kMostEditKeys = 65'536;
+constexpr uint64_t kMaxEditBytes = uint64_t{256} << 20;
+constexpr size_t kMaxEditKeys = 65'536;
 
 uint64_t now_ns() {
   return static_cast<uint64_t>(monotonic_ns());
@@ -83,8 +83,7 @@ Result<void> StreamPlayer::play_edit(const record::Played& played) {
   const auto known = edit_bytes_of_key_.find(played.edit_key);
   const bool is_new = known == edit_bytes_of_key_.end();
   const uint64_t rest = edit_bytes_ - (is_new ? 0 : known->second);
-  if ((is_new && edit_bytes_of_key_.size() == kMostEditKeys) ||
-      rest + played.message.size() > kMostEditBytes) {
+  if ((is_new && edit_bytes_of_key_.size() == kMaxEditKeys) || rest + played.message.size() > kMaxEditBytes) {
     ++counts_.dropped_edits;
     return {};
   }
@@ -112,10 +111,10 @@ Result<void> StreamPlayer::play_description(const wire::StreamDescription& descr
   node_count_ = static_cast<uint32_t>(description.node_names.size());
   reset_frames();
   if (verbatim_ && epoch_ == recorded_epoch_) return link_->set_description(message);
-  wire::StreamDescription told = description;
-  told.epoch = epoch_;
-  if (!verbatim_) told.clock = clocks_now(description.clock.sim_seconds_per_second);
-  return link_->set_description(wire::encode(told));
+  wire::StreamDescription published = description;
+  published.epoch = epoch_;
+  if (!verbatim_) published.clock = clocks_now(description.clock.sim_seconds_per_second);
+  return link_->set_description(wire::encode(published));
 }
 
 void StreamPlayer::play_frame(const wire::PoseFrameView& frame, std::span<const std::byte> message) {
@@ -223,7 +222,7 @@ void StreamPlayer::cut(wire::PoseFrameView whole) {
 }
 
 uint32_t StreamPlayer::poll() {
-  for (int i = 0; i < kMostRepliesPerPoll && link_->poll(reply_); ++i) {
+  for (int i = 0; i < kMaxRepliesPerPoll && link_->poll(reply_); ++i) {
     const auto decoded = reply_decoder_.decode(reply_);
     const auto* ping = decoded ? std::get_if<wire::Ping>(&*decoded) : nullptr;
     if (ping != nullptr)

@@ -2,13 +2,8 @@
 
 #include <exception>
 
+#include "protocol/transport/core/link_factories.h"
 #include "protocol/transport/core/uri.h"
-#include "protocol/transport/shm/shm_listener.h"
-#include "protocol/transport/shm/shm_publisher.h"
-#include "protocol/transport/tcp/tcp_listener.h"
-#include "protocol/transport/tcp/tcp_publisher.h"
-#include "protocol/transport/udp/udp_listener.h"
-#include "protocol/transport/udp/udp_publisher.h"
 
 namespace fire3dv::transport {
 namespace {

@@ -100,11 +100,11 @@ Result<void> check(const ImageRequest& request, const DecodeLimits& limits) {
     return Error{"ImageRequest.lens is given without fx and fy; a lens belongs to a camera's own numbers"};
   if (!is_own)
     if (auto good = check_projection(kName, camera, double{limits.max_abs_value}); !good) return good;
-  if (request.outputs == 0) return Error{"ImageRequest.outputs is empty; ask for one at least"};
+  if (request.outputs == 0) return Error{"ImageRequest.outputs is empty; request at least one"};
   if (request.when == ImageWhen::every_nth && request.every == 0)
     return Error{"ImageRequest.every is 0; it must be 1 or more"};
-  constexpr double kMostRateHz = 1e6;
-  if (request.when == ImageWhen::rate && !(request.rate_hz > 0 && request.rate_hz <= kMostRateHz))
+  constexpr double kMaxRateHz = 1e6;
+  if (request.when == ImageWhen::rate && !(request.rate_hz > 0 && request.rate_hz <= kMaxRateHz))
     return wrong(kName, "rate_hz", request.rate_hz, "it must be above 0, and at most 1e+06");
   if (request.when == ImageWhen::exactly && request.sequence == 0)
     return Error{"ImageRequest.sequence is 0; sequences start at 1"};

@@ -7,8 +7,7 @@
 
 #include "fire3dv_generated.h"
 #include "protocol/wire/check.h"
-#include "protocol/wire/decode_edit.h"
-#include "protocol/wire/decode_image.h"
+#include "protocol/wire/decode_tables.h"
 
 namespace fire3dv::wire {
 namespace {
@@ -20,7 +19,7 @@ constexpr flatbuffers::uoffset_t kMaxTables = 4;
 constexpr size_t kSmallestMessage = 12;  // root offset, identifier, vtable offset of the root table
 constexpr size_t kLargestMessage = size_t{1} << 30;  // FlatBuffers is limited to 2 GiB
 constexpr size_t kAlignment = 16;
-constexpr size_t kKeptAfterRefusal = 1 << 20;
+constexpr size_t kMaxRetainedBytes = 1 << 20;
 
 using Strings = flatbuffers::Vector<flatbuffers::Offset<flatbuffers::String>>;
 
@@ -159,7 +158,8 @@ Result<Message> read_shared(const fbs::AnyWelcome& table) {
 struct Decoder::Impl {
   explicit Impl(DecodeLimits limits_in) : limits(limits_in) {}
 
-  Result<Message> decode(std::span<const std::byte> bytes);
+  enum class Source { copied, in_place };
+  Result<Message> decode(std::span<const std::byte> bytes, Source source);
 
   std::optional<ImageRequestName> refused_request;
 
@@ -171,25 +171,25 @@ struct Decoder::Impl {
   DecodeLimits limits;
   std::unique_ptr<std::byte[], FreeAligned> copy_;
   size_t capacity_ = 0;
-  size_t size_ = 0;
+  std::span<const std::byte> bytes_;  // of the current message
 
-  void take_copy(std::span<const std::byte> bytes);
+  std::span<const std::byte> copy(std::span<const std::byte> bytes);
   Result<Message> read_message();
 
   // Returns null if the bytes are not a message with that root. Verifies the whole structure on each call,
   // independent of earlier readers.
   template <typename Root>
   const Root* verified() const {
-    const auto* data = reinterpret_cast<const uint8_t*>(copy_.get());
+    const auto* data = reinterpret_cast<const uint8_t*>(bytes_.data());
     flatbuffers::Verifier::Options options;
     options.max_depth = kMaxDepth;
     options.max_tables = kMaxTables;
-    flatbuffers::Verifier verifier(data, size_, options);
+    flatbuffers::Verifier verifier(data, bytes_.size(), options);
     return verifier.VerifyBuffer<Root>(fbs::MessageIdentifier()) ? flatbuffers::GetRoot<Root>(data) : nullptr;
   }
 };
 
-void Decoder::Impl::take_copy(std::span<const std::byte> bytes) {
+std::span<const std::byte> Decoder::Impl::copy(std::span<const std::byte> bytes) {
   if (bytes.size() > capacity_) {
     const size_t wanted =
         bytes.size() + bytes.size() / 4;  // 25% reserve: slightly growing frames do not reallocate each time
@@ -197,7 +197,7 @@ void Decoder::Impl::take_copy(std::span<const std::byte> bytes) {
     capacity_ = wanted;
   }
   std::memcpy(copy_.get(), bytes.data(), bytes.size());
-  size_ = bytes.size();
+  return {copy_.get(), bytes.size()};
 }
 
 Result<Message> Decoder::Impl::read_message() {
@@ -226,13 +226,13 @@ Result<Message> Decoder::Impl::read_message() {
   if (!message->body()) return Error{"Message.body is missing: a " + std::string(name) + " was announced"};
   switch (type) {
     case fbs::Body::StreamDescription:
-      return read(*message->body_as_StreamDescription(), size_, limits);
+      return read(*message->body_as_StreamDescription(), bytes_.size(), limits);
     case fbs::Body::PoseFrame:
       return read(*message->body_as_PoseFrame(), limits);
     case fbs::Body::Welcome:
-      return read(*message->body_as_Welcome(), size_, limits);
+      return read(*message->body_as_Welcome(), bytes_.size(), limits);
     case fbs::Body::Status:
-      return read(*message->body_as_Status(), size_, limits);
+      return read(*message->body_as_Status(), bytes_.size(), limits);
     case fbs::Body::Ack: {
       const fbs::Ack& ack = *message->body_as_Ack();
       return Message(Ack{ack.epoch(), ack.sequence()});
@@ -265,7 +265,7 @@ Result<Message> Decoder::Impl::read_message() {
   std::abort();  // unreachable: every type up to Body::MAX has a case above
 }
 
-Result<Message> Decoder::Impl::decode(std::span<const std::byte> bytes) {
+Result<Message> Decoder::Impl::decode(std::span<const std::byte> bytes, Source source) {
   refused_request.reset();
   const size_t limit = std::min(limits.max_message_bytes, kLargestMessage);
   if (bytes.size() > limit) {
@@ -279,12 +279,13 @@ Result<Message> Decoder::Impl::decode(std::span<const std::byte> bytes) {
   if (std::memcmp(bytes.data() + 4, fbs::MessageIdentifier(), 4) != 0) {
     return Error{"Message identifier is not F3DV: this is not FIRE-3DV traffic"};
   }
-  take_copy(bytes);
+  const bool is_aligned = reinterpret_cast<uintptr_t>(bytes.data()) % kAlignment == 0;
+  bytes_ = source == Source::in_place && is_aligned ? bytes : copy(bytes);
   Result<Message> message = read_message();
   // An invalid message must not make the renderer retain a large buffer.
-  if (!message.ok() && capacity_ > kKeptAfterRefusal) {
+  if (!message.ok() && capacity_ > kMaxRetainedBytes) {
     copy_.reset();
-    capacity_ = size_ = 0;
+    capacity_ = 0;
   }
   return message;
 }
@@ -295,7 +296,11 @@ Decoder::Decoder(Decoder&&) noexcept = default;
 Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 
 Result<Message> Decoder::decode(std::span<const std::byte> bytes) {
-  return impl_->decode(bytes);
+  return impl_->decode(bytes, Impl::Source::copied);
+}
+
+Result<Message> Decoder::decode_in_place(std::span<const std::byte> bytes) {
+  return impl_->decode(bytes, Impl::Source::in_place);
 }
 
 const std::optional<ImageRequestName>& Decoder::refused_request() const {

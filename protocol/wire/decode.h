@@ -27,8 +27,8 @@ struct ImageRequestName {
   uint64_t epoch = 0, id = 0;
 };
 
-// Decoder with a private aligned copy of the bytes, so that neither misalignment nor concurrent writes to
-// shared memory after verification matter. One decoder per thread; reuses the copy's memory.
+// Decoder of messages, with an aligned copy of their bytes for decode(). One decoder per thread; reuses the
+// copy's memory.
 class Decoder {
  public:
   explicit Decoder(DecodeLimits limits = {});
@@ -44,6 +44,9 @@ class Decoder {
   // (versions, epoch, and adapter name or status). The caller compares protocol_major and answers
   // version_mismatch.
   Result<Message> decode(std::span<const std::byte> bytes);
+  // Same without the copy if `bytes` are aligned to 16 bytes. They must be private memory, which no other
+  // process or thread writes, and must not change while views in the message are in use.
+  Result<Message> decode_in_place(std::span<const std::byte> bytes);
 
   // Set if the last message was an image request with invalid values.
   const std::optional<ImageRequestName>& refused_request() const;

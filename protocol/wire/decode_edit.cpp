@@ -1,4 +1,4 @@
-#include "protocol/wire/decode_edit.h"
+#include "protocol/wire/decode_tables.h"
 
 #include <cstring>
 

@@ -13,9 +13,9 @@ Result<EditStore::Prepared> EditStore::prepare(SceneEdit edit) const {
   Prepared prepared;
   prepared.name = {edit.node, edit.property};
   const auto known = stored_.find(prepared.name);
-  if (known == stored_.end() && stored_.size() >= kMostKeys)
-    return Error{"SceneEdit.node \"" + printable(edit.node) + "\": " + std::to_string(kMostKeys) +
-                 " edits are kept already; clear properties by describing anew, or edit fewer nodes"};
+  if (known == stored_.end() && stored_.size() >= kMaxKeys)
+    return Error{"SceneEdit.node \"" + printable(edit.node) + "\": " + std::to_string(kMaxKeys) +
+                 " edits exist already; call describe again to clear them, or edit fewer nodes"};
   auto message = std::make_shared<const Bytes>(encode(edit));
   const size_t freed = known == stored_.end() ? 0 : cost_of(known->second.message->size());
   const size_t needed = used_bytes_ - freed + cost_of(message->size());
@@ -23,7 +23,7 @@ Result<EditStore::Prepared> EditStore::prepare(SceneEdit edit) const {
   if (needed > budget_bytes_ && cost_of(message->size()) > freed)
     return Error{"SceneEdit of \"" + printable(edit.node) + "\": all edits together would take " +
                  std::to_string(needed) + " bytes; the budget is " + std::to_string(budget_bytes_) +
-                 ": raise scene_budget_bytes, or clear what is no longer needed"};
+                 ": raise scene_budget_bytes, or clear edits that are no longer needed"};
   prepared.stored = {known == stored_.end() ? last_key_ + 1 : known->second.key, edit.version,
                      std::move(message)};
   return prepared;

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "protocol/base/clock.h"
-#include "protocol/record/mcap/attach.h"
+#include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::app {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "protocol/base/digest.h"
-#include "protocol/record/mcap/attach.h"
+#include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/cache/member_bytes.h"

@@ -3,6 +3,7 @@
 // fails.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -55,6 +56,30 @@ TEST(Conformance, BytesMeanWhatTheJsonSays) {
     types.insert(golden.meaning.at("message").at("type").get<std::string>());
   }
   EXPECT_EQ(types.size(), std::variant_size_v<wire::Message>) << "a message has no golden file";
+}
+
+// Aligned bytes are decoded without a copy, others after one; both results are those of decode().
+TEST(Conformance, DecodesInPlaceLikeFromACopy) {
+  wire::Decoder decoder;
+  for (const Golden& golden : all_golden()) {
+    const auto from_copy = decoder.decode(golden.bytes);
+    const std::string expected = from_copy.ok() ? to_json(*from_copy).dump() : from_copy.error().message;
+    wire::Bytes memory(golden.bytes.size() + 32);
+    const size_t aligned = (16 - reinterpret_cast<uintptr_t>(memory.data()) % 16) % 16;
+    for (const size_t offset : {aligned, aligned + 1, aligned + 8}) {
+      std::ranges::copy(golden.bytes, memory.begin() + static_cast<std::ptrdiff_t>(offset));
+      const std::span<const std::byte> bytes(memory.data() + offset, golden.bytes.size());
+      const auto in_place = decoder.decode_in_place(bytes);
+      ASSERT_EQ(in_place.ok(), from_copy.ok()) << golden.name << " at offset " << offset;
+      EXPECT_EQ(in_place.ok() ? to_json(*in_place).dump() : in_place.error().message, expected)
+          << golden.name;
+      const auto* frame = in_place.ok() ? std::get_if<wire::PoseFrameView>(&*in_place) : nullptr;
+      if (frame == nullptr || frame->poses.empty()) continue;
+      const auto* poses = reinterpret_cast<const std::byte*>(frame->poses.data());
+      EXPECT_EQ(poses >= bytes.data() && poses < bytes.data() + bytes.size(), offset == aligned)
+          << golden.name;
+    }
+  }
 }
 
 TEST(Conformance, TheJsonEncodesToTheBytes) {

@@ -189,7 +189,7 @@ def refused(test):
             ([CRANE, "--scene", test.path("x.glb"), "--images", "chaser", "--out", test.path("o")], 2, "--to URI"),
             ([CRANE, "--to", "shm://x", "--images", "chaser", "--out", "o", "--outputs", "color,colour"], 2, '"colour" is none of'),
             ([CRANE, "--to", "shm://x", "--images", "chaser:0x9", "--out", "o"], 2, "1 to 8192"),
-            ([CRANE, "--to", "shm://x", "--images", "chaser", "--images", "chaser:8x8", "--out", "o"], 2, '"chaser" stands there twice'),
+            ([CRANE, "--to", "shm://x", "--images", "chaser", "--images", "chaser:8x8", "--out", "o"], 2, '"chaser" is given twice'),
             ([CRANE, "--to", test.fresh_uri("shm"), "--images", "nobody", "--out", test.path("o")], 1,
              'no camera "nobody"; it has "free camera", "chaser", "rider"'),
             ([CRANE, "--to", test.fresh_uri("shm"), "--images", "0:8x8", "--out", test.path("o"), "--lockstep",

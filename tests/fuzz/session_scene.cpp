@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
+#include <span>
 #include <thread>
 
 #include "protocol/base/error.h"
+#include "protocol/base/glb.h"
 #include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::fuzz {
@@ -22,29 +23,15 @@ std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::Requ
 }  // namespace
 
 std::vector<std::byte> small_glb() {
-  std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,5]}],"nodes":[
+  const std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,5]}],"nodes":[
     {"name":"root","children":[1,2,3]},{"name":"body","mesh":0},{"name":"left","children":[4]},
     {"name":"twin","mesh":0},{"name":"twin"},{"name":"camera","camera":0}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
     "cameras":[{"type":"perspective","perspective":{"yfov":1,"znear":0.1}}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
     "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}]})";
-  json.resize((json.size() + 3) / 4 * 4, ' ');
   const float corners[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  const auto json_bytes = static_cast<uint32_t>(json.size());
-  constexpr auto kCornerBytes = static_cast<uint32_t>(sizeof corners);
-  const uint32_t head[] = {0x46546c67, 2, 12 + 8 + json_bytes + 8 + kCornerBytes, json_bytes, 0x4e4f534a};
-  const uint32_t chunk[] = {kCornerBytes, 0x004e4942};
-  std::vector<std::byte> glb;
-  const auto append = [&glb](const void* data, size_t bytes) {
-    const auto* first = static_cast<const std::byte*>(data);
-    glb.insert(glb.end(), first, first + bytes);
-  };
-  append(head, sizeof head);
-  append(json.data(), json.size());
-  append(chunk, sizeof chunk);
-  append(corners, sizeof corners);
-  return glb;
+  return base::make_glb(json, std::as_bytes(std::span(corners)));
 }
 
 const scene::LoadedScene& base_scene() {

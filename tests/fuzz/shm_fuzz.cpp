@@ -112,7 +112,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       (void)reader.send_image(request, std::vector<std::byte>(200), 500,
                               [](std::span<std::byte> pixels) { std::ranges::fill(pixels, std::byte{7}); });
     (void)reader.end_by_state();
-    (void)reader.has_news();
+    (void)reader.has_unread();
   }
   ReplyConsumer replies(victim.segment.reader(0));
   std::vector<std::byte> message;

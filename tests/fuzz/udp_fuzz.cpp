@@ -5,10 +5,10 @@
 
 #include "protocol/base/error.h"
 #include "protocol/transport/core/byte_order.h"
-#include "protocol/transport/udp/multicast/udp_group.h"
 #include "protocol/transport/udp/dtls/udp_dtls.h"
-#include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/dtls/udp_record.h"
+#include "protocol/transport/udp/multicast/udp_group.h"
+#include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_session.h"
 #include "tests/fuzz/target.h"
 
@@ -113,7 +113,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       (void)read_accept(datagram, 9000);
     }
     std::span<const std::byte> payload;
-    if (session.hear(header, datagram, now, payload) != Session::Heard::payload) continue;
+    if (session.receive(header, datagram, now, payload) != Session::Received::payload) continue;
     PoseHeader pose;
     if (header.type == Type::pose && read_pose_header(payload, pose)) {
       (void)frames.part(pose.frame, pose.part, pose.last);
@@ -123,17 +123,17 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (header.type == Type::group && read_group_offer(payload, offer)) (void)group.offered(offer);
     FragmentHeader fragment;
     if (header.type == Type::fragment && read_fragment_header(payload, fragment)) {
-      const size_t room = kBudget - std::min(kBudget, group.held_bytes());
+      const size_t room = kBudget - std::min(kBudget, group.buffered_bytes());
       if (group.fragment(fragment, payload.subspan(kFragmentHeaderBytes), room) ==
           CarouselReceiver::Outcome::corrupt)
         group = CarouselReceiver(kFragmentBytes);
       while (const auto message = group.take()) FIRE3DV_ASSERT(message->size() <= kBudget);
-      FIRE3DV_ASSERT(group.held_bytes() <= kBudget);
+      FIRE3DV_ASSERT(group.buffered_bytes() <= kBudget);
     }
-    const size_t held = session.receiver().held_bytes();
+    const size_t held = session.receiver().buffered_bytes();
     const auto outcome = session.control(header.type, payload, kBudget - std::min(kBudget, held), now);
     if (outcome == ControlReceiver::Outcome::complete) (void)session.receiver().take();
-    FIRE3DV_ASSERT(session.receiver().held_bytes() <= 4 * kBudget);
+    FIRE3DV_ASSERT(session.receiver().buffered_bytes() <= 4 * kBudget);
     if (outcome == ControlReceiver::Outcome::corrupt) break;
     session.emit_due(now,
                      [](std::span<const std::byte> out) { FIRE3DV_ASSERT(out.size() <= kMaxDatagramBytes); });

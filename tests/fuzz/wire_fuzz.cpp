@@ -84,7 +84,7 @@ std::vector<Input> seeds() {
           input_of(edit(P::vertices, wire::Vertices{{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {0, 1, 0}}})),
           input_of(edit(P::light, wire::Cleared{})),
           input_of(wire::encode(welcome)),
-          input_of(wire::encode(wire::Status{7, {"base", "link_1"}, "asked for"})),
+          input_of(wire::encode(wire::Status{7, {"base", "link_1"}, "requested"})),
           input_of(wire::encode(frame)),
           input_of(wire::encode(wire::Ack{7, 1})),
           input_of(wire::encode(wire::Ping{1, 2})),

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <fstream>
 
+#include "protocol/base/glb.h"
+
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #define STBI_WRITE_NO_STDIO
@@ -15,20 +17,6 @@ namespace fire3dv::test {
 namespace {
 
 using nlohmann::json;
-
-void append_word(std::vector<std::byte>& bytes, uint32_t word) {
-  const auto view = std::as_bytes(std::span(&word, 1));
-  bytes.insert(bytes.end(), view.begin(), view.end());
-}
-
-void append_chunk(std::vector<std::byte>& bytes, uint32_t type, std::span<const std::byte> data,
-                  std::byte padding) {
-  const size_t padded = (data.size() + 3) / 4 * 4;
-  append_word(bytes, static_cast<uint32_t>(padded));
-  append_word(bytes, type);
-  bytes.insert(bytes.end(), data.begin(), data.end());
-  bytes.insert(bytes.end(), padded - data.size(), padding);
-}
 
 }  // namespace
 
@@ -97,16 +85,7 @@ json GltfBuilder::whole() const {
 }
 
 std::vector<std::byte> GltfBuilder::glb() const {
-  const std::string text = whole().dump();
-  std::vector<std::byte> bytes;
-  append_word(bytes, 0x46546C67);
-  append_word(bytes, 2);
-  append_word(bytes, 0);
-  append_chunk(bytes, 0x4E4F534A, std::as_bytes(std::span(text)), std::byte{' '});
-  if (!bin.empty()) append_chunk(bytes, 0x004E4942, bin, std::byte{0});
-  const auto length = static_cast<uint32_t>(bytes.size());
-  std::memcpy(bytes.data() + 8, &length, sizeof length);
-  return bytes;
+  return base::make_glb(whole().dump(), bin);
 }
 
 std::string GltfBuilder::gltf(std::string_view buffer_uri) const {

@@ -16,7 +16,7 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
-#include "protocol/record/mcap/attach.h"
+#include "protocol/record/mcap/attachments.h"
 #include "protocol/transport/open.h"
 #include "tools/listener_options.h"
 #include "tools/record/recorder.h"

@@ -19,7 +19,7 @@
 #include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
 #include "protocol/record/playback.h"
-#include "protocol/replay/pacer.h"
+#include "protocol/replay/replay_clock.h"
 #include "protocol/replay/stream_player.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"

@@ -52,8 +52,8 @@ int check_frame(uint32_t flags, std::span<const wire::Affine3x4> poses) {
 
 // Reads at most PATH_MAX bytes; the system refuses longer paths anyway.
 std::string path_of(const char* name) {
-  constexpr size_t kMostPathBytes = 4096;
-  return name ? std::string(name, strnlen(name, kMostPathBytes)) : std::string();
+  constexpr size_t kMaxPathBytes = 4096;
+  return name ? std::string(name, strnlen(name, kMaxPathBytes)) : std::string();
 }
 
 int open(const char* uri, const fire3dv_options* given, fire3dv_stream** result) {

@@ -12,9 +12,9 @@ namespace {
 
 constexpr size_t kMaxNameBytesInAll = size_t{128} << 20;
 
-int64_t now_ns(clockid_t clock) noexcept {
+int64_t realtime_ns() noexcept {
   timespec time{};
-  ::clock_gettime(clock, &time);
+  ::clock_gettime(CLOCK_REALTIME, &time);
   return int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
 }
 
@@ -30,16 +30,12 @@ wire::DecodeLimits incoming_limits() {
   return limits;
 }
 
-uint64_t monotonic_now_ns() noexcept {
-  return static_cast<uint64_t>(now_ns(CLOCK_MONOTONIC));
-}
-
 wire::ClockInfo read_clocks() {
   wire::ClockInfo clocks;
   std::ifstream("/proc/sys/kernel/random/boot_id") >> clocks.boot_id;  // stays empty without /proc
   if (!wire::check_text("boot_id", clocks.boot_id, 64).ok()) clocks.boot_id.clear();
   clocks.monotonic_at_open_ns = monotonic_now_ns();
-  clocks.realtime_at_open_ns = now_ns(CLOCK_REALTIME);
+  clocks.realtime_at_open_ns = realtime_ns();
   return clocks;
 }
 

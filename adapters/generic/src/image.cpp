@@ -87,7 +87,7 @@ int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, ui
   if (auto good = wire::check(request, fire3dv::client::outgoing_limits()); !good)
     return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
   request.epoch = stream->epoch;
-  const auto sent = stream->images.ask(*stream->link, std::move(request));
+  const auto sent = stream->images.request(*stream->link, std::move(request));
   if (!sent) return fail(FIRE3DV_ERROR_SYSTEM, sent.error().message);
   *id = *sent;
   return FIRE3DV_OK;
@@ -147,7 +147,7 @@ int wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms, fire3dv
     if (auto why = images.take_refusal(id)) return fail(FIRE3DV_ERROR_REFUSED, *why);
     if (id != 0 && !images.is_open(id))
       return fail(FIRE3DV_ERROR_ARGUMENT, "no image of request " + std::to_string(id) + " is to come");
-    if (id == 0 && !images.has_open()) return fail(FIRE3DV_ERROR_STATE, "no image has been asked for");
+    if (id == 0 && !images.has_open()) return fail(FIRE3DV_ERROR_STATE, "no image has been requested");
     if (fire3dv::client::monotonic_now_ns() >= end_ns) break;
     const timespec pause{0, pause_ns};
     ::nanosleep(&pause, nullptr);

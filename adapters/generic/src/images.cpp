@@ -14,11 +14,11 @@ namespace {
 constexpr uint64_t key_of(uint32_t place) {
   return uint64_t{1} << 63 | place;
 }
-constexpr size_t kMostRefusals = wire::kMostImageRequests;
-constexpr uint32_t kMostBoxes = 4096;  // per image, for the size of reserved slots
+constexpr size_t kMaxRefusals = wire::kMostImageRequests;
+constexpr uint32_t kMaxBoxes = 4096;  // per image, for the size of reserved slots
 constexpr size_t kFewHeld = 16;
-constexpr uint32_t kMostReadAtOnce = wire::kMostImageRequests;
-constexpr size_t kMostArrivedBytes = size_t{1} << 30;  // limit of images that the caller has not taken
+constexpr uint32_t kMaxReadAtOnce = wire::kMostImageRequests;
+constexpr size_t kMaxArrivedBytes = size_t{1} << 30;  // limit of images that the caller has not taken
 
 bool switches_document(wire::ImageWhen when) {
   return when == wire::ImageWhen::every_nth || when == wire::ImageWhen::rate;
@@ -30,17 +30,17 @@ Result<void> Images::send(transport::PublisherLink& link, const wire::ImageReque
   return link.put_state(key_of(request.place), std::make_shared<const wire::Bytes>(wire::encode(request)));
 }
 
-Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest request) {
+Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequest request) {
   if (open_.size() == wire::kMostImageRequests)
-    return Error{"as many images as may be are asked for already (" + std::to_string(open_.size()) +
+    return Error{"the limit of open image requests is reached (" + std::to_string(open_.size()) +
                  "); cancel some, or wait for them"};
   const uint64_t pixel_bytes =
-      wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, request.outputs, kMostBoxes);
+      wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, request.outputs, kMaxBoxes);
   if (pixel_bytes > wire::kMostPixelBytes)
     return Error{"an image of " + std::to_string(request.intrinsics.width) + " x " +
                  std::to_string(request.intrinsics.height) + " with these outputs has " +
                  std::to_string(pixel_bytes) + " bytes; at most " + std::to_string(wire::kMostPixelBytes) +
-                 " come back: ask for a smaller one, or for fewer outputs"};
+                 " come back: request a smaller one, or fewer outputs"};
   const size_t block_bytes = wire::most_block_bytes(pixel_bytes);
   const size_t longest = std::max(block_bytes, most_block_bytes());
   if (auto room = link.make_room_for_images(longest, requests_to_make_room_for()); !room) return room.error();
@@ -56,7 +56,7 @@ Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest 
   Open& open = open_[last_id_];
   open.request = std::move(request);
   open.block_bytes = block_bytes;
-  most_block_bytes_ = longest;
+  max_block_bytes_ = longest;
   return last_id_;
 }
 
@@ -65,24 +65,24 @@ Result<uint64_t> Images::ask(transport::PublisherLink& link, wire::ImageRequest 
 size_t Images::requests_to_make_room_for() {
   forget_let_go();
   const size_t open = open_.size() + 1;
-  return std::max(open, (open + arrived_.size() + held_.size() + 1) / 2);
+  return std::max(open, (open + arrived_.size() + borrowed_.size() + 1) / 2);
 }
 
 void Images::forget_let_go() {
-  std::erase_if(held_, [](const auto& memory) { return memory.expired(); });
+  std::erase_if(borrowed_, [](const auto& memory) { return memory.expired(); });
 }
 
 size_t Images::most_block_bytes() {
-  if (!most_block_bytes_) {
-    most_block_bytes_ = 0;
-    for (const auto& [id, open] : open_) most_block_bytes_ = std::max(*most_block_bytes_, open.block_bytes);
+  if (!max_block_bytes_) {
+    max_block_bytes_ = 0;
+    for (const auto& [id, open] : open_) max_block_bytes_ = std::max(*max_block_bytes_, open.block_bytes);
   }
-  return *most_block_bytes_;
+  return *max_block_bytes_;
 }
 
 void Images::close(std::map<uint64_t, Open>::iterator open) {
   free_places_.push_back(open->second.request.place);
-  if (most_block_bytes_ == open->second.block_bytes) most_block_bytes_.reset();
+  if (max_block_bytes_ == open->second.block_bytes) max_block_bytes_.reset();
   open_.erase(open);
 }
 
@@ -105,7 +105,7 @@ Result<void> Images::restart_epoch(transport::PublisherLink& link, uint64_t epoc
     const auto open = at++;
     wire::ImageRequest& request = open->second.request;
     if (!switches_document(request.when)) {
-      refuse(open->first, "the stream was described anew before the image came; ask again");
+      refuse(open->first, "the stream was described again before the image arrived; request it again");
       close(open);
       continue;
     }
@@ -119,7 +119,7 @@ Result<void> Images::restart_epoch(transport::PublisherLink& link, uint64_t epoc
 }
 
 void Images::refuse(uint64_t id, std::string why) {
-  if (refused_.size() == kMostRefusals) refused_.erase(refused_.begin());
+  if (refused_.size() == kMaxRefusals) refused_.erase(refused_.begin());
   refused_[id] = std::move(why);
 }
 
@@ -132,7 +132,7 @@ void Images::on(const wire::ImageRefused& refused) {
 
 // Malformed images are dropped, as SPEC.md requires.
 void Images::collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id) {
-  for (uint32_t read = 0; read < kMostReadAtOnce && !has_arrived(id); ++read) {
+  for (uint32_t read = 0; read < kMaxReadAtOnce && !has_arrived(id); ++read) {
     std::optional<transport::PublisherLink::Image> image = link.poll_image();
     if (!image) return;
     const auto block = wire::read_image_block(image->block);
@@ -170,7 +170,7 @@ void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> p
 void Images::bound_arrived() {
   size_t bytes = 0;
   for (const Arrived& image : arrived_) bytes += image.pixels.size();
-  while (arrived_.size() > 1 && (bytes > kMostArrivedBytes || arrived_.size() > wire::kMostImageRequests)) {
+  while (arrived_.size() > 1 && (bytes > kMaxArrivedBytes || arrived_.size() > wire::kMostImageRequests)) {
     const Arrived& oldest = arrived_.front();
     bytes -= oldest.pixels.size();
     if (!open_.contains(oldest.frame.request))
@@ -190,8 +190,8 @@ std::optional<Images::Arrived> Images::take(uint64_t id) {
   if (found == arrived_.end()) return {};
   Arrived image = std::move(*found);
   arrived_.erase(found);
-  if (held_.size() >= kFewHeld) forget_let_go();
-  held_.push_back(image.keep.memory);
+  if (borrowed_.size() >= kFewHeld) forget_let_go();
+  borrowed_.push_back(image.keep.memory);
   if (const auto open = open_.find(image.frame.request); open != open_.end()) open->second.lost = 0;
   return image;
 }

@@ -27,7 +27,7 @@ class Images {
   };
 
   // Sends the request with a new id and place. On error nothing changes.
-  Result<uint64_t> ask(transport::PublisherLink& link, wire::ImageRequest request);
+  Result<uint64_t> request(transport::PublisherLink& link, wire::ImageRequest request);
   Result<void> cancel(transport::PublisherLink& link, uint64_t epoch, uint64_t id);
   // Sends periodic requests again for a new epoch and ends the others with a refusal.
   Result<void> restart_epoch(transport::PublisherLink& link, uint64_t epoch);
@@ -61,14 +61,14 @@ class Images {
   std::vector<uint32_t> free_places_;
   uint32_t next_place_ = 0;
   uint64_t last_id_ = 0;
-  std::optional<size_t> most_block_bytes_ = 0;  // maximum over open_; empty: recompute
+  std::optional<size_t> max_block_bytes_ = 0;  // maximum over open_; empty: recompute
   size_t requests_to_make_room_for();
   size_t most_block_bytes();
   void bound_arrived();
   void forget_let_go();
 
-  std::deque<Arrived> arrived_;                  // at most one per request, the newest
-  std::vector<std::weak_ptr<const void>> held_;  // images taken and possibly still borrowed
+  std::deque<Arrived> arrived_;                      // at most one per request, the newest
+  std::vector<std::weak_ptr<const void>> borrowed_;  // images taken and possibly still borrowed
   std::map<uint64_t, std::string> refused_;
   wire::Decoder decoder_;
 };

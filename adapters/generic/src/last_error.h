@@ -2,6 +2,9 @@
 // nothing.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <string_view>
@@ -10,10 +13,19 @@
 
 namespace fire3dv::client {
 
-// Stores the message, truncated to the thread's buffer of 1023 bytes, and returns the code.
-int fail(int code, std::string_view sentence) noexcept;
+inline thread_local char last_error_text[1024] = "";
 
-const char* last_error() noexcept;
+// Stores the message, truncated to the thread's buffer, and returns the code.
+inline int fail(int code, std::string_view sentence) noexcept {
+  const size_t length = std::min(sentence.size(), sizeof last_error_text - 1);
+  std::memcpy(last_error_text, sentence.data(), length);
+  last_error_text[length] = '\0';
+  return code;
+}
+
+inline const char* last_error() noexcept {
+  return last_error_text;
+}
 
 // Runs the body of a C function and converts exceptions to codes, since none may reach C callers. Only
 // resource failures throw here.

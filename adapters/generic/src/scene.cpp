@@ -19,9 +19,9 @@ static_assert(FIRE3DV_PROPERTY_VERTICES + 1 == wire::kPropertyCount);
 static_assert(FIRE3DV_PROPERTY_NODE == static_cast<int>(wire::Property::node));
 static_assert(FIRE3DV_LIGHT_SPOT == static_cast<int>(wire::LightKind::spot));
 
-std::string text_of(const char* text, size_t most_bytes) {
+std::string text_of(const char* text, size_t max_bytes) {
   // One byte above the limit suffices for the check to refuse the text.
-  return text ? std::string(text, strnlen(text, most_bytes + 1)) : std::string();
+  return text ? std::string(text, strnlen(text, max_bytes + 1)) : std::string();
 }
 
 int set(fire3dv_stream* stream, const char* node, wire::Property property, wire::EditValue value) {

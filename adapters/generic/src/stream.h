@@ -10,6 +10,7 @@
 
 #include "fire3dv/client.h"
 #include "images.h"
+#include "protocol/base/clock.h"
 #include "protocol/base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
@@ -27,7 +28,10 @@ wire::DecodeLimits incoming_limits();
 
 // Reads this machine's monotonic and real-time clocks.
 wire::ClockInfo read_clocks();
-uint64_t monotonic_now_ns() noexcept;
+
+inline uint64_t monotonic_now_ns() noexcept {
+  return static_cast<uint64_t>(monotonic_ns());
+}
 
 // Converts the caller's struct to a message with a placeholder epoch. Errors are the caller's
 // (FIRE3DV_ERROR_ARGUMENT).

@@ -13,8 +13,8 @@ const std::atomic<bool> kNeverStop{false};
 
 }  // namespace
 
-Result<AskedImages> AskedImages::open(const Simulation& simulation, const std::string& uri,
-                                      const ImageSpec& wish, double timeout_s) {
+Result<RequestedImages> RequestedImages::open(const Simulation& simulation, const std::string& uri,
+                                              const ImageSpec& spec, double timeout_s) {
   // Loads the scene as the renderer does, so that instance numbers match.
   std::vector<std::string> warnings;
   const auto glb = scene_of(simulation.model(), simulation.data(), "model", warnings);
@@ -23,19 +23,20 @@ Result<AskedImages> AskedImages::open(const Simulation& simulation, const std::s
   if (!scene) return scene.error();
   Result<Publisher> publisher = Publisher::open(simulation.model(), {.uris = {uri}});
   if (!publisher) return publisher.error();
-  const Result<uint64_t> request = publisher->ask_images(simulation.model(), wish);
+  const Result<uint64_t> request = publisher->request_images(simulation.model(), spec);
   if (!request) return request.error();
-  return AskedImages(std::move(*publisher), InstanceLabels(simulation.model(), *scene), *request, timeout_s);
+  return RequestedImages(std::move(*publisher), InstanceLabels(simulation.model(), *scene), *request,
+                         timeout_s);
 }
 
-Result<Image> AskedImages::draw(const Simulation& simulation) {
+Result<Image> RequestedImages::draw(const Simulation& simulation) {
   publisher_.jump();  // makes every call publish a frame
   const Result<bool> sent = publisher_.publish(simulation.model(), simulation.data());
   if (!sent) return sent.error();
   return publisher_.wait_image(request_, timeout_s_, kNeverStop);
 }
 
-Result<LabelledDepth> AskedImages::labelled(const fire3dv_image& image) const {
+Result<LabelledDepth> RequestedImages::labelled(const fire3dv_image& image) const {
   const fire3dv_image_plane* const instances = plane_of(image, FIRE3DV_IMAGE_INSTANCE_U32);
   const fire3dv_image_plane* const depths = plane_of(image, FIRE3DV_IMAGE_DEPTH_F32);
   if (!instances || !depths) return Error{"the image has no labels and depths"};
@@ -58,7 +59,7 @@ Result<LabelledDepth> AskedImages::labelled(const fire3dv_image& image) const {
   return found;
 }
 
-std::vector<uint8_t> AskedImages::rgb(const fire3dv_image& image) {
+std::vector<uint8_t> RequestedImages::rgb(const fire3dv_image& image) {
   std::vector<uint8_t> found;
   const fire3dv_image_plane* const color = plane_of(image, FIRE3DV_IMAGE_COLOR_SRGB8);
   for (uint32_t y = 0; color && y < image.height; ++y) {

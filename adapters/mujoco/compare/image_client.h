@@ -12,10 +12,10 @@
 
 namespace fire3dv::mujoco {
 
-class AskedImages {
+class RequestedImages {
  public:
-  static Result<AskedImages> open(const Simulation& simulation, const std::string& uri, const ImageSpec& wish,
-                                  double timeout_s);
+  static Result<RequestedImages> open(const Simulation& simulation, const std::string& uri,
+                                      const ImageSpec& spec, double timeout_s);
 
   // Publishes mjData unchanged and waits for its image.
   Result<Image> draw(const Simulation& simulation);
@@ -23,7 +23,7 @@ class AskedImages {
   static std::vector<uint8_t> rgb(const fire3dv_image& image);
 
  private:
-  AskedImages(Publisher publisher, InstanceLabels labels, uint64_t request, double timeout_s)
+  RequestedImages(Publisher publisher, InstanceLabels labels, uint64_t request, double timeout_s)
       : publisher_(std::move(publisher)),
         labels_(std::move(labels)),
         request_(request),

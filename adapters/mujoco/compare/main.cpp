@@ -3,8 +3,8 @@
 #include <exception>
 
 #include "adapters/mujoco/compare/agreement.h"
-#include "adapters/mujoco/compare/egl_context.h"
 #include "adapters/mujoco/compare/image_client.h"
+#include "adapters/mujoco/compare/mujoco_renderer.h"
 #include "adapters/mujoco/compare/options.h"
 #include "adapters/mujoco/compare/speed.h"
 #include "renderer/sinks/png.h"
@@ -14,15 +14,15 @@ namespace {
 
 constexpr int kFailed = 1, kNoOpenGl = 77;  // exit status of skipped tests
 
-void say(const std::string& text) {
+void log_line(const std::string& text) {
   std::fprintf(stderr, "fire3dv-mujoco-compare: %s\n", text.c_str());
 }
 
 // Counts steps instead of reading the time, which MuJoCo restarts when it resets an unstable simulation.
 Result<void> step(Simulation& simulation, double seconds) {
-  constexpr double kMostSteps = 1e9;
+  constexpr double kMaxSteps = 1e9;
   const double steps = seconds / simulation.model().opt.timestep;
-  if (!(steps < kMostSteps))
+  if (!(steps < kMaxSteps))
     return Error{std::to_string(seconds) + " s are too many steps of " +
                  std::to_string(simulation.model().opt.timestep) + " s: choose a smaller --every"};
   for (double taken = 0; taken + 0.5 < steps; ++taken)
@@ -47,7 +47,7 @@ Result<void> write_pair(const std::filesystem::path& file, const MujocoView& vie
   return sinks::write_png(file, pair);
 }
 
-Result<void> agree(const CompareOptions& options, Simulation& simulation, AskedImages& ours,
+Result<void> agree(const CompareOptions& options, Simulation& simulation, RequestedImages& ours,
                    MujocoRenderer& theirs) {
   if (!options.pictures.empty()) std::filesystem::create_directories(options.pictures);
   Agreement agreement(endless_planes(simulation.model()));
@@ -62,7 +62,8 @@ Result<void> agree(const CompareOptions& options, Simulation& simulation, AskedI
     other.depths_m = theirs.depths_m();
     if (!options.pictures.empty()) {
       const auto file = options.pictures / ("frame_" + std::to_string(frame) + ".png");
-      Result<void> kept = write_pair(file, options.view, AskedImages::rgb(**image), theirs.upright_color());
+      Result<void> kept =
+          write_pair(file, options.view, RequestedImages::rgb(**image), theirs.upright_color());
       if (!kept) return kept;
     }
     if (Result<void> drawn = theirs.draw_labels(simulation.data()); !drawn) return drawn;
@@ -78,7 +79,7 @@ Result<void> agree(const CompareOptions& options, Simulation& simulation, AskedI
   return {};
 }
 
-Result<void> speed(const CompareOptions& options, Simulation& simulation, AskedImages& ours,
+Result<void> speed(const CompareOptions& options, Simulation& simulation, RequestedImages& ours,
                    MujocoRenderer& theirs) {
   const Result<Speed> found = measure_speed(simulation, ours, theirs, options.blocks, options.frames);
   if (!found) return found.error();
@@ -98,12 +99,12 @@ Result<void> run(const CompareOptions& options) {
   if (!options.speed) view.fine = true, view.samples = 0, view.shadow_texels = 0;
   Result<MujocoRenderer> theirs = MujocoRenderer::open(simulation->model(), view);
   if (!theirs) return theirs.error();
-  ImageSpec wish;
-  wish.camera = view.camera;
-  wish.width = view.width;
-  wish.height = view.height;
-  wish.outputs = FIRE3DV_IMAGE_COLOR_SRGB8 | FIRE3DV_IMAGE_DEPTH_F32 | FIRE3DV_IMAGE_INSTANCE_U32;
-  Result<AskedImages> ours = AskedImages::open(*simulation, options.uri, wish, options.timeout_s);
+  ImageSpec spec;
+  spec.camera = view.camera;
+  spec.width = view.width;
+  spec.height = view.height;
+  spec.outputs = FIRE3DV_IMAGE_COLOR_SRGB8 | FIRE3DV_IMAGE_DEPTH_F32 | FIRE3DV_IMAGE_INSTANCE_U32;
+  Result<RequestedImages> ours = RequestedImages::open(*simulation, options.uri, spec, options.timeout_s);
   if (!ours) return ours.error();
   return options.speed ? speed(options, *simulation, *ours, *theirs)
                        : agree(options, *simulation, *ours, *theirs);
@@ -120,15 +121,15 @@ int main(int argc, char** argv) {
   try {
     const fire3dv::Result<EglContext> context = EglContext::open();
     if (!context) {
-      say(context.error().message);
+      log_line(context.error().message);
       return kNoOpenGl;
     }
-    say("MuJoCo draws on " + context->renderer());
+    log_line("MuJoCo draws on " + context->renderer());
     const fire3dv::Result<void> done = run(*options);
     if (done) return 0;
-    say(done.error().message);
+    log_line(done.error().message);
   } catch (const std::exception& fault) {
-    say(fault.what());
+    log_line(fault.what());
   }
   return kFailed;
 }

@@ -14,6 +14,23 @@
 
 namespace fire3dv::mujoco {
 
+class EglContext {
+ public:
+  // Uses Mesa's surfaceless platform: a hardware driver where Mesa has one, else its software renderer.
+  static Result<EglContext> open();
+  ~EglContext();
+  EglContext(EglContext&& other) noexcept;
+  EglContext& operator=(EglContext&&) = delete;
+
+  // Returns GL_RENDERER.
+  std::string renderer() const;
+
+ private:
+  EglContext(void* display, void* context) : display_(display), context_(context) {}
+  void* display_;
+  void* context_;
+};
+
 struct MujocoView {
   std::string camera = "free camera";  // by name; default: the start view of MuJoCo's viewer
   uint32_t width = 640, height = 480;

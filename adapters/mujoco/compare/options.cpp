@@ -27,7 +27,7 @@ std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* 
       ->capture_default_str();
   CLI::Option* const speed = app.add_flag(
       "--speed", options.speed,
-      "Time a step with colour, depth and labels in lockstep, in turns; else say how far both agree");
+      "Time a step with colour, depth and labels in lockstep, in turns; else report how far both agree");
   app.add_option("--frames", options.frames, "How many images to compare; with --speed, in each turn")
       ->check(number_between(1, 1e6))
       ->capture_default_str();
@@ -58,11 +58,11 @@ std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* 
       ->capture_default_str();
   try {
     app.parse(argc, argv);
-    const Result<ImageSpec> wish = image_spec(images);
-    if (!wish) throw CLI::ValidationError("--images", wish.error().message);
-    options.view.camera = wish->camera;
-    options.view.width = wish->width;
-    options.view.height = wish->height;
+    const Result<ImageSpec> spec = image_spec(images);
+    if (!spec) throw CLI::ValidationError("--images", spec.error().message);
+    options.view.camera = spec->camera;
+    options.view.width = spec->width;
+    options.view.height = spec->height;
     options.view.reflections = !no_reflections;
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error, std::cout, std::cerr) == 0 ? 0 : 2;

@@ -30,7 +30,7 @@ Result<double> block_ms(int frames, std::vector<double>& all, Frame&& frame) {
 
 }  // namespace
 
-Result<Speed> measure_speed(Simulation& simulation, AskedImages& ours, MujocoRenderer& theirs, int blocks,
+Result<Speed> measure_speed(Simulation& simulation, RequestedImages& ours, MujocoRenderer& theirs, int blocks,
                             int frames) {
   std::vector<double> our_times, their_times, ratios;
   const auto our_frame = [&]() -> Result<void> {

@@ -13,7 +13,7 @@ struct Speed {
   double lowest = 0, highest = 0;     // range of these ratios
 };
 
-Result<Speed> measure_speed(Simulation& simulation, AskedImages& ours, MujocoRenderer& theirs, int blocks,
+Result<Speed> measure_speed(Simulation& simulation, RequestedImages& ours, MujocoRenderer& theirs, int blocks,
                             int frames);
 
 }  // namespace fire3dv::mujoco

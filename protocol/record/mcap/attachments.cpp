@@ -1,15 +1,21 @@
-// Reading and writing of attachments in pieces. A scene file may be larger than the memory limit of a
-// recorder or reader.
+#include "protocol/record/mcap/attachments.h"
+
 #include <algorithm>
+#include <filesystem>
+#include <memory>
 
 #include "protocol/record/mcap/crc32.h"
+#include "protocol/record/mcap/file.h"
 #include "protocol/record/mcap/reader.h"
 #include "protocol/record/mcap/writer.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {
+
 namespace {
 
+// Attachments are read and written in pieces: a scene file may exceed the memory limit of a recorder or
+// reader.
 constexpr size_t kPieceBytes = size_t{1} << 20;
 
 }  // namespace
@@ -59,7 +65,7 @@ Result<void> Writer::attach(const AttachmentIndex& about, Source& data) {
 Result<AttachmentIndex> read_attachment_head(Source& source, const RecordAt& record) {
   const Error damaged{wire::printable(source.name(), 4096) + ": the attachment at byte " +
                       std::to_string(record.offset) + " is damaged; it cannot be taken out"};
-  Bytes head(static_cast<size_t>(std::min(record.content_bytes(), kMostDefinitionBytes / 64)));
+  Bytes head(static_cast<size_t>(std::min(record.content_bytes(), kMaxDefinitionBytes / 64)));
   if (auto good = source.read(record.content_at(), head); !good) return good.error();
   AttachmentIndex index;
   index.offset = record.offset;
@@ -104,6 +110,48 @@ Result<void> Reader::read_attachment(
   uint32_t stated_crc = 0;
   Parser(tail).get(stated_crc);
   return stated_crc == 0 || stated_crc == crc ? Result<void>() : Result<void>(damaged);
+}
+
+std::string media_type_of(const std::string& path) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  return extension == ".glb"    ? kGlbType
+         : extension == ".gltf" ? "model/gltf+json"
+                                : "application/octet-stream";
+}
+
+Result<void> attach_files(const std::vector<std::string>& paths, Writer& writer, uint64_t log_time_ns) {
+  for (const std::string& path : paths) {
+    auto source = open_source(path);
+    if (!source) return source.error();
+    AttachmentIndex about;
+    about.log_time_ns = log_time_ns;
+    about.name = std::filesystem::path(path).filename().string();
+    about.media_type = media_type_of(path);
+    if (auto good = writer.attach(about, **source); !good) return good;
+  }
+  return {};
+}
+
+Result<std::vector<FoxgloveModel>> load_models(const std::vector<std::string>& paths,
+                                               std::vector<std::string>& left_out) {
+  std::vector<FoxgloveModel> models;
+  uint64_t bytes = 0;
+  for (const std::string& path : paths) {
+    if (media_type_of(path) != kGlbType) continue;
+    auto source = open_source(path);
+    if (!source) return source.error();
+    if ((*source)->size() > kMaxModelBytes - bytes) {
+      left_out.push_back(wire::printable(path, 4096) +
+                         " is attached, but no model for Foxglove: all of them together may have " +
+                         std::to_string(kMaxModelBytes >> 20) + " MiB");
+      continue;
+    }
+    bytes += (*source)->size();
+    FoxgloveModel model{std::filesystem::path(path).filename().string(), kGlbType, Bytes((*source)->size())};
+    if (auto good = (*source)->read(0, model.data); !good) return good.error();
+    models.push_back(std::move(model));
+  }
+  return models;
 }
 
 }  // namespace fire3dv::record

@@ -18,7 +18,7 @@ Result<ChunkHead> read_chunk_head(Source& source, const RecordAt& record);
 // Reusable chunk decoder. Memory: twice the longest chunk.
 class ChunkReader {
  public:
-  explicit ChunkReader(uint64_t most_bytes) : most_bytes_(most_bytes) {}
+  explicit ChunkReader(uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
   // Decompresses and validates a chunk: CRC, and records that exactly fill it. On an error the chunk is
   // unusable.
@@ -38,7 +38,7 @@ class ChunkReader {
  private:
   Result<void> check_records(const std::string& where) const;
 
-  uint64_t most_bytes_;
+  uint64_t max_bytes_;
   Compressor compressor_;
   ChunkHead head_;
   Bytes packed_, records_;

@@ -32,7 +32,7 @@ std::optional<Compression> compression_of(std::string_view name) {
   return std::nullopt;
 }
 
-uint64_t most_compressed_bytes(uint64_t uncompressed_bytes) {
+uint64_t max_compressed_bytes(uint64_t uncompressed_bytes) {
   return uncompressed_bytes + uncompressed_bytes / 128 + 4096;
 }
 

@@ -40,6 +40,6 @@ class Compressor {
 };
 
 // Upper bound of the compressed size of so many bytes.
-uint64_t most_compressed_bytes(uint64_t uncompressed_bytes);
+uint64_t max_compressed_bytes(uint64_t uncompressed_bytes);
 
 }  // namespace fire3dv::record

@@ -90,10 +90,9 @@ class FileSink final : public Sink {
       name_is_flushed_ = true;
       return {};
     }
-    return Error{
-        wire::printable(path_, 4096) + " cannot be flushed to the disk: " + std::strerror(fault) +
-        "; check the disk, then run fire3dv-record recover: what was written since the last flush may "
-        "be lost"};
+    return Error{wire::printable(path_, 4096) + " cannot be flushed to the disk: " + std::strerror(fault) +
+                 "; check the disk, then run fire3dv-record recover: data written since the last flush may "
+                 "be lost"};
   }
 
   Fd fd_;

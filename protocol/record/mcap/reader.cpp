@@ -38,7 +38,7 @@ void Reader::seek_chunk(size_t chunk, bool alone) {
 
 Result<void> Reader::define(const ChunkReader::Entry& entry) {
   const Error damaged{wire::printable(name(), 4096) + ": a chunk defines something that cannot be read"};
-  if (entry.content.size() > kMostDefinitionBytes) return damaged;
+  if (entry.content.size() > kMaxDefinitionBytes) return damaged;
   if (entry.kind == Kind::schema) {
     Schema schema;
     return parse(entry.content, schema) ? index_.define(std::move(schema), limits_) : Result<void>(damaged);
@@ -61,7 +61,7 @@ Reader::Step Reader::next(Message& message) {
       if (message.log_time_ns < from_ns_) continue;
       if (!index_.channels.contains(message.channel_id)) {
         problem_ = wire::printable(name(), 4096) + ": a message is of channel " +
-                   std::to_string(message.channel_id) + ", which nothing describes; it is passed over";
+                   std::to_string(message.channel_id) + ", which nothing describes; it is skipped";
         return Step::damaged;
       }
       return Step::message;
@@ -86,8 +86,8 @@ Reader::Step Reader::next(Message& message) {
       parser.get(kind);
       parser.get(length);
       if (kind != static_cast<uint8_t>(Kind::chunk) || length != record.content_bytes())
-        good = Error{wire::printable(name(), 4096) + ": there is no chunk at byte " +
-                     std::to_string(record.offset) + ", where its summary says one is; it is passed over"};
+        good = Error{wire::printable(name(), 4096) + ": the summary lists a chunk at byte " +
+                     std::to_string(record.offset) + ", but there is none; it is skipped"};
     }
     if (good) good = chunk_.load(*source_, record);
     if (!good) {

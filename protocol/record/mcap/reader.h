@@ -44,7 +44,7 @@ class Reader {
 
  private:
   Reader(std::unique_ptr<Source> source, const ReadLimits& limits)
-      : source_(std::move(source)), limits_(limits), chunk_(limits.most_chunk_bytes()) {}
+      : source_(std::move(source)), limits_(limits), chunk_(limits.max_chunk_bytes()) {}
 
   Result<void> define(const ChunkReader::Entry& entry);
 

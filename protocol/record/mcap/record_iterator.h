@@ -13,7 +13,7 @@
 namespace fire3dv::record {
 
 // Limit for a definition, an index entry or a metadata record. Honest ones have some kilobytes.
-constexpr uint64_t kMostDefinitionBytes = uint64_t{8} << 20;
+constexpr uint64_t kMaxDefinitionBytes = uint64_t{8} << 20;
 
 struct RecordAt {
   Kind kind{};

@@ -18,12 +18,12 @@ bool elements(Parser& parser, OnElement on_element) {
 }
 
 // Each entry takes some hundred bytes of memory, however short it is in the file.
-constexpr size_t kMostTexts = 65'536;
+constexpr size_t kMaxTexts = 65'536;
 
 bool texts(Parser& parser, Texts& result) {
   return elements(parser, [&](Parser& inner) {
     std::string key, value;
-    if (result.size() == kMostTexts) return false;
+    if (result.size() == kMaxTexts) return false;
     if (!inner.get(key) || !inner.get(value)) return false;
     result[std::move(key)] = std::move(value);
     return true;

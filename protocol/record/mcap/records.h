@@ -67,7 +67,7 @@ struct ChunkHead {
   std::string compression;
   uint64_t compressed_bytes = 0;
 };
-constexpr uint64_t kMostChunkHead =
+constexpr uint64_t kMaxChunkHead =
     8 + 8 + 8 + 4 + 4 + 16 + 8;  // with the longest compression name that we read
 
 struct MessageIndex {

@@ -15,7 +15,7 @@ namespace {
 constexpr uint64_t kDataEndBytes = 4;
 // Limit on records that are scanned a second time because damage moved the scan back. Only a crafted file
 // exceeds it; from then on only chunks and their indexes are followed behind damage.
-constexpr uint64_t kMostPassedAgain = 1 << 18;
+constexpr uint64_t kMaxPassedAgain = 1 << 18;
 constexpr uint64_t kRescanCost = 64;  // cost in records: the buffered data is read again
 constexpr uint64_t kOverhead = 128;   // per entry of a map or vector, in addition to its contents
 
@@ -53,7 +53,7 @@ Result<void> check_chunks(const Source& source, std::vector<ChunkIndex>& chunks,
 
 Result<void> take_summary_record(Source& source, const RecordAt& at, std::span<const std::byte> content,
                                  const ReadLimits& limits, FileIndex& index) {
-  const auto keep = [&](auto& list, auto record, uint64_t bytes) -> Result<void> {
+  const auto add = [&](auto& list, auto record, uint64_t bytes) -> Result<void> {
     if (auto good = parse_into(source, at, content, record); !good) return good;
     if (auto good = index.take_memory(kOverhead + bytes, limits); !good) return good;
     list.push_back(std::move(record));
@@ -71,11 +71,11 @@ Result<void> take_summary_record(Source& source, const RecordAt& at, std::span<c
       return index.define(std::move(channel), limits);
     }
     case Kind::chunk_index:
-      return keep(index.chunks, ChunkIndex{}, content.size() * 2);
+      return add(index.chunks, ChunkIndex{}, content.size() * 2);
     case Kind::attachment_index:
-      return keep(index.attachments, AttachmentIndex{}, content.size());
+      return add(index.attachments, AttachmentIndex{}, content.size());
     case Kind::metadata_index:
-      return keep(index.metadata, MetadataIndex{}, content.size());
+      return add(index.metadata, MetadataIndex{}, content.size());
     case Kind::statistics: {
       Statistics statistics;
       if (auto good = parse_into(source, at, content, statistics); !good) return good;
@@ -91,8 +91,8 @@ Result<void> take_summary_record(Source& source, const RecordAt& at, std::span<c
 
 Result<void> FileIndex::take_memory(uint64_t bytes, const ReadLimits& limits) {
   memory_ += bytes;
-  if (memory_ <= limits.most_index_bytes()) return {};
-  return Error{"its index takes more than the " + std::to_string(limits.most_index_bytes() >> 20) +
+  if (memory_ <= limits.max_index_bytes()) return {};
+  return Error{"its index takes more than the " + std::to_string(limits.max_index_bytes() >> 20) +
                " MiB that are set aside for it; raise --memory-mb if you trust the file"};
 }
 
@@ -180,7 +180,7 @@ Result<FileIndex> read_summary(Source& source, const ReadLimits& limits) {
     const auto record = walker.next();
     if (!record) return record.error();
     if (!*record) break;
-    if (auto good = read_content(buffered, **record, kMostDefinitionBytes, content); !good)
+    if (auto good = read_content(buffered, **record, kMaxDefinitionBytes, content); !good)
       return good.error();
     if (auto good = take_summary_record(source, **record, content, limits, index); !good) return good.error();
   }
@@ -258,7 +258,7 @@ class Scan {
       passed_ = record.end();
     else
       ++rescanned_records_;
-    return rescanned_records_ <= kMostPassedAgain || record.kind == Kind::chunk ||
+    return rescanned_records_ <= kMaxPassedAgain || record.kind == Kind::chunk ||
            record.kind == Kind::message_index;
   }
   void note(std::string text) {
@@ -271,8 +271,8 @@ class Scan {
       case Kind::schema:
       case Kind::channel:
       case Kind::metadata: {
-        if (record.content_bytes() > kMostDefinitionBytes) return false;
-        if (auto good = read_content(buffered_, record, kMostDefinitionBytes, content_); !good)
+        if (record.content_bytes() > kMaxDefinitionBytes) return false;
+        if (auto good = read_content(buffered_, record, kMaxDefinitionBytes, content_); !good)
           return good.error();
         if (record.kind == Kind::metadata) {
           Metadata metadata;

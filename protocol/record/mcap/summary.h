@@ -17,9 +17,9 @@ namespace fire3dv::record {
 struct ReadLimits {
   // Limit on all memory of a reader: compressed chunk, uncompressed chunk, index, and stream state.
   uint64_t memory_bytes = uint64_t{64} << 20;
-  uint64_t most_chunk_bytes() const { return memory_bytes / 4; }
-  uint64_t most_index_bytes() const { return memory_bytes / 4; }
-  uint64_t most_state_bytes() const { return memory_bytes / 4; }
+  uint64_t max_chunk_bytes() const { return memory_bytes / 4; }
+  uint64_t max_index_bytes() const { return memory_bytes / 4; }
+  uint64_t max_state_bytes() const { return memory_bytes / 4; }
 };
 
 struct FileIndex {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr const char* kProfile = "fire3dv";
 constexpr const char* kLibrary = "fire3dv";
-constexpr size_t kMostDefinitions = 65'535;  // ids have 16 bits
+constexpr size_t kMaxDefinitions = 65'535;  // ids have 16 bits
 
 }  // namespace
 
@@ -35,7 +35,7 @@ Result<void> Writer::append_whole(std::span<const std::byte> record) {
 
 Result<uint16_t> Writer::add_schema(const std::string& name, const std::string& encoding,
                                     std::span<const std::byte> data) {
-  if (schemas_.size() == kMostDefinitions)
+  if (schemas_.size() == kMaxDefinitions)
     return Error{sink_->name() + " holds as many schemas as a file can"};
   Schema schema{static_cast<uint16_t>(schemas_.size() + 1), name, encoding, Bytes(data.begin(), data.end())};
   record_.clear();
@@ -47,7 +47,7 @@ Result<uint16_t> Writer::add_schema(const std::string& name, const std::string& 
 
 Result<uint16_t> Writer::add_channel(uint16_t schema_id, const std::string& topic,
                                      const std::string& message_encoding, const Texts& metadata) {
-  if (channels_.size() == kMostDefinitions)
+  if (channels_.size() == kMaxDefinitions)
     return Error{sink_->name() + " holds as many channels as a file can; record fewer streams into it"};
   Channel channel{static_cast<uint16_t>(channels_.size() + 1), schema_id, topic, message_encoding, metadata};
   record_.clear();

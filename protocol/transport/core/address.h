@@ -27,7 +27,7 @@ struct Address {
   uint16_t port() const;
   std::string text() const;  // "127.0.0.1:7345", "[::1]:7345"
   bool operator==(const Address& other) const;
-  // Whatever the port. Hosts choose among the addresses of an IPv6 network (64 bits): those count as one.
+  // Ignores the port. All addresses of an IPv6 /64 network count as one host, which can choose among them.
   bool is_same_host(const Address& other) const;
 };
 

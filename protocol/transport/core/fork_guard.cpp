@@ -38,7 +38,7 @@ Registry& registry() {
   return *the_one;
 }
 
-void forget(int fd) {
+void unregister(int fd) {
   const std::lock_guard lock(registry().mutex);
   registry().fds.erase(fd);
 }
@@ -60,7 +60,7 @@ UnforkableFd& UnforkableFd::operator=(UnforkableFd&& other) noexcept = default;
 
 // Unregisters before closing: afterwards the number may be reused.
 UnforkableFd::~UnforkableFd() {
-  if (fd_) forget(fd_.get());
+  if (fd_) unregister(fd_.get());
 }
 
 unsigned fork_generation() {

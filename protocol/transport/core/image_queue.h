@@ -16,18 +16,18 @@ namespace fire3dv::transport {
 template <typename Block>
 class ImageQueue {
  public:
-  ImageQueue(size_t most_bytes, size_t most_images) : most_bytes_(most_bytes), most_images_(most_images) {}
-  void raise(size_t most_bytes) { most_bytes_ = std::max(most_bytes_, most_bytes); }
+  ImageQueue(size_t max_bytes, size_t max_images) : max_bytes_(max_bytes), max_images_(max_images) {}
+  void raise_limit(size_t max_bytes) { max_bytes_ = std::max(max_bytes_, max_bytes); }
 
   // Returns the dropped images, including the new one if it alone is too large. Freeing them may take long:
   // the caller does so without its lock.
   std::vector<Block> push(uint64_t request, Block block) {
-    std::vector<Block> given_up;
-    if (std::optional<Block> older = take(request)) given_up.push_back(std::move(*older));
+    std::vector<Block> dropped;
+    if (std::optional<Block> older = take(request)) dropped.push_back(std::move(*older));
     bytes_ += block.size();
     waiting_.push_back({request, std::move(block)});
-    while (bytes_ > most_bytes_ || waiting_.size() > most_images_) given_up.push_back(pop());
-    return given_up;
+    while (bytes_ > max_bytes_ || waiting_.size() > max_images_) dropped.push_back(pop());
+    return dropped;
   }
 
   // Removes the queued image of a request (at most one).
@@ -58,8 +58,8 @@ class ImageQueue {
     Block block;
   };
 
-  size_t most_bytes_;
-  const size_t most_images_;
+  size_t max_bytes_;
+  const size_t max_images_;
   size_t bytes_ = 0;
   std::deque<Entry> waiting_;
 };

@@ -10,16 +10,16 @@ namespace fire3dv::transport {
 using Kind = LinkEvent::Kind;
 
 namespace {
-constexpr size_t kMostControls = 256;
-constexpr size_t kMostControlBytes = kMaxMessageBytes + (size_t{16} << 20);
+constexpr size_t kMaxControls = 256;
+constexpr size_t kMaxQueuedControlBytes = kMaxMessageBytes + (size_t{16} << 20);
 // Empty messages take memory as well.
 constexpr size_t cost_of(size_t message_bytes) {
   return message_bytes + 128;
 }
-constexpr size_t kMostStates = 256;
-constexpr size_t kMostStateBytes = size_t{64} << 20;
+constexpr size_t kMaxQueuedStates = 256;
+constexpr size_t kMaxQueuedStateBytes = size_t{64} << 20;
 // the number of messages between two whole frames at 4 kHz
-constexpr size_t kMostPartials = 1024;
+constexpr size_t kMaxPartials = 1024;
 // Budgets are charged in steps of this size, and a peer retains one step. Small messages thus rarely take the
 // pool's lock.
 constexpr uint64_t kChargeStep = 64 << 10;
@@ -37,8 +37,8 @@ const Inbox::Entry* Inbox::find(PeerId peer) const {
 }
 
 void Inbox::wake() {
-  has_news_ = true;
-  came_.notify_one();
+  has_events_ = true;
+  arrived_.notify_one();
 }
 
 void Inbox::push_event(Entry& entry, Item&& item) {
@@ -137,7 +137,7 @@ void Inbox::partial_pose(PeerId peer, std::vector<std::byte>&& message, uint64_t
   const std::lock_guard lock(mutex_);
   Entry* const entry = find(peer);
   if (entry == nullptr) return;
-  if (entry->events.partials == kMostPartials) return counters_.poses_dropped.add();
+  if (entry->events.partials == kMaxPartials) return counters_.poses_dropped.add();
   push_pose(*entry, frame, std::move(message), true, true);
 }
 
@@ -156,7 +156,7 @@ bool Inbox::is_full_of_states(PeerId peer) const {
   const std::lock_guard lock(mutex_);
   const Entry* const entry = find(peer);
   return entry != nullptr &&
-         (entry->events.states >= kMostStates || entry->events.state_bytes >= kMostStateBytes);
+         (entry->events.states >= kMaxQueuedStates || entry->events.state_bytes >= kMaxQueuedStateBytes);
 }
 
 std::optional<Cause> Inbox::control(PeerId peer, std::vector<std::byte>&& message) {
@@ -164,8 +164,8 @@ std::optional<Cause> Inbox::control(PeerId peer, std::vector<std::byte>&& messag
   Entry* const entry = find(peer);
   if (entry == nullptr) return {};
   Events& events = entry->events;
-  if (events.controls == kMostControls ||
-      events.bytes - events.state_bytes + message.size() > kMostControlBytes)
+  if (events.controls == kMaxControls ||
+      events.bytes - events.state_bytes + message.size() > kMaxQueuedControlBytes)
     return Cause::unread;
   if (!charge(*entry, message.size())) return Cause::no_memory;
   ++events.controls;
@@ -273,7 +273,7 @@ void Inbox::poll(const std::function<void(const LinkEvent&)>& on_event) {
     }
     notes.swap(notes_);
     if (limiter_.has_suppressed()) limiter_.take_summaries(monotonic_ns(), summaries);
-    has_news_ = false;
+    has_events_ = false;
   }
   for (const std::string& text : notes) on_event({Kind::note, 0, {}, text, 0});
   for (const std::string& text : summaries) on_event({Kind::note, 0, {}, name_ + ": " + text, 0});
@@ -301,7 +301,8 @@ void Inbox::deliver(Batch& batch, const std::function<void(const LinkEvent&)>& o
 
 void Inbox::wait(std::chrono::nanoseconds timeout) {
   std::unique_lock lock(mutex_);
-  came_.wait_for(lock, std::max(timeout, std::chrono::nanoseconds::zero()), [this] { return has_news_; });
+  arrived_.wait_for(lock, std::max(timeout, std::chrono::nanoseconds::zero()),
+                    [this] { return has_events_; });
 }
 
 }  // namespace fire3dv::transport

@@ -125,8 +125,8 @@ class Inbox {
   LinkCounters& counters_;
   const std::string name_;
   mutable std::mutex mutex_;
-  std::condition_variable came_;
-  bool has_news_ = false;
+  std::condition_variable arrived_;
+  bool has_events_ = false;
   std::map<PeerId, Entry> entries_;
   uint64_t next_order_ = 0;
   uint64_t examined_messages_ = 0;

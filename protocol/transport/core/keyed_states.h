@@ -35,7 +35,7 @@ class KeyedStates {
   }
 
   // Empty store that continues the numbering, so that new states are newer than all old ones.
-  KeyedStates emptied() const {
+  KeyedStates cleared() const {
     KeyedStates result;
     result.newest_ = newest_;
     return result;
@@ -62,28 +62,28 @@ class StateBatches {
   // Marks all states as unsent.
   void start_connection() {
     batch_.clear();
-    begun_up_to_ = 0;
+    batched_up_to_ = 0;
   }
   // Drops unsent states of an earlier description.
-  void forget(const KeyedStates& states) {
+  void discard(const KeyedStates& states) {
     batch_.clear();
-    begun_up_to_ = states.newest();
+    batched_up_to_ = states.newest();
   }
 
   bool in_batch() const { return !batch_.empty(); }
   // True if a batch is open or a newer state exists. The newest state is always stored, unless the store is
   // empty.
-  bool has_news(const KeyedStates& states) const {
-    return in_batch() || (states.count() != 0 && begun_up_to_ < states.newest());
+  bool has_unsent(const KeyedStates& states) const {
+    return in_batch() || (states.count() != 0 && batched_up_to_ < states.newest());
   }
 
   // Next message, or null. Starts the next batch when the current one is complete.
   const KeyedState* next(const KeyedStates& states) {
-    if (batch_.empty() && begun_up_to_ < states.newest()) {
+    if (batch_.empty() && batched_up_to_ < states.newest()) {
       const auto& all = states.in_order();
-      for (auto state = all.upper_bound(begun_up_to_); state != all.end(); ++state)
+      for (auto state = all.upper_bound(batched_up_to_); state != all.end(); ++state)
         batch_.push_back(state->second);
-      begun_up_to_ = states.newest();
+      batched_up_to_ = states.newest();
     }
     return batch_.empty() ? nullptr : &batch_.front();
   }
@@ -91,7 +91,7 @@ class StateBatches {
 
  private:
   std::deque<KeyedState> batch_;
-  uint64_t begun_up_to_ = 0;
+  uint64_t batched_up_to_ = 0;
 };
 
 }  // namespace fire3dv::transport

@@ -38,11 +38,11 @@ class NetworkListener : public ListenerLink {
   }
   // Eviction times of unaccepted peers when the listener is full: after the first time without any message,
   // after the second in any case. Connections are otherwise free for an attacker.
-  static constexpr int64_t kSilentGuestNs = 5 * kSecondNs;
-  static constexpr int64_t kUndescribedGuestNs = 30 * kSecondNs;
-  static constexpr const char* kSilentGuest = "it has not described itself, and its place was needed";
-  bool may_lose_place(PeerId peer, int64_t came_at_ns, int64_t heard_at_ns, int64_t now_ns) const {
-    return (now_ns - heard_at_ns > kSilentGuestNs || now_ns - came_at_ns > kUndescribedGuestNs) &&
+  static constexpr int64_t kSilentPeerNs = 5 * kSecondNs;
+  static constexpr int64_t kUndescribedPeerNs = 30 * kSecondNs;
+  static constexpr const char* kEvictionReason = "it has not described itself, and its place was needed";
+  bool may_evict(PeerId peer, int64_t connected_at_ns, int64_t last_received_ns, int64_t now_ns) const {
+    return (now_ns - last_received_ns > kSilentPeerNs || now_ns - connected_at_ns > kUndescribedPeerNs) &&
            !inbox_.is_accepted(peer);
   }
 
@@ -54,9 +54,9 @@ class NetworkListener : public ListenerLink {
   }
   // Charges the memory of a peer's incomplete messages, in steps, so that most datagrams cost nothing.
   static Result<void> charge_in_steps(BudgetCharge& charge, const std::shared_ptr<PeerBudget>& budget,
-                                      size_t held_bytes) {
+                                      size_t buffered_bytes) {
     constexpr size_t kStep = 64 << 10;
-    const size_t bytes = held_bytes / kStep * kStep;
+    const size_t bytes = buffered_bytes / kStep * kStep;
     if (bytes == charge.amount()) return {};
     if (charge.amount() != 0) return charge.resize(bytes);
     Result<BudgetCharge> taken = BudgetCharge::take(budget, Resource::received_bytes, bytes);

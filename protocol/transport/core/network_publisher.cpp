@@ -9,8 +9,8 @@ namespace {
 
 constexpr int64_t kFirstBackoffNs = 10 * kMillisecondNs;
 constexpr int64_t kLongestBackoffNs = kSecondNs;
-constexpr size_t kMostUnreadReplies = 1024;
-constexpr size_t kMostUnreadBytes = 64 << 20;
+constexpr size_t kMaxUnreadReplies = 1024;
+constexpr size_t kMaxUnreadBytes = 64 << 20;
 
 }  // namespace
 
@@ -71,7 +71,7 @@ void NetworkPublisher::queue_reply(std::vector<std::byte>&& message) {
   reply_bytes_ += message.size();
   replies_.push_back(std::move(message));
   // Limits the memory of a simulator that never polls.
-  while (replies_.size() > kMostUnreadReplies || (reply_bytes_ > kMostUnreadBytes && replies_.size() > 1)) {
+  while (replies_.size() > kMaxUnreadReplies || (reply_bytes_ > kMaxUnreadBytes && replies_.size() > 1)) {
     reply_bytes_ -= replies_.front().size();
     replies_.pop_front();
     counters_.reject(Cause::unread);

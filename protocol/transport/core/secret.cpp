@@ -12,7 +12,7 @@
 namespace fire3dv::transport {
 namespace {
 
-constexpr size_t kMostSecretBytes = 64 << 10;
+constexpr size_t kMaxSecretBytes = 64 << 10;
 
 std::string printable_path(const std::string& path) {
   std::string shown = path.substr(0, 200);
@@ -50,7 +50,7 @@ Result<Secret> read_secret_file(const std::string& path) {
     return Error{
         name +
         " can be read or written by other users; chmod 600 it, and take a new key if they may know it"};
-  if (info.st_size > static_cast<off_t>(kMostSecretBytes))
+  if (info.st_size > static_cast<off_t>(kMaxSecretBytes))
     return Error{name + " is larger than 64 KiB; name the file that holds the key"};
   std::vector<std::byte> bytes(static_cast<size_t>(info.st_size));
   size_t got = 0;

@@ -9,7 +9,7 @@ namespace {
 constexpr size_t kMaxUriBytes = 512;  // a host name has at most 253 bytes
 constexpr size_t kMaxShmNameBytes = 64;
 constexpr size_t kMaxInterfaceBytes = 15;  // limit of Linux
-constexpr uint16_t kLeastMtu = 576, kMostMtu = 9000;
+constexpr uint16_t kLeastMtu = 576, kMaxMtu = 9000;
 
 // Sanitises a URI for messages: it may come from a peer's file.
 std::string printable(std::string_view text) {
@@ -74,7 +74,7 @@ Result<void> parse_options(std::string_view text, std::string_view options, Uri&
     const std::string_view value =
         equals == std::string_view::npos ? std::string_view() : option.substr(equals + 1);
     if (name == "mtu" && uri.mtu == 0) {
-      if (!parse_number(value, kLeastMtu, kMostMtu, uri.mtu))
+      if (!parse_number(value, kLeastMtu, kMaxMtu, uri.mtu))
         return bad_uri(text, "mtu is not a number from 576 to 9000");
     } else if (name == "ttl" && uri.ttl == 0) {
       if (!parse_number<uint8_t>(value, 1, 255, uri.ttl))

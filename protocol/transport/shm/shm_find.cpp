@@ -39,7 +39,7 @@ bool states_are_sound(const StatesGeometry& states, uint64_t segment_bytes) {
 
 bool images_are_sound(const RingGeometry& images, uint64_t segment_bytes) {
   return images.count == 0 ||
-         (images.count <= kMostImageSlots && images.capacity <= kMaxMessageBytes && images.stride % 64 == 0 &&
+         (images.count <= kMaxImageSlots && images.capacity <= kMaxMessageBytes && images.stride % 64 == 0 &&
           images.stride <= kMaxMessageBytes * 2 && images.stride >= kSlotHeaderBytes &&
           images.stride - kSlotHeaderBytes >= images.capacity && images.offset % 64 == 0 &&
           images.offset >= kHeaderBytes &&
@@ -65,7 +65,7 @@ Result<void> check_header(const std::string& name, const SegmentHeader& header, 
                             ", this program reads " + std::to_string(kLayoutVersion) +
                             "; use the same version on both sides");
   if (header.segment_bytes != file_bytes)
-    return refuse(name, "is " + std::to_string(file_bytes) + " bytes long where its header says " +
+    return refuse(name, "is " + std::to_string(file_bytes) + " bytes long; its header states " +
                             std::to_string(header.segment_bytes) + "; restart the simulator");
   bool sound = header.header_bytes == kHeaderBytes && header.reader_count == kReaderCount &&
                header.reader_stride == sizeof(ReaderSlot) && header.readers_offset % 64 == 0 &&

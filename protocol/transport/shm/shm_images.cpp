@@ -25,7 +25,7 @@ ImageWriter::ImageWriter(std::byte* segment, const RingGeometry& geometry, uint3
   if (geometry.count == 0) return;
   slots_ = segment + geometry.offset;
   // Greater than all tickets of earlier owners of this reader slot.
-  ticket_ = static_cast<uint64_t>(monotonic_ns()) / 1024 & kMostTicket / 2;
+  ticket_ = static_cast<uint64_t>(monotonic_ns()) / 1024 & kMaxTicket / 2;
   for (uint32_t slot = 0; slot < geometry_.count; ++slot) {
     uint64_t word = owner(slot).load(relaxed);
     const uint64_t writing = image_owner(0, place, ImagePhase::writing);

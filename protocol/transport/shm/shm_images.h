@@ -20,7 +20,7 @@ enum class ImagePhase : uint64_t { free = 0, writing = 1, complete = 2, reading 
 constexpr uint64_t image_owner(uint64_t ticket, uint32_t place, ImagePhase phase) {
   return ticket << 16 | uint64_t{place + 1} << 8 | static_cast<uint64_t>(phase);
 }
-constexpr uint64_t kMostTicket = (uint64_t{1} << 48) - 1;
+constexpr uint64_t kMaxTicket = (uint64_t{1} << 48) - 1;
 
 // Reader side: writes images.
 class ImageWriter {
@@ -77,7 +77,7 @@ class ImageReader {
 
   // False for values that no correct reader sends.
   bool is_sound(const ImageNotification& notice) const {
-    return notice.slot < geometry_.count && notice.ticket <= kMostTicket;
+    return notice.slot < geometry_.count && notice.ticket <= kMaxTicket;
   }
   // True if the slot still holds that image.
   bool is_there(const ImageNotification& notice, uint32_t place) const;

@@ -17,7 +17,7 @@ constexpr uint32_t kLayoutVersion = 1;
 constexpr uint32_t kHeaderBytes = 4096;
 constexpr uint32_t kReaderCount = 16;
 constexpr size_t kSlotHeaderBytes = 64;
-constexpr uint64_t kMostImageSlots = 8192;
+constexpr uint64_t kMaxImageSlots = 8192;
 
 // Broadcast ring: `count` slots of `stride` bytes.
 struct RingGeometry {

@@ -1,4 +1,4 @@
-#include "protocol/transport/shm/shm_listener.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <time.h>
 
@@ -165,7 +165,7 @@ void ShmListener::wait(std::chrono::nanoseconds timeout) {
   const int64_t until = start + std::max<int64_t>(timeout.count(), 0);
   int64_t sleep = kShortestSleepNs;
   for (int64_t now = start; now < until; now = monotonic_ns()) {
-    if (reader_ ? reader_->has_news() || now >= next_look_ns_ : now >= next_look_ns_) return;
+    if (reader_ ? reader_->has_unread() || now >= next_look_ns_ : now >= next_look_ns_) return;
     if (reader_ && now - start < kSpinNs) continue;
     const int64_t next = reader_ ? now + sleep : next_look_ns_;
     sleep_ns(std::min(next, until) - now);

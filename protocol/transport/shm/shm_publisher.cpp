@@ -1,4 +1,4 @@
-#include "protocol/transport/shm/shm_publisher.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
 #include <array>
@@ -24,10 +24,10 @@ constexpr int64_t kCountReadersEveryNs = 20 * kMillisecondNs;
 constexpr int64_t kKeepReplacedForNs = 2 * kSecondNs;
 constexpr int64_t kRetryGrowthAfterNs = kSecondNs;
 constexpr uint32_t kMaxRingSlots = 1024;
-constexpr size_t kMostUnreadReplies = 1024;
-constexpr int kMostReadAtOnce = 1024;
+constexpr size_t kMaxUnreadReplies = 1024;
+constexpr int kMaxReadAtOnce = 1024;
 constexpr uint64_t kFewestImageSlots = 8;
-constexpr uint64_t kMostImageMemory = uint64_t{4} << 30;
+constexpr uint64_t kMaxImageMemory = uint64_t{4} << 30;
 constexpr int64_t kFreeImagesEveryNs = kSecondNs;
 
 // One segment and the publisher's state of it.
@@ -170,7 +170,7 @@ Result<void> ShmPublisher::set_description(std::span<const std::byte> message) {
   // Strong guarantee: operations that can fail precede all changes.
   wire::Bytes description(message.begin(), message.end());
   KeyedStates earlier = std::move(states_);
-  states_ = earlier.emptied();
+  states_ = earlier.cleared();
   if (message.size() > now_->descriptions.capacity()) {
     SegmentSizes sizes = sizes_;
     sizes.description_bytes = std::min<uint64_t>(message.size() + message.size() / 4, kMaxMessageBytes);
@@ -260,7 +260,7 @@ bool ShmPublisher::read_replies() {
   bool came = false;
   for (const auto& segment : before_) came |= read_replies_of(segment);
   came |= read_replies_of(now_);
-  while (replies_.size() > kMostUnreadReplies) {
+  while (replies_.size() > kMaxUnreadReplies) {
     replies_.pop_front();
     counters_.reject(Cause::unread);
   }
@@ -274,11 +274,11 @@ void ShmPublisher::note_image(const std::shared_ptr<Published>& from, uint32_t r
   const uint64_t owner = image_owner(notice.ticket, reader, ImagePhase::complete);
   if (from->notified_owner[notice.slot] == owner)
     return counters_.reject(Cause::malformed);  // duplicate notice
-  if (noted_images_.size() >= 2 * kMostImageSlots)
+  if (noted_images_.size() >= 2 * kMaxImageSlots)
     std::erase_if(noted_images_, [](const NotedImage& noted) {
       return !noted.from->images.is_there(noted.notice, noted.reader);
     });
-  if (noted_images_.size() >= 2 * kMostImageSlots) return counters_.reject(Cause::unread);
+  if (noted_images_.size() >= 2 * kMaxImageSlots) return counters_.reject(Cause::unread);
   noted_images_.push_back({from, reader, notice});
   from->notified_owner[notice.slot] = owner;
 }
@@ -293,13 +293,13 @@ Result<void> ShmPublisher::make_room_for_images(size_t block_bytes, size_t reque
   // A quarter in reserve, so that small growth of a view does not replace the segment every time.
   if (block_bytes > sizes.image_bytes)
     sizes.image_bytes = std::min<uint64_t>(block_bytes + block_bytes / 4, kMaxMessageBytes);
-  const auto too_much = [&] { return sizes.image_bytes * sizes.image_slots > kMostImageMemory; };
+  const auto too_much = [&] { return sizes.image_bytes * sizes.image_slots > kMaxImageMemory; };
   if (too_much()) sizes.image_bytes = block_bytes;  // ignores earlier requests, and keeps no reserve
   if (sizes.image_bytes == sizes_.image_bytes && sizes.image_slots == sizes_.image_slots) return {};
-  if (sizes.image_slots > kMostImageSlots || too_much())
+  if (sizes.image_slots > kMaxImageSlots || too_much())
     return Error{"shm://" + name_ + ": images of " + std::to_string(requests) + " requests, of up to " +
                  std::to_string(sizes.image_bytes) + " bytes, take more than " +
-                 std::to_string(kMostImageMemory >> 20) + " MiB; ask for fewer, or for smaller ones"};
+                 std::to_string(kMaxImageMemory >> 20) + " MiB; request fewer or smaller images"};
   return grow(sizes, description_);
 }
 
@@ -307,7 +307,7 @@ std::optional<PublisherLink::Image> ShmPublisher::poll_image() {
   if (is_inherited()) return {};
   const int64_t now_ns = monotonic_ns();
   count_readers(now_ns);
-  for (int i = 0; i < kMostReadAtOnce && noted_images_.empty() && read_replies(); ++i) {
+  for (int i = 0; i < kMaxReadAtOnce && noted_images_.empty() && read_replies(); ++i) {
   }
   while (!noted_images_.empty()) {
     const NotedImage noted = std::move(noted_images_.front());
@@ -369,7 +369,7 @@ void ShmPublisher::count_readers(int64_t now_ns) {
 bool ShmPublisher::poll(std::vector<std::byte>& message) {
   if (is_inherited()) return false;
   count_readers(monotonic_ns());
-  for (int i = 0; i < kMostReadAtOnce && replies_.empty() && read_replies(); ++i) {
+  for (int i = 0; i < kMaxReadAtOnce && replies_.empty() && read_replies(); ++i) {
   }
   if (replies_.empty()) return false;
   message.swap(replies_.front());

@@ -70,9 +70,9 @@ bool Reader::send_image(uint64_t request, std::span<const std::byte> head, size_
   return true;
 }
 
-bool Reader::has_news() const {
+bool Reader::has_unread() const {
   return poses_.published() != last_pose_ || descriptions_.published() != last_description_ ||
-         controls_.published() != last_control_ || states_.has_news() ||
+         controls_.published() != last_control_ || states_.has_unread() ||
          segment_.state() != SegmentState::live;
 }
 
@@ -118,7 +118,7 @@ bool Reader::drain_newest_pose(Progress& progress, const OnMessage& on_message) 
     if (outcome == Outcome::lapped) continue;
     counters_.poses_dropped.add(newest - last_pose_ - 1);
     last_pose_ = newest;
-    return hand_on_pose(progress, tag, on_message);
+    return deliver_pose(progress, tag, on_message);
   }
   return true;
 }
@@ -132,7 +132,7 @@ bool Reader::drain_all_poses(Progress& progress, const OnMessage& on_message) {
     if (outcome == Outcome::corrupt) return false;
     if (outcome == Outcome::ok) {
       ++last_pose_;
-      if (!hand_on_pose(progress, tag, on_message)) return false;
+      if (!deliver_pose(progress, tag, on_message)) return false;
       continue;
     }
     // Lapped: continue in the middle of the ring, so as not to be lapped again immediately.
@@ -145,8 +145,8 @@ bool Reader::drain_all_poses(Progress& progress, const OnMessage& on_message) {
   return true;
 }
 
-bool Reader::hand_on_pose(Progress& progress, uint64_t tag, const OnMessage& on_message) {
-  const bool has_states = states_.has_news();  // put before the pose was published
+bool Reader::deliver_pose(Progress& progress, uint64_t tag, const OnMessage& on_message) {
+  const bool has_states = states_.has_unread();  // put before the pose was published
   if (tag > last_description_ || has_states) {
     std::vector<std::byte> pose = std::move(buffer_);
     const bool sound = (tag <= last_description_ || drain_description(progress, on_message)) &&
@@ -178,14 +178,14 @@ bool Reader::drain_description(Progress& progress, const OnMessage& on_message) 
 }
 
 bool Reader::drain_states(Progress& progress, const OnMessage& on_message) {
-  const auto hand_on = [&](uint64_t tag, std::span<const std::byte> state) {
+  const auto deliver = [&](uint64_t tag, std::span<const std::byte> state) {
     if (tag > last_description_ && !drain_description(progress, on_message)) return false;
     counters_.messages_received.add();
     counters_.bytes_received.add(state.size());
     on_message(Kind::control, state);
     return true;
   };
-  return states_.drain(progress.state, hand_on) == StatesReader::Outcome::ok;
+  return states_.drain(progress.state, deliver) == StatesReader::Outcome::ok;
 }
 
 bool Reader::drain_controls(const OnMessage& on_message) {

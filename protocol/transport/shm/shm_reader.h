@@ -43,7 +43,7 @@ class Reader {
   using Fill = std::function<void(std::span<std::byte> pixels)>;
   bool send_image(uint64_t request, std::span<const std::byte> head, size_t pixel_bytes, const Fill& fill);
 
-  bool has_news() const;
+  bool has_unread() const;
 
   // Checks the state word of the segment; cheap.
   std::optional<End> end_by_state() const;
@@ -57,7 +57,7 @@ class Reader {
  private:
   bool drain_newest_pose(Progress& progress, const OnMessage& on_message);
   bool drain_all_poses(Progress& progress, const OnMessage& on_message);
-  bool hand_on_pose(Progress& progress, uint64_t tag, const OnMessage& on_message);
+  bool deliver_pose(Progress& progress, uint64_t tag, const OnMessage& on_message);
   bool drain_description(Progress& progress, const OnMessage& on_message);
   bool drain_states(Progress& progress, const OnMessage& on_message);
   bool drain_controls(const OnMessage& on_message);

@@ -62,7 +62,7 @@ void StatesWriter::restart_epoch(const KeyedStates& states, uint64_t tag) noexce
 StatesReader::StatesReader(std::byte* segment, const StatesGeometry& geometry, StatesWords& words)
     : region_(segment + geometry.offset), half_bytes_(geometry.half_bytes), words_(&words) {}
 
-bool StatesReader::has_news() const {
+bool StatesReader::has_unread() const {
   if (half_bytes_ == 0) return false;
   const uint64_t generation = atomic_word(words_->generation.value).load(acquire);
   return generation != generation_ ||

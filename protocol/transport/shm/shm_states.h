@@ -50,7 +50,7 @@ class StatesReader {
   StatesReader() = default;
   StatesReader(std::byte* segment, const StatesGeometry& geometry, StatesWords& words);
 
-  bool has_news() const;
+  bool has_unread() const;
   // Delivers the states after number `last`, oldest first, and updates `last`. If lapped, retries a few times
   // and then leaves the rest to the next call. Stops when on_state returns false.
   Outcome drain(uint64_t& last, const OnState& on_state);

@@ -1,4 +1,4 @@
-#include "protocol/transport/tcp/tcp_listener.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
 #include <atomic>
@@ -19,8 +19,8 @@ namespace {
 
 using asio::ip::tcp;
 
-constexpr size_t kMostWaitingMessages = 1024;
-constexpr size_t kMostWaitingBytes = 64 << 20;
+constexpr size_t kMaxWaitingMessages = 1024;
+constexpr size_t kMaxWaitingBytes = 64 << 20;
 constexpr size_t kLeastHalfOpen = 16;
 
 class TcpListener final : public NetworkListener, public PeerHost {
@@ -200,10 +200,10 @@ bool TcpListener::make_room() {
   std::shared_ptr<Peer> guest;
   for (const auto& [id, peer] : peers_) {
     if (guest && guest->heard_at_ns() <= peer->heard_at_ns()) continue;
-    if (may_lose_place(id, peer->greeted_at_ns, peer->heard_at_ns(), now_ns)) guest = peer;
+    if (may_evict(id, peer->greeted_at_ns, peer->heard_at_ns(), now_ns)) guest = peer;
   }
   if (!guest) return false;
-  guest->end(kSilentGuest, Cause::silent);
+  guest->end(kEvictionReason, Cause::silent);
   return !is_full(peers_.size());
 }
 
@@ -230,7 +230,7 @@ bool TcpListener::should_pause(const Peer& peer) {
   bool full = inbox_.is_full_of_states(peer.id);
   if (options_.delivery == Delivery::all) {
     const Inbox::Waiting waiting = inbox_.waiting(peer.id);
-    full = full || waiting.messages >= kMostWaitingMessages || waiting.bytes >= kMostWaitingBytes;
+    full = full || waiting.messages >= kMaxWaitingMessages || waiting.bytes >= kMaxWaitingBytes;
   }
   if (!full) return false;
   held_back_.store(true, std::memory_order_relaxed);
@@ -271,8 +271,8 @@ void TcpListener::send_on(PeerId peer, SendQueue& queue) {
   asio::post(io_, [this, peer] {
     const auto found = peers_.find(peer);
     if (found == peers_.end()) return;
-    const std::shared_ptr<Peer> keep = found->second;  // keeps the peer alive: sending may end it
-    keep->write();
+    const std::shared_ptr<Peer> peer_ref = found->second;  // keeps the peer alive: sending may end it
+    peer_ref->write();
   });
 }
 
@@ -290,8 +290,8 @@ void TcpListener::send(PeerId peer, std::span<const std::byte> message) {
   asio::post(io_, [this, peer] {
     const auto found = peers_.find(peer);
     if (found == peers_.end()) return;
-    const std::shared_ptr<Peer> keep = found->second;
-    keep->end("it does not read what is sent to it", Cause::unread);
+    const std::shared_ptr<Peer> peer_ref = found->second;
+    peer_ref->end("it does not read its replies", Cause::unread);
   });
 }
 

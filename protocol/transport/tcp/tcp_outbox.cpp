@@ -10,7 +10,7 @@
 namespace fire3dv::transport::tcp {
 namespace {
 
-constexpr size_t kMostBytesAFlush = 256 << 10;
+constexpr size_t kMaxFlushBytes = 256 << 10;
 constexpr size_t kControlPieceBytes = 64 << 10;
 
 void append(std::vector<std::byte>& to, std::span<const std::byte> bytes) {
@@ -39,23 +39,23 @@ void Outbox::start_connection(Sealer* sealer) {
 }
 
 void Outbox::start_description() {
-  states_ = states_.emptied();
-  batches_.forget(states_);
+  states_ = states_.cleared();
+  batches_.discard(states_);
   has_base_ = snapshot_begun_ = false;
 }
 
-void Outbox::keep_pose(const FrameHeader& header, const wire::MessagePieces& message) {
+void Outbox::store_pose(const FrameHeader& header, const wire::MessagePieces& message) {
   pose_.clear();
   append(pose_, header);
   append(pose_, message.head);
   append(pose_, message.body);
   has_pose_ = true;
-  pose_left_ = false;
+  pose_was_sent_ = false;
 }
 
-void Outbox::pose_left() {
+void Outbox::mark_pose_sent() {
   has_pose_ = false;
-  pose_left_ = has_base_ = true;
+  pose_was_sent_ = has_base_ = true;
 }
 
 SendOutcome Outbox::pose(int fd, const wire::MessagePieces& message, bool& overtook) {
@@ -68,22 +68,22 @@ SendOutcome Outbox::partial_pose(int fd, const wire::MessagePieces& partial, con
   return send_pose(fd, FrameKind::partial_pose, partial, whole, overtook);
 }
 
-// Sends a pose; `kept` is queued instead if it must wait.
+// Sends `message`, or queues `whole` if the pose must wait.
 SendOutcome Outbox::send_pose(int fd, FrameKind kind, const wire::MessagePieces& message,
-                              const wire::MessagePieces& kept, bool& overtook) {
+                              const wire::MessagePieces& whole, bool& overtook) {
   const auto framed = [](FrameKind of, const wire::MessagePieces& what) {
     return write_frame_header(of, static_cast<uint32_t>(what.size()));
   };
   const FrameHeader header = framed(kind, message);
   const size_t total = header.size() + message.size();
-  if (const size_t most = header.size() + kept.size();
-      pose_.capacity() < most) {  // allocates early, not when the socket first fills up
-    pose_.reserve(most);
-    bytes_.reserve(2 * most);
+  if (const size_t max_bytes = header.size() + whole.size();
+      pose_.capacity() < max_bytes) {  // allocates early, not when the socket first fills up
+    pose_.reserve(max_bytes);
+    bytes_.reserve(2 * max_bytes);
   }
-  overtook = has_pose_ && !pose_left_;
+  overtook = has_pose_ && !pose_was_sent_;
   const bool must_wait = fd < 0 || waits_to_send();
-  keep_pose(framed(FrameKind::pose, kept), kept);
+  store_pose(framed(FrameKind::pose, whole), whole);
   if (must_wait) return SendOutcome::would_block;
   if (sealer_ != nullptr) {
     framed_.clear();
@@ -93,7 +93,7 @@ SendOutcome Outbox::send_pose(int fd, FrameKind kind, const wire::MessagePieces&
     bytes_.clear();
     at_ = 0;
     if (!sealer_->seal(framed_, bytes_)) return SendOutcome::broken;
-    pose_left();
+    mark_pose_sent();
     return flush(fd);
   }
   iovec pieces[3] = {piece(header), piece(message.head), piece(message.body)};
@@ -102,7 +102,7 @@ SendOutcome Outbox::send_pose(int fd, FrameKind kind, const wire::MessagePieces&
   gathered.msg_iovlen = 3;
   const ssize_t sent = ::sendmsg(fd, &gathered, MSG_DONTWAIT | MSG_NOSIGNAL);
   if (sent <= 0) return sent == 0 || only_full(errno) ? SendOutcome::would_block : SendOutcome::broken;
-  pose_left();
+  mark_pose_sent();
   if (sent == static_cast<ssize_t>(total)) {
     bytes_sent_ += total;
     return SendOutcome::done;
@@ -134,11 +134,11 @@ void Outbox::sealed(std::span<const std::byte> bytes) {
 
 bool Outbox::drop_pose() {
   pose_.clear();
-  return std::exchange(has_pose_, false) && !pose_left_;
+  return std::exchange(has_pose_, false) && !pose_was_sent_;
 }
 
-// Queues the next piece of the first control message. A description of tens of megabytes is never copied at
-// once, since the simulator may wait for the lock.
+// Queues the next piece of the first control message. A description of tens of megabytes is copied in pieces,
+// since the simulator may wait for the lock.
 bool Outbox::take_from_control() {
   Control& front = controls_.front();
   std::byte piece_bytes[kControlPieceBytes];
@@ -178,14 +178,14 @@ bool Outbox::refill() {
   }
   if (!controls_.empty()) return take_from_control();
   if (!has_pose_) return true;
-  pose_left();
+  mark_pose_sent();
   if (sealer_ != nullptr) return sealer_->seal(pose_, bytes_);
   bytes_.assign(pose_.begin(), pose_.end());
   return true;
 }
 
 SendOutcome Outbox::flush(int fd) {
-  size_t budget = kMostBytesAFlush;
+  size_t budget = kMaxFlushBytes;
   while (waits_to_send()) {
     if (budget == 0) return SendOutcome::would_block;
     if (at_ == bytes_.size() && !refill()) return SendOutcome::broken;

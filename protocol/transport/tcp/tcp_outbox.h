@@ -55,7 +55,7 @@ class Outbox {
   bool drop_pose();
 
   bool waits_to_send() const {
-    return at_ < bytes_.size() || !controls_.empty() || has_pose_ || batches_.has_news(states_);
+    return at_ < bytes_.size() || !controls_.empty() || has_pose_ || batches_.has_unsent(states_);
   }
   // Sends until the socket is full, at most about 256 KiB, to release the lock soon.
   SendOutcome flush(int fd);
@@ -69,9 +69,9 @@ class Outbox {
     size_t at = 0;  // bytes of header and message already queued
   };
   SendOutcome send_pose(int fd, FrameKind kind, const wire::MessagePieces& message,
-                        const wire::MessagePieces& kept, bool& overtook);
-  void pose_left();
-  void keep_pose(const FrameHeader& header, const wire::MessagePieces& message);
+                        const wire::MessagePieces& whole, bool& overtook);
+  void mark_pose_sent();
+  void store_pose(const FrameHeader& header, const wire::MessagePieces& message);
   bool refill();
   bool take_from_control();
 
@@ -87,7 +87,7 @@ class Outbox {
   std::vector<std::byte> pose_;    // newest whole pose, framed; retained after sending
   std::vector<std::byte> framed_;  // reused buffer for sealing
   bool has_pose_ = false;          // pose_ is queued
-  bool pose_left_ = false;         // pose_ was sent on this or an earlier connection
+  bool pose_was_sent_ = false;     // pose_ was sent on this or an earlier connection
   uint64_t bytes_sent_ = 0;
 };
 

@@ -51,7 +51,7 @@ void Peer::watch() {
     if (!self->greeted_) return self->end("no greeting came in time", Cause::silent);
     const size_t came = std::exchange(self->bytes_since_watch_, 0);
     if (self->parser_.in_message() && !self->held_back_ && came < kLeastProgressBytes)
-      return self->end("it began a message and does not go on with it", Cause::silent);
+      return self->end("it began a message and does not complete it", Cause::silent);
     self->watch();
   });
 }
@@ -62,7 +62,7 @@ void Peer::end_on_bad_alloc(Work&& work) {
   try {
     work();
   } catch (const std::exception&) {
-    end("there is no memory for what it sends", Cause::no_memory);
+    end("there is no memory for its messages", Cause::no_memory);
   }
 }
 

@@ -54,7 +54,7 @@ class Peer : public std::enable_shared_from_this<Peer> {
   Peer(asio::ip::tcp::socket socket, PeerHost& host, BudgetCharge half_open, std::unique_ptr<TlsSession> tls);
 
   void start();
-  // Sends what was added to `queue`.
+  // Sends the items of `queue`.
   void write();
   void resume();
   void end(const std::string& reason, std::optional<Cause> cause = {});

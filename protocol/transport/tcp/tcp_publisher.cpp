@@ -1,4 +1,4 @@
-#include "protocol/transport/tcp/tcp_publisher.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
 #include <atomic>
@@ -19,11 +19,11 @@ namespace {
 
 constexpr int64_t kConnectTimeoutNs = 5 * kSecondNs;
 constexpr int64_t kGreetingTimeoutNs = 5 * kSecondNs;
-constexpr size_t kMostUnsentControlBytes = 16 << 20;
+constexpr size_t kMaxUnsentControlBytes = 16 << 20;
 // Replies have kilobytes; an invalid one must not exhaust a simulator's memory.
-constexpr size_t kMostReplyBytes = 64 << 20;
-constexpr size_t kMostUnreadImageBytes = size_t{256} << 20;
-constexpr size_t kMostImageBytes = size_t{1} << 30;  // limit if images of this size were requested
+constexpr size_t kMaxReplyBytes = 64 << 20;
+constexpr size_t kMaxUnreadImageBytes = size_t{256} << 20;
+constexpr size_t kMaxImageBytes = size_t{1} << 30;  // limit if images of this size were requested
 
 // One connection, from its first byte.
 struct Connection {
@@ -60,11 +60,11 @@ class TcpPublisher final : public NetworkPublisher {
   void serve(Connection& connection);
   bool receive(Connection& connection, FrameParser& parser);
   bool take(std::span<const std::byte> plain, FrameParser& parser);
-  void keep_image(std::vector<std::byte>&& message);
+  void queue_image(std::vector<std::byte>&& message);
 
   // Requires mutex_. The limit excludes the description, which may have any size.
-  size_t most_unsent_bytes() const {
-    return kMostUnsentControlBytes + (description_ ? description_->size() : 0);
+  size_t max_unsent_bytes() const {
+    return kMaxUnsentControlBytes + (description_ ? description_->size() : 0);
   }
   template <typename Send>
   bool publish_by(size_t bytes, Send send) noexcept;
@@ -81,8 +81,8 @@ class TcpPublisher final : public NetworkPublisher {
   Outbox outbox_;
   SharedBytes description_;  // null: none yet
   bool wants_images_ = false;
-  std::atomic<size_t> max_received_bytes_{kMostReplyBytes};  // limit of an incomplete message
-  ImageQueue<std::vector<std::byte>> images_{kMostUnreadImageBytes, wire::kMostImageRequests};
+  std::atomic<size_t> max_received_bytes_{kMaxReplyBytes};  // limit of an incomplete message
+  ImageQueue<std::vector<std::byte>> images_{kMaxUnreadImageBytes, wire::kMostImageRequests};
 };
 
 // --- the simulator's thread
@@ -97,7 +97,7 @@ Result<void> TcpPublisher::set_description(std::span<const std::byte> message) {
   outbox_.start_description();
   if (fd_ < 0) return {};
   // Over the limit: reconnecting sends the newest description only.
-  if (!outbox_.control(description_, most_unsent_bytes()) || outbox_.flush(fd_) == SendOutcome::broken)
+  if (!outbox_.control(description_, max_unsent_bytes()) || outbox_.flush(fd_) == SendOutcome::broken)
     broken_ = true;
   thread_.wake();
   return {};
@@ -150,7 +150,7 @@ void TcpPublisher::send_control(std::span<const std::byte> message) noexcept {
     SharedBytes shared = share(message);
     const std::lock_guard lock(mutex_);
     if (fd_ < 0) return;
-    if (message.size() > kMaxMessageBytes || !outbox_.control(std::move(shared), most_unsent_bytes())) {
+    if (message.size() > kMaxMessageBytes || !outbox_.control(std::move(shared), max_unsent_bytes())) {
       counters_.reject(Cause::unread);
       broken_ = true;  // a control message must not be dropped on a live connection
     } else if (outbox_.flush(fd_) == SendOutcome::broken) {
@@ -328,9 +328,9 @@ bool TcpPublisher::receive(Connection& connection, FrameParser& parser) {
 // that.
 bool TcpPublisher::take(std::span<const std::byte> plain, FrameParser& parser) {
   const auto fault = parser.feed(plain, [this](FrameKind kind, auto&& message) {
-    if (kind == FrameKind::image) return keep_image(std::move(message));
+    if (kind == FrameKind::image) return queue_image(std::move(message));
     if (kind != FrameKind::control) return counters_.reject(Cause::version);
-    if (message.size() > kMostReplyBytes) return counters_.reject(Cause::oversize);
+    if (message.size() > kMaxReplyBytes) return counters_.reject(Cause::oversize);
     const std::lock_guard lock(mutex_);
     queue_reply(std::move(message));
   });
@@ -350,7 +350,7 @@ bool TcpPublisher::take(std::span<const std::byte> plain, FrameParser& parser) {
   return false;
 }
 
-void TcpPublisher::keep_image(std::vector<std::byte>&& message) {
+void TcpPublisher::queue_image(std::vector<std::byte>&& message) {
   const auto block = wire::read_image_block(message);
   if (!block) return counters_.reject(Cause::malformed);
   const uint64_t request = block->request;
@@ -364,11 +364,10 @@ void TcpPublisher::keep_image(std::vector<std::byte>&& message) {
 
 Result<void> TcpPublisher::make_room_for_images(size_t block_bytes, size_t requests) {
   if (block_bytes > kMaxMessageBytes)
-    return Error{uri_text(uri_) +
-                 ": an image of more than 256 MiB; ask for a smaller one, or for fewer outputs"};
+    return Error{uri_text(uri_) + ": an image of more than 256 MiB; request a smaller one, or fewer outputs"};
   const std::lock_guard lock(mutex_);
   wants_images_ = true;
-  images_.raise(std::min(block_bytes * requests, kMostImageBytes));
+  images_.raise_limit(std::min(block_bytes * requests, kMaxImageBytes));
   max_received_bytes_.store(kMaxMessageBytes, std::memory_order_relaxed);
   return {};
 }

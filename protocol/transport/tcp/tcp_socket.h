@@ -11,7 +11,7 @@ namespace fire3dv::transport::tcp {
 
 // Limit of unsent bytes in the kernel. Newer poses cannot replace these bytes, which would amount to seconds
 // on a slow link.
-constexpr int kMostUnsentInKernelBytes = 16 << 10;
+constexpr int kMaxUnsentInKernelBytes = 16 << 10;
 
 // Sets the options. The kernel detects a vanished peer (cable, power) within about 10 seconds.
 inline void tune_socket(int fd) {
@@ -19,7 +19,7 @@ inline void tune_socket(int fd) {
     ::setsockopt(fd, level, option, &value, sizeof value);
   };
   set(IPPROTO_TCP, TCP_NODELAY, 1);
-  set(IPPROTO_TCP, TCP_NOTSENT_LOWAT, kMostUnsentInKernelBytes);
+  set(IPPROTO_TCP, TCP_NOTSENT_LOWAT, kMaxUnsentInKernelBytes);
   set(SOL_SOCKET, SO_KEEPALIVE, 1);
   set(IPPROTO_TCP, TCP_KEEPIDLE, 4);
   set(IPPROTO_TCP, TCP_KEEPINTVL, 2);

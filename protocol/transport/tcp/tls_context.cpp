@@ -13,7 +13,7 @@ TlsContext new_context(const SSL_METHOD* method) {
   TlsContext context(::SSL_CTX_new(method), ::SSL_CTX_free);
   if (!context) return context;
   ::SSL_CTX_set_min_proto_version(context.get(), TLS1_3_VERSION);
-  ::SSL_CTX_set_num_tickets(context.get(), 0);  // sessions are long and are never taken up again
+  ::SSL_CTX_set_num_tickets(context.get(), 0);  // sessions are long and are never resumed
   ::SSL_CTX_set_mode(context.get(), SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_RELEASE_BUFFERS);
   return context;
 }
@@ -24,7 +24,7 @@ Error openssl_error(const std::string& uri, const std::string& what) {
   return Error{uri + ": " + what + (reason != nullptr ? std::string(" (") + reason + ")" : std::string())};
 }
 
-// Never asks a terminal for a pass phrase: the file's mode is what protects the key.
+// Prevents a pass phrase prompt on the terminal: the file's mode protects the key.
 int no_pass_phrase(char*, int, int, void*) {
   return 0;
 }

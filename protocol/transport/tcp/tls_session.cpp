@@ -72,7 +72,7 @@ void TlsSession::drain(std::vector<std::byte>& to) {
   }
 }
 
-// What the verification of a certificate found says more than the alert that follows from it.
+// Prefers the result of the certificate verification, which is more specific than the resulting alert.
 bool TlsSession::fail() {
   const long verified = ::SSL_get_verify_result(ssl_);
   problem_ = verified != X509_V_OK

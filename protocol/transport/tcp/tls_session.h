@@ -1,5 +1,5 @@
-// TLS 1.3 over bytes that somebody else carries: what comes from the socket goes in, what must go to the
-// socket comes out. So the same sending and receiving serves tcp:// and tls://, and nothing in here can wait.
+// TLS 1.3 session without socket I/O: the caller passes received bytes and sends the produced ones, so that
+// tcp:// and tls:// share their socket code and no call blocks.
 #pragma once
 
 #include <memory>
@@ -24,17 +24,17 @@ Result<TlsContext> make_client_context(const std::string& uri, const TlsPublishe
 // One connection. Not thread-safe.
 class TlsSession final : public Sealer {
  public:
-  // The client's end checks that the certificate is `host`'s.
+  // The client verifies that the certificate belongs to `host`.
   static std::unique_ptr<TlsSession> client(const TlsContext& context, const std::string& host);
   static std::unique_ptr<TlsSession> server(const TlsContext& context);
   ~TlsSession() override;
 
-  // Sets the handshake going, or carries it on; appends what has to be sent to `to_send`.
+  // Starts or continues the handshake; appends the bytes to send to `to_send`.
   bool handshake(std::vector<std::byte>& to_send);
   bool established() const;
 
-  // False: the connection cannot go on, and problem() says why unless the other side closed it in order;
-  // `to_send` may hold the alert that tells the other side.
+  // Returns false at the end of the connection; problem() has the reason, or is empty after an orderly close.
+  // `to_send` may contain an alert for the other side.
   bool receive(std::span<const std::byte> sealed, std::vector<std::byte>& plain,
                std::vector<std::byte>& to_send);
   bool seal(std::span<const std::byte> plain, std::vector<std::byte>& to) override;

@@ -8,9 +8,9 @@ namespace fire3dv::transport::udp {
 namespace {
 
 constexpr uint32_t kLeastWindow = 4;
-constexpr uint32_t kMostWindow = 128;  // half of what an acknowledgment can name
+constexpr uint32_t kMaxWindow = 128;  // half the span of an acknowledgment
 constexpr int64_t kLeastRepeatNs = 20'000'000;
-constexpr int64_t kMostRepeatNs = 1'000'000'000;
+constexpr int64_t kMaxRepeatNs = 1'000'000'000;
 
 }  // namespace
 
@@ -27,16 +27,16 @@ ControlSender::Prepared ControlSender::prepare(std::span<const std::byte> messag
   return {share(message), fnv1a_64(message)};
 }
 
-std::optional<uint32_t> ControlSender::push(Prepared message, size_t most_waiting_bytes) {
+std::optional<uint32_t> ControlSender::push(Prepared message, size_t max_queued_bytes) {
   const size_t bytes = message.bytes->size();
-  if (bytes > kMaxControlBytes || waiting_bytes_ > most_waiting_bytes) return {};
+  if (bytes > kMaxControlBytes || queued_bytes_ > max_queued_bytes) return {};
   Message queued;
   queued.bytes = std::move(message.bytes);
   queued.header.message = ++last_number_;
   queued.header.count = fragments_of(bytes, piece_bytes_);
   queued.header.message_bytes = static_cast<uint32_t>(bytes);
   queued.header.hash = message.hash;
-  waiting_bytes_ += bytes;
+  queued_bytes_ += bytes;
   messages_.push_back(std::move(queued));
   if (messages_.size() == 1) begin();
   return last_number_;
@@ -46,11 +46,11 @@ void ControlSender::begin() {
   sent_.fill(Sent{});
   first_missing_ = 0;
   highest_acknowledged_ = 0;
-  repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMostRepeatNs);
+  repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMaxRepeatNs);
 }
 
-// A fragment is repeated when its time is over, or soon after three later ones were acknowledged: then it is
-// lost and not late.
+// A fragment is retransmitted after its timeout, or soon after three later ones were acknowledged (fast
+// retransmit).
 bool ControlSender::due(uint32_t index, int64_t now_ns) {
   const Sent& piece = sent(index);
   if (piece.acknowledged) return false;
@@ -61,7 +61,7 @@ bool ControlSender::due(uint32_t index, int64_t now_ns) {
   if (now_ns - last_backoff_ns_ >= repeat_after_ns_) {  // once for all fragments that time out together
     last_backoff_ns_ = now_ns;
     window_ = std::max(kLeastWindow, window_ / 2);
-    repeat_after_ns_ = std::min(repeat_after_ns_ * 3 / 2, kMostRepeatNs);
+    repeat_after_ns_ = std::min(repeat_after_ns_ * 3 / 2, kMaxRepeatNs);
   }
   return true;
 }
@@ -90,13 +90,13 @@ void ControlSender::acknowledge(const Ack& ack, int64_t now_ns) {
   uint32_t newly = 0;
   const auto mark = [&](uint32_t index) {
     Sent& piece = sent(index);
-    if (piece.acknowledged || piece.at_ns == 0) return;  // nobody can have what was never sent
+    if (piece.acknowledged || piece.at_ns == 0) return;  // ignores acknowledgments of unsent fragments
     piece.acknowledged = true;
     highest_acknowledged_ = std::max(highest_acknowledged_, index + 1);
     ++newly;
     if (!piece.repeated) round_trip_ns_ += (std::max<int64_t>(now_ns - piece.at_ns, 0) - round_trip_ns_) / 8;
   };
-  // What was never sent cannot be acknowledged, and what is on its way is at most this far ahead.
+  // No fragment beyond this window has been sent.
   const uint32_t end = std::min(count, first_missing_ + kAckWindow);
   const uint32_t below = std::min(ack.first_missing, end);
   for (uint32_t i = first_missing_; i < below; ++i) mark(i);
@@ -107,22 +107,23 @@ void ControlSender::acknowledge(const Ack& ack, int64_t now_ns) {
   }
   while (first_missing_ < count && sent(first_missing_).acknowledged) sent(first_missing_++) = {};
   if (newly != 0) {
-    window_ = std::min(kMostWindow, window_ + newly);
-    repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMostRepeatNs);
+    window_ = std::min(kMaxWindow, window_ + newly);
+    repeat_after_ns_ = std::clamp(3 * round_trip_ns_, kLeastRepeatNs, kMaxRepeatNs);
   }
   if (first_missing_ < count) return;
   last_acknowledged_ = ack.message;
-  waiting_bytes_ -= messages_.front().bytes->size();
+  queued_bytes_ -= messages_.front().bytes->size();
   messages_.pop_front();
   if (!messages_.empty()) begin();
 }
 
 ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
                                                    std::span<const std::byte> data, size_t budget) {
-  if (header.message == last_complete_) return Outcome::kept;  // its acknowledgment was lost: say it again
+  if (header.message == last_complete_)
+    return Outcome::accepted;  // its acknowledgment was lost; acknowledges it again
   if (header.message != last_complete_ + 1) return Outcome::ignored;
   if (header_.message == 0) {
-    if (header.message_bytes > most_message_bytes_ ||
+    if (header.message_bytes > max_message_bytes_ ||
         header.count != fragments_of(header.message_bytes, piece_bytes_))
       return Outcome::corrupt;
     header_ = header;
@@ -134,9 +135,9 @@ ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
   }
   if (data.size() != fragment_size(header, piece_bytes_)) return Outcome::corrupt;
   if (header.index > first_missing_ + kAckWindow) return Outcome::ignored;
-  if (header.index < first_missing_ || (header.index < came_.size() && came_[header.index]))
-    return Outcome::kept;
-  // Memory follows what came, and never what a header claims.
+  if (header.index < first_missing_ || (header.index < received_.size() && received_[header.index]))
+    return Outcome::accepted;
+  // Allocates for received bytes only, never for the length that a header claims.
   const size_t start = size_t{header.index} * piece_bytes_;
   const size_t end = start + data.size();
   if (end > bytes_.size()) {
@@ -144,22 +145,22 @@ ControlReceiver::Outcome ControlReceiver::fragment(const FragmentHeader& header,
     if (capacity > bytes_.capacity() && end - bytes_.size() > budget) return Outcome::ignored;
     bytes_.resize(end);
   }
-  if (header.index >= came_.size()) came_.resize(header.index + 1);
+  if (header.index >= received_.size()) received_.resize(header.index + 1);
   if (!data.empty()) std::memcpy(bytes_.data() + start, data.data(), data.size());
-  came_[header.index] = true;
-  for (; first_missing_ < came_.size() && came_[first_missing_]; ++first_missing_) {
+  received_[header.index] = true;
+  for (; first_missing_ < received_.size() && received_[first_missing_]; ++first_missing_) {
     FragmentHeader piece = header_;
     piece.index = first_missing_;
     hash_ = fnv1a_64(std::span<const std::byte>(bytes_).subspan(size_t{first_missing_} * piece_bytes_,
                                                                 fragment_size(piece, piece_bytes_)),
                      hash_);
   }
-  if (first_missing_ < header_.count) return Outcome::kept;
+  if (first_missing_ < header_.count) return Outcome::accepted;
   if (hash_ != header_.hash) return Outcome::corrupt;
   last_complete_ = header_.message;
   last_complete_count_ = header_.count;
   header_ = {};
-  came_.clear();
+  received_.clear();
   return Outcome::complete;
 }
 
@@ -179,7 +180,7 @@ std::optional<Ack> ControlReceiver::ack() const {
   ack.first_missing = first_missing_;
   for (uint32_t i = 0; i < kAckWindow; ++i) {
     const size_t index = size_t{first_missing_} + 1 + i;
-    if (index < came_.size() && came_[index]) ack.beyond[i / 64] |= uint64_t{1} << (i % 64);
+    if (index < received_.size() && received_[index]) ack.beyond[i / 64] |= uint64_t{1} << (i % 64);
   }
   return ack;
 }

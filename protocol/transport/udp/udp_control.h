@@ -1,6 +1,5 @@
-// Control messages over datagrams: cut, numbered, acknowledged, repeated until acknowledged, and handed on
-// whole and in order. One message is under way at a time in each direction. Nothing here does I/O or looks at
-// a clock.
+// Reliable, ordered control messages over datagrams: fragmentation, acknowledgment, retransmission and
+// reassembly. One message is in flight at a time in each direction. No I/O; the caller passes the time.
 #pragma once
 
 #include <array>
@@ -17,7 +16,7 @@ namespace fire3dv::transport::udp {
 
 constexpr size_t kMaxControlBytes = size_t{64} << 20;
 
-// Into how many pieces a message is cut, and how long each is.
+// Number of fragments of a message, and the length of one.
 uint32_t fragments_of(size_t message_bytes, size_t piece_bytes);
 size_t fragment_size(const FragmentHeader& header, size_t piece_bytes);
 
@@ -25,18 +24,17 @@ class ControlSender {
  public:
   explicit ControlSender(size_t piece_bytes = kFragmentBytes) : piece_bytes_(piece_bytes) {}
 
-  // A message ready to be sent. Made before the lock is taken that publishing needs: tens of megabytes take
-  // their time.
+  // A copied and hashed message. Prepared before the caller takes its lock: tens of megabytes take long.
   struct Prepared {
     SharedBytes bytes;
     uint64_t hash = 0;
   };
   static Prepared prepare(std::span<const std::byte> message);
 
-  // Number of the message; nothing when more than `most_waiting_bytes` wait already.
-  std::optional<uint32_t> push(Prepared message, size_t most_waiting_bytes);
+  // Queues a message and returns its number, or nothing if more than `max_queued_bytes` are queued already.
+  std::optional<uint32_t> push(Prepared message, size_t max_queued_bytes);
 
-  // The next fragment that is due, if any; counts as sent now.
+  // Returns the next fragment that is due and marks it as sent at `now_ns`.
   struct Fragment {
     FragmentHeader header;
     std::span<const std::byte> data;
@@ -64,14 +62,14 @@ class ControlSender {
   bool due(uint32_t index, int64_t now_ns);
 
   size_t piece_bytes_;
-  std::deque<Message> messages_;       // the front one is under way
-  std::array<Sent, kAckWindow> sent_;  // its fragments from first_missing_ on
+  std::deque<Message> messages_;       // the front one is in flight
+  std::array<Sent, kAckWindow> sent_;  // ring of its fragments from first_missing_ on
   uint32_t first_missing_ = 0;
   uint32_t highest_acknowledged_ = 0;  // one past it
   uint32_t window_ = 32;
   uint32_t last_number_ = 0;
   uint32_t last_acknowledged_ = 0;
-  size_t waiting_bytes_ = 0;
+  size_t queued_bytes_ = 0;
   int64_t round_trip_ns_ = 20'000'000;
   int64_t last_backoff_ns_ = 0;
   int64_t repeat_after_ns_ = 0;
@@ -79,28 +77,28 @@ class ControlSender {
 
 class ControlReceiver {
  public:
-  explicit ControlReceiver(size_t piece_bytes = kFragmentBytes, size_t most_message_bytes = kMaxControlBytes)
-      : piece_bytes_(piece_bytes), most_message_bytes_(most_message_bytes) {}
+  explicit ControlReceiver(size_t piece_bytes = kFragmentBytes, size_t max_message_bytes = kMaxControlBytes)
+      : piece_bytes_(piece_bytes), max_message_bytes_(max_message_bytes) {}
 
-  enum class Outcome { ignored, kept, complete, corrupt };
+  enum class Outcome { ignored, accepted, complete, corrupt };
 
-  // `complete`: take() has a message. `corrupt`: the sender contradicts itself; end the session.
-  // `budget` is what this receiver may still allocate.
-  // Each piece costs about the same: what comes is hashed as it comes, since a publisher's lock may be held.
+  // complete: take() returns the message. corrupt: inconsistent headers or hash; end the session.
+  // `budget`: bytes that this receiver may still allocate.
+  // Fragments are hashed on arrival, so that every call costs about the same: a publisher's lock may be held.
   Outcome fragment(const FragmentHeader& header, std::span<const std::byte> data, size_t budget);
   std::vector<std::byte> take();
 
-  // What to acknowledge; nothing before the first fragment.
+  // The acknowledgment to send, or nothing before the first fragment.
   std::optional<Ack> ack() const;
-  size_t held_bytes() const { return bytes_.capacity(); }
+  size_t buffered_bytes() const { return bytes_.capacity(); }
 
  private:
-  size_t piece_bytes_, most_message_bytes_;
-  FragmentHeader header_;  // of the message under way; header_.message 0: none
+  size_t piece_bytes_, max_message_bytes_;
+  FragmentHeader header_;  // of the message in flight; header_.message 0: none
   std::vector<std::byte> bytes_;
-  std::vector<bool> came_;
+  std::vector<bool> received_;
   uint32_t first_missing_ = 0;
-  uint64_t hash_ = 0;  // of all pieces before it
+  uint64_t hash_ = 0;  // of all fragments before first_missing_
   uint32_t last_complete_ = 0;
   uint32_t last_complete_count_ = 0;
 };

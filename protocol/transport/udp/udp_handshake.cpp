@@ -1,8 +1,80 @@
 #include "protocol/transport/udp/udp_handshake.h"
 
+#include <bit>
+#include <cstring>
+#include <vector>
+
+#include "protocol/base/clock.h"
+#include "protocol/base/random.h"
 #include "protocol/transport/core/byte_order.h"
 
 namespace fire3dv::transport::udp {
+
+namespace {
+
+constexpr int64_t kPeriodNs = 8 * kSecondNs;
+
+struct SipState {
+  uint64_t v0, v1, v2, v3;
+
+  void rounds(int count) {
+    for (int i = 0; i < count; ++i) {
+      v0 += v1;
+      v2 += v3;
+      v1 = std::rotl(v1, 13) ^ v0;
+      v3 = std::rotl(v3, 16) ^ v2;
+      v0 = std::rotl(v0, 32);
+      v2 += v1;
+      v0 += v3;
+      v1 = std::rotl(v1, 17) ^ v2;
+      v3 = std::rotl(v3, 21) ^ v0;
+      v2 = std::rotl(v2, 32);
+    }
+  }
+  void absorb(uint64_t word) {
+    v3 ^= word;
+    rounds(2);
+    v0 ^= word;
+  }
+};
+
+}  // namespace
+
+uint64_t siphash(const std::array<uint64_t, 2>& key, std::span<const std::byte> message) {
+  SipState state{key[0] ^ 0x736f6d6570736575, key[1] ^ 0x646f72616e646f6d, key[0] ^ 0x6c7967656e657261,
+                 key[1] ^ 0x7465646279746573};
+  const size_t whole = message.size() / 8 * 8;
+  for (size_t i = 0; i < whole; i += 8) state.absorb(get_le<uint64_t>(&message[i]));
+  uint64_t last = static_cast<uint64_t>(message.size() & 0xff) << 56;
+  for (size_t i = whole; i < message.size(); ++i)
+    last |= static_cast<uint64_t>(message[i]) << (8 * (i - whole));
+  state.absorb(last);
+  state.v2 ^= 0xff;
+  state.rounds(4);
+  return state.v0 ^ state.v1 ^ state.v2 ^ state.v3;
+}
+
+Cookies::Cookies() : key_{random_id(), random_id()} {}
+
+uint64_t Cookies::of_period(const Address& address, uint64_t nonce, uint64_t period) const {
+  const std::string from = address.text();
+  std::vector<std::byte> message(16 + from.size());
+  put_le<uint64_t>(&message[0], nonce);
+  put_le<uint64_t>(&message[8], period);
+  std::memcpy(&message[16], from.data(), from.size());
+  const uint64_t cookie = siphash(key_, message);
+  return cookie != 0 ? cookie : 1;  // 0 means "none yet"
+}
+
+uint64_t Cookies::make(const Address& address, uint64_t nonce, int64_t now_ns) const {
+  return of_period(address, nonce, static_cast<uint64_t>(now_ns / kPeriodNs));
+}
+
+bool Cookies::check(uint64_t cookie, const Address& address, uint64_t nonce, int64_t now_ns) const {
+  const auto period = static_cast<uint64_t>(now_ns / kPeriodNs);
+  return cookie == of_period(address, nonce, period) || cookie == of_period(address, nonce, period - 1);
+}
+
 namespace {
 
 constexpr size_t kModeAt = kHeaderBytes + 8;
@@ -10,7 +82,7 @@ constexpr size_t kDatagramBytesAt = kHeaderBytes + 10;
 constexpr size_t kAcceptMoreAt = kHeaderBytes + 8;
 constexpr size_t kAcceptDatagramBytes = 8;  // the length and zeros, only when the hello named one
 static_assert(kAcceptMoreAt + kAcceptDatagramBytes <= kHelloBytes,
-              "an answer must not be longer than the question");
+              "an answer must not be longer than the request");
 
 }  // namespace
 

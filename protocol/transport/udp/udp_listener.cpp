@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/udp_listener.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
 #include <memory>
@@ -15,9 +15,7 @@
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/core/network_listener.h"
 #include "protocol/transport/udp/dtls/udp_acceptor.h"
-#include "protocol/transport/udp/multicast/udp_group_listener.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"
-#include "protocol/transport/udp/udp_cookie.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_receive.h"
 #include "protocol/transport/udp/udp_session.h"
@@ -28,20 +26,20 @@ namespace {
 
 constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
-constexpr size_t kMostPeerControlBytes = 4 << 20;
+constexpr size_t kMaxPeerControlBytes = 4 << 20;
 
 struct Peer {
   PeerId id = 0;
   uint64_t nonce = 0;
   Address address;
   Session session;
-  std::vector<std::byte> accept;  // our answer in the open, should it be lost
+  std::vector<std::byte> accept;  // plaintext answer, repeated if it was lost
   FrameTracker frames;
-  uint64_t told_frame = 0;  // the newest whole frame that we told it of
-  int64_t came_at_ns = 0;
-  int64_t spoke_at_ns = 0;  // when a pose or a piece of a control message came
+  uint64_t acknowledged_frame = 0;  // newest whole frame sent in a `have` message
+  int64_t connected_at_ns = 0;
+  int64_t last_message_ns = 0;  // arrival of the last pose or fragment of a control message
   std::shared_ptr<PeerBudget> budget;
-  BudgetCharge pieces;  // of control messages that are not whole
+  BudgetCharge pieces;  // fragments of incomplete control messages
 };
 
 class UdpListener final : public NetworkListener {
@@ -53,7 +51,7 @@ class UdpListener final : public NetworkListener {
         key_(std::move(key)),
         acceptor_(key_ ? std::make_unique<Acceptor>(key_, size_t{2} * options.max_peers, acceptor_events())
                        : nullptr),
-        most_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
+        max_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
   Result<void> start();
   ~UdpListener() override { thread_.stop(); }
 
@@ -61,28 +59,28 @@ class UdpListener final : public NetworkListener {
 
  private:
   void run();
-  void turn(int64_t now_ns);
+  void tick(int64_t now_ns);
   void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
   void handle_sealed(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
-  // What a datagram of a peer's session was.
-  void take(uint64_t session, Peer& peer, Session::Heard heard, Type type, std::span<const std::byte> payload,
-            int64_t now_ns);
+  // Processes a datagram of a peer's session.
+  void handle_payload(uint64_t session, Peer& peer, Session::Received received, Type type,
+                      std::span<const std::byte> payload, int64_t now_ns);
   void reset(const Address& to, uint64_t session);
 
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
-  // False: the record is not of that handshake's session.
+  // Returns false if the record does not belong to the pending session.
   bool sealed_hello(const Address& from, std::span<std::byte> datagram, const RecordDatagram& about,
                     int64_t now_ns);
   Acceptor::Events acceptor_events();
-  // Why a publisher cannot come in with this length of datagrams, or now.
+  // Reason to refuse a publisher with this datagram length, if any.
   std::optional<Refusal> refusal(const Address& from, size_t datagram_bytes, int64_t now_ns);
-  void refuse_key(const Address& from, uint64_t nonce, const char* what_it_has);
+  void refuse_key(const Address& from, uint64_t nonce, const char* reason);
   void refuse_version(const Address& from, uint64_t nonce, const std::string& spoken);
   void make_room(int64_t now_ns);
   void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
   uint64_t session_at(const Address& from) const;  // 0: none
-  void welcome(uint64_t session, Peer&& newcomer, int64_t now_ns);
-  // A cause: the peer has to go, for `reason`.
+  void add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns);
+  // Returns a cause if the peer must be disconnected for `reason`.
   std::optional<Cause> control(Peer& peer, Type type, std::span<const std::byte> payload, int64_t now_ns,
                                std::string& reason);
   std::optional<Cause> states(Peer& peer, std::string& reason);
@@ -93,13 +91,13 @@ class UdpListener final : public NetworkListener {
 
   const UniqueFd fd_;
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
-  const std::unique_ptr<Acceptor> acceptor_;       // null: unsealed; on the listener's thread alone
-  const size_t most_datagram_bytes_;
+  const std::unique_ptr<Acceptor> acceptor_;       // null: unsealed; used on the listener's thread only
+  const size_t max_datagram_bytes_;
 
   std::mutex outgoing_mutex_;
   std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing_;
 
-  // On the listener's thread alone.
+  // Used on the listener's thread only.
   Cookies cookies_;
   std::unordered_map<uint64_t, Peer> peers_;  // by session
   std::unordered_map<Address, uint64_t, AddressHash> session_at_;
@@ -112,7 +110,7 @@ Result<void> UdpListener::start() {
 }
 
 void UdpListener::send(PeerId peer, std::span<const std::byte> message) {
-  if (message.size() > kMostPeerControlBytes) return counters_.reject(Cause::oversize);
+  if (message.size() > kMaxPeerControlBytes) return counters_.reject(Cause::oversize);
   counters_.messages_sent.add();
   ControlSender::Prepared prepared = ControlSender::prepare(message);
   {
@@ -125,23 +123,23 @@ void UdpListener::send(PeerId peer, std::span<const std::byte> message) {
 // --- the listener's thread
 
 void UdpListener::run() {
-  int64_t next_turn = 0;
+  int64_t next_tick = 0;
   while (!thread_.stopping()) {
     try {
       const int64_t now = monotonic_ns();
-      if (thread_.wait(fd_.get(), POLLIN, std::clamp<int64_t>(next_turn - now, 0, kTickNs)) != 0)
+      if (thread_.wait(fd_.get(), POLLIN, std::clamp<int64_t>(next_tick - now, 0, kTickNs)) != 0)
         receive_all(fd_.get(), counters_,
                     [this](auto& from, auto datagram, int64_t at_ns) { handle(from, datagram, at_ns); });
       take_outgoing();
       const int64_t after = monotonic_ns();
-      if (after >= next_turn) {
-        turn(after);
-        next_turn = after + kTickNs;
+      if (after >= next_tick) {
+        tick(after);
+        next_tick = after + kTickNs;
       }
       for (const uint64_t session : touched_)
         if (const auto peer = peers_.find(session); peer != peers_.end()) emit_due(peer->second, after);
       touched_.clear();
-    } catch (const std::exception&) {  // no memory: what was being handled is dropped, the others go on
+    } catch (const std::exception&) {  // out of memory: drops the current datagram only
       counters_.reject(Cause::no_memory);
     }
   }
@@ -149,18 +147,18 @@ void UdpListener::run() {
     peer.session.emit_bare(Type::bye, [&, &to = peer.address](auto datagram) { send_to(to, datagram); });
 }
 
-void UdpListener::turn(int64_t now_ns) {
-  if (acceptor_) acceptor_->turn(now_ns);
+void UdpListener::tick(int64_t now_ns) {
+  if (acceptor_) acceptor_->tick(now_ns);
   std::vector<uint64_t> silent;
   for (auto& [session, peer] : peers_) {
-    if (now_ns - peer.session.heard_at_ns() > kPeerTimeoutNs) {
+    if (now_ns - peer.session.last_received_ns() > kPeerTimeoutNs) {
       silent.push_back(session);
       continue;
     }
     emit_due(peer, now_ns);
-    if (peer.frames.newest_whole() == peer.told_frame) continue;
-    peer.told_frame = peer.frames.newest_whole();
-    peer.session.emit_number(Type::have, peer.told_frame,
+    if (peer.frames.newest_whole() == peer.acknowledged_frame) continue;
+    peer.acknowledged_frame = peer.frames.newest_whole();
+    peer.session.emit_number(Type::have, peer.acknowledged_frame,
                              [&, &to = peer.address](auto datagram) { send_to(to, datagram); });
   }
   for (const uint64_t session : silent) {
@@ -179,16 +177,16 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
   const auto found = peers_.find(header.session);
   if (found == peers_.end() || found->second.session.sealed() || !(found->second.address == from)) {
     counters_.reject(Cause::unknown_session);
-    // A reset is not answered, or two listeners could be made to answer each other for ever.
+    // Never answers a reset: two listeners would otherwise answer each other endlessly.
     if (header.type == Type::reset || header.type == Type::bye || header.type == Type::pong) return;
     return reset(from, header.session);
   }
   std::span<const std::byte> payload;
-  const auto heard = found->second.session.hear(header, datagram, now_ns, payload);
-  take(header.session, found->second, heard, header.type, payload, now_ns);
+  const auto received = found->second.session.receive(header, datagram, now_ns, payload);
+  handle_payload(header.session, found->second, received, header.type, payload, now_ns);
 }
 
-// Not longer than what came, so that it is of no use for flooding somebody else.
+// Not longer than the request: no amplification towards a spoofed address.
 void UdpListener::reset(const Address& to, uint64_t session) {
   std::byte bytes[kHeaderBytes];
   write_header(bytes, {kTransportVersion, Type::reset, session, 0});
@@ -213,7 +211,7 @@ void UdpListener::handle_sealed(const Address& from, std::span<std::byte> datagr
     if (peer != nullptr)
       peer->session.repeat_handshake(datagram, [&](auto answer) { send_to(peer->address, answer); });
   } else if (about.kind == Kind::data) {
-    // While a publisher starts anew, records of both sessions may come from its address.
+    // While a publisher reconnects, records of both sessions may arrive from its address.
     if (acceptor_ && acceptor_->established(from) != nullptr && sealed_hello(from, datagram, about, now_ns))
       return;
     if (peer == nullptr) {
@@ -223,24 +221,23 @@ void UdpListener::handle_sealed(const Address& from, std::span<std::byte> datagr
     }
     Type type{};
     std::span<const std::byte> payload;
-    const auto heard = peer->session.open(about, datagram, now_ns, type, payload);
-    take(known->first, *peer, heard, type, payload, now_ns);
+    const auto received = peer->session.open(about, datagram, now_ns, type, payload);
+    handle_payload(known->first, *peer, received, type, payload, now_ns);
   } else {
     reject(Cause::malformed, "datagrams came that are not FIRE-3DV's; they are dropped");
   }
 }
 
-void UdpListener::take(uint64_t session, Peer& peer, Session::Heard heard, Type type,
-                       std::span<const std::byte> payload, int64_t now_ns) {
-  switch (heard) {
-    case Session::Heard::repeated:
+void UdpListener::handle_payload(uint64_t session, Peer& peer, Session::Received received, Type type,
+                                 std::span<const std::byte> payload, int64_t now_ns) {
+  switch (received) {
+    case Session::Received::repeated:
       return counters_.reject(Cause::replayed);
-    case Session::Heard::forged:
+    case Session::Received::forged:
       return reject(Cause::bad_key, "datagrams came that are not sealed with our key; they are dropped");
-    case Session::Heard::too_long:
-      return reject(Cause::oversize,
-                    "datagrams came that are longer than their publisher said; they are dropped");
-    case Session::Heard::payload:
+    case Session::Received::too_long:
+      return reject(Cause::oversize, "datagrams came that are longer than announced; they are dropped");
+    case Session::Received::payload:
       break;
   }
   if (type == Type::hello && peer.session.sealed()) {  // our answer was lost
@@ -249,10 +246,10 @@ void UdpListener::take(uint64_t session, Peer& peer, Session::Heard heard, Type 
                                     [&](auto answer) { send_to(peer.address, answer); });
   }
   if (type == Type::pose) {
-    peer.spoke_at_ns = now_ns;
-    const auto arrival = take_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
+    peer.last_message_ns = now_ns;
+    const auto arrival = deliver_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
     if (arrival == PoseArrival::repeated)
-      peer.told_frame = 0;  // it may not have heard that we have the frame
+      peer.acknowledged_frame = 0;  // the acknowledgment may have been lost
     return;
   }
   if (type == Type::bye) return end(session, "the publisher closed the link");
@@ -264,15 +261,15 @@ void UdpListener::take(uint64_t session, Peer& peer, Session::Heard heard, Type 
   touched_.push_back(session);
 }
 
-// --- who comes
+// --- handshakes
 
 void UdpListener::refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more) {
   send_to(to, write_answer(Type::refuse, nonce, refusal_number(refusal, more)));
 }
 
-void UdpListener::refuse_key(const Address& from, uint64_t nonce, const char* what_it_has) {
+void UdpListener::refuse_key(const Address& from, uint64_t nonce, const char* reason) {
   reject(Cause::bad_key,
-         std::string("a publisher was refused: ") + what_it_has + "; give both sides the same key file");
+         std::string("a publisher was refused: ") + reason + "; give both sides the same key file");
   refuse(from, nonce, Refusal::bad_key);
 }
 
@@ -288,15 +285,15 @@ uint64_t UdpListener::session_at(const Address& from) const {
 }
 
 std::optional<Refusal> UdpListener::refusal(const Address& from, size_t datagram_bytes, int64_t now_ns) {
-  if (datagram_bytes < kLeastDatagramBytes || datagram_bytes > most_datagram_bytes_) {
+  if (datagram_bytes < kLeastDatagramBytes || datagram_bytes > max_datagram_bytes_) {
     reject(Cause::oversize, "a publisher was refused: its datagrams have " + std::to_string(datagram_bytes) +
-                                " bytes, and at most " + std::to_string(most_datagram_bytes_) +
+                                " bytes, and at most " + std::to_string(max_datagram_bytes_) +
                                 " are taken here; choose ?mtu= accordingly on both sides");
     return Refusal::datagram_bytes;
   }
-  const bool starts_anew = session_at(from) != 0;
-  if (is_full(peers_.size()) && !starts_anew) make_room(now_ns);
-  if (is_full(peers_.size()) && !starts_anew) {
+  const bool is_reconnect = session_at(from) != 0;
+  if (is_full(peers_.size()) && !is_reconnect) make_room(now_ns);
+  if (is_full(peers_.size()) && !is_reconnect) {
     reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
     return Refusal::full;
   }
@@ -313,7 +310,7 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
   if (!cookies_.check(fields.cookie, from, header.session, now_ns))
     return send_to(from,
                    write_answer(Type::cookie, header.session, cookies_.make(from, header.session, now_ns)));
-  // From here on the address is known to be real.
+  // The cookie proves that the address is not spoofed.
   if (key_) return refuse_key(from, header.session, "it has no key");
   if (fields.mode != 0)
     return refuse_key(from, header.session, "it has a key, and this renderer was given none");
@@ -323,28 +320,28 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
   const size_t datagram_bytes = fields.datagram_bytes != 0 ? fields.datagram_bytes : kDatagramBytes;
   if (const auto refused = refusal(from, datagram_bytes, now_ns))
     return refuse(from, header.session, *refused,
-                  *refused == Refusal::datagram_bytes ? most_datagram_bytes_ : 0);
+                  *refused == Refusal::datagram_bytes ? max_datagram_bytes_ : 0);
   const uint64_t session = random_id();
-  welcome(session,
-          {0, header.session, from, Session(session, now_ns, nullptr, datagram_bytes),
-           write_accept(header.session, session, fields.datagram_bytes)},
-          now_ns);
+  add_peer(session,
+           {0, header.session, from, Session(session, now_ns, nullptr, datagram_bytes),
+            write_accept(header.session, session, fields.datagram_bytes)},
+           now_ns);
   send_to(from, peers_.at(session).accept);
 }
 
-// The first record of a handshake that is done: its parameters. Only now does the session become a peer and
-// end an earlier one of that address: what came before may be a recording, or come from somebody else.
+// First record after a completed handshake: the parameters. Only this authenticated record makes the session
+// a peer and ends an earlier one of the address: all earlier datagrams may be replayed or spoofed.
 bool UdpListener::sealed_hello(const Address& from, std::span<std::byte> datagram,
                                const RecordDatagram& about, int64_t now_ns) {
   Dtls& dtls = *acceptor_->established(from);
   const auto answer = [&](Type type, uint64_t number) { send_to(from, seal_number(dtls, type, number)); };
-  const auto asked = open_number(dtls, about, datagram);
-  if (!asked) return false;
-  if (asked->type != Type::hello) {
+  const auto message = open_number(dtls, about, datagram);
+  if (!message) return false;
+  if (message->type != Type::hello) {
     counters_.reject(Cause::malformed);
     return true;
   }
-  const Parameters parameters = read_parameters(asked->number);
+  const Parameters parameters = read_parameters(message->number);
   if (parameters.version != kTransportVersion || parameters.mode != Parameters::kSealedMode) {
     reject(Cause::version, "a publisher speaks transport version " + std::to_string(parameters.version) +
                                ", this program speaks " + std::to_string(kTransportVersion) +
@@ -355,16 +352,19 @@ bool UdpListener::sealed_hello(const Address& from, std::span<std::byte> datagra
   }
   if (const auto refused = refusal(from, parameters.datagram_bytes, now_ns)) {
     answer(Type::refuse,
-           refusal_number(*refused, *refused == Refusal::datagram_bytes ? most_datagram_bytes_ : 0));
+           refusal_number(*refused, *refused == Refusal::datagram_bytes ? max_datagram_bytes_ : 0));
     acceptor_->drop(from);
     return true;
   }
-  Acceptor::Taken taken = acceptor_->take(from);
+  Acceptor::Established established = acceptor_->extract(from);
   const uint64_t session = random_id();
-  welcome(
-      session,
-      {0, taken.nonce, from, Session(session, now_ns, std::move(taken.dtls), parameters.datagram_bytes), {}},
-      now_ns);
+  add_peer(session,
+           {0,
+            established.nonce,
+            from,
+            Session(session, now_ns, std::move(established.dtls), parameters.datagram_bytes),
+            {}},
+           now_ns);
   peers_.at(session).session.emit_number(Type::accept, parameters_number(parameters),
                                          [&](auto bytes) { send_to(from, bytes); });
   return true;
@@ -385,21 +385,21 @@ Acceptor::Events UdpListener::acceptor_events() {
 void UdpListener::make_room(int64_t now_ns) {
   auto silent = peers_.end();
   for (auto peer = peers_.begin(); peer != peers_.end(); ++peer) {
-    if (silent != peers_.end() && silent->second.spoke_at_ns <= peer->second.spoke_at_ns) continue;
-    if (may_lose_place(peer->second.id, peer->second.came_at_ns, peer->second.spoke_at_ns, now_ns))
+    if (silent != peers_.end() && silent->second.last_message_ns <= peer->second.last_message_ns) continue;
+    if (may_evict(peer->second.id, peer->second.connected_at_ns, peer->second.last_message_ns, now_ns))
       silent = peer;
   }
   if (silent == peers_.end()) return;
   counters_.reject(Cause::silent);
-  end(silent->first, kSilentGuest);
+  end(silent->first, kEvictionReason);
 }
 
-void UdpListener::welcome(uint64_t session, Peer&& newcomer, int64_t now_ns) {
+void UdpListener::add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns) {
   if (const uint64_t earlier = session_at(newcomer.address); earlier != 0)
     end(earlier, "the publisher started anew");
   Peer& peer = peers_.emplace(session, std::move(newcomer)).first->second;
   session_at_[peer.address] = session;
-  peer.came_at_ns = peer.spoke_at_ns = now_ns;
+  peer.connected_at_ns = peer.last_message_ns = now_ns;
   peer.id = ++last_id_;
   counters_.peers.set(peers_.size());
   peer.budget = connected(peer.id, peer.address.text());
@@ -407,16 +407,16 @@ void UdpListener::welcome(uint64_t session, Peer&& newcomer, int64_t now_ns) {
 
 std::optional<Cause> UdpListener::control(Peer& peer, Type type, std::span<const std::byte> payload,
                                           int64_t now_ns, std::string& reason) {
-  // Not acknowledged, it comes again, when what waits has been polled.
+  // An unacknowledged state is repeated later, after the queued ones have been polled.
   if (type == Type::state && inbox_.is_full_of_states(peer.id)) return {};
-  const auto held_bytes = [&] {
-    return peer.session.receiver().held_bytes() + peer.session.state_receiver().held_bytes();
+  const auto buffered_bytes = [&] {
+    return peer.session.receiver().buffered_bytes() + peer.session.state_receiver().buffered_bytes();
   };
   const size_t most = peer.budget->limit(Resource::received_bytes);
-  const auto outcome = peer.session.control(type, payload, most - std::min(held_bytes(), most), now_ns);
-  if (type == Type::fragment || type == Type::state) peer.spoke_at_ns = now_ns;
-  if (outcome == ControlReceiver::Outcome::kept) {
-    const Result<void> charged = charge_in_steps(peer.pieces, peer.budget, held_bytes());
+  const auto outcome = peer.session.control(type, payload, most - std::min(buffered_bytes(), most), now_ns);
+  if (type == Type::fragment || type == Type::state) peer.last_message_ns = now_ns;
+  if (outcome == ControlReceiver::Outcome::accepted) {
+    const Result<void> charged = charge_in_steps(peer.pieces, peer.budget, buffered_bytes());
     if (charged) return {};
     reason = charged.error().message;
     return Cause::no_memory;
@@ -435,7 +435,7 @@ std::optional<Cause> UdpListener::control(Peer& peer, Type type, std::span<const
     case ControlReceiver::Outcome::ignored:
       counters_.reject(Cause::malformed);
       return {};
-    case ControlReceiver::Outcome::kept:
+    case ControlReceiver::Outcome::accepted:
       return {};
   }
   return {};
@@ -467,9 +467,9 @@ void UdpListener::take_outgoing() {
                                     [id = id](const auto& entry) { return entry.second.id == id; });
     if (found == peers_.end()) continue;
     touched_.push_back(found->first);
-    if (!found->second.session.sender().push(std::move(message), kMostPeerControlBytes)) {
+    if (!found->second.session.sender().push(std::move(message), kMaxPeerControlBytes)) {
       counters_.reject(Cause::unread);
-      end(found->first, "it does not acknowledge what is sent to it");
+      end(found->first, "it does not acknowledge its replies");
     }
   }
 }
@@ -492,7 +492,7 @@ void UdpListener::end(uint64_t session, const std::string& reason) {
 }
 
 void UdpListener::send_to(const Address& to, std::span<const std::byte> datagram) {
-  // What does not go out now is repeated like what is lost on the way.
+  // A datagram that the socket rejects is repeated later, like a lost one.
   const ssize_t sent =
       ::sendto(fd_.get(), datagram.data(), datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL, to.get(), to.length);
   if (sent > 0) counters_.bytes_sent.add(static_cast<uint64_t>(sent));

@@ -10,12 +10,11 @@
 namespace fire3dv::transport::udp {
 namespace {
 
-// 1,300,000 poses: more than a description may name.
+// 1,300,000 poses: more than a description may contain.
 constexpr size_t kMaxCacheBytes = 64 << 20;
 constexpr int64_t kFirstRepeatNs = 30'000'000;
 constexpr int64_t kLastRepeatNs = 250'000'000;
-// A burst must fit the receive buffer of a system with default limits, or repeating would lose the same
-// again.
+// A burst must fit a receive buffer of default size, or a repetition would lose the same datagrams again.
 constexpr size_t kBurst = 64;
 constexpr int64_t kBurstEveryNs = 5'000'000;
 
@@ -24,14 +23,14 @@ constexpr int64_t kBurstEveryNs = 5'000'000;
 PoseSender::Outcome PoseSender::publish(int fd, Session* session, const wire::MessagePieces& message,
                                         bool last_part, int64_t now_ns, Drops& drops) {
   if (part_ == 0) {
-    drops = drop_kept();
+    drops = drop_queued();
     ++frame_;
   }
-  const bool fits = message.size() <= most_message_bytes_ && part_ <= UINT16_MAX && !lost_part_;
+  const bool fits = message.size() <= max_message_bytes_ && part_ <= UINT16_MAX && !lost_part_;
   const PoseHeader header{frame_, static_cast<uint16_t>(part_), last_part};
   part_ = last_part ? 0 : part_ + 1;
   complete_ = last_part;
-  if (!fits || !keep(header, message)) {
+  if (!fits || !append_payload(header, message)) {
     ++drops.messages;
     if (!lost_part_) ++drops.frames;
     lost_part_ = true;
@@ -39,7 +38,7 @@ PoseSender::Outcome PoseSender::publish(int fd, Session* session, const wire::Me
   }
   repeat_after_ns_ = kFirstRepeatNs;
   repeat_at_ns_ = now_ns + repeat_after_ns_;
-  if (session == nullptr || next_ + 1 < ends_.size()) return Outcome::kept;
+  if (session == nullptr || next_ + 1 < ends_.size()) return Outcome::queued;
   const Outcome outcome = send(fd, *session, next_);
   if (outcome == Outcome::sent) {
     ++next_;
@@ -54,25 +53,25 @@ PoseSender::Outcome PoseSender::publish_partial(int fd, Session* session, const 
                                                 std::span<const wire::MessagePieces> whole, int64_t now_ns,
                                                 Drops& drops) {
   part_ = 0;
-  drops = drop_kept();
+  drops = drop_queued();
   ++frame_;
-  Outcome outcome = Outcome::kept;
-  if (session != nullptr && has_base_ && partial.size() <= most_message_bytes_) {
+  Outcome outcome = Outcome::queued;
+  if (session != nullptr && has_base_ && partial.size() <= max_message_bytes_) {
     std::byte payload[kMaxDatagramBytes];
     write_pose_header(payload, {frame_, 0, true, true});
     std::copy(partial.head.begin(), partial.head.end(), payload + kPoseHeaderBytes);
     std::copy(partial.body.begin(), partial.body.end(), payload + kPoseHeaderBytes + partial.head.size());
     outcome = send_bytes(fd, *session, {payload, kPoseHeaderBytes + partial.size()});
   }
-  // What the listener says to have is the whole frame: only then is nothing owed.
+  // The listener acknowledges whole frames only.
   for (size_t part = 0; part < whole.size(); ++part) {
     const bool last = part + 1 == whole.size();
-    if (part <= UINT16_MAX && whole[part].size() <= most_message_bytes_ &&
-        keep({frame_, static_cast<uint16_t>(part), last, false}, whole[part]))
+    if (part <= UINT16_MAX && whole[part].size() <= max_message_bytes_ &&
+        append_payload({frame_, static_cast<uint16_t>(part), last, false}, whole[part]))
       continue;
     drops.messages += whole.size() - part;
     ++drops.frames;
-    kept_.clear();
+    payloads_.clear();
     ends_.clear();
     return outcome == Outcome::sent ? outcome : Outcome::dropped;
   }
@@ -90,10 +89,10 @@ PoseSender::Outcome PoseSender::publish_partial(int fd, Session* session, const 
   return outcome;
 }
 
-// A datagram that the socket does not take waits, like one that has no session yet.
+// A datagram that the socket rejects stays queued.
 PoseSender::Outcome PoseSender::send(int fd, Session& session, size_t index) {
   const size_t start = index == 0 ? 0 : ends_[index - 1];
-  return send_bytes(fd, session, {kept_.data() + start, ends_[index] - start});
+  return send_bytes(fd, session, {payloads_.data() + start, ends_[index] - start});
 }
 
 PoseSender::Outcome PoseSender::send_bytes(int fd, Session& session, std::span<const std::byte> payload) {
@@ -103,7 +102,7 @@ PoseSender::Outcome PoseSender::send_bytes(int fd, Session& session, std::span<c
   if (session.sealed()) {
     std::memcpy(datagram.data() + kHeaderBytes, payload.data(), payload.size());
     const auto whole = session.finish(datagram, kHeaderBytes + payload.size());
-    if (whole.empty()) return Outcome::kept;
+    if (whole.empty()) return Outcome::queued;
     sent = ::send(fd, whole.data(), whole.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
   } else {
     iovec pieces[2] = {{datagram.data(), kHeaderBytes},
@@ -117,21 +116,21 @@ PoseSender::Outcome PoseSender::send_bytes(int fd, Session& session, std::span<c
     bytes_sent_ += static_cast<uint64_t>(sent);
     return Outcome::sent;
   }
-  return errno == ECONNREFUSED ? Outcome::refused : Outcome::kept;
+  return errno == ECONNREFUSED ? Outcome::refused : Outcome::queued;
 }
 
-bool PoseSender::keep(const PoseHeader& header, const wire::MessagePieces& message) {
-  const size_t at = kept_.size();
+bool PoseSender::append_payload(const PoseHeader& header, const wire::MessagePieces& message) {
+  const size_t at = payloads_.size();
   const size_t end = at + kPoseHeaderBytes + message.size();
   if (end > kMaxCacheBytes) return false;
   if (ends_.size() == ends_.capacity())
-    ends_.reserve(2 * ends_.size() + 64);  // nothing below may fail half-way
-  kept_.resize(end);
-  write_pose_header(&kept_[at], header);
+    ends_.reserve(2 * ends_.size() + 64);  // the steps below must not throw half-way
+  payloads_.resize(end);
+  write_pose_header(&payloads_[at], header);
   std::copy(message.head.begin(), message.head.end(),
-            kept_.begin() + static_cast<std::ptrdiff_t>(at + kPoseHeaderBytes));
+            payloads_.begin() + static_cast<std::ptrdiff_t>(at + kPoseHeaderBytes));
   std::copy(message.body.begin(), message.body.end(),
-            kept_.end() - static_cast<std::ptrdiff_t>(message.body.size()));
+            payloads_.end() - static_cast<std::ptrdiff_t>(message.body.size()));
   ends_.push_back(end);
   return true;
 }
@@ -175,12 +174,12 @@ PoseSender::Drops PoseSender::unsent() const {
 
 PoseSender::Drops PoseSender::start_description() {
   has_base_ = false;
-  return drop_kept();
+  return drop_queued();
 }
 
-PoseSender::Drops PoseSender::drop_kept() {
+PoseSender::Drops PoseSender::drop_queued() {
   const Drops drops = unsent();
-  kept_.clear();
+  payloads_.clear();
   ends_.clear();
   next_ = 0;
   first_round_ = true;

@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/udp_publisher.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -12,7 +12,6 @@
 #include "protocol/base/random.h"
 #include "protocol/transport/core/network_publisher.h"
 #include "protocol/transport/udp/dtls/udp_dtls.h"
-#include "protocol/transport/udp/multicast/udp_group_publisher.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_pose_sender.h"
@@ -23,20 +22,20 @@ namespace {
 
 constexpr int64_t kFirstHelloAfterNs = 10 * kMillisecondNs;
 constexpr int64_t kLongestHelloAfterNs = kSecondNs;
-constexpr int64_t kTryAnAddressForNs = 3 * kSecondNs;
+constexpr int64_t kAddressTimeoutNs = 3 * kSecondNs;
 constexpr int64_t kKeepaliveNs = kSecondNs;
 constexpr int64_t kLostAfterNs = 3500 * kMillisecondNs;
-// Resets and ICMP errors are not authenticated. A sealed session sends pings after one, and ends only when no
-// sealed datagram comes for this long.
-constexpr int64_t kDoubtNs = kSecondNs;
-constexpr int64_t kDoubtPingNs = 200 * kMillisecondNs;
+// Resets and ICMP errors are not authenticated. After one, a sealed session probes the listener by pings and
+// ends only if no sealed datagram arrives within the timeout.
+constexpr int64_t kProbeTimeoutNs = kSecondNs;
+constexpr int64_t kProbePingNs = 200 * kMillisecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
 constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
-constexpr size_t kMostWaitingBytes = 16 << 20;
-constexpr size_t kMostReplyBytes = 4 << 20;
+constexpr size_t kMaxQueuedBytes = 16 << 20;
+constexpr size_t kMaxReplyBytes = 4 << 20;
 
-// The simulator's thread sends pose datagrams itself; a thread of the link greets, repeats and receives.
-// Every send is non-blocking, so that the lock is never held across a wait.
+// The simulator's thread sends pose datagrams itself; the link's thread connects, repeats and receives. All
+// sends are non-blocking, so that the lock is never held across a wait.
 class UdpPublisher final : public NetworkPublisher {
  public:
   UdpPublisher(const Uri& uri, std::shared_ptr<const PreSharedKey> key)
@@ -58,24 +57,25 @@ class UdpPublisher final : public NetworkPublisher {
  private:
   // The link's thread.
   bool visit(const Address& address) override;
-  std::unique_ptr<Session> greet(int fd);
-  std::unique_ptr<Session> greet_sealed(int fd);
-  // `refused`: the greeting is over.
-  std::unique_ptr<Session> hear_sealed(std::unique_ptr<Dtls>& dtls, std::span<std::byte> datagram,
-                                       bool& refused);
+  std::unique_ptr<Session> connect(int fd);
+  std::unique_ptr<Session> connect_sealed(int fd);
+  // refused: the handshake has failed.
+  std::unique_ptr<Session> receive_answer(std::unique_ptr<Dtls>& dtls, std::span<std::byte> datagram,
+                                          bool& refused);
   bool wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer, std::span<std::byte>& datagram);
-  void explain(uint64_t answer, uint8_t version);
+  void report_refusal(uint64_t answer, uint8_t version);
   void serve(int fd, std::unique_ptr<Session> session);
-  // The next thing to do, after all that is due has been done. False: the session is over.
+  // Performs all due work and sets the time of the next. Returns false if the session is over.
   bool tick(int fd, int64_t now_ns, int64_t& next_ns);
   void receive(int fd);
-  void doubt(int64_t now_ns);
+  void start_probe(int64_t now_ns);
   void handle(std::span<std::byte> datagram);
   void handle_sealed(std::span<std::byte> datagram);
-  // What opened a datagram, or why it is dropped.
-  void take(Session::Heard heard, Type type, std::span<const std::byte> payload, int64_t now_ns);
+  // Processes the payload of a datagram, or counts why it is dropped.
+  void handle_payload(Session::Received received, Type type, std::span<const std::byte> payload,
+                      int64_t now_ns);
 
-  // With the lock held.
+  // Require mutex_.
   bool queue_description();
   void check_described();
   void emit(int fd, int64_t now_ns);
@@ -85,8 +85,8 @@ class UdpPublisher final : public NetworkPublisher {
     counters_.poses_dropped.add(drops.messages);
     counters_.frames_dropped.add(drops.frames);
   }
-  size_t most_waiting_bytes() const {
-    return kMostWaitingBytes + (description_.bytes ? description_.bytes->size() : 0);
+  size_t max_queued_bytes() const {
+    return kMaxQueuedBytes + (description_.bytes ? description_.bytes->size() : 0);
   }
 
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
@@ -98,8 +98,8 @@ class UdpPublisher final : public NetworkPublisher {
   std::unique_ptr<Session> session_;
   bool described_ = false;  // the listener has the newest description: poses may follow
   uint32_t description_number_ = 0;
-  bool lost_ = false;          // the session is to be given up
-  int64_t doubted_at_ns_ = 0;  // somebody said that the session is unknown; 0: nobody did
+  bool lost_ = false;             // the session is to be given up
+  int64_t probing_since_ns_ = 0;  // unauthenticated report that the session is unknown; 0: none
   PoseSender poses_;
   ControlSender::Prepared description_;  // bytes null: none yet
   KeyedStates states_;                   // as records
@@ -111,7 +111,7 @@ class UdpPublisher final : public NetworkPublisher {
 bool UdpPublisher::queue_description() {
   described_ = description_.bytes == nullptr;
   if (described_) return true;
-  const auto number = session_->sender().push(description_, most_waiting_bytes());
+  const auto number = session_->sender().push(description_, max_queued_bytes());
   description_number_ = number.value_or(0);
   return number.has_value();
 }
@@ -123,12 +123,12 @@ Result<void> UdpPublisher::set_description(std::span<const std::byte> message) {
   if (is_inherited()) return inherited_error();
   ControlSender::Prepared prepared = ControlSender::prepare(message);
   const std::lock_guard lock(mutex_);
-  std::swap(description_, prepared);  // what was there is released after the lock
-  count(poses_.start_description());  // they belong to the description before
-  states_ = states_.emptied();
-  state_sender_.forget(states_);
+  std::swap(description_, prepared);  // the old one is freed after the lock is released
+  count(poses_.start_description());
+  states_ = states_.cleared();
+  state_sender_.discard(states_);
   described_ = false;
-  // When too much waits, a new session carries the newest description alone.
+  // If the queue is full, starts a new session with the newest description only.
   if (session_ && !queue_description()) lost_ = true;
   thread_.wake();
   return {};
@@ -164,7 +164,7 @@ bool UdpPublisher::publish_partial(const wire::MessagePieces& partial,
 template <typename Send>
 bool UdpPublisher::publish_by(Send send) noexcept {
   counters_.messages_sent.add();
-  // A child would seal other bytes with the keys and record numbers that its parent uses.
+  // A forked child would reuse the parent's keys and record numbers for other bytes.
   if (is_inherited()) {
     count({1, 1});
     return false;
@@ -176,11 +176,11 @@ bool UdpPublisher::publish_by(Send send) noexcept {
     const auto outcome = send(ready, drops);
     count(drops);
     if (outcome == PoseSender::Outcome::refused) {
-      doubt(monotonic_ns());
+      start_probe(monotonic_ns());
       thread_.wake();
     }
     return outcome != PoseSender::Outcome::dropped;
-  } catch (const std::exception&) {  // no memory to keep the frame
+  } catch (const std::exception&) {  // out of memory
     count({1, 1});
     return false;
   }
@@ -192,9 +192,9 @@ void UdpPublisher::send_control(std::span<const std::byte> message) noexcept {
     ControlSender::Prepared prepared = ControlSender::prepare(message);
     const std::lock_guard lock(mutex_);
     if (!session_) return;
-    if (!session_->sender().push(std::move(prepared), most_waiting_bytes())) {
+    if (!session_->sender().push(std::move(prepared), max_queued_bytes())) {
       counters_.reject(Cause::unread);
-      lost_ = true;  // a control message is not dropped while the rest goes on
+      lost_ = true;  // a control message is never dropped within a session
     }
     thread_.wake();
   } catch (const std::exception&) {
@@ -220,14 +220,14 @@ bool UdpPublisher::visit(const Address& address) {
   ::setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
   ::setsockopt(fd.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
   if (::connect(fd.get(), address.get(), address.length) != 0) return false;
-  auto session = key_ ? greet_sealed(fd.get()) : greet(fd.get());
+  auto session = key_ ? connect_sealed(fd.get()) : connect(fd.get());
   if (!session) return false;
   set_problem({});
   serve(fd.get(), std::move(session));
   return true;
 }
 
-// False: nobody listens at the address. An empty datagram: the time is over.
+// Returns false if no listener is bound to the address. An empty datagram means timeout.
 bool UdpPublisher::wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer,
                                    std::span<std::byte>& datagram) {
   datagram = {};
@@ -238,11 +238,11 @@ bool UdpPublisher::wait_for_answer(int fd, int64_t until_ns, std::span<std::byte
   return true;
 }
 
-std::unique_ptr<Session> UdpPublisher::greet(int fd) {
+std::unique_ptr<Session> UdpPublisher::connect(int fd) {
   const uint64_t nonce = random_id();
   uint64_t cookie = 0;
   int64_t wait_ns = kFirstHelloAfterNs;
-  const int64_t until = monotonic_ns() + kTryAnAddressForNs;
+  const int64_t until = monotonic_ns() + kAddressTimeoutNs;
   std::byte buffer[kMaxDatagramBytes + 1];
   while (!thread_.stopping() && monotonic_ns() < until) {
     const Hello hello = write_hello(nonce, cookie, uri_.mtu);
@@ -257,7 +257,7 @@ std::unique_ptr<Session> UdpPublisher::greet(int fd) {
       if (!read_header(datagram, header) || header.session != nonce) continue;
       const auto number = read_number(datagram.subspan(kHeaderBytes));
       if (header.type == Type::refuse || header.version != kTransportVersion) {
-        explain(number.value_or(0), header.version);
+        report_refusal(number.value_or(0), header.version);
         return nullptr;
       }
       if (header.type == Type::cookie && cookie == 0 && number) {
@@ -269,25 +269,25 @@ std::unique_ptr<Session> UdpPublisher::greet(int fd) {
       const auto accept = read_accept(datagram, uri_.mtu);
       if (!accept) continue;
       if (!accept->knows_datagram_bytes) {
-        explain(refusal_number(Refusal::datagram_bytes, kDatagramBytes), header.version);
+        report_refusal(refusal_number(Refusal::datagram_bytes, kDatagramBytes), header.version);
         return nullptr;
       }
       return std::make_unique<Session>(accept->session, monotonic_ns(), nullptr, datagram_bytes_,
-                                       kMostReplyBytes);
+                                       kMaxReplyBytes);
     }
   }
   return nullptr;
 }
 
-// DTLS repeats its own flights; behind them the sealed hello is repeated until it is answered.
-std::unique_ptr<Session> UdpPublisher::greet_sealed(int fd) {
+// DTLS repeats its own flights; afterwards the sealed hello is repeated until it is answered.
+std::unique_ptr<Session> UdpPublisher::connect_sealed(int fd) {
   std::unique_ptr<Dtls> dtls = key_->connect();
   if (!dtls || dtls->handshake({}) == Dtls::Progress::failed) {
     counters_.reject(Cause::no_memory);
     return nullptr;
   }
   int64_t hello_at = 0, wait_ns = kFirstHelloAfterNs;
-  const int64_t until = monotonic_ns() + kTryAnAddressForNs;
+  const int64_t until = monotonic_ns() + kAddressTimeoutNs;
   std::byte buffer[kMaxDatagramBytes + 1];
   for (int64_t now = monotonic_ns(); !thread_.stopping() && now < until; now = monotonic_ns()) {
     if (dtls->repeat_flight() == Dtls::Progress::failed) return nullptr;
@@ -305,19 +305,19 @@ std::unique_ptr<Session> UdpPublisher::greet_sealed(int fd) {
     std::span<std::byte> datagram;
     if (!wait_for_answer(fd, std::min(next, until), buffer, datagram)) return nullptr;
     bool refused = false;
-    if (auto session = hear_sealed(dtls, datagram, refused)) return session;
+    if (auto session = receive_answer(dtls, datagram, refused)) return session;
     if (refused) return nullptr;
   }
   return nullptr;
 }
 
-std::unique_ptr<Session> UdpPublisher::hear_sealed(std::unique_ptr<Dtls>& dtls, std::span<std::byte> datagram,
-                                                   bool& refused) {
-  // A refusal in the open is heard only before there is a seal, and only from somebody who saw our greeting.
+std::unique_ptr<Session> UdpPublisher::receive_answer(std::unique_ptr<Dtls>& dtls,
+                                                      std::span<std::byte> datagram, bool& refused) {
+  // A plaintext refusal counts only before the handshake completes, and only if it repeats our nonce.
   Header header;
   if (read_header(datagram, header)) {
     if (header.type != Type::refuse || dtls->established() || header.session != dtls->nonce()) return nullptr;
-    explain(read_number(datagram.subspan(kHeaderBytes)).value_or(0), header.version);
+    report_refusal(read_number(datagram.subspan(kHeaderBytes)).value_or(0), header.version);
     refused = true;
     return nullptr;
   }
@@ -333,45 +333,45 @@ std::unique_ptr<Session> UdpPublisher::hear_sealed(std::unique_ptr<Dtls>& dtls, 
   if (!answer) {
     counters_.reject(Cause::bad_key);
   } else if (answer->type == Type::refuse) {
-    explain(answer->number, kTransportVersion);
+    report_refusal(answer->number, kTransportVersion);
     refused = true;
   } else if (answer->type == Type::accept) {
     if (read_parameters(answer->number) ==
         Parameters{.datagram_bytes = static_cast<uint16_t>(datagram_bytes_)})
       return std::make_unique<Session>(dtls->nonce(), monotonic_ns(), std::move(dtls), datagram_bytes_,
-                                       kMostReplyBytes);
-    explain(refusal_number(Refusal::datagram_bytes, read_parameters(answer->number).datagram_bytes),
-            kTransportVersion);
+                                       kMaxReplyBytes);
+    report_refusal(refusal_number(Refusal::datagram_bytes, read_parameters(answer->number).datagram_bytes),
+                   kTransportVersion);
     refused = true;
   }
   return nullptr;
 }
 
-void UdpPublisher::explain(uint64_t answer, uint8_t version) {
-  const std::string who = uri_text(uri_) + ": the renderer ";
+void UdpPublisher::report_refusal(uint64_t answer, uint8_t version) {
+  const std::string prefix = uri_text(uri_) + ": the renderer ";
   switch (static_cast<Refusal>(answer & 0xffff)) {
     case Refusal::version_mismatch:
       counters_.reject(Cause::version);
-      return set_problem(who + "speaks transport version " + std::to_string(version) + ", this program " +
+      return set_problem(prefix + "speaks transport version " + std::to_string(version) + ", this program " +
                          std::to_string(kTransportVersion) + "; use the same version on both sides");
     case Refusal::bad_key:
       counters_.reject(Cause::bad_key);
-      return set_problem(who + (key_ ? "has another key or none; give both sides the same key file"
-                                     : "asks for a key; give both sides the same key file"));
+      return set_problem(prefix + (key_ ? "has another key or none; give both sides the same key file"
+                                        : "requires a key; give both sides the same key file"));
     case Refusal::full:
       counters_.reject(Cause::full);
-      return set_problem(who + "has as many publishers as it allows");
+      return set_problem(prefix + "has as many publishers as it allows");
     case Refusal::datagram_bytes:
       counters_.reject(Cause::oversize);
-      return set_problem(who + "takes datagrams of at most " + std::to_string(answer >> 16 & 0xffff) +
+      return set_problem(prefix + "takes datagrams of at most " + std::to_string(answer >> 16 & 0xffff) +
                          " bytes; choose ?mtu= accordingly on both sides");
   }
   counters_.reject(Cause::version);
-  set_problem(who + "refuses, and gives a reason that this version does not know");
+  set_problem(prefix + "refuses, and gives a reason that this version does not know");
 }
 
 void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
-  // However this ends, nobody may use the descriptor after it.
+  // Clears the descriptor on every path out of this function.
   struct Leave {
     UdpPublisher& self;
     ~Leave() {
@@ -386,7 +386,7 @@ void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
     session_ = std::move(session);
     fd_ = fd;
     lost_ = false;
-    doubted_at_ns_ = 0;
+    probing_since_ns_ = 0;
     poses_.start_session();
     state_sender_.start_session();
     queue_description();
@@ -398,7 +398,7 @@ void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
     if (!tick(fd, now, next)) return;
     if (thread_.wait(fd, POLLIN, next - now) != 0) receive(fd);
   }
-  // Leaving in order: what still waits goes out once, then the farewell.
+  // Orderly end: sends the queued datagrams once, then bye.
   const std::lock_guard lock(mutex_);
   emit(fd, monotonic_ns());
   session_->emit_bare(Type::bye, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
@@ -406,13 +406,14 @@ void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
 
 bool UdpPublisher::tick(int fd, int64_t now_ns, int64_t& next_ns) {
   const std::lock_guard lock(mutex_);
-  const bool doubted = doubted_at_ns_ != 0 && now_ns - doubted_at_ns_ > kDoubtNs;
-  if (lost_ || doubted || session_->broken() || now_ns - session_->heard_at_ns() > kLostAfterNs) return false;
+  const bool probe_failed = probing_since_ns_ != 0 && now_ns - probing_since_ns_ > kProbeTimeoutNs;
+  if (lost_ || probe_failed || session_->broken() || now_ns - session_->last_received_ns() > kLostAfterNs)
+    return false;
   check_described();
   emit(fd, now_ns);
   if (now_ns >= next_ping_ns_) {
     session_->emit_bare(Type::ping, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
-    next_ping_ns_ = now_ns + (doubted_at_ns_ != 0 ? kDoubtPingNs : kKeepaliveNs);
+    next_ping_ns_ = now_ns + (probing_since_ns_ != 0 ? kProbePingNs : kKeepaliveNs);
   }
   const bool idle = session_->sender().idle() && session_->state_sender().idle();
   next_ns = now_ns + (idle ? kIdleTickNs : kTickNs);
@@ -428,7 +429,7 @@ void UdpPublisher::check_described() {
 void UdpPublisher::emit(int fd, int64_t now_ns) {
   if (described_) state_sender_.feed(session_->state_sender(), states_);
   session_->emit_due(now_ns, [&](std::span<const std::byte> datagram) {
-    // A datagram that does not go out now is repeated like a lost one.
+    // A datagram that the socket rejects is repeated later, like a lost one.
     if (::send(fd, datagram.data(), datagram.size(), MSG_NOSIGNAL) >= 0)
       counters_.bytes_sent.add(datagram.size());
   });
@@ -441,7 +442,7 @@ void UdpPublisher::receive(int fd) {
     const ssize_t got = ::recv(fd, buffer, sizeof buffer, 0);
     const std::lock_guard lock(mutex_);
     if (got < 0) {
-      if (errno == ECONNREFUSED) doubt(monotonic_ns());
+      if (errno == ECONNREFUSED) start_probe(monotonic_ns());
       return;
     }
     counters_.bytes_received.add(static_cast<uint64_t>(got));
@@ -450,12 +451,12 @@ void UdpPublisher::receive(int fd) {
   }
 }
 
-// An unauthenticated message says that the session is over. With the lock held.
-void UdpPublisher::doubt(int64_t now_ns) {
+// Handles an unauthenticated end of the session (reset, ICMP error). Requires mutex_.
+void UdpPublisher::start_probe(int64_t now_ns) {
   if (!session_->sealed()) {
     lost_ = true;
-  } else if (doubted_at_ns_ == 0) {
-    doubted_at_ns_ = now_ns;
+  } else if (probing_since_ns_ == 0) {
+    probing_since_ns_ = now_ns;
     next_ping_ns_ = now_ns;
   }
 }
@@ -468,40 +469,41 @@ void UdpPublisher::handle(std::span<std::byte> datagram) {
   }
   if (header.version != kTransportVersion) return counters_.reject(Cause::version);
   const int64_t now = monotonic_ns();
-  // Of a sealed session a listener that does not know it has read no id.
+  // The reset of a sealed session carries no id, since the listener could not read one.
   if (header.type == Type::reset && (session_->sealed() || header.session == session_->id()))
-    return doubt(now);
+    return start_probe(now);
   if (session_->sealed() || header.session != session_->id()) return counters_.reject(Cause::unknown_session);
   std::span<const std::byte> payload;
-  const auto heard = session_->hear(header, datagram, now, payload);
-  take(heard, header.type, payload, now);
+  const auto received = session_->receive(header, datagram, now, payload);
+  handle_payload(received, header.type, payload, now);
 }
 
 void UdpPublisher::handle_sealed(std::span<std::byte> datagram) {
   const RecordDatagram about = inspect_records(datagram);
-  // The listener's last flight, once more.
+  // A repetition of the listener's last flight.
   if (about.kind == RecordDatagram::Kind::handshake) return counters_.reject(Cause::replayed);
   if (about.kind != RecordDatagram::Kind::data) return counters_.reject(Cause::malformed);
   const int64_t now = monotonic_ns();
   Type type{};
   std::span<const std::byte> payload;
-  const auto heard = session_->open(about, datagram, now, type, payload);
-  if (heard == Session::Heard::payload && type == Type::accept) return;  // so is this
-  take(heard, type, payload, now);
+  const auto received = session_->open(about, datagram, now, type, payload);
+  if (received == Session::Received::payload && type == Type::accept) return;  // a repeated answer
+  handle_payload(received, type, payload, now);
 }
 
-void UdpPublisher::take(Session::Heard heard, Type type, std::span<const std::byte> payload, int64_t now_ns) {
-  switch (heard) {
-    case Session::Heard::repeated:
+void UdpPublisher::handle_payload(Session::Received received, Type type, std::span<const std::byte> payload,
+                                  int64_t now_ns) {
+  switch (received) {
+    case Session::Received::repeated:
       return counters_.reject(Cause::replayed);
-    case Session::Heard::forged:
+    case Session::Received::forged:
       return counters_.reject(Cause::bad_key);
-    case Session::Heard::too_long:
+    case Session::Received::too_long:
       return counters_.reject(Cause::oversize);
-    case Session::Heard::payload:
+    case Session::Received::payload:
       break;
   }
-  doubted_at_ns_ = 0;
+  probing_since_ns_ = 0;
   if (type == Type::bye) {
     lost_ = true;
     return;
@@ -510,12 +512,12 @@ void UdpPublisher::take(Session::Heard heard, Type type, std::span<const std::by
     if (const auto frame = read_number(payload)) poses_.acknowledge(*frame);
     return;
   }
-  switch (session_->control(type, payload, kMostReplyBytes, now_ns)) {
+  switch (session_->control(type, payload, kMaxReplyBytes, now_ns)) {
     case ControlReceiver::Outcome::complete:
       if (type == Type::fragment)
         queue_reply(session_->receiver().take());
       else
-        session_->state_receiver().take();  // listeners have no states to tell
+        session_->state_receiver().take();  // listeners send no states
       break;
     case ControlReceiver::Outcome::corrupt:
       lost_ = true;
@@ -523,7 +525,7 @@ void UdpPublisher::take(Session::Heard heard, Type type, std::span<const std::by
     case ControlReceiver::Outcome::ignored:
       counters_.reject(Cause::malformed);
       break;
-    case ControlReceiver::Outcome::kept:
+    case ControlReceiver::Outcome::accepted:
       break;
   }
 }

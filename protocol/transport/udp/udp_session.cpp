@@ -7,36 +7,56 @@
 
 namespace fire3dv::transport::udp {
 
-Session::Heard Session::hear(const Header& header, std::span<const std::byte> datagram, int64_t now_ns,
-                             std::span<const std::byte>& payload) {
-  if (datagram.size() > datagram_bytes_) return Heard::too_long;
-  if (!window_.is_new(header.counter)) return Heard::repeated;
-  window_.mark(header.counter);
-  payload = datagram.subspan(kHeaderBytes);
-  heard_at_ns_ = now_ns;
-  return Heard::payload;
+bool ReplayWindow::is_new(uint64_t counter) const {
+  if (counter == 0) return false;
+  if (counter > newest_) return true;
+  if (newest_ - counter >= kSpan) return false;
+  return (seen_[counter % kSpan / 64] >> (counter % 64) & 1) == 0;
 }
 
-Session::Heard Session::open(const RecordDatagram& about, std::span<std::byte> datagram, int64_t now_ns,
-                             Type& type, std::span<const std::byte>& payload) {
-  if (datagram.size() > datagram_bytes_) return Heard::too_long;
+void ReplayWindow::mark(uint64_t counter) {
+  if (counter > newest_) {
+    // Clears the slots that the window moves over.
+    const uint64_t steps = std::min(counter - newest_, kSpan);
+    for (uint64_t i = 1; i <= steps; ++i) {
+      const uint64_t cleared = (counter - steps + i) % kSpan;
+      seen_[cleared / 64] &= ~(uint64_t{1} << (cleared % 64));
+    }
+    newest_ = counter;
+  }
+  seen_[counter % kSpan / 64] |= uint64_t{1} << (counter % 64);
+}
+
+Session::Received Session::receive(const Header& header, std::span<const std::byte> datagram, int64_t now_ns,
+                                   std::span<const std::byte>& payload) {
+  if (datagram.size() > datagram_bytes_) return Received::too_long;
+  if (!window_.is_new(header.counter)) return Received::repeated;
+  window_.mark(header.counter);
+  payload = datagram.subspan(kHeaderBytes);
+  last_received_ns_ = now_ns;
+  return Received::payload;
+}
+
+Session::Received Session::open(const RecordDatagram& about, std::span<std::byte> datagram, int64_t now_ns,
+                                Type& type, std::span<const std::byte>& payload) {
+  if (datagram.size() > datagram_bytes_) return Received::too_long;
   std::span<const std::byte> plaintext;
   switch (dtls_->open(datagram, about.record_number, plaintext)) {
     case Dtls::Opened::repeated:
-      return Heard::repeated;
+      return Received::repeated;
     case Dtls::Opened::forged:
-      return Heard::forged;
+      return Received::forged;
     case Dtls::Opened::plaintext:
       break;
   }
-  heard_at_ns_ = now_ns;
+  last_received_ns_ = now_ns;
   type = plaintext.empty() ? Type{} : static_cast<Type>(plaintext[0]);
   payload = plaintext.empty() ? plaintext : plaintext.subspan(1);
-  return Heard::payload;
+  return Received::payload;
 }
 
 void Session::repeat_handshake(std::span<const std::byte> datagram, const Emit& emit) {
-  dtls_->hear_handshake(datagram);
+  dtls_->receive_handshake(datagram);
   for (const auto& answer : dtls_->take_outgoing()) emit(answer);
 }
 
@@ -46,7 +66,7 @@ ControlReceiver::Outcome Session::take_piece(Channel& channel, std::span<const s
   FragmentHeader fragment;
   if (!read_fragment_header(payload, fragment)) return Outcome::ignored;
   const Outcome outcome = channel.receiver.fragment(fragment, payload.subspan(kFragmentHeaderBytes), budget);
-  channel.owes_ack = channel.owes_ack || outcome == Outcome::kept || outcome == Outcome::complete;
+  channel.owes_ack = channel.owes_ack || outcome == Outcome::accepted || outcome == Outcome::complete;
   return outcome;
 }
 
@@ -63,13 +83,13 @@ ControlReceiver::Outcome Session::control(Type type, std::span<const std::byte> 
       Ack ack;
       if (!read_ack(payload, ack)) return Outcome::ignored;
       (type == Type::ack ? control_ : state_).sender.acknowledge(ack, now_ns);
-      return Outcome::kept;
+      return Outcome::accepted;
     }
     case Type::ping:
       owes_pong_ = true;
-      return Outcome::kept;
+      return Outcome::accepted;
     case Type::pong:
-      return Outcome::kept;
+      return Outcome::accepted;
     default:
       return Outcome::ignored;
   }

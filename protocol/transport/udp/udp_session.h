@@ -1,5 +1,5 @@
 // One side of a session between a publisher and a listener: counters, sealing, control messages, liveness. No
-// I/O of its own: what is to be sent goes to `emit`.
+// I/O: `emit` receives the datagrams to send.
 #pragma once
 
 #include <functional>
@@ -8,43 +8,55 @@
 #include "protocol/transport/udp/dtls/udp_dtls.h"
 #include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_datagram.h"
-#include "protocol/transport/udp/udp_window.h"
 
 namespace fire3dv::transport::udp {
+
+// Anti-replay window: accepts each datagram counter once. A counter older than the window counts as replayed.
+class ReplayWindow {
+ public:
+  bool is_new(uint64_t counter) const;
+  // Call only for authenticated datagrams: a forged counter would otherwise lock the peer out.
+  void mark(uint64_t counter);
+
+ private:
+  static constexpr uint64_t kSpan = 4096;
+  std::array<uint64_t, kSpan / 64> seen_{};
+  uint64_t newest_ = 0;
+};
 
 class Session {
  public:
   using Emit = std::function<void(std::span<const std::byte> datagram)>;
 
-  // dtls null: datagrams go and come in the open, under this id. Else its handshake is done, and nothing sees
-  // the id.
+  // dtls null: plaintext datagrams that carry `id`. Otherwise its handshake is complete, and `id` is local.
   Session(uint64_t id, int64_t now_ns, std::unique_ptr<Dtls> dtls, size_t datagram_bytes = kDatagramBytes,
-          size_t most_received_bytes = kMaxControlBytes)
+          size_t max_received_bytes = kMaxControlBytes)
       : id_(id),
         datagram_bytes_(datagram_bytes),
-        heard_at_ns_(now_ns),
+        last_received_ns_(now_ns),
         dtls_(std::move(dtls)),
-        control_(Type::fragment, Type::ack, datagram_bytes, most_received_bytes),
-        state_(Type::state, Type::state_ack, datagram_bytes, most_received_bytes) {}
+        control_(Type::fragment, Type::ack, datagram_bytes, max_received_bytes),
+        state_(Type::state, Type::state_ack, datagram_bytes, max_received_bytes) {}
 
   uint64_t id() const { return id_; }
   bool sealed() const { return dtls_ != nullptr; }
   size_t datagram_bytes() const { return datagram_bytes_; }
-  // Nothing can be sealed any more.
+  // The DTLS session has failed; nothing can be sealed any more.
   bool broken() const { return dtls_ && dtls_->broken(); }
-  int64_t heard_at_ns() const { return heard_at_ns_; }
+  int64_t last_received_ns() const { return last_received_ns_; }
   ControlSender& sender() { return control_.sender; }
   ControlReceiver& receiver() { return control_.receiver; }
-  // Bundles of keyed states go the same way beside them, so that neither waits for the other.
+  // Bundles of keyed states have their own channel, so that neither delays the other.
   ControlSender& state_sender() { return state_.sender; }
   ControlReceiver& state_receiver() { return state_.receiver; }
 
-  // This side's next datagram: the header goes to the front of `datagram`, and when the rest has been filled
-  // in, to `bytes` in all, finish() gives what is to be sent; nothing when the session is broken.
+  // Writes the header of the next datagram. The caller appends the payload and passes the total length to
+  // finish(), which returns the bytes to send; empty if the session is broken.
   using Buffer = std::array<std::byte, kMaxDatagramBytes>;
   void start(Buffer& datagram, Type type) {
     if (dtls_)
-      datagram[kHeaderBytes - 1] = static_cast<std::byte>(type);  // all that is left of the header
+      datagram[kHeaderBytes - 1] =
+          static_cast<std::byte>(type);  // a sealed datagram has no other header field
     else
       write_header(datagram.data(), {kTransportVersion, type, id_, ++sent_});
   }
@@ -53,33 +65,33 @@ class Session {
             dtls_ ? dtls_->seal(datagram, kHeaderBytes - 1, bytes - (kHeaderBytes - 1)) : bytes};
   }
 
-  // A datagram of this session came: its payload, or why it is dropped.
-  enum class Heard { payload, repeated, forged, too_long };
-  Heard hear(const Header& header, std::span<const std::byte> datagram, int64_t now_ns,
-             std::span<const std::byte>& payload);
-  // A sealed one, opened in place.
-  Heard open(const RecordDatagram& about, std::span<std::byte> datagram, int64_t now_ns, Type& type,
-             std::span<const std::byte>& payload);
-  // What the other side sends when it has missed the end of the handshake.
+  // Validates a received plaintext datagram: payload, or the reason why it is dropped.
+  enum class Received { payload, repeated, forged, too_long };
+  Received receive(const Header& header, std::span<const std::byte> datagram, int64_t now_ns,
+                   std::span<const std::byte>& payload);
+  // Same for a sealed datagram, decrypted in place.
+  Received open(const RecordDatagram& about, std::span<std::byte> datagram, int64_t now_ns, Type& type,
+                std::span<const std::byte>& payload);
+  // Answers a repeated handshake message: the other side has missed our last flight.
   void repeat_handshake(std::span<const std::byte> datagram, const Emit& emit);
 
-  // Takes what is the session's own business (fragment, state, their acks, ping, pong). `complete`:
-  // receiver().take(), or of a state state_receiver().take(), has a message.
+  // Processes fragment, state, ack, state_ack, ping and pong. complete: receiver().take(), or
+  // state_receiver().take() for a state, returns a message.
   ControlReceiver::Outcome control(Type type, std::span<const std::byte> payload, size_t budget,
                                    int64_t now_ns);
 
-  // Acknowledgments and fragments that are due.
+  // Emits acknowledgments and fragments that are due.
   void emit_due(int64_t now_ns, const Emit& emit);
   void emit_bare(Type type, const Emit& emit);
   void emit_number(Type type, uint64_t number, const Emit& emit);
 
  private:
   struct Channel {
-    Channel(Type piece_type, Type ack_type, size_t datagram_bytes, size_t most_received_bytes)
+    Channel(Type piece_type, Type ack_type, size_t datagram_bytes, size_t max_received_bytes)
         : piece(piece_type),
           ack(ack_type),
           sender(fragment_bytes_of(datagram_bytes)),
-          receiver(fragment_bytes_of(datagram_bytes), most_received_bytes) {}
+          receiver(fragment_bytes_of(datagram_bytes), max_received_bytes) {}
     Type piece, ack;
     ControlSender sender;
     ControlReceiver receiver;
@@ -92,9 +104,9 @@ class Session {
   uint64_t id_;
   size_t datagram_bytes_;
   uint64_t sent_ = 0;
-  int64_t heard_at_ns_;
+  int64_t last_received_ns_;
   std::unique_ptr<Dtls> dtls_;
-  ReplayWindow window_;  // of a session that is not sealed
+  ReplayWindow window_;  // of a plaintext session
   Channel control_, state_;
   bool owes_pong_ = false;
 };

@@ -8,9 +8,9 @@ namespace fire3dv::transport::udp {
 namespace {
 
 constexpr size_t kRecordHeaderBytes = 8;
-constexpr size_t kBundleBytes = 64 << 10;  // about what is on its way at a time; soon copied and hashed
+constexpr size_t kBundleBytes = 64 << 10;  // about one window of fragments; cheap to copy and hash
 
-// Length of the first record's message; nothing when there is no sound record.
+// Length of the first record's message, or nothing if the record is invalid.
 std::optional<size_t> first_message_bytes(std::span<const std::byte> bundle) {
   if (bundle.size() < kRecordHeaderBytes) return {};
   const size_t bytes = get_le<uint32_t>(bundle.data());
@@ -37,7 +37,7 @@ void StateSender::feed(ControlSender& sender, const KeyedStates& states) {
   batches_.pop();
   std::vector<std::byte> several;
   size_t records = 1;
-  // Only what is left of this batch: next() would begin another one.
+  // Stops at the end of the batch, since next() would begin another one.
   while (records < kMaxBundleRecords && batches_.in_batch()) {
     const KeyedState& more = *batches_.next(states);
     const size_t before = several.empty() ? bundle.bytes->size() : several.size();
@@ -55,7 +55,7 @@ void StateSender::feed(ControlSender& sender, const KeyedStates& states) {
 }
 
 std::optional<std::vector<std::vector<std::byte>>> open_bundle(std::span<const std::byte> bundle) {
-  // Nothing is copied before all of it is known to be sound.
+  // Validates all records before copying any.
   size_t records = 0;
   for (std::span<const std::byte> rest = bundle; !rest.empty(); ++records) {
     const auto bytes = first_message_bytes(rest);

@@ -1,18 +1,14 @@
 #include "renderer/app/loading/live_scene.h"
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 #include <map>
 
+#include "protocol/base/clock.h"
 #include "renderer/passes/resources/gpu_bytes.h"
 
 namespace fire3dv::app {
 namespace {
-
-int64_t monotonic_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
 
 std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::RequestedNode>& nodes) {
   std::vector<std::pair<uint64_t, uint64_t>> keys;
@@ -58,7 +54,7 @@ void LiveScene::renderer_is_new() {
 }
 
 bool LiveScene::follow() {
-  const int64_t begin_ns = monotonic_now_ns();
+  const int64_t begin_ns = monotonic_ns();
   const bool built = !build_.idle() && show_built();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
   // The driver of a node may own it, so that its edits win.
@@ -68,13 +64,13 @@ bool LiveScene::follow() {
   bindings_seen_ = poses_.binding_revision();
   // The cost of a replaced scene or of new drivers is not charged to streams.
   if (built || rebound) (void)registry_.resolve(scene(), poses_, false);
-  if (built) charge_replacement(monotonic_now_ns() - begin_ns);
+  if (built) charge_replacement(monotonic_ns() - begin_ns);
   apply_edits(std::move(changes));
   pending_.merge(registry_.take_changed_budgets());
-  const int64_t list_begin_ns = monotonic_now_ns();
+  const int64_t list_begin_ns = monotonic_ns();
   if (can_build()) update_request_list();
   resolve();
-  if (built) list_ns_ += monotonic_now_ns() - list_begin_ns;
+  if (built) list_ns_ += monotonic_ns() - list_begin_ns;
   begin_build_if_changed();
   bool shown = false;
   for (const state::EditRegistry::Finished& edit : registry_.take_finished())
@@ -85,19 +81,19 @@ bool LiveScene::follow() {
 // Streams are applied one by one to measure the time of each.
 void LiveScene::apply_edits(std::vector<state::SceneChanges> changes) {
   for (state::SceneChanges& change : changes) {
-    const int64_t begin_ns = monotonic_now_ns();
+    const int64_t begin_ns = monotonic_ns();
     const state::StreamId stream = change.stream;
     const bool is_charged = edit_time_ && !change.ended;
     std::vector<state::SceneChanges> one;
     one.push_back(std::move(change));
     registry_.apply(std::move(one), &poses_.names());
     (void)registry_.resolve(scene(), poses_, false);
-    if (is_charged) edit_time_(stream, monotonic_now_ns() - begin_ns);
+    if (is_charged) edit_time_(stream, monotonic_ns() - begin_ns);
   }
 }
 
 bool LiveScene::is_build_due(const ReplacementShares::Peer& peer) const {
-  return shares_.earliest_ns(peer) <= monotonic_now_ns();
+  return shares_.earliest_ns(peer) <= monotonic_ns();
 }
 
 bool LiveScene::can_build() const {
@@ -179,7 +175,7 @@ void LiveScene::begin_build_if_changed() {
   if (!build_.idle()) return;
   find_vertex_changes();
   if (!can_build()) return;
-  const int64_t begin_ns = monotonic_now_ns();
+  const int64_t begin_ns = monotonic_ns();
   update_request_list();
   std::vector<ReplacementShares::Cause> causes;
   std::erase_if(pending_, [&](const auto& peer) {
@@ -212,7 +208,7 @@ void LiveScene::begin_build_if_changed() {
   causes_ = std::move(causes);
   ++builds_begun_;
   build_.begin(std::move(request));
-  list_ns_ += monotonic_now_ns() - begin_ns;
+  list_ns_ += monotonic_ns() - begin_ns;
 }
 
 // Charges the last replacement to the peers that caused it.
@@ -223,7 +219,7 @@ void LiveScene::charge_replacement(int64_t shown_ns) {
   }
   const bool is_alone = active.size() <= 1;
   shown_ns += std::exchange(list_ns_, 0);
-  shares_.add({std::exchange(causes_, {}), merge_ns_, shown_ns, monotonic_now_ns(), is_alone});
+  shares_.add({std::exchange(causes_, {}), merge_ns_, shown_ns, monotonic_ns(), is_alone});
   replacement_ns_ = merge_ns_ + (is_alone ? 1 : ReplacementShares::kRestOfShown) * shown_ns;
 }
 

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "protocol/record/mcap/attach.h"
+#include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::app {

@@ -1,11 +1,11 @@
 #include "renderer/app/loading/scene_build.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <new>
 #include <set>
 
+#include "protocol/base/clock.h"
 #include "renderer/passes/resources/gpu_bytes.h"
 #include "renderer/scene/edits/deformed_vertices.h"
 #include "renderer/scene/edits/merge_scenes.h"
@@ -27,10 +27,6 @@ bool has_asset(const state::RequestedNode& node) {
 std::string asset_key(const state::RequestedNode& node) {
   if (!node.added->asset_uri.empty()) return "uri " + node.added->asset_uri;
   return "edit " + std::to_string(node.age) + " " + std::to_string(node.version);
-}
-
-int64_t monotonic_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
 }  // namespace

@@ -1,8 +1,9 @@
 #include "renderer/app/streams/image_service.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
+
+#include "protocol/base/clock.h"
 
 namespace fire3dv::app {
 namespace {
@@ -11,10 +12,6 @@ namespace {
 constexpr uint64_t kMaxBytesBehindLens = uint64_t{256} << 20;
 // Limit of a submission while several streams request images, so that turns can end in time.
 constexpr uint64_t kSharedSubmittedBytes = uint64_t{8} << 20;
-
-int64_t monotonic_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
 
 bool wants_boxes(const wire::ImageRequest& request) {
   return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
@@ -54,7 +51,7 @@ RequestRenderer& ImageService::renderer_at(size_t index) {
 
 ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   record_finished();
-  const int64_t begin_ns = monotonic_now_ns(), end_ns = begin_ns + rules_.slice_ns;
+  const int64_t begin_ns = monotonic_ns(), end_ns = begin_ns + rules_.slice_ns;
   std::vector<state::ImageDemand> demands = requests_.demands(begin_ns);
   scheduler_.note_demands(demands, begin_ns);
   if (!demands.empty() || requests_.count() == 0) drop_closed_requests();
@@ -63,9 +60,9 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   for (size_t device = 0; device < device_count(); ++device) renderer_at(device).begin_moment();
   Drawn drawn;
   while (!demands.empty() && !rules_.is_stop_requested()) {
-    if (drawn.any && monotonic_now_ns() >= end_ns) break;
+    if (drawn.any && monotonic_ns() >= end_ns) break;
     if (!has_room(end_ns)) break;
-    const std::optional<state::RequesterId> requester = scheduler_.next(demands, monotonic_now_ns());
+    const std::optional<state::RequesterId> requester = scheduler_.next(demands, monotonic_ns());
     if (!requester) break;
     drawn.any = true;
     if (!draw_turn(frames, *requester, moment, end_ns)) break;
@@ -78,7 +75,7 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
 // Returns false if the time slice ended before all due images of the stream were rendered.
 bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requester,
                              RequestRenderer::Moment& moment, int64_t end_ns) {
-  const int64_t now_ns = monotonic_now_ns();
+  const int64_t now_ns = monotonic_ns();
   std::vector<RequestRenderer::WorkItem> work = resolve(requests_.due(requester, now_ns));
   const auto needs_boxes = [](const RequestRenderer::WorkItem& a) { return wants_boxes(a.due.request); };
   if (!moment.boxes && std::ranges::any_of(work, needs_boxes))
@@ -88,14 +85,14 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
   const uint64_t max_bytes =
       scheduler_.is_alone(requester, now_ns) ? RequestRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
   for (bool is_first = true; has_work(); is_first = false) {
-    if (!is_first && (monotonic_now_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
+    if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
     uint64_t cost = 0;
     const Mark before = submitted();
     draw_round(frames, moment, max_bytes);
     for (size_t device = 0; device < device_count(); ++device)
       cost = std::max(cost, renderer_at(device).take_cost());
     if (Mark mark = submitted(); mark != before) {
-      const int64_t submitted_ns = monotonic_now_ns();
+      const int64_t submitted_ns = monotonic_ns();
       scheduler_.submitted(requester, cost, submitted_ns);
       submissions_.push_back({std::move(mark), requester, submitted_ns});
     }
@@ -121,7 +118,7 @@ bool ImageService::has_work() {
 void ImageService::record_finished() {
   while (!submissions_.empty() && is_done(submissions_.front().mark)) {
     const Submission& submission = submissions_.front();
-    const int64_t now_ns = monotonic_now_ns();
+    const int64_t now_ns = monotonic_ns();
     const int64_t begin_ns = std::max(submission.submitted_ns, last_done_ns_);
     scheduler_.finished(begin_ns, now_ns);
     requests_.add_render_time(submission.requester, now_ns - begin_ns);
@@ -135,7 +132,7 @@ void ImageService::record_finished() {
 bool ImageService::has_room(int64_t end_ns) {
   while (true) {
     record_finished();
-    const int64_t now_ns = monotonic_now_ns();
+    const int64_t now_ns = monotonic_ns();
     const std::optional<int64_t> remaining_ns = scheduler_.remaining_ns(now_ns);
     if (remaining_ns && *remaining_ns <= rules_.slice_ns / 2) return true;
     if (now_ns >= end_ns) return false;
@@ -262,9 +259,9 @@ bool ImageService::is_done(const Mark& mark) const {
 }
 
 bool ImageService::wait_for(const Mark& mark, int64_t timeout_ns) const {
-  const int64_t end_ns = monotonic_now_ns() + timeout_ns;
+  const int64_t end_ns = monotonic_ns() + timeout_ns;
   for (size_t device = 0; device < mark.size(); ++device) {
-    if (!device_at(device).wait_for(mark[device], end_ns - monotonic_now_ns())) return false;
+    if (!device_at(device).wait_for(mark[device], end_ns - monotonic_ns())) return false;
   }
   return true;
 }

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "protocol/base/clock.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::app {
@@ -11,11 +12,6 @@ namespace {
 
 constexpr int64_t kSecondNs = 1'000'000'000;
 constexpr uint32_t kLogsPerSecond = 10, kTotalLogsPerSecond = 200;
-
-uint64_t monotonic_now_ns() {
-  return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch() /
-                               std::chrono::nanoseconds(1));
-}
 
 }  // namespace
 
@@ -39,7 +35,7 @@ StreamReceiver::StreamReceiver(state::PoseState& poses, bool lockstep, const Pla
       lockstep_(lockstep),
       play_(play),
       budgets_(budgets ? std::move(budgets) : BudgetPool::create()),
-      clock_([] { return static_cast<int64_t>(monotonic_now_ns()); }) {}
+      clock_(monotonic_ns) {}
 
 std::shared_ptr<PeerBudget> StreamReceiver::budget_of(Peer peer) {
   std::shared_ptr<PeerBudget>& budget = peers_[peer].budget;
@@ -143,7 +139,7 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
       break;
   }
 
-  Result<wire::Message> decoded = decoder_.decode(event.message);
+  Result<wire::Message> decoded = decoder_.decode_in_place(event.message);
   if (!decoded) {
     reject(peer, Refusal::unreadable, decoded.error().message);
     if (const auto& request = decoder_.refused_request(); request && request->id != 0) {
@@ -178,7 +174,8 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
     return false;
   }
   if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
-    reply(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns, monotonic_now_ns()}));
+    reply(peer,
+          wire::encode(wire::Pong{ping->id, ping->sender_time_ns, static_cast<uint64_t>(monotonic_ns())}));
     return false;
   }
   if (std::holds_alternative<wire::Goodbye>(*decoded)) {

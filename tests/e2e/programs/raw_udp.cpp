@@ -85,7 +85,7 @@ void send_bundle(const std::string& uri, const std::vector<std::byte>& bundle) {
   session.state_sender().push(ControlSender::prepare(bundle), kMaxControlBytes);
   Buffer buffer;
   while (!session.state_sender().idle()) {
-    if (stop_requested() || monotonic_ns() - session.heard_at_ns() > kAnswerLimitNs)
+    if (stop_requested() || monotonic_ns() - session.last_received_ns() > kAnswerLimitNs)
       throw PeerClosed("stopped");
     session.emit_due(monotonic_ns(), [&](std::span<const std::byte> datagram) { send(fd.get(), datagram); });
     while (const auto datagram = receive(fd.get(), buffer)) {
@@ -94,7 +94,7 @@ void send_bundle(const std::string& uri, const std::vector<std::byte>& bundle) {
       if (header.type == Type::reset || header.type == Type::bye)
         throw PeerClosed("the renderer ended the session");
       std::span<const std::byte> payload;
-      if (session.hear(header, *datagram, monotonic_ns(), payload) != Session::Heard::payload) continue;
+      if (session.receive(header, *datagram, monotonic_ns(), payload) != Session::Received::payload) continue;
       session.control(header.type, payload, kMaxControlBytes, monotonic_ns());
       if (session.state_sender().idle()) return;
       session.emit_due(monotonic_ns(), [&](std::span<const std::byte> out) { send(fd.get(), out); });

@@ -63,7 +63,7 @@ eye: {namespace: /absolute/, name: eye, location: {x: 0, y: 0, z: 1}, look at: {
   }
   EXPECT_EQ(found.cameras[1].intrinsics, std::nullopt);
   EXPECT_EQ(found.cameras[2].key, "/absolute/eye");
-  EXPECT_EQ(found.cameras[3].key, "/absolute/eye1") << "as AMBF tells two from each other";
+  EXPECT_EQ(found.cameras[3].key, "/absolute/eye1") << "as AMBF distinguishes the two";
   EXPECT_EQ(found.cameras[2].intrinsics, (Intrinsics{0.7, 0.1, 10, true}));
   EXPECT_DOUBLE_EQ(found.cameras[2].parent_from_camera.m[0][0], -1) << "it looks along +X";
 }

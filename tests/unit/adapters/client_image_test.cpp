@@ -115,7 +115,7 @@ class ClientImage : public ::testing::TestWithParam<std::string> {
     ASSERT_NE(stream_, nullptr) << fire3dv_last_error();
     ASSERT_EQ(describe(stream_.get(), {"node"}), FIRE3DV_OK);
   }
-  uint64_t ask(const fire3dv_image_request& request) {
+  uint64_t send_request(const fire3dv_image_request& request) {
     uint64_t id = 0;
     EXPECT_EQ(fire3dv_request_image(stream_.get(), &request, &id), FIRE3DV_OK) << fire3dv_last_error();
     return id;
@@ -150,7 +150,7 @@ TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
   const float pose[12] = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 2};
   request.parent_from_camera = pose;
   request.outputs = FIRE3DV_IMAGE_COLOR_SRGB8 | FIRE3DV_IMAGE_DEPTH_F32;
-  const uint64_t id = ask(request);
+  const uint64_t id = send_request(request);
   const wire::ImageRequest got = seen(id);
   EXPECT_EQ(got.node, "wrist");
   EXPECT_EQ(got.epoch, drawer_->epoch);
@@ -197,31 +197,31 @@ TEST_P(ClientImage, WithRandomDepthInFlightEveryImageIsOfTheSequenceThatItClaims
     EXPECT_GE(answered, kRequests);
   });
   std::mt19937 random(5);
-  std::map<uint64_t, uint64_t> asked_at;  // of each open request
-  uint64_t asked = 0, published = 0;
-  while (asked < kRequests || !asked_at.empty()) {
-    const size_t depth = asked < kRequests ? random() % 40 : 0;
-    while (asked < kRequests && asked_at.size() <= depth) {
+  std::map<uint64_t, uint64_t> requested_at;  // of each open request
+  uint64_t sent_requests = 0, published = 0;
+  while (sent_requests < kRequests || !requested_at.empty()) {
+    const size_t depth = sent_requests < kRequests ? random() % 40 : 0;
+    while (sent_requests < kRequests && requested_at.size() <= depth) {
       publish();
       ++published;
-      asked_at[ask(small())] = published;
-      ++asked;
+      requested_at[send_request(small())] = published;
+      ++sent_requests;
     }
-    const Image image = wait(random() % 2 != 0 ? asked_at.begin()->first : 0);
+    const Image image = wait(random() % 2 != 0 ? requested_at.begin()->first : 0);
     if (image == nullptr) break;
     EXPECT_EQ(drawn_sequence(*image), image->sequence);
-    EXPECT_GE(image->sequence, asked_at.at(image->request)) << "older than the wish for it";
+    EXPECT_GE(image->sequence, requested_at.at(image->request)) << "older than its request";
     EXPECT_LE(image->sequence, published);
-    asked_at.erase(image->request);
+    requested_at.erase(image->request);
   }
   stop = true;
   draws.join();
-  EXPECT_TRUE(asked_at.empty());
+  EXPECT_TRUE(requested_at.empty());
 }
 
 TEST_P(ClientImage, WhatAStandingRequestLostIsCounted) {
   publish();
-  const uint64_t id = ask(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
   EXPECT_EQ(got.every, 1u);
   for (const uint64_t number : {1u, 2u, 5u}) drawer_->answer(got, number, number);
@@ -238,7 +238,7 @@ TEST_P(ClientImage, WhatAStandingRequestLostIsCounted) {
 }
 
 TEST_P(ClientImage, ARefusalIsToldOnceInTheRenderersWords) {
-  const uint64_t id = ask(small());
+  const uint64_t id = send_request(small());
   const wire::ImageRequest got = seen(id);
   drawer_->link->send(drawer_->peer,
                       wire::encode(wire::ImageRefused{got.epoch, id, wire::ImageRefusal::unknown_camera,
@@ -250,7 +250,7 @@ TEST_P(ClientImage, ARefusalIsToldOnceInTheRenderersWords) {
 }
 
 TEST_P(ClientImage, CancelTakesBack) {
-  const uint64_t id = ask(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
   drawer_->answer(got, 1, 1);
   ASSERT_NE(wait(id), nullptr);
@@ -258,7 +258,7 @@ TEST_P(ClientImage, CancelTakesBack) {
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr);
   EXPECT_TRUE(
       drawer_->poll_until([&] { return drawer_->requests[got.place].when == wire::ImageWhen::never; }));
-  const uint64_t next = ask(small());
+  const uint64_t next = send_request(small());
   EXPECT_EQ(seen(next).place, got.place) << "places are used again";
   drawer_->answer(got, 2, 2);  // too late
   drawer_->answer(seen(next), 1, 3);
@@ -269,12 +269,12 @@ TEST_P(ClientImage, CancelTakesBack) {
 }
 
 TEST_P(ClientImage, ANewDescriptionKeepsWhatStandsAndEndsTheRest) {
-  const uint64_t standing = ask(small(FIRE3DV_IMAGE_EVERY_NTH)), once = ask(small());
+  const uint64_t standing = send_request(small(FIRE3DV_IMAGE_EVERY_NTH)), once = send_request(small());
   seen(once);
   const uint64_t first_epoch = drawer_->epoch;
   ASSERT_EQ(describe(stream_.get(), {"node", "other"}), FIRE3DV_OK);
   EXPECT_EQ(wait(once, FIRE3DV_ERROR_REFUSED), nullptr);
-  EXPECT_NE(std::string(fire3dv_last_error()).find("described anew"), std::string::npos);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("described again"), std::string::npos);
   ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->epoch != first_epoch; }));
   const wire::ImageRequest again = seen(standing);
   EXPECT_EQ(again.epoch, drawer_->epoch);
@@ -283,7 +283,7 @@ TEST_P(ClientImage, ANewDescriptionKeepsWhatStandsAndEndsTheRest) {
 }
 
 TEST_P(ClientImage, ARendererThatComesLaterGetsTheRequest) {
-  const uint64_t id = ask(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
   for (uint64_t number = 1; number <= 3; ++number) {
     drawer_->answer(got, number, number);
@@ -302,7 +302,7 @@ TEST_P(ClientImage, ARendererThatComesLaterGetsTheRequest) {
 TEST_P(ClientImage, WhatIsKeptOfRequestsThatAreOverLeavesRoomForMore) {
   std::vector<Image> kept;
   for (int i = 0; i < 40; ++i) {
-    const uint64_t id = ask(small());
+    const uint64_t id = send_request(small());
     drawer_->answer(seen(id), 1, static_cast<uint64_t>(i) + 1);
     kept.push_back(wait(id));
     ASSERT_NE(kept.back(), nullptr) << "image " << i;
@@ -313,16 +313,16 @@ TEST_P(ClientImage, WhatIsKeptOfRequestsThatAreOverLeavesRoomForMore) {
 
 TEST_P(ClientImage, WhatNobodyTakesLeavesRoomForMore) {
   for (int i = 0; i < 40; ++i) {
-    const uint64_t id = ask(small());
+    const uint64_t id = send_request(small());
     drawer_->answer(seen(id), 1, 1);
   }
-  const uint64_t id = ask(small());
+  const uint64_t id = send_request(small());
   drawer_->answer(seen(id), 1, 1);
   EXPECT_NE(wait(id), nullptr);
 }
 
 TEST_P(ClientImage, NonsenseFromARendererIsDropped) {
-  const uint64_t id = ask(small());
+  const uint64_t id = send_request(small());
   const wire::ImageRequest got = seen(id);
   const auto fill = [](std::span<std::byte>) {};
   const auto peer = drawer_->peer;
@@ -354,7 +354,7 @@ TEST_P(ClientImage, NonsenseFromARendererIsDropped) {
 
 TEST_P(ClientImage, ManyRequestsAreOpenAtOnceAndOneMoreIsRefused) {
   std::vector<uint64_t> ids;
-  for (uint32_t i = 0; i < wire::kMostImageRequests; ++i) ids.push_back(ask(small()));
+  for (uint32_t i = 0; i < wire::kMostImageRequests; ++i) ids.push_back(send_request(small()));
   fire3dv_image_request request = small();
   uint64_t id = 0;
   EXPECT_EQ(fire3dv_request_image(stream_.get(), &request, &id), FIRE3DV_ERROR_SYSTEM);

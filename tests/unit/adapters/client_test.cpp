@@ -270,8 +270,8 @@ TEST_P(ClientOver, HoldsAWholeConversation) {
   }));
   EXPECT_STREQ(
       poll(stream.get()).welcome_message,
-      "hello; no scene node is called node 3, node 4; another stream drives node 5; this stream keeps, "
-      "though another asks for node 6");
+      "hello; no scene node is called node 3, node 4; another stream drives node 5; this stream drives, and "
+      "another stream requests node 6");
   renderer.send(wire::Status{description.epoch, {}, ""});
   ASSERT_TRUE(repeat_until([&] {
     publish_and_poll();

@@ -10,7 +10,7 @@
 #include <span>
 
 #include "adapters/mujoco/image_names.h"
-#include "adapters/mujoco/pace.h"
+#include "adapters/mujoco/timing.h"
 #include "protocol/wire/image_block.h"
 #include "tests/unit/adapters/client_fixture.h"
 #include "tests/unit/adapters/mujoco_models.h"
@@ -61,21 +61,21 @@ TEST(Pace, NothingIsDueBeforeItsTimeHoweverFarAwayItIs) {
 }
 
 TEST(ImageNames, CamerasMayHaveColonsAndSizes) {
-  const auto wish = [](const std::string& text) {
+  const auto spec = [](const std::string& text) {
     const Result<ImageSpec> parsed = image_spec(text);
     return parsed
                ? parsed->camera + " " + std::to_string(parsed->width) + " " + std::to_string(parsed->height)
                : parsed.error().message;
   };
-  EXPECT_EQ(wish("wrist"), "wrist 640 480");
-  EXPECT_EQ(wish("wrist:64x48"), "wrist 64 48");
-  EXPECT_EQ(wish("left:wrist:64x48"), "left:wrist 64 48");
+  EXPECT_EQ(spec("wrist"), "wrist 640 480");
+  EXPECT_EQ(spec("wrist:64x48"), "wrist 64 48");
+  EXPECT_EQ(spec("left:wrist:64x48"), "left:wrist 64 48");
   for (const char* no_size : {"a:b", "a:64", "a:64x", "a:x48", "a:64x48x2", "a:-1x48", "a:64x 48", "a:"})
-    EXPECT_EQ(wish(no_size), std::string(no_size) + " 640 480");
-  EXPECT_NE(wish("a:0x48").find("1 to 8192"), std::string::npos);
-  EXPECT_NE(wish("a:64x8193").find("1 to 8192"), std::string::npos);
-  EXPECT_NE(wish(":64x48").find("names no camera"), std::string::npos);
-  EXPECT_NE(wish("").find("names no camera"), std::string::npos);
+    EXPECT_EQ(spec(no_size), std::string(no_size) + " 640 480");
+  EXPECT_NE(spec("a:0x48").find("1 to 8192"), std::string::npos);
+  EXPECT_NE(spec("a:64x8193").find("1 to 8192"), std::string::npos);
+  EXPECT_NE(spec(":64x48").find("names no camera"), std::string::npos);
+  EXPECT_NE(spec("").find("names no camera"), std::string::npos);
 }
 
 TEST(ImageNames, OutputsAreThoseOfTheRenderer) {
@@ -210,7 +210,7 @@ TEST(MujocoAdapter, OnlyTheImageOfTheLastFrameIsWaitedFor) {
     Result<Publisher> publisher = Publisher::open(simulation.model(), {.uris = {seen.link->uri()}});
     ASSERT_TRUE(publisher.ok()) << publisher.error().message;
     const Result<uint64_t> id =
-        publisher->ask_images(simulation.model(), {.camera = "chaser", .width = 8, .height = 4});
+        publisher->request_images(simulation.model(), {.camera = "chaser", .width = 8, .height = 4});
     ASSERT_TRUE(id.ok()) << id.error().message;
     ASSERT_TRUE(test::repeat_until([&] {
       seen.poll();

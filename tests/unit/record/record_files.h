@@ -99,7 +99,7 @@ inline Bytes small_recording(record::Compression compression, uint64_t frames = 
   return *memory.files[0];
 }
 
-struct Told {
+struct PlayedMessage {
   Played::Kind kind;
   size_t stream;
   uint64_t edit_key;
@@ -107,8 +107,8 @@ struct Told {
 };
 
 // Plays everything from the playback position on.
-inline std::vector<Told> played_from(Playback& playback) {
-  std::vector<Told> result;
+inline std::vector<PlayedMessage> played_from(Playback& playback) {
+  std::vector<PlayedMessage> result;
   Played played;
   for (;;) {
     const auto step = playback.next(played);

@@ -57,9 +57,9 @@ std::vector<uint64_t> sequences_in(const Bytes& file) {
   auto playback = Playback::open(source_of(file));
   if (!playback) return result;
   wire::Decoder decoder;
-  for (const Told& told : played_from(*playback)) {
-    if (told.kind != Played::Kind::pose) continue;
-    const auto decoded = decoder.decode(told.message);
+  for (const PlayedMessage& played : played_from(*playback)) {
+    if (played.kind != Played::Kind::pose) continue;
+    const auto decoded = decoder.decode(played.message);
     result.push_back(std::get<wire::PoseFrameView>(*decoded).header.sequence);
   }
   return result;
@@ -192,8 +192,8 @@ TEST(Slots, OfEndedStreamsAreReclaimed) {
   ASSERT_TRUE(playback.ok()) << playback.error().message;
   EXPECT_EQ(playback->streams().size(), kVisitors + 1);
   std::map<std::string, int> frames;
-  for (const Told& told : played_from(*playback))
-    frames[playback->streams()[told.stream].name] += told.kind == Played::Kind::pose;
+  for (const PlayedMessage& played : played_from(*playback))
+    frames[playback->streams()[played.stream].name] += played.kind == Played::Kind::pose;
   EXPECT_EQ(frames.size(), kVisitors + 1);
   EXPECT_EQ(frames["arm"], 1);
   EXPECT_EQ(frames["visitor 1"], 2);

@@ -40,7 +40,7 @@ TEST(RecordStream, ARecordingIsTheStreamByteByByte) {
   EXPECT_NE(playback->streams()[0].channels[static_cast<size_t>(record::Role::snapshot)], 0);
   playback->rewind();
   std::vector<Bytes> got;
-  for (Told& told : played_from(*playback)) got.push_back(std::move(told.message));
+  for (PlayedMessage& played : played_from(*playback)) got.push_back(std::move(played.message));
   EXPECT_EQ(got, sent);
   playback->rewind();
   EXPECT_EQ(played_from(*playback).size(), sent.size());
@@ -54,22 +54,22 @@ TEST(RecordStream, SeekingGivesWhatIsInForceFirst) {
   ASSERT_TRUE(playback.ok());
   for (uint64_t ms = 1; ms <= 300; ms += 13) {
     playback->seek(kBegun_ns + ms * kMs);
-    const std::vector<Told> told = played_from(*playback);
+    const std::vector<PlayedMessage> played = played_from(*playback);
     // The newest edit of each node before that time, by version.
     std::vector<Bytes> expected{description(7)};
     for (uint64_t version = ms < 30 ? 10 : (ms - 1) / 10 * 10 - 20; version < ms; version += 10)
       expected.push_back(edit(7, version, "link_" + std::to_string(version / 10 % 3), version % 20 == 0));
     expected.push_back(description(8, "crane", 2));
-    ASSERT_GT(told.size(), expected.size());
-    for (size_t i = 0; i < expected.size(); ++i) ASSERT_EQ(told[i].message, expected[i]) << ms << " " << i;
+    ASSERT_GT(played.size(), expected.size());
+    for (size_t i = 0; i < expected.size(); ++i) ASSERT_EQ(played[i].message, expected[i]) << ms << " " << i;
     // Then the stream from that time on.
     const Bytes first =
         ms % 10 == 0 ? edit(7, ms, "link_" + std::to_string(ms / 10 % 3), ms % 20 == 0) : frame(7, ms);
-    EXPECT_EQ(told[expected.size()].message, first) << ms;
+    EXPECT_EQ(played[expected.size()].message, first) << ms;
   }
   playback->seek(kBegun_ns + 1000 * kMs);
   // The arm has ended; the crane is still active.
-  const std::vector<Told> end = played_from(*playback);
+  const std::vector<PlayedMessage> end = played_from(*playback);
   ASSERT_EQ(end.size(), 1u);
   EXPECT_EQ(end[0].message, description(8, "crane", 2));
 }
@@ -86,10 +86,10 @@ TEST(RecordStream, FilesThatWereBegunInTheMiddleStandAlone) {
     auto playback = Playback::open(source_of(*memory.files[i]));
     ASSERT_TRUE(playback.ok());
     playback->rewind();
-    const std::vector<Told> told = played_from(*playback);
-    ASSERT_EQ(told[0].kind, Played::Kind::description);
+    const std::vector<PlayedMessage> played = played_from(*playback);
+    ASSERT_EQ(played[0].kind, Played::Kind::description);
     // Each file begins with the current state, which was sent once.
-    for (const Told& each : told)
+    for (const PlayedMessage& each : played)
       if (i == 0 || (each.kind != Played::Kind::description &&
                      (each.kind != Played::Kind::edit || std::ranges::find(got, each.message) == got.end())))
         got.push_back(each.message);
@@ -110,8 +110,8 @@ TEST(RecordStream, SeekingKeepsNoMoreThanItMay) {
   ASSERT_TRUE(playback.ok()) << playback.error().message;
   playback->seek(kBegun_ns + (kEdits + 1) * kMs);
   uint64_t kept_bytes = 0;
-  for (const Told& told : played_from(*playback))
-    if (told.kind == Played::Kind::edit) kept_bytes += told.message.size();
+  for (const PlayedMessage& played : played_from(*playback))
+    if (played.kind == Played::Kind::edit) kept_bytes += played.message.size();
   EXPECT_GT(kept_bytes, 0u);
   EXPECT_LE(kept_bytes, kMemoryBytes / 8);  // with the names in memory, too
   EXPECT_GT(playback->refused(), 0u);
@@ -130,10 +130,10 @@ TEST(RecordStream, ADamagedDescriptionIsRepairedByTheNextSnapshot) {
   auto playback = Playback::open(source_of(file));
   ASSERT_TRUE(playback.ok());
   playback->rewind();
-  const std::vector<Told> told = played_from(*playback);
-  const auto described = std::ranges::find(told, description(7), &Told::message);
-  ASSERT_NE(described, told.end());
-  EXPECT_LT(described - told.begin(), 100);
+  const std::vector<PlayedMessage> played = played_from(*playback);
+  const auto described = std::ranges::find(played, description(7), &PlayedMessage::message);
+  ASSERT_NE(described, played.end());
+  EXPECT_LT(described - played.begin(), 100);
 }
 
 }  // namespace

@@ -59,8 +59,8 @@ TEST(StreamLog, NoFrameIsInAFileWithoutItsDescription) {
   ASSERT_TRUE(playback.ok());
   playback->rewind();
   std::vector<Bytes> of_arm;
-  for (Told& told : played_from(*playback))
-    if (playback->streams()[told.stream].name == "arm") of_arm.push_back(std::move(told.message));
+  for (PlayedMessage& played : played_from(*playback))
+    if (playback->streams()[played.stream].name == "arm") of_arm.push_back(std::move(played.message));
   EXPECT_EQ(of_arm, (std::vector<Bytes>{description(7), edit(7, 1, "link_0", false), frame(7, 2)}));
 }
 
@@ -116,7 +116,7 @@ TEST(StreamLog, SnapshotsOfManyStreamsTakeNoMoreThanANinth) {
 
 TEST(StreamLog, StreamsThatEndedGiveWay) {
   record::LogOptions options;
-  options.most_kept_bytes = 4 * description(1).size();
+  options.max_snapshot_bytes = 4 * description(1).size();
   MemoryLog memory(options);
   for (uint64_t stream = 1; stream <= 10; ++stream) {  // one after another: there is room for each
     ASSERT_TRUE(memory.take(description(stream, "s" + std::to_string(stream)), stream, stream));
@@ -212,8 +212,8 @@ TEST(StreamLog, EditsThatNobodyKnowsAreInSnapshotsToo) {
   for (const uint64_t ms : {0u, 99u}) {
     ms == 0 ? playback->rewind() : playback->seek(kBegun_ns + ms * kMs);
     std::vector<Bytes> got;
-    for (Told& told : played_from(*playback))
-      if (told.kind == Played::Kind::edit) got.push_back(std::move(told.message));
+    for (PlayedMessage& played : played_from(*playback))
+      if (played.kind == Played::Kind::edit) got.push_back(std::move(played.message));
     EXPECT_EQ(got, edits) << ms;
   }
 }

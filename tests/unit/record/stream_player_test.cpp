@@ -2,7 +2,7 @@
 // form, paced.
 #include <gtest/gtest.h>
 
-#include "protocol/replay/pacer.h"
+#include "protocol/replay/replay_clock.h"
 #include "protocol/replay/stream_player.h"
 #include "tests/unit/record/record_files.h"
 

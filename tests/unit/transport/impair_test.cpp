@@ -17,7 +17,6 @@
 namespace fire3dv::impair {
 namespace {
 
-
 constexpr int64_t kMs = 1'000'000;
 constexpr int kHangLimitMs = 120'000;
 
@@ -188,10 +187,10 @@ TEST_F(TcpRelayTest, AConnectionIsResetAfterItsBytes) {
   connect(impairment);
   const std::string there = text(2'000'000);
   std::thread sender([&] {
-    constexpr int kMostRounds = 500;  // a gigabyte: beyond all buffers on the way
+    constexpr int kMaxRounds = 500;  // a gigabyte: beyond all buffers on the way
     int rounds = 0;
-    while (rounds<kMostRounds&& ::send(client_.get(), there.data(), there.size(), MSG_NOSIGNAL)> 0) ++rounds;
-    EXPECT_LT(rounds, kMostRounds);
+    while (rounds<kMaxRounds&& ::send(client_.get(), there.data(), there.size(), MSG_NOSIGNAL)> 0) ++rounds;
+    EXPECT_LT(rounds, kMaxRounds);
   });
   bool reset = false;
   const std::string came = read_all(server_, &reset);

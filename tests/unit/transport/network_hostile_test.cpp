@@ -307,7 +307,7 @@ TEST(UdpHostile, ACookieIsGoodForItsAddressAndNonceAlone) {
   const auto cookie = number_of(first.receive(), udp::Type::cookie);
   ASSERT_TRUE(cookie);
   second.send(udp::write_hello(7, *cookie));
-  EXPECT_TRUE(number_of(second.receive(), udp::Type::cookie)) << "asked again, not accepted";
+  EXPECT_TRUE(number_of(second.receive(), udp::Type::cookie)) << "cookie requested again, not accepted";
   first.send(udp::write_hello(8, *cookie));
   EXPECT_TRUE(number_of(first.receive(), udp::Type::cookie));
   first.send(udp::write_hello(7, *cookie));

@@ -109,7 +109,7 @@ void expect_sound(const Shape& shape, uint64_t messages) {
   EXPECT_EQ(findings.lapped_wrongly, 0u);
   EXPECT_EQ(findings.lost, 0u);
   EXPECT_GT(findings.accepted, messages) << "what is never accepted cannot be wrong";
-  EXPECT_GT(findings.ways, findings.accepted) << "no reader was ever lapped: the search is too small";
+  EXPECT_GT(findings.ways, findings.accepted) << "no reader was ever overtaken: the search is too small";
   std::printf("%llu slots, %llu messages: %llu reads, %llu of them accepted\n",
               static_cast<unsigned long long>(shape.slots), static_cast<unsigned long long>(messages),
               static_cast<unsigned long long>(findings.ways),

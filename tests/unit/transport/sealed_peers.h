@@ -1,4 +1,4 @@
-// Both ends of sealed udp:// sessions that send only what a test tells them to.
+// Both ends of sealed udp:// sessions that send only the datagrams of a test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -130,7 +130,7 @@ struct RawListener {
     datagram.resize(got > 0 ? static_cast<size_t>(got) : 0);
     return kind_of(datagram);
   }
-  // The type of the session's next message; `hello` when the publisher greets anew.
+  // The type of the session's next message; `hello` when the publisher restarts the handshake.
   udp::Type hear() {
     while (true) {
       const RecordKind kind = receive();
@@ -138,7 +138,7 @@ struct RawListener {
       udp::Type type{};
       std::span<const std::byte> payload;
       if (kind == RecordKind::data && session->open(udp::inspect_records(datagram), datagram, 0, type,
-                                                    payload) == udp::Session::Heard::payload)
+                                                    payload) == udp::Session::Received::payload)
         return type;
     }
   }
@@ -159,7 +159,7 @@ struct RawListener {
       if (kind == RecordKind::client_hello &&
           (!greeted || udp::inspect_records(datagram).nonce != dtls->nonce())) {
         if (greeted) dtls = key->listen();
-        greeted = dtls->greet(datagram, cookies);
+        greeted = dtls->check_client_hello(datagram, cookies);
         if (greeted) dtls->handshake({});
       } else if (kind == RecordKind::handshake && greeted && !dtls->established()) {
         dtls->handshake(datagram);

@@ -73,11 +73,11 @@ TEST(ShmHostile, FilesThatAreNoSegments) {
   auto truncated = sound_segment();
   truncated.resize(truncated.size() / 2);
   fake.write(truncated);
-  expect_one_note(fake.uri, "bytes long where its header says");
+  expect_one_note(fake.uri, "bytes long; its header states");
   auto oversized = sound_segment();
   oversized.resize(oversized.size() + 4096);
   fake.write(oversized);
-  expect_one_note(fake.uri, "bytes long where its header says");
+  expect_one_note(fake.uri, "bytes long; its header states");
 }
 
 TEST(ShmHostile, AnotherVersionAndUnsafeModes) {

@@ -2,8 +2,8 @@
 #include <condition_variable>
 #include <mutex>
 
+#include "protocol/transport/core/link_factories.h"
 #include "protocol/transport/core/uri.h"
-#include "protocol/transport/tcp/tcp_listener.h"
 #include "tests/unit/transport/raw_socket.h"
 #include "tests/unit/transport/secure_fixture.h"
 

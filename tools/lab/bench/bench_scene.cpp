@@ -4,11 +4,11 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "protocol/base/parallel.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/packed_vertices.h"
 #include "tools/lab/bench/bench_camera.h"
-#include "tools/lab/bench/parallel.h"
 #include "tools/lab/bench/random.h"
 #include "tools/lab/bench/shapes.h"
 
@@ -117,7 +117,7 @@ void add_meshes(scene::Scene& out, const Plan& plan) {
   out.tangents.resize(vertices);
   out.uvs.resize(vertices);
   out.indices.resize(indices);
-  for_each_index(plan.meshes.size(), [&](size_t m) {
+  parallel_for(plan.meshes.size(), [&](size_t m) {
     scene::Primitive& primitive = out.primitives[first_primitive + m];
     const std::span<glm::vec3> positions(out.positions.data() + primitive.first_vertex,
                                          primitive.vertex_count);

@@ -89,7 +89,7 @@ Result<SessionPair> make_session_pair(bool sealed, size_t datagram_bytes) {
       for (const auto& datagram : from->take_outgoing()) {
         if (greeted) {
           to->handshake(datagram);
-        } else if (to->greet(datagram, cookies())) {
+        } else if (to->check_client_hello(datagram, cookies())) {
           greeted = true;
           to->handshake({});
         }
@@ -114,7 +114,7 @@ Result<std::unique_ptr<udp::Dtls>> make_pending_handshake() {
   from->handshake({});
   for (int step = 0; step < kMostHandshakeSteps; ++step) {
     for (const auto& datagram : from->take_outgoing()) {
-      if (!to->greet(datagram, cookies())) continue;
+      if (!to->check_client_hello(datagram, cookies())) continue;
       to->handshake({});
       to->take_outgoing();
       return to;
@@ -193,7 +193,8 @@ void ServedLink::handle(std::span<std::byte> datagram) {
     return reply(answer);
   }
   std::span<const std::byte> payload;
-  if (session_ && session_->hear(header, datagram, monotonic_ns(), payload) == udp::Session::Heard::payload)
+  if (session_ &&
+      session_->receive(header, datagram, monotonic_ns(), payload) == udp::Session::Received::payload)
     take(header.type, payload, datagram.size());
 }
 
@@ -203,7 +204,7 @@ void ServedLink::handle_sealed(std::span<std::byte> datagram) {
   if (session_) {
     udp::Type type{};
     std::span<const std::byte> payload;
-    if (session_->open(about, datagram, monotonic_ns(), type, payload) == udp::Session::Heard::payload)
+    if (session_->open(about, datagram, monotonic_ns(), type, payload) == udp::Session::Received::payload)
       take(type, payload, datagram.size());
   } else if (dtls_ && dtls_->established()) {
     const size_t bytes = datagram.size();
@@ -220,7 +221,7 @@ void ServedLink::shake_hands(const udp::RecordDatagram& about, std::span<const s
   if (session_ || about.kind == Kind::none) return;
   if (!dtls_) dtls_ = key_->listen();
   if (about.kind == Kind::client_hello) {
-    if (!greeted_ && dtls_->greet(datagram, cookies())) {
+    if (!greeted_ && dtls_->check_client_hello(datagram, cookies())) {
       greeted_ = true;
       dtls_->handshake({});
     }

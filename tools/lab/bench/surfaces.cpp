@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "tools/lab/bench/parallel.h"
+#include "protocol/base/parallel.h"
 #include "tools/lab/bench/random.h"
 
 namespace fire3dv::bench {
@@ -108,8 +108,8 @@ Surfaces make_surfaces(uint32_t side) {
   Surfaces surfaces;
   if (side > 0) {
     surfaces.images.resize(size_t{kSets} * kTexturesOfSet);
-    for_each_index(surfaces.images.size(),
-                   [&](size_t i) { paint_texture(static_cast<uint32_t>(i), side, surfaces.images[i]); });
+    parallel_for(surfaces.images.size(),
+                 [&](size_t i) { paint_texture(static_cast<uint32_t>(i), side, surfaces.images[i]); });
     for (uint32_t i = 0; i < surfaces.images.size(); ++i)
       surfaces.textures.push_back({i, {}, i % kTexturesOfSet == 0});
   }

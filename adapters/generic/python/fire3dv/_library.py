@@ -1,4 +1,4 @@
-"""The C library: found, loaded and declared once, when it is first needed. Structures are those of fire3dv/client.h,
+"""C library: found, loaded and declared on first use. Structures are those of fire3dv/client.h,
 fire3dv/scene.h and fire3dv/image.h, field by field."""
 import ctypes
 import os
@@ -100,7 +100,7 @@ _loaded: Optional[ctypes.CDLL] = None
 
 
 def declare(loaded: ctypes.CDLL, signatures: Dict[str, Tuple[Any, List[Any]]]) -> None:
-    """Tells ctypes what functions of the library take and return."""
+    """Declares the signatures of the library's functions to ctypes."""
     for name, (result, arguments) in signatures.items():
         try:
             function = getattr(loaded, name)
@@ -127,7 +127,7 @@ def _open() -> ctypes.CDLL:
 
 
 def library() -> ctypes.CDLL:
-    """The library, loaded when it is first asked for."""
+    """Returns the library; loads it on first use."""
     global _loaded
     if _loaded is None:
         with _lock:
@@ -139,13 +139,13 @@ def library() -> ctypes.CDLL:
 
 
 def check(code: int) -> None:
-    """Raises what a function of the library has refused."""
+    """Raises the exception for an error code of the library."""
     if code != 0:
         raise error_of(code, library().fire3dv_last_error().decode("utf-8", "replace"))
 
 
 def encoded(text: Optional[str], name: str) -> Optional[bytes]:
-    """Text as the library takes it; None stays None."""
+    """Encodes text for the library; None stays None."""
     if text is None:
         return None
     if not isinstance(text, str):

@@ -1,5 +1,4 @@
-"""Numbers of the caller as the library reads them: contiguous, of one type. NumPy is not needed for it, but where the
-caller has it, its arrays are taken as they lie."""
+"""Conversion of arguments to contiguous arrays of one type. NumPy is optional; contiguous NumPy arrays are not copied."""
 import ctypes
 import sys
 from typing import Any, List, Optional, Tuple
@@ -12,7 +11,7 @@ def _refuse(sentence: str) -> ArgumentError:
 
 
 def whole(value: Any, kind: Any, name: str) -> int:
-    """ctypes cuts off what does not fit, in silence."""
+    """Checks the range, because ctypes truncates silently."""
     try:
         number = value.__index__()
     except AttributeError:
@@ -38,13 +37,13 @@ def _flatten(numbers: Any, into: List[float]) -> None:
 
 
 class Numbers:
-    """Rows of numbers. `address` is valid as long as this object lives; None where there are none."""
+    """Rows of numbers. `address` is valid for the lifetime of this object; None for no rows."""
 
     __slots__ = ("rows", "address", "_memory")
 
     def __init__(self, numbers: Any, row: Tuple[int, ...], name: str, kind: Any = ctypes.c_float,
                  dtype: str = "float32") -> None:
-        """row: the shape of one row, such as (3, 4); flat rows of as many numbers are taken too."""
+        """row: shape of one row, such as (3, 4); flat rows of equal length are accepted, too."""
         per_row = 1
         for extent in row:
             per_row *= extent
@@ -99,7 +98,7 @@ class Numbers:
 
 
 def _check_shape(shape: Tuple[int, ...], row: Tuple[int, ...], per_row: int, name: str) -> None:
-    """Refuses what has the right count by chance alone: three 4x4 matrices are no four of 3x4."""
+    """Rejects wrong shapes of a matching size: three 4x4 matrices are not four 3x4 matrices."""
     if len(shape) <= 1 or shape[-len(row):] == row or shape[-1] == per_row:
         return
     wanted = ", ".join(str(extent) for extent in row)

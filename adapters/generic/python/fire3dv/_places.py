@@ -7,7 +7,7 @@ FILE_NAME = "libfire3dv-client.so.0"
 
 
 def in_build_trees(package: str) -> List[str]:
-    """Libraries that the source tree of this package folder has been built to, the newest first."""
+    """Libraries built from the source tree of this package, newest first."""
     root = os.path.normpath(os.path.join(package, *[os.pardir] * 4))
     if os.path.join(root, "adapters", "generic", "python", "fire3dv") != os.path.normpath(package):
         return []
@@ -17,7 +17,7 @@ def in_build_trees(package: str) -> List[str]:
 
 
 def all_places(package: str) -> List[str]:
-    """Files that are there, in the order in which they are to be tried."""
+    """Existing library files, in order of preference."""
     prefix = os.path.normpath(os.path.join(package, *[os.pardir] * 4))  # PREFIX/share/fire3dv/python/fire3dv
     found = [os.path.join(package, FILE_NAME)]
     if os.path.join(prefix, "share", "fire3dv", "python", "fire3dv") == os.path.normpath(package):

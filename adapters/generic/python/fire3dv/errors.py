@@ -14,7 +14,7 @@ class ErrorCode(IntEnum):
 
 
 class Error(RuntimeError):
-    """Base of all that this package raises."""
+    """Base class of the exceptions of this package."""
 
     code: int  #: one of ErrorCode
 
@@ -27,31 +27,31 @@ class Error(RuntimeError):
 
 
 class ArgumentError(Error, ValueError):
-    """A count, shape, name, number or URI that is not valid."""
+    """Invalid count, shape, name, number or URI."""
 
 
 class StateError(Error):
-    """Publish before describe; a closed stream."""
+    """Call in the wrong state: publish before describe, or a closed stream."""
 
 
 class OperatingSystemError(Error):
-    """The operating system refused; the text says what."""
+    """Failure of an operating system call; the text names it."""
 
 
 class BudgetError(Error):
-    """Scene edits together would take more than scene_budget_bytes."""
+    """Scene edits exceed scene_budget_bytes."""
 
 
 class RefusedError(Error):
-    """The renderer does not make this image; the text is its own."""
+    """The renderer refused an image request; the text is the renderer's."""
 
 
 class Timeout(Error, TimeoutError):
-    """What was waited for has not come in time."""
+    """Timeout of a wait."""
 
 
 class LibraryNotFound(Error):
-    """The C library is nowhere, or is not one that this package can use."""
+    """The C library was not found, or is incompatible with this package."""
 
 
 _OF_CODE: Dict[int, Type[Error]] = {
@@ -61,5 +61,5 @@ _OF_CODE: Dict[int, Type[Error]] = {
 
 
 def error_of(code: int, sentence: str) -> Error:
-    """The exception for a code of the C library."""
+    """Returns the exception for an error code of the C library."""
     return _OF_CODE.get(code, Error)(code, sentence)

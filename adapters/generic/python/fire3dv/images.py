@@ -1,4 +1,4 @@
-"""Images that renderers send back: what cameras of the scene see of a stream's frames."""
+"""Images that renderers return: views of a stream's frames by cameras of the scene."""
 from __future__ import annotations
 
 import ctypes
@@ -36,7 +36,7 @@ _LENSES = {"none": 0, "plumb_bob": 1, "fisheye": 2}
 
 
 class _Handle:
-    """Owns the library's image. Arrays that view its pixels keep this, so that no view outlives them."""
+    """Owner of the library's image. Arrays that view its pixels hold a reference to it."""
 
     def __init__(self, pointer: Any) -> None:
         self.pointer = pointer
@@ -46,12 +46,11 @@ class _Handle:
 
 
 class Image:
-    """One image, and which frame it shows.
+    """One image, and the identity of the frame it shows.
 
-    image["depth_f32"] is a read-only NumPy array, which views the pixels where the renderer left them, rows from the
-    top: (height, width), or (height, width, numbers a pixel), of the type that OUTPUTS says; boxes are (count,)
-    records. Over shm:// the renderer's memory is held until the image and all of its arrays are gone: copy what is to
-    be kept for long.
+    image["depth_f32"] is a read-only NumPy array that views the received pixels without a copy, rows from the top:
+    (height, width) or (height, width, channels), of the type in OUTPUTS; boxes are (count,) records. Over shm:// an
+    image slot stays reserved until the image and all of its arrays are deleted: copy pixels for long-term use.
     """
 
     def __init__(self, handle: _Handle) -> None:
@@ -104,7 +103,7 @@ class Image:
         return array
 
     def release(self) -> None:
-        """Gives the memory back as soon as no array of it is left. Twice is fine."""
+        """Releases the memory once no array views it. May be called repeatedly."""
         self._handle = None
 
     def __enter__(self) -> Image:
@@ -115,25 +114,25 @@ class Image:
 
 
 class ImageRequest:
-    """A request of a stream's. Taken back by cancel(), or at the end of a with statement."""
+    """An open image request of a stream. cancel() or the end of a with statement ends it."""
 
     def __init__(self, stream: Stream, number: int) -> None:
         self._stream = stream
         self.id = number
 
     def wait(self, timeout_s: float = 10.0) -> Image:
-        """The next image. Raises Timeout, or RefusedError when there will be none."""
+        """Waits for the next image. Raises Timeout, or RefusedError if there will be none."""
         return self._stream.wait_image(timeout_s, self)
 
     def poll(self) -> Optional[Image]:
-        """The next image if it is there; never waits. Raises RefusedError."""
+        """Returns the next image if it has arrived, else None. Does not block. Raises RefusedError."""
         try:
             return self._stream.wait_image(0, self)
         except Timeout:
             return None
 
     def cancel(self) -> None:
-        """No more images of it. Twice is fine, and so is a stream that is closed."""
+        """Ends the request. May be called repeatedly, and after the stream is closed."""
         if self._stream.is_open:
             check(library().fire3dv_cancel_image(self._stream.handle, self.id))
 
@@ -150,8 +149,8 @@ def _number_of(names: Dict[str, int], name: Any, what: str) -> int:
     return names[name]
 
 
-class AsksForImages:
-    """What a Stream can do about images."""
+class ImageRequests:
+    """Image functions of a Stream."""
 
     handle: Any
 
@@ -161,14 +160,14 @@ class AsksForImages:
                       far_m: float = 0.0, lens: str = "none", lens_coefficients: Sequence[float] = (),
                       outputs: Iterable[str] = ("color_srgb8",), when: str = "once", every: int = 1,
                       rate_hz: float = 0.0, sequence: int = 0) -> ImageRequest:
-        """Asks for images of what a camera sees. Waits for nobody.
+        """Requests images of a camera. Does not block.
 
-        node: carries the camera; None: the stream's own frame does. parent_from_camera: (3, 4), where on it, in metres.
-        fx, fy, cx, cy: pixels, (0, 0) being the middle of the upper left one. Without fx the projection is that of the
-        node's own camera; fy is fx, and cx, cy are the image's middle, where left out. near_m, far_m: 0: 0.01, infinite.
+        node: parent of the camera; None: the stream's frame. parent_from_camera: (3, 4), camera pose, metres.
+        fx, fy, cx, cy: pixels; (0, 0) is the centre of the top left pixel. fx 0: projection of the node's camera.
+        Defaults: fy = fx, and cx, cy at the image centre. near_m 0: 0.01; far_m 0: infinite.
         lens: "none", "plumb_bob" (k1 k2 p1 p2 k3) or "fisheye" (k1 k2 k3 k4). outputs: names of OUTPUTS.
-        when: "once", "every_nth" (frame that is shown), "rate" (rate_hz a second) or "exactly" (the frame `sequence`).
-        sequence: of the first frame that may be shown; 0: the newest that is published.
+        when: "once", "every_nth" (shown frame), "rate" (rate_hz per second) or "exactly" (the frame `sequence`).
+        sequence: first frame that may be shown; 0: the newest published one.
         """
         pose = Numbers(parent_from_camera if parent_from_camera is not None else [], (3, 4), "parent_from_camera")
         if pose.rows > 1:
@@ -194,7 +193,7 @@ class AsksForImages:
         return ImageRequest(self, number.value)  # type: ignore[arg-type]
 
     def wait_image(self, timeout_s: float = 10.0, request: Optional[ImageRequest] = None) -> Image:
-        """The next image, of any request unless one is given. Raises Timeout, or RefusedError."""
+        """Waits for the next image of `request`, or of any request. Raises Timeout, or RefusedError."""
         pointer = POINTER(c.Image)()
         check(library().fire3dv_wait_image(self.handle, request.id if request else 0,
                                            whole(int(1000 * real(timeout_s, "timeout_s")), c_uint32, "timeout_ms"),
@@ -202,7 +201,7 @@ class AsksForImages:
         return Image(_Handle(pointer))
 
     def images(self, timeout_s: float = 10.0) -> Iterator[Image]:
-        """Images of all requests as they come, until none comes for timeout_s."""
+        """Yields images of all requests in order of arrival, until none arrives for timeout_s."""
         while True:
             try:
                 yield self.wait_image(timeout_s)
@@ -211,9 +210,9 @@ class AsksForImages:
 
     def step(self, sim_time_ns: int, stream_from_body: Array, requests: Sequence[ImageRequest],
              timeout_s: float = 10.0, flags: int = 0) -> List[Image]:
-        """Lockstep: publishes a frame, and waits for the image of exactly that frame of each request.
+        """Lockstep: publishes a frame and waits for its image from each request.
 
-        requests: with when="every_nth" and every=1. Images of frames before are passed over.
+        requests: with when="every_nth" and every=1. Images of earlier frames are skipped.
         """
         sequence = self.publish(sim_time_ns, stream_from_body, flags)  # type: ignore[attr-defined]
         images = []

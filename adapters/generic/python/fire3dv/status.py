@@ -14,7 +14,7 @@ class Welcome(IntEnum):
 
 
 class Property(IntEnum):
-    """Of a node: what can be edited and taken back (Stream.clear)."""
+    """Editable properties of a node, for Stream.clear."""
     VISIBLE = 0
     BASE_COLOR = 1
     LIGHT = 2
@@ -31,7 +31,7 @@ class LightKind(IntEnum):
 
 @dataclass(frozen=True)
 class Status:
-    """What Stream.poll returns; fire3dv_status in client.h."""
+    """Result of Stream.poll; fire3dv_status in client.h."""
     renderers: int  #: connected or attached renderers
     epoch: int  #: random id of the current description
     sequence: int  #: last published frame, 0: none

@@ -1,4 +1,4 @@
-"""One stream of a simulator: what it moves, where it moves to, and what it changes of the scene."""
+"""Publisher stream: node names, poses and scene edits."""
 from __future__ import annotations
 
 import ctypes
@@ -9,7 +9,7 @@ from . import _library as c
 from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
 from .errors import ArgumentError, ErrorCode, StateError, error_of
-from .images import AsksForImages
+from .images import ImageRequests
 from .status import LightKind, Property, Status
 
 if TYPE_CHECKING:
@@ -22,15 +22,15 @@ FRAME_DISCONTINUITY = 1  #: flag: bodies or time jumped; renderers do not interp
 
 
 def version() -> str:
-    """Of the C library, such as "0.1.0"."""
+    """Returns the version of the C library, such as "0.1.0"."""
     return library().fire3dv_version().decode()
 
 
-class Stream(AsksForImages):
-    """Publishes to one URI. Belongs to one thread at a time; different streams are independent.
+class Stream(ImageRequests):
+    """Publisher of one URI. One thread at a time may use a stream; different streams are independent.
 
-    Ends in order with close(), or at the end of a with statement. A missing renderer is no error, and no call waits for
-    one but wait_ack and those that wait for images, which say how long. All that is given is copied before a call returns.
+    close() or the end of a with statement ends the stream. A missing renderer is no error. Only wait_ack and functions
+    that wait for images block, up to their timeout. Arguments are copied before a call returns.
     """
 
     def __init__(self, uri: str, adapter_name: Optional[str] = None, key_file: Optional[str] = None,
@@ -39,8 +39,8 @@ class Stream(AsksForImages):
         """Opens a link.
 
         uri: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT".
-        adapter_name: for people. key_file: udp://; tls_*: tls://; names of files, never keys themselves.
-        scene_budget_bytes: what all scene edits together may take; 0: 64 MiB.
+        adapter_name: shown to users. key_file: udp://; tls_*: tls://; paths of files, never keys themselves.
+        scene_budget_bytes: memory limit of all scene edits; 0: 64 MiB.
         """
         self._stream = c_void_p(None)
         self._sequence = 0
@@ -54,7 +54,7 @@ class Stream(AsksForImages):
             raise error_of(ErrorCode.ARGUMENT, library().fire3dv_last_error().decode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Says goodbye and ends the stream: its nodes rest again, its edits are undone. Twice is fine."""
+        """Ends the stream: renderers reset its nodes and edits. May be called repeatedly."""
         if self._stream:
             library().fire3dv_close(byref(self._stream))
 
@@ -70,7 +70,7 @@ class Stream(AsksForImages):
 
     @property
     def handle(self) -> c_void_p:
-        """The C stream, for functions that this class lacks. Stays ours."""
+        """The C stream, for functions that this class lacks. Owned by this object."""
         if not self._stream:
             raise StateError(ErrorCode.STATE, "the stream is closed")
         return self._stream
@@ -81,17 +81,17 @@ class Stream(AsksForImages):
 
     @property
     def sequence(self) -> int:
-        """Of the last frame published under this description; 0: none."""
+        """Sequence of the last frame published since describe(); 0: none."""
         return self._sequence
 
     def describe(self, node_names: Iterable[str], world_from_stream: Optional[Array] = None,
                  body_from_node: Optional[Array] = None, nominal_rate_hz: float = 0.0,
                  scene_uri: Optional[str] = None) -> None:
-        """Says which nodes the poses move: pose i moves the scene's node of name i. May be called again.
+        """Sets the nodes of the stream: pose i moves the scene node of name i. May be called again.
 
         world_from_stream: (3, 4) float64, from the stream's frame to the renderer's world (glTF's: Y up, metres).
         body_from_node: (3, 4) float32 for all nodes, or (n, 3, 4). Both are the identity where left out.
-        nominal_rate_hz: frames a second of simulated time, 0: unknown. scene_uri: a hint for people and recordings.
+        nominal_rate_hz: frames per second of simulated time, 0: unknown. scene_uri: informative, for users and recordings.
         """
         if isinstance(node_names, str):
             raise ArgumentError(ErrorCode.ARGUMENT, "node_names is one str; a list of names is needed")
@@ -109,11 +109,11 @@ class Stream(AsksForImages):
         self._sequence = 0
 
     def publish(self, sim_time_ns: int, stream_from_body: Array, flags: int = 0) -> int:
-        """Publishes one whole frame and returns its sequence. Waits for nobody.
+        """Publishes one whole frame and returns its sequence. Does not block.
 
-        stream_from_body: (n, 3, 4) float32 (or (n, 12)), one for each described node: takes coordinates of the body to
-        coordinates of the stream, row-major, metres unless world_from_stream scales. Contiguous float32 is not copied
-        on its way into the library. flags: FRAME_DISCONTINUITY or 0.
+        stream_from_body: (n, 3, 4) or (n, 12) float32, one pose per described node: transforms body coordinates to stream
+        coordinates, row-major, metres unless world_from_stream scales. Contiguous float32 arrays are passed to the
+        library without a copy. flags: FRAME_DISCONTINUITY or 0.
         """
         poses = Numbers(stream_from_body, (3, 4), "stream_from_body")
         check(library().fire3dv_publish(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), poses.address,
@@ -122,10 +122,10 @@ class Stream(AsksForImages):
         return self._sequence
 
     def publish_some(self, sim_time_ns: int, node_indices: Array, stream_from_body: Array, flags: int = 0) -> int:
-        """Publishes a frame in which only some nodes have moved, and returns its sequence.
+        """Publishes a frame with the poses of the moved nodes only, and returns its sequence.
 
-        node_indices: (k,) uint32 in rising order; stream_from_body: (k, 3, 4) float32. All other nodes are where they
-        were; the first frame of a description that is published so names all nodes.
+        node_indices: (k,) uint32, increasing; stream_from_body: (k, 3, 4) float32. The other nodes keep their poses. The
+        first such frame after describe() must contain all nodes.
         """
         poses = Numbers(stream_from_body, (3, 4), "stream_from_body")
         indices = Numbers(node_indices, (1,), "node_indices", c_uint32, "uint32")
@@ -137,7 +137,7 @@ class Stream(AsksForImages):
         return self._sequence
 
     def poll(self) -> Status:
-        """Reads what renderers have answered; never waits. Call it now and then."""
+        """Processes replies of renderers and returns their status. Does not block. Call it regularly."""
         raw = c.RawStatus(ctypes.sizeof(c.RawStatus))
         check(library().fire3dv_poll(self.handle, byref(raw)))
         return Status(raw.renderers, raw.epoch, raw.sequence, raw.acked_sequence, raw.frames_published,
@@ -145,7 +145,7 @@ class Stream(AsksForImages):
                       raw.welcome_message.decode("utf-8", "replace"), raw.conflicting_names, raw.contested_names)
 
     def wait_ack(self, sequence: int, timeout_ms: int) -> bool:
-        """Lockstep: True when a renderer has shown this frame, False when timeout_ms is over."""
+        """Lockstep: waits until a renderer has shown this frame. Returns False on timeout."""
         code = library().fire3dv_wait_ack(self.handle, whole(sequence, c_uint64, "sequence"),
                                           whole(timeout_ms, c_uint32, "timeout_ms"))
         if code == ErrorCode.TIMEOUT:
@@ -153,15 +153,15 @@ class Stream(AsksForImages):
         check(code)
         return True
 
-    # Scene edits are keyed state: the newest value of each node and property counts. A frame is shown with all edits
-    # set before it was published. Nodes are looked up by name or path, like nodes that poses move.
+    # Scene edits are keyed state: the newest value of each node and property is valid. A frame is shown with all edits
+    # set before it was published. Nodes are found by name or path, like nodes of poses.
 
     def set_visible(self, node: str, visible: bool) -> None:
-        """The node and all below it: drawn and casting shadows, or not."""
+        """Shows or hides the node and its descendants, including their shadows."""
         check(library().fire3dv_set_visible(self.handle, encoded(node, "node"), bool(visible)))
 
     def set_base_color(self, node: str, rgba: Array) -> None:
-        """rgba: 4 numbers from 0 to 1, linear; the base colour factor of the node's own mesh, for this node alone."""
+        """Sets the base colour factor of the mesh of this node only. rgba: 4 numbers from 0 to 1, linear."""
         color = Numbers(rgba, (4,), "rgba")
         if color.rows != 1:
             raise ArgumentError(ErrorCode.ARGUMENT, f"rgba has {4 * color.rows} numbers; 4 are needed")
@@ -170,7 +170,7 @@ class Stream(AsksForImages):
     def set_light(self, node: str, kind: Union[LightKind, int], color_rgb: Array = (1, 1, 1),
                   intensity: float = 1.0, range_m: float = 0.0, inner_cone_rad: float = 0.0,
                   outer_cone_rad: float = 0.7853981634, casts_shadow: bool = True) -> None:
-        """The light on the node, which shines along its -Z: new, or instead of the file's.
+        """Adds a light to the node, or replaces the file's. It shines along -Z.
 
         color_rgb: linear. intensity: candela (POINT, SPOT) or lux (DIRECTIONAL). range_m: 0 for infinite.
         """
@@ -185,9 +185,9 @@ class Stream(AsksForImages):
 
     def set_camera(self, node: str, vertical_fov_rad: float, near_m: float = 0.01, far_m: float = 0.0,
                    exposure: float = 0.0) -> None:
-        """The camera on the node, which looks along its -Z.
+        """Adds a camera to the node, or replaces the file's. It looks along -Z.
 
-        far_m: 0 for infinite. exposure: factor on linear colour; 0: as the renderer was told.
+        far_m: 0 for infinite. exposure: factor on linear colour; 0: the renderer's setting.
         """
         camera = c.Camera(ctypes.sizeof(c.Camera), real(vertical_fov_rad, "vertical_fov_rad"),
                           real(near_m, "near_m"), real(far_m, "far_m"), real(exposure, "exposure"))
@@ -195,11 +195,10 @@ class Stream(AsksForImages):
 
     def add_node(self, node: str, parent: Optional[str] = None, parent_from_node: Optional[Array] = None,
                  asset_uri: Optional[str] = None, asset_glb: Optional[bytes] = None) -> None:
-        """A node that the scene does not have.
+        """Adds a node to the scene.
 
-        parent: None for the scene's root. parent_from_node: (3, 4) float32, at rest. asset_uri: a glTF file below
-        the folder that the renderer's user named for assets. asset_glb: the bytes of a whole .glb file. With neither
-        the node is empty.
+        parent: None for the scene's root. parent_from_node: (3, 4) float32, rest pose. asset_uri: a glTF file below the
+        renderer's asset folder. asset_glb: contents of a .glb file. Without either the node is empty.
         """
         matrix = Numbers(parent_from_node if parent_from_node is not None else [], (3, 4), "parent_from_node")
         if matrix.rows > 1:
@@ -215,21 +214,21 @@ class Stream(AsksForImages):
         check(library().fire3dv_add_node(self.handle, encoded(node, "node"), byref(added)))
 
     def remove_node(self, node: str) -> None:
-        """The node, added or the file's, and all below it are not there."""
+        """Removes the node, added or from the file, and its descendants."""
         check(library().fire3dv_remove_node(self.handle, encoded(node, "node")))
 
     def set_vertices(self, node: str, positions: Array, normals: Optional[Array] = None) -> None:
-        """New places of the vertices of the node's own mesh: (v, 3) float32, metres, in the mesh's frame and order.
+        """Replaces the vertex positions of the node's mesh: (v, 3) float32, metres, in the mesh's frame and order.
 
-        normals: (v, 3) float32 of length 1; None: the renderer finds them.
+        normals: (v, 3) float32 of unit length; None: computed by the renderer.
         """
-        places = Numbers(positions, (3,), "positions")
+        vertex_rows = Numbers(positions, (3,), "positions")
         directions = Numbers(normals if normals is not None else [], (3,), "normals")
-        if directions.rows not in (0, places.rows):
-            raise ArgumentError(ErrorCode.ARGUMENT, f"{directions.rows} normals for {places.rows} positions")
-        vertices = c.Vertices(ctypes.sizeof(c.Vertices), places.address, directions.address, places.rows)
+        if directions.rows not in (0, vertex_rows.rows):
+            raise ArgumentError(ErrorCode.ARGUMENT, f"{directions.rows} normals for {vertex_rows.rows} positions")
+        vertices = c.Vertices(ctypes.sizeof(c.Vertices), vertex_rows.address, directions.address, vertex_rows.rows)
         check(library().fire3dv_set_vertices(self.handle, encoded(node, "node"), byref(vertices)))
 
     def clear(self, node: str, prop: Union[Property, int]) -> None:
-        """Takes the edit of one property back: as the scene's file says."""
+        """Clears the edit of one property: the value of the scene file applies again."""
         check(library().fire3dv_clear(self.handle, encoded(node, "node"), whole(prop, ctypes.c_int32, "prop")))

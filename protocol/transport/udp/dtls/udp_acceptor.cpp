@@ -11,12 +11,12 @@
 namespace fire3dv::transport::udp {
 namespace {
 
-constexpr int64_t kMostHandshakeNs = 10 * kSecondNs;
-// A handshake has one flight behind its ClientHello, and each time that is repeated it is three datagrams.
-// OpenSSL keeps a buffer of 17 KB for each sealed record that comes too early.
-constexpr int kMostDatagrams = 32, kMostSealed = 8;
+constexpr int64_t kMaxHandshakeNs = 10 * kSecondNs;
+// After the ClientHello a handshake has one flight of three datagrams, which may be repeated. OpenSSL
+// allocates 17 KB for each sealed record that arrives too early.
+constexpr int kMaxDatagrams = 32, kMaxSealed = 8;
 
-// Takes the time that it lives for off a budget.
+// Subtracts its lifetime from a time budget.
 class Spend {
  public:
   explicit Spend(int64_t& left) : left_(left) {}
@@ -35,22 +35,22 @@ Acceptor::Outcome Acceptor::client_hello(const Address& from, const RecordDatagr
                                          std::span<const std::byte> datagram, int64_t now_ns) {
   const auto known = pending_.find(from);
   if (known != pending_.end() && known->second.nonce == about.nonce)
-    return Outcome::taken;  // turn() repeats the answer
+    return Outcome::taken;  // tick() repeats the answer
   if (about.has_cookie && begin_ns_left_ <= 0) return Outcome::busy;
-  if (!door_) door_ = key_->listen();
-  if (!door_) throw std::bad_alloc();
+  if (!listening_) listening_ = key_->listen();
+  if (!listening_) throw std::bad_alloc();
   const Dtls::Cookies cookies{
       [&] { return cookies_.make(from, about.nonce, now_ns); },
       [&](uint64_t cookie) { return cookies_.check(cookie, from, about.nonce, now_ns); }};
-  if (!door_->greet(datagram, cookies)) {
-    const auto answers = door_->take_outgoing();
+  if (!listening_->check_client_hello(datagram, cookies)) {
+    const auto answers = listening_->take_outgoing();
     for (const auto& answer : answers) events_.send(from, answer);
     return answers.empty() ? Outcome::malformed : Outcome::taken;
   }
-  // From here on the address is known to be real.
+  // The cookie proves that the address is not spoofed.
   const Spend spend(begin_ns_left_);
-  if (known == pending_.end() && pending_.size() >= most_pending_) make_room();
-  pending_[from] = Pending{std::move(door_), about.nonce, now_ns, 0};
+  if (known == pending_.end() && pending_.size() >= max_pending_) make_room();
+  pending_[from] = Pending{std::move(listening_), about.nonce, now_ns, 0};
   const auto at = pending_.find(from);
   progress(at, at->second.dtls->handshake({}));
   return Outcome::taken;
@@ -64,13 +64,13 @@ Acceptor::Outcome Acceptor::handshake(const Address& from, const RecordDatagram&
   Pending& pending = at->second;
   const Spend spend(finish_ns_left_);
   pending.sealed += about.has_sealed;
-  if (++pending.datagrams > kMostDatagrams || pending.sealed > kMostSealed) {
+  if (++pending.datagrams > kMaxDatagrams || pending.sealed > kMaxSealed) {
     pending_.erase(at);
     events_.silent();
     return Outcome::taken;
   }
   if (pending.dtls->established()) {
-    pending.dtls->hear_handshake(datagram);
+    pending.dtls->receive_handshake(datagram);
     progress(at, pending.dtls->broken() ? Dtls::Progress::failed : Dtls::Progress::established);
   } else {
     progress(at, pending.dtls->handshake(datagram));
@@ -87,13 +87,13 @@ void Acceptor::progress(PendingMap::iterator at, Dtls::Progress progress) {
   events_.failed(from, failed.nonce, failed.dtls->refusal());
 }
 
-void Acceptor::turn(int64_t now_ns) {
-  begin_ns_left_ = kMostBeginNs;
-  finish_ns_left_ = kMostFinishNs;
+void Acceptor::tick(int64_t now_ns) {
+  begin_ns_left_ = kMaxBeginNs;
+  finish_ns_left_ = kMaxFinishNs;
   for (auto at = pending_.begin(); at != pending_.end();) {
     const auto next = std::next(at);
     Pending& pending = at->second;
-    if (now_ns - pending.began_ns > kMostHandshakeNs ||
+    if (now_ns - pending.began_ns > kMaxHandshakeNs ||
         pending.dtls->repeat_flight() == Dtls::Progress::failed) {
       pending_.erase(at);
       events_.silent();
@@ -104,7 +104,7 @@ void Acceptor::turn(int64_t now_ns) {
   }
 }
 
-// The oldest handshake of the host that has most of them: who opens many takes places from itself.
+// Drops the oldest handshake of the host that has most of them, so that a flood displaces only its own.
 void Acceptor::make_room() {
   const auto of_host = [&](const Address& address) {
     return std::count_if(pending_.begin(), pending_.end(),
@@ -128,12 +128,12 @@ Dtls* Acceptor::established(const Address& from) {
   return at != pending_.end() && at->second.dtls->established() ? at->second.dtls.get() : nullptr;
 }
 
-Acceptor::Taken Acceptor::take(const Address& from) {
+Acceptor::Established Acceptor::extract(const Address& from) {
   const auto at = pending_.find(from);
   if (at == pending_.end()) return {};
-  Taken taken{std::move(at->second.dtls), at->second.nonce};
+  Established established{std::move(at->second.dtls), at->second.nonce};
   pending_.erase(at);
-  return taken;
+  return established;
 }
 
 }  // namespace fire3dv::transport::udp

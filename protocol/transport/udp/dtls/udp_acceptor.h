@@ -1,5 +1,5 @@
-// Handshakes of a sealed udp:// listener that are not over: nothing is kept of an address before it has
-// returned a cookie, and after that a bounded number of handshakes, each for a bounded time.
+// Pending DTLS handshakes of a sealed udp:// listener. An address costs no memory before it has returned a
+// cookie; after that, number and duration of handshakes are bounded.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 #include "protocol/base/clock.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/udp/dtls/udp_dtls.h"
-#include "protocol/transport/udp/udp_cookie.h"
+#include "protocol/transport/udp/udp_handshake.h"
 
 namespace fire3dv::transport::udp {
 
@@ -21,31 +21,31 @@ class Acceptor {
  public:
   struct Events {
     std::function<void(const Address& to, std::span<const std::byte> datagram)> send;
-    // A handshake failed; `refusal` is there when the publisher's key is the reason.
+    // A handshake failed; `refusal` is set if the publisher's key is the reason.
     std::function<void(const Address& from, uint64_t nonce, std::optional<Refusal> refusal)> failed;
-    std::function<void()> silent;  // one did not end in time
+    std::function<void()> silent;  // a handshake timed out
   };
-  Acceptor(std::shared_ptr<const PreSharedKey> key, size_t most_pending, Events events)
-      : key_(std::move(key)), most_pending_(most_pending), events_(std::move(events)) {}
+  Acceptor(std::shared_ptr<const PreSharedKey> key, size_t max_pending, Events events)
+      : key_(std::move(key)), max_pending_(max_pending), events_(std::move(events)) {}
 
-  // busy: there was no time for it. It comes again.
+  // busy: the time budget of this tick is spent; the publisher repeats the datagram.
   enum class Outcome { taken, malformed, busy };
   Outcome client_hello(const Address& from, const RecordDatagram& about, std::span<const std::byte> datagram,
                        int64_t now_ns);
-  // Of an address that has() a handshake.
+  // Requires has(from).
   Outcome handshake(const Address& from, const RecordDatagram& about, std::span<const std::byte> datagram);
-  // Each 10 ms: repeats flights, ends what takes too long.
-  void turn(int64_t now_ns);
+  // Call every 10 ms: repeats flights and ends handshakes that time out.
+  void tick(int64_t now_ns);
 
   bool has(const Address& from) const { return pending_.contains(from); }
   size_t size() const { return pending_.size(); }
-  // The handshake at this address, once it is done; null until then.
+  // The completed handshake of this address, or null.
   Dtls* established(const Address& from);
-  struct Taken {
+  struct Established {
     std::unique_ptr<Dtls> dtls;
     uint64_t nonce = 0;
   };
-  Taken take(const Address& from);
+  Established extract(const Address& from);
   void drop(const Address& from) { pending_.erase(from); }
 
  private:
@@ -60,16 +60,15 @@ class Acceptor {
   void make_room();
 
   const std::shared_ptr<const PreSharedKey> key_;
-  const size_t most_pending_;
+  const size_t max_pending_;
   const Events events_;
   Cookies cookies_;
-  std::unique_ptr<Dtls>
-      door_;  // answers ClientHellos without a cookie; becomes the handshake of one that has it
+  std::unique_ptr<Dtls> listening_;  // answers ClientHellos; becomes the handshake of one with a valid cookie
   PendingMap pending_;
-  // What may still be spent until the next turn, on handshakes that begin and on those that have begun:
-  // streams must not wait for strangers' handshakes.
-  static constexpr int64_t kMostBeginNs = 2 * kMillisecondNs, kMostFinishNs = 2 * kMillisecondNs;
-  int64_t begin_ns_left_ = kMostBeginNs, finish_ns_left_ = kMostFinishNs;
+  // Time left until the next tick for new and for pending handshakes: established streams must not wait for
+  // handshakes of unauthenticated peers.
+  static constexpr int64_t kMaxBeginNs = 2 * kMillisecondNs, kMaxFinishNs = 2 * kMillisecondNs;
+  int64_t begin_ns_left_ = kMaxBeginNs, finish_ns_left_ = kMaxFinishNs;
 };
 
 }  // namespace fire3dv::transport::udp

@@ -10,7 +10,7 @@ namespace fire3dv::transport::udp {
 namespace {
 
 constexpr std::byte kAlert{21}, kApplicationData{23};
-constexpr size_t kMostOutgoing = 16;  // a flight has at most three
+constexpr size_t kMaxOutgoing = 16;  // a flight has at most three
 constexpr long kIpv6AndUdpBytes = 48;
 
 DatagramEnds& ends_of(BIO* bio) {
@@ -24,7 +24,7 @@ int read_datagram(BIO* bio, char* to, int room) {
     BIO_set_retry_read(bio);
     return -1;
   }
-  // As a socket does: what does not fit is lost.
+  // Truncates like recv(2).
   const size_t bytes = std::min(ends.incoming.size(), static_cast<size_t>(std::max(room, 0)));
   std::memcpy(to, ends.incoming.data(), bytes);
   ends.incoming = {};
@@ -45,7 +45,7 @@ int write_datagram(BIO* bio, const char* from, int length) {
     ends.sealed_bytes = bytes;
     return length;
   }
-  if (ends.outgoing.size() >= kMostOutgoing) return length;  // as if the network had lost it
+  if (ends.outgoing.size() >= kMaxOutgoing) return length;  // dropped, like a datagram lost on the network
   try {
     ends.outgoing.emplace_back(data, data + bytes);
   } catch (const std::exception&) {
@@ -87,7 +87,7 @@ BIO_METHOD* make_method() {
 }  // namespace
 
 BIO* make_datagram_bio(DatagramEnds& ends) {
-  static BIO_METHOD* const method = make_method();  // for the life of the process, as OpenSSL's own
+  static BIO_METHOD* const method = make_method();  // process lifetime, like OpenSSL's own methods
   if (method == nullptr) return nullptr;
   BIO* const bio = ::BIO_new(method);
   if (bio != nullptr) ::BIO_set_data(bio, &ends);

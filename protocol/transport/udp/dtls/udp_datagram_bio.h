@@ -1,5 +1,5 @@
-// OpenSSL's source and sink of single datagrams, in memory. Each read takes one whole datagram and each write
-// makes one, which BIO_s_mem does not keep apart; BIO_s_dgram_mem does, from OpenSSL 3.2 on.
+// In-memory datagram BIO for OpenSSL: each read consumes one datagram and each write produces one. BIO_s_mem
+// does not preserve datagram boundaries; BIO_s_dgram_mem does, but needs OpenSSL 3.2.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,16 @@ struct bio_st;
 namespace fire3dv::transport::udp {
 
 struct DatagramEnds {
-  // The datagram that the next read takes; later ones find nothing.
+  // Datagram of the next read; later reads return "retry".
   std::span<const std::byte> incoming;
-  // Where the next record of application data is written, so that sealing one takes no memory.
+  // Destination of the next application data record, so that sealing does not allocate.
   std::span<std::byte> sealed;
   size_t sealed_bytes = 0;
-  // All other datagrams that were written, but alerts: nobody heeds those.
+  // All other written datagrams except alerts, which both sides ignore.
   std::vector<std::vector<std::byte>> outgoing;
 };
 
-// Null: no memory. `ends` has to outlive it.
+// Returns null if out of memory. `ends` must outlive the BIO.
 bio_st* make_datagram_bio(DatagramEnds& ends);
 
 }  // namespace fire3dv::transport::udp

@@ -19,20 +19,20 @@
 namespace fire3dv::transport::udp {
 namespace {
 
-// One version and one suite: nothing weaker can be negotiated. DTLS1_3_VERSION goes here once OpenSSL has it.
+// One version and one suite: no downgrade is possible. To be DTLS1_3_VERSION when OpenSSL supports it.
 constexpr int kLeastVersion = DTLS1_2_VERSION, kNewestVersion = DTLS1_2_VERSION;
 constexpr const char* kSuite = "ECDHE-PSK-CHACHA20-POLY1305";
 constexpr const char* kGroup = "X25519";
 
-// The identity's first words name protocol, version and mode; a hash of the key follows.
+// The identity consists of protocol, version, mode and a hash of the key.
 constexpr std::string_view kProtocol = "FIRE-3DV udp ";
 constexpr std::string_view kVersionAndMode = "FIRE-3DV udp 1 sealed ";
 static_assert(kTransportVersion == 1);
 
-// OpenSSL takes what is less than 15 ms away as due.
+// OpenSSL treats a timeout that is less than 15 ms away as expired.
 constexpr unsigned kFirstRepeatUs = 50'000, kLongestRepeatUs = 1'000'000;
 
-// A key for one use, so that what one use gives away helps nobody with another.
+// Derives an independent key for each use (HMAC-SHA256).
 PreSharedKey::Key derive(const Secret& secret, std::string_view use) {
   PreSharedKey::Key key{};
   unsigned bytes = 0;
@@ -60,7 +60,7 @@ unsigned next_repeat_us(SSL*, unsigned us) {
 
 }  // namespace
 
-// What OpenSSL calls. Nothing here may throw.
+// OpenSSL callbacks. They must not throw.
 struct DtlsCallbacks {
   static Dtls& self(SSL* ssl) { return *static_cast<Dtls*>(SSL_get_app_data(ssl)); }
 
@@ -75,10 +75,10 @@ struct DtlsCallbacks {
 
   static unsigned give_listeners_key(SSL* ssl, const char* identity, unsigned char* key, unsigned room) {
     Dtls& dtls = self(ssl);
-    const std::string_view asked = identity != nullptr ? identity : "";
-    if (asked != dtls.key_->identity() || dtls.key_->key().size() > room) {
-      const bool speaks_another = asked.starts_with(kProtocol) && !asked.starts_with(kVersionAndMode);
-      dtls.refusal_ = speaks_another ? Refusal::version_mismatch : Refusal::bad_key;
+    const std::string_view received = identity != nullptr ? identity : "";
+    if (received != dtls.key_->identity() || dtls.key_->key().size() > room) {
+      const bool is_other_version = received.starts_with(kProtocol) && !received.starts_with(kVersionAndMode);
+      dtls.refusal_ = is_other_version ? Refusal::version_mismatch : Refusal::bad_key;
       return 0;
     }
     std::copy(dtls.key_->key().begin(), dtls.key_->key().end(), key);
@@ -99,7 +99,7 @@ struct DtlsCallbacks {
 
   static int check_cookie(SSL* ssl, const unsigned char* cookie, unsigned bytes) {
     const Dtls& dtls = self(ssl);
-    if (dtls.greeted_) return 1;  // OpenSSL asks again when it reads the ClientHello that greet() has let in
+    if (dtls.has_valid_cookie_) return 1;  // OpenSSL checks twice: in DTLSv1_listen() and in the handshake
     if (dtls.cookies_ == nullptr || bytes != sizeof(uint64_t)) return 0;
     try {
       return dtls.cookies_->check(get_le<uint64_t>(reinterpret_cast<const std::byte*>(cookie))) ? 1 : 0;
@@ -179,17 +179,17 @@ Dtls::~Dtls() {
   ::SSL_free(ssl_);
 }
 
-bool Dtls::greet(std::span<const std::byte> client_hello, const Cookies& cookies) {
+bool Dtls::check_client_hello(std::span<const std::byte> client_hello, const Cookies& cookies) {
   ::ERR_clear_error();
   ends_.incoming = client_hello;
   cookies_ = &cookies;
-  BIO_ADDR* const nobody = ::BIO_ADDR_new();
-  greeted_ = nobody != nullptr && ::DTLSv1_listen(ssl_, nobody) > 0;
-  ::BIO_ADDR_free(nobody);
+  BIO_ADDR* const no_address = ::BIO_ADDR_new();
+  has_valid_cookie_ = no_address != nullptr && ::DTLSv1_listen(ssl_, no_address) > 0;
+  ::BIO_ADDR_free(no_address);
   cookies_ = nullptr;
   ends_.incoming = {};
   ::ERR_clear_error();
-  return greeted_;
+  return has_valid_cookie_;
 }
 
 Dtls::Progress Dtls::finish(int outcome) {
@@ -200,8 +200,8 @@ Dtls::Progress Dtls::finish(int outcome) {
     broken_ = true;
     return Progress::failed;
   }
-  if (::SSL_is_init_finished(ssl_) != 1) return Progress::going_on;
-  // Keys that hold the whole handshake (RFC 7627); without it they hold the randoms alone.
+  if (::SSL_is_init_finished(ssl_) != 1) return Progress::pending;
+  // Requires the extended master secret (RFC 7627), which binds the keys to the whole handshake.
   if (::SSL_get_extms_support(ssl_) != 1) return Progress::failed;
   established_ = true;
   return Progress::established;
@@ -218,7 +218,7 @@ Dtls::Progress Dtls::repeat_flight() {
   ::ERR_clear_error();
   const long repeated = DTLSv1_handle_timeout(ssl_);
   ::ERR_clear_error();
-  if (repeated >= 0) return Progress::going_on;
+  if (repeated >= 0) return Progress::pending;
   broken_ = true;
   return Progress::failed;
 }
@@ -281,7 +281,7 @@ Dtls::Opened Dtls::open(std::span<std::byte> datagram, uint64_t record_number,
   return Opened::plaintext;
 }
 
-void Dtls::hear_handshake(std::span<const std::byte> datagram) {
+void Dtls::receive_handshake(std::span<const std::byte> datagram) {
   if (broken_ || !established_) return;
   ::ERR_clear_error();
   ends_.incoming = datagram;

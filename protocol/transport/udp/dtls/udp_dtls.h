@@ -1,5 +1,5 @@
-// DTLS 1.2 with a pre-shared key, over datagrams that the caller carries: nothing in here can wait. Who has
-// the key may have a session; each session has keys of its own from a fresh X25519 exchange.
+// DTLS 1.2 with a pre-shared key (PSK) over datagrams that the caller transports; no call blocks. The PSK
+// authenticates both sides; each session derives its own keys from an ephemeral X25519 exchange.
 #pragma once
 
 #include <array>
@@ -31,18 +31,18 @@ class PreSharedKey : public std::enable_shared_from_this<PreSharedKey> {
 
   static Result<std::shared_ptr<const PreSharedKey>> from_file(const std::string& path);
   static Result<std::shared_ptr<const PreSharedKey>> from_secret(const Secret& secret);
-  // Any key under any name.
+  // For tests: any key under any identity.
   static Result<std::shared_ptr<const PreSharedKey>> create(const Key& key, const std::string& identity);
   ~PreSharedKey();
   PreSharedKey(const PreSharedKey&) = delete;
   PreSharedKey& operator=(const PreSharedKey&) = delete;
 
-  // One end of a handshake that has not begun. Null: no memory.
+  // Creates one side of a new handshake. Returns null if out of memory.
   std::unique_ptr<Dtls> connect() const;
   std::unique_ptr<Dtls> listen() const;
 
   const Key& key() const { return key_; }
-  // What a publisher says in the open of the key that it has: protocol, version, mode and a hash.
+  // PSK identity, sent in plaintext: protocol, version, mode and a hash of the key.
   const std::string& identity() const { return identity_; }
 
  private:
@@ -53,48 +53,49 @@ class PreSharedKey : public std::enable_shared_from_this<PreSharedKey> {
   std::shared_ptr<ssl_ctx_st> context_;
 };
 
-// One end of one session. Not thread-safe.
+// One side of one session. Not thread-safe.
 class Dtls {
  public:
   ~Dtls();
   Dtls(const Dtls&) = delete;
   Dtls& operator=(const Dtls&) = delete;
 
-  // --- handshake; each call may leave datagrams to be sent
+  // --- handshake; each call may produce datagrams for take_outgoing()
 
-  // Listener, as often as it likes: true when the ClientHello has a good cookie, and the handshake begins.
-  // Else nothing has changed but that a cookie may wait to be sent.
+  // Listener: checks the cookie of a ClientHello without creating state. Returns true if it is valid and the
+  // handshake may begin; otherwise a HelloVerifyRequest may be ready to be sent.
   struct Cookies {
     std::function<uint64_t()> make;
     std::function<bool(uint64_t)> check;
   };
-  bool greet(std::span<const std::byte> client_hello, const Cookies& cookies);
-  // Carries the handshake on by a datagram that came; an empty one begins it.
-  enum class Progress { going_on, established, failed };
+  bool check_client_hello(std::span<const std::byte> client_hello, const Cookies& cookies);
+  // Continues the handshake with a received datagram; an empty one starts it.
+  enum class Progress { pending, established, failed };
   Progress handshake(std::span<const std::byte> datagram);
-  // Repeats what has not been answered in time. timeout_ns() says how long that is from now.
+  // Retransmits the last flight if its timeout has expired. timeout_ns() is the time left until then.
   Progress repeat_flight();
   int64_t timeout_ns() const;
   std::vector<std::vector<std::byte>> take_outgoing() { return std::exchange(ends_.outgoing, {}); }
 
   bool established() const { return established_; }
-  // The first eight bytes of the client's random: answers in the open repeat it, so that nobody off path can
-  // write them.
+  // First eight bytes of the client's random. Plaintext answers repeat them, so that an off-path attacker
+  // cannot forge one.
   uint64_t nonce() const;
-  // Listener: why the handshake failed, when it is the publisher's key.
+  // Listener: set if the handshake failed because of the publisher's key.
   std::optional<Refusal> refusal() const { return refusal_; }
 
   // --- session
 
-  // Seals `bytes` of plaintext, which begin at `plaintext` in `datagram`, into the whole of it: the bytes to
-  // be sent, or 0 when the session can seal no more.
+  // Encrypts `bytes` of plaintext at `plaintext_at` in `datagram` in place. Returns the length of the record,
+  // or 0 if the session is broken.
   size_t seal(std::span<std::byte> datagram, size_t plaintext_at, size_t bytes);
-  // Opens one record in place. `repeated`: it came before, or too late to tell. A forged one changes nothing.
+  // Decrypts one record in place. repeated: duplicate, or older than the replay window. A forged record does
+  // not change the session.
   enum class Opened { plaintext, repeated, forged };
   Opened open(std::span<std::byte> datagram, uint64_t record_number, std::span<const std::byte>& plaintext);
-  // A handshake message that came in a session: the other side may have missed our last flight.
-  void hear_handshake(std::span<const std::byte> datagram);
-  // It can seal no more: OpenSSL has given it up.
+  // Processes a handshake message within a session: the other side may have missed our last flight.
+  void receive_handshake(std::span<const std::byte> datagram);
+  // OpenSSL has closed the session; nothing can be sealed any more.
   bool broken() const { return broken_; }
 
  private:
@@ -106,14 +107,14 @@ class Dtls {
   const std::shared_ptr<const PreSharedKey> key_;
   ssl_st* ssl_ = nullptr;
   DatagramEnds ends_;
-  const Cookies* cookies_ = nullptr;  // while greet() runs
+  const Cookies* cookies_ = nullptr;  // during check_client_hello()
   std::optional<Refusal> refusal_;
-  bool greeted_ = false;  // its cookie was good
+  bool has_valid_cookie_ = false;
   bool established_ = false;
   bool broken_ = false;
-  // OpenSSL does not say why it dropped a record: its own window, once more.
+  // Copy of OpenSSL's replay window, because OpenSSL does not report why it dropped a record.
   uint64_t newest_record_ = 0;
-  uint64_t seen_records_ = 0;  // bit i: newest_record_ - i came
+  uint64_t seen_records_ = 0;  // bit i: newest_record_ - i was received
 };
 
 }  // namespace fire3dv::transport::udp

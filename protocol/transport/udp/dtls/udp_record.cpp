@@ -7,7 +7,7 @@ constexpr unsigned kChangeCipherSpec = 20, kHandshake = 22, kApplicationData = 2
 constexpr unsigned kVersionMajor = 0xfe;  // of all versions of DTLS
 constexpr unsigned kClientHello = 1;
 constexpr size_t kHandshakeHeaderBytes = 12;
-constexpr size_t kRandomAt = kRecordHeaderBytes + kHandshakeHeaderBytes + 2;  // behind the client's version
+constexpr size_t kRandomAt = kRecordHeaderBytes + kHandshakeHeaderBytes + 2;  // after the client's version
 constexpr size_t kSessionAt = kRandomAt + 32;
 
 unsigned byte_at(std::span<const std::byte> bytes, size_t at) {
@@ -20,7 +20,7 @@ uint64_t big_endian(std::span<const std::byte> bytes, size_t at, size_t count) {
   return value;
 }
 
-// Of a ClientHello, what stands before and in its cookie. False: it is cut short or comes in pieces.
+// Reads the fields up to the cookie of a ClientHello. Returns false if it is truncated or fragmented.
 bool read_client_hello(std::span<const std::byte> record, RecordDatagram& datagram) {
   if (record.size() < kSessionAt + 2) return false;
   const uint64_t length = big_endian(record, kRecordHeaderBytes + 1, 3);

@@ -1,5 +1,4 @@
-// Headers of DTLS 1.2 records (RFC 6347), which are readable without keys: they tell where a datagram
-// belongs.
+// Classification of datagrams by their DTLS 1.2 record headers (RFC 6347), which are not encrypted.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +8,17 @@
 namespace fire3dv::transport::udp {
 
 constexpr size_t kRecordHeaderBytes = 13;
-// What a sealed record has more than its plaintext: the header and the tag.
+// Overhead of a sealed record: header and authentication tag.
 constexpr size_t kRecordOverheadBytes = kRecordHeaderBytes + 16;
-// OpenSSL's replay window: a record that is so many behind the newest is dropped as late.
+// OpenSSL's replay window: a record that is at least this far behind the newest is dropped as late.
 constexpr uint64_t kRecordWindow = 64;
 
 struct RecordDatagram {
   enum class Kind {
-    none,          // nothing that a peer of ours sends
-    client_hello,  // the first message of a handshake, whole and alone
-    handshake,     // any other messages of one; at most one record of them is sealed
-    data,          // one sealed record of application data, and nothing else
+    none,          // not sent by any FIRE-3DV peer
+    client_hello,  // exactly one unfragmented ClientHello
+    handshake,     // other handshake messages; at most one sealed record
+    data,          // exactly one sealed record of application data
   };
   Kind kind = Kind::none;
   bool has_sealed = false;
@@ -30,7 +29,7 @@ struct RecordDatagram {
   bool has_cookie = false;
 };
 
-// Alerts are `none`: those in the open can be forged, and our own messages stand for the others.
+// Alerts are `none`: plaintext alerts can be forged, and messages of our own replace sealed ones.
 RecordDatagram inspect_records(std::span<const std::byte> datagram);
 
 }  // namespace fire3dv::transport::udp

@@ -8,10 +8,10 @@
 namespace fire3dv::transport::udp {
 namespace {
 
-constexpr size_t kMostRepeatedBytes = 4 << 20;
-constexpr size_t kMostRetired = 64;  // each costs a datagram in each round
-constexpr size_t kMostKeys = kMostGroupMessages / 2;
-// A piece costs more than its bytes.
+constexpr size_t kMaxRepeatedBytes = 4 << 20;
+constexpr size_t kMaxRetired = 64;  // each costs one datagram per round
+constexpr size_t kMaxKeys = kMaxGroupMessages / 2;
+// Memory of a fragment with its container overhead.
 constexpr size_t cost_of(size_t piece_bytes) {
   return piece_bytes + 128;
 }
@@ -34,15 +34,15 @@ bool read_group_offer(std::span<const std::byte> payload, GroupOffer& offer) {
   offer.datagram_bytes = get_le<uint16_t>(payload.data() + 12);
   return offer.datagram_bytes >= kLeastDatagramBytes && offer.datagram_bytes <= kMaxDatagramBytes &&
          offer.first > offer.description && offer.last >= offer.first - 1 &&
-         offer.last - (offer.first - 1) <= kMostGroupMessages;
+         offer.last - (offer.first - 1) <= kMaxGroupMessages;
 }
 
 // --- the sender
 
-Carousel::Carousel(size_t datagram_bytes, uint32_t numbers_before_anew)
+Carousel::Carousel(size_t datagram_bytes, uint32_t max_number)
     : datagram_bytes_(datagram_bytes),
       piece_bytes_(fragment_bytes_of(datagram_bytes)),
-      numbers_before_anew_(numbers_before_anew) {}
+      max_number_(max_number) {}
 
 Carousel::Message Carousel::cut(ControlSender::Prepared message) {
   Message cut;
@@ -54,22 +54,22 @@ Carousel::Message Carousel::cut(ControlSender::Prepared message) {
   return cut;
 }
 
-// A key that changes a thousand times a second uses them up in weeks. What is on offer is numbered from 1 and
-// told from its beginning; whose numbers have nothing in them any more are not in it.
-void Carousel::begin_anew_if_used_up() {
-  if (last_number_ < numbers_before_anew_) return;
+// Renumbers all messages from 1, without the retired ones. A key that changes a thousand times a second
+// exhausts the numbers in weeks.
+void Carousel::renumber_if_exhausted() {
+  if (last_number_ < max_number_) return;
   std::erase_if(messages_, [](const Message& message) { return message.replaced; });
   last_number_ = 0;
   for (Message& message : messages_) {
     message.header.message = ++last_number_;
     if (message.key) number_of_key_[*message.key] = last_number_;
   }
-  begun_anew_ = true;
+  renumbered_ = true;
   start_round();
 }
 
 void Carousel::describe(ControlSender::Prepared description) {
-  begin_anew_if_used_up();
+  renumber_if_exhausted();
   messages_.clear();
   number_of_key_.clear();
   bytes_ = keyed_bytes_ = 0;
@@ -88,7 +88,7 @@ void Carousel::Message::retire() {
 
 void Carousel::append(Message message) {
   messages_.push_back(std::move(message));
-  news_ = true;
+  offer_changed_ = true;
 }
 
 void Carousel::retire(size_t at) {
@@ -104,9 +104,9 @@ void Carousel::drop_retired() {
   }
 }
 
-// All that has a key gets a new number, in the same order: who joined in the middle must not see an older
-// state behind a newer one.
-void Carousel::number_anew() {
+// Gives all keyed messages new numbers, in the same order: a receiver that joined in between must not get an
+// older state after a newer one.
+void Carousel::renumber_keyed() {
   const size_t end = messages_.size();
   for (size_t at = 1; at < end; ++at) {
     if (messages_[at].key) {
@@ -119,30 +119,30 @@ void Carousel::number_anew() {
   drop_retired();
 }
 
-// Keeps the messages few. False when one without a key had to go for that, the oldest first.
+// Enforces the limits. Returns false if messages without a key were dropped, the oldest first.
 bool Carousel::make_room() {
   drop_retired();
-  if (messages_.size() > kMostGroupMessages) number_anew();
-  bool all_kept = true;
+  if (messages_.size() > kMaxGroupMessages) renumber_keyed();
+  bool none_dropped = true;
   for (size_t at = 1; at + 1 < messages_.size();) {
-    if (messages_.size() <= kMostGroupMessages && bytes_ <= kMostRepeatedBytes) break;
+    if (messages_.size() <= kMaxGroupMessages && bytes_ <= kMaxRepeatedBytes) break;
     const Message& message = messages_[at];
     if (message.key || message.replaced) {
       ++at;
       continue;
     }
     bytes_ -= message.bytes->size();
-    all_kept = false;
+    none_dropped = false;
     retire(at);
     drop_retired();
     at = 1;
   }
-  return all_kept;
+  return none_dropped;
 }
 
 bool Carousel::add(ControlSender::Prepared message) {
-  if (messages_.empty() || message.bytes->empty()) return true;  // nothing that it could follow, or say
-  begin_anew_if_used_up();
+  if (messages_.empty() || message.bytes->empty()) return true;  // no description yet, or an empty message
+  renumber_if_exhausted();
   bytes_ += message.bytes->size();
   append(cut(std::move(message)));
   return make_room();
@@ -150,11 +150,11 @@ bool Carousel::add(ControlSender::Prepared message) {
 
 bool Carousel::put(uint64_t key, ControlSender::Prepared message, bool* dropped) {
   if (messages_.empty()) return true;
-  begin_anew_if_used_up();
+  renumber_if_exhausted();
   const auto known = number_of_key_.find(key);
   size_t others_bytes = keyed_bytes_;
   if (known != number_of_key_.end()) {
-    // Numbers are in a row.
+    // Numbers are contiguous.
     const size_t at = 1 + known->second - messages_[1].header.message;
     Message& replaced = messages_[at];
     others_bytes -= replaced.bytes->size();
@@ -162,7 +162,7 @@ bool Carousel::put(uint64_t key, ControlSender::Prepared message, bool* dropped)
     replaced.key.reset();
     replaced.replaced = true;
     if (at != at_message_ || at_piece_ == 0) retire(at);
-  } else if (number_of_key_.size() == kMostKeys || others_bytes + message.bytes->size() > kMaxControlBytes) {
+  } else if (number_of_key_.size() == kMaxKeys || others_bytes + message.bytes->size() > kMaxControlBytes) {
     return false;
   }
   keyed_bytes_ = others_bytes + message.bytes->size();
@@ -170,8 +170,8 @@ bool Carousel::put(uint64_t key, ControlSender::Prepared message, bool* dropped)
   keyed.key = key;
   number_of_key_[key] = keyed.header.message;
   append(std::move(keyed));
-  const bool all_kept = make_room();
-  if (dropped) *dropped = !all_kept;
+  const bool none_dropped = make_room();
+  if (dropped) *dropped = !none_dropped;
   return true;
 }
 
@@ -195,7 +195,7 @@ std::optional<ControlSender::Fragment> Carousel::next() {
           .subspan(size_t{at_piece_} * piece_bytes_, fragment_size(fragment.header, piece_bytes_));
   if (++at_piece_ == message.header.count) {
     if (message.replaced) {
-      handed_out_ = std::move(message.bytes);
+      last_bytes_ = std::move(message.bytes);
       message.retire();
     }
     at_piece_ = 0;
@@ -207,44 +207,46 @@ std::optional<ControlSender::Fragment> Carousel::next() {
 void Carousel::start_round() {
   at_message_ = 0;
   at_piece_ = 0;
-  // Those that could go, if those among them that have a key stood behind them.
+  // Counts the retired messages that renumbering would remove.
   size_t retired = 0;
   for (size_t at = 1; at < messages_.size() && (messages_[at].key || messages_[at].is_retired()); ++at)
     retired += messages_[at].is_retired();
-  if (retired > kMostRetired + 2 * number_of_key_.size()) number_anew();
-  news_ = true;
+  if (retired > kMaxRetired + 2 * number_of_key_.size()) renumber_keyed();
+  offer_changed_ = true;
 }
 
 // --- the receiver
 
-void CarouselReceiver::forget_before(uint32_t number) {
+void CarouselReceiver::discard_before(uint32_t number) {
   while (!building_.empty() && building_.begin()->first < number) {
-    for (const auto& [index, piece] : building_.begin()->second.pieces) held_bytes_ -= cost_of(piece.size());
+    for (const auto& [index, piece] : building_.begin()->second.pieces)
+      buffered_bytes_ -= cost_of(piece.size());
     building_.erase(building_.begin());
   }
 }
 
 uint32_t CarouselReceiver::offered(const GroupOffer& offer) {
-  if (offer.description == 0 || offer.description < description_) return 0;  // of before, late on its way
-  if (offer.description > description_) {  // it replaces all that went before
+  if (offer.description == 0 || offer.description < description_)
+    return 0;                              // late offer of an earlier description
+  if (offer.description > description_) {  // replaces all earlier messages
     description_ = offer.description;
     next_ = std::max(next_, description_);
-    forget_before(next_);
+    discard_before(next_);
   }
-  // The description itself is repeated for ever; what follows it may be gone by now.
+  // The description is always repeated; later messages may have been dropped.
   if (!described() || next_ >= offer.first) return 0;
-  // Who has just joined is given all that counts.
+  // A new receiver gets all valid messages and loses none.
   const uint32_t gone = next_ == description_ + 1 ? 0 : offer.first - next_;
   next_ = offer.first;
-  forget_before(next_);
+  discard_before(next_);
   return gone;
 }
 
 CarouselReceiver::Outcome CarouselReceiver::fragment(const FragmentHeader& header,
                                                      std::span<const std::byte> data, size_t budget) {
   if (description_ == 0) return Outcome::ignored;
-  if (header.message < next_) return Outcome::kept;  // the carousel brings it round again and again
-  if (header.message - next_ > 2 * kMostGroupMessages) return Outcome::ignored;
+  if (header.message < next_) return Outcome::accepted;  // already delivered; the carousel repeats it
+  if (header.message - next_ > 2 * kMaxGroupMessages) return Outcome::ignored;
   if (header.message_bytes > kMaxControlBytes ||
       header.count != fragments_of(header.message_bytes, piece_bytes_) || header.index >= header.count ||
       data.size() != fragment_size(header, piece_bytes_))
@@ -252,12 +254,12 @@ CarouselReceiver::Outcome CarouselReceiver::fragment(const FragmentHeader& heade
   const auto known = building_.find(header.message);
   if (known != building_.end()) {
     const FragmentHeader& before = known->second.header;
-    if (before.message_bytes == 0) return Outcome::kept;  // replaced: pieces of before were late
+    if (before.message_bytes == 0) return Outcome::accepted;  // replaced; a late fragment of the old value
     if (header.message_bytes != 0) {
       if (header.message_bytes != before.message_bytes || header.hash != before.hash) return Outcome::corrupt;
-      if (known->second.pieces.contains(header.index)) return Outcome::kept;
-    } else {  // a newer one has its key
-      for (const auto& [index, piece] : known->second.pieces) held_bytes_ -= cost_of(piece.size());
+      if (known->second.pieces.contains(header.index)) return Outcome::accepted;
+    } else {  // retired: a newer message has its key
+      for (const auto& [index, piece] : known->second.pieces) buffered_bytes_ -= cost_of(piece.size());
       known->second.pieces.clear();
     }
   }
@@ -265,11 +267,11 @@ CarouselReceiver::Outcome CarouselReceiver::fragment(const FragmentHeader& heade
   Building& building = known != building_.end() ? known->second : building_[header.message];
   building.header = header;
   building.pieces.emplace(header.index, std::vector<std::byte>(data.begin(), data.end()));
-  held_bytes_ += cost_of(data.size());
-  if (building.pieces.size() < header.count) return Outcome::kept;
+  buffered_bytes_ += cost_of(data.size());
+  if (building.pieces.size() < header.count) return Outcome::accepted;
   uint64_t hash = kFnvBasis;
   for (const auto& [index, piece] : building.pieces) hash = fnv1a_64(piece, hash);
-  return hash == header.hash ? Outcome::kept : Outcome::corrupt;
+  return hash == header.hash ? Outcome::accepted : Outcome::corrupt;
 }
 
 std::optional<std::vector<std::byte>> CarouselReceiver::take() {
@@ -280,7 +282,7 @@ std::optional<std::vector<std::byte>> CarouselReceiver::take() {
     message.reserve(found->second.header.message_bytes);
     for (const auto& [index, piece] : found->second.pieces)
       message.insert(message.end(), piece.begin(), piece.end());
-    forget_before(++next_);
+    discard_before(++next_);
     if (!message.empty() || next_ == description_ + 1) return message;
   }
 }

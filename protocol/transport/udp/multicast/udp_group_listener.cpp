@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/multicast/udp_group_listener.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
 #include <list>
@@ -14,18 +14,18 @@ namespace fire3dv::transport::udp {
 namespace {
 
 constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
-constexpr size_t kMostUnpolledMessages = 128;
-constexpr int64_t kLookEveryNs = 100 * kMillisecondNs;
+constexpr size_t kMaxUnpolledMessages = 128;
+constexpr int64_t kTickNs = 100 * kMillisecondNs;
 
 struct Peer {
   PeerId id = 0;
   Address address;
   size_t datagram_bytes = 0;
-  Session session;  // its number, what came already, when it was last heard
+  Session session;  // id, replay window, time of the last datagram
   CarouselReceiver control;
   FrameTracker frames;
   std::shared_ptr<PeerBudget> budget;
-  BudgetCharge pieces;  // of control messages that are not whole
+  BudgetCharge pieces;  // fragments of incomplete control messages
 };
 
 class GroupListener final : public NetworkListener {
@@ -33,30 +33,30 @@ class GroupListener final : public NetworkListener {
   GroupListener(const Uri& uri, const ListenerOptions& options, UniqueFd fd)
       : NetworkListener(uri_text(uri), options),
         fd_(std::move(fd)),
-        most_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
+        max_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
   Result<void> start();
   ~GroupListener() override { thread_.stop(); }
 
-  // There is nobody to whom a reply could go.
+  // A multicast group has no back channel.
   void send(PeerId, std::span<const std::byte>) override {}
 
  private:
-  using Peers = std::list<Peer>;  // as few as there are publishers in one group
+  using Peers = std::list<Peer>;  // one for each publisher of the group
 
   void run();
   void end_silent(int64_t now_ns);
   void handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns);
   Peers::iterator find(const Header& header, const Address& from);
-  Peers::iterator welcome(const Header& header, const Address& from, std::span<const std::byte> datagram,
-                          int64_t now_ns);
-  // A cause: the peer has to go, for `reason`.
+  Peers::iterator add_peer(const Header& header, const Address& from, std::span<const std::byte> datagram,
+                           int64_t now_ns);
+  // Returns a cause if the peer must be disconnected for `reason`.
   std::optional<Cause> control(Peer& peer, const Header& header, std::span<const std::byte> payload,
                                std::string& reason);
   void end(Peers::iterator peer, const std::string& reason);
 
   const UniqueFd fd_;
-  const size_t most_datagram_bytes_;
-  Peers peers_;  // on the listener's thread alone
+  const size_t max_datagram_bytes_;
+  Peers peers_;  // used on the listener's thread only
 };
 
 Result<void> GroupListener::start() {
@@ -67,13 +67,13 @@ Result<void> GroupListener::start() {
 void GroupListener::run() {
   while (!thread_.stopping()) {
     try {
-      if (thread_.wait(fd_.get(), POLLIN, kLookEveryNs) != 0)
+      if (thread_.wait(fd_.get(), POLLIN, kTickNs) != 0)
         receive_all(fd_.get(), counters_,
                     [this](const Address& from, std::span<std::byte> datagram, int64_t at_ns) {
                       handle(from, datagram, at_ns);
                     });
       end_silent(monotonic_ns());
-    } catch (const std::exception&) {  // no memory: what was being handled is dropped, the others go on
+    } catch (const std::exception&) {  // out of memory: drops the current datagram only
       counters_.reject(Cause::no_memory);
     }
   }
@@ -81,10 +81,10 @@ void GroupListener::run() {
 
 void GroupListener::end_silent(int64_t now_ns) {
   for (auto peer = peers_.begin(); peer != peers_.end();) {
-    const auto looked_at = peer++;
-    if (now_ns - looked_at->session.heard_at_ns() <= kPeerTimeoutNs) continue;
+    const auto current = peer++;
+    if (now_ns - current->session.last_received_ns() <= kPeerTimeoutNs) continue;
     counters_.reject(Cause::silent);
-    end(looked_at, "nothing came from it for 10 seconds");
+    end(current, "nothing came from it for 10 seconds");
   }
 }
 
@@ -103,26 +103,25 @@ void GroupListener::handle(const Address& from, std::span<std::byte> datagram, i
                                       " came; use the same version on both sides");
   auto peer = find(header, from);
   if (peer == peers_.end()) {
-    // In the middle of what others know already: the next round begins with an offer.
+    // Joined within a round; the next round begins with an offer.
     if (header.type == Type::pose) return counters_.poses_dropped.add();
     if (header.type != Type::group) return counters_.reject(Cause::unknown_session);
-    peer = welcome(header, from, datagram, now_ns);
+    peer = add_peer(header, from, datagram, now_ns);
     if (peer == peers_.end()) return;
   }
   std::span<const std::byte> payload;
-  switch (peer->session.hear(header, datagram, now_ns, payload)) {
-    case Session::Heard::repeated:
+  switch (peer->session.receive(header, datagram, now_ns, payload)) {
+    case Session::Received::repeated:
       return counters_.reject(Cause::replayed);
-    case Session::Heard::too_long:
-      return reject(Cause::oversize,
-                    "datagrams came that are longer than their publisher said; they are dropped");
-    case Session::Heard::forged:
-    case Session::Heard::payload:
+    case Session::Received::too_long:
+      return reject(Cause::oversize, "datagrams came that are longer than announced; they are dropped");
+    case Session::Received::forged:
+    case Session::Received::payload:
       break;
   }
   if (header.type == Type::pose) {
     if (!peer->control.described()) return counters_.poses_dropped.add();
-    take_pose(inbox_, counters_, options_.delivery, peer->id, peer->frames, payload);
+    deliver_pose(inbox_, counters_, options_.delivery, peer->id, peer->frames, payload);
     return;
   }
   if (header.type == Type::bye) return end(peer, "the publisher closed the link");
@@ -133,22 +132,22 @@ void GroupListener::handle(const Address& from, std::span<std::byte> datagram, i
   }
 }
 
-GroupListener::Peers::iterator GroupListener::welcome(const Header& header, const Address& from,
-                                                      std::span<const std::byte> datagram, int64_t now_ns) {
+GroupListener::Peers::iterator GroupListener::add_peer(const Header& header, const Address& from,
+                                                       std::span<const std::byte> datagram, int64_t now_ns) {
   GroupOffer offer;
   if (!read_group_offer(datagram.subspan(kHeaderBytes), offer)) {
     counters_.reject(Cause::malformed);
     return peers_.end();
   }
-  if (offer.datagram_bytes > most_datagram_bytes_) {
-    reject(Cause::oversize, "a publisher is not heard: its datagrams have " +
+  if (offer.datagram_bytes > max_datagram_bytes_) {
+    reject(Cause::oversize, "a publisher was refused: its datagrams have " +
                                 std::to_string(offer.datagram_bytes) + " bytes, and at most " +
-                                std::to_string(most_datagram_bytes_) +
+                                std::to_string(max_datagram_bytes_) +
                                 " are taken here; choose ?mtu= accordingly on both sides");
     return peers_.end();
   }
   if (is_full(peers_.size())) {
-    reject(Cause::full, "a publisher is not heard: as many peers as allowed are there");
+    reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
     return peers_.end();
   }
   const size_t datagram_bytes = offer.datagram_bytes;
@@ -174,14 +173,14 @@ std::optional<Cause> GroupListener::control(Peer& peer, const Header& header,
   } else if (FragmentHeader fragment;
              header.type == Type::fragment && read_fragment_header(payload, fragment)) {
     const size_t most = peer.budget->limit(Resource::received_bytes);
-    const size_t room = most - std::min(peer.control.held_bytes(), most);
+    const size_t room = most - std::min(peer.control.buffered_bytes(), most);
     const auto outcome = peer.control.fragment(fragment, payload.subspan(kFragmentHeaderBytes), room);
-    if (auto charged = charge_in_steps(peer.pieces, peer.budget, peer.control.held_bytes()); !charged) {
+    if (auto charged = charge_in_steps(peer.pieces, peer.budget, peer.control.buffered_bytes()); !charged) {
       reason = charged.error().message;
       return Cause::no_memory;
     }
     switch (outcome) {
-      case CarouselReceiver::Outcome::kept:
+      case CarouselReceiver::Outcome::accepted:
         break;
       case CarouselReceiver::Outcome::ignored:
         counters_.reject(Cause::malformed);
@@ -193,8 +192,8 @@ std::optional<Cause> GroupListener::control(Peer& peer, const Header& header,
   } else {
     counters_.reject(Cause::malformed);
   }
-  // A joiner has all of them at once: the rest waits until these are polled, and the carousel comes by again.
-  while (inbox_.waiting(peer.id).messages < kMostUnpolledMessages) {
+  // A new receiver may have all messages at once: the rest waits until these are polled.
+  while (inbox_.waiting(peer.id).messages < kMaxUnpolledMessages) {
     auto message = peer.control.take();
     if (!message) break;
     if (const auto cause = inbox_.control(peer.id, std::move(*message))) {

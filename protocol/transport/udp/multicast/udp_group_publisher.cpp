@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/multicast/udp_group_publisher.h"
+#include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
 #include <cstring>
@@ -13,15 +13,15 @@
 namespace fire3dv::transport::udp {
 namespace {
 
-// A joiner waits no longer than this to hear what it has to know, unless that is long.
+// Minimum duration of a round: upper bound of a joiner's wait for a short carousel.
 constexpr int64_t kRoundNs = kSecondNs;
-// About 30 Mbit/s of the usual datagrams: a carousel runs beside poses all day.
+// About 30 Mbit/s with default datagrams: the carousel runs permanently beside the poses.
 constexpr int kBurst = 16;
 constexpr int64_t kBurstEveryNs = 5 * kMillisecondNs;
 constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 
-// The simulator's thread sends pose datagrams itself; a thread of the link turns the carousel and repeats the
-// newest frame. Every send is non-blocking, so that the lock is never held across a wait.
+// The simulator's thread sends pose datagrams itself; the link's thread sends the carousel and repeats the
+// newest frame. All sends are non-blocking, so that the lock is never held across a wait.
 class GroupPublisher final : public NetworkPublisher {
  public:
   GroupPublisher(const Uri& uri, const Address& group, Carousel carousel)
@@ -37,7 +37,7 @@ class GroupPublisher final : public NetworkPublisher {
   Result<void> set_description(std::span<const std::byte> message) override;
   Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
-  // Nobody says what has come: frames are always whole.
+  // No back channel, hence no acknowledgments: frames are always whole.
   bool takes_partial_frames() const override { return false; }
   bool publish_partial(const wire::MessagePieces&,
                        std::span<const wire::MessagePieces> whole) noexcept override {
@@ -53,8 +53,8 @@ class GroupPublisher final : public NetworkPublisher {
   bool visit(const Address& address) override;
   void serve();
 
-  // With the lock held.
-  int64_t turn(int64_t now_ns);
+  // Require mutex_.
+  int64_t tick(int64_t now_ns);
   void send(Type type, std::span<const std::byte> head, std::span<const std::byte> data);
   void count(const PoseSender::Drops& drops) {
     counters_.poses_dropped.add(drops.messages);
@@ -66,7 +66,7 @@ class GroupPublisher final : public NetworkPublisher {
 
   // Guarded by mutex_.
   int fd_ = -1;
-  Session session_;  // its number and counter; nothing is sealed and nothing comes
+  Session session_;  // id and datagram counter; plaintext, send only
   Carousel carousel_;
   PoseSender poses_;
   int64_t next_round_ns_ = 0;
@@ -83,7 +83,7 @@ Result<void> GroupPublisher::set_description(std::span<const std::byte> message)
   ControlSender::Prepared prepared = ControlSender::prepare(message);
   const std::lock_guard lock(mutex_);
   carousel_.describe(std::move(prepared));
-  count(poses_.start_description());  // they belong to the description before
+  count(poses_.start_description());
   next_round_ns_ = monotonic_ns() + kRoundNs;
   thread_.wake();
   return {};
@@ -116,7 +116,7 @@ bool GroupPublisher::publish(const wire::MessagePieces& message, bool last_part)
         poses_.publish(fd_, fd_ >= 0 ? &session_ : nullptr, message, last_part, monotonic_ns(), drops);
     count(drops);
     return outcome != PoseSender::Outcome::dropped;
-  } catch (const std::exception&) {  // no memory to keep the frame
+  } catch (const std::exception&) {  // out of memory
     count({1, 1});
     return false;
   }
@@ -140,7 +140,7 @@ LinkStats GroupPublisher::stats() const {
   if (is_inherited()) return stats;
   const std::lock_guard lock(mutex_);
   stats.bytes_sent += poses_.bytes_sent();
-  return stats;  // how many listen nobody knows
+  return stats;  // the number of listeners is unknown
 }
 
 // --- the link's thread
@@ -158,7 +158,7 @@ bool GroupPublisher::visit(const Address&) {
     carousel_.start_round();
     next_round_ns_ = monotonic_ns() + kRoundNs;
   }
-  // However this ends, nobody may use the descriptor after it.
+  // Clears the descriptor on every path out of this function.
   struct Leave {
     GroupPublisher& self;
     ~Leave() {
@@ -175,18 +175,18 @@ void GroupPublisher::serve() {
     int64_t wait_ns;
     {
       const std::lock_guard lock(mutex_);
-      wait_ns = turn(monotonic_ns());
+      wait_ns = tick(monotonic_ns());
     }
     thread_.wait(-1, 0, wait_ns);
   }
   const std::lock_guard lock(mutex_);
-  turn(monotonic_ns());  // a last goodbye
+  tick(monotonic_ns());  // sends a queued Goodbye message
   send(Type::bye, {}, {});
 }
 
-// Sends what is due; how long there is nothing more to do.
-int64_t GroupPublisher::turn(int64_t now_ns) {
-  if (carousel_.take_begun_anew()) {
+// Sends due datagrams and returns the time until the next call.
+int64_t GroupPublisher::tick(int64_t now_ns) {
+  if (carousel_.consume_renumbering()) {
     send(Type::bye, {}, {});
     session_ = Session(random_id(), now_ns, nullptr, datagram_bytes_);
     poses_.start_session();
@@ -196,7 +196,7 @@ int64_t GroupPublisher::turn(int64_t now_ns) {
     next_round_ns_ = now_ns + kRoundNs;
   }
   if (now_ns >= next_burst_ns_) {
-    if (carousel_.take_news()) {
+    if (carousel_.consume_offer_change()) {
       std::byte offer[kGroupOfferBytes];
       write_group_offer(offer, carousel_.offer());
       send(Type::group, offer, {});
@@ -217,7 +217,7 @@ int64_t GroupPublisher::turn(int64_t now_ns) {
   return std::max(next_ns - now_ns, kMillisecondNs);
 }
 
-// A datagram that does not go out now is repeated like a lost one.
+// A datagram that the socket rejects is repeated later, like a lost one.
 void GroupPublisher::send(Type type, std::span<const std::byte> head, std::span<const std::byte> data) {
   Session::Buffer datagram;
   session_.start(datagram, type);
@@ -233,12 +233,12 @@ void GroupPublisher::send(Type type, std::span<const std::byte> head, std::span<
 
 Result<std::unique_ptr<PublisherLink>> make_group_publisher(const Uri& uri, const Address& group,
                                                             const PublisherOptions& options,
-                                                            uint32_t numbers_before_anew) {
+                                                            uint32_t max_number) {
   if (!options.key_file.empty())
     return Error{uri_text(uri) +
                  ": datagrams to a group cannot be sealed; leave the key away, or publish to one renderer"};
   auto publisher = std::make_unique<GroupPublisher>(
-      uri, group, Carousel(uri.mtu != 0 ? uri.mtu : kDatagramBytes, numbers_before_anew));
+      uri, group, Carousel(uri.mtu != 0 ? uri.mtu : kDatagramBytes, max_number));
   if (auto started = publisher->start(); !started) return started.error();
   return std::unique_ptr<PublisherLink>(std::move(publisher));
 }

@@ -17,7 +17,7 @@ bool is_group(const Address& address) {
          IN6_IS_ADDR_MULTICAST(&reinterpret_cast<const sockaddr_in6&>(address.storage).sin6_addr);
 }
 
-// 0: whichever the system chooses.
+// 0: the system chooses.
 Result<unsigned> interface_of(const Uri& uri, const Address& group) {
   if (!uri.interface.empty()) {
     const unsigned index = ::if_nametoindex(uri.interface.c_str());
@@ -39,14 +39,14 @@ bool set(int fd, int level, int option, const Value& value) {
   return ::setsockopt(fd, level, option, &value, sizeof value) == 0;
 }
 
-bool choose_way_out(int fd, const Address& group, int interface, int ttl) {
+bool set_outgoing_interface(int fd, const Address& group, int interface, int ttl) {
   if (group.family() == AF_INET6)
     return set(fd, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, ttl) &&
            (interface == 0 || set(fd, IPPROTO_IPV6, IPV6_MULTICAST_IF, interface));
-  ip_mreqn way{};
-  way.imr_ifindex = interface;
+  ip_mreqn request{};
+  request.imr_ifindex = interface;
   return set(fd, IPPROTO_IP, IP_MULTICAST_TTL, ttl) &&
-         (interface == 0 || set(fd, IPPROTO_IP, IP_MULTICAST_IF, way));
+         (interface == 0 || set(fd, IPPROTO_IP, IP_MULTICAST_IF, request));
 }
 
 bool join(int fd, const Address& group, unsigned interface) {
@@ -61,7 +61,7 @@ bool join(int fd, const Address& group, unsigned interface) {
   ip_mreqn membership{};
   membership.imr_multiaddr = reinterpret_cast<const sockaddr_in&>(group.storage).sin_addr;
   membership.imr_ifindex = static_cast<int>(interface);
-  // Else it would hear what some other program of this machine has joined.
+  // Excludes groups that other programs of this machine have joined.
   return set(fd, IPPROTO_IP, IP_MULTICAST_ALL, off) && set(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership);
 }
 
@@ -85,8 +85,8 @@ Result<UniqueFd> open_group_sender(const Uri& uri, const Address& group) {
   UniqueFd fd(::socket(group.family(), SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!fd) return system_error(uri, "cannot make a socket");
   set(fd.get(), SOL_SOCKET, SO_SNDBUF, 4 << 20);
-  // A datagram leaves the network segment only if that was asked for.
-  if (!choose_way_out(fd.get(), group, static_cast<int>(*interface), uri.ttl != 0 ? uri.ttl : 1))
+  // Default TTL 1: datagrams do not leave the network segment.
+  if (!set_outgoing_interface(fd.get(), group, static_cast<int>(*interface), uri.ttl != 0 ? uri.ttl : 1))
     return system_error(uri, "cannot send to the group");
   Address to = group;
   if (to.family() == AF_INET6 && *interface != 0)

@@ -10,15 +10,15 @@
 
 namespace fire3dv::transport::udp {
 
-// The group that the URI names by number; nothing when it is one machine's address, or a name.
+// Multicast address of the URI, or nothing for a unicast address or a host name.
 std::optional<Address> group_of(const Uri& uri);
 
-// An error for options that only groups have.
+// Returns an error if the URI has options that only multicast groups support.
 Result<void> refuse_group_options(const Uri& uri);
 
-// Sends to the group: connected to it.
+// Opens a socket that is connected to the group.
 Result<UniqueFd> open_group_sender(const Uri& uri, const Address& group);
-// Has joined the group, and hears what is sent to it and its port, and nothing else. Any number may.
+// Opens a socket that has joined the group and receives only its traffic. Several sockets may share a port.
 Result<UniqueFd> open_group_receiver(const Uri& uri, const Address& group);
 
 }  // namespace fire3dv::transport::udp

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kAnyPort = "udp://127.0.0.1:0";
 
-// What a relay's filter uses has to be declared before the relay, whose thread ends last.
+// State of a relay's filter is declared before the relay, whose thread ends last.
 
 struct UdpAttack : testing::Test {
   Secured secured;
@@ -80,7 +80,7 @@ TEST_F(UdpAttack, AnAcceptInTheOpenDoesNotUnsealAPublisher) {
   EXPECT_EQ(readable, 0);
 }
 
-// Who has not seen the greeting does not know its random.
+// A sender that has not seen the ClientHello does not know its random.
 TEST_F(UdpAttack, ARefusalFromOffPathIsNotHeard) {
   RawListener raw;
   auto publisher = open_publisher_or_fail(raw.uri(), secured.keyed_publisher('1'));
@@ -142,7 +142,7 @@ TEST_F(UdpAttack, NobodyWithoutTheKeyBecomesAPeer) {
   bool greeted = false;
   for (int i = 0; i < 4; ++i) {
     if (raw.receive() == RecordKind::client_hello) {
-      greeted = greeted || dtls->greet(raw.datagram, cookies);
+      greeted = greeted || dtls->check_client_hello(raw.datagram, cookies);
       if (greeted) dtls->handshake({});
     } else {
       EXPECT_NE(dtls->handshake(raw.datagram), udp::Dtls::Progress::established);
@@ -280,7 +280,7 @@ TEST_F(UdpAttack, ALostFlightIsRepeated) {
   EXPECT_EQ(listener.count(Kind::connected), 1u);
 }
 
-// A question of each kind from an address that has proved nothing; whatever the answer is, it is not longer.
+// Requests of each kind from an unproved address: no answer is longer than its request.
 TEST_F(UdpAttack, NoAnswerIsLongerThanItsQuestion) {
   const auto client = key_of('1')->connect();
   client->handshake({});
@@ -369,7 +369,7 @@ TEST_F(UdpAttack, NoRecordNumberIsSealedTwice) {
   listener.link->send(listener.peer(), bytes_of(std::string(50'000, 'r')));
   ASSERT_TRUE(poll_until_reply(*publisher, std::string(50'000, 'r')));
   EXPECT_EQ(listener.count(Kind::connected), 1u) << "one session";
-  EXPECT_EQ(rejected(listener.link->stats(), Cause::bad_key), 0u) << "two threads sealed at once";
+  EXPECT_EQ(rejected(listener.link->stats(), Cause::bad_key), 0u) << "two threads sealed concurrently";
   const std::lock_guard lock(mutex);
   EXPECT_GT(datagrams, 400u);
   EXPECT_EQ(numbers.size(), datagrams);
@@ -426,7 +426,7 @@ TEST_F(UdpAttack, ForgedAlertsEndNothing) {
   EXPECT_EQ(listener.count(Kind::disconnected), 0u);
 }
 
-// A port that is closed for a moment, or a forged ICMP error: the listener is asked, and the session goes on.
+// A port that is closed for a moment, or a forged ICMP error: the listener is probed, and the session continues.
 TEST_F(UdpAttack, AnIcmpErrorDoesNotEndASealedSession) {
   RawListener raw;
   auto publisher = open_publisher_or_fail(raw.uri(), secured.keyed_publisher('1'));
@@ -450,7 +450,7 @@ TEST_F(UdpAttack, AnIcmpErrorDoesNotEndASealedSession) {
   FAIL() << "each session ended";
 }
 
-// A listener that was started anew answers each ping by a reset.
+// A restarted listener answers each ping by a reset.
 TEST_F(UdpAttack, ResetsAreNotAnsweredOneByOne) {
   RawListener raw;
   auto publisher = open_publisher_or_fail(raw.uri(), secured.keyed_publisher('1'));
@@ -463,7 +463,7 @@ TEST_F(UdpAttack, ResetsAreNotAnsweredOneByOne) {
     pings += type == udp::Type::ping;
     for (int i = 0; i < 10; ++i) raw.send(reset);
   }
-  EXPECT_GE(pings, 1) << "who has the key is asked";
+  EXPECT_GE(pings, 1) << "the key holder is probed";
   EXPECT_LE(pings, 10);
 }
 
@@ -521,7 +521,7 @@ TEST_F(UdpAttack, RandomsDifferInAForkedChild) {
     EXPECT_EQ(::RAND_bytes(random.data(), static_cast<int>(random.size())), 1);
     return random;
   };
-  make_random();  // whatever a generator may keep, the child inherits
+  make_random();  // the child inherits the state of a generator
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
   const UniqueFd out(ends[0]), in(ends[1]);
@@ -560,7 +560,7 @@ TEST_F(UdpAttack, ABundleOfEmptyStatesEndsItsSenderOnce) {
     udp::Type type{};
     std::span<const std::byte> payload;
     ASSERT_EQ(publisher.session->open(about, answer, monotonic_ns(), type, payload),
-              udp::Session::Heard::payload);
+              udp::Session::Received::payload);
     if (type == udp::Type::state_ack) publisher.session->control(type, payload, SIZE_MAX, monotonic_ns());
   }
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));

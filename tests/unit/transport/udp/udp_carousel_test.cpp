@@ -57,7 +57,7 @@ TEST(Carousel, AJoinerGetsAllInOrderWhateverTheLoss) {
         got.push_back(message);
     EXPECT_EQ(got, sent) << loss;
     EXPECT_TRUE(round_to(carousel, receiver, 0, random).empty()) << "once each";
-    EXPECT_EQ(receiver.held_bytes(), 0u);
+    EXPECT_EQ(receiver.buffered_bytes(), 0u);
   }
 }
 
@@ -123,7 +123,7 @@ TEST(Carousel, OfEachKeyTheNewestIsRepeatedForEver) {
     EXPECT_TRUE(carousel.put(2, prepared(newest)));
     if (i % 400 == 0) round_to(carousel, early, 0.3, random);
   }
-  EXPECT_LT(carousel.offer().last - carousel.offer().first, udp::kMostGroupMessages);
+  EXPECT_LT(carousel.offer().last - carousel.offer().first, udp::kMaxGroupMessages);
   CarouselReceiver late(udp::fragment_bytes_of(kDatagramBytes));
   for (CarouselReceiver* receiver : {&early, &late}) {
     std::vector<std::string> got;
@@ -192,9 +192,9 @@ TEST(Carousel, AKeyThatChangesFasterThanItIsSentIsSeenToChange) {
 }
 
 TEST(Carousel, NumbersBeginAnewBeforeTheyRunOut) {
-  constexpr uint32_t kMostNumbers = 500;
+  constexpr uint32_t kMaxNumbers = 500;
   std::mt19937 random(17);
-  Carousel carousel(kDatagramBytes, kMostNumbers);
+  Carousel carousel(kDatagramBytes, kMaxNumbers);
   CarouselReceiver receiver(udp::fragment_bytes_of(kDatagramBytes));
   carousel.describe(prepared("d"));
   EXPECT_TRUE(carousel.put(1, prepared("still")));
@@ -204,16 +204,16 @@ TEST(Carousel, NumbersBeginAnewBeforeTheyRunOut) {
   std::vector<std::string> got;
   for (int i = 0; i < 3000; ++i) {
     EXPECT_TRUE(carousel.put(2, prepared(large + std::to_string(i))));
-    if (carousel.take_begun_anew()) {
+    if (carousel.consume_renumbering()) {
       ++sessions;
       EXPECT_EQ(carousel.offer().description, 1u);
       receiver = CarouselReceiver(udp::fragment_bytes_of(kDatagramBytes));
       got.clear();
     }
-    EXPECT_LE(carousel.offer().last, kMostNumbers + 1);
+    EXPECT_LE(carousel.offer().last, kMaxNumbers + 1);
     if (i % 100 == 0)
       for (auto& message : round_to(carousel, receiver, 0.2, random)) got.push_back(message);
-    carousel.next();  // anew in the middle of a message, too
+    carousel.next();  // also in the middle of a message
   }
   EXPECT_GE(sessions, 6);
   for (int round = 0; round < 2; ++round)
@@ -235,7 +235,7 @@ TEST(Carousel, WhoContradictsItselfIsCorruptAndMemoryIsBounded) {
   };
   EXPECT_EQ(CarouselReceiver(kPiece).fragment(sound, piece, SIZE_MAX), Outcome::ignored)
       << "nothing was offered";
-  EXPECT_EQ(fresh().fragment(sound, piece, SIZE_MAX), Outcome::kept);
+  EXPECT_EQ(fresh().fragment(sound, piece, SIZE_MAX), Outcome::accepted);
   EXPECT_EQ(fresh().fragment(sound, piece, kPiece), Outcome::ignored) << "over the budget";
   for (const auto spoil :
        {+[](udp::FragmentHeader& h) { h.count = 4; }, +[](udp::FragmentHeader& h) { h.index = 2; },
@@ -246,14 +246,14 @@ TEST(Carousel, WhoContradictsItselfIsCorruptAndMemoryIsBounded) {
     EXPECT_EQ(fresh().fragment(bad, piece, SIZE_MAX), Outcome::corrupt);
   }
   CarouselReceiver receiver = fresh();
-  ASSERT_EQ(receiver.fragment(sound, piece, SIZE_MAX), Outcome::kept);
+  ASSERT_EQ(receiver.fragment(sound, piece, SIZE_MAX), Outcome::accepted);
   udp::FragmentHeader other = sound;
   other.index = 1;
   other.hash = 8;
   EXPECT_EQ(receiver.fragment(other, piece, SIZE_MAX), Outcome::corrupt) << "another hash";
   other = sound;
   other.index = 1;
-  ASSERT_EQ(receiver.fragment(other, piece, SIZE_MAX), Outcome::kept);
+  ASSERT_EQ(receiver.fragment(other, piece, SIZE_MAX), Outcome::accepted);
   other.index = 2;
   EXPECT_EQ(receiver.fragment(other, std::span(piece).first(5), SIZE_MAX), Outcome::corrupt)
       << "the wrong hash";

@@ -1,11 +1,11 @@
-// Multicast groups over an interface: whoever joins learns all there is to know, and sends nothing.
+// Multicast groups over an interface: a joiner receives all control messages and never sends.
 #include <net/if.h>
 
 #include <algorithm>
 #include <random>
 
+#include "protocol/transport/core/link_factories.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
-#include "protocol/transport/udp/multicast/udp_group_publisher.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"
 #include "tests/unit/transport/network_namespace.h"
 #include "tests/unit/transport/raw_socket.h"
@@ -85,17 +85,17 @@ TEST_P(Group, WhoeverJoinsGetsTheNewestOfEachKey) {
 }
 
 TEST_P(Group, APublisherWhoseNumbersAreUsedUpGoesOnAsAnotherPeer) {
-  constexpr uint32_t kMostNumbers = 40;
+  constexpr uint32_t kMaxNumbers = 40;
   Listener listener(uri, insecure());
   const auto parsed = parse_uri(uri);
   ASSERT_TRUE(parsed.ok());
-  auto made = udp::make_group_publisher(*parsed, *udp::group_of(*parsed), {}, kMostNumbers);
+  auto made = udp::make_group_publisher(*parsed, *udp::group_of(*parsed), {}, kMaxNumbers);
   ASSERT_TRUE(made.ok()) << made.error().message;
   PublisherLink& publisher = **made;
   ASSERT_TRUE(publisher.set_description(bytes_of("d")));
   ASSERT_TRUE(publish_until_seen(publisher, listener, "before"));
   const auto newest = bytes_of("newest"), older = bytes_of("older");
-  for (uint32_t i = 0; i < 2 * kMostNumbers; ++i)
+  for (uint32_t i = 0; i < 2 * kMaxNumbers; ++i)
     ASSERT_TRUE(publisher.put_state(1, std::make_shared<const wire::Bytes>(older.begin(), older.end())).ok());
   ASSERT_TRUE(publisher.put_state(1, std::make_shared<const wire::Bytes>(newest.begin(), newest.end())).ok());
   ASSERT_TRUE(listener.poll_until([&] { return listener.saw_part(Kind::disconnected, "closed the link"); }));
@@ -129,7 +129,7 @@ TEST_P(Group, StrangersAreCountedAndHarmNobody) {
   auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   ASSERT_TRUE(publish_until_seen(*publisher, listener, "before"));
-  // What a stranger may send: through a link of our own that is told nothing, by its socket's address.
+  // Datagrams of a stranger, sent through a link of our own without a description.
   const auto parsed = parse_uri(uri);
   const bool v6 = parsed->host.find(':') != std::string::npos;
   const UniqueFd fd(::socket(v6 ? AF_INET6 : AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));

@@ -45,7 +45,7 @@ TEST_F(UdpKey, AnotherKeyIsRefusedAndBothSidesSaySo) {
 TEST_F(UdpKey, NoKeyIsRefused) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
   auto publisher = open_publisher_or_fail(listener.link->uri());
-  EXPECT_NE(struct_error(*publisher).find("asks for a key"), std::string::npos) << publisher->problem();
+  EXPECT_NE(struct_error(*publisher).find("requires a key"), std::string::npos) << publisher->problem();
   EXPECT_TRUE(listener.poll_until([&] { return listener.saw_part(Kind::note, "it has no key"); }));
   EXPECT_EQ(listener.count(Kind::connected), 0u);
 }
@@ -133,7 +133,7 @@ TEST_F(UdpKey, ASendersOwnDatagramsAreForgeriesToIt) {
   EXPECT_EQ(publisher->stats().peers, 1u);
 }
 
-// Anyone can write the two words of a reset. A sealed session asks who has the key.
+// Anyone can write the two words of a reset. A sealed session probes the key holder.
 TEST_F(UdpKey, AForgedResetDoesNotEndASealedSession) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
   auto relay = relay_to(listener);

@@ -19,7 +19,7 @@ struct UdpMtu : testing::TestWithParam<bool> {
   }
 };
 
-// What the relay saw of datagrams' lengths.
+// Datagram lengths that the relay has seen.
 struct Lengths {
   std::atomic<size_t> longest_out{0}, longest_back{0};
   void see(bool to_target, size_t bytes) {

@@ -1,4 +1,4 @@
-// The newest frame of a simulator that pauses arrives over UDP, whatever became of its datagrams.
+// The newest frame of a simulator that pauses arrives over UDP despite packet loss.
 #include <atomic>
 #include <climits>
 
@@ -78,7 +78,7 @@ TEST(UdpNewest, EachNewSessionGetsIt) {
   EXPECT_EQ(publisher->stats().poses_dropped, 0u);
 }
 
-// What the system's buffers or the network lost, nobody saw; the numbers of the frames tell.
+// Losses in buffers and on the network are detected by gaps in the frame numbers.
 TEST(UdpNewest, FramesThatDidNotComeAreCountedWhereTheyShouldHave) {
   Behind behind;
   auto publisher = behind.publisher();

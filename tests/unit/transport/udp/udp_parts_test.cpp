@@ -5,8 +5,7 @@
 #include <random>
 
 #include "protocol/transport/udp/udp_control.h"
-#include "protocol/transport/udp/udp_cookie.h"
-#include "protocol/transport/udp/udp_window.h"
+#include "protocol/transport/udp/udp_handshake.h"
 
 namespace fire3dv::transport::udp {
 namespace {
@@ -84,8 +83,8 @@ TEST(UdpControl, AClaimedLengthTakesNoMemory) {
   ControlReceiver receiver;
   FragmentHeader header{1, 255, 59'000, 59'000 * static_cast<uint32_t>(kFragmentBytes), 1};
   const auto data = pattern(kFragmentBytes, 1);
-  EXPECT_EQ(receiver.fragment(header, data, SIZE_MAX), ControlReceiver::Outcome::kept);
-  EXPECT_LT(receiver.held_bytes(), 600'000u);
+  EXPECT_EQ(receiver.fragment(header, data, SIZE_MAX), ControlReceiver::Outcome::accepted);
+  EXPECT_LT(receiver.buffered_bytes(), 600'000u);
   header.index = 50'000;
   EXPECT_EQ(receiver.fragment(header, data, SIZE_MAX), ControlReceiver::Outcome::ignored)
       << "out of the window";
@@ -108,14 +107,14 @@ TEST(UdpControl, ASenderThatContradictsItselfIsCorrupt) {
   }
   {
     ControlReceiver receiver;
-    EXPECT_EQ(receiver.fragment(sound, data, SIZE_MAX), Outcome::kept);
+    EXPECT_EQ(receiver.fragment(sound, data, SIZE_MAX), Outcome::accepted);
     FragmentHeader other = sound;
     other.hash = 2;
     EXPECT_EQ(receiver.fragment(other, data, SIZE_MAX), Outcome::corrupt);
   }
   {
     ControlReceiver receiver;
-    EXPECT_EQ(receiver.fragment(sound, data, SIZE_MAX), Outcome::kept);
+    EXPECT_EQ(receiver.fragment(sound, data, SIZE_MAX), Outcome::accepted);
     FragmentHeader last = sound;
     last.index = 1;
     EXPECT_EQ(receiver.fragment(last, pattern(6, 1), SIZE_MAX), Outcome::corrupt) << "wrong size";

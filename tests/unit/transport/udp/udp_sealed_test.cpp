@@ -37,8 +37,8 @@ Address address_of(uint8_t host, uint16_t port) {
 
 // An acceptor, and publishers that greet it.
 struct Door {
-  explicit Door(size_t most_pending)
-      : acceptor(key_of('1'), most_pending,
+  explicit Door(size_t max_pending)
+      : acceptor(key_of('1'), max_pending,
                  {[this](const Address&, auto datagram) {
                     answers.emplace_back(datagram.begin(), datagram.end());
                   },
@@ -64,14 +64,14 @@ struct Door {
     answers.clear();
     hear(from, publisher->take_outgoing());
     for (const auto& answer : std::exchange(answers, {})) publisher->handshake(answer);
-    acceptor.turn(now_ns);  // time for handshakes once more
+    acceptor.tick(now_ns);  // restores the time budget
     hear(from, publisher->take_outgoing());
     return publisher;
   }
   bool finish(Dtls& publisher, const Address& from) {
     for (int i = 0; i < 100 && !publisher.established() && acceptor.has(from); ++i) {
       for (const auto& answer : std::exchange(answers, {})) publisher.handshake(answer);
-      acceptor.turn(now_ns);
+      acceptor.tick(now_ns);
       hear(from, publisher.take_outgoing());
     }
     return publisher.established() && acceptor.established(from) != nullptr;
@@ -113,14 +113,14 @@ TEST(UdpSealed, PendingHandshakesAreBoundedAndEnd) {
   door.answers = flight;
   EXPECT_TRUE(door.finish(*publisher, honest));
   door.now_ns += 9 * kSecondNs;
-  door.acceptor.turn(door.now_ns);
+  door.acceptor.tick(door.now_ns);
   EXPECT_EQ(door.acceptor.size(), 8u);
   door.now_ns += 2 * kSecondNs;
-  door.acceptor.turn(door.now_ns);
+  door.acceptor.tick(door.now_ns);
   EXPECT_EQ(door.acceptor.size(), 0u) << "also one that is done, and never says hello";
 }
 
-// What a ClientHello offers, and what a listener takes of one that was written by somebody else.
+// Offers of our ClientHello, and a listener's choice from a foreign one.
 TEST(UdpSealed, OneVersionAndOneSuiteAlone) {
   constexpr size_t kVersionAt = 25, kSessionAt = 59;
   constexpr std::array kOurs{std::byte{0xcc}, std::byte{0xac}};
@@ -148,7 +148,7 @@ TEST(UdpSealed, OneVersionAndOneSuiteAlone) {
     Datagrams second = other->take_outgoing();
     change(second.at(0));
     door.failed = 0;
-    door.acceptor.turn(door.now_ns);
+    door.acceptor.tick(door.now_ns);
     door.hear(from, {second[0]});
     return door.failed == 1 && !door.acceptor.has(from);
   };
@@ -177,7 +177,7 @@ TEST(UdpSealed, AHandshakeHearsABoundedNumberOfDatagrams) {
           22, 0xfe, 0xfd, 0, static_cast<uint8_t>(epoch), 0, 0, 0, 0, 1, static_cast<uint8_t>(heard), 0, 47};
       std::copy_n(std::as_bytes(std::span(header)).begin(), header.size(), junk.begin());
       junk[13] = std::byte{16};  // a ClientKeyExchange
-      door.acceptor.turn(door.now_ns);
+      door.acceptor.tick(door.now_ns);
       door.hear(from, {junk});
     }
     EXPECT_LE(heard, epoch == 0 ? 33 : 9);
@@ -200,7 +200,7 @@ TEST(UdpSealed, HandshakesWaitWhenTheirTimeIsUsedUp) {
   EXPECT_GT(door.acceptor.size(), 0u);
   EXPECT_GT(door.busy, 0u) << "500 key exchanges in 2 ms";
   const size_t begun = door.acceptor.size();
-  door.acceptor.turn(door.now_ns);
+  door.acceptor.tick(door.now_ns);
   for (const auto& [from, datagrams] : greetings) door.hear(from, datagrams);
   EXPECT_GT(door.acceptor.size(), begun) << "they come again";
 }
@@ -215,7 +215,7 @@ struct Pair {
     for (int i = 0; i < 1000 && !(from->established() && to->established()); ++i) {
       for (const auto& datagram : from->take_outgoing()) {
         if (!greeted) {
-          greeted = to->greet(datagram, cookies);
+          greeted = to->check_client_hello(datagram, cookies);
           if (greeted) to->handshake({});
         } else {
           to->handshake(datagram);
@@ -280,7 +280,7 @@ TEST(UdpSealed, RandomRecordsDoNotBreakASession) {
     if (about.kind == RecordKind::data) {
       EXPECT_EQ(pair.to->open(datagram, about.record_number, plaintext), Dtls::Opened::forged);
     }
-    if (about.kind == RecordKind::handshake) pair.to->hear_handshake(datagram);
+    if (about.kind == RecordKind::handshake) pair.to->receive_handshake(datagram);
   }
   EXPECT_TRUE(pair.to->take_outgoing().empty());
   EXPECT_EQ(pair.open(pair.seal(1)), Dtls::Opened::plaintext);

@@ -109,11 +109,11 @@ Result<Way> session_way(const Payloads& payloads, size_t datagram_bytes, bool se
     Session& session = *ends->sessions.to;
     udp::Header header;
     std::span<const std::byte> payload;
-    const auto heard =
+    const auto received =
         sealed ? session.open(udp::inspect_records(datagram), datagram, monotonic_ns(), header.type, payload)
-        : udp::read_header(datagram, header) ? session.hear(header, datagram, monotonic_ns(), payload)
-                                             : Session::Heard::forged;
-    return heard == Session::Heard::payload && header.type == udp::Type::pose &&
+        : udp::read_header(datagram, header) ? session.receive(header, datagram, monotonic_ns(), payload)
+                                             : Session::Received::forged;
+    return received == Session::Received::payload && header.type == udp::Type::pose &&
            std::equal(payload.begin(), payload.end(), expected.begin(), expected.end());
   };
   way.drain = [fd = way.fd] { discard(fd); };

@@ -1,13 +1,14 @@
-#include "examples/common/glb_writer.h"
+#include "examples/common/gltf_writer.h"
 
 #include <algorithm>
 #include <charconv>
-#include <cstring>
 
 namespace examples {
 namespace {
 
-constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+using fire3dv::base::GlbBuffer;
+
+constexpr int kFloat = 5126, kUint32 = 5125;
 
 // Returns the shortest text that parses to the same float, independent of the locale.
 std::string number(float value) {
@@ -43,40 +44,33 @@ std::string member(const char* name, const std::vector<std::string>& parts) {
   return parts.empty() ? "" : ",\n\"" + std::string(name) + "\":[" + joined(parts) + "]";
 }
 
-void append_u32(std::vector<uint8_t>& out, size_t value) {
-  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<uint8_t>(value >> shift));
+std::string view_text(const GlbBuffer::View& view) {
+  std::string text = "{\"buffer\":0,\"byteOffset\":" + std::to_string(view.offset) +
+                     ",\"byteLength\":" + std::to_string(view.bytes);
+  if (view.target != GlbBuffer::Target::none)
+    text += ",\"target\":" + std::to_string(static_cast<int>(view.target));
+  return text + "}";
 }
 
 }  // namespace
 
-size_t GlbWriter::add_view(const void* bytes, size_t count, int target) {
-  while (binary_.size() % 4 != 0) binary_.push_back(0);
-  std::string view = "{\"buffer\":0,\"byteOffset\":" + std::to_string(binary_.size()) +
-                     ",\"byteLength\":" + std::to_string(count);
-  if (target != 0) view += ",\"target\":" + std::to_string(target);
-  views_.push_back(view + "}");
-  const auto* first = static_cast<const uint8_t*>(bytes);
-  binary_.insert(binary_.end(), first, first + count);
-  return views_.size() - 1;
-}
-
-size_t GlbWriter::add_accessor(size_t view, int component_type, size_t count, const char* type,
-                               const std::string& extra) {
+size_t GltfWriter::add_accessor(size_t view, int component_type, size_t count, const char* type,
+                                const std::string& extra) {
   accessors_.push_back("{\"bufferView\":" + std::to_string(view) +
                        ",\"componentType\":" + std::to_string(component_type) +
                        ",\"count\":" + std::to_string(count) + ",\"type\":\"" + type + "\"" + extra + "}");
   return accessors_.size() - 1;
 }
 
-size_t GlbWriter::add_texture(const std::string& name, std::span<const uint8_t> png) {
-  const size_t view = add_view(png.data(), png.size(), 0);
+size_t GltfWriter::add_texture(const std::string& name, std::span<const uint8_t> png) {
+  const size_t view = buffer_.add_view(std::as_bytes(png));
   images_.push_back("{\"name\":" + quoted(name) +
                     ",\"mimeType\":\"image/png\",\"bufferView\":" + std::to_string(view) + "}");
   textures_.push_back("{\"sampler\":0,\"source\":" + std::to_string(images_.size() - 1) + "}");
   return textures_.size() - 1;
 }
 
-size_t GlbWriter::add_material(const GlbMaterial& m) {
+size_t GltfWriter::add_material(const GltfMaterial& m) {
   const auto texture = [](const char* name, std::optional<size_t> index) {
     return index ? ",\"" + std::string(name) + "\":{\"index\":" + std::to_string(*index) + "}"
                  : std::string();
@@ -91,7 +85,7 @@ size_t GlbWriter::add_material(const GlbMaterial& m) {
   return materials_.size() - 1;
 }
 
-size_t GlbWriter::add_mesh(const std::string& name, std::span<const Primitive> primitives) {
+size_t GltfWriter::add_mesh(const std::string& name, std::span<const Primitive> primitives) {
   std::vector<std::string> texts;
   for (const Primitive& primitive : primitives) {
     std::vector<float> positions, normals, tangents, uvs;
@@ -107,7 +101,7 @@ size_t GlbWriter::add_mesh(const std::string& name, std::span<const Primitive> p
     }
     const auto floats = [&](const std::vector<float>& data, size_t width, const char* type,
                             const std::string& extra) {
-      const size_t view = add_view(data.data(), data.size() * sizeof(float), kArrayBuffer);
+      const size_t view = buffer_.add_view(std::as_bytes(std::span(data)), GlbBuffer::Target::array_buffer);
       return std::to_string(add_accessor(view, kFloat, data.size() / width, type, extra));
     };
     const std::string bounds = ",\"min\":" + list(std::array<float, 3>{low.x, low.y, low.z}) +
@@ -117,7 +111,8 @@ size_t GlbWriter::add_mesh(const std::string& name, std::span<const Primitive> p
     attributes += ",\"TANGENT\":" + floats(tangents, 4, "VEC4", "");
     attributes += ",\"TEXCOORD_0\":" + floats(uvs, 2, "VEC2", "");
     const auto& indices = primitive.mesh->indices;
-    const size_t view = add_view(indices.data(), indices.size() * sizeof(uint32_t), kElementArrayBuffer);
+    const size_t view =
+        buffer_.add_view(std::as_bytes(std::span(indices)), GlbBuffer::Target::element_array_buffer);
     const size_t accessor = add_accessor(view, kUint32, indices.size(), "SCALAR", "");
     texts.push_back("{\"attributes\":{" + attributes + "},\"indices\":" + std::to_string(accessor) +
                     ",\"material\":" + std::to_string(primitive.material) + "}");
@@ -126,13 +121,13 @@ size_t GlbWriter::add_mesh(const std::string& name, std::span<const Primitive> p
   return meshes_.size() - 1;
 }
 
-size_t GlbWriter::add_camera(const std::string& name, float vertical_fov_rad, float near_m) {
+size_t GltfWriter::add_camera(const std::string& name, float vertical_fov_rad, float near_m) {
   cameras_.push_back("{\"name\":" + quoted(name) + ",\"type\":\"perspective\",\"perspective\":{\"yfov\":" +
                      number(vertical_fov_rad) + ",\"znear\":" + number(near_m) + "}}");
   return cameras_.size() - 1;
 }
 
-size_t GlbWriter::add_light(const GlbLight& light) {
+size_t GltfWriter::add_light(const GltfLight& light) {
   std::string text = "{\"name\":" + quoted(light.name) + ",\"type\":" + quoted(light.type) +
                      ",\"color\":" + list(light.color) + ",\"intensity\":" + number(light.intensity);
   if (light.type == "spot") {
@@ -143,8 +138,8 @@ size_t GlbWriter::add_light(const GlbLight& light) {
   return lights_.size() - 1;
 }
 
-void GlbWriter::add_node(const Node& node) {
-  const GlbMatrix& m = node.parent_from_node;
+void GltfWriter::add_node(const Node& node) {
+  const GltfMatrix& m = node.parent_from_node;
   const std::array<float, 16> columns = {m[0], m[4], m[8],  0, m[1], m[5], m[9],  0,
                                          m[2], m[6], m[10], 0, m[3], m[7], m[11], 1};
   std::string text = "{\"name\":" + quoted(node.name) + ",\"matrix\":" + list(columns);
@@ -156,17 +151,19 @@ void GlbWriter::add_node(const Node& node) {
   nodes_.push_back(text + "}");
 }
 
-std::vector<uint8_t> GlbWriter::finish(const std::string& root_name, const std::string& generator) const {
+std::vector<std::byte> GltfWriter::finish(const std::string& root_name, const std::string& generator) const {
   std::string children;
   for (size_t i = 0; i < nodes_.size(); ++i) children += (i ? "," : "") + std::to_string(i);
   std::vector<std::string> nodes = nodes_;
   nodes.push_back("{\"name\":" + quoted(root_name) + ",\"children\":[" + children + "]}");
+  std::vector<std::string> views;
+  for (const GlbBuffer::View& view : buffer_.views()) views.push_back(view_text(view));
 
   std::string json = "{\"asset\":{\"version\":\"2.0\",\"generator\":" + quoted(generator) + "}";
   json += ",\n\"scene\":0,\"scenes\":[{\"nodes\":[" + std::to_string(nodes.size() - 1) + "]}]";
   json += member("nodes", nodes) + member("meshes", meshes_) + member("materials", materials_) +
           member("textures", textures_) + member("images", images_) + member("cameras", cameras_) +
-          member("accessors", accessors_) + member("bufferViews", views_);
+          member("accessors", accessors_) + member("bufferViews", views);
   if (!textures_.empty()) {
     json += ",\n\"samplers\":[{\"magFilter\":9729,\"minFilter\":9987,\"wrapS\":10497,\"wrapT\":10497}]";
   }
@@ -176,21 +173,8 @@ std::vector<uint8_t> GlbWriter::finish(const std::string& root_name, const std::
         "\"lights\":[" +
         joined(lights_) + "]}}";
   }
-  json += ",\n\"buffers\":[{\"byteLength\":" + std::to_string(binary_.size()) + "}]}";
-  while (json.size() % 4 != 0) json += ' ';
-  std::vector<uint8_t> binary = binary_;
-  while (binary.size() % 4 != 0) binary.push_back(0);
-
-  std::vector<uint8_t> out = {'g', 'l', 'T', 'F'};
-  append_u32(out, 2);
-  append_u32(out, 12 + 8 + json.size() + 8 + binary.size());
-  append_u32(out, json.size());
-  append_u32(out, 0x4e4f534a);  // "JSON"
-  out.insert(out.end(), json.begin(), json.end());
-  append_u32(out, binary.size());
-  append_u32(out, 0x004e4942);  // "BIN"
-  out.insert(out.end(), binary.begin(), binary.end());
-  return out;
+  json += ",\n\"buffers\":[{\"byteLength\":" + std::to_string(buffer_.bytes().size()) + "}]}";
+  return fire3dv::base::make_glb(json, buffer_.bytes());
 }
 
 }  // namespace examples

@@ -1,4 +1,4 @@
-#include "adapters/mujoco/geom_looks.h"
+#include "adapters/mujoco/geom_appearance.h"
 
 #include "tools/convert/mesh/colors.h"
 #include "tools/convert/mjcf/mjcf_names.h"
@@ -16,30 +16,30 @@ bool is_shown(const mjModel& m, size_t geom, const std::array<float, 4>& rgba) {
 
 }  // namespace
 
-GeomAppearance::GeomAppearance(const mjModel& m) : looks_(static_cast<size_t>(m.ngeom)) {
-  for (size_t i = 0; i < looks_.size(); ++i) {
-    Look& look = looks_[i];
-    look.rgba = color_of(m, i);
-    look.is_shown = look.is_in_scene = is_shown(m, i, look.rgba);
+GeomAppearance::GeomAppearance(const mjModel& m) : appearances_(static_cast<size_t>(m.ngeom)) {
+  for (size_t i = 0; i < appearances_.size(); ++i) {
+    Appearance& appearance = appearances_[i];
+    appearance.rgba = color_of(m, i);
+    appearance.is_shown = appearance.is_in_scene = is_shown(m, i, appearance.rgba);
   }
 }
 
 const std::vector<GeomEdit>& GeomAppearance::changes(const mjModel& m) {
   changes_.clear();
-  for (size_t i = 0; i < looks_.size(); ++i) {
-    Look& look = looks_[i];
-    if (!look.is_in_scene) continue;
+  for (size_t i = 0; i < appearances_.size(); ++i) {
+    Appearance& appearance = appearances_[i];
+    if (!appearance.is_in_scene) continue;
     const std::array<float, 4> rgba = color_of(m, i);
     const bool shown = is_shown(m, i, rgba);
-    if (rgba == look.rgba && shown == look.is_shown) continue;
+    if (rgba == appearance.rgba && shown == appearance.is_shown) continue;
     GeomEdit edit{i, {}, {}};
-    if (shown != look.is_shown) edit.visible = shown;
-    if (rgba != look.rgba && shown) {
+    if (shown != appearance.is_shown) edit.visible = shown;
+    if (rgba != appearance.rgba && shown) {
       const glm::vec4 linear = convert::linear_from_srgb(glm::vec4(rgba[0], rgba[1], rgba[2], rgba[3]));
       edit.rgba = {linear.r, linear.g, linear.b, linear.a};
-      look.rgba = rgba;
+      appearance.rgba = rgba;
     }
-    look.is_shown = shown;
+    appearance.is_shown = shown;
     changes_.push_back(edit);
   }
   return changes_;

@@ -1,10 +1,11 @@
-// Decoding of image messages; private to protocol/wire.
+// Decoding of scene edits and image messages; private to protocol/wire.
 #pragma once
 
 #include "protocol/base/error.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::wire::fbs {
+struct SceneEdit;
 struct ImageRequest;
 struct ImageFrame;
 struct ImageRefused;
@@ -13,6 +14,7 @@ struct ImageRefused;
 namespace fire3dv::wire {
 
 // The tables must be in a verified buffer.
+Result<Message> read_scene_edit(const fbs::SceneEdit& table, const DecodeLimits& limits);
 Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeLimits& limits);
 Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimits& limits);
 Result<Message> read_image_refused(const fbs::ImageRefused& table, const DecodeLimits& limits);

@@ -26,12 +26,12 @@ class GeomAppearance {
   const std::vector<GeomEdit>& changes(const mjModel& model);
 
  private:
-  struct Look {
+  struct Appearance {
     std::array<float, 4> rgba{};  // as displayed (sRGB)
     bool is_shown = false;
     bool is_in_scene = false;
   };
-  std::vector<Look> looks_;
+  std::vector<Appearance> appearances_;
   std::vector<GeomEdit> changes_;
 };
 

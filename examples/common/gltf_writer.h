@@ -1,7 +1,8 @@
-// Writer of binary glTF 2.0 files (GLB). Each add_ function returns the glTF index of the new element.
+// Writer of glTF 2.0 scenes as GLB files. Each add_ function returns the glTF index of the new element.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -9,10 +10,11 @@
 #include <vector>
 
 #include "examples/common/mesh.h"
+#include "protocol/base/glb.h"
 
 namespace examples {
 
-struct GlbMaterial {
+struct GltfMaterial {
   std::string name;
   std::array<float, 3> base_color{1, 1, 1};  // linear
   float metallic = 0;
@@ -21,7 +23,7 @@ struct GlbMaterial {
   std::optional<size_t> base_color_texture, metallic_roughness_texture, normal_texture;
 };
 
-struct GlbLight {
+struct GltfLight {
   std::string name;
   std::string type;  // "directional", "point" or "spot"
   std::array<float, 3> color{1, 1, 1};
@@ -31,12 +33,12 @@ struct GlbLight {
 };
 
 // parent_from_node, 3x4, row-major.
-using GlbMatrix = std::array<float, 12>;
+using GltfMatrix = std::array<float, 12>;
 
-class GlbWriter {
+class GltfWriter {
  public:
   size_t add_texture(const std::string& name, std::span<const uint8_t> png);
-  size_t add_material(const GlbMaterial& material);
+  size_t add_material(const GltfMaterial& material);
   struct Primitive {
     const Mesh* mesh = nullptr;  // in glTF axes; v grows upwards in the image
     size_t material = 0;
@@ -44,26 +46,24 @@ class GlbWriter {
   };
   size_t add_mesh(const std::string& name, std::span<const Primitive> primitives);
   size_t add_camera(const std::string& name, float vertical_fov_rad, float near_m);
-  size_t add_light(const GlbLight& light);
+  size_t add_light(const GltfLight& light);
 
   struct Node {
     std::string name;
-    GlbMatrix parent_from_node{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    GltfMatrix parent_from_node{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     std::optional<size_t> mesh, camera, light;
   };
   // Adds a node to the scene. finish() puts all nodes below one root node.
   void add_node(const Node& node);
 
-  std::vector<uint8_t> finish(const std::string& root_name, const std::string& generator) const;
+  std::vector<std::byte> finish(const std::string& root_name, const std::string& generator) const;
 
  private:
-  size_t add_view(const void* bytes, size_t count, int target);
   size_t add_accessor(size_t view, int component_type, size_t count, const char* type,
                       const std::string& extra);
 
-  std::vector<uint8_t> binary_;
-  std::vector<std::string> views_, accessors_, images_, textures_, materials_, meshes_, cameras_, lights_,
-      nodes_;
+  fire3dv::base::GlbBuffer buffer_;
+  std::vector<std::string> accessors_, images_, textures_, materials_, meshes_, cameras_, lights_, nodes_;
 };
 
 }  // namespace examples
