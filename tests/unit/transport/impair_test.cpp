@@ -9,14 +9,11 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/transport/core/address.h"
-#include "tools/lab/impair/datagram_channel.h"
+#include "tools/lab/impair/impairment.h"
 #include "tools/lab/impair/relay.h"
-#include "tools/lab/impair/schedule.h"
-#include "tools/lab/impair/stream_impairment.h"
 
 namespace fire3dv::impair {
 namespace {
-
 
 constexpr int64_t kMs = 1'000'000;
 constexpr int kHangLimitMs = 120'000;
