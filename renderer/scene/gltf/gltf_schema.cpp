@@ -240,7 +240,7 @@ Result<void> reduce(json& object, const std::string& where) {
     const bool mode_of_view = member.key() == "mode" && where.ends_with(".EXT_meshopt_compression");
     const unsigned shape = mode_of_view ? kText : known->second;
     if (!fits(value, shape, largest_size))
-      return Error{where + ": " + member.key() + " has another type than glTF requires"};
+      return Error{where + ": " + member.key() + " is not of the type that glTF requires"};
     if (known->second == kExtensions) {
       if (auto done = reduce_extensions(value, where + ".extensions"); !done) return done;
     } else if (known->second == kObjects) {
