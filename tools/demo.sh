@@ -12,7 +12,7 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-usage() { echo "demo.sh: $*; tools/demo.sh --help tells the options" >&2; exit 2; }
+usage() { echo "demo.sh: $*; tools/demo.sh --help prints the options" >&2; exit 2; }
 say() { printf '\n== %s\n' "$*"; }
 die() { echo "demo.sh: $*" >&2; exit 1; }
 

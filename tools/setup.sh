@@ -103,7 +103,7 @@ apt() {
   die "apt-get $1 failed: the reason is above"
 }
 # An unreachable package source is no reason to stop; missing packages are reported later.
-apt_update() { apt_get update || { tail -n 5 "$log" >&2; say "some package lists could not be read; going on without"; }; }
+apt_update() { apt_get update || { tail -n 5 "$log" >&2; say "some package lists could not be read; continuing without them"; }; }
 
 # Uses the mirror of this machine's apt sources for its release.
 mirror_of_release() {

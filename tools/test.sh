@@ -29,10 +29,10 @@ start=$(now)
 tools/setup.sh
 setup_seconds=$(seconds_since "$start")
 
-say "what the tests cannot do without"
+say "prerequisites of the tests"
 tools/check_test_machine.sh
 
-say "includes: each file includes the standard headers of what it uses"
+say "includes: each file includes the standard headers that it uses"
 tools/check_includes.py
 
 say "structure: include directions, opening comments, folder sizes, Markdown lines"

@@ -12,7 +12,7 @@
 #include "protocol/base/error.h"
 #include "tools/convert/glb/lights.h"
 #include "tools/convert/glb/write_glb.h"
-#include "tools/convert/mjcf/mjcf_model.h"
+#include "tools/convert/mjcf/mjcf_load.h"
 
 namespace fire3dv::mujoco {
 

@@ -4,6 +4,7 @@
 #include <fire3dv/client.hpp>
 
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -17,6 +18,15 @@ struct LinkOptions {
   fire3dv::Security security;
   double ack_timeout_s = 60;  // lockstep timeout
 };
+
+// Sets the format of --help: one line per option, in groups, at most 100 columns. usage: the arguments.
+void set_help(CLI::App& app, const std::string& usage);
+
+// A range that --help does not print.
+template <typename T>
+CLI::Validator in_range(T least, T most) {
+  return CLI::Range(least, most).description("");
+}
 
 // Returns --to.
 CLI::Option* add_link_options(CLI::App& app, LinkOptions& options);

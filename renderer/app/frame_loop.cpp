@@ -212,7 +212,7 @@ Result<void> FrameLoop::await_stream() {
   std::ostringstream seconds;
   seconds << limit.count();
   return Error{"no pose frame arrived at " + uris + " within " + seconds.str() +
-               " s; start a simulator that publishes there, or give --wait-for-stream more seconds"};
+               " s; start a simulator that publishes there, or raise --wait-for-stream"};
 }
 
 void FrameLoop::steer() {

@@ -34,12 +34,12 @@ std::string line(const char* what, const RecentTimes& times) {
 }  // namespace
 
 void RecentTimes::push_back(double ms) {
-  constexpr size_t kKept = 1 << 16;
-  if (values_.size() < kKept) {
+  constexpr size_t kMaxSamples = 1 << 16;
+  if (values_.size() < kMaxSamples) {
     values_.push_back(ms);
   } else {
     values_[next_] = ms;
-    next_ = (next_ + 1) % kKept;
+    next_ = (next_ + 1) % kMaxSamples;
   }
 }
 
@@ -108,7 +108,7 @@ Result<void> FrameStats::finish() {
   if (!file_) return {};
   const bool good = std::fflush(file_.get()) == 0 && !std::ferror(file_.get());
   file_.reset();
-  if (!good) return Error{"--stats " + path_.string() + ": not all could be written; is the disk full?"};
+  if (!good) return Error{"--stats " + path_.string() + ": the file is incomplete; is the disk full?"};
   return {};
 }
 

@@ -50,15 +50,15 @@ void Recording::take(size_t listener, const transport::LinkEvent& event) {
 }
 
 std::vector<std::string> Recording::take_notes() {
-  if (!log_.has_trouble() || failure_told_) return std::exchange(notes_, {});
+  if (!log_.has_trouble() || is_failure_reported_) return std::exchange(notes_, {});
   const record::LogLosses losses = log_.losses();
-  if (losses.failure && !std::exchange(failure_told_, true))
-    notes_.push_back("nothing more is recorded: " + *losses.failure);
-  if (losses.unrecorded_streams != 0 && !std::exchange(unrecorded_told_, true))
+  if (losses.failure && !std::exchange(is_failure_reported_, true))
+    notes_.push_back("recording ended: " + *losses.failure);
+  if (losses.unrecorded_streams != 0 && !std::exchange(is_unrecorded_reported_, true))
     notes_.push_back("a stream is not recorded in " + path_ +
                      ": too many are live, or were in this file; record with fire3dv-record --split-s");
-  if (!losses.failure && losses.unwritten != 0 && !std::exchange(loss_told_, true))
-    notes_.push_back("more comes than can be written to " + path_ + ": some of it is left out");
+  if (!losses.failure && losses.unwritten != 0 && !std::exchange(is_loss_reported_, true))
+    notes_.push_back("the disk is too slow for " + path_ + ": messages are dropped");
   return std::exchange(notes_, {});
 }
 
@@ -75,7 +75,7 @@ std::string Recording::finish() {
   if (status.unwritten != 0) text += "; " + std::to_string(status.unwritten) + " messages left out";
   if (status.unrecorded_streams != 0)
     text += "; " + std::to_string(status.unrecorded_streams) + " streams not recorded";
-  if (status.failure && !failure_told_) text += "; " + *status.failure;
+  if (status.failure && !is_failure_reported_) text += "; " + *status.failure;
   return text;
 }
 

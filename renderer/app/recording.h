@@ -32,7 +32,7 @@ class Recording {
 
   std::string path_;
   std::vector<std::string> notes_;
-  bool failure_told_ = false, loss_told_ = false, unrecorded_told_ = false;
+  bool is_failure_reported_ = false, is_loss_reported_ = false, is_unrecorded_reported_ = false;
   record::LogThread log_;
 };
 

@@ -9,7 +9,7 @@
 namespace fire3dv::app {
 namespace {
 
-constexpr int64_t kTellEveryNs = 100 * kMillisecondNs;
+constexpr int64_t kPublishEveryNs = 100 * kMillisecondNs;
 
 const char* name_of(state::Condition condition) {
   switch (condition) {
@@ -62,7 +62,7 @@ void RendererMetrics::drawn(const std::vector<state::FrameTag>& shown, const Str
     drawn.epoch = tag.epoch;
     ++drawn.frames;
     const std::optional<int64_t> published_ns = intake.published_ns(tag.epoch, tag.publish_time_ns);
-    drawn.is_published_known = published_ns.has_value();
+    drawn.has_publish_time = published_ns.has_value();
     if (!published_ns) continue;
     drawn.published_ns = *published_ns;
     drawn.latency.add(static_cast<double>(now_ns - *published_ns) * 1e-9);
@@ -83,7 +83,7 @@ void RendererMetrics::tell(const StreamReceiver& intake, size_t open_image_reque
                            const state::PoseState& poses, const state::EditFaults& faults) {
   const int64_t now_ns = monotonic_ns();
   if (now_ns < next_ns_) return;
-  next_ns_ = now_ns + kTellEveryNs;
+  next_ns_ = now_ns + kPublishEveryNs;
   gathered_.taken_ns = now_ns;
   gathered_.links = intake.links();
   gathered_.refusals = intake.refusals();
@@ -116,9 +116,9 @@ void RendererMetrics::tell(const StreamReceiver& intake, size_t open_image_reque
     gathered_.streams.push_back(std::move(numbers));
   }
   drawn_of_epoch_.swap(still_there);
-  auto told = std::make_shared<const Numbers>(gathered_);
+  auto numbers = std::make_shared<const Numbers>(gathered_);
   const std::lock_guard lock(mutex_);
-  told_.swap(told);
+  published_.swap(numbers);
 }
 
 std::vector<metrics::PeerUse> RendererMetrics::peer_uses(const StreamReceiver& intake) const {
@@ -139,7 +139,7 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
   std::shared_ptr<const Numbers> numbers;
   {
     const std::lock_guard lock(mutex_);
-    numbers = told_;
+    numbers = published_;
   }
   page.family("fire3dv_build_info", "gauge", "The program's version.");
   page.sample({{"version", kVersion}}, uint64_t{1});
@@ -167,7 +167,7 @@ void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& num
   page.histogram({}, numbers.gpu);
   page.family("fire3dv_image_requests", "gauge", "Requests of simulators for images that are open.");
   page.sample({}, numbers.image_requests);
-  page.family("fire3dv_image_requests_refused_total", "counter", "Of them, refused at once or later.");
+  page.family("fire3dv_image_requests_refused_total", "counter", "Of them, refused.");
   page.sample({}, numbers.image_requests_refused);
   page.family("fire3dv_pass_gpu_seconds", "summary",
               "Spent on each pass; passes on the side queue run beside others.");
@@ -191,15 +191,14 @@ void RendererMetrics::write_links(metrics::Exposition& page, const Numbers& numb
   each("fire3dv_listener_bytes_sent_total", "counter", "Bytes of replies.",
        [](const Stats& stats) { return stats.bytes_sent; });
   each("fire3dv_listener_poses_dropped_total", "counter",
-       "Pose messages that a newer one replaced before they were looked at.",
+       "Pose messages that a newer one replaced before they were processed.",
        [](const Stats& stats) { return stats.poses_dropped; });
-  each("fire3dv_listener_images_sent_total", "counter", "Images that went back to who asked for them.",
+  each("fire3dv_listener_images_sent_total", "counter", "Images sent back to their requesters.",
        [](const Stats& stats) { return stats.images_sent; });
   each("fire3dv_listener_images_dropped_total", "counter",
        "Images that a newer one of their request replaced, or that had no room.",
        [](const Stats& stats) { return stats.images_dropped; });
-  page.family("fire3dv_listener_rejected_total", "counter",
-              "What came to a listener, or who came, and was turned away.");
+  page.family("fire3dv_listener_rejected_total", "counter", "Messages and peers that a listener refused.");
   for (const StreamReceiver::LinkReport& link : numbers.links) {
     for (size_t i = 0; i < transport::kCauseCount; ++i)
       page.sample(
@@ -219,18 +218,18 @@ void RendererMetrics::write_streams(metrics::Exposition& page, const Numbers& nu
   };
   using Id = const std::string&;
   using Of = const StreamNumbers&;
-  each("fire3dv_stream_info", "gauge",
-       "What a stream is called, where it comes from, how its clock is known.", [&](Id id, Of of) {
-         page.sample({{"stream", id},
-                      {"name", of.name},
-                      {"listener", of.report.listener},
-                      {"clock", name_of(of.report.clock)}},
-                     uint64_t{1});
-       });
-  each("fire3dv_stream_state", "gauge", "1 for what a stream is: live, late or lost.", [&](Id id, Of of) {
-    for (const auto condition : {state::Condition::live, state::Condition::late, state::Condition::lost})
-      page.sample({{"stream", id}, {"state", name_of(condition)}}, uint64_t{of.condition == condition});
+  each("fire3dv_stream_info", "gauge", "Name, origin and clock source of a stream.", [&](Id id, Of of) {
+    page.sample({{"stream", id},
+                 {"name", of.name},
+                 {"listener", of.report.listener},
+                 {"clock", name_of(of.report.clock)}},
+                uint64_t{1});
   });
+  each("fire3dv_stream_state", "gauge", "1 for the state of a stream: live, late or lost.",
+       [&](Id id, Of of) {
+         for (const auto condition : {state::Condition::live, state::Condition::late, state::Condition::lost})
+           page.sample({{"stream", id}, {"state", name_of(condition)}}, uint64_t{of.condition == condition});
+       });
   each("fire3dv_stream_nodes", "gauge", "Nodes of a stream, and those of them that move nothing here.",
        [&](Id id, Of of) {
          page.sample({{"stream", id}, {"kind", "all"}}, of.nodes);
@@ -257,7 +256,7 @@ void RendererMetrics::write_streams(metrics::Exposition& page, const Numbers& nu
          page.sample({{"stream", id}}, of.held);
        });
   each("fire3dv_stream_age_seconds", "gauge", "Since the shown frame was published.", [&](Id id, Of of) {
-    if (of.drawn.is_published_known)
+    if (of.drawn.has_publish_time)
       page.sample({{"stream", id}}, static_cast<double>(now_ns - of.drawn.published_ns) * 1e-9);
   });
   each("fire3dv_stream_latency_seconds", "histogram",

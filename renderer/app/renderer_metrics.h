@@ -37,7 +37,7 @@ class RendererMetrics {
     uint64_t sequence = 0;  // newest displayed sequence
     uint64_t frames = 0;
     int64_t published_ns = 0;
-    bool is_published_known = false;
+    bool has_publish_time = false;
     metrics::Histogram latency;
   };
   struct StreamNumbers {
@@ -82,7 +82,7 @@ class RendererMetrics {
   int64_t next_ns_ = 0;
 
   mutable std::mutex mutex_;  // guards pointer copies only
-  std::shared_ptr<const Numbers> told_;
+  std::shared_ptr<const Numbers> published_;
   std::unique_ptr<metrics::HttpServer> server_;  // last: its thread ends before its data
 };
 

@@ -8,8 +8,7 @@
 
 #include "protocol/transport/open.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/loading/environment_cache.h"
-#include "renderer/app/loading/pipeline_cache_file.h"
+#include "renderer/app/loading/device_caches.h"
 #include "renderer/app/options/cache_locations.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
@@ -165,7 +164,7 @@ Result<void> upload_scene(const Stage& stage, const scene::LoadedScene& loaded, 
 }
 
 // Runs the frame loop until it ends. Returns the next scene that the user opened, or null. before: the
-// previous scene, kept while an error means that it can be shown again.
+// previous scene, which is shown again after an error.
 Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
                                              std::unique_ptr<ViewerDocument>& before,
                                              const std::string& why_again) {
@@ -313,7 +312,7 @@ int run(const Options& options) {
     Result<FrameStats> stats = FrameStats::create(options.stats);
     if (!stats) return fail(stats.error());
     Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
-        load_surroundings(options.environment);
+        load_environment(options.environment);
     if (!environment) return fail(environment.error());
 
     // The scene loads while the device opens and pipelines compile.
@@ -325,7 +324,7 @@ int run(const Options& options) {
     if (pipelines.note()) say(*pipelines.note());
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
-    viewer.draw.kept_environments = environment_store(places.surroundings);
+    viewer.draw.kept_environments = environment_store(places.environments);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
     Result<SecondaryDevices> further = SecondaryDevices::open(
         **instance, devices->further, options.async_compute, places, viewer.draw, *renderer);
@@ -348,7 +347,7 @@ int run(const Options& options) {
       if (next) {
         before = std::exchange(show, std::move(*next));
       } else if (before) {
-        note = next.error().message + "; what was shown is shown again";
+        note = next.error().message + "; the previous scene is shown again";
         show = std::move(before);
         if (Result<void> again = show->restart_epoch(); !again) note += ", but " + again.error().message;
       } else {
@@ -359,7 +358,7 @@ int run(const Options& options) {
       stage.first = false;
       forget_scene(viewer);
     }
-    if (Result<void> kept = pipelines.keep(); !kept) log_cache_error(kept.error());
+    if (Result<void> stored = pipelines.keep(); !stored) log_cache_error(stored.error());
   }
   if (const uint64_t messages = (*instance)->validation_messages()) {
     exit_code = fail(Error{std::to_string(messages) + " validation messages"});

@@ -94,7 +94,7 @@ Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const
   return {};
 }
 
-Result<std::shared_ptr<const scene::EnvironmentImage>> load_surroundings(const std::filesystem::path& path) {
+Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const std::filesystem::path& path) {
   if (path.empty()) return std::shared_ptr<const scene::EnvironmentImage>();
   Result<scene::EnvironmentImage> image = scene::load_environment(path);
   if (!image) return Error{"--environment: " + image.error().message};

@@ -43,7 +43,7 @@ Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const
                        std::optional<passes::SceneRenderer>& renderer);
 
 // Null without the option.
-Result<std::shared_ptr<const scene::EnvironmentImage>> load_surroundings(const std::filesystem::path& path);
+Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const std::filesystem::path& path);
 
 struct Playing {
   std::vector<uint32_t> chosen;

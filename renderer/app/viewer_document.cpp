@@ -74,7 +74,7 @@ Options with_file(const Options& options, const std::filesystem::path& file) {
 void DocumentLoader::open(const std::filesystem::path& file) {
   const Options& now = now_.options();
   if (!now.out.empty() || !now.stats.empty() || !now.recording.record.empty() || now.lockstep)
-    return notes_.push_back("what --out, --stats, --record, --lockstep or --step do is of one scene: " +
+    return notes_.push_back("--out, --stats, --record, --lockstep and --step allow one scene only: " +
                             file.string() + " needs a fire3dv of its own");
   Options options = with_file(now, file);
   Result<std::unique_ptr<ViewerDocument>> opened = ViewerDocument::open(options, places_);

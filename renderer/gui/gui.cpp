@@ -243,14 +243,14 @@ void Gui::Panels::edges(const Context& c, float left, float right, float bottom_
   };
   Layout& l = c.layout;
   const float of_left = edge("edge of the left column", true, {{left - half, 0}, {left + half, display.y}});
-  l.left_pt = std::clamp(l.left_pt + of_left, kLeastColumnPt, kMostColumnPt);
+  l.left_pt = std::clamp(l.left_pt + of_left, kLeastColumnPt, kMaxColumnPt);
   const float of_right =
       edge("edge of the right column", true, {{right - half, 0}, {right + half, display.y}});
-  l.right_pt = std::clamp(l.right_pt - of_right, kLeastColumnPt, kMostColumnPt);
+  l.right_pt = std::clamp(l.right_pt - of_right, kLeastColumnPt, kMaxColumnPt);
   if (!l.is_open(Panel::log)) return;
   const float of_log =
       edge("edge of the log", false, {{left + half, bottom_y - half}, {right - half, bottom_y + half}});
-  l.log_pt = std::clamp(l.log_pt - of_log, kLeastLogPt, kMostLogPt);
+  l.log_pt = std::clamp(l.log_pt - of_log, kLeastLogPt, kMaxLogPt);
 }
 
 bool Gui::wants_mouse() const {

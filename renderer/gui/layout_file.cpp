@@ -10,7 +10,7 @@
 namespace fire3dv::gui {
 namespace {
 
-constexpr uint64_t kMostBytes = 64 << 10;
+constexpr uint64_t kMaxBytes = 64 << 10;
 
 struct Number {
   const char* name;
@@ -18,9 +18,9 @@ struct Number {
   float least, most;
 };
 constexpr Number kNumbers[] = {
-    {"left", &Layout::left_pt, kLeastColumnPt, kMostColumnPt},
-    {"right", &Layout::right_pt, kLeastColumnPt, kMostColumnPt},
-    {"log-height", &Layout::log_pt, kLeastLogPt, kMostLogPt},
+    {"left", &Layout::left_pt, kLeastColumnPt, kMaxColumnPt},
+    {"right", &Layout::right_pt, kLeastColumnPt, kMaxColumnPt},
+    {"log-height", &Layout::log_pt, kLeastLogPt, kMaxLogPt},
     {"camera-speed", &Layout::camera_speed, 0.01f, 100},
 };
 
@@ -105,7 +105,7 @@ Result<Layout> load_layout(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return Layout{};
   constexpr const char* kRemedy = "; the panels are arranged as they are at first";
-  const Result<std::vector<uint8_t>> bytes = read_whole_file(file, kMostBytes);
+  const Result<std::vector<uint8_t>> bytes = read_whole_file(file, kMaxBytes);
   if (!bytes) return Error{bytes.error().message + kRemedy};
   Result<Layout> layout = parse_layout({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
   if (!layout) return Error{file.string() + ": " + layout.error().message + kRemedy};

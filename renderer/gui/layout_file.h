@@ -27,7 +27,7 @@ struct Layout {
   bool is_open(Panel panel) const { return open[static_cast<size_t>(panel)]; }
   bool operator==(const Layout&) const = default;
 };
-constexpr float kLeastColumnPt = 180, kMostColumnPt = 720, kLeastLogPt = 60, kMostLogPt = 720;
+constexpr float kLeastColumnPt = 180, kMaxColumnPt = 720, kLeastLogPt = 60, kMaxLogPt = 720;
 
 // Text form: one setting per line. Missing settings keep their defaults; invalid lines are errors.
 std::string layout_text(const Layout& layout);

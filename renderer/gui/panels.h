@@ -23,7 +23,7 @@ struct Context {
 // Ring of the newest values, oldest first.
 class History {
  public:
-  static constexpr size_t kKept = 160;
+  static constexpr size_t kMaxSamples = 160;
   void add(float value);
   std::span<const float> values() const { return values_; }
   float median() const;

@@ -77,13 +77,13 @@ bool Ui::header(const char* title, bool& open) {
   note_control(Control::Kind::header, title);
   const bool hovered = ImGui::IsItemHovered();
   list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::kLine);
-  const float middle = at.y + height / 2, arm = points(3.5f), x = at.x + points(5);
+  const float center = at.y + height / 2, arm = points(3.5f), x = at.x + points(5);
   const ImU32 arrow = hovered ? theme::kAccent : theme::kFaint;
   if (open) {
-    list->AddTriangleFilled({x - arm, middle - arm / 2}, {x + arm, middle - arm / 2}, {x, middle + arm},
+    list->AddTriangleFilled({x - arm, center - arm / 2}, {x + arm, center - arm / 2}, {x, center + arm},
                             arrow);
   } else {
-    list->AddTriangleFilled({x - arm / 2, middle - arm}, {x + arm, middle}, {x - arm / 2, middle + arm},
+    list->AddTriangleFilled({x - arm / 2, center - arm}, {x + arm, center}, {x - arm / 2, center + arm},
                             arrow);
   }
   list->AddText({at.x + points(15), at.y + points(4)}, open || hovered ? theme::kText : theme::kDim, title);

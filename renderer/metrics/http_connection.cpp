@@ -9,7 +9,7 @@
 namespace fire3dv::metrics {
 namespace {
 
-constexpr size_t kMostDrainedBytes = 64 << 10;
+constexpr size_t kMaxDrainedBytes = 64 << 10;
 
 bool only_waits(int error) {
   return error == EAGAIN || error == EWOULDBLOCK || error == EINTR;
@@ -71,7 +71,7 @@ std::optional<int> request_status(std::string_view request) {
 std::string write_response(int status, std::string_view page) {
   const std::string reason = reason_of(status);
   const std::string plain =
-      status == 404 ? "what is measured stands at /metrics\n" : std::to_string(status) + " " + reason + "\n";
+      status == 404 ? "metrics are at /metrics\n" : std::to_string(status) + " " + reason + "\n";
   const std::string_view body = status == 200 ? page : std::string_view(plain);
   std::string text = "HTTP/1.0 " + std::to_string(status) + " " + reason + "\r\n";
   text += std::string("Content-Type: text/plain; ") + (status == 200 ? "version=0.0.4; " : "") +
@@ -134,7 +134,7 @@ void HttpConnection::drain() {
     const ssize_t got = ::recv(fd(), buffer, sizeof buffer, MSG_DONTWAIT);
     if (got < 0 && only_waits(errno)) return;
     if (got > 0) drained_ += static_cast<size_t>(got);
-    if (got <= 0 || drained_ > kMostDrainedBytes) {
+    if (got <= 0 || drained_ > kMaxDrainedBytes) {
       over_ = true;
       return;
     }

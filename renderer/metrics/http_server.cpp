@@ -15,7 +15,7 @@ namespace {
 
 // Timeout from accept to the end of the response. A scrape on loopback takes milliseconds.
 constexpr int64_t kLongestVisitNs = 5 * kSecondNs;
-constexpr size_t kMostConnections = 32;
+constexpr size_t kMaxConnections = 32;
 constexpr int64_t kAcceptAgainNs = 100 * kMillisecondNs;
 constexpr int64_t kIdleNs = kSecondNs;
 
@@ -33,9 +33,9 @@ Result<void> check_is_loopback(const transport::Uri& uri, const std::string& at)
   while (!lookup.done()) ::poll(nullptr, 0, 1);
   for (const transport::Address& address : lookup.addresses()) {
     if (!address.is_loopback())
-      return Error{
-          "--metrics " + at + ": anyone on the network could read there what this renderer does; use " +
-          (address.family() == AF_INET6 ? "[::1]" : "127.0.0.1") + ", or --insecure if that is wanted"};
+      return Error{"--metrics " + at + ": anyone on the network could read the metrics there; use " +
+                   (address.family() == AF_INET6 ? "[::1]" : "127.0.0.1") +
+                   ", or --insecure if that is wanted"};
   }
   return {};
 }
@@ -85,14 +85,14 @@ void HttpServer::run() {
 void HttpServer::accept_all(int64_t now_ns) {
   if (now_ns < accept_again_ns_) return;
   // Accepts a bounded number per turn, so that a flood does not starve open connections.
-  for (size_t i = 0; i < kMostConnections; ++i) {
+  for (size_t i = 0; i < kMaxConnections; ++i) {
     UniqueFd fd(::accept4(listening_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd) {
       const bool nobody = errno == EAGAIN || errno == EWOULDBLOCK;
       if (!nobody && errno != EINTR && errno != ECONNABORTED) accept_again_ns_ = now_ns + kAcceptAgainNs;
       return;
     }
-    if (connections_.size() == kMostConnections) {  // evict the oldest connection
+    if (connections_.size() == kMaxConnections) {  // evict the oldest connection
       connections_.pop_front();
       ++evicted_;
     }

@@ -26,9 +26,9 @@ void keep_largest(std::vector<PeerUse>& peers, const PeerLimits& limits) {
   for (size_t i = 0; i < peers.size(); ++i) order.emplace_back(-rank_of(peers[i], limits), i);
   std::ranges::sort(order);
   order.resize(kMaxListedPeers);
-  std::vector<PeerUse> kept;
-  for (const auto& [rank, i] : order) kept.push_back(std::move(peers[i]));
-  peers = std::move(kept);
+  std::vector<PeerUse> largest;
+  for (const auto& [rank, i] : order) largest.push_back(std::move(peers[i]));
+  peers = std::move(largest);
 }
 
 // Makes names unique: two samples of a family must not have the same labels.
@@ -52,7 +52,8 @@ void write_peer_use(Exposition& page, const PeerLimits& limits, std::vector<Peer
     page.sample({{"resource", resource.name}}, limits.of(resource.resource));
   keep_largest(peers, limits);
   name_apart(peers);
-  page.family("fire3dv_peer_use", "gauge", "What a peer makes the renderer hold, in bytes or objects.");
+  page.family("fire3dv_peer_use", "gauge",
+              "Resources that the renderer holds for a peer, in bytes or objects.");
   for (const PeerUse& peer : peers) {
     for (size_t i = 0; i < kResourceCount; ++i)
       page.sample({{"peer", peer.peer}, {"stream", peer.stream}, {"resource", resource_table()[i].name}},

@@ -9,8 +9,7 @@
 #include "protocol/base/digest.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/loading/environment_cache.h"
-#include "renderer/app/loading/pipeline_cache_file.h"
+#include "renderer/app/loading/device_caches.h"
 #include "renderer/app/options/cache_locations.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/start.h"
@@ -221,7 +220,7 @@ Result<bool> Render::run() {
 
 Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& timeline,
                           const Manifest& manifest, Output& output) {
-  auto environment = app::load_surroundings(drawing_.environment);
+  auto environment = app::load_environment(drawing_.environment);
   if (!environment) return environment.error();
   gpu::InstanceOptions instance_options;
   instance_options.validation = drawing_.validation;
@@ -234,7 +233,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   app::PipelineCacheFile pipelines(**device, places_.pipelines);
   if (pipelines.note()) say(*pipelines.note());
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
-  settings.kept_environments = app::environment_store(places_.surroundings);
+  settings.kept_environments = app::environment_store(places_.environments);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
   if (auto enough = app::make_room(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();

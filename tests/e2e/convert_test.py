@@ -150,7 +150,7 @@ def kept(test):
     for path in glob.glob(os.path.join(cache, "scenes", "*.converted.glb")):
         with open(path, "wb") as file:
             file.write(b"glTF")  # damage the cache entry
-    check(draw(test, arm, cache=cache)[0] != whole, "a damaged one is made anew")
+    check(draw(test, arm, cache=cache)[0] != whole, "a damaged one is rebuilt")
     for path in glob.glob(os.path.join(cache, "scenes", "*.conversion")):
         with open(path, encoding="utf-8") as file:
             lines = file.read().split("\n")
@@ -162,7 +162,7 @@ def kept(test):
         write(test, path, "\n".join(lines))
     inode = converted()
     draw(test, arm, cache=cache)
-    check(converted() != inode, "what another converter made is made anew")
+    check(converted() != inode, "what another converter made is rebuilt")
 
 
 def without_cache(test):
@@ -225,7 +225,7 @@ def refused(test):
     for body, said in (("kill -SEGV $$", "crashed (Segmentation fault)"),
                        ("echo 'fire3dv-convert: a sentence' >&2; exit 1", "fire3dv: a sentence"),
                        ("exit 3", "failed without a reason"),
-                       ("yes 'fire3dv-convert: warning: x' | head -100000 >&2; printf junk", "what was converted of " + arm)):
+                       ("yes 'fire3dv-convert: warning: x' | head -100000 >&2; printf junk", "the conversion of " + arm)):
         write(test, "alone/fire3dv-convert", "#!/bin/sh\n" + body + "\n")
         os.chmod(os.path.join(alone, "fire3dv-convert"), 0o755)
         check(said in failing(copy, arm), f"{body}: {said}")
@@ -233,7 +233,7 @@ def refused(test):
     run = Program(test, "fire3dv", [copy, arm, "--headless", "--frames", "1", "--cache", "off"], env=vulkan_environment())
     run.wait_err("device 0")  # wait until it runs
     run.signal(15)
-    check(run.wait() == 1 and "it was told to stop" in run.stderr_text(), f"a stop ends a conversion:\n{run.stderr_text()}")
+    check(run.wait() == 1 and "it was interrupted" in run.stderr_text(), f"a stop ends a conversion:\n{run.stderr_text()}")
 
 
 def matrix_of(node):

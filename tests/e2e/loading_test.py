@@ -80,7 +80,7 @@ def second_start(test):
     check(first == second, "the picture from the cache is another one")
     write_hill(test.path("hill"), (40, 200, 40))
     third, said = start(test, scene, "--cache", cache)
-    check(not came_from_cache(said) and "made anew" in said, f"a changed texture is not seen:\n{said}")
+    check(not came_from_cache(said) and "is rebuilt" in said, f"a changed texture is not seen:\n{said}")
     check(third != first, "the picture does not show the changed texture")
     fourth, said = start(test, scene, "--cache", cache)
     check(came_from_cache(said) and fourth == third, f"the changed scene was not kept:\n{said}")
@@ -98,7 +98,7 @@ def damaged(test):
         with open(file, "wb") as broken:
             broken.write(bad)
         again, said = start(test, scene, "--cache", cache)
-        check("made anew" in said and not came_from_cache(said), f"{what} was believed:\n{said}")
+        check("is rebuilt" in said and not came_from_cache(said), f"{what} was believed:\n{said}")
         check(again == first, f"{what} changes the picture")
 
 

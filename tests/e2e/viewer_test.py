@@ -267,7 +267,7 @@ def tour(test, screen):
         blocks = re.findall(r"```sh\n(.*?)```", file.read(), re.S)
     commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
     check(len(commands) > 4 and all(c[0].startswith("./") for c in commands), f"{commands}")
-    uri, names = test.fresh_uri("shm"), {"arm.glb": test.path("arm.glb"), "pictures": test.path("pictures")}
+    uri, names = test.fresh_uri("shm"), {"arm.glb": test.path("arm.glb"), "images": test.path("images")}
 
     def start(command):
         arguments = [names.get(word, uri if word.startswith("shm://") else word) for word in command[1:]]

@@ -47,7 +47,7 @@ def memory(test, screen):
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     lose(0)
     screen.x11.drop(int(window), other, HANG_S)
-    renderer.wait_err(r"other\.glb: the device has no memory for it; what was shown is shown again")
+    renderer.wait_err(r"other\.glb: the device has no memory for it; the previous scene is shown again")
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
     os.remove(full)
     # One failure: memory is available once the shown scene is released.

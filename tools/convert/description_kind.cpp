@@ -8,8 +8,8 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr uint64_t kMostBytes = uint64_t{64} << 20;
-constexpr int kMostDepth = 100;
+constexpr uint64_t kMaxBytes = uint64_t{64} << 20;
+constexpr int kMaxDepth = 100;
 constexpr std::string_view kSpace = " \t\r\n";
 
 size_t line_of(std::string_view text, size_t at) {
@@ -78,7 +78,7 @@ bool has_key(std::string_view text, std::string_view key) {
 }  // namespace
 
 Result<std::string> read_text(const std::filesystem::path& file) {
-  const Result<FileBytes> bytes = read_file(file, kMostBytes);
+  const Result<FileBytes> bytes = read_file(file, kMaxBytes);
   if (!bytes) return bytes.error();
   const auto* first = reinterpret_cast<const char*>(bytes->data.get());
   std::string text(first, bytes->size);
@@ -132,8 +132,8 @@ Result<std::string> xml_root(std::string_view text) {
       if (rest.size() < 2 || !is_letter(rest[1]))
         return refuse("'<' stands before no name; as text it is &lt;");
       if (root.empty()) root = tag.substr(0, tag.find_first_of(" \t\r\n/"));
-      if (!tag.ends_with('/') && ++depth > kMostDepth)
-        return refuse("more than " + std::to_string(kMostDepth) + " elements inside each other");
+      if (!tag.ends_with('/') && ++depth > kMaxDepth)
+        return refuse("more than " + std::to_string(kMaxDepth) + " elements inside each other");
     }
     if (at == std::string_view::npos) return refuse("what begins here with '<' has no end");
   }
@@ -164,7 +164,7 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
                                      "environment", "soft bodies", "ghost objects", "joints", "volumes"})
     if (has_key(text, key)) return DescriptionKind::adf;
   return Error{name +
-               " is no description that is known: an AMBF file (YAML with bodies, multibody configs, or "
+               " is no supported description file: an AMBF file (YAML with bodies, multibody configs, or "
                "a world's lights and cameras), URDF or MJCF"};
 }
 

@@ -90,13 +90,13 @@ Result<void> write_outputs(const Options& options, int standard_output, const Mo
     return {};
   }
   if (options.sources.empty()) return write_output(options.out, glb);
-  if (Result<void> done = write_kept(options.out, glb); !done) return done;
+  if (Result<void> done = write_cache_entry(options.out, glb); !done) return done;
   std::vector<Sources::Source> sources{self};  // a different converter version may produce another scene
   sources.insert(sources.end(), model.sources.all().begin(), model.sources.all().end());
   scene::ConversionRecord record = scene::record_of(options.out, sources, begun_ns);
   record.warnings = model.warnings;
   const std::string text = scene::text_of(record);
-  return write_kept(options.sources, std::as_bytes(std::span(text)));
+  return write_cache_entry(options.sources, std::as_bytes(std::span(text)));
 }
 
 int run(const Options& options) {

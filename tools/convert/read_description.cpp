@@ -27,7 +27,7 @@ Result<Model> read_description(const std::filesystem::path& file, const ReadOpti
   const Result<DescriptionKind> kind = kind_of(file, *text);
   if (!kind) return kind.error();
   if (*kind != DescriptionKind::adf && (!options.launch_indices.empty() || options.launch_all))
-    return Error{quote(file.string()) + " is no AMBF launch file: models are chosen (-l, --all) there only"};
+    return Error{quote(file.string()) + " is no AMBF launch file: remove --models and --all"};
   Result<Model> model = read_kind(*kind, file, options);
   if (model) add_light_if_none(*model);
   return model;

@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
   const auto links = std::count_if(uris.begin(), uris.end(), is_link);
   if (links == 0) return inspect_recordings(uris, as_json, memory_mb);
   if (static_cast<size_t>(links) != uris.size()) {
-    std::cerr << "fire3dv-inspect: name links or recordings, not both at once\n";
+    std::cerr << "fire3dv-inspect: name links or recordings, not both\n";
     return 2;
   }
 

@@ -15,9 +15,9 @@ namespace {
 using transport::LinkEvent;
 using transport::LinkStats;
 
-constexpr size_t kMostStreams = 4096;  // includes ended streams
+constexpr size_t kMaxStreams = 4096;  // includes ended streams
 
-std::string own_boot_id() {
+std::string local_boot_id() {
   std::string id;
   std::ifstream("/proc/sys/kernel/random/boot_id") >> id;
   return id;
@@ -60,8 +60,8 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
     return false;
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-    if (streams_.size() == kMostStreams && streams_.find(peer) == streams_.end()) return false;
-    static const std::string own_boot = own_boot_id();
+    if (streams_.size() == kMaxStreams && streams_.find(peer) == streams_.end()) return false;
+    static const std::string local_boot = local_boot_id();
     StreamSeen& stream = streams_[peer];
     if (stream.epoch == description->epoch) return true;
     stream = {};
@@ -69,7 +69,7 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
     stream.epoch = description->epoch;
     stream.nodes = static_cast<uint32_t>(description->node_names.size());
     stream.nominal_rate_hz = description->nominal_rate_hz;
-    stream.same_clock = !own_boot.empty() && description->clock.boot_id == own_boot;
+    stream.same_clock = !local_boot.empty() && description->clock.boot_id == local_boot;
     return true;
   }
   const auto found = streams_.find(peer);
@@ -89,8 +89,9 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
   stream.last_frame_ns = received_ns;
   if (!stream.same_clock) return false;
   const auto age_ns = static_cast<uint64_t>(received_ns) - frame->header.publish_time_ns;
-  if (static_cast<int64_t>(age_ns) < 0) return false;  // publish time in the future: the clocks are not the
-                                                       // same
+  if (static_cast<int64_t>(age_ns) < 0)
+    return false;  // publish time in the future: the clocks are not the
+                   // same
   ++stream.ages[std::min<size_t>(static_cast<size_t>(std::bit_width(age_ns / 1000)), kAgeBuckets - 1)];
   return false;
 }
@@ -101,8 +102,7 @@ namespace {
 std::string age_text(const StreamSeen& stream) {
   constexpr uint64_t kWidest = 40;
   const uint64_t fullest = *std::max_element(stream.ages.begin(), stream.ages.end());
-  if (fullest == 0)
-    return stream.same_clock ? "" : "  ages are not known: it is on another machine's clock\n";
+  if (fullest == 0) return stream.same_clock ? "" : "  ages are unknown: it uses another machine's clock\n";
   char line[128];
   std::snprintf(line, sizeof line, "  age when they came: half below %llu us, 99 %% below %llu us\n",
                 static_cast<unsigned long long>(stream.age_us(0.5)),

@@ -38,7 +38,7 @@ struct Topic {
 };
 
 // Properties of a stream from its newest description.
-struct Told {
+struct StreamInfo {
   uint32_t nodes = 0;
   std::string scene_uri;
 };
@@ -62,7 +62,7 @@ class Look {
     }
     if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
       const auto stream = channel.metadata.find(record::kStreamKey);
-      told_[stream == channel.metadata.end() ? "" : stream->second] = {
+      infos_[stream == channel.metadata.end() ? "" : stream->second] = {
           static_cast<uint32_t>(description->node_names.size()), description->scene_uri};
     }
     if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) take_frame(topic, *frame, message);
@@ -99,7 +99,7 @@ class Look {
   record::Reader& reader_;
   wire::Decoder decoder_;
   std::map<uint16_t, Topic> topics_;
-  std::map<std::string, Told> told_;
+  std::map<std::string, StreamInfo> infos_;
 };
 
 std::string date_of(uint64_t unix_ns) {
@@ -144,9 +144,9 @@ std::string Look::text(const record::Report& report) const {
     if (topic.refused != 0) text += ", " + std::to_string(topic.refused) + " not understood";
     text += '\n';
   }
-  for (const auto& [name, told] : told_)
-    text += "  \"" + wire::printable(name) + "\": " + std::to_string(told.nodes) + " nodes, scene " +
-            (told.scene_uri.empty() ? "not named" : wire::printable(told.scene_uri, 256)) + '\n';
+  for (const auto& [name, info] : infos_)
+    text += "  \"" + wire::printable(name) + "\": " + std::to_string(info.nodes) + " nodes, scene " +
+            (info.scene_uri.empty() ? "not named" : wire::printable(info.scene_uri, 256)) + '\n';
   for (const record::AttachmentIndex& attachment : reader_.index().attachments)
     text += "  attachment \"" + wire::printable(attachment.name) +
             "\": " + std::to_string(attachment.data_bytes) + " bytes, " +
@@ -180,8 +180,8 @@ json Look::as_json(const record::Report& report) const {
                       {"first_sim_time_ns", topic.first_sim_ns},
                       {"last_sim_time_ns", topic.last_sim_ns},
                       {"not_understood", topic.refused}});
-  for (const auto& [name, told] : told_)
-    streams[wire::printable(name, 1024)] = {{"nodes", told.nodes}, {"scene_uri", told.scene_uri}};
+  for (const auto& [name, info] : infos_)
+    streams[wire::printable(name, 1024)] = {{"nodes", info.nodes}, {"scene_uri", info.scene_uri}};
   for (const record::AttachmentIndex& attachment : reader_.index().attachments)
     attachments.push_back({{"name", wire::printable(attachment.name, 1024)},
                            {"media_type", wire::printable(attachment.media_type, 1024)},

@@ -81,7 +81,7 @@ std::string numbered(const std::string& out, uint32_t file) {
   return (path.parent_path() / (path.stem().string() + number + path.extension().string())).string();
 }
 
-void say_progress(const record::RecorderStatus& status, const char* end) {
+void print_progress(const record::RecorderStatus& status, const char* end) {
   uint64_t frames = status.reclaimed_frames, missing = 0, live = 0;
   for (const record::StreamSeen& stream : status.streams) {
     frames += stream.frames;
@@ -97,7 +97,7 @@ void say_progress(const record::RecorderStatus& status, const char* end) {
   std::fflush(stderr);
 }
 
-void say_result(const record::RecorderStatus& status) {
+void print_result(const record::RecorderStatus& status) {
   for (const record::StreamSeen& stream : status.streams)
     std::printf(
         "\"%s\": %u nodes, %llu frames, %llu parts, %llu missing, %llu incomplete, %llu late, %llu edits, "
@@ -189,7 +189,7 @@ int record_streams(const Options& options) {
       std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(links.size());
   const bool shows = ::isatty(STDERR_FILENO) != 0;
   const int64_t begun_ns = fire3dv::monotonic_ns();
-  int64_t next_say_ns = begun_ns;
+  int64_t next_print_ns = begun_ns;
   bool unrecorded_reported = false;
   for (int64_t now_ns = begun_ns; !stop_requested; now_ns = fire3dv::monotonic_ns()) {
     if (options.seconds > 0 && static_cast<double>(now_ns - begun_ns) > options.seconds * 1e9) break;
@@ -197,18 +197,18 @@ int record_streams(const Options& options) {
       links[i]->wait(share);
       recorder.poll(*links[i], i, !options.from[i].starts_with("shm:"));
     }
-    if (now_ns < next_say_ns) continue;
-    next_say_ns = now_ns + fire3dv::kSecondNs / 5;
+    if (now_ns < next_print_ns) continue;
+    next_print_ns = now_ns + fire3dv::kSecondNs / 5;
     const record::RecorderStatus status = recorder.status();
-    if (shows) say_progress(status, "\r");
+    if (shows) print_progress(status, "\r");
     if (status.unrecorded_streams != 0 && !std::exchange(unrecorded_reported, true))
       (void)fail(unrecorded_text(status.unrecorded_streams));
     if (status.failure || (options.until_end && all_ended(status))) break;
   }
   recorder.finish();
   const record::RecorderStatus status = recorder.status();
-  if (shows) say_progress(status, "\n");
-  say_result(status);
+  if (shows) print_progress(status, "\n");
+  print_result(status);
   return report_losses(status);
 }
 

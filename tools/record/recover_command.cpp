@@ -33,8 +33,7 @@ int recover_file(const RecoverOptions& options) {
       static_cast<unsigned long long>(result->damaged_chunks),
       static_cast<unsigned long long>(result->damaged_attachments));
   if (const uint64_t loose = reader->index().loose_messages; loose != 0)
-    std::printf("%llu messages outside of chunks were passed over: they are not read\n",
-                static_cast<unsigned long long>(loose));
+    std::printf("%llu messages outside of chunks were skipped\n", static_cast<unsigned long long>(loose));
   if (!result->first_damage.empty())
     std::printf("first damage: %s\n", terminal_text(result->first_damage).c_str());
   return 0;

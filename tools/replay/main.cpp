@@ -54,7 +54,7 @@ class Replay {
 
   Result<void> open_links();
   Result<void> run();
-  void say_result() const;
+  void print_result() const;
 
  private:
   Result<bool> run_once(bool again);
@@ -196,7 +196,7 @@ Result<void> Replay::run() {
   return {};
 }
 
-void Replay::say_result() const {
+void Replay::print_result() const {
   for (size_t i = 0; i < players_.size(); ++i) {
     if (!players_[i]) continue;
     const replay::PlayerCounts& counts = players_[i]->counts();
@@ -205,7 +205,7 @@ void Replay::say_result() const {
         wire::printable(playback_.streams()[i].name).c_str(), static_cast<unsigned long long>(counts.frames),
         static_cast<unsigned long long>(counts.skipped), static_cast<unsigned long long>(counts.incomplete));
     if (counts.dropped_edits != 0)
-      std::printf("%llu edits left out: there are too many to keep\n",
+      std::printf("%llu edits left out: too many to store\n",
                   static_cast<unsigned long long>(counts.dropped_edits));
     if (const std::string problem = players_[i]->problem(); !problem.empty())
       std::printf("%s\n", fire3dv::terminal_text(problem).c_str());
@@ -227,7 +227,7 @@ int replay_file(const Options& options) {
   Replay replay(std::move(*playback), options);
   if (auto good = replay.open_links(); !good) return fail(good.error().message);
   if (auto good = replay.run(); !good) return fail(good.error().message);
-  replay.say_result();
+  replay.print_result();
   return 0;
 }
 

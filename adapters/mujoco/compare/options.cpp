@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <memory>
 
 #include "adapters/mujoco/image_names.h"
 #include "protocol/base/command_line.h"
@@ -11,51 +12,46 @@ namespace fire3dv::mujoco {
 std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* exit_code) {
   CompareOptions options;
   std::string images = "free camera:640x480";
-  CLI::App app{
-      "Draws a MuJoCo model by MuJoCo's own offscreen renderer and by a FIRE-3DV that shows the model's "
-      "scene\n"
-      "(fire3dv-mujoco MODEL --scene), and says in a line of a Markdown table how far they agree, or how "
-      "long\n"
-      "they take. Exit code: 0 done, 1 error, 2 wrong usage, 77 OpenGL without a display is not to be had.",
-      "fire3dv-mujoco-compare"};
-  app.add_option("model", options.model, "The model, an MJCF file")->required();
-  app.add_option("--to", options.uri, "Where FIRE-3DV listens, with --headless --on-request")
+  CLI::App app{"Compares images and step times of FIRE-3DV and MuJoCo's offscreen renderer.",
+               "fire3dv-mujoco-compare"};
+  app.formatter(std::make_shared<HelpFormatter>("MODEL.xml --to URI [OPTIONS]"));
+  app.set_help_flag("-h,--help", "print this help and exit");
+  app.footer(
+      "Exit status: 0 done, 1 error, 2 wrong usage, 77 no OpenGL without a display.\n"
+      "Details: man fire3dv-mujoco-compare.");
+  const auto add = [&](const char* name, auto& value, const char* type, const char* text, const char* group) {
+    return app.add_option(name, value, text)->type_name(type)->group(group)->capture_default_str();
+  };
+  constexpr const char *kImages = "Images", *kSpeed = "Speed";
+  app.add_option("model", options.model, "MJCF file")->required();
+  app.add_option("--to", options.uri, "URI of a fire3dv --headless --on-request")
       ->type_name("URI")
       ->required();
-  app.add_option("--images", images, "Which camera, and the images' size")
-      ->type_name("CAMERA[:WxH]")
-      ->capture_default_str();
-  CLI::Option* const speed = app.add_flag(
-      "--speed", options.speed,
-      "Time a step with colour, depth and labels in lockstep, in turns; else report how far both agree");
-  app.add_option("--frames", options.frames, "How many images to compare; with --speed, in each turn")
-      ->check(number_between(1, 1e6))
-      ->capture_default_str();
-  app.add_option("--blocks", options.blocks, "With --speed: how many turns")
-      ->needs(speed)
-      ->check(number_between(1, 1e6))
-      ->capture_default_str();
-  app.add_option("--every", options.every_s, "Simulated seconds between images that are compared")
+  add("--timeout", options.timeout_s, "SECONDS", "limit of the wait for one image", "Options")
+      ->check(number_between(0.1, 86400));
+  add("--images", images, "CAMERA[:WxH]", "camera and image size", kImages);
+  add("--frames", options.frames, "N", "compared images; with --speed, images per round", kImages)
+      ->check(number_between(1, 1e6));
+  CLI::Option* const speed =
+      app.add_flag("--speed", options.speed, "time steps with images, alternately with MuJoCo")
+          ->group(kSpeed);
+  add("--every", options.every_s, "SECONDS", "simulated time between compared images", kImages)
       ->excludes(speed)
-      ->check(check_number)
-      ->capture_default_str();
-  app.add_option("--samples", options.view.samples, "MuJoCo's samples a pixel, with --speed")
-      ->needs(speed)
-      ->check(number_between(0, 16))
-      ->capture_default_str();
-  app.add_option("--shadow-texels", options.view.shadow_texels,
-                 "Side of MuJoCo's shadow maps, with --speed; 0: no shadows. MuJoCo's own default is 4096")
-      ->needs(speed)
-      ->check(number_between(0, 16384))
-      ->capture_default_str();
+      ->check(check_number);
   bool no_reflections = false;
-  app.add_flag("--no-reflections", no_reflections, "MuJoCo's floors do not reflect");
-  app.add_option("--pictures", options.pictures, "Folder for both renderers' pictures, side by side")
+  app.add_flag("--no-reflections", no_reflections, "no reflections of MuJoCo's floors")->group(kImages);
+  app.add_option("--pictures", options.pictures, "folder for both images side by side")
       ->excludes(speed)
-      ->type_name("DIR");
-  app.add_option("--timeout", options.timeout_s, "Seconds to wait for one image")
-      ->check(number_between(0.1, 86400))
-      ->capture_default_str();
+      ->type_name("DIR")
+      ->group(kImages);
+  add("--blocks", options.blocks, "N", "rounds", kSpeed)->needs(speed)->check(number_between(1, 1e6));
+  add("--samples", options.view.samples, "N", "MuJoCo's samples per pixel", kSpeed)
+      ->needs(speed)
+      ->check(number_between(0, 16));
+  add("--shadow-texels", options.view.shadow_texels, "N", "side of MuJoCo's shadow maps; 0: no shadows",
+      kSpeed)
+      ->needs(speed)
+      ->check(number_between(0, 16384));
   try {
     app.parse(argc, argv);
     const Result<ImageSpec> spec = image_spec(images);

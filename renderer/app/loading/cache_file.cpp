@@ -44,7 +44,7 @@ Result<void> store_cache_file(const std::filesystem::path& path, const CacheFile
 Result<std::vector<std::byte>> read_cache_file(const std::filesystem::path& path, const CacheFileType& type,
                                                const Digest& kind) {
   const auto unusable = [&](const std::string& why) {
-    return Error{"cache: " + quote(path.string()) + " is made anew: " + why};
+    return Error{"cache: " + quote(path.string()) + " is rebuilt: " + why};
   };
   Result<OpenFile> file = OpenFile::open(path, kMaxCacheBytes);
   if (!file) return Error{"cache: " + file.error().message};
@@ -53,7 +53,7 @@ Result<std::vector<std::byte>> read_cache_file(const std::filesystem::path& path
   if (std::string_view(head.magic, sizeof(head.magic)) != type.magic)
     return unusable(std::string("it holds no ") + type.holds);
   if (head.kind != kind) return unusable("it is of another device, driver or version of this program");
-  if (head.data_bytes != file->size() - sizeof(Head)) return unusable("it is not of the length that it says");
+  if (head.data_bytes != file->size() - sizeof(Head)) return unusable("its length differs from its header");
   std::vector<std::byte> data(head.data_bytes);
   if (!file->read(sizeof(Head), data) || checksum_of(data) != head.checksum) return unusable("it is damaged");
   return data;

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Place = scene::SceneCacheSettings::Place;
 constexpr std::string_view kScene = ".converted.glb", kRecord = ".conversion";
-constexpr uint64_t kMostRecordBytes = uint64_t{64} << 20;
+constexpr uint64_t kMaxRecordBytes = uint64_t{64} << 20;
 
 std::vector<std::string> arguments_of(const ConvertOptions& options) {
   std::vector<std::string> words;
@@ -43,7 +43,7 @@ std::string key_of(const std::vector<std::string>& words) {
   return hex(std::span(digest).first(16));
 }
 
-struct KeptPlaces {
+struct CachePaths {
   fs::path scene, record;
 };
 
@@ -55,8 +55,8 @@ bool is_by(const fs::path& converter, const scene::ConversionRecord& record) {
 }
 
 // Nothing if caching is off or impossible.
-std::optional<KeptPlaces> places_for(const fs::path& description, std::vector<std::string> words,
-                                     const scene::SceneCacheSettings& cache) {
+std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<std::string> words,
+                                      const scene::SceneCacheSettings& cache) {
   std::string stem;
   if (cache.place == Place::beside_the_asset) {
     stem = description.string() + ".fire3dv-cache" + (words.empty() ? "" : "." + key_of(words));
@@ -70,7 +70,7 @@ std::optional<KeptPlaces> places_for(const fs::path& description, std::vector<st
   std::error_code error;
   fs::create_directories(folder, error);
   if (error || ::access(folder.c_str(), W_OK) != 0) return std::nullopt;
-  return KeptPlaces{stem + std::string(kScene), stem + std::string(kRecord)};
+  return CachePaths{stem + std::string(kScene), stem + std::string(kRecord)};
 }
 
 }  // namespace
@@ -91,14 +91,14 @@ Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const C
   std::vector<std::string> words = arguments_of(options);
   const Result<std::string> converter = converter_file();
   if (!converter) return converter.error();
-  const std::optional<KeptPlaces> places = places_for(file, words, cache);
+  const std::optional<CachePaths> paths = cache_paths(file, words, cache);
   ConvertedScene converted;
-  if (places) {
-    converted.file_ = places->scene;
-    Result<scene::ConversionRecord> record = scene::read_conversion_record(places->record);
-    if (record && is_by(*converter, *record) && scene::holds(*record, places->scene)) {
+  if (paths) {
+    converted.file_ = paths->scene;
+    Result<scene::ConversionRecord> record = scene::read_conversion_record(paths->record);
+    if (record && is_by(*converter, *record) && scene::holds(*record, paths->scene)) {
       converted.warnings_ = std::move(record->warnings);
-      converted.was_kept_ = true;
+      converted.is_cached_ = true;
       return converted;
     }
   } else {
@@ -108,7 +108,7 @@ Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const C
   }
   std::vector<std::string> keeping = words;
   keeping.insert(keeping.end(),
-                 {file.string(), "-o", places->scene.string(), "--sources", places->record.string()});
+                 {file.string(), "-o", paths->scene.string(), "--sources", paths->record.string()});
   Result<std::vector<std::string>> done = run_converter({std::move(keeping), -1, should_stop});
   if (!done) {
     // A full disk must not prevent display; only for write errors does the converter report "cannot write".
@@ -121,7 +121,7 @@ Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const C
   converted.warnings_ = std::move(*done);
   if (cache.place == Place::folder) {
     scene::remove_oldest(cache.folder, kScene, cache.most_bytes);
-    scene::remove_oldest(cache.folder, kRecord, kMostRecordBytes);
+    scene::remove_oldest(cache.folder, kRecord, kMaxRecordBytes);
   }
   return converted;
 }
@@ -141,7 +141,7 @@ Result<void> ConvertedScene::convert_into_memory(std::vector<std::string> words,
 ConvertedScene::ConvertedScene(ConvertedScene&& other) noexcept
     : file_(std::move(other.file_)),
       warnings_(std::move(other.warnings_)),
-      was_kept_(other.was_kept_),
+      is_cached_(other.is_cached_),
       memory_(std::exchange(other.memory_, -1)) {}
 
 ConvertedScene::~ConvertedScene() {

@@ -33,7 +33,7 @@ class ConvertedScene {
   // The binary glTF file, readable for the lifetime of this object.
   const std::filesystem::path& file() const { return file_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
-  bool is_cached() const { return was_kept_; }
+  bool is_cached() const { return is_cached_; }
   bool is_on_disk() const { return memory_ < 0; }
 
  private:
@@ -43,7 +43,7 @@ class ConvertedScene {
 
   std::filesystem::path file_;
   std::vector<std::string> warnings_;
-  bool was_kept_ = false;
+  bool is_cached_ = false;
   int memory_ = -1;  // without a cache: memory file descriptor of the converted scene
 };
 

@@ -18,14 +18,12 @@ Result<std::unique_ptr<RecordedScene>> RecordedScene::extract(record::Reader& re
   const auto& attachments = reader.index().attachments;
   const auto found = std::ranges::find(attachments, record::kGlbType, &record::AttachmentIndex::media_type);
   if (found == attachments.end())
-    return Error{"no scene travels in " + file + "; name the one that it is of: fire3dv SCENE.glb --replay " +
-                 file};
+    return Error{"no scene is attached to " + file + "; name it: fire3dv SCENE.glb --replay " + file};
   std::error_code failure;
   std::string folder = (std::filesystem::temp_directory_path(failure) / "fire3dv-scene-XXXXXX").string();
   if (failure || ::mkdtemp(folder.data()) == nullptr)
-    return Error{"no folder can be made for the scene that travels in " + file + ": " +
-                 (failure ? failure.message() : std::strerror(errno)) +
-                 "; set TMPDIR to one that can be written"};
+    return Error{"cannot make a folder for the scene attached to " + file + ": " +
+                 (failure ? failure.message() : std::strerror(errno)) + "; set TMPDIR to a writable folder"};
   std::unique_ptr<RecordedScene> scene(new RecordedScene);
   scene->folder_ = folder;
   // Fixed file name: the name in the recording is untrusted.
@@ -44,8 +42,8 @@ Result<std::unique_ptr<RecordedScene>> RecordedScene::extract(record::Reader& re
 }
 
 RecordedScene::~RecordedScene() {
-  std::error_code nobody_to_tell;
-  std::filesystem::remove_all(folder_, nobody_to_tell);
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
 }
 
 }  // namespace fire3dv::app

@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::chrono::minutes kLongest{15};
 constexpr int kPollMs = 100;
-constexpr size_t kMostLineBytes = 4096, kMostWarnings = 1000;
-constexpr const char* kStopped = "it was told to stop";
+constexpr size_t kMaxLineBytes = 4096, kMaxWarnings = 1000;
+constexpr const char* kStopped = "it was interrupted";
 constexpr std::string_view kName = "fire3dv-convert: ", kWarning = "warning: ";
 
 class Descriptor {
@@ -49,7 +49,7 @@ class Said {
     for (size_t i = 0; i < count; ++i) {
       if (bytes[i] == '\n')
         end_line();
-      else if (line_.size() < kMostLineBytes)
+      else if (line_.size() < kMaxLineBytes)
         line_ += static_cast<uint8_t>(bytes[i]) < 0x20 ? ' ' : bytes[i];
     }
   }
@@ -58,7 +58,7 @@ class Said {
     if (text.starts_with(kName)) text.remove_prefix(kName.size());
     if (text.starts_with(kWarning)) {
       text.remove_prefix(kWarning.size());
-      if (warnings_.size() < kMostWarnings) warnings_.emplace_back(text);
+      if (warnings_.size() < kMaxWarnings) warnings_.emplace_back(text);
     } else if (!text.empty()) {
       last_ = text;
     }
@@ -142,7 +142,7 @@ int wait_for(pid_t child, const ConverterRun& wanted, Clock::time_point until,
 Result<std::string> converter_file() {
   std::error_code error;
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return Error{"fire3dv does not find its own file, and so not fire3dv-convert beside it"};
+  if (error) return Error{"cannot find fire3dv-convert: the path of fire3dv itself is unknown"};
   const std::filesystem::path beside = own.parent_path() / "fire3dv-convert";
   if (::access(beside.c_str(), X_OK) != 0) {
     return Error{"descriptions are converted by fire3dv-convert, which is not beside fire3dv: " +
@@ -180,7 +180,7 @@ Result<std::vector<std::string>> run_converter(const ConverterRun& wanted) {
   if (WIFSIGNALED(status)) {
     return Error{"fire3dv-convert crashed (" + std::string(strsignal(WTERMSIG(status))) +
                  "): one of the files is more than a library can bear" +
-                 (said.last().empty() ? "" : "; it said: " + said.last())};
+                 (said.last().empty() ? "" : "; its last message: " + said.last())};
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     return Error{said.last().empty() ? "fire3dv-convert failed without a reason" : said.last()};

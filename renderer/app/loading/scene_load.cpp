@@ -56,7 +56,7 @@ Result<scene::LoadedScene> SceneLoad::load() {
   gltf_ = converted->file();
   if (!converted->is_on_disk()) cache_ = scene::SceneCache({});
   Result<scene::LoadedScene> loaded = load_gltf_file();
-  if (!loaded) return Error{"what was converted of " + loaded_from(loaded.error().message, gltf_, path_)};
+  if (!loaded) return Error{"the conversion of " + loaded_from(loaded.error().message, gltf_, path_)};
   loaded->scene.source = path_;
   return loaded;
 }
@@ -64,15 +64,15 @@ Result<scene::LoadedScene> SceneLoad::load() {
 Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
   const scene::LoadLimits limits;
   const scene::LoadProgress progress = [this](const char* stage, size_t done, size_t total) {
-    if (should_stop_ && should_stop_()) throw std::runtime_error("it was told to stop");
+    if (should_stop_ && should_stop_()) throw std::runtime_error("it was interrupted");
     note(stage, done, total);
   };
   try {
-    std::optional<scene::LoadedScene> kept = cache_.find(gltf_, limits.max_file_bytes);
+    std::optional<scene::LoadedScene> cached = cache_.find(gltf_, limits.max_file_bytes);
     for (std::string& said : cache_.take_notes()) notes_.push_back(std::move(said));
     // A run with --lod off may have written the cache entry without levels of detail.
-    was_kept_ = kept && (kept->derived.has_levels || !scene::gets_levels(kept->scene, levels_));
-    if (was_kept_) return std::move(*kept);
+    is_cached_ = cached && (cached->derived.has_levels || !scene::gets_levels(cached->scene, levels_));
+    if (is_cached_) return std::move(*cached);
     Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_, cache_.known());
     if (!scene) return scene.error();
     scene::Derived derived = scene::derive(*scene, levels_, progress);
@@ -116,19 +116,19 @@ Result<const scene::LoadedScene*> SceneLoad::wait(const std::function<void()>& m
 }
 
 void SceneLoad::begin_caching() {
-  if (was_kept_ || std::exchange(keeps_, true)) return;
+  if (is_cached_ || std::exchange(has_stored_, true)) return;
   thread_ = std::jthread([this] {
     try {
-      if (Result<void> done = cache_.keep(gltf_, **result_, sources_); !done) keeping_error_ = done.error();
+      if (Result<void> done = cache_.store(gltf_, **result_, sources_); !done) store_error_ = done.error();
     } catch (const std::exception& fault) {
-      keeping_error_ = Error{std::string("the scene could not be cached: ") + fault.what()};
+      store_error_ = Error{std::string("the scene could not be cached: ") + fault.what()};
     }
   });
 }
 
 std::optional<Error> SceneLoad::finish_caching() {
   if (thread_.joinable()) thread_.join();
-  return keeping_error_;
+  return store_error_;
 }
 
 }  // namespace fire3dv::app

@@ -31,7 +31,7 @@ class SceneLoad {
   Result<const scene::LoadedScene*> wait(const std::function<void()>& meanwhile = {});
   // After wait(): messages about cache and conversion, and whether the scene came from the cache.
   const std::vector<std::string>& notes() const { return notes_; }
-  bool is_cached() const { return was_kept_; }
+  bool is_cached() const { return is_cached_; }
   // After wait(): writes a new cache entry on a thread, once. finish_caching() waits for it and returns its
   // error.
   void begin_caching();
@@ -51,8 +51,8 @@ class SceneLoad {
   scene::Levels levels_;
   std::vector<scene::SourceFile> sources_;
   std::vector<std::string> notes_;
-  bool was_kept_ = false, keeps_ = false;
-  std::optional<Error> keeping_error_;
+  bool is_cached_ = false, has_stored_ = false;
+  std::optional<Error> store_error_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Result<scene::LoadedScene>> result_;

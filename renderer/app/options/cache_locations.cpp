@@ -28,7 +28,7 @@ CacheLocations cache_places(std::string_view wanted,
       named ? std::optional<std::filesystem::path>(wanted) : user_folder(environment);
   if (folder) {
     places.pipelines = *folder / "pipelines";
-    places.surroundings = *folder / "surroundings";
+    places.environments = *folder / "environments";
     places.scenes.place = Place::folder;
     places.scenes.folder = *folder / "scenes";
   }

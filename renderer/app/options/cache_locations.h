@@ -13,7 +13,7 @@ namespace fire3dv::app {
 
 struct CacheLocations {
   scene::SceneCacheSettings scenes;
-  std::optional<std::filesystem::path> pipelines, surroundings;  // folders
+  std::optional<std::filesystem::path> pipelines, environments;  // folders
 };
 
 // Resolves the value of --cache. "auto": the XDG cache folder, if the environment defines one; "beside":

@@ -21,7 +21,7 @@ namespace fire3dv::app {
 namespace {
 
 constexpr int kUsageError = 2;
-constexpr uint64_t kMostFrames = 1'000'000'000'000;
+constexpr uint64_t kMaxFrames = 1'000'000'000'000;
 
 // CLI11's own check accepts NaN and infinity.
 std::string positive_number(const std::string& text) {
@@ -87,9 +87,9 @@ std::optional<std::string> take_window_options(const std::string& stereo, const 
                                                Options& options) {
   if (present == "mailbox") options.present = sinks::Present::mailbox;
   if (present == "immediate") options.present = sinks::Present::immediate;
-  constexpr size_t kMostWindows = 16;
-  if (options.window_cameras.size() > kMostWindows)
-    return "--window: " + std::to_string(kMostWindows) + " windows at most";
+  constexpr size_t kMaxWindows = 16;
+  if (options.window_cameras.size() > kMaxWindows)
+    return "--window: " + std::to_string(kMaxWindows) + " windows at most";
   if (!options.window_cameras.empty()) options.camera = options.window_cameras.front();
   if (stereo.empty()) return std::nullopt;
   const size_t comma = stereo.find(',');
@@ -210,7 +210,7 @@ void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& giv
                      ->type_name("NAME")
                      ->group(kGroup);
   app.add_option("--frames", options.frames, "exit after N images")
-      ->check(CLI::Range(uint64_t{0}, kMostFrames).description(""))  // a minus sign would wrap around
+      ->check(CLI::Range(uint64_t{0}, kMaxFrames).description(""))  // a minus sign would wrap around
       ->type_name("N")
       ->group(kGroup);
   app.add_option("--out", options.out, "folder for one PNG per image")->type_name("DIR")->group(kGroup);
@@ -441,7 +441,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     return usage_error("--record needs a --listen URI or a --replay file");
   if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);
   if (!options.devices.empty() && options.listen.empty())
-    return usage_error("--devices spreads images that simulators ask for: it needs a --listen URI");
+    return usage_error("--devices spreads requested images: add --listen URI");
   if (options.on_request && (!options.headless || options.listen.empty() || !options.out.empty()))
     return usage_error("--on-request needs --headless and a --listen URI, and excludes --out");
   if (options.on_request && options.frames != 0)

@@ -95,10 +95,10 @@ void CameraRig::let_go(const state::PoseState& poses) {
   world_from_free_ = poses.world_from_node(node_);
   framed_ = false;
   // Focus: the point on the line of sight closest to the scene's centre.
-  const glm::vec3 middle = 0.5f * (scene_->bounds_min + scene_->bounds_max);
+  const glm::vec3 center = 0.5f * (scene_->bounds_min + scene_->bounds_max);
   const glm::vec3 eye(world_from_free_[3]);
   focus_distance_m_ =
-      std::max(glm::dot(middle - eye, -glm::vec3(world_from_free_[2])), 0.1f * scene_radius_m());
+      std::max(glm::dot(center - eye, -glm::vec3(world_from_free_[2])), 0.1f * scene_radius_m());
   node_ = scene::kNone;
 }
 
@@ -136,10 +136,10 @@ void CameraRig::zoom(const state::PoseState& poses, float factor, const glm::vec
   const glm::vec3 eye(world_from_free_[3]), forward = -glm::vec3(world_from_free_[2]);
   const glm::vec3 ray =
       seen.world_from_ndc_x * at_ndc.x + seen.world_from_ndc_y * at_ndc.y + seen.world_from_ndc_origin;
-  const glm::vec3 kept = eye + ray * (focus_distance_m_ / glm::dot(ray, forward));
+  const glm::vec3 fixed = eye + ray * (focus_distance_m_ / glm::dot(ray, forward));
   const float distance =
       std::clamp(focus_distance_m_ * factor, 1e-4f * scene_radius_m(), 1e3f * scene_radius_m());
-  world_from_free_[3] = glm::vec4(kept + (eye - kept) * (distance / focus_distance_m_), 1);
+  world_from_free_[3] = glm::vec4(fixed + (eye - fixed) * (distance / focus_distance_m_), 1);
   focus_distance_m_ = distance;
 }
 
@@ -167,13 +167,13 @@ void CameraRig::frame_node(const state::PoseState& poses, uint32_t node, float i
   scene::Box box = visible_bounds(*scene_, poses, node);
   const glm::vec3 origin(poses.world_from_node(node)[3]);
   if (box.empty()) box.add(origin);
-  const glm::vec3 middle = 0.5f * (box.low + box.high);
+  const glm::vec3 center = 0.5f * (box.low + box.high);
   const float radius = std::max(0.5f * glm::length(box.high - box.low), 0.01f * scene_radius_m());
   const float half_fov = 0.5f * free_camera_.vertical_fov_rad;
   const float half_width = std::atan(std::tan(half_fov) * std::max(image_aspect, 1e-3f));
   constexpr float kRoom = 1.2f;
   focus_distance_m_ = kRoom * radius / std::sin(std::min(half_fov, half_width));
-  world_from_free_[3] = glm::vec4(middle + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
+  world_from_free_[3] = glm::vec4(center + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
 }
 
 void CameraRig::follow(const state::PoseState& poses, uint32_t node) {

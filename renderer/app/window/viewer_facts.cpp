@@ -10,8 +10,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr size_t kMostLines = 2000;
-constexpr auto kLookEvery = std::chrono::milliseconds(500);  // interval of system calls and averages
+constexpr size_t kMaxLines = 2000;
+constexpr auto kMemoryInterval = std::chrono::milliseconds(500);  // interval of system calls and averages
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
@@ -20,7 +20,7 @@ double seconds_between(Clock::time_point from, Clock::time_point to) {
 const char* clock_words(state::ClockOffset::Source source) {
   switch (source) {
     case state::ClockOffset::Source::none:
-      return "not known yet";
+      return "not measured yet";
     case state::ClockOffset::Source::one_way:
       return "bounded by arrivals";
     case state::ClockOffset::Source::round_trip:
@@ -47,8 +47,8 @@ std::vector<gui::UseFact> notable_uses(const PeerBudget* budget) {
 
 void ViewerFacts::note(const std::string& sentence) {
   // Drops half at once: removing single lines would move all others each time.
-  if (facts_.log.size() == kMostLines)
-    facts_.log.erase(facts_.log.begin(), facts_.log.begin() + kMostLines / 2);
+  if (facts_.log.size() == kMaxLines)
+    facts_.log.erase(facts_.log.begin(), facts_.log.begin() + kMaxLines / 2);
   facts_.log.push_back({seconds_between(begun_, Clock::now()), sentence});
   ++facts_.log_lines;
 }
@@ -68,12 +68,12 @@ void ViewerFacts::add(const gpu::FrameTimes& times) {
 }
 
 // Iterates over the scene only if the draw list changed.
-void ViewerFacts::tell_scene(const scene::Scene& scene, uint64_t scene_number,
-                             const passes::SceneRenderer& renderer) {
+void ViewerFacts::set_scene(const scene::Scene& scene, uint64_t scene_number,
+                            const passes::SceneRenderer& renderer) {
   const passes::GpuScene& gpu_scene = renderer.gpu_scene();
   const std::pair now(scene_number, gpu_scene.draw_list_revision);
-  if (told_ == now) return;
-  told_ = now;
+  if (counted_ == now) return;
+  counted_ = now;
   facts_.frame.triangles = 0;
   for (const passes::Draw& draw : gpu_scene.draw_list.draws) {
     const scene::Primitive& primitive = scene.primitives[draw.primitive];
@@ -86,7 +86,7 @@ double ViewerFacts::rate_of(uint64_t epoch, uint64_t sequence) {
   Rate& rate = rates_[epoch];
   const Clock::time_point now = Clock::now();
   if (!rate.is_known) rate = {sequence, now, 0, true};
-  if (now - rate.since < kLookEvery) return rate.hz;
+  if (now - rate.since < kMemoryInterval) return rate.hz;
   const uint64_t frames = sequence - std::min(sequence, rate.sequence);
   rate = {sequence, now, static_cast<double>(frames) / seconds_between(rate.since, now), true};
   return rate.hz;
@@ -131,7 +131,7 @@ const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_
                                               const gpu::Device& device, uint32_t camera_node,
                                               bool recording_video) {
   gui::FrameFacts& frame = facts_.frame;
-  tell_scene(scene, scene_number, renderer);
+  set_scene(scene, scene_number, renderer);
   const bool compute = renderer.raster_path() == passes::RasterPath::visibility;
   frame.extent_px = {renderer.extent().width, renderer.extent().height};
   frame.clusters_drawn.reset();
@@ -142,8 +142,8 @@ const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_
   frame.raster = compute ? "from a visibility buffer" : "forward";
   frame.shadows = passes::describe(renderer.shadow_technique());
   frame.samples = static_cast<uint32_t>(renderer.samples());
-  if (const Clock::time_point now = Clock::now(); now - memory_looked_at_ >= kLookEvery) {
-    memory_looked_at_ = now;
+  if (const Clock::time_point now = Clock::now(); now - memory_read_at_ >= kMemoryInterval) {
+    memory_read_at_ = now;
     frame.gpu_bytes = device.allocated_bytes();
     frame.resident_bytes = metrics::resident_bytes();
   }

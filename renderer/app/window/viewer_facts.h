@@ -38,7 +38,7 @@ class ViewerFacts {
     double hz = 0;
     bool is_known = false;
   };
-  void tell_scene(const scene::Scene& scene, uint64_t scene_number, const passes::SceneRenderer& renderer);
+  void set_scene(const scene::Scene& scene, uint64_t scene_number, const passes::SceneRenderer& renderer);
   gui::StreamFact stream_fact(const StreamReceiver::Report& report, const StreamReceiver& intake,
                               const state::PoseState& poses);
   double rate_of(uint64_t epoch, uint64_t sequence);
@@ -46,10 +46,10 @@ class ViewerFacts {
   const std::chrono::steady_clock::time_point begun_;
   gui::Facts facts_;
   std::map<uint64_t, Rate> rates_;  // by epoch
-  std::chrono::steady_clock::time_point memory_looked_at_{};
+  std::chrono::steady_clock::time_point memory_read_at_{};
   std::vector<uint32_t> cameras_;  // camera nodes of scene cameras_of_
   std::optional<uint64_t> cameras_of_;
-  std::optional<std::pair<uint64_t, uint64_t>> told_;  // scene and draw list of the counted triangles
+  std::optional<std::pair<uint64_t, uint64_t>> counted_;  // scene and draw list of the counted triangles
 };
 
 }  // namespace fire3dv::app

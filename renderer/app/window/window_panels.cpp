@@ -36,7 +36,7 @@ gui::Key panel_key(sinks::Key key) {
   return gui::Key::none;
 }
 
-std::optional<std::filesystem::path> place_of_layout() {
+std::optional<std::filesystem::path> layout_path() {
   return gui::layout_place([](const char* name) { return std::getenv(name); });
 }
 
@@ -91,15 +91,15 @@ gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, flo
 }
 
 WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first)
-    : file_(place_of_layout()),
-      kept_(load(file_, notes_)),
-      gui_(kept_, {sinks::Window::clipboard, sinks::Window::set_clipboard}),
+    : file_(layout_path()),
+      saved_(load(file_, notes_)),
+      gui_(saved_, {sinks::Window::clipboard, sinks::Window::set_clipboard}),
       pass_(device) {
-  if (first) viewer.camera_speed = kept_.camera_speed;
+  if (first) viewer.camera_speed = saved_.camera_speed;
 }
 
 WindowPanels::~WindowPanels() {
-  if (!file_ || gui_.layout() == kept_) return;
+  if (!file_ || gui_.layout() == saved_) return;
   if (Result<void> saved = gui::save_layout(*file_, gui_.layout()); !saved) say(saved.error().message);
 }
 

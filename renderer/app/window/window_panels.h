@@ -33,7 +33,7 @@ class WindowPanels {
  private:
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> file_;
-  gui::Layout kept_;
+  gui::Layout saved_;
   gui::Gui gui_;
   gui::GuiPass pass_;
   sinks::Modifiers held_;

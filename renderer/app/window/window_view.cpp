@@ -80,29 +80,29 @@ void WindowView::apply_requests() {
     notes_.push_back(can.error().message);
     view = passes::DebugView::none;
   }
-  for (const auto& [epoch, wish] : borrowed_.viewer.streams)
-    borrowed_.intake.play(epoch, wish.interpolate, wish.delay_ns);
+  for (const auto& [epoch, playout] : borrowed_.viewer.streams)
+    borrowed_.intake.play(epoch, playout.interpolate, playout.delay_ns);
 }
 
 // Settings that need another renderer wait for the GPU: the user requested them, and a lost frame does not
 // matter.
 void WindowView::apply_draw_settings() {
-  passes::DrawSettings& wished = borrowed_.viewer.draw;
-  wished.most_textures = renderer().most_textures();
-  if (renderer().needs_new_renderer(wished)) {
+  passes::DrawSettings& requested = borrowed_.viewer.draw;
+  requested.most_textures = renderer().most_textures();
+  if (renderer().needs_new_renderer(requested)) {
     if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.requests.count() != 0) {
       notes_.push_back(
           "samples, raster path and shadows stay while --outputs or a simulator wants images of one kind");
-      wished = drawn_;
+      requested = drawn_;
       return;
     }
     borrowed_.device.wait(borrowed_.device.last_submitted());
-    borrowed_.renderer.emplace(borrowed_.device, wished);
+    borrowed_.renderer.emplace(borrowed_.device, requested);
     borrowed_.scene.renderer_is_new();
     borrowed_.requests.set_abilities(image_abilities(renderer()));
   }
-  renderer().apply(wished);
-  drawn_ = wished;
+  renderer().apply(requested);
+  drawn_ = requested;
 }
 
 void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline) {

@@ -30,7 +30,7 @@ void CamerasPanel::draw(const Context& context) {
     if (ui.button("Stop following")) viewer.followed = scene::kNone;
   }
   ui.slider("Speed", viewer.camera_speed, {0.05f, 20, "%.2f x", true},
-            "Times what follows from the scene's size");
+            "Factor on the speed that the scene's size implies");
 }
 
 }  // namespace fire3dv::gui

@@ -16,7 +16,7 @@ std::string milliseconds(float ms) {
 }  // namespace
 
 void History::add(float value) {
-  if (values_.size() == kKept) values_.erase(values_.begin());
+  if (values_.size() == kMaxSamples) values_.erase(values_.begin());
   values_.push_back(value);
 }
 

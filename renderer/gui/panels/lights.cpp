@@ -54,18 +54,19 @@ void LightsPanel::draw(const Context& context) {
   if (!ui.header("Lights", context.layout.is_open(Panel::lights))) return;
   const std::vector<scene::PlacedLight> lights = scene::lights_of(context.shown.scene, context.shown.edits);
   if (lights.empty()) {
-    ui.note("The scene has none: its surroundings light it.");
+    ui.note("The scene has no lights: the environment lights it.");
     return;
   }
-  constexpr size_t kMost = 64;  // row limit for scrolling
-  for (size_t i = 0; i < lights.size() && i < kMost; ++i) {
-    const auto wished = context.viewer.lights.find(lights[i].node);
+  constexpr size_t kMaxRows = 64;  // row limit for scrolling
+  for (size_t i = 0; i < lights.size() && i < kMaxRows; ++i) {
+    const auto edited = context.viewer.lights.find(lights[i].node);
     const bool is_of_this =
-        wished != context.viewer.lights.end() && wished->second.type == lights[i].light.type;
-    draw_light(context, lights[i].node, is_of_this ? wished->second : lights[i].light);
+        edited != context.viewer.lights.end() && edited->second.type == lights[i].light.type;
+    draw_light(context, lights[i].node, is_of_this ? edited->second : lights[i].light);
   }
-  if (lights.size() > kMost) ui.note("and " + grouped(lights.size() - kMost) + " more");
-  if (ui.button("Reset all##lights", !context.viewer.lights.empty(), "All lights as files and streams say"))
+  if (lights.size() > kMaxRows) ui.note("and " + grouped(lights.size() - kMaxRows) + " more");
+  if (ui.button("Reset all##lights", !context.viewer.lights.empty(),
+                "Restores all lights to files and streams"))
     context.viewer.lights.clear();
 }
 
@@ -81,7 +82,7 @@ void LightsPanel::draw_light(const Context& context, uint32_t node, const scene:
   if (open_ == node) {
     scene::Light changed = light;
     if (edit(ui, changed)) viewer.lights[node] = changed;
-    if (ui.button("Reset##light", viewer.lights.count(node) != 0, "As the file or its stream says"))
+    if (ui.button("Reset##light", viewer.lights.count(node) != 0, "Restores the file's or stream's values"))
       viewer.lights.erase(node);
     ui.same_line();
     if (ui.button("Select##light", viewer.selected != node, "Its node in the scene")) viewer.selected = node;

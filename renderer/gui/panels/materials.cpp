@@ -12,7 +12,7 @@ std::string label_of(const scene::Scene& scene, uint32_t material) {
   return material == 0 ? "(without material)" : "material " + std::to_string(material);
 }
 
-constexpr float kMostEmission = 100;
+constexpr float kMaxEmission = 100;
 
 // Returns true on a change.
 bool edit(Ui& ui, scene::Material& m) {
@@ -34,7 +34,7 @@ bool edit(Ui& ui, scene::Material& m) {
     glm::vec3 tint = strength > 0 ? m.emissive / strength : glm::vec3(1);
     bool emission = ui.color("Emission", tint);
     if (emission && strength <= 0) strength = 1;
-    emission |= ui.slider("Strength", strength, {0, kMostEmission, "%.2f", true}, "Of the emission");
+    emission |= ui.slider("Strength", strength, {0, kMaxEmission, "%.2f", true}, "Of the emission");
     if (emission) m.emissive = tint * strength;
     changed |= emission;
   }
@@ -75,7 +75,7 @@ void MaterialsPanel::draw(const Context& context) {
   if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
   Viewer& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
-  ui.check("Of the selection", of_selection_, "Only those of the selected node and of what is below it");
+  ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
   list(context);
   if (listed_.empty()) {
     ui.note("No surface has any.");
@@ -83,9 +83,9 @@ void MaterialsPanel::draw(const Context& context) {
   }
   if (std::find(listed_.begin(), listed_.end(), chosen_) == listed_.end()) chosen_ = listed_.front();
 
-  constexpr size_t kMostRows = 6;
+  constexpr size_t kMaxRows = 6;
   const float row_height = ImGui::GetTextLineHeightWithSpacing();
-  ImGui::BeginChild("materials", {0, row_height * static_cast<float>(std::min(listed_.size(), kMostRows))});
+  ImGui::BeginChild("materials", {0, row_height * static_cast<float>(std::min(listed_.size(), kMaxRows))});
   ImGuiListClipper clipper;
   clipper.Begin(static_cast<int>(listed_.size()), row_height);
   while (clipper.Step()) {
@@ -105,10 +105,10 @@ void MaterialsPanel::draw(const Context& context) {
   scene::Material material = edited != viewer.materials.end() ? edited->second : scene.materials[chosen_];
   ImGui::PushID(static_cast<int>(chosen_));
   if (edit(ui, material)) viewer.materials[chosen_] = material;
-  if (ui.button("Reset##material", viewer.materials.count(chosen_) != 0, "As the file says"))
+  if (ui.button("Reset##material", viewer.materials.count(chosen_) != 0, "Restores the file's values"))
     viewer.materials.erase(chosen_);
   ui.same_line();
-  if (ui.button("Reset all##materials", !viewer.materials.empty(), "All materials as the file says"))
+  if (ui.button("Reset all##materials", !viewer.materials.empty(), "Restores all materials to the file"))
     viewer.materials.clear();
   ImGui::PopID();
 }

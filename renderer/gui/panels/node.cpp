@@ -17,7 +17,7 @@ uint64_t triangles_of(const scene::Scene& scene, const scene::Node& node) {
   return indices / 3;
 }
 
-void tell_pose(const Context& context, uint32_t node) {
+void show_pose(const Context& context, uint32_t node) {
   Ui& ui = context.ui;
   const glm::mat4 world_from_node = context.shown.poses.world_from_node(node);
   const glm::vec3 at = world_from_node[3];
@@ -56,7 +56,7 @@ void draw_node_panel(const Context& context) {
   }
   ui.same_line();
   const bool isolated = any && viewer.isolated == node;
-  if (ui.button("Isolate", any, "Nothing but this node and what is below it  (I)", isolated))
+  if (ui.button("Isolate", any, "Shows only this node and its descendants  (I)", isolated))
     viewer.isolated = isolated ? scene::kNone : node;
   ui.same_line();
   if (ui.button("Focus", any, "The camera shows the whole of it  (F)"))
@@ -92,7 +92,7 @@ void draw_node_panel(const Context& context) {
   } else {
     ui.value("Driven by", theme::kDim, "nobody: it rests, or is animated");
   }
-  tell_pose(context, node);
+  show_pose(context, node);
   if (n.mesh != scene::kNone) {
     const std::string& mesh = scene.meshes[n.mesh].name;
     ui.value("Mesh", theme::kText, mesh.empty() ? "mesh " + std::to_string(n.mesh) : mesh);

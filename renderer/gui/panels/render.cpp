@@ -25,7 +25,7 @@ void choose_shadows(Ui& ui, ShadowSettings& shadows) {
   choose(ui, "Shadows", shadows.method, kMethods);
   if (shadows.method == ShadowMethod::map || shadows.method == ShadowMethod::off) return;
   bool everywhere = !shadows.hybrid;
-  if (ui.check("Rays everywhere", everywhere, "Off: only where shadow maps cannot tell"))
+  if (ui.check("Rays everywhere", everywhere, "Off: only for pixels that shadow maps leave uncertain"))
     shadows.hybrid = !everywhere;
 }
 
@@ -46,7 +46,7 @@ void draw_render_panel(const Context& context) {
 
   constexpr const char* kViews[] = {"light",    "normals",  "depth",       "nodes",
                                     "clusters", "overdraw", "shadow doubt"};
-  choose(ui, "Shows", viewer.debug_view, kViews, "What images show instead of light");
+  choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
   ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
   constexpr const char* kToneMaps[] = {"Reinhard", "ACES", "neutral", "none"};
@@ -57,11 +57,11 @@ void draw_render_panel(const Context& context) {
   choose_samples(ui, draw.samples);
   choose_shadows(ui, draw.shadows);
   constexpr const char* kCulls[] = {"off", "out of view", "hidden, too", "automatic"};
-  choose(ui, "Culling", draw.cull, kCulls, "What is not drawn; the image stays the same");
+  choose(ui, "Culling", draw.cull, kCulls, "Skips invisible clusters; the image stays the same");
   constexpr const char* kLevels[] = {"off", "camera", "everywhere", "automatic"};
   choose(ui, "Level of detail", draw.levels_of_detail, kLevels,
          "Coarser triangles where the difference is less than a pixel");
-  ui.slider("Surroundings", draw.environment_intensity, {0, 8, "%.2f x"}, "The light that they give");
+  ui.slider("Environment", draw.environment_intensity, {0, 8, "%.2f x"}, "Factor on its light");
   float degrees = glm::degrees(draw.environment_rotation_rad);
   if (ui.slider("  turned", degrees, {-180, 180, "%.0f \u00b0"}))
     draw.environment_rotation_rad = glm::radians(degrees);

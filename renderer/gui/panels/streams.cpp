@@ -32,7 +32,7 @@ void draw_uses(Ui& ui, const std::vector<UseFact>& uses) {
   }
 }
 
-constexpr float kMostDelayMs = 500;
+constexpr float kMaxDelayMs = 500;
 constexpr float kUsualDelayMs = 50;
 
 }  // namespace
@@ -97,34 +97,34 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   ui.value("Clock", theme::kDim, stream.clock);
 
   // Settings without a user choice keep their current values.
-  StreamPlayout wish{stream.interpolated, {}};
-  const auto wished = context.viewer.streams.find(stream.epoch);
-  if (wished != context.viewer.streams.end()) wish = wished->second;
-  const StreamPlayout before = wish;
+  StreamPlayout playout{stream.interpolated, {}};
+  const auto edited = context.viewer.streams.find(stream.epoch);
+  if (edited != context.viewer.streams.end()) playout = edited->second;
+  const StreamPlayout before = playout;
   constexpr const char* kModes[] = {"newest frame", "interpolated"};
-  size_t mode = wish.interpolate ? 1 : 0;
+  size_t mode = playout.interpolate ? 1 : 0;
   ui.choice("Shown as", mode, kModes,
             "The newest frame as soon as it is there, or motion that is smooth and a little late.");
-  wish.interpolate = mode == 1;
-  if (wish.interpolate) {
-    bool follows = !wish.delay_ns;
+  playout.interpolate = mode == 1;
+  if (playout.interpolate) {
+    bool follows = !playout.delay_ns;
     const float now_ms = static_cast<float>(static_cast<double>(stream.delay_ns) * 1e-6);
     if (ui.check("Delay follows jitter", follows)) {
       if (follows) {
-        wish.delay_ns.reset();
+        playout.delay_ns.reset();
       } else {
-        wish.delay_ns = stream.delay_ns > 0 ? stream.delay_ns : static_cast<int64_t>(kUsualDelayMs * 1e6f);
+        playout.delay_ns = stream.delay_ns > 0 ? stream.delay_ns : static_cast<int64_t>(kUsualDelayMs * 1e6f);
       }
     }
-    if (wish.delay_ns) {
-      float delay_ms = static_cast<float>(static_cast<double>(*wish.delay_ns) * 1e-6);
-      if (ui.slider("Delay", delay_ms, {0, kMostDelayMs, "%.0f ms"}))
-        wish.delay_ns = std::llround(static_cast<double>(delay_ms) * 1e6);
+    if (playout.delay_ns) {
+      float delay_ms = static_cast<float>(static_cast<double>(*playout.delay_ns) * 1e-6);
+      if (ui.slider("Delay", delay_ms, {0, kMaxDelayMs, "%.0f ms"}))
+        playout.delay_ns = std::llround(static_cast<double>(delay_ms) * 1e6);
     } else {
       ui.value("Delay", "%.1f ms", static_cast<double>(now_ms));
     }
   }
-  if (!(wish == before)) context.viewer.streams[stream.epoch] = wish;
+  if (!(playout == before)) context.viewer.streams[stream.epoch] = playout;
   ImGui::Dummy({0, ui.points(2)});
   ImGui::PopID();
 }

@@ -7,7 +7,7 @@
 #include "protocol/base/parallel.h"
 #include "renderer/passes/resources/material_records.h"
 #include "renderer/passes/shadows/ray_geometry.h"
-#include "renderer/scene/clusters/cluster_indices.h"
+#include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/edits/scene_edits.h"
 #include "renderer/scene/model/math.h"
 #include "shaders/shared/types.h"

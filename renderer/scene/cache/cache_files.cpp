@@ -24,12 +24,12 @@ Result<void> write_cache_file(const std::filesystem::path& path,
 
 void remove_oldest(const std::filesystem::path& folder, std::string_view ending, uint64_t most_bytes) {
   namespace fs = std::filesystem;
-  struct Kept {
+  struct Entry {
     fs::path path;
     fs::file_time_type used;
     uint64_t bytes;
   };
-  std::vector<Kept> all;
+  std::vector<Entry> all;
   uint64_t bytes = 0;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
@@ -47,11 +47,11 @@ void remove_oldest(const std::filesystem::path& folder, std::string_view ending,
       bytes += size;
     }
   }
-  std::sort(all.begin(), all.end(), [](const Kept& a, const Kept& b) { return a.used < b.used; });
-  for (const Kept& kept : all) {
+  std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
+  for (const Entry& entry : all) {
     if (bytes <= most_bytes) return;
     std::error_code fault;
-    if (fs::remove(kept.path, fault)) bytes -= kept.bytes;
+    if (fs::remove(entry.path, fault)) bytes -= entry.bytes;
   }
 }
 

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <sstream>
 
-#include "renderer/scene/cache/record_text.h"
+#include "renderer/scene/cache/file_stamp.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::scene {
 namespace {
 
 constexpr std::string_view kFirstLine = "fire3dv conversion 1";
-constexpr uint64_t kMostBytes = uint64_t{256} << 20;
+constexpr uint64_t kMaxBytes = uint64_t{256} << 20;
 
 // Ignores the change time, which hard links modify; the file is always replaced as a whole.
 bool same_result(FileStamp a, FileStamp b) {
@@ -48,7 +48,7 @@ std::string text_of(const ConversionRecord& record) {
 }
 
 Result<ConversionRecord> read_conversion_record(const std::filesystem::path& file) {
-  const Result<FileBytes> bytes = read_file(file, kMostBytes);
+  const Result<FileBytes> bytes = read_file(file, kMaxBytes);
   if (!bytes) return bytes.error();
   std::istringstream lines(std::string(reinterpret_cast<const char*>(bytes->data.get()), bytes->size));
   std::string text;

@@ -5,14 +5,14 @@
 #include <utility>
 
 #include "renderer/scene/cache/cache_files.h"
-#include "renderer/scene/cache/record_text.h"
+#include "renderer/scene/cache/file_stamp.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::scene {
 namespace {
 
 constexpr std::string_view kFirstLine = "fire3dv digests 1", kEnding = ".digests";
-constexpr uint64_t kMostBytes = 16 << 20;  // per record, and of all records
+constexpr uint64_t kMaxBytes = 16 << 20;  // per record, and of all records
 
 std::string absolute_name(const std::filesystem::path& file) {
   std::error_code error;
@@ -38,7 +38,7 @@ std::string end_line(std::string_view text) {
 
 // Returns a complete record without its last line (the checksum), else an empty string.
 std::string read_whole(const std::filesystem::path& file) {
-  const Result<FileBytes> bytes = read_file(file, kMostBytes);
+  const Result<FileBytes> bytes = read_file(file, kMaxBytes);
   if (!bytes) return {};
   const std::string_view text(reinterpret_cast<const char*>(bytes->data.get()), bytes->size);
   const size_t end = text.rfind("end ");
@@ -56,12 +56,12 @@ std::map<std::string, StampedDigest> read_record(const std::filesystem::path& fi
   std::map<std::string, StampedDigest> digests;
   while (std::getline(lines, text)) {
     std::istringstream line(text);
-    StampedDigest known;
+    StampedDigest entry;
     std::string name;
-    if (!read(line, known.stamp) || !(line >> known.taken_ns) || known.taken_ns <= 0 ||
-        !read(line, known.digest) || line.get() != ' ' || !std::getline(line, name))
+    if (!read(line, entry.stamp) || !(line >> entry.taken_ns) || entry.taken_ns <= 0 ||
+        !read(line, entry.digest) || line.get() != ' ' || !std::getline(line, name))
       return {};
-    digests[unescaped(name)] = known;
+    digests[unescaped(name)] = entry;
   }
   return digests;
 }
@@ -78,29 +78,29 @@ DigestCache::DigestCache(const std::filesystem::path& folder, const std::filesys
 Result<StampedDigest> DigestCache::of(const std::filesystem::path& file, uint64_t max_bytes) {
   if (record_.empty()) return stamped_digest_of(file, max_bytes);
   const std::string name = absolute_name(file);
-  const auto known = digests_.find(name);
-  if (known != digests_.end() && known->second.stamp.size <= max_bytes && known->second.holds(file))
-    return known->second;
-  Result<StampedDigest> held = stamped_digest_of(file, max_bytes);
-  if (!held) return held;
-  digests_[name] = *held;
-  learnt_ = true;
-  return held;
+  const auto entry = digests_.find(name);
+  if (entry != digests_.end() && entry->second.stamp.size <= max_bytes && entry->second.holds(file))
+    return entry->second;
+  Result<StampedDigest> digest = stamped_digest_of(file, max_bytes);
+  if (!digest) return digest;
+  digests_[name] = *digest;
+  has_new_ = true;
+  return digest;
 }
 
-void DigestCache::keep() {
+void DigestCache::store() {
   if (record_.empty()) return;
-  if (!std::exchange(learnt_, false)) return touch(record_);
+  if (!std::exchange(has_new_, false)) return touch(record_);
   std::ostringstream out;
   out << kFirstLine << '\n' << escaped(asset_) << '\n';
-  for (const auto& [name, known] : digests_) {
-    write(out, known.stamp);
-    out << ' ' << known.taken_ns << ' ' << hex(known.digest) << ' ' << escaped(name) << '\n';
+  for (const auto& [name, entry] : digests_) {
+    write(out, entry.stamp);
+    out << ' ' << entry.taken_ns << ' ' << hex(entry.digest) << ' ' << escaped(name) << '\n';
   }
   std::string text = std::move(out).str();
   text += end_line(text);
   (void)write_cache_file(record_, {std::as_bytes(std::span(text))});
-  remove_oldest(record_.parent_path(), kEnding, kMostBytes);
+  remove_oldest(record_.parent_path(), kEnding, kMaxBytes);
 }
 
 }  // namespace fire3dv::scene

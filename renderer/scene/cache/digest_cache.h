@@ -23,13 +23,13 @@ class DigestCache {
 
   // Writes new digests to the record, or marks the record as used. Errors are ignored: the next start hashes
   // again.
-  void keep();
+  void store();
 
  private:
   std::filesystem::path record_;                  // empty: no record
   std::string asset_;                             // absolute path
   std::map<std::string, StampedDigest> digests_;  // by absolute path
-  bool learnt_ = false;
+  bool has_new_ = false;
 };
 
 }  // namespace fire3dv::scene

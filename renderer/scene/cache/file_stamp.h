@@ -1,8 +1,11 @@
-// File stamp: identity, size and times of a file. It detects changes without reading the contents.
+// File stamp: identity, size and times of a file. It detects changes without reading the contents. With the
+// text encoding that records of stamps use.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <iosfwd>
+#include <string>
 
 #include "protocol/base/digest.h"
 
@@ -36,5 +39,13 @@ struct StampedDigest {
 
 // Regular files only. Errors are those of digest_of_file().
 Result<StampedDigest> stamped_digest_of(const std::filesystem::path& file, uint64_t max_bytes);
+
+// Escapes a name to one line, and back.
+std::string escaped(const std::string& text);
+std::string unescaped(const std::string& text);
+
+// Space-separated integers. read() returns false for invalid input.
+void write(std::ostream& out, const FileStamp& stamp);
+bool read(std::istream& in, FileStamp& stamp);
 
 }  // namespace fire3dv::scene

@@ -48,7 +48,7 @@ std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, 
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return std::nullopt;
   const auto unusable = [&](const std::string& why) {
-    notes_.push_back("cache: " + quote(path.string()) + " is made anew: " + why);
+    notes_.push_back("cache: " + quote(path.string()) + " is rebuilt: " + why);
     return std::nullopt;
   };
   const auto sources = read_scene_sources(path);
@@ -57,17 +57,17 @@ std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, 
       !sources->empty() && sources->front().uri.empty() && sources->front().digest == own;
   if (!own_is_the_same || !others_are_the_same(asset, *sources, max_file_bytes, digests_))
     return unusable("files of the scene have changed");
-  auto kept = read_scene_file(path);
-  if (!kept) return unusable(kept.error().message);
-  if (!same(kept->sources, *sources)) return unusable("it changed while it was read");
+  auto cached = read_scene_file(path);
+  if (!cached) return unusable(cached.error().message);
+  if (!same(cached->sources, *sources)) return unusable("it changed while it was read");
   touch(path);
-  digests_.keep();
-  kept->loaded.scene.source = asset;
-  return std::move(kept->loaded);
+  digests_.store();
+  cached->loaded.scene.source = asset;
+  return std::move(cached->loaded);
 }
 
-Result<void> SceneCache::keep(const std::filesystem::path& asset, const LoadedScene& loaded,
-                              const std::vector<SourceFile>& sources) {
+Result<void> SceneCache::store(const std::filesystem::path& asset, const LoadedScene& loaded,
+                               const std::vector<SourceFile>& sources) {
   if (settings_.place == Place::nowhere || sources.empty()) return {};
   const uint64_t bytes = array_bytes(loaded);
   if (bytes < settings_.least_scene_bytes) return {};
@@ -81,7 +81,7 @@ Result<void> SceneCache::keep(const std::filesystem::path& asset, const LoadedSc
     return Error{"cannot make the folder " + quote(settings_.folder.string()) + ": " + error.message()};
   auto written = write_scene_file(place_of(asset, sources.front().digest), loaded, sources);
   remove_oldest(settings_.folder, kEnding, settings_.most_bytes);
-  if (written) digests_.keep();
+  if (written) digests_.store();
   return written;
 }
 

@@ -28,8 +28,8 @@ class SceneCache {
   // Returns nullopt on a miss; an unusable entry adds a note.
   std::optional<LoadedScene> find(const std::filesystem::path& asset, uint64_t max_file_bytes);
   // Writes a cache entry, unless the scene is too small. The error names the file.
-  Result<void> keep(const std::filesystem::path& asset, const LoadedScene& loaded,
-                    const std::vector<SourceFile>& sources);
+  Result<void> store(const std::filesystem::path& asset, const LoadedScene& loaded,
+                     const std::vector<SourceFile>& sources);
 
   // Digest of the last asset passed to find(), if it was readable.
   const StampedDigest* known() const { return known_ ? &*known_ : nullptr; }

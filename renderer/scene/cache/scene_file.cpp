@@ -34,8 +34,8 @@ namespace {
 // File layout: head; three member sections (sources, table, scene); arrays, each aligned to kAlignment.
 constexpr char kMagic[8] = {'F', '3', 'D', 'V', 'S', 'C', 'N', '\0'};
 constexpr uint64_t kAlignment = 64;
-constexpr uint64_t kMostFileBytes = uint64_t{1} << 36;
-constexpr uint64_t kMostMemberBytes = uint64_t{1} << 30;
+constexpr uint64_t kMaxFileBytes = uint64_t{1} << 36;
+constexpr uint64_t kMaxMemberBytes = uint64_t{1} << 30;
 constexpr size_t kChunk = size_t{1} << 18;  // fits a core's cache between checksum and copy
 
 struct Head {
@@ -108,17 +108,17 @@ struct OpenedSceneFile {
 };
 
 Result<OpenedSceneFile> open_scene_file(const std::filesystem::path& path) {
-  Result<OpenFile> file = OpenFile::open(path, kMostFileBytes);
+  Result<OpenFile> file = OpenFile::open(path, kMaxFileBytes);
   if (!file) return file.error();
   Head head{};
   if (!file->read(0, std::as_writable_bytes(std::span(&head, 1)))) return Error{"it is too short"};
   if (std::memcmp(head.magic, kMagic, sizeof(kMagic)) != 0) return Error{"it is not a cached scene"};
   if (head.kind != scene_file_format_id()) return Error{"another version of this program has written it"};
   if (head.head_checksum != checksum_of(head_bytes(head))) return Error{"it is damaged"};
-  const uint64_t most = std::min(kMostMemberBytes, file->size());
+  const uint64_t most = std::min(kMaxMemberBytes, file->size());
   if (head.file_bytes != file->size() || head.sources_bytes > most || head.table_bytes > most ||
       head.scene_bytes > most)
-    return Error{"it is not of the length that it says"};
+    return Error{"its length differs from its header"};
   return OpenedSceneFile{std::move(*file), head};
 }
 
@@ -130,7 +130,7 @@ Result<void> read_members(const OpenFile& file, uint64_t offset, uint64_t size, 
   if (checksum_of(bytes) != checksum) return Error{"it is damaged"};
   MemberReader reader(bytes);
   reader(members...);
-  if (!reader.was_right()) return Error{"it is not what it says"};
+  if (!reader.was_right()) return Error{"its contents differ from its header"};
   return {};
 }
 
@@ -155,7 +155,7 @@ Result<void> read_arrays(const OpenedSceneFile& opened, const std::vector<ArrayE
     offset += entry.count * sizeof(T);
   });
   if (!fits || wanted.size() != table.size() || offset != opened.file.size())
-    return Error{"its arrays are not as it says"};
+    return Error{"its arrays differ from its header"};
   // Largest first, for balanced load.
   std::stable_sort(wanted.begin(), wanted.end(), [](const WantedArray& a, const WantedArray& b) {
     return a.entry.count * a.entry.element_bytes > b.entry.count * b.entry.element_bytes;
@@ -172,11 +172,12 @@ Result<CachedScene> read_whole(const std::filesystem::path& path) {
   Result<OpenedSceneFile> opened = open_scene_file(path);
   if (!opened) return opened.error();
   const Head& head = opened->head;
-  CachedScene kept;
+  CachedScene cached;
   std::vector<ArrayEntry> table;
-  LoadedScene& loaded = kept.loaded;
+  LoadedScene& loaded = cached.loaded;
   uint64_t offset = sizeof(Head);
-  if (auto done = read_members(opened->file, offset, head.sources_bytes, head.sources_checksum, kept.sources);
+  if (auto done =
+          read_members(opened->file, offset, head.sources_bytes, head.sources_checksum, cached.sources);
       !done)
     return done.error();
   offset += head.sources_bytes;
@@ -190,7 +191,7 @@ Result<CachedScene> read_whole(const std::filesystem::path& path) {
   if (auto done = read_arrays(*opened, table, loaded); !done) return done.error();
   if (auto right = check_scene(loaded.scene); !right) return right.error();
   if (auto right = check_derived(loaded.scene, loaded.derived); !right) return right.error();
-  return kept;
+  return cached;
 }
 
 }  // namespace

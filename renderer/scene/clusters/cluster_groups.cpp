@@ -11,9 +11,9 @@ namespace {
 constexpr size_t kGroupClusters = 16;
 // Smaller groups are merged into a neighbour.
 constexpr size_t kSmallGroup = 6;
-constexpr size_t kMostClusters = 24;
+constexpr size_t kMaxClusters = 24;
 // Edges of more clusters than this are ignored for adjacency.
-constexpr size_t kMostAtEdge = 6;
+constexpr size_t kMaxAtEdge = 6;
 constexpr uint32_t kNoGroup = UINT32_MAX;
 
 struct Neighbours {
@@ -41,7 +41,7 @@ Neighbours find_neighbours(std::span<const std::vector<OpenEdge>* const> edges_o
   for (size_t i = 0; i < users.size();) {
     size_t end = i + 1;
     while (end < users.size() && users[end].first == users[i].first) ++end;
-    for (size_t a = i; end - i <= kMostAtEdge && a < end; ++a) {
+    for (size_t a = i; end - i <= kMaxAtEdge && a < end; ++a) {
       for (size_t b = i; b < end; ++b) {
         if (users[a].second != users[b].second)
           pairs.push_back(uint64_t{users[a].second} << 32 | users[b].second);
@@ -115,7 +115,7 @@ class Grower {
       for (uint32_t cluster : groups_[g]) {
         for (const Neighbours::Neighbour& next : neighbours_.of(cluster)) {
           const uint32_t other = group_of_[next.cluster];
-          if (other == g || groups_[other].size() + groups_[g].size() > kMostClusters) continue;
+          if (other == g || groups_[other].size() + groups_[g].size() > kMaxClusters) continue;
           auto known =
               std::find_if(shared.begin(), shared.end(), [&](const auto& s) { return s.first == other; });
           if (known == shared.end()) known = shared.insert(shared.end(), {other, 0});
@@ -151,14 +151,14 @@ std::vector<OpenEdge> open_edges(std::span<const uint32_t> place_of_corner) {
     if (a != b) edges.push_back(uint64_t{std::min(a, b)} << 32 | std::max(a, b));
   }
   std::sort(edges.begin(), edges.end());
-  size_t kept = 0;
+  size_t count = 0;
   for (size_t i = 0; i < edges.size();) {
     size_t end = i + 1;
     while (end < edges.size() && edges[end] == edges[i]) ++end;
-    if (end - i == 1) edges[kept++] = edges[i];
+    if (end - i == 1) edges[count++] = edges[i];
     i = end;
   }
-  edges.resize(kept);
+  edges.resize(count);
   edges.shrink_to_fit();
   return edges;
 }

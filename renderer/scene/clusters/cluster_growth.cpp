@@ -11,9 +11,9 @@ namespace {
 constexpr uint32_t kNowhere = UINT32_MAX;
 constexpr uint8_t kNoSlot = UINT8_MAX;
 // Limits per step, since a vertex may have any number of triangles. Skipped triangles start later clusters.
-constexpr uint32_t kMostLookedAt = 256, kMostCandidates = 512;
+constexpr uint32_t kMaxExamined = 256, kMaxCandidates = 512;
 // A cluster takes a disconnected triangle only within this multiple of its radius ...
-constexpr float kMostRadii = 4;
+constexpr float kMaxRadii = 4;
 constexpr uint32_t kFewTriangles = 16;  // ... or while it has fewer triangles than this
 constexpr float kRankAlone = 0.5f;
 
@@ -36,11 +36,11 @@ class Neighbours {
 
   uint32_t left(uint32_t vertex) const { return left_[vertex]; }
   void take_one(uint32_t vertex) { --left_[vertex]; }
-  // Visits the untaken triangles of a vertex, at most kMostLookedAt, and removes taken ones from its list.
+  // Visits the untaken triangles of a vertex, at most kMaxExamined, and removes taken ones from its list.
   template <typename Do>
   void for_each_untaken(uint32_t vertex, const std::vector<uint8_t>& taken, Do&& what) {
     const uint32_t first = first_[vertex];
-    for (uint32_t i = 0; i < std::min(listed_[vertex], kMostLookedAt);) {
+    for (uint32_t i = 0; i < std::min(listed_[vertex], kMaxExamined);) {
       const uint32_t triangle = triangles_[first + i];
       if (taken[triangle]) {
         triangles_[first + i] = triangles_[first + --listed_[vertex]];
@@ -60,56 +60,56 @@ class Neighbours {
 // Untaken triangles adjacent to the open cluster.
 class Candidates {
  public:
-  explicit Candidates(size_t triangle_count) : place_(triangle_count, kNowhere) {}
+  explicit Candidates(size_t triangle_count) : index_(triangle_count, kNowhere) {}
 
   size_t size() const { return triangles_.size(); }
   uint32_t operator[](size_t place) const { return triangles_[place]; }
-  bool has(uint32_t triangle) const { return place_[triangle] != kNowhere; }
+  bool has(uint32_t triangle) const { return index_[triangle] != kNowhere; }
 
-  void add(uint32_t triangle, const glm::vec3& middle, const glm::vec3& normal, uint32_t new_vertices) {
-    place_[triangle] = static_cast<uint32_t>(triangles_.size());
+  void add(uint32_t triangle, const glm::vec3& center, const glm::vec3& normal, uint32_t new_vertices) {
+    index_[triangle] = static_cast<uint32_t>(triangles_.size());
     triangles_.push_back(triangle);
     const auto needs = static_cast<float>(new_vertices);
-    looks_.push_back({middle, normal, needs, needs});
+    entries_.push_back({center, normal, needs, needs});
   }
   void remove(uint32_t triangle) {
-    const uint32_t place = place_[triangle];
+    const uint32_t place = index_[triangle];
     if (place == kNowhere) return;
-    place_[triangles_.back()] = place;
-    place_[triangle] = kNowhere;
+    index_[triangles_.back()] = place;
+    index_[triangle] = kNowhere;
     triangles_[place] = triangles_.back();
-    looks_[place] = looks_.back();
+    entries_[place] = entries_.back();
     triangles_.pop_back();
-    looks_.pop_back();
+    entries_.pop_back();
   }
   void clear() {
-    for (const uint32_t triangle : triangles_) place_[triangle] = kNowhere;
+    for (const uint32_t triangle : triangles_) index_[triangle] = kNowhere;
     triangles_.clear();
-    looks_.clear();
+    entries_.clear();
   }
   void needs_one_less(uint32_t triangle) {
-    Looks& looks = looks_[place_[triangle]];
-    looks.new_vertices -= 1;
-    if (looks.rank >= 1 || looks.new_vertices <= 0) looks.rank = looks.new_vertices;
+    Candidate& entry = entries_[index_[triangle]];
+    entry.new_vertices -= 1;
+    if (entry.rank >= 1 || entry.new_vertices <= 0) entry.rank = entry.new_vertices;
   }
   void would_be_alone(uint32_t triangle) {
-    if (has(triangle) && looks_[place_[triangle]].rank >= 1) looks_[place_[triangle]].rank = kRankAlone;
+    if (has(triangle) && entries_[index_[triangle]].rank >= 1) entries_[index_[triangle]].rank = kRankAlone;
   }
 
   // Index of the best candidate: least rank, then least score. The score combines the squared distance of
   // centres, in units of reach, with the deviation of the normal from the cone axis.
-  size_t best(const glm::vec3& middle, const glm::vec3& axis, float per_reach2, float cone_weight) const {
+  size_t best(const glm::vec3& center, const glm::vec3& axis, float per_reach2, float cone_weight) const {
     size_t found = 0;
     float least_rank = INFINITY, least_score = INFINITY;
     for (size_t i = 0; i < size(); ++i) {
-      const Looks& looks = looks_[i];
-      if (looks.rank > least_rank) continue;
-      const glm::vec3 away = looks.middle - middle;
-      const float turned = std::max(1 - cone_weight * glm::dot(looks.normal, axis), 1e-3f);
+      const Candidate& entry = entries_[i];
+      if (entry.rank > least_rank) continue;
+      const glm::vec3 away = entry.center - center;
+      const float turned = std::max(1 - cone_weight * glm::dot(entry.normal, axis), 1e-3f);
       const float score = (1 + glm::dot(away, away) * per_reach2) * turned;
-      if (looks.rank == least_rank && !(score < least_score)) continue;
+      if (entry.rank == least_rank && !(score < least_score)) continue;
       found = i;
-      least_rank = looks.rank;
+      least_rank = entry.rank;
       least_score = score;
     }
     return found;
@@ -117,12 +117,12 @@ class Candidates {
 
  private:
   // rank: number of new vertices; kRankAlone if the triangle needs some but would otherwise be left alone.
-  struct Looks {
-    glm::vec3 middle, normal;
+  struct Candidate {
+    glm::vec3 center, normal;
     float rank, new_vertices;
   };
-  std::vector<uint32_t> place_, triangles_;
-  std::vector<Looks> looks_;
+  std::vector<uint32_t> index_, triangles_;
+  std::vector<Candidate> entries_;
 };
 
 class Growth {
@@ -160,7 +160,7 @@ class Growth {
     const uint32_t* corner = &indices_[size_t{3} * triangle];
     return {corner[0], corner[1], corner[2]};
   }
-  glm::vec3 middle_of(uint32_t triangle) const {
+  glm::vec3 center_of(uint32_t triangle) const {
     const Corners c = corners(triangle);
     return (positions_[c[0]] + positions_[c[1]] + positions_[c[2]]) / 3.0f;
   }
@@ -188,11 +188,11 @@ class Growth {
            open_vertices_.size() + new_vertices(triangle) <= limits_.vertices;
   }
   uint32_t triangle_count() const { return static_cast<uint32_t>(open_triangles_.size()); }
-  glm::vec3 middle() const { return middles_ / static_cast<float>(std::max(triangle_count(), 1u)); }
+  glm::vec3 center() const { return centers_ / static_cast<float>(std::max(triangle_count(), 1u)); }
 
   void take_next() {
     const float turning = std::sqrt(glm::dot(normals_, normals_));
-    const size_t best = candidates_.best(middle(), turning > 0 ? normals_ / turning : glm::vec3(0),
+    const size_t best = candidates_.best(center(), turning > 0 ? normals_ / turning : glm::vec3(0),
                                          (1 - limits_.cone_weight) / reach2_, limits_.cone_weight);
     if (fits(candidates_[best])) return take(candidates_[best]);
     const uint32_t begin = least_connected();
@@ -228,7 +228,7 @@ class Growth {
       neighbours_.for_each_untaken(vertex, taken_,
                                    [&](uint32_t other) { candidates_.would_be_alone(other); });
     }
-    middles_ += middle_of(triangle);
+    centers_ += center_of(triangle);
     normals_ += normal_of(triangle);
     open_triangles_.push_back(triangle);
   }
@@ -240,8 +240,8 @@ class Growth {
     neighbours_.for_each_untaken(vertex, taken_, [&](uint32_t triangle) {
       if (candidates_.has(triangle)) {
         candidates_.needs_one_less(triangle);
-      } else if (candidates_.size() < kMostCandidates) {
-        candidates_.add(triangle, middle_of(triangle), normal_of(triangle), new_vertices(triangle));
+      } else if (candidates_.size() < kMaxCandidates) {
+        candidates_.add(triangle, center_of(triangle), normal_of(triangle), new_vertices(triangle));
       }
     });
   }
@@ -262,7 +262,7 @@ class Growth {
     open_vertices_.clear();
     candidates_.clear();
     open_triangles_.clear();
-    middles_ = normals_ = glm::vec3(0);
+    centers_ = normals_ = glm::vec3(0);
   }
 
   // Next untaken triangle along a Morton curve through all triangle centres (Morton 1966), so that a
@@ -275,8 +275,8 @@ class Growth {
   bool takes_part(uint32_t triangle) const {
     if (open_triangles_.empty()) return true;
     if (!fits(triangle)) return false;
-    const glm::vec3 away = middle_of(triangle) - middle();
-    return triangle_count() < kFewTriangles || glm::dot(away, away) <= kMostRadii * kMostRadii * reach2_;
+    const glm::vec3 away = center_of(triangle) - center();
+    return triangle_count() < kFewTriangles || glm::dot(away, away) <= kMaxRadii * kMaxRadii * reach2_;
   }
 
   void find_curve() {
@@ -288,14 +288,14 @@ class Growth {
     if (left.empty()) return;
     glm::vec3 low(INFINITY), high(-INFINITY);
     for (const uint32_t t : left) {
-      low = glm::min(low, middle_of(t));
-      high = glm::max(high, middle_of(t));
+      low = glm::min(low, center_of(t));
+      high = glm::max(high, center_of(t));
     }
     const glm::vec3 size = glm::max(high - low, glm::vec3(1e-30f));
     std::vector<std::pair<uint32_t, uint32_t>> places;
     places.reserve(left.size());
     for (const uint32_t t : left) {
-      const glm::vec3 place = (middle_of(t) - low) / size * 1023.0f;
+      const glm::vec3 place = (center_of(t) - low) / size * 1023.0f;
       uint32_t key = 0;
       for (int i = 0; i < 3; ++i) {
         const uint32_t along = place[i] > 0 && place[i] < 1024 ? static_cast<uint32_t>(place[i]) : 0;
@@ -318,7 +318,7 @@ class Growth {
   float reach2_ = 1;           // squared radius of a flat cluster of average triangles
   // State of the open cluster.
   std::vector<uint32_t> open_vertices_, open_triangles_;
-  glm::vec3 middles_{0}, normals_{0};  // sums over triangles
+  glm::vec3 centers_{0}, normals_{0};  // sums over triangles
   std::vector<uint32_t> curve_;
   size_t next_on_curve_ = 0;
   bool has_curve_ = false;

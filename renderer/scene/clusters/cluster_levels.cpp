@@ -16,9 +16,9 @@ namespace fire3dv::scene {
 namespace {
 
 // A cluster that resisted simplification in this many different groups is not tried again.
-constexpr uint32_t kMostAttempts = 3;
+constexpr uint32_t kMaxAttempts = 3;
 
-// A cluster to be grouped. Numbers below own_clusters_ are LOD 0 clusters of the geometry; coarser clusters
+// A cluster to be grouped. Numbers below lod0_clusters_ are LOD 0 clusters of the geometry; coarser clusters
 // of the primitive follow.
 struct Candidate {
   uint32_t cluster = 0;
@@ -36,7 +36,7 @@ struct Simplified {
 // Levels of one primitive.
 struct Levels {
   uint32_t primitive = 0;
-  UsedAttributes looked_at;
+  UsedAttributes used;
   std::vector<uint32_t> place;  // welded position of each vertex of the primitive
   std::vector<Candidate> candidates;
   ClusterGroups groups;
@@ -53,7 +53,7 @@ class Builder {
       : scene_(scene),
         geometry_(geometry),
         progress_(progress),
-        own_clusters_(static_cast<uint32_t>(geometry.clusters.size())) {}
+        lod0_clusters_(static_cast<uint32_t>(geometry.clusters.size())) {}
 
   void build() {
     choose_primitives();
@@ -86,7 +86,7 @@ class Builder {
 
   void begin(Levels& levels) {
     const Primitive& primitive = scene_.primitives[levels.primitive];
-    levels.looked_at = looked_at(scene_, primitive);
+    levels.used = used_attributes(scene_, primitive);
     levels.place.resize(primitive.vertex_count);
     meshopt_generateVertexRemap(levels.place.data(), nullptr, primitive.vertex_count,
                                 scene_.positions.data() + primitive.first_vertex, primitive.vertex_count,
@@ -104,10 +104,10 @@ class Builder {
     return levels.place[vertex - scene_.primitives[levels.primitive].first_vertex];
   }
   const Cluster& cluster_at(const Levels& levels, uint32_t c) const {
-    return c < own_clusters_ ? geometry_.clusters[c] : levels.clusters[c - own_clusters_];
+    return c < lod0_clusters_ ? geometry_.clusters[c] : levels.clusters[c - lod0_clusters_];
   }
   Cluster& cluster_at(Levels& levels, uint32_t c) {
-    return c < own_clusters_ ? geometry_.clusters[c] : levels.clusters[c - own_clusters_];
+    return c < lod0_clusters_ ? geometry_.clusters[c] : levels.clusters[c - lod0_clusters_];
   }
 
   // use: called with vertex indices of the scene.
@@ -115,9 +115,9 @@ class Builder {
   void each_corner(const Levels& levels, uint32_t c, const Use& use) const {
     const Cluster& cluster = cluster_at(levels, c);
     const uint32_t* vertices =
-        (c < own_clusters_ ? geometry_.source_vertices : levels.vertices).data() + cluster.first_vertex;
+        (c < lod0_clusters_ ? geometry_.source_vertices : levels.vertices).data() + cluster.first_vertex;
     const uint32_t* triangles =
-        (c < own_clusters_ ? geometry_.triangles : levels.triangles).data() + cluster.first_triangle;
+        (c < lod0_clusters_ ? geometry_.triangles : levels.triangles).data() + cluster.first_triangle;
     for (uint32_t t = 0; t < cluster.triangle_count; ++t) {
       for (uint32_t shift = 0; shift < 24; shift += 8) use(vertices[triangles[t] >> shift & 255]);
     }
@@ -141,7 +141,7 @@ class Builder {
     }
     std::vector<Simplified> results(tasks.size());
     // Each level has half the clusters of the previous one, and a group has about 16 clusters.
-    const size_t expected = std::max<size_t>(own_clusters_ / 8, groups_done_ + tasks.size());
+    const size_t expected = std::max<size_t>(lod0_clusters_ / 8, groups_done_ + tasks.size());
     parallel_for(
         tasks.size(),
         [&](size_t i) {
@@ -184,9 +184,9 @@ class Builder {
       place.push_back(place_of(levels, v));
     }
     Simplified out;
-    const std::vector<uint32_t> simpler = simplify_to_half(piece, place, levels.looked_at);
+    const std::vector<uint32_t> simpler = simplify_to_half(piece, place, levels.used);
     if (simpler.empty()) return out;
-    const LevelError step = measure_error(piece, simpler, levels.looked_at);
+    const LevelError step = measure_error(piece, simpler, levels.used);
     out.group = group_around(levels, members, step);
     // An error as large as the group is useless: the cluster would be selected below one pixel only.
     if (!(out.group.error < out.group.radius) || !std::isfinite(out.group.radius)) return out;
@@ -229,15 +229,15 @@ class Builder {
       group.error = std::max(group.error, finer.error);
       group.surface_error = std::max(group.surface_error, finer.surface_error);
     }
-    group.error = group.error * 1.00001f + step.looks;
+    group.error = group.error * 1.00001f + step.appearance;
     group.surface_error = group.surface_error * 1.00001f + step.surface;
-    glm::vec3 middle(0);
-    for (const glm::vec4& sphere : spheres) middle += glm::vec3(sphere) / static_cast<float>(spheres.size());
-    group.center = middle;
+    glm::vec3 center(0);
+    for (const glm::vec4& sphere : spheres) center += glm::vec3(sphere) / static_cast<float>(spheres.size());
+    group.center = center;
     for (const glm::vec4& sphere : spheres) {
-      group.radius = std::max(group.radius, glm::length(glm::vec3(sphere) - middle) + sphere.w);
+      group.radius = std::max(group.radius, glm::length(glm::vec3(sphere) - center) + sphere.w);
     }
-    group.radius = group.radius * 1.00001f + 1e-6f * glm::length(middle);
+    group.radius = group.radius * 1.00001f + 1e-6f * glm::length(center);
     return group;
   }
 
@@ -246,7 +246,7 @@ class Builder {
     if (simplified.clusters.empty()) {
       for (uint32_t member : members) {
         Candidate& candidate = levels.candidates[member];
-        if (++candidate.attempts < kMostAttempts) next.push_back(std::move(candidate));
+        if (++candidate.attempts < kMaxAttempts) next.push_back(std::move(candidate));
       }
       return;
     }
@@ -262,8 +262,8 @@ class Builder {
       cluster.made_by = group;
       cluster.first_vertex += first_vertex;
       cluster.first_triangle += first_triangle;
-      next.push_back(
-          {own_clusters_ + static_cast<uint32_t>(levels.clusters.size()), 0, std::move(simplified.edges[c])});
+      next.push_back({lod0_clusters_ + static_cast<uint32_t>(levels.clusters.size()), 0,
+                      std::move(simplified.edges[c])});
       levels.clusters.push_back(cluster);
     }
   }
@@ -300,7 +300,7 @@ class Builder {
   ClusteredGeometry& geometry_;
   const Progress& progress_;
   size_t groups_done_ = 0;
-  const uint32_t own_clusters_;
+  const uint32_t lod0_clusters_;
   std::vector<Levels> all_;
 };
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "renderer/scene/model/ray_aabbs.h"
@@ -43,11 +44,11 @@ struct LevelGroup {
 };
 
 struct ClusteredPrimitive {
-  uint32_t first_index = 0, index_count = 0;  // in the list of cluster_indices.h
+  uint32_t first_index = 0, index_count = 0;  // in the list of ClusterIndices
   uint32_t first_vertex = 0, vertex_count = 0;
   uint32_t first_cluster = 0, cluster_count = 0;              // 0 for lines and points
   uint32_t first_level_cluster = 0, level_cluster_count = 0;  // LOD 1 and coarser
-  uint32_t first_ray_box = 0, ray_box_count = 0;              // 0 also above kMostRayBoxTriangles
+  uint32_t first_ray_box = 0, ray_box_count = 0;              // 0 also above kMaxRayBoxTriangles
 };
 
 struct ClusteredGeometry {
@@ -61,5 +62,29 @@ struct ClusteredGeometry {
 
 // Runs on all cores. `progress` receives the number of finished primitives, on the calling thread.
 ClusteredGeometry cut_clusters(const Scene& scene, const std::function<void(size_t done)>& progress = {});
+
+uint64_t index_count(const ClusteredGeometry& geometry);
+
+// Borrows both arguments.
+class ClusterIndices {
+ public:
+  ClusterIndices(const Scene& scene, const ClusteredGeometry& geometry);
+
+  // Writes indices from `first` on, relative to the first vertex of their primitive, on all cores. `to` must
+  // not exceed the list.
+  void write(uint64_t first, std::span<uint32_t> to) const;
+
+ private:
+  // Source of one cluster, or of an unclustered primitive.
+  struct Run {
+    uint32_t first_index, index_count;
+    const uint32_t* triangles;  // packed; null for unclustered primitives
+    const uint32_t* indices;    // then plain indices
+    uint32_t first_vertex;      // of the cluster, relative to its primitive
+  };
+  static void write(const Run& run, uint64_t first, std::span<uint32_t> to);
+
+  std::vector<Run> runs_;
+};
 
 }  // namespace fire3dv::scene

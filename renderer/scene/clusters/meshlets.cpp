@@ -63,10 +63,10 @@ std::vector<glm::dvec3> normals_of(std::span<const uint8_t> corners, std::span<c
 // Normal cone; cutoff 1 disables culling.
 void find_cone(Cluster& cluster, std::span<const glm::dvec3> normals) {
   cluster.cone_cutoff = 1;
-  const glm::dvec3 middle = sphere_around(normals).center;
-  const double length = std::sqrt(glm::dot(middle, middle));
+  const glm::dvec3 center = sphere_around(normals).center;
+  const double length = std::sqrt(glm::dot(center, center));
   if (!(length > 0)) return;
-  cluster.cone_axis = middle / length;
+  cluster.cone_axis = center / length;
   double least = 1;
   for (const glm::dvec3& normal : normals)
     least = std::min(least, glm::dot(normal, glm::dvec3(cluster.cone_axis)));

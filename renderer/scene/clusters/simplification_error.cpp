@@ -49,7 +49,7 @@ glm::vec3 unit(const glm::vec3& v) {
 }
 
 // Shaded attributes of a surface point.
-struct Look {
+struct SurfacePoint {
   glm::vec3 position{0}, normal{0}, tangent{0};
   float tangent_sign = 1;
   glm::vec2 uv0{0}, uv1{0};
@@ -61,26 +61,27 @@ struct Facet {
   glm::vec3 corner[3];
   const VertexAttributes* at[3];
   glm::vec3 normal;  // not normalised
-  glm::vec3 middle;
+  glm::vec3 center;
   float reach;   // distance from the centre to the vertices
   float side_m;  // side of a square of twice its area
   float m_per_uv0, m_per_uv1;
 };
 
-Look look_at(const glm::vec3* const corner[3], const VertexAttributes* const at[3], const glm::vec3& b) {
-  Look look;
+SurfacePoint surface_point(const glm::vec3* const corner[3], const VertexAttributes* const at[3],
+                           const glm::vec3& b) {
+  SurfacePoint point;
   for (int i = 0; i < 3; ++i) {
-    look.position += b[i] * *corner[i];
-    look.normal += b[i] * at[i]->normal;
-    look.tangent += b[i] * glm::vec3(at[i]->tangent);
-    look.uv0 += b[i] * at[i]->uv0;
-    look.uv1 += b[i] * at[i]->uv1;
-    look.color += b[i] * at[i]->color;
+    point.position += b[i] * *corner[i];
+    point.normal += b[i] * at[i]->normal;
+    point.tangent += b[i] * glm::vec3(at[i]->tangent);
+    point.uv0 += b[i] * at[i]->uv0;
+    point.uv1 += b[i] * at[i]->uv1;
+    point.color += b[i] * at[i]->color;
   }
-  look.normal = unit(look.normal);
-  look.tangent = unit(look.tangent);
-  look.tangent_sign = at[0]->tangent.w;
-  return look;
+  point.normal = unit(point.normal);
+  point.tangent = unit(point.tangent);
+  point.tangent_sign = at[0]->tangent.w;
+  return point;
 }
 
 // Largest surface length per unit of texture coordinate.
@@ -101,9 +102,8 @@ float contrast_length(float difference, float side_m) {
 
 class Comparison {
  public:
-  Comparison(const SurfacePatch& original, std::span<const uint32_t> simplified,
-             const UsedAttributes& looked_at)
-      : looked_at_(looked_at), grid_(original.positions, simplified) {
+  Comparison(const SurfacePatch& original, std::span<const uint32_t> simplified, const UsedAttributes& used)
+      : used_(used), grid_(original.positions, simplified) {
     facets_.resize(simplified.size() / 3);
     for (size_t t = 0; t < facets_.size(); ++t) {
       Facet& facet = facets_[t];
@@ -113,25 +113,25 @@ class Comparison {
       }
       const glm::vec3 n = glm::cross(facet.corner[1] - facet.corner[0], facet.corner[2] - facet.corner[0]);
       facet.normal = n;
-      facet.middle = (facet.corner[0] + facet.corner[1] + facet.corner[2]) / 3.0f;
+      facet.center = (facet.corner[0] + facet.corner[1] + facet.corner[2]) / 3.0f;
       facet.reach = 0;
       for (const glm::vec3& corner : facet.corner)
-        facet.reach = std::max(facet.reach, glm::length(corner - facet.middle));
+        facet.reach = std::max(facet.reach, glm::length(corner - facet.center));
       facet.side_m = std::sqrt(glm::length(n));
-      facet.m_per_uv0 = looked_at.uv0 ? m_per_uv(facet, &VertexAttributes::uv0) : 0;
-      facet.m_per_uv1 = looked_at.uv1 ? m_per_uv(facet, &VertexAttributes::uv1) : 0;
+      facet.m_per_uv0 = used.uv0 ? m_per_uv(facet, &VertexAttributes::uv0) : 0;
+      facet.m_per_uv1 = used.uv1 ? m_per_uv(facet, &VertexAttributes::uv1) : 0;
     }
   }
 
-  void take(const Look& sample) {
+  void take(const SurfacePoint& sample) {
     float best = INFINITY, distance = INFINITY, nearest = INFINITY, nearest_facing = INFINITY;
     grid_.visit(
         sample.position,
         [&](uint32_t t) {
           const Facet& facet = facets_[t];
-          const glm::vec3 to_middle = facet.middle - sample.position;
+          const glm::vec3 to_center = facet.center - sample.position;
           const float out_of_reach = best + facet.reach;
-          if (glm::dot(to_middle, to_middle) > out_of_reach * out_of_reach) return;
+          if (glm::dot(to_center, to_center) > out_of_reach * out_of_reach) return;
           const glm::vec3 b =
               closest_on_triangle(sample.position, facet.corner[0], facet.corner[1], facet.corner[2]);
           const glm::vec3* const corner[3] = {&facet.corner[0], &facet.corner[1], &facet.corner[2]};
@@ -140,14 +140,14 @@ class Comparison {
           nearest = std::min(nearest, here);
           if (glm::dot(sample.normal, facet.normal) > 0) nearest_facing = std::min(nearest_facing, here);
           if (here >= best) return;
-          const float looks = difference(sample, look_at(corner, facet.at, b), facet, here);
-          if (looks >= best) return;
-          best = looks;
+          const float error = difference(sample, surface_point(corner, facet.at, b), facet, here);
+          if (error >= best) return;
+          best = error;
           distance = here;
         },
-        // Bounds the search: distant points that look alike are no correspondences.
+        // Bounds the search: distant similar points are no correspondences.
         [&] { return std::min(best, 2 * nearest + grid_.cell()); });
-    error_.looks = std::max(error_.looks, best);
+    error_.appearance = std::max(error_.appearance, best);
     // Only surfaces with the same facing count, since a thin plate has another side nearby.
     error_.surface = std::max(error_.surface, std::min(nearest_facing, distance));
   }
@@ -155,23 +155,23 @@ class Comparison {
   LevelError error() const { return error_; }
 
  private:
-  float difference(const Look& a, const Look& b, const Facet& facet, float distance) const {
+  float difference(const SurfacePoint& a, const SurfacePoint& b, const Facet& facet, float distance) const {
     float length = distance;
-    if (looked_at_.uv0) length += glm::length(a.uv0 - b.uv0) * facet.m_per_uv0;
-    if (looked_at_.uv1) length += glm::length(a.uv1 - b.uv1) * facet.m_per_uv1;
+    if (used_.uv0) length += glm::length(a.uv0 - b.uv0) * facet.m_per_uv0;
+    if (used_.uv1) length += glm::length(a.uv1 - b.uv1) * facet.m_per_uv1;
     float contrast = 0;
-    if (looked_at_.normals) contrast += glm::length(a.normal - b.normal);
-    if (looked_at_.tangents) {
+    if (used_.normals) contrast += glm::length(a.normal - b.normal);
+    if (used_.tangents) {
       contrast += a.tangent_sign == b.tangent_sign ? glm::length(a.tangent - b.tangent) : 2.0f;
     }
-    if (looked_at_.colors) {
+    if (used_.colors) {
       const glm::vec4 d = glm::abs(a.color - b.color);
       contrast += std::max(std::max(d.x, d.y), std::max(d.z, d.w));
     }
     return std::max(length, contrast_length(contrast, facet.side_m));
   }
 
-  UsedAttributes looked_at_;
+  UsedAttributes used_;
   std::vector<Facet> facets_;
   TriangleGrid grid_;
   LevelError error_;
@@ -183,7 +183,7 @@ bool uses(const TextureRef& ref, uint32_t uv_set) {
 
 }  // namespace
 
-UsedAttributes looked_at(const Scene& scene, const Primitive& primitive) {
+UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive) {
   const Material& m = scene.materials[primitive.material];
   UsedAttributes at;
   at.normals = primitive.lit && !m.unlit;
@@ -201,14 +201,14 @@ UsedAttributes looked_at(const Scene& scene, const Primitive& primitive) {
 }
 
 LevelError measure_error(const SurfacePatch& original, std::span<const uint32_t> simplified,
-                         const UsedAttributes& looked_at) {
-  Comparison comparison(original, simplified, looked_at);
-  std::vector<bool> kept(original.positions.size());
-  for (uint32_t index : simplified) kept[index] = true;
+                         const UsedAttributes& used) {
+  Comparison comparison(original, simplified, used);
+  std::vector<bool> is_used(original.positions.size());
+  for (uint32_t index : simplified) is_used[index] = true;
   // Samples are removed vertices and the centres of all original triangles, since remaining vertices may be
   // connected by other edges.
   for (size_t v = 0; v < original.positions.size(); ++v) {
-    if (kept[v]) continue;
+    if (is_used[v]) continue;
     const VertexAttributes& a = original.attributes[v];
     comparison.take({original.positions[v], unit(a.normal), unit(glm::vec3(a.tangent)), a.tangent.w, a.uv0,
                      a.uv1, a.color});
@@ -220,7 +220,7 @@ LevelError measure_error(const SurfacePatch& original, std::span<const uint32_t>
       corner[c] = &original.positions[original.indices[t + c]];
       at[c] = &original.attributes[original.indices[t + c]];
     }
-    comparison.take(look_at(corner, at, glm::vec3(1.0f / 3)));
+    comparison.take(surface_point(corner, at, glm::vec3(1.0f / 3)));
   }
   return comparison.error();
 }

@@ -22,7 +22,7 @@ namespace fire3dv::scene {
 struct UsedAttributes {
   bool normals = true, tangents = true, uv0 = true, uv1 = true, colors = true;
 };
-UsedAttributes looked_at(const Scene& scene, const Primitive& primitive);
+UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive);
 
 // Surface patch with vertices numbered from 0.
 struct SurfacePatch {
@@ -32,12 +32,12 @@ struct SurfacePatch {
 };
 
 struct LevelError {
-  float looks = 0;    // total appearance error, node space
-  float surface = 0;  // geometric error: maximum distance to a surface of the same facing
+  float appearance = 0;  // total appearance error, node space
+  float surface = 0;     // geometric error: maximum distance to a surface of the same facing
 };
 
 // simplified: indices into the vertices of `original`.
 LevelError measure_error(const SurfacePatch& original, std::span<const uint32_t> simplified,
-                         const UsedAttributes& looked_at);
+                         const UsedAttributes& used);
 
 }  // namespace fire3dv::scene

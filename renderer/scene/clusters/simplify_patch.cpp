@@ -11,7 +11,7 @@ namespace {
 
 // A level with more than this share of the finer level's triangles costs more than it saves.
 constexpr double kWorthwhile = 0.85;
-constexpr int kMostPasses = 16;
+constexpr int kMaxPasses = 16;
 // Tie-breaker of free collapses: the shortest edge first, which avoids needle triangles.
 constexpr double kLengthShare = 1e-6;
 // Minimum cosine between the normals of a triangle before and after a collapse.
@@ -23,7 +23,7 @@ using Corners = std::array<uint32_t, 3>;
 // no collapse of a pass touches the neighbourhood of another one.
 class Collapser {
  public:
-  Collapser(const SurfacePatch& piece, std::span<const uint32_t> place, const UsedAttributes& looked_at)
+  Collapser(const SurfacePatch& piece, std::span<const uint32_t> place, const UsedAttributes& used)
       : piece_(piece) {
     number_places(place);
     for (size_t t = 0; t + 2 < piece.indices.size(); t += 3) {
@@ -41,12 +41,12 @@ class Collapser {
     touched_.assign(points_.size(), true);
     best_.resize(points_.size());
     lock_borders();
-    weigh(looked_at);
+    weigh(used);
   }
 
   std::vector<uint32_t> collapse_to(size_t triangle_count) {
     size_t left = vertices_.size();
-    for (int pass = 0; pass < kMostPasses && left > triangle_count; ++pass) {
+    for (int pass = 0; pass < kMaxPasses && left > triangle_count; ++pass) {
       const size_t before = left;
       left -= run_pass(left - triangle_count);
       if (left == before) break;
@@ -76,11 +76,11 @@ class Collapser {
     std::sort(order.begin(), order.end(),
               [&](uint32_t a, uint32_t b) { return place[a] != place[b] ? place[a] < place[b] : a < b; });
     place_.resize(place.size());
-    glm::dvec3 middle(0);
-    for (const glm::vec3& p : piece_.positions) middle += glm::dvec3(p) / static_cast<double>(place.size());
+    glm::dvec3 center(0);
+    for (const glm::vec3& p : piece_.positions) center += glm::dvec3(p) / static_cast<double>(place.size());
     for (size_t i = 0; i < order.size(); ++i) {
       if (i == 0 || place[order[i]] != place[order[i - 1]]) {
-        points_.push_back(glm::dvec3(piece_.positions[order[i]]) - middle);
+        points_.push_back(glm::dvec3(piece_.positions[order[i]]) - center);
       }
       place_[order[i]] = static_cast<uint32_t>(points_.size() - 1);
     }
@@ -106,7 +106,7 @@ class Collapser {
     }
   }
 
-  void weigh(const UsedAttributes& looked_at) {
+  void weigh(const UsedAttributes& used) {
     double area = 0, uv_area = 0;
     for (size_t t = 0; t < places_.size(); ++t) {
       area += glm::length(normal_of(places_[t]));
@@ -116,8 +116,8 @@ class Collapser {
       uv_area += std::abs(ab.x * ac.y - ab.y * ac.x);
     }
     const double normal_m =
-        looked_at.normals && !places_.empty() ? std::sqrt(area / static_cast<double>(places_.size())) : 0;
-    const double uv_m = looked_at.uv0 && uv_area > 0 ? std::sqrt(area / uv_area) : 0;
+        used.normals && !places_.empty() ? std::sqrt(area / static_cast<double>(places_.size())) : 0;
+    const double uv_m = used.uv0 && uv_area > 0 ? std::sqrt(area / uv_area) : 0;
     for (const VertexAttributes& at : piece_.attributes) {
       values_.push_back({normal_m * at.normal.x, normal_m * at.normal.y, normal_m * at.normal.z,
                          uv_m * at.uv0.x, uv_m * at.uv0.y});
@@ -340,9 +340,9 @@ class Collapser {
 }  // namespace
 
 std::vector<uint32_t> simplify_to_half(const SurfacePatch& piece, std::span<const uint32_t> place,
-                                       const UsedAttributes& looked_at) {
+                                       const UsedAttributes& used) {
   const size_t count = piece.indices.size() / 3;
-  std::vector<uint32_t> out = Collapser(piece, place, looked_at).collapse_to(count / 2);
+  std::vector<uint32_t> out = Collapser(piece, place, used).collapse_to(count / 2);
   if (static_cast<double>(out.size()) > kWorthwhile * static_cast<double>(piece.indices.size())) out.clear();
   return out;
 }

@@ -9,6 +9,6 @@ namespace fire3dv::scene {
 
 // place: welded position of each vertex; bit-equal positions have the same one. Empty if it saves too little.
 std::vector<uint32_t> simplify_to_half(const SurfacePatch& piece, std::span<const uint32_t> place,
-                                       const UsedAttributes& looked_at);
+                                       const UsedAttributes& used);
 
 }  // namespace fire3dv::scene

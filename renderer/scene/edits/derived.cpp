@@ -6,7 +6,7 @@ namespace fire3dv::scene {
 
 bool gets_levels(const Scene& scene, Levels levels) {
   if (levels != Levels::automatic_levels) return levels == Levels::all;
-  constexpr uint64_t kFewestDrawn = 20'000'000, kMostInFile = 1'000'000;
+  constexpr uint64_t kFewestDrawn = 20'000'000, kMaxInFile = 1'000'000;
   const auto triangles_of = [&](const Mesh& mesh) {
     uint64_t triangles = 0;
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
@@ -19,7 +19,7 @@ bool gets_levels(const Scene& scene, Levels levels) {
   std::vector<uint64_t> of_mesh;
   for (const Mesh& mesh : scene.meshes) in_file += of_mesh.emplace_back(triangles_of(mesh));
   for (const Node& node : scene.nodes) drawn += node.mesh == kNone ? 0 : of_mesh[node.mesh];
-  return drawn >= kFewestDrawn && in_file <= kMostInFile;
+  return drawn >= kFewestDrawn && in_file <= kMaxInFile;
 }
 
 Derived derive(const Scene& scene, Levels levels, const LoadProgress& progress) {

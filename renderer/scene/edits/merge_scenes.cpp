@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "renderer/scene/clusters/cluster_indices.h"
+#include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/edits/deformed_vertices.h"
 
 namespace fire3dv::scene {
@@ -10,7 +10,7 @@ namespace {
 
 // Instances of acceleration structures name nodes by 24 bits; all other indices have 32, and kNone is not
 // one.
-constexpr uint64_t kMostNodes = (uint64_t{1} << 24) - 1;
+constexpr uint64_t kMaxNodes = (uint64_t{1} << 24) - 1;
 
 template <typename T>
 void append(std::vector<T>& to, const std::vector<T>& from) {
@@ -36,15 +36,15 @@ Result<void> check_room(const LoadedScene& to, const LoadedScene& asset) {
   const Scene& b = asset.scene;
   const ClusteredGeometry& c = to.derived.clusters;
   const ClusteredGeometry& d = asset.derived.clusters;
-  if (!fits(a.nodes, b.nodes, kMostNodes))
-    return Error{"the scene would have more than " + std::to_string(kMostNodes) + " nodes"};
+  if (!fits(a.nodes, b.nodes, kMaxNodes))
+    return Error{"the scene would have more than " + std::to_string(kMaxNodes) + " nodes"};
   const bool room = fits(a.positions, b.positions) && fits(a.indices, b.indices) &&
                     fits(a.influences, b.influences) && fits(a.morph_deltas, b.morph_deltas) &&
                     fits(a.joint_bounds, b.joint_bounds) && fits(a.joints, b.joints) &&
                     fits(a.morph_weights, b.morph_weights) && fits(a.vertex_sources, b.vertex_sources) &&
                     fits(a.primitives, b.primitives) && fits(a.materials, b.materials) &&
                     fits(c.source_vertices, d.source_vertices) &&
-                    fits(c.triangles, d.triangles, kMostRayBoxTriangles) &&
+                    fits(c.triangles, d.triangles, kMaxRayBoxTriangles) &&
                     index_count(c) + index_count(d) <= kNone && fits(c.clusters, d.clusters);
   if (!room) return Error{"the scene would have more vertices or triangles than can be numbered"};
   return {};

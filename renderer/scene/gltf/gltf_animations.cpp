@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/gltf_animations.h"
+#include "renderer/scene/gltf/gltf_parts.h"
 
 #include <cmath>
 #include <map>
@@ -9,7 +9,7 @@ namespace fire3dv::scene {
 namespace {
 
 // Limit per file: channels may share accessors, so that a small file could claim any amount of memory.
-constexpr size_t kMostKeyFloats = size_t{1} << 28;
+constexpr size_t kMaxKeyFloats = size_t{1} << 28;
 
 std::optional<AnimationPath> path_named(const std::string& name) {
   if (name == "translation") return AnimationPath::translation;
@@ -107,7 +107,7 @@ class AnimationLoader {
     auto count = reader_.count(accessor, where);
     if (!count) return count.error();
     std::vector<float>& times = scene_.key_times_s;
-    if (*count > kMostKeyFloats - times.size()) return too_many(where);
+    if (*count > kMaxKeyFloats - times.size()) return too_many(where);
     const Range range{static_cast<uint32_t>(times.size()), static_cast<uint32_t>(*count)};
     if (auto room = reader_.reserve(sizeof(float) * uint64_t{*count}, where); !room) return room.error();
     times.resize(times.size() + *count);
@@ -138,7 +138,7 @@ class AnimationLoader {
     }
     const size_t floats = values * channel.width;
     const size_t first = scene_.key_values.size();
-    if (floats > kMostKeyFloats - first) return too_many(where);
+    if (floats > kMaxKeyFloats - first) return too_many(where);
     if (auto room = reader_.reserve(sizeof(float) * uint64_t{floats}, where); !room) return room.error();
     scene_.key_values.resize(first + floats);
     const int components = scalars ? 1 : static_cast<int>(channel.width);
@@ -170,7 +170,7 @@ class AnimationLoader {
   }
 
   static Error too_many(const std::string& where) {
-    return Error{where + ": the animations of the file hold more than " + std::to_string(kMostKeyFloats) +
+    return Error{where + ": the animations of the file hold more than " + std::to_string(kMaxKeyFloats) +
                  " numbers; split it"};
   }
 

@@ -38,7 +38,7 @@ Result<Container> split_container(std::span<const std::byte> file) {
     return Error{"GLB version " + std::to_string(word_at(file, 4)) + " is not supported: only 2 is"};
   const size_t length = word_at(file, 8);
   if (length > file.size() || length < kHeaderBytes) {
-    return Error{"the GLB header says " + std::to_string(length) + " bytes, but the file holds " +
+    return Error{"the GLB header states " + std::to_string(length) + " bytes, but the file holds " +
                  std::to_string(file.size())};
   }
   for (size_t offset = kHeaderBytes, chunk = 0; offset < length; ++chunk) {
@@ -48,7 +48,7 @@ Result<Container> split_container(std::span<const std::byte> file) {
     const uint32_t type = word_at(file, offset + 4);
     offset += kChunkHeaderBytes;
     if (chunk_length > length - offset) {
-      return Error{name + " says " + std::to_string(chunk_length) + " bytes, but only " +
+      return Error{name + " states " + std::to_string(chunk_length) + " bytes, but only " +
                    std::to_string(length - offset) + " follow"};
     }
     const auto data = file.subspan(offset, chunk_length);

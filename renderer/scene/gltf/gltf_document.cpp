@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/scene/gltf/gltf_container.h"
-#include "renderer/scene/gltf/gltf_references.h"
+#include "renderer/scene/gltf/gltf_parts.h"
 #include "renderer/scene/gltf/gltf_schema.h"
 #include "renderer/scene/gltf/meshes/gltf_meshopt.h"
 

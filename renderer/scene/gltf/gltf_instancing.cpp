@@ -11,7 +11,7 @@ namespace fire3dv::scene {
 namespace {
 
 // Limit per file: each instance becomes a node, and nodes may share accessors.
-constexpr size_t kMostInstances = size_t{1} << 20;
+constexpr size_t kMaxInstances = size_t{1} << 20;
 
 struct Parts {
   glm::vec3 translation{0};
@@ -67,8 +67,8 @@ Result<std::optional<std::vector<glm::mat4>>> Instancing::node_from_instances(co
     if (auto ok = check_type(document_.model.accessors[static_cast<size_t>(accessor)], is_rotation, at); !ok)
       return ok.error();
     if (parts.empty()) {
-      if (*count > kMostInstances - instances_)
-        return Error{at + ": the file holds more than " + std::to_string(kMostInstances) +
+      if (*count > kMaxInstances - instances_)
+        return Error{at + ": the file holds more than " + std::to_string(kMaxInstances) +
                      " instances; split it"};
       if (*count > limits_.max_nodes)
         return Error{at + ": the file has more than " + std::to_string(limits_.max_nodes) + " nodes"};
@@ -83,7 +83,8 @@ Result<std::optional<std::vector<glm::mat4>>> Instancing::node_from_instances(co
     if (!done) return done.error();
   }
   if (parts.empty())
-    return Error{name + " has neither TRANSLATION nor ROTATION nor SCALE: the count is not known"};
+    return Error{name +
+                 " has neither TRANSLATION nor ROTATION nor SCALE: the number of instances is unknown"};
 
   std::vector<glm::mat4> node_from_instance;
   node_from_instance.reserve(parts.size());

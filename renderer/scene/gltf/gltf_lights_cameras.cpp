@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/gltf_lights_cameras.h"
+#include "renderer/scene/gltf/gltf_parts.h"
 
 #include <numbers>
 
@@ -35,7 +35,7 @@ Result<Light> light_of(const tinygltf::Light& source, const std::string& where,
     light.type = LightType::spot;
   } else if (source.type != "point") {
     // Later versions of the extension may add types: such nodes are kept but emit no light.
-    warnings.push_back(where + " has the unknown type " + quote(source.type) + " and gives no light");
+    warnings.push_back(where + " has the unknown type " + quote(source.type) + " and emits no light");
     light.intensity = 0;
     return light;
   }

@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/gltf_nodes.h"
+#include "renderer/scene/gltf/gltf_parts.h"
 
 #include <cmath>
 #include <optional>

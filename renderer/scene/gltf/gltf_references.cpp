@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/gltf_references.h"
+#include "renderer/scene/gltf/gltf_parts.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -195,7 +195,7 @@ Result<void> reduce_extensions(json& extensions, const std::string& where) {
 
 // Extras are application data: other members than numbers are dropped without an error.
 constexpr const char* kPunctualLight = ".KHR_lights_punctual.lights[";
-void keep_numbers(json& extras) {
+void reduce_to_numbers(json& extras) {
   json numbers = json::object();
   for (const auto& [name, value] : extras.items()) {
     if (value.is_number()) numbers[name] = value.get<double>();
@@ -205,13 +205,13 @@ void keep_numbers(json& extras) {
 
 // Node extras: see semantic_of() in gltf_nodes.cpp. A value that is not a number becomes a string, which is
 // reported there.
-void keep_semantic(json& extras) {
-  json kept = json::object();
+void reduce_to_semantic(json& extras) {
+  json reduced = json::object();
   if (extras.is_object() && extras.contains("semantic")) {
     const json& semantic = extras["semantic"];
-    kept["semantic"] = semantic.is_number() ? json(semantic.get<double>()) : json("no number");
+    reduced["semantic"] = semantic.is_number() ? json(semantic.get<double>()) : json("no number");
   }
-  extras = std::move(kept);
+  extras = std::move(reduced);
 }
 
 bool is_node(const std::string& where) {
@@ -223,11 +223,11 @@ Result<void> reduce(json& object, const std::string& where) {
   const double largest_size = where.find(".sparse") != std::string::npos ? INT_MAX : kLargestSize;
   for (auto member = object.begin(); member != object.end();) {
     if (member.key() == "extras" && where.find(kPunctualLight) != std::string::npos) {
-      keep_numbers(*member++);
+      reduce_to_numbers(*member++);
       continue;
     }
     if (member.key() == "extras" && is_node(where)) {
-      keep_semantic(*member++);
+      reduce_to_semantic(*member++);
       continue;
     }
     const auto known = shapes().find(member.key());
@@ -240,7 +240,7 @@ Result<void> reduce(json& object, const std::string& where) {
     const bool mode_of_view = member.key() == "mode" && where.ends_with(".EXT_meshopt_compression");
     const unsigned shape = mode_of_view ? kText : known->second;
     if (!fits(value, shape, largest_size))
-      return Error{where + ": " + member.key() + " is not of the type that glTF says"};
+      return Error{where + ": " + member.key() + " is not of the type that glTF requires"};
     if (known->second == kExtensions) {
       if (auto done = reduce_extensions(value, where + ".extensions"); !done) return done;
     } else if (known->second == kObjects) {

@@ -4,12 +4,8 @@
 #include <new>
 
 #include "renderer/scene/edits/deformed_vertices.h"
-#include "renderer/scene/gltf/gltf_animations.h"
 #include "renderer/scene/gltf/gltf_document.h"
-#include "renderer/scene/gltf/gltf_lights_cameras.h"
-#include "renderer/scene/gltf/gltf_nodes.h"
-#include "renderer/scene/gltf/materials/gltf_materials.h"
-#include "renderer/scene/gltf/meshes/gltf_meshes.h"
+#include "renderer/scene/gltf/gltf_parts.h"
 #include "renderer/scene/gltf/meshes/gltf_skins.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/textures/images.h"

@@ -335,7 +335,7 @@ Result<void> check_scene(const Scene& s) {
 Result<void> check_derived(const Scene& scene, const Derived& derived) {
   const ClusteredGeometry& geometry = derived.clusters;
   if (geometry.primitives.size() != scene.primitives.size() || derived.casters.size() != scene.meshes.size())
-    return Error{"what is derived is not of this scene"};
+    return Error{"the derived data belong to another scene"};
   const auto primitive = [&](size_t i) {
     return geometry_is_right(geometry, geometry.primitives[i], scene.primitives[i]);
   };

@@ -54,21 +54,21 @@ void write_back(std::span<const Placed<T>> sorted, std::span<T> values) {
 }  // namespace
 
 void order_for_ray_boxes(std::span<Corners> triangles, std::span<const glm::vec3> vertices) {
-  std::vector<Placed<Corners>> placed;
-  placed.reserve(triangles.size());
+  std::vector<Placed<Corners>> boxes_by_center;
+  boxes_by_center.reserve(triangles.size());
   for (const Corners& t : triangles) {
     const glm::dvec3 sum =
         glm::dvec3(vertices[t[0]]) + glm::dvec3(vertices[t[1]]) + glm::dvec3(vertices[t[2]]);
-    placed.push_back({sum, static_cast<uint32_t>(placed.size()), t});
+    boxes_by_center.push_back({sum, static_cast<uint32_t>(boxes_by_center.size()), t});
   }
-  sort_into_halves<Corners>(placed, kRayBoxTriangles);
-  write_back<Corners>(placed, triangles);
+  sort_into_halves<Corners>(boxes_by_center, kRayBoxTriangles);
+  write_back<Corners>(boxes_by_center, triangles);
 }
 
 std::vector<RayAabb> ray_boxes_of(std::span<const Cluster> clusters, std::span<const uint32_t> triangles,
                                   std::span<const uint32_t> source_vertices,
                                   std::span<const glm::vec3> positions) {
-  std::vector<Placed<RayAabb>> placed;
+  std::vector<Placed<RayAabb>> boxes_by_center;
   for (const Cluster& cluster : clusters) {
     const auto position = [&](uint32_t vertex) {
       return positions[source_vertices[cluster.first_vertex + vertex]];
@@ -86,13 +86,13 @@ std::vector<RayAabb> ray_boxes_of(std::span<const Cluster> clusters, std::span<c
           box.high = glm::max(box.high, position(vertex));
         }
       }
-      const glm::dvec3 middle = 0.5 * (glm::dvec3(box.low) + glm::dvec3(box.high));
-      placed.push_back({middle, static_cast<uint32_t>(placed.size()), box});
+      const glm::dvec3 center = 0.5 * (glm::dvec3(box.low) + glm::dvec3(box.high));
+      boxes_by_center.push_back({center, static_cast<uint32_t>(boxes_by_center.size()), box});
     }
   }
-  sort_into_halves<RayAabb>(placed, 1);
-  std::vector<RayAabb> boxes(placed.size());
-  write_back<RayAabb>(placed, boxes);
+  sort_into_halves<RayAabb>(boxes_by_center, 1);
+  std::vector<RayAabb> boxes(boxes_by_center.size());
+  write_back<RayAabb>(boxes_by_center, boxes);
   return boxes;
 }
 

@@ -16,7 +16,7 @@ struct Cluster;
 // Measured on lavapipe: half as many slow down the start, twice as many slow down each ray.
 constexpr uint32_t kRayBoxTriangles = 16;
 constexpr uint32_t kRayBoxCountShift = 28;
-constexpr uint32_t kMostRayBoxTriangles = 1u << kRayBoxCountShift;  // per scene
+constexpr uint32_t kMaxRayBoxTriangles = 1u << kRayBoxCountShift;  // per scene
 
 // Bounds of consecutive triangles of one cluster, uploaded as is: low and high are a VkAabbPositionsKHR, the
 // rest is gpu_types::RayBoxRecord.
@@ -26,7 +26,7 @@ struct RayAabb {
   // First triangle in ClusteredGeometry::triangles; bits from kRayBoxCountShift on: count minus one.
   uint32_t triangles = 0;
 
-  uint32_t first_triangle() const { return triangles & (kMostRayBoxTriangles - 1); }
+  uint32_t first_triangle() const { return triangles & (kMaxRayBoxTriangles - 1); }
   uint32_t triangle_count() const { return (triangles >> kRayBoxCountShift) + 1; }
 };
 

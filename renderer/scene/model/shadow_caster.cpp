@@ -146,13 +146,13 @@ void weld_borders(WeldedTriangles& mesh, std::vector<uint32_t> borders) {
       if (glm::distance(mesh.points[borders[k]], p) <= reach) same[borders[k]] = borders[i];
     }
   }
-  std::vector<uint32_t> kept;
-  kept.reserve(mesh.corners.size());
+  std::vector<uint32_t> corners;
+  corners.reserve(mesh.corners.size());
   for (size_t i = 0; i < mesh.corners.size(); i += 3) {
     const uint32_t a = same[mesh.corners[i]], b = same[mesh.corners[i + 1]], c = same[mesh.corners[i + 2]];
-    if (a != b && b != c && c != a) kept.insert(kept.end(), {a, b, c});
+    if (a != b && b != c && c != a) corners.insert(corners.end(), {a, b, c});
   }
-  mesh.corners = std::move(kept);
+  mesh.corners = std::move(corners);
 }
 
 // True if all edges are paired and each connected component has positive volume. Components are tested one by

@@ -15,26 +15,26 @@ class TriangleGrid {
 
   float cell() const { return cell_; }
 
-  // Calls look(triangle) once per triangle whose cell is closer than enough(), in rings of cells from near to
-  // far. enough() is evaluated again for each ring.
-  template <typename Look, typename Enough>
-  void visit(const glm::vec3& point, const Look& look, const Enough& enough) {
+  // Calls visitor(triangle) once per triangle whose cell is closer than enough(), in rings of cells from near
+  // to far. enough() is evaluated again for each ring.
+  template <typename Visitor, typename Enough>
+  void visit(const glm::vec3& point, const Visitor& visitor, const Enough& enough) {
     ++visit_;
-    const glm::ivec3 middle = cell_at(point);
+    const glm::ivec3 center = cell_at(point);
     // Distance to the border of the cell; points outside the grid are farther from all triangles.
-    const glm::vec3 inside = point - low_ - glm::vec3(middle) * cell_;
+    const glm::vec3 inside = point - low_ - glm::vec3(center) * cell_;
     const glm::vec3 to_border = glm::max(glm::min(inside, cell_ - inside), glm::vec3(0));
     const float border = std::min(to_border.x, std::min(to_border.y, to_border.z));
     for (int ring = 0; ring < kSide; ++ring) {
       if (ring > 0 && border + static_cast<float>(ring - 1) * cell_ > enough()) return;
-      const glm::ivec3 low = glm::max(middle - ring, glm::ivec3(0)),
-                       high = glm::min(middle + ring, size_ - 1);
+      const glm::ivec3 low = glm::max(center - ring, glm::ivec3(0)),
+                       high = glm::min(center + ring, size_ - 1);
       for (int z = low.z; z <= high.z; ++z) {
         for (int y = low.y; y <= high.y; ++y) {
           const bool face =
-              z == middle.z - ring || z == middle.z + ring || y == middle.y - ring || y == middle.y + ring;
+              z == center.z - ring || z == center.z + ring || y == center.y - ring || y == center.y + ring;
           for (int x = low.x; x <= high.x; ++x) {
-            if (face || x == middle.x - ring || x == middle.x + ring) look_at_cell({x, y, z}, look);
+            if (face || x == center.x - ring || x == center.x + ring) visit_cell({x, y, z}, visitor);
           }
         }
       }
@@ -50,14 +50,14 @@ class TriangleGrid {
   size_t index(const glm::ivec3& cell) const {
     return static_cast<size_t>((cell.z * size_.y + cell.y) * size_.x + cell.x);
   }
-  template <typename Look>
-  void look_at_cell(const glm::ivec3& cell, const Look& look) {
+  template <typename Visitor>
+  void visit_cell(const glm::ivec3& cell, const Visitor& visitor) {
     const size_t i = index(cell);
     for (uint32_t t = first_[i]; t < first_[i + 1]; ++t) {
       uint32_t& seen = seen_[triangles_[t]];
       if (seen == visit_) continue;
       seen = visit_;
-      look(triangles_[t]);
+      visitor(triangles_[t]);
     }
   }
 

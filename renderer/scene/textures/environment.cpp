@@ -6,7 +6,7 @@
 namespace fire3dv::scene {
 namespace {
 
-constexpr int kExponentBias = 15, kMantissaBits = 9, kMostExponent = 31;
+constexpr int kExponentBias = 15, kMantissaBits = 9, kMaxExponent = 31;
 constexpr float kPi = 3.14159265358979f;
 
 glm::vec3 studio_radiance(const glm::vec3& direction) {
@@ -21,7 +21,7 @@ glm::vec3 studio_radiance(const glm::vec3& direction) {
 }  // namespace
 
 uint32_t pack_rgb9e5(glm::vec3 color) {
-  for (int c = 0; c < 3; ++c) color[c] = color[c] > 0 ? std::min(color[c], kMostRgb9e5) : 0;  // NaN becomes 0
+  for (int c = 0; c < 3; ++c) color[c] = color[c] > 0 ? std::min(color[c], kMaxRgb9e5) : 0;  // NaN becomes 0
   const float largest = std::max({color.r, color.g, color.b});
   int exponent = std::max(-kExponentBias - 1, largest > 0 ? std::ilogb(largest) : -kExponentBias - 1) + 1 +
                  kExponentBias;
@@ -30,7 +30,7 @@ uint32_t pack_rgb9e5(glm::vec3 color) {
     step *= 2;
     ++exponent;
   }
-  exponent = std::min(exponent, kMostExponent);
+  exponent = std::min(exponent, kMaxExponent);
   const auto mantissa = [&](float value) { return static_cast<uint32_t>(std::lround(value / step)); };
   return mantissa(color.r) | mantissa(color.g) << 9 | mantissa(color.b) << 18 |
          static_cast<uint32_t>(exponent) << 27;

@@ -17,7 +17,7 @@ struct EnvironmentImage {
 };
 
 // Largest value of the format.
-constexpr float kMostRgb9e5 = 65408;
+constexpr float kMaxRgb9e5 = 65408;
 
 // Negative values and NaN become 0; values above the maximum are clamped.
 uint32_t pack_rgb9e5(glm::vec3 color);

@@ -19,7 +19,7 @@ namespace fire3dv::scene {
 namespace {
 
 // Limit per file, 8 GiB decoded: small images may share bytes and compress well.
-constexpr uint64_t kMostPixelsInAll = uint64_t{1} << 31;
+constexpr uint64_t kMaxPixelsInAll = uint64_t{1} << 31;
 
 // Reads the image header only.
 Result<uint64_t> count_pixels(const EncodedImage& encoded, uint64_t max_pixels) {
@@ -44,8 +44,8 @@ Result<void> check_sizes(std::span<const EncodedImage> encoded, const ImageLimit
     const Result<uint64_t> pixels = count_pixels(image, limits.max_pixels);
     if (!pixels) return pixels.error();
     pixels_in_all += *pixels;
-    if (pixels_in_all > kMostPixelsInAll) {
-      return Error{image.where + ": the file's images have more than " + std::to_string(kMostPixelsInAll) +
+    if (pixels_in_all > kMaxPixelsInAll) {
+      return Error{image.where + ": the file's images have more than " + std::to_string(kMaxPixelsInAll) +
                    " pixels in all; make them smaller or split the file"};
     }
   }

@@ -15,8 +15,8 @@ namespace {
 
 using Rgbe = std::array<uint8_t, 4>;
 
-constexpr uint64_t kMostBytes = 2ull * 4 * kMaxEnvironmentWidth * kMaxEnvironmentHeight;
-constexpr size_t kMostHeaderBytes = 64 << 10;
+constexpr uint64_t kMaxBytes = 2ull * 4 * kMaxEnvironmentWidth * kMaxEnvironmentHeight;
+constexpr size_t kMaxHeaderBytes = 64 << 10;
 
 // Bounds-checked byte reader; all methods fail at the end.
 class Reader {
@@ -32,7 +32,7 @@ class Reader {
   // Header line without line feed.
   std::optional<std::string_view> line() {
     const size_t first = at_;
-    while (at_ < std::min(bytes_.size(), kMostHeaderBytes)) {
+    while (at_ < std::min(bytes_.size(), kMaxHeaderBytes)) {
       if (bytes_[at_++] == std::byte{'\n'}) {
         std::string_view text(reinterpret_cast<const char*>(bytes_.data()) + first, at_ - 1 - first);
         if (text.ends_with('\r')) text.remove_suffix(1);
@@ -67,7 +67,7 @@ bool parse_size(std::string_view line, Header& header) {
 Result<Header> read_header(Reader& reader, const std::string& name) {
   const std::optional<std::string_view> magic = reader.line();
   if (!magic || (*magic != "#?RADIANCE" && *magic != "#?RGBE")) {
-    return Error{name + " is not a Radiance picture; give an equirectangular .hdr file"};
+    return Error{name + " is not a Radiance image; use an equirectangular .hdr file"};
   }
   Header header;
   bool format_known = false;
@@ -91,8 +91,7 @@ Result<Header> read_header(Reader& reader, const std::string& name) {
       header.exposure *= exposure;
     }
   }
-  if (!format_known)
-    return Error{name + ": the header does not say FORMAT=32-bit_rle_rgbe; save the file again"};
+  if (!format_known) return Error{name + ": the header lacks FORMAT=32-bit_rle_rgbe; save the file again"};
   const std::optional<std::string_view> size = reader.line();
   if (!size || !parse_size(*size, header)) {
     return Error{name + ": the size is to read \"-Y HEIGHT +X WIDTH\"" +
@@ -185,13 +184,13 @@ Result<EnvironmentImage> decode_radiance_file(std::span<const std::byte> bytes, 
 
   // Scales images with values above the packed format (the sun). The scale is limited to preserve precision
   // of the rest.
-  constexpr int kMostScaleExponent = 10;
+  constexpr int kMaxScaleExponent = 10;
   EnvironmentImage image;
   image.width = header->width;
   image.height = header->height;
   const float brightest = std::ldexp(1.0f, largest_exponent - 128) / header->exposure;
-  if (brightest > kMostRgb9e5)
-    image.scale = std::ldexp(1.0f, std::min(std::ilogb(brightest) - 15, kMostScaleExponent));
+  if (brightest > kMaxRgb9e5)
+    image.scale = std::ldexp(1.0f, std::min(std::ilogb(brightest) - 15, kMaxScaleExponent));
   image.rgb9e5.reserve(pixels.size());
   const float factor = 1 / (header->exposure * image.scale);
   for (const Rgbe& pixel : pixels) image.rgb9e5.push_back(pack_rgb9e5(radiance_of(pixel, factor)));
@@ -199,7 +198,7 @@ Result<EnvironmentImage> decode_radiance_file(std::span<const std::byte> bytes, 
 }
 
 Result<EnvironmentImage> load_environment(const std::filesystem::path& path) {
-  Result<FileBytes> bytes = read_file(path, kMostBytes);
+  Result<FileBytes> bytes = read_file(path, kMaxBytes);
   if (!bytes) return bytes.error();
   try {
     return decode_radiance_file(bytes->view(), path.string());

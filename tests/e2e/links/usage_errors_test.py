@@ -114,13 +114,13 @@ def scenes(test):
     expect_failure(test, 1, ["no_such_scene.glb", "No such file"], test.path("no_such_scene.glb"), *headless(test))
 
 
-def surroundings(test):
+def environments(test):
     def refused(words, path):
         expect_failure(test, 1, ["--environment", *words], test.scene, "--environment", path, *headless(test))
 
     refused(["no_such.hdr", "No such file"], test.path("no_such.hdr"))
     refused([os.path.basename(test.folder)], test.folder)
-    refused([os.path.basename(test.scene), "not a Radiance picture", ".hdr"], test.scene)
+    refused([os.path.basename(test.scene), "not a Radiance image", ".hdr"], test.scene)
     cut = test.path("cut.hdr")
     with open(cut, "wb") as file:
         file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n" + bytes([1, 2, 3, 128] * 3))
@@ -206,5 +206,5 @@ def displays(test):
 
 
 if __name__ == "__main__":
-    main({f.__name__: f for f in (usage, scenes, surroundings, cameras, animations, links, devices, outputs, displays)},
+    main({f.__name__: f for f in (usage, scenes, environments, cameras, animations, links, devices, outputs, displays)},
          ["fire3dv"])

@@ -28,7 +28,7 @@ constexpr int64_t kForNs = 2'000'000'000;
 constexpr uint64_t kPosesForAMean = 20'000;  // minimum of each stream: with fewer, chance decides the shares
 constexpr int64_t kHangNs = int64_t{120} * 1'000'000'000;
 // Each of the 64 streams may hold a few frames of 5 kB; unbounded queues would take far more.
-constexpr size_t kMostGrowthBytes = size_t{64} << 20;
+constexpr size_t kMaxGrowthBytes = size_t{64} << 20;
 
 // Shared memory between the test and the adapter processes.
 struct Board {
@@ -204,7 +204,7 @@ TEST_P(ManyAdapters, NothingPilesUpAndNobodyStarves) {
   }
   EXPECT_GE(least_share, mean_share / 2) << "stream " << least_run << " starves: it published "
                                          << board->adapters[least_run].published << " frames";
-  EXPECT_LT(resident_after, resident_before + kMostGrowthBytes) << "frames pile up";
+  EXPECT_LT(resident_after, resident_before + kMaxGrowthBytes) << "frames pile up";
   EXPECT_EQ(reader.stats().rejected, 0u);
   // Received frames that were superseded before the read: udp counts their parts, the other links the frames.
   const transport::LinkStats stats = reader.stats();

@@ -82,12 +82,12 @@ def full_disk(test):
                        {**vulkan_environment(), "MESA_SHADER_CACHE_DISABLE": "true"})
     wait_until("a chunk", lambda: os.path.exists(path) and os.path.getsize(path) > 1000 and McapFile(path, whole=False).chunks)
     resource.prlimit(renderer.process.pid, resource.RLIMIT_FSIZE, (os.path.getsize(path) + 100,) * 2)
-    renderer.wait_err("nothing more is recorded: .*File too large")
+    renderer.wait_err("recording ended: .*File too large")
     later = publisher.do("publish 3")
     publisher.wait_status("later frames to be shown", lambda s: s["acked"] == later["sequence"])
     renderer.signal(signal.SIGTERM)
     renderer.expect_exit(0)
-    said = [line for line in renderer.err if "nothing more is recorded" in line]
+    said = [line for line in renderer.err if "recording ended" in line]
     check(len(said) == 1, f"it was said {len(said)} times")
     check(renderer.find_err(r"frames of 1 streams recorded in .*; \d+ messages left out"), renderer.stderr_text())
     check(McapFile(path, whole=False).of("poses"), "nothing is left")
@@ -100,7 +100,7 @@ def usage(test):
     for arguments, code, words in (
             (("--replay", path), 1, ("is not an MCAP file",)),
             (("--replay", test.path("none.mcap")), 1, ("none.mcap", "cannot be opened")),
-            (("--replay", plain), 1, ("no scene travels", "SCENE.glb --replay")),
+            (("--replay", plain), 1, ("no scene is attached", "SCENE.glb --replay")),
             ((test.scene, "--replay", plain, "--stream", "boat"), 1, ("boat", "it has \"arm\"")),
             ((test.scene, "--replay", plain, "--start", "2", "--end", "1"), 1, ("--start", "--end")),
             ((test.scene, "--replay", plain, "--speed", "nan"), 2, ("--speed", "nan")),

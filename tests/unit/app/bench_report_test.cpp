@@ -84,7 +84,7 @@ TEST(Options, NumbersOfTriangles) {
     EXPECT_EQ(number(triangles_text(triangles).c_str()), triangles);
 }
 
-TEST(Options, RefuseWhatCannotBeMeasured) {
+TEST(Options, RefuseUnmeasurableSettings) {
   const auto refused = [](auto change) {
     FrameOptions options;
     change(options);
@@ -168,7 +168,7 @@ TEST(Csv, HasARowForEachQuantityAndNothingOfADeviceNameBreaksIt) {
   EXPECT_EQ(rows, 2 * (2 + 4 * (2 + kStages + 5 + 2) + 2));  // two of the four conditions have a main pass
 }
 
-TEST(Markdown, SaysWhatWasMeasured) {
+TEST(Markdown, NamesTheMeasurement) {
   const std::string text = markdown_of(report_of_two_scenes());
   EXPECT_NE(text.find("| 7M | 7000000 | 9 | 9.000 | 10.8 |"), std::string::npos) << text;
   EXPECT_NE(text.find("Commit: 0123456789ab"), std::string::npos);
@@ -190,7 +190,7 @@ TEST(Markdown, SaysWhatWasMeasured) {
   }
 }
 
-TEST(Plot, HasAllSeriesInsideThePicture) {
+TEST(Plot, HasAllSeriesInsideTheImage) {
   const std::string text = plot_of(report_of_two_scenes());
   EXPECT_NE(text.find("A \"fast\" &lt;device&gt; &amp; more"), std::string::npos);
   const auto count = [&](const std::string& part) {
@@ -217,7 +217,7 @@ TEST(Plot, OfACpuShowsNoGpuBesideIt) {
   EXPECT_NE(plot_of(report_of_two_scenes()).find("RTX 4090"), std::string::npos);
 }
 
-TEST(Plot, OfNothingAndOfFramesWithoutTimeIsAPictureStill) {
+TEST(Plot, IsAnImageWithoutFramesOrTimes) {
   EXPECT_NE(plot_of(Report()).find("</svg>"), std::string::npos);
   Report report;
   SceneReport scene;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "renderer/passes/view.h"
@@ -26,7 +27,7 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
 }
 
-TEST(BenchScene, HasTheTrianglesThatWereAskedFor) {
+TEST(BenchScene, HasTheRequestedTriangles) {
   for (const SceneSize size :
        {SceneSize{1'000}, {5'000}, {223'000}, {550'000}, {223'000, 1'000}, {9'000, 3, 1}}) {
     const BenchScene made = make_bench_scene(size, surfaces(), kAspect);
@@ -108,19 +109,54 @@ TEST(BenchScene, KeepsEveryVertexInViewWhereverBodiesMove) {
         }
       }
     }
-    EXPECT_GT(widest, 0.85f) << "the bodies leave the picture's edges empty";
+    EXPECT_GT(widest, 0.85f) << "the bodies leave the edges of the image empty";
   }
 }
 
-TEST(BenchScene, BodiesMoveFromStepToStep) {
-  const BenchScene made = make_bench_scene({5'000}, surfaces(), kAspect);
-  std::vector<wire::Affine3x4> before, after;
-  pose_bodies(made.bodies, 4, before);
-  pose_bodies(made.bodies, 5, after);
-  for (size_t b = 0; b < before.size(); ++b) EXPECT_NE(before[b].m, after[b].m) << b;
+// Rodrigues' formula, independent of the matrix functions that the scene uses.
+glm::dmat3 rotation_about(const glm::dvec3& axis, double angle_rad) {
+  const glm::dmat3 cross(0, axis.z, -axis.y, -axis.z, 0, axis.x, axis.y, -axis.x, 0);
+  return glm::dmat3(1) + std::sin(angle_rad) * cross + (1 - std::cos(angle_rad)) * cross * cross;
 }
 
-// Shadow maps treat closed meshes specially, and a rest pose is the pose of step 0.
+TEST(BenchScene, BodiesTurnAboutTheirAxisAndOscillateVertically) {
+  const BenchScene made = make_bench_scene({5'000}, surfaces(), kAspect);
+  std::vector<wire::Affine3x4> poses;
+  for (const uint64_t step : {0u, 1u, 4u, 5u, 63u, 400u}) {
+    pose_bodies(made.bodies, step, poses);
+    ASSERT_EQ(poses.size(), made.bodies.size());
+    for (size_t b = 0; b < poses.size(); ++b) {
+      const Body& body = made.bodies[b];
+      const double steps = static_cast<double>(step), scale = static_cast<double>(body.scale);
+      const glm::dvec3 axis(body.axis);
+      ASSERT_NEAR(glm::length(axis), 1, 1e-5);
+      const glm::dmat3 turn = rotation_about(axis, static_cast<double>(body.angle_rad) + 0.03 * steps);
+      const double rise = 0.1 * scale * (1 + std::sin(static_cast<double>(body.phase_rad) + 0.05 * steps));
+      for (int row = 0; row < 3; ++row) {
+        const auto at = [&](int column) {
+          return static_cast<double>(poses[b].m[static_cast<size_t>(4 * row + column)]);
+        };
+        for (int column = 0; column < 3; ++column)
+          EXPECT_NEAR(at(column), scale * turn[column][row], 1e-4) << "body " << b << ", step " << step;
+        EXPECT_NEAR(at(3), static_cast<double>(body.home_m[row]) + (row == 1 ? rise : 0), 1e-4)
+            << "body " << b << ", step " << step;
+      }
+    }
+  }
+}
+
+TEST(BenchScene, BodiesRestAtStepZero) {
+  const BenchScene made = make_bench_scene({5'000}, surfaces(), kAspect);
+  std::vector<wire::Affine3x4> poses;
+  pose_bodies(made.bodies, 0, poses);
+  for (size_t b = 0; b < poses.size(); ++b) {
+    const glm::mat4& rest = made.scene.nodes[1 + b].world_from_node;
+    for (int i = 0; i < 12; ++i)
+      EXPECT_EQ(rest[i % 4][i / 4], poses[b].m[static_cast<size_t>(i)]) << made.body_names[b];
+  }
+}
+
+// Shadow maps treat closed meshes specially.
 TEST(BenchScene, MeshesAreClosedAndShadedSmoothly) {
   const BenchScene made = make_bench_scene({9'000, 12}, surfaces(), kAspect);
   for (size_t m = 1; m < made.scene.meshes.size(); ++m)

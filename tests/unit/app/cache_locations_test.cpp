@@ -8,8 +8,7 @@
 #include <iterator>
 #include <map>
 
-#include "renderer/app/loading/environment_cache.h"
-#include "renderer/app/loading/pipeline_cache_file.h"
+#include "renderer/app/loading/device_caches.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::app {
@@ -28,7 +27,7 @@ CacheLocations places(std::string_view wanted, const std::map<std::string, const
 TEST(CacheLocations, FollowTheXdgSpecification) {
   CacheLocations found = places("auto", {{"XDG_CACHE_HOME", "/var/cache/me"}, {"HOME", "/home/me"}});
   EXPECT_EQ(found.pipelines, fs::path("/var/cache/me/fire3dv/pipelines"));
-  EXPECT_EQ(found.surroundings, fs::path("/var/cache/me/fire3dv/surroundings"));
+  EXPECT_EQ(found.environments, fs::path("/var/cache/me/fire3dv/environments"));
   EXPECT_EQ(found.scenes.place, Place::folder);
   EXPECT_EQ(found.scenes.folder, fs::path("/var/cache/me/fire3dv/scenes"));
   for (const char* ignored : {"", "relative/path"}) {
@@ -37,11 +36,11 @@ TEST(CacheLocations, FollowTheXdgSpecification) {
   }
 }
 
-TEST(CacheLocations, WithoutAHomeNothingIsKept) {
+TEST(CacheLocations, WithoutAHomeNothingIsCached) {
   for (const auto& environment : {std::map<std::string, const char*>{}, {{"HOME", "not/absolute"}}}) {
     const CacheLocations found = places("auto", environment);
     EXPECT_FALSE(found.pipelines);
-    EXPECT_FALSE(found.surroundings);
+    EXPECT_FALSE(found.environments);
     EXPECT_EQ(found.scenes.place, Place::nowhere);
   }
 }
@@ -50,8 +49,8 @@ TEST(CacheLocations, AsTheUserSays) {
   const std::map<std::string, const char*> home = {{"HOME", "/home/me"}};
   EXPECT_EQ(places("off", home).scenes.place, Place::nowhere);
   EXPECT_FALSE(places("off", home).pipelines);
-  EXPECT_FALSE(places("off", home).surroundings);
-  EXPECT_EQ(environment_store(places("off", home).surroundings), nullptr);
+  EXPECT_FALSE(places("off", home).environments);
+  EXPECT_EQ(environment_store(places("off", home).environments), nullptr);
   EXPECT_EQ(places("here", home).scenes.folder, fs::path("here/scenes"));
   EXPECT_EQ(places("here", {}).pipelines, fs::path("here/pipelines"));
   EXPECT_EQ(places("beside", home).scenes.place, Place::beside_the_asset);
@@ -67,7 +66,7 @@ class PipelineFiles : public testing::Test {
   void write(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
 
   test::ScratchFolder folder_;
-  fs::path path_ = folder_.path() / "kept.pipelines";
+  fs::path path_ = folder_.path() / "cached.pipelines";
   fire3dv::Digest kind_{1, 2, 3};
   std::vector<std::byte> data_ = std::vector<std::byte>(333, std::byte{5});
 };
@@ -116,37 +115,37 @@ TEST_F(PipelineFiles, TheKindFollowsDeviceAndDriver) {
 
 class EnvironmentFolders : public PipelineFiles {
  protected:
-  EnvironmentCache kept_{folder_.path() / "new" / "surroundings"};
-  fs::path kept_path_ = cache_path(folder_.path() / "new" / "surroundings", kEnvironmentFiles, kind_);
+  EnvironmentCache cache_{folder_.path() / "new" / "environments"};
+  fs::path cache_path_ = cache_path(folder_.path() / "new" / "environments", kEnvironmentFiles, kind_);
 };
 
-TEST_F(EnvironmentFolders, GiveBackWhatTheyKeep) {
-  EXPECT_FALSE(kept_.find(kind_, data_.size()));
-  kept_.keep(kind_, data_);
-  EXPECT_EQ(kept_.find(kind_, data_.size()), data_);
-  EXPECT_FALSE(kept_.find(fire3dv::Digest{1, 2, 4}, data_.size()));
-  EXPECT_FALSE(kept_.find(kind_, data_.size() + 1));
+TEST_F(EnvironmentFolders, ReturnStoredEntries) {
+  EXPECT_FALSE(cache_.find(kind_, data_.size()));
+  cache_.keep(kind_, data_);
+  EXPECT_EQ(cache_.find(kind_, data_.size()), data_);
+  EXPECT_FALSE(cache_.find(fire3dv::Digest{1, 2, 4}, data_.size()));
+  EXPECT_FALSE(cache_.find(kind_, data_.size() + 1));
 }
 
 TEST_F(EnvironmentFolders, GiveNothingThatIsNotTheirs) {
   // Under the right file name: an entry of pipelines, one with another key, one with a changed byte.
-  fs::create_directories(kept_path_.parent_path());
-  ASSERT_TRUE(store_cache_file(kept_path_, kPipelineFiles, kind_, data_).ok());
-  EXPECT_FALSE(kept_.find(kind_, data_.size()));
-  ASSERT_TRUE(store_cache_file(kept_path_, kEnvironmentFiles, fire3dv::Digest{1, 2, 4}, data_).ok());
-  EXPECT_FALSE(kept_.find(kind_, data_.size()));
-  ASSERT_TRUE(store_cache_file(kept_path_, kEnvironmentFiles, kind_, data_).ok());
-  EXPECT_TRUE(kept_.find(kind_, data_.size()));
-  path_ = kept_path_;
+  fs::create_directories(cache_path_.parent_path());
+  ASSERT_TRUE(store_cache_file(cache_path_, kPipelineFiles, kind_, data_).ok());
+  EXPECT_FALSE(cache_.find(kind_, data_.size()));
+  ASSERT_TRUE(store_cache_file(cache_path_, kEnvironmentFiles, fire3dv::Digest{1, 2, 4}, data_).ok());
+  EXPECT_FALSE(cache_.find(kind_, data_.size()));
+  ASSERT_TRUE(store_cache_file(cache_path_, kEnvironmentFiles, kind_, data_).ok());
+  EXPECT_TRUE(cache_.find(kind_, data_.size()));
+  path_ = cache_path_;
   std::string bad = bytes();
   bad.back() = static_cast<char>(bad.back() ^ 1);
   write(bad);
-  EXPECT_FALSE(kept_.find(kind_, data_.size()));
+  EXPECT_FALSE(cache_.find(kind_, data_.size()));
 }
 
 TEST_F(EnvironmentFolders, AFolderThatCannotBeMadeIsNoFault) {
   write("a file");
-  EnvironmentCache in_a_file(path_ / "surroundings");
+  EnvironmentCache in_a_file(path_ / "environments");
   in_a_file.keep(kind_, data_);
   EXPECT_FALSE(in_a_file.find(kind_, data_.size()));
 }

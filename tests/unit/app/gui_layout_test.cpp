@@ -33,7 +33,7 @@ class GuiLayout : public ::testing::Test {
   std::filesystem::path folder;
 };
 
-TEST_F(GuiLayout, WhatIsWrittenIsRead) {
+TEST_F(GuiLayout, WrittenSettingsAreRead) {
   for (const Layout& layout : {Layout{}, unlike_the_first()}) {
     const Result<Layout> read = parse_layout(layout_text(layout));
     ASSERT_TRUE(read);
@@ -41,7 +41,7 @@ TEST_F(GuiLayout, WhatIsWrittenIsRead) {
   }
 }
 
-TEST_F(GuiLayout, WhatIsNotSaidStaysAsItIsAtFirst) {
+TEST_F(GuiLayout, MissingSettingsKeepTheirDefaults) {
   const Result<Layout> read = parse_layout("# mine\r\n\n  right = 400\nlog=closed");
   ASSERT_TRUE(read);
   Layout wanted;
@@ -53,12 +53,12 @@ TEST_F(GuiLayout, WhatIsNotSaidStaysAsItIsAtFirst) {
 TEST_F(GuiLayout, NumbersStayWithinBounds) {
   const Result<Layout> read = parse_layout("left = 1e30\nright = -7\ncamera-speed = 0");
   ASSERT_TRUE(read);
-  EXPECT_EQ(read->left_pt, kMostColumnPt);
+  EXPECT_EQ(read->left_pt, kMaxColumnPt);
   EXPECT_EQ(read->right_pt, kLeastColumnPt);
   EXPECT_GT(read->camera_speed, 0);
 }
 
-TEST_F(GuiLayout, WhatIsNoSettingIsNamedByItsLine) {
+TEST_F(GuiLayout, UnknownSettingsAreNamedByLine) {
   for (const char* text : {"left 300", "left = wide", "left = nan", "left = 3 4", "scene = ajar",
                            "window = open", "= 3", "left =", "\x01\x02\xff"}) {
     const Result<Layout> read = parse_layout("right = 300\n" + std::string(text));
@@ -67,7 +67,7 @@ TEST_F(GuiLayout, WhatIsNoSettingIsNamedByItsLine) {
   }
 }
 
-TEST_F(GuiLayout, IsKeptBelowTheUsersFolder) {
+TEST_F(GuiLayout, IsStoredBelowTheUsersFolder) {
   std::map<std::string, const char*> variables;
   const auto environment = [&](const char* name) -> const char* {
     const auto found = variables.find(name);
@@ -82,15 +82,15 @@ TEST_F(GuiLayout, IsKeptBelowTheUsersFolder) {
   EXPECT_EQ(*layout_place(environment), "/configs/fire3dv/window.conf");
 }
 
-TEST_F(GuiLayout, AFileIsSavedWholeAndADamagedOneIsTold) {
+TEST_F(GuiLayout, FilesAreSavedWholeAndDamageIsReported) {
   const std::filesystem::path file = folder / "below" / "window.conf";
   const Result<Layout> none = load_layout(file);
   ASSERT_TRUE(none);
   EXPECT_EQ(*none, Layout{});
   ASSERT_TRUE(save_layout(file, unlike_the_first()));
-  const Result<Layout> kept = load_layout(file);
-  ASSERT_TRUE(kept);
-  EXPECT_EQ(*kept, unlike_the_first());
+  const Result<Layout> loaded = load_layout(file);
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(*loaded, unlike_the_first());
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(file.parent_path()), {}), 1);
 
   std::ofstream(file) << "left = 300\nrig";

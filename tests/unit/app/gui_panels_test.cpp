@@ -23,7 +23,7 @@ std::string numbers(std::initializer_list<double> values) {
 }
 
 // All state that the program acts on, as text.
-std::string wishes_of(const GuiWorld& world) {
+std::string settings_of(const GuiWorld& world) {
   const gui::Viewer& v = world.viewer;
   std::string text = numbers({double(v.selected), double(v.followed), double(v.isolated), v.camera_speed,
                               double(v.gui), double(v.help), double(v.debug_view)});
@@ -44,9 +44,9 @@ std::string wishes_of(const GuiWorld& world) {
                    d.environment_rotation_rad, double(d.background.show_environment), d.background.color.r,
                    d.background.color.g, d.background.color.b, d.post.exposure, double(d.post.tone_map),
                    double(d.post.fxaa)});
-  for (const auto& [epoch, wish] : v.streams) {
-    text +=
-        "stream " + numbers({double(epoch), double(wish.interpolate), double(wish.delay_ns.value_or(-1))});
+  for (const auto& [epoch, playout] : v.streams) {
+    text += "stream " +
+            numbers({double(epoch), double(playout.interpolate), double(playout.delay_ns.value_or(-1))});
   }
   const gui::Commands& c = v.commands;
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
@@ -56,7 +56,7 @@ std::string wishes_of(const GuiWorld& world) {
 }
 
 // Hash of the panels' vertices, without mouse hover.
-uint64_t look_of(GuiWorld& world) {
+uint64_t panel_hash(GuiWorld& world) {
   world.frame({gui::MouseLeft{}});
   const ImDrawData& data = world.settle();
   uint64_t hash = 1469598103934665603ull;
@@ -69,7 +69,7 @@ uint64_t look_of(GuiWorld& world) {
 }
 
 // True for controls that only change the appearance of their panel.
-bool is_about_looks(const Control& control) {
+bool changes_panel_only(const Control& control) {
   if (control.panel == "Frame" || control.panel == "Lights" || control.panel == "Materials")
     return control.kind == Kind::row || control.name == "Of the selection";
   return (control.panel == "Scene" &&
@@ -87,7 +87,7 @@ class GuiPanels : public ::testing::Test {
     world().display_px = {1600, 3000};  // room for everything
     world().gui.note_controls(true);
     reset();
-    for (const char* title : {"Lights", "Materials"}) click_at(middle(find("", title, Kind::header)));
+    for (const char* title : {"Lights", "Materials"}) click_at(center_of(find("", title, Kind::header)));
     choose_row("Lights", light);
     choose_row("Materials", material);
     reset();
@@ -102,7 +102,7 @@ class GuiPanels : public ::testing::Test {
   }
   void choose_row(const char* panel, size_t number) {
     const std::vector<Control> rows = rows_of(panel);
-    if (number < rows.size()) click_at(middle(rows[number]));
+    if (number < rows.size()) click_at(center_of(rows[number]));
   }
 
   // Resets the user's requests, so that every control can have an effect.
@@ -122,7 +122,7 @@ class GuiPanels : public ::testing::Test {
     world().settle();
   }
 
-  static glm::vec2 middle(const Control& control) { return (control.rect.low + control.rect.high) * 0.5f; }
+  static glm::vec2 center_of(const Control& control) { return (control.rect.low + control.rect.high) * 0.5f; }
   static glm::vec2 within(const Control& control, float x, float y) {
     return control.rect.low + (control.rect.high - control.rect.low) * glm::vec2(x, y);
   }
@@ -158,7 +158,7 @@ class GuiPanels : public ::testing::Test {
 
   // Operates a control. Returns the names of its options without effect; empty if all is well.
   std::string drive(const Control& control) {
-    const std::string before = wishes_of(world());
+    const std::string before = settings_of(world());
     switch (control.kind) {
       case Kind::button:
       case Kind::check:
@@ -166,20 +166,20 @@ class GuiPanels : public ::testing::Test {
       case Kind::header: {
         // Selects another material first: selecting the selected one has no effect.
         if (control.panel == "Materials" && control.kind == Kind::row)
-          choose_row("Materials", middle(rows_of("Materials")[0]) == middle(control) ? 1 : 0);
-        const uint64_t looked = look_of(world());
-        click_at(middle(control));
-        const bool acted = wishes_of(world()) != before;
-        if (acted || (is_about_looks(control) && look_of(world()) != looked)) return "";
+          choose_row("Materials", center_of(rows_of("Materials")[0]) == center_of(control) ? 1 : 0);
+        const uint64_t hash_before = panel_hash(world());
+        click_at(center_of(control));
+        const bool acted = settings_of(world()) != before;
+        if (acted || (changes_panel_only(control) && panel_hash(world()) != hash_before)) return "";
         return control.name;
       }
       case Kind::text: {
-        const uint64_t looked = look_of(world());
-        click_at(middle(control));
+        const uint64_t hash_before = panel_hash(world());
+        click_at(center_of(control));
         EXPECT_TRUE(world().gui.wants_keyboard()) << control.name;
         world().frame({gui::Text{U'h'}, gui::Text{U'a'}, gui::Text{U'n'}});
         world().settle();
-        const bool found_less = look_of(world()) != looked;
+        const bool found_less = panel_hash(world()) != hash_before;
         for (int i = 0; i < 3; ++i) {
           world().frame({gui::KeyChanged{gui::Key::backspace, true}});
           world().frame({gui::KeyChanged{gui::Key::backspace, false}});
@@ -193,26 +193,26 @@ class GuiPanels : public ::testing::Test {
         for (const float where : {0.3f, 0.8f}) {
           press(within(control, where, 0.5f));
           world().settle();
-          acted |= wishes_of(world()) != before;
+          acted |= settings_of(world()) != before;
           release();
         }
         return acted ? "" : control.name;
       }
       case Kind::edge: {
-        press(middle(control));
-        world().frame({gui::MouseMoved{middle(control) + glm::vec2(-25, -25)}});
+        press(center_of(control));
+        world().frame({gui::MouseMoved{center_of(control) + glm::vec2(-25, -25)}});
         world().frame();
         release();
-        return wishes_of(world()) != before ? "" : control.name;
+        return settings_of(world()) != before ? "" : control.name;
       }
       case Kind::choice:
         return drive_choice(control);
       case Kind::color: {
-        click_at(middle(control));
+        click_at(center_of(control));
         const Control picker = find(control.panel, control.name + "/picker", Kind::color);
         press(within(picker, 0.35f, 0.3f));
         world().settle();
-        const bool acted = wishes_of(world()) != before;
+        const bool acted = settings_of(world()) != before;
         release();
         close_popups();
         return acted ? "" : control.name;
@@ -228,15 +228,15 @@ class GuiPanels : public ::testing::Test {
     for (bool more = true; more;) {
       more = false;
       reset();
-      const std::string before = wishes_of(world());
-      click_at(middle(control));
+      const std::string before = settings_of(world());
+      click_at(center_of(control));
       for (const Control& item : world().gui.controls()) {
         if (item.panel != control.panel || item.name.rfind(control.name + "/", 0) != 0) continue;
         if (!tried.insert(item.name).second) continue;
         more = true;
         const std::string name = item.name;
-        click_at(middle(item));
-        if (wishes_of(world()) == before) {
+        click_at(center_of(item));
+        if (settings_of(world()) == before) {
           ++unchanged;
           without_effect += name + " ";
         }
@@ -262,7 +262,7 @@ class GuiPanels : public ::testing::Test {
       EXPECT_EQ(drive(control), "") << control.panel << "/" << control.name << " changes nothing";
       ++count;
       const bool moved_others =
-          control.kind == Kind::header || control.kind == Kind::edge || is_about_looks(control);
+          control.kind == Kind::header || control.kind == Kind::edge || changes_panel_only(control);
       if (moved_others) {
         renew(light, material);
       } else {
@@ -333,7 +333,7 @@ TEST_F(GuiPanels, TheMouseOnTheImageIsNotWanted) {
 
 TEST_F(GuiPanels, AClickBetweenTwoFramesIsNotLost) {
   const Control screenshot = find("Render", "Screenshot", Kind::button);
-  world().frame({gui::MouseMoved{middle(screenshot)}, gui::MouseButton{gui::Button::left, true},
+  world().frame({gui::MouseMoved{center_of(screenshot)}, gui::MouseButton{gui::Button::left, true},
                  gui::MouseButton{gui::Button::left, false}, gui::MouseMoved{{700, 10}}});
   world().settle();
   EXPECT_TRUE(world().viewer.commands.screenshot);
@@ -362,7 +362,7 @@ scene::Scene large_scene(uint32_t nodes) {
   return scene;
 }
 
-TEST(GuiTree, LaysOutOnlyWhatIsSeenOfAHundredThousandNodes) {
+TEST(GuiTree, LaysOutOnlyVisibleRowsOfAHundredThousandNodes) {
   GuiWorld world(large_scene(100'000));
   world.gui.note_controls(true);
   world.settle();

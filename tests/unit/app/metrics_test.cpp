@@ -30,7 +30,7 @@ TEST(Exposition, WritesTheTextFormat) {
             "a_total{x=\"y\",z=\"\"} 0.25\n# HELP b Odd numbers.\n# TYPE b gauge\nb NaN\nb -Inf\n");
 }
 
-TEST(Exposition, WhatComesFromOutsideStaysInItsQuotes) {
+TEST(Exposition, ForeignTextStaysQuoted) {
   Exposition page;
   page.family("a", "gauge", "h");
   page.sample({{"name", "x\"} 1\nb 2\\"}}, uint64_t{3});
@@ -92,8 +92,8 @@ TEST(PeerUse, ListsABoundedNumberOfPeers) {
     ++listed;
   EXPECT_EQ(listed, kMaxListedPeers * kResourceCount);
   EXPECT_NE(page.text().find("fire3dv_peers 500\n"), std::string::npos);
-  for (const char* kept : {"peer 7", "peer 499"})
-    EXPECT_NE(page.text().find("peer=\"" + std::string(kept) + "\""), std::string::npos) << kept;
+  for (const char* peer : {"peer 7", "peer 499"})
+    EXPECT_NE(page.text().find("peer=\"" + std::string(peer) + "\""), std::string::npos) << peer;
   EXPECT_EQ(page.text().find("peer=\"peer 8\""), std::string::npos) << "the least use is left out";
 }
 
@@ -206,7 +206,7 @@ TEST_F(Server, WhoSaysNothingMakesRoomAndIsSentAwayInTheEnd) {
   EXPECT_EQ(page.find("sent_away_total{cause=\"slow\"} 0\n"), std::string::npos) << page;
 }
 
-TEST(ServerAddress, LoopbackAloneUnlessAskedForInSoManyWords) {
+TEST(ServerAddress, LoopbackOnlyUnlessAllOptionsAllowMore) {
   const auto error_of = [](const std::string& at) {
     auto opened = HttpServer::open(at, false, [](Exposition&) {});
     EXPECT_FALSE(opened.ok()) << at;

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "tools/lab/impair/datagram_channel.h"
+#include "tools/lab/impair/impairment.h"
 
 namespace fire3dv::motion {
 namespace {
@@ -70,7 +70,7 @@ TEST(MotionScore, OnAGoodNetworkBothAreRight) {
   EXPECT_LT(interpolated.rms_mm, 0.05);
   EXPECT_LT(interpolated.max_mm, 0.3);
   EXPECT_LT(score(recording, Way::latest).rms_mm, 6) << "a frame is shown until the next comes: 17 ms";
-  EXPECT_GT(interpolated.looks, 2000u);
+  EXPECT_GT(interpolated.samples, 2000u);
 }
 
 TEST(MotionScore, AConstantDelayIsNoError) {
@@ -102,7 +102,7 @@ TEST(MotionScore, JitterIsTakenOutByTwoThirdsAtLeast) {
                 latest.max_mm, latest.behind_ms);
     EXPECT_LE(interpolated.rms_mm, latest.rms_mm / 3) << network.name;
     EXPECT_LE(interpolated.max_mm, latest.max_mm) << network.name;
-    EXPECT_EQ(interpolated.looks, latest.looks);
+    EXPECT_EQ(interpolated.samples, latest.samples);
   }
 }
 
@@ -120,7 +120,7 @@ TEST(MotionScore, ARecordingIsReadAsItWasWritten) {
 }
 
 TEST(MotionScore, NothingIsNothing) {
-  EXPECT_EQ(score({}, Way::latest).looks, 0u);
+  EXPECT_EQ(score({}, Way::latest).samples, 0u);
   EXPECT_EQ(score({}, Way::interpolated).rms_mm, 0);
 }
 

@@ -97,7 +97,7 @@ TEST_F(OfflineFolder, IsGoneOnWith) {
   }
 }
 
-TEST_F(OfflineFolder, WhatIsNotWholeOrNotListedIsDrawnAgain) {
+TEST_F(OfflineFolder, IncompleteOrUnlistedFramesAreDrawnAgain) {
   run(0, kFrames);
   const std::string whole = text_of(kFrameListName);
   fs::remove(folder_ / frame_file_name(3));
@@ -188,11 +188,11 @@ TEST_F(OfflineFolder, ADiskThatIsFullIsSaid) {
   ASSERT_TRUE(folder.ok());
   ASSERT_TRUE((*folder)->begin(kMachine).ok());
   fs::create_directories(folder_ / frame_file_name(2));  // blocks the third file
-  Result<void> told;
-  for (uint64_t frame = 0; frame < kFrames && told; ++frame) told = (*folder)->consume(image_of(frame));
-  if (told) told = (*folder)->finish();
-  ASSERT_FALSE(told.ok());
-  EXPECT_NE(told.error().message.find("frame_000002.png"), std::string::npos) << told.error().message;
+  Result<void> result;
+  for (uint64_t frame = 0; frame < kFrames && result; ++frame) result = (*folder)->consume(image_of(frame));
+  if (result) result = (*folder)->finish();
+  ASSERT_FALSE(result.ok());
+  EXPECT_NE(result.error().message.find("frame_000002.png"), std::string::npos) << result.error().message;
   folder->reset();
   const auto frames = listed_frames(folder_, manifest_of());
   ASSERT_TRUE(frames.ok());

@@ -37,7 +37,7 @@ class Cameras : public ::testing::Test {
   }
 };
 
-TEST_F(Cameras, ZoomKeepsWhatIsBelowTheCursor) {
+TEST_F(Cameras, ZoomKeepsThePointBelowTheCursor) {
   // At the depth of the focus, the centre of the scene.
   const glm::vec3 below(2.5f, -1.25f, 0);
   const glm::vec2 cursor = ndc_of(rig_.view(poses_, kAspect), below);
@@ -60,28 +60,28 @@ TEST_F(Cameras, ZoomEndsBeforeTheFocus) {
   EXPECT_LT(glm::length(rig_.view(poses_, kAspect).eye_world), 2e3f * rig_.scene_radius_m());
 }
 
-TEST_F(Cameras, ANodeIsFramedWholeInTheMiddleFromWhereTheCameraLooks) {
+TEST_F(Cameras, ANodeIsFramedWholeInTheCenterFromWhereTheCameraLooks) {
   const glm::vec3 look = rig_.view(poses_, kAspect).look_world;
   for (const float aspect : {kAspect, 0.4f}) {
     rig_.frame_node(poses_, 2, aspect);
     const passes::View view = rig_.view(poses_, aspect);
     EXPECT_NEAR(glm::dot(view.look_world, look), 1, 1e-5f);
-    const glm::vec2 middle = ndc_of(view, {2, -1, 1});
-    EXPECT_NEAR(middle.x, 0, 1e-4f);
-    EXPECT_NEAR(middle.y, 0, 1e-4f);
-    float farthest = 0;
+    const glm::vec2 center = ndc_of(view, {2, -1, 1});
+    EXPECT_NEAR(center.x, 0, 1e-4f);
+    EXPECT_NEAR(center.y, 0, 1e-4f);
+    float max_distance = 0;
     for (int corner = 0; corner < 8; ++corner) {
       const glm::vec3 at =
           glm::vec3(2, -1, 1) + glm::vec3(corner & 1, corner >> 1 & 1, corner >> 2) * 2.0f - 1.0f;
       const glm::vec2 ndc = glm::abs(ndc_of(view, at));
-      farthest = std::max({farthest, ndc.x, ndc.y});
+      max_distance = std::max({max_distance, ndc.x, ndc.y});
     }
-    EXPECT_LT(farthest, 1);
-    EXPECT_GT(farthest, 0.4f);  // and large
+    EXPECT_LT(max_distance, 1);
+    EXPECT_GT(max_distance, 0.4f);  // and large
   }
 }
 
-TEST_F(Cameras, WhatIsAboveIsFramedWithAllBelowIt) {
+TEST_F(Cameras, ParentsAreFramedWithTheirChildren) {
   rig_.frame_node(poses_, 0, kAspect);
   const passes::View view = rig_.view(poses_, kAspect);
   for (const glm::vec3 at : {glm::vec3(-4, 2, -1), glm::vec3(3, -2, 2)}) {
@@ -241,7 +241,7 @@ TEST_F(Inputs, TheRightButtonAndShiftPan) {
   EXPECT_FALSE(moves.click_px);
 }
 
-TEST_F(Inputs, WhatPanelsWantDoesNotMoveTheView) {
+TEST_F(Inputs, InputOfPanelsDoesNotMoveTheView) {
   press(Button::left, true);
   move(50, 50);
   add({.kind = Kind::wheel, .wheel = {0, 2}});
@@ -257,7 +257,7 @@ TEST_F(Inputs, WhatPanelsWantDoesNotMoveTheView) {
   EXPECT_FALSE(take().click_px);  // it began on a panel
 }
 
-TEST_F(Inputs, AKeyThatIsHeldEndsWithItsReleaseWhoeverHasTheKeyboardThen) {
+TEST_F(Inputs, AHeldKeyEndsWithItsReleaseAlsoInAPanel) {
   key(sinks::letter('w'));
   EXPECT_EQ(take().fly, glm::vec3(0, 0, -1));
   EXPECT_EQ(take().fly, glm::vec3(0, 0, -1));
@@ -268,7 +268,7 @@ TEST_F(Inputs, AKeyThatIsHeldEndsWithItsReleaseWhoeverHasTheKeyboardThen) {
   EXPECT_EQ(take().fly, glm::vec3(0));
 }
 
-TEST_F(Inputs, EscapeTakesWhatIsInTheWayFirst) {
+TEST_F(Inputs, EscapeClosesTheInnermostFirst) {
   viewer_.help = true;
   viewer_.selected = 1;
   type(Key::escape);

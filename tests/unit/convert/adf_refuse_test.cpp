@@ -36,7 +36,7 @@ void expect_said(std::string_view yaml, const std::string& what) {
   EXPECT_NE(said.find(what), std::string::npos) << "of\n" << yaml.substr(0, 300) << "\nit says\n" << said;
 }
 
-TEST(AdfRefuse, WhatIsNoDescriptionIsRefused) {
+TEST(AdfRefuse, OtherFilesAreRefused) {
   expect_said("bodies: [a\n\nb: {c: d", "model.yaml:");
   expect_said("bodies: [a]\na:\n  name: [x\nb: 1\n", "refused: ");
   expect_said("just a text", "is no AMBF description");
@@ -75,11 +75,11 @@ TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
               "has no \"transparency\"");
   expect_said("bodies: [b, [c]]\nb: {}\n", "is no text");
   expect_said("bodies: b\nb: {}\nghost objects: [g]\ng: {}\n", "\"bodies\" is no list");
-  expect_said("bodies: [b]\nb: {}\nb: {}\n", "model.yaml:3: \"b\" is there twice; the first counts");
+  expect_said("bodies: [b]\nb: {}\nb: {}\n", "model.yaml:3: \"b\" is defined twice; the first one applies");
   expect_said("bodies: [b]\nb: {mesh: /dev/zero}\n", "no file on a disk");
   expect_said("bodies: [b]\nb: {mesh: /etc/passwd}\n", ".obj, .stl, .3ds and .dae");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {look at: {x: 0, y: 0, z: 1}}\n",
-              "which way it looks is not known");
+              "its direction is undefined");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {clipping plane: {near: 0, far: -1}}\n",
               "0 < near < far");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {field view angle: 9}\n",

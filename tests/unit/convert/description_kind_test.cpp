@@ -29,13 +29,13 @@ TEST(DescriptionKind, IsSeenByWhatTheFileHolds) {
   EXPECT_EQ(kind("---\nlights   : [light1]\n"), DescriptionKind::adf);
 }
 
-TEST(DescriptionKind, WhatIsRefusedIsSaidByItsNameWithARemedy) {
+TEST(DescriptionKind, RefusalsNameFormatAndRemedy) {
   EXPECT_NE(refused("glTF\2\0\0\0").find("glTF already"), std::string::npos);
   EXPECT_NE(refused("<robot><xacro:include filename='x'/></robot>").find("xacro some.file > some.urdf"),
             std::string::npos);
   EXPECT_NE(refused("<sdf version='1.6'/>").find("SDF"), std::string::npos);
   EXPECT_NE(refused("<svg/>").find("\"svg\""), std::string::npos);
-  EXPECT_NE(refused("nobodies: 3\nx: y\n").find("no description"), std::string::npos);
+  EXPECT_NE(refused("nobodies: 3\nx: y\n").find("no supported description"), std::string::npos);
   EXPECT_NE(refused("").find("\"some.file\""), std::string::npos);
   EXPECT_NE(refused(std::string("bodies: [a]\0", 12)).find("no text"), std::string::npos);
 }

@@ -76,7 +76,7 @@ TEST(MeshFiles, ObjHasItsMaterialsAndOnlyTriangles) {
   EXPECT_EQ(loaded.model.materials[glass.material].roughness, 1);  // no specular highlight
 }
 
-TEST(MeshFiles, MissingMaterialsAreTold) {
+TEST(MeshFiles, MissingMaterialsAreReported) {
   const test::ScratchFolder folder;
   const Loaded loaded = load(folder.write("a.obj", test::kObj));
   ASSERT_TRUE(loaded.surfaces) << loaded.surfaces.error().message;

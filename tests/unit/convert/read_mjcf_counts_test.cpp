@@ -41,14 +41,14 @@ TEST_F(Mjcf, MeshesHaveAllThatTheirFacesName) {
                {"vt 0 0\nf 2/1 3/1 4/1", "has a texture coordinate for some corners"},
                {"vn 0 0 1\nf 2 3 4", "has a normal for some corners"}};
   for (const auto& [face, named] : cases) {
-    const std::string told = fault(face);
-    EXPECT_NE(told.find("m.obj\" " + std::string(named)), std::string::npos) << face << ": " << told;
+    const std::string message = fault(face);
+    EXPECT_NE(message.find("m.obj\" " + std::string(named)), std::string::npos) << face << ": " << message;
   }
 }
 
 // Without faces libmujoco builds a convex hull of the vertices, and assumes that all attributes have their
 // count.
-TEST_F(Mjcf, MeshesWithoutFacesHaveWhatAHullNeeds) {
+TEST_F(Mjcf, MeshesWithoutFacesHaveEnoughVerticesForAHull) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const auto fault = [&](const std::string& text) {
     folder_.write("m.obj", std::string_view(text));
@@ -64,7 +64,7 @@ TEST_F(Mjcf, MeshesWithoutFacesHaveWhatAHullNeeds) {
 }
 
 // libmujoco multiplies the counts in 32 bits, and accesses memory by the product.
-TEST_F(Mjcf, CountsAreThoseOfWhatIsThere) {
+TEST_F(Mjcf, CountsMatchTheContents) {
   const auto bytes = [](std::initializer_list<uint32_t> words) {
     std::string text;
     for (const uint32_t word : words) text += test::raw(word);
@@ -86,9 +86,9 @@ TEST_F(Mjcf, CountsAreThoseOfWhatIsThere) {
   const std::string msh = bytes({4, 0, 0, 4}) + corners + sides;
   EXPECT_EQ(mesh("m.msh", msh + last), "none");
   EXPECT_EQ(mesh("m.msh", bytes({4, 0, 0, 0}) + corners), "none") << "its hull";
-  const std::string lies = "\" says that it holds more or less than it does";
+  const std::string lies = "\" has counts that differ from its contents";
   const struct {
-    std::string data, told;
+    std::string data, message;
   } meshes[] = {{msh, lies},
                 {msh + last + "more", lies},
                 {bytes({4, 0}), lies},
@@ -97,8 +97,8 @@ TEST_F(Mjcf, CountsAreThoseOfWhatIsThere) {
                 {msh + bytes({1, 2, 4}), "\" has a face that names corner 4 of 4"},
                 {msh + bytes({1, 2, 0xffffffff}), "\" has a face that names corner -1 of 4"},
                 {bytes({4, 0, 0, 0, nan}) + corners.substr(4), "\" has a corner that is not finite"}};
-  for (const auto& [data, told] : meshes)
-    EXPECT_NE(mesh("m.MSH", data).find("m.MSH" + told), std::string::npos) << mesh("m.MSH", data);
+  for (const auto& [data, message] : meshes)
+    EXPECT_NE(mesh("m.MSH", data).find("m.MSH" + message), std::string::npos) << mesh("m.MSH", data);
   // libmujoco checks these counts itself.
   const std::string stl = test::binary_stl();
   EXPECT_NE(mesh("m.stl", stl.substr(0, stl.size() - 1)).find("wrong size"), std::string::npos);
@@ -124,19 +124,19 @@ TEST_F(Mjcf, CountsAreThoseOfWhatIsThere) {
   EXPECT_EQ(field(bytes({2, 1, 0, one})), "none");
   EXPECT_NE(field(bytes({0x10001, 0x10000, 0, 0})).find("h.bin" + lies), std::string::npos);
   EXPECT_NE(field("short").find("h.bin" + lies), std::string::npos);
-  const auto picture = [&](const std::string& type, const std::string& file, const std::string& data) {
+  const auto texture = [&](const std::string& type, const std::string& file, const std::string& data) {
     return fault("<texture name='t' type='" + type + "' file='" + file + "'/>", file, data);
   };
-  EXPECT_EQ(picture("2d", "t.bin", bytes({2, 2}) + std::string(12, 'c')), "none");
-  EXPECT_NE(picture("2d", "t.bin", bytes({0x55555556, 1, 0})).find("t.bin" + lies), std::string::npos);
-  EXPECT_NE(picture("2d", "t.bin", "x").find("t.bin" + lies), std::string::npos);
+  EXPECT_EQ(texture("2d", "t.bin", bytes({2, 2}) + std::string(12, 'c')), "none");
+  EXPECT_NE(texture("2d", "t.bin", bytes({0x55555556, 1, 0})).find("t.bin" + lies), std::string::npos);
+  EXPECT_NE(texture("2d", "t.bin", "x").find("t.bin" + lies), std::string::npos);
   // Only the header of the image is read: libmujoco's cube map has six sides of it.
   const std::string head = "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\x0dIHDR\0\0\x40\0\0\0\x40\0", 16);
-  EXPECT_NE(picture("cube", "t.png", head).find("t.png\" has, with the textures"), std::string::npos);
-  EXPECT_EQ(picture("2d", "t.png", head).find("with the textures"), std::string::npos);
+  EXPECT_NE(texture("cube", "t.png", head).find("t.png\" has, with the textures"), std::string::npos);
+  EXPECT_EQ(texture("2d", "t.png", head).find("with the textures"), std::string::npos);
 
   const struct {
-    const char *assets, *told;
+    const char *assets, *message;
   } own[] = {
       {"<mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 1 999999'/>", "corner 999999 of 4"},
       {"<mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 1 -1'/>", "corner -1 of 4"},
@@ -148,8 +148,8 @@ TEST_F(Mjcf, CountsAreThoseOfWhatIsThere) {
        "its texture \"t\" has, with the textures"},
       {"<texture name='t' type='2d' builtin='flat' width='40000' height='40000'/>",
        "more than 2147483647 numbers"}};
-  for (const auto& [assets, told] : own)
-    EXPECT_NE(fault(assets).find(told), std::string::npos) << fault(assets);
+  for (const auto& [assets, message] : own)
+    EXPECT_NE(fault(assets).find(message), std::string::npos) << fault(assets);
   EXPECT_EQ(fault("<mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 2 1 0 1 3 0 3 2 1 2 3'/>"),
             "none");
 }

@@ -140,7 +140,7 @@ TEST_F(Mjcf, TrianglesAreBoundedAndThatIsSaid) {
       << model.warnings[0];
 }
 
-TEST_F(Mjcf, WhatIsWrongIsToldWithTheFilesName) {
+TEST_F(Mjcf, ErrorsNameTheFile) {
   const auto error_of = [&](const std::string& text) {
     const auto model = try_read(text);
     EXPECT_FALSE(model.ok()) << text;
@@ -160,7 +160,7 @@ TEST_F(Mjcf, WhatIsWrongIsToldWithTheFilesName) {
 }
 
 // Security: an untrusted model names files outside of its folder, in several disguises; none of them is read.
-TEST_F(Mjcf, WhatLiesOutsideTheModelsFolderIsNotReadUnlessTheUserSaysSo) {
+TEST_F(Mjcf, FilesOutsideTheModelsFolderNeedAnOption) {
   namespace fs = std::filesystem;
   const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
   fs::create_directories(model / "assets");
@@ -284,8 +284,8 @@ TEST_F(Mjcf, WhereTheProgramWasStartedLiesOutsideToo) {
       {"model", "model.xml", "<include file='" + parts.string() + "'/>", "start/parts.xml"},
   };
   for (const auto& [from, model, text, named] : cases) {
-    const std::string told = refusal(from, model, text);
-    EXPECT_NE(told.find(named + "\", which lies outside"), std::string::npos) << text << ": " << told;
+    const std::string message = refusal(from, model, text);
+    EXPECT_NE(message.find(named + "\", which lies outside"), std::string::npos) << text << ": " << message;
   }
   EXPECT_NE(refusal("model", "model.xml", mesh("t&#10;.obj")).find("control characters"), std::string::npos);
   const fs::path split = write("model/a\\b.xml", "<mujoco><worldbody/></mujoco>");

@@ -141,7 +141,7 @@ TEST_F(Urdf, MeshesComeFromPackagesFromBesideTheFileAndFromFileUris) {
   EXPECT_EQ(model.meshes.size(), 3u) << "one for each file";
 }
 
-TEST_F(Urdf, WhatIsMissingIsNamedAndItsLinkIsKept) {
+TEST_F(Urdf, MissingFilesAreNamedAndTheirLinksStay) {
   const Model model =
       read(link("base", visual("<box size=\"1 1 1\"/>") + visual("<mesh filename=\"gone.stl\"/>")) +
            link("bare", visual("<mesh filename=\"package://nowhere/x.dae\"/>")) +
@@ -241,7 +241,7 @@ TEST_F(Urdf, TrianglesAreBoundedAndThatIsSaid) {
       << model.warnings[0];
 }
 
-TEST_F(Urdf, WhatIsWrongIsToldWithFileAndLine) {
+TEST_F(Urdf, ErrorsNameFileAndLine) {
   EXPECT_NE(error_of("<robot name=\"a\">\n<link name=\"b\">\n</lnk>\n</robot>")
                 .find("arm.urdf\", line 2: mismatched element"),
             std::string::npos);

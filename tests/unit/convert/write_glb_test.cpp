@@ -206,11 +206,11 @@ TEST(WriteGlb, AnImageThatTheRendererCouldNotDecodeIsLeftOut) {
   const auto at = std::search(garbage.begin(), garbage.end(), name, name + data.size());
   ASSERT_GT(garbage.end() - at, 20);
   std::fill(at + 4, at + 14, std::byte{0xff});
-  uint64_t pixels_left = kMostPixelsInAll;
+  uint64_t pixels_left = kMaxPixelsInAll;
   const auto broken = glb_image({"garbage.png", garbage}, pixels_left);
   ASSERT_FALSE(broken.ok());
   EXPECT_NE(broken.error().message.find("cannot be decoded"), std::string::npos) << broken.error().message;
-  EXPECT_EQ(pixels_left, kMostPixelsInAll);
+  EXPECT_EQ(pixels_left, kMaxPixelsInAll);
 
   const Image sound{"sound.png", test::png(3, 2, 0xff)};
   pixels_left = 7;

@@ -74,7 +74,7 @@ TEST(CasterShape, AMissingOrFlippedTriangleLeavesItOpen) {
   }
 }
 
-TEST(CasterShape, WhatRoundingHasPartedIsClosed) {
+TEST(CasterShape, MeshesSplitByRoundingAreClosed) {
   Triangles box = box_triangles({1, 1, 1});
   box.positions[0].x = std::nextafter(box.positions[0].x, 2.0f);
   EXPECT_EQ(shape(box), CasterShape::closed);
@@ -90,11 +90,11 @@ TEST(CasterShape, WhatRoundingHasPartedIsClosed) {
   }
   tube.positions.push_back({0, 0, 0});
   tube.positions.push_back({0, 2, 0});
-  const auto low_middle = static_cast<uint32_t>(tube.positions.size() - 2), high_middle = low_middle + 1;
+  const auto low_center = static_cast<uint32_t>(tube.positions.size() - 2), high_center = low_center + 1;
   ASSERT_NE(tube.positions[0], tube.positions[2 * kSides]);
   for (uint32_t k = 0; k < kSides; ++k) {
     const uint32_t a = 2 * k, b = a + 1, c = a + 2, d = a + 3;
-    for (uint32_t index : {a, b, d, a, d, c, low_middle, a, c, high_middle, d, b})
+    for (uint32_t index : {a, b, d, a, d, c, low_center, a, c, high_center, d, b})
       tube.indices.push_back(index);
   }
   EXPECT_EQ(shape(tube), CasterShape::closed);
@@ -159,7 +159,7 @@ TEST(CasterShape, AFlatMeshHasItsPlane) {
   EXPECT_EQ(shape(tilted), CasterShape::open);
 }
 
-TEST(CasterShape, SheetsThatBendAreOpen) {
+TEST(CasterShape, BentPlanesAreOpen) {
   Triangles ribbon;
   for (uint32_t i = 0; i < 20; ++i) {
     const float t = 0.1f * static_cast<float>(i);

@@ -198,7 +198,7 @@ TEST(ClusterLevels, ClustersAreWithinTheLimitsOfAWorkgroupAndTheirBounds) {
 TEST(ClusterLevels, ErrorsAndSpheresOfCoarserOnesHoldThoseOfFinerOnes) {
   const Scene scene = scene_of(ball_triangles(2, 128, 0.2f));
   const ClusteredGeometry geometry = levels_of(scene);
-  int looked_at = 0;
+  int used = 0;
   for (const Cluster& cluster : geometry.clusters) {
     if (cluster.made_by == kNone || cluster.merged_by == kNone) continue;
     const LevelGroup &finer = geometry.level_groups[cluster.made_by],
@@ -207,12 +207,12 @@ TEST(ClusterLevels, ErrorsAndSpheresOfCoarserOnesHoldThoseOfFinerOnes) {
     EXPECT_GE(coarser.surface_error, finer.surface_error);
     EXPECT_LE(glm::distance(glm::dvec3(finer.center), glm::dvec3(coarser.center)) + finer.radius,
               coarser.radius);
-    ++looked_at;
+    ++used;
   }
-  EXPECT_GT(looked_at, 50);
+  EXPECT_GT(used, 50);
 }
 
-TEST(ClusterLevels, WhateverIsChosenIsClosed) {
+TEST(ClusterLevels, EveryChoiceIsClosed) {
   std::mt19937 random(3);
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> exponent(0, 1);
@@ -268,7 +268,7 @@ TEST(ClusterLevels, TheSurfaceIsNoFartherAwayThanItSays) {
     for (float allowed : {0.003f, 0.01f, 0.04f, 0.2f}) {
       const std::vector<uint32_t> clusters =
           chosen(geometry, [&](const LevelGroup& g) { return g.error > allowed; });
-      float claimed = 0, farthest = 0;
+      float claimed = 0, max_distance = 0;
       std::vector<glm::vec3> corners;
       for (uint32_t c : clusters) {
         const Cluster& cluster = geometry.clusters[c];
@@ -283,11 +283,11 @@ TEST(ClusterLevels, TheSurfaceIsNoFartherAwayThanItSays) {
         float nearest = INFINITY;
         for (size_t t = 0; t < corners.size(); t += 3)
           nearest = std::min(nearest, distance_to_triangle(p, &corners[t]));
-        farthest = std::max(farthest, nearest);
+        max_distance = std::max(max_distance, nearest);
       }
-      EXPECT_LE(farthest, claimed + 1e-6f) << "bump " << bump << ", error " << allowed;
+      EXPECT_LE(max_distance, claimed + 1e-6f) << "bump " << bump << ", error " << allowed;
       if (allowed > 0.1f && bump == 0) {
-        EXPECT_GT(farthest, 0.01f * claimed) << "the claim says nothing";
+        EXPECT_GT(max_distance, 0.01f * claimed) << "the claim says nothing";
         EXPECT_LT(corners.size(), scene.indices.size() / 4);
       }
     }
@@ -296,7 +296,7 @@ TEST(ClusterLevels, TheSurfaceIsNoFartherAwayThanItSays) {
 
 // Shadow maps select by surface error alone. Neither surface is farther from the other than allowed, although
 // the builder measures samples only.
-TEST(ClusterLevels, WhatIsChosenByItsSurfaceAloneIsCoarserAndCloseEnough) {
+TEST(ClusterLevels, ChoiceBySurfaceErrorIsCoarserAndCloseEnough) {
   const Scene scene = scene_of(ball_triangles(1, 72, 0.02f));
   const ClusteredGeometry geometry = levels_of(scene);
   std::vector<glm::vec3> own;
@@ -322,8 +322,8 @@ TEST(ClusterLevels, WhatIsChosenByItsSurfaceAloneIsCoarserAndCloseEnough) {
     EXPECT_LE(by_surface.size(), by_looks.size() / 2) << allowed;
     for (const glm::vec3& p : scene.positions) ASSERT_LE(distance_to(by_surface, p), allowed);
     for (size_t t = 0; t < by_surface.size(); t += 3) {
-      const glm::vec3 middle = (by_surface[t] + by_surface[t + 1] + by_surface[t + 2]) / 3.0f;
-      ASSERT_LE(distance_to(own, middle), allowed);
+      const glm::vec3 center = (by_surface[t] + by_surface[t + 1] + by_surface[t + 2]) / 3.0f;
+      ASSERT_LE(distance_to(own, center), allowed);
     }
   }
 }
@@ -334,7 +334,7 @@ float largest_error(const ClusteredGeometry& geometry, float LevelGroup::*error)
   return largest;
 }
 
-TEST(ClusterLevels, WhatCannotBeSeenCostsNothingAndWhatCanDoes) {
+TEST(ClusterLevels, OnlyVisibleDifferencesCost) {
   Scene flat = scene_of(grid_triangles(64, [](float, float) { return 0.0f; }));
   for (size_t v = 0; v < flat.positions.size(); ++v) flat.uvs[v] = {flat.positions[v].x, flat.positions[v].z};
   flat.materials[0].base_color_texture.texture = 0;
@@ -381,7 +381,7 @@ TEST(ClusterLevels, FlatShadedMeshesHaveThemToo) {
   EXPECT_EQ(open_edges_of(scene, geometry, clusters), 0u);
 }
 
-TEST(ClusterLevels, OfWhatIsBlendedDeformedOrNotOfTrianglesThereAreNone) {
+TEST(ClusterLevels, BlendedDeformedAndLineMeshesHaveNone) {
   Scene scene;
   add_primitive(scene, ball_triangles(1, 64));  // of a mesh with a morphed node only
   add_node(scene);

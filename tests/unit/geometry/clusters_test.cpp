@@ -9,7 +9,6 @@
 #include <map>
 #include <random>
 
-#include "renderer/scene/clusters/cluster_indices.h"
 #include "tests/unit/geometry/mesh_scenes.h"
 
 namespace fire3dv::test {

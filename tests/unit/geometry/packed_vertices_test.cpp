@@ -58,7 +58,7 @@ TEST(PackedVertices, AxesAreExact) {
   }
 }
 
-TEST(PackedVertices, WhatHasNoDirectionGetsOne) {
+TEST(PackedVertices, ZeroVectorsGetADirection) {
   constexpr float kLargest = std::numeric_limits<float>::max();
   for (const glm::vec3& none : {glm::vec3(0), glm::vec3(INFINITY), glm::vec3(NAN, 0, 0)}) {
     const VertexAttributes back = packed_and_back(none, glm::vec4(none, 1));
@@ -69,7 +69,7 @@ TEST(PackedVertices, WhatHasNoDirectionGetsOne) {
   EXPECT_EQ(packed_and_back({0, -kLargest, 0}, {0, 0, kLargest, 1}).tangent, glm::vec4(0, 0, 1, 1));
 }
 
-TEST(PackedVertices, TangentsAreKeptOnceAVertexHasOne) {
+TEST(PackedVertices, TangentsAreStoredOnceAVertexHasOne) {
   Scene scene;
   VertexAttributes plain, other;
   other.tangent = {0, -1, 0, -1};
@@ -82,7 +82,7 @@ TEST(PackedVertices, TangentsAreKeptOnceAVertexHasOne) {
   EXPECT_EQ(tangent_of(scene, 3), other.tangent);
 }
 
-TEST(PackedVertices, ExtrasAreKeptOnceAVertexHasSome) {
+TEST(PackedVertices, ExtrasAreStoredOnceAVertexHasSome) {
   Scene scene;
   VertexAttributes plain;
   plain.uv0 = {0.25f, -3};

@@ -80,17 +80,17 @@ TEST(RadianceFile, ASunBrighterThanTheFormatKeepsItsLight) {
   // The brightest value of the format is clamped, not infinite.
   const Result<EnvironmentImage> extreme = decode(sized(1, 1) + bytes({255, 255, 255, 255}));
   ASSERT_TRUE(extreme.ok());
-  EXPECT_EQ(unpack_rgb9e5(extreme->rgb9e5[0]), glm::vec3(kMostRgb9e5));
+  EXPECT_EQ(unpack_rgb9e5(extreme->rgb9e5[0]), glm::vec3(kMaxRgb9e5));
 }
 
 TEST(RadianceFile, HeadersThatCannotBeReadAreRefused) {
-  expect_refused("", "is not a Radiance picture");
-  expect_refused("\x89PNG\r\n", "is not a Radiance picture");
+  expect_refused("", "is not a Radiance image");
+  expect_refused("\x89PNG\r\n", "is not a Radiance image");
   expect_refused("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", "the header does not end");
-  expect_refused("#?RADIANCE\n" + std::string(1 << 20, '\n').replace(0, 1, "x"), "does not say FORMAT");
+  expect_refused("#?RADIANCE\n" + std::string(1 << 20, '\n').replace(0, 1, "x"), "lacks FORMAT");
   expect_refused("#?RADIANCE\n" + std::string(1 << 20, 'x'), "the header does not end");
   expect_refused("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n1234", "save it as 32-bit_rle_rgbe");
-  expect_refused("#?RADIANCE\n\n-Y 1 +X 1\n1234", "does not say FORMAT");
+  expect_refused("#?RADIANCE\n\n-Y 1 +X 1\n1234", "lacks FORMAT");
   for (const char* exposure : {"nan", "inf", "0", "-1", "1e30", "", "one"}) {
     expect_refused(
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=" + std::string(exposure) + "\n\n-Y 1 +X 1\n1234",
@@ -142,12 +142,12 @@ TEST(EnvironmentImage, PackingRoundsToNineBitsAndCleansNumbers) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(back[c], color[c], value / 512) << value;
   }
   const float infinity = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(unpack_rgb9e5(pack_rgb9e5({std::nanf(""), -1, infinity})), glm::vec3(0, 0, kMostRgb9e5));
+  EXPECT_EQ(unpack_rgb9e5(pack_rgb9e5({std::nanf(""), -1, infinity})), glm::vec3(0, 0, kMaxRgb9e5));
   EXPECT_EQ(unpack_rgb9e5(pack_rgb9e5({1e-30f, 0, -0.0f})), glm::vec3(0));
   EXPECT_EQ(unpack_rgb9e5(pack_rgb9e5(glm::vec3(0.99999f))), glm::vec3(1));  // one bit more after rounding
 }
 
-TEST(EnvironmentImage, TheMiddleLiesAheadAndTheRightToTheRight) {
+TEST(EnvironmentImage, TheCenterLiesAheadAndTheRightToTheRight) {
   EXPECT_NEAR(glm::distance(environment_direction(0.5f, 0.5f), {0, 0, -1}), 0, 1e-6f);
   EXPECT_NEAR(glm::distance(environment_direction(0.75f, 0.5f), {1, 0, 0}), 0, 1e-6f);
   EXPECT_NEAR(glm::distance(environment_direction(0.3f, 0), {0, 1, 0}), 0, 1e-6f);

@@ -153,7 +153,7 @@ TEST(SceneGeometry, ValuesThatShadingCouldNotUse) {
   EXPECT_EQ(attributes[2].color, glm::vec4(1));
 }
 
-TEST(SceneGeometry, TrianglesWithoutAnAreaAreKeptWithNumbersThatAreFinite) {
+TEST(SceneGeometry, DegenerateTrianglesHaveFiniteNumbers) {
   GltfBuilder builder;
   builder.add_textured_material(test::png(1, 1, 0xffff8080));
   builder.root["materials"][0]["normalTexture"] = {{"index", 0}};

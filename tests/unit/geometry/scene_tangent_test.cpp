@@ -15,7 +15,7 @@
 #include <random>
 
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/triangles.h"
+#include "renderer/scene/model/vertices.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {

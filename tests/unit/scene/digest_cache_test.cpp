@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kMost = 1 << 20;
 
-class KnownDigestsTest : public ::testing::Test {
+class DigestCacheTest : public ::testing::Test {
  protected:
   void write(const std::string& text) { std::ofstream(asset_, std::ios::binary) << text; }
 
@@ -46,10 +46,10 @@ class KnownDigestsTest : public ::testing::Test {
 
   // Writes the record as if the file had been read long after its last write, with a changed digest that
   // reveals its use.
-  void keep_settled() {
-    DigestCache known(cache_, asset_);
-    true_ = known.of(asset_, kMost)->digest;
-    known.keep();
+  void store_settled() {
+    DigestCache cache(cache_, asset_);
+    true_ = cache.of(asset_, kMost)->digest;
+    cache.store();
     std::string text = body();
     const size_t digest = text.find(hex(true_)), taken = text.rfind(' ', digest - 2) + 1;
     ASSERT_NE(digest, std::string::npos);
@@ -77,26 +77,26 @@ class KnownDigestsTest : public ::testing::Test {
   }
 };
 
-TEST_F(KnownDigestsTest, WhatIsKnownIsNotReadAgain) {
-  keep_settled();
+TEST_F(DigestCacheTest, CachedDigestsAreNotReadAgain) {
+  store_settled();
   EXPECT_NE(true_, other_);
   EXPECT_EQ(found(), other_);
 }
 
-TEST_F(KnownDigestsTest, WhatWasJustWrittenIsReadAgain) {
-  DigestCache known(cache_, asset_);
-  const Digest before = known.of(asset_, kMost)->digest;
-  known.keep();
+TEST_F(DigestCacheTest, FreshFilesAreReadAgain) {
+  DigestCache cache(cache_, asset_);
+  const Digest before = cache.of(asset_, kMost)->digest;
+  cache.store();
   ASSERT_FALSE(record().empty());
   write("what it h0lds");
   EXPECT_NE(found(), before);
 }
 
-TEST_F(KnownDigestsTest, WhatWasWrittenSinceIsReadAgain) {
-  keep_settled();
+TEST_F(DigestCacheTest, ChangedFilesAreReadAgain) {
+  store_settled();
   fs::last_write_time(asset_, fs::last_write_time(asset_) + std::chrono::seconds(1));
   EXPECT_EQ(found(), true_);
-  keep_settled();
+  store_settled();
   write("something longer than before");
   EXPECT_NE(found(), other_);
   EXPECT_NE(found(), true_);
@@ -104,13 +104,13 @@ TEST_F(KnownDigestsTest, WhatWasWrittenSinceIsReadAgain) {
   EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, kMost).ok());
 }
 
-TEST_F(KnownDigestsTest, WhatIsTooLargeByNowIsRefused) {
-  keep_settled();
+TEST_F(DigestCacheTest, FilesAboveTheLimitAreRefused) {
+  store_settled();
   EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, 3).ok());
 }
 
-TEST_F(KnownDigestsTest, ADamagedRecordIsNone) {
-  keep_settled();
+TEST_F(DigestCacheTest, ADamagedRecordIsNone) {
+  store_settled();
   const std::string whole = text();
   for (size_t length = 0; length < whole.size(); ++length) {
     replace_whole(whole.substr(0, length));
@@ -133,8 +133,8 @@ TEST_F(KnownDigestsTest, ADamagedRecordIsNone) {
   EXPECT_EQ(found(), true_);
 }
 
-TEST_F(KnownDigestsTest, AnotherAssetsRecordIsNotBelieved) {
-  keep_settled();
+TEST_F(DigestCacheTest, AnotherAssetsRecordIsNotBelieved) {
+  store_settled();
   std::string text = body();
   const size_t line = text.find('\n') + 1;
   text.replace(line, text.find('\n', line) - line, "/elsewhere.glb");
@@ -142,8 +142,8 @@ TEST_F(KnownDigestsTest, AnotherAssetsRecordIsNotBelieved) {
   EXPECT_EQ(found(), true_);
 }
 
-TEST_F(KnownDigestsTest, NoTimeIsTooFarAway) {
-  keep_settled();
+TEST_F(DigestCacheTest, NoTimeIsTooFarAway) {
+  store_settled();
   const std::string whole = body();
   const size_t digest = whole.find(hex(other_)), taken = whole.rfind(' ', digest - 2) + 1;
   for (const std::string time :
@@ -155,10 +155,10 @@ TEST_F(KnownDigestsTest, NoTimeIsTooFarAway) {
   }
 }
 
-TEST_F(KnownDigestsTest, WithoutAFolderNothingIsKept) {
-  DigestCache known;
-  EXPECT_TRUE(known.of(asset_, kMost).ok());
-  known.keep();
+TEST_F(DigestCacheTest, WithoutAFolderNothingIsCached) {
+  DigestCache cache;
+  EXPECT_TRUE(cache.of(asset_, kMost).ok());
+  cache.store();
   EXPECT_TRUE(fs::is_empty(cache_));
 }
 

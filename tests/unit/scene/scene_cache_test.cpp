@@ -121,45 +121,45 @@ TEST(SceneCache, AKnownDigestHoldsUntilTheFileIsWrittenAgain) {
   EXPECT_FALSE(known->holds(path));
 }
 
-TEST(SceneCache, WhatComesBackIsWhatWasKept) {
+TEST(SceneCache, ReadsReturnWhatWasStored) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
   const SceneCacheSettings settings = in_folder(folder.path() / "cache");
   EXPECT_FALSE(find(settings, asset));
-  ASSERT_TRUE(SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok());
-  const auto kept = find(settings, asset);
-  ASSERT_TRUE(kept);
-  EXPECT_EQ(kept->scene.source, asset);
-  EXPECT_EQ(kept->scene.nodes.size(), loaded.scene.scene.nodes.size());
-  EXPECT_EQ(written(folder, *kept), written(folder, loaded.scene));
-  EXPECT_EQ(files_in(settings.folder), 2u) << "the scene, and what its file is known by";
+  ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
+  const auto cached = find(settings, asset);
+  ASSERT_TRUE(cached);
+  EXPECT_EQ(cached->scene.source, asset);
+  EXPECT_EQ(cached->scene.nodes.size(), loaded.scene.scene.nodes.size());
+  EXPECT_EQ(written(folder, *cached), written(folder, loaded.scene));
+  EXPECT_EQ(files_in(settings.folder), 2u) << "the scene and its digest";
 }
 
-TEST(SceneCache, WhoKeepsASceneKeepsWhatItsFileIsKnownBy) {
+TEST(SceneCache, StoringASceneStoresItsDigest) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
   const SceneCacheSettings settings = in_folder(folder.path() / "cache");
   SceneCache cache(settings);
   EXPECT_FALSE(cache.find(asset, LoadLimits().max_file_bytes));
-  ASSERT_TRUE(cache.keep(asset, loaded.scene, loaded.sources).ok());
+  ASSERT_TRUE(cache.store(asset, loaded.scene, loaded.sources).ok());
   EXPECT_EQ(files_in(settings.folder), 2u);
 }
 
-TEST(SceneCache, TheSameBytesAreTheSameSceneWhateverTheirName) {
+TEST(SceneCache, EqualBytesAreTheSameSceneUnderAnyName) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
   const SceneCacheSettings settings = in_folder(folder.path() / "cache");
-  ASSERT_TRUE(SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok());
+  ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
   fs::copy_file(asset, folder.path() / "other.glb");
-  const auto kept = find(settings, folder.path() / "other.glb");
-  ASSERT_TRUE(kept);
-  EXPECT_EQ(kept->scene.source.filename(), "other.glb");
+  const auto cached = find(settings, folder.path() / "other.glb");
+  ASSERT_TRUE(cached);
+  EXPECT_EQ(cached->scene.source.filename(), "other.glb");
 }
 
-TEST(SceneCache, AChangedFileIsLoadedAnew) {
+TEST(SceneCache, AChangedFileIsLoadedAgain) {
   const ScratchFolder folder;
   test::GltfBuilder b = rich_file();
   const std::vector<std::byte> image = test::png(4, 4, 0xff0000ff);
@@ -168,24 +168,24 @@ TEST(SceneCache, AChangedFileIsLoadedAnew) {
   const fs::path asset = folder.write("rich.gltf", b.gltf("rich.bin"));
   folder.write("rich.bin", b.bin);
   const SceneCacheSettings settings = in_folder(folder.path() / "cache");
-  const auto keep = [&] {
+  const auto store = [&] {
     const Loaded loaded = load(asset);
     EXPECT_EQ(loaded.sources.size(), 3u);
-    ASSERT_TRUE(SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok());
+    ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
     ASSERT_TRUE(find(settings, asset));
   };
-  keep();
+  store();
 
   folder.write("colour.png", test::png(4, 4, 0xff00ff00));
   EXPECT_FALSE(find(settings, asset)) << "a texture has changed";
-  keep();
+  store();
   EXPECT_EQ(find(settings, asset)->scene.images[0].rgba8[0], 0x00);
 
   std::vector<std::byte> bin = b.bin;
   bin[0] ^= std::byte{1};
   folder.write("rich.bin", bin);
   EXPECT_FALSE(find(settings, asset)) << "a buffer has changed";
-  keep();
+  store();
   fs::remove(folder.path() / "rich.bin");
   EXPECT_FALSE(find(settings, asset)) << "a buffer is gone";
 
@@ -196,27 +196,27 @@ TEST(SceneCache, AChangedFileIsLoadedAnew) {
   EXPECT_FALSE(find(settings, asset)) << "the asset's own file has changed";
 }
 
-TEST(SceneCache, BesideTheAssetOnlyWhereThatIsAskedFor) {
+TEST(SceneCache, BesideTheAssetOnlyOnRequest) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
   SceneCacheSettings settings;
-  ASSERT_TRUE(SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok());
+  ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
   EXPECT_EQ(files_in(folder.path()), 1u);
   settings.place = SceneCacheSettings::Place::beside_the_asset;
   settings.least_scene_bytes = 0;
-  ASSERT_TRUE(SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok());
+  ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
   EXPECT_TRUE(fs::exists(folder.path() / "rich.glb.fire3dv-cache"));
   EXPECT_TRUE(find(settings, asset));
 }
 
-TEST(SceneCache, SmallScenesAreNotKept) {
+TEST(SceneCache, SmallScenesAreNotCached) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
   SceneCacheSettings settings = in_folder(folder.path() / "cache");
   settings.least_scene_bytes = SceneCacheSettings().least_scene_bytes;
-  ASSERT_TRUE(SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok());
+  ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
   EXPECT_FALSE(fs::exists(settings.folder));
 }
 
@@ -248,15 +248,15 @@ TEST(SceneCache, AFolderThatCannotBeWrittenIsAnErrorThatNamesIt) {
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
   write(folder.path() / "taken", "a file");
-  const auto kept =
-      SceneCache(in_folder(folder.path() / "taken" / "cache")).keep(asset, loaded.scene, loaded.sources);
-  ASSERT_FALSE(kept.ok());
-  EXPECT_NE(kept.error().message.find("taken"), std::string::npos);
+  const auto cached =
+      SceneCache(in_folder(folder.path() / "taken" / "cache")).store(asset, loaded.scene, loaded.sources);
+  ASSERT_FALSE(cached.ok());
+  EXPECT_NE(cached.error().message.find("taken"), std::string::npos);
   fs::create_directory(folder.path() / "nowhere.glb.fire3dv-cache");
   SceneCacheSettings beside = in_folder("");
   beside.place = SceneCacheSettings::Place::beside_the_asset;
-  EXPECT_FALSE(SceneCache(beside).keep(folder.path() / "nowhere.glb", loaded.scene, loaded.sources).ok());
-  EXPECT_EQ(files_in(folder.path()), 2u) << "nothing is left of what could not be put in its place";
+  EXPECT_FALSE(SceneCache(beside).store(folder.path() / "nowhere.glb", loaded.scene, loaded.sources).ok());
+  EXPECT_EQ(files_in(folder.path()), 2u) << "no temporary file is left";
 }
 
 TEST(SceneCache, WritersAndReadersAtTheSameTime) {
@@ -264,14 +264,14 @@ TEST(SceneCache, WritersAndReadersAtTheSameTime) {
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
   const SceneCacheSettings settings = in_folder(folder.path() / "cache");
-  ASSERT_TRUE(SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok());
+  ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
   std::atomic<int> found{0}, written_well{0};
   {
     std::vector<std::jthread> threads;
     for (int t = 0; t < 2; ++t) {
       threads.emplace_back([&] {
         for (int i = 0; i < 20; ++i)
-          written_well += SceneCache(settings).keep(asset, loaded.scene, loaded.sources).ok() ? 1 : 0;
+          written_well += SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok() ? 1 : 0;
       });
       threads.emplace_back([&] {
         for (int i = 0; i < 20; ++i) found += find(settings, asset) ? 1 : 0;
@@ -280,7 +280,7 @@ TEST(SceneCache, WritersAndReadersAtTheSameTime) {
   }
   EXPECT_EQ(written_well, 40);
   EXPECT_EQ(found, 40);
-  EXPECT_EQ(files_in(settings.folder), 2u) << "the scene, and what its file is known by";
+  EXPECT_EQ(files_in(settings.folder), 2u) << "the scene and its digest";
 }
 
 class DamagedSceneFile : public testing::Test {
@@ -299,7 +299,7 @@ class DamagedSceneFile : public testing::Test {
   }
 
   ScratchFolder folder_;
-  fs::path asset_, path_ = folder_.path() / "kept";
+  fs::path asset_, path_ = folder_.path() / "cached";
   Loaded loaded_;
   std::string good_, same_ = written(folder_, loaded_.scene);
   size_t accepted_ = 0;
@@ -372,7 +372,7 @@ TEST_F(DamagedSceneFile, RubbishIsRefused) {
 }
 
 // Entries with valid checksums and inconsistent contents, made on purpose.
-TEST_F(DamagedSceneFile, WhatItSaysIsHeldAgainstWhatIsThere) {
+TEST_F(DamagedSceneFile, HeadersAreCheckedAgainstContents) {
   using Change = std::function<void(LoadedScene&)>;
   const std::vector<std::pair<const char*, Change>> changes = {
       {"index of a vertex", [](LoadedScene& l) { l.scene.indices[0] = 1000; }},
@@ -465,7 +465,7 @@ TEST_F(DamagedSceneFile, SourcesAreFollowedNoFurtherThanTheAssetsFolder) {
   const SceneCacheSettings settings = in_folder(folder_.path() / "cache");
   std::vector<SourceFile> sources = loaded_.sources;
   sources.push_back({secret.string(), *digest_of_file(secret, 100)});
-  ASSERT_TRUE(SceneCache(settings).keep(asset_, loaded_.scene, sources).ok());
+  ASSERT_TRUE(SceneCache(settings).store(asset_, loaded_.scene, sources).ok());
   EXPECT_FALSE(find(settings, asset_)) << "a path out of the folder was read";
 }
 

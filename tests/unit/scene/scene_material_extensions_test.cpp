@@ -126,7 +126,7 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
   EXPECT_TRUE(warned(scene, "KHR_materials_ior.ior is less than 1"));
 }
 
-TEST(SceneMaterialExtensions, AnIorOfZeroIsKept) {
+TEST(SceneMaterialExtensions, AnIorOfZeroStaysZero) {
   const Scene scene = loaded(with_extensions({{"KHR_materials_ior", {{"ior", 0}}}}));
   EXPECT_EQ(scene.materials[1].ior, 0);
   EXPECT_TRUE(scene.warnings.empty());

@@ -335,9 +335,9 @@ TEST(SceneRefuse, GlbLengths) {
   };
   const auto size = static_cast<uint32_t>(good.size());
   EXPECT_NE(refusal(with_word(4, 1)).find("version 1"), std::string::npos);
-  EXPECT_NE(refusal(with_word(8, size + 1)).find("header says"), std::string::npos);
-  EXPECT_NE(refusal(with_word(8, 0)).find("header says"), std::string::npos);
-  EXPECT_NE(refusal(with_word(8, UINT32_MAX)).find("header says"), std::string::npos);
+  EXPECT_NE(refusal(with_word(8, size + 1)).find("header states"), std::string::npos);
+  EXPECT_NE(refusal(with_word(8, 0)).find("header states"), std::string::npos);
+  EXPECT_NE(refusal(with_word(8, UINT32_MAX)).find("header states"), std::string::npos);
   EXPECT_NE(refusal(with_word(8, size - 6)).find("chunk 1"), std::string::npos);
   for (const uint32_t length : {size, UINT32_MAX, UINT32_MAX - 7, uint32_t{0}, uint32_t{4}}) {
     EXPECT_NE(refusal(with_word(12, length)), "loaded") << length;
@@ -352,7 +352,7 @@ TEST(SceneRefuse, EveryTruncationOfAGlb) {
   }
 }
 
-TEST(SceneRefuse, LimitsAreKept) {
+TEST(SceneRefuse, LimitsAreEnforced) {
   LoadLimits limits;
   limits.max_file_bytes = 100;
   EXPECT_NE(refusal(test::triangle_file().glb(), limits).find("at most 100"), std::string::npos);

@@ -9,10 +9,8 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/transport/core/address.h"
-#include "tools/lab/impair/datagram_channel.h"
+#include "tools/lab/impair/impairment.h"
 #include "tools/lab/impair/relay.h"
-#include "tools/lab/impair/schedule.h"
-#include "tools/lab/impair/stream_impairment.h"
 
 namespace fire3dv::impair {
 namespace {

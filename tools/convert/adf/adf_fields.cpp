@@ -1,4 +1,4 @@
-#include "tools/convert/adf/adf_fields.h"
+#include "tools/convert/adf/adf_yaml.h"
 
 #include <algorithm>
 #include <array>

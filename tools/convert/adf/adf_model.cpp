@@ -49,9 +49,9 @@ bool read_bodies(const AdfFile& file, const char* list, Kind kind, AdfReading& r
     const AdfValue location = block.value["location"];
     object.translation = location["position"].vector(glm::dvec3(0));
     object.rotation = rotation_of(location["orientation"]);
-    const AdfAppearance look = reading.visuals.look_of(block.value, block.id, places);
-    object.mesh = look.mesh;
-    object.dropped_by_ambf = look.mesh_is_missing;
+    const AdfAppearance appearance = reading.visuals.appearance_of(block.value, block.id, places);
+    object.mesh = appearance.mesh;
+    object.dropped_by_ambf = appearance.mesh_is_missing;
     if (!reading.objects.add(std::move(object))) return false;
   }
   return true;
@@ -67,7 +67,7 @@ bool read_cameras(const AdfFile& file, AdfReading& reading) {
     if (rotation)
       object.rotation = *rotation;
     else
-      b.warn("its \"look at\" lies at its place or along its \"up\": which way it looks is not known");
+      b.warn("its \"look at\" equals its position or lies along its \"up\": its direction is undefined");
 
     const double fov = b["field view angle"].number(0.7);
     object.camera.vertical_fov_rad = static_cast<float>(std::clamp(fov, 0.01, 3.1));
@@ -81,7 +81,8 @@ bool read_cameras(const AdfFile& file, AdfReading& reading) {
     object.camera.near_m = static_cast<float>(near);
     object.camera.far_m = static_cast<float>(far);
     if (b["orthographic view width"].is_defined())
-      b["orthographic view width"].warn("asks for an orthographic camera; it is drawn in perspective");
+      b["orthographic view width"].warn(
+          "requests an orthographic camera; it is converted to a perspective one");
     if (b["stereo"].is_map()) object.eye_separation_m = b["stereo"]["eye separation"].number(0.2);
     if (!reading.objects.add(std::move(object))) return false;
   }
@@ -112,7 +113,7 @@ bool read_lights(const AdfFile& file, AdfReading& reading) {
   return true;
 }
 
-void warn_of_what_is_not_drawn(const AdfFile& file, std::initializer_list<const char*> lists) {
+void warn_about_ignored_fields(const AdfFile& file, std::initializer_list<const char*> lists) {
   for (const char* list : lists) {
     const AdfValue value = file[list];
     if (value.is_map() || !value.items().empty()) value.warn("is not converted");
@@ -124,7 +125,7 @@ void warn_of_what_is_not_drawn(const AdfFile& file, std::initializer_list<const 
 bool read_adf_model(const AdfFile& file, AdfReading& reading) {
   file.note_unknown_fields();
   reading.visuals.allow_images_below(file.folder());
-  warn_of_what_is_not_drawn(file, {"vehicles", "volumes"});
+  warn_about_ignored_fields(file, {"vehicles", "volumes"});
   return read_bodies(file, "bodies", Kind::body, reading) &&
          read_bodies(file, "soft bodies", Kind::soft_body, reading) &&
          read_bodies(file, "ghost objects", Kind::ghost, reading) && read_cameras(file, reading) &&
@@ -133,7 +134,7 @@ bool read_adf_model(const AdfFile& file, AdfReading& reading) {
 
 bool read_adf_world(const AdfFile& file, AdfReading& reading) {
   file.note_unknown_fields();
-  warn_of_what_is_not_drawn(file, {"skybox"});
+  warn_about_ignored_fields(file, {"skybox"});
   return read_lights(file, reading) && read_cameras(file, reading);
 }
 

@@ -11,7 +11,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMostObjects = 20'000, kMostComparisons = 20'000'000;
+constexpr size_t kMaxObjects = 20'000, kMaxComparisons = 20'000'000;
 
 // Rotations from glTF's axes (view and light along -Z, +Y up) to AMBF's: cameras look along -X with +Z up,
 // lights shine along +X.
@@ -61,9 +61,9 @@ std::optional<glm::dquat> adf_light_rotation(const glm::dvec3& direction) {
 }
 
 bool AdfObjects::add(AdfObject object) {
-  if (objects_.size() >= kMostObjects) {
+  if (objects_.size() >= kMaxObjects) {
     report_.warn(object.place + ": this and further objects are left out: there are more than " +
-                 std::to_string(kMostObjects));
+                 std::to_string(kMaxObjects));
     return false;
   }
   objects_.push_back(std::move(object));
@@ -131,7 +131,7 @@ void AdfObjects::find_parents() {
   for (size_t i = 0; i < objects_.size(); ++i) {
     if (objects_[i].parent.empty()) continue;
     comparisons += objects_.size();
-    if (comparisons <= kMostComparisons) parents_[i] = parent_of(i);
+    if (comparisons <= kMaxComparisons) parents_[i] = parent_of(i);
     if (!parents_[i]) {
       report_.warn(objects_[i].place + ": " + quote(names_[i]) + " has the parent " +
                    quote(objects_[i].parent) + ", which is not there; its pose is taken as in the world");
@@ -166,7 +166,7 @@ glm::dmat4 AdfObjects::world_from(size_t object) const {
 }
 
 // Median centre of the meshes; large planes and outliers do not shift it.
-glm::dvec3 AdfObjects::middle(const Model& model) const {
+glm::dvec3 AdfObjects::center(const Model& model) const {
   std::vector<glm::dvec3> centres;
   for (const Mesh& mesh : model.meshes) {
     glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
@@ -194,7 +194,7 @@ void AdfObjects::write(Model& model) {
   find_names();
   find_parents();
   drop_loops();
-  middle_ = middle(model);
+  center_ = center(model);
   nodes_.assign(objects_.size(), std::nullopt);
   for (size_t i = 0; i < objects_.size(); ++i) {
     // Parents that AMBF creates later must still precede their children.
@@ -240,7 +240,7 @@ void AdfObjects::write_node(Model& model, size_t object) {
   if (from.kind == AdfObject::Kind::light) {
     // AMBF's lights fall off by "attenuation" only, glTF's by the squared distance. The intensity makes both
     // equal at the centre of the scene.
-    const double distance = std::max(0.05, glm::distance(glm::dvec3(world_from(object)[3]), middle_));
+    const double distance = std::max(0.05, glm::distance(glm::dvec3(world_from(object)[3]), center_));
     const double loss =
         from.attenuation.x + from.attenuation.y * distance + from.attenuation.z * distance * distance;
     Light light = from.light;

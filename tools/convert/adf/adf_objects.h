@@ -48,7 +48,7 @@ class AdfObjects {
   std::optional<size_t> parent_of(size_t child) const;
   void drop_loops();
   glm::dmat4 world_from(size_t object) const;
-  glm::dvec3 middle(const Model& model) const;
+  glm::dvec3 center(const Model& model) const;
   void write_node(Model& model, size_t object);
 
   AdfReport& report_;
@@ -56,7 +56,7 @@ class AdfObjects {
   std::vector<std::string> names_;
   std::vector<std::optional<size_t>> parents_;
   std::vector<std::optional<size_t>> nodes_;
-  glm::dvec3 middle_{0};
+  glm::dvec3 center_{0};
 };
 
 // Rotation of AMBF's camera frame at `position` that looks at a point, and of a light along `direction`.

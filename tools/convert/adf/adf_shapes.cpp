@@ -35,12 +35,12 @@ glm::dvec2 around(uint32_t side) {
 
 void disc(Surface& s, double z, double radius, double up) {
   if (radius <= 0) return;
-  const uint32_t middle = vertex(s, {0, 0, z}, {0, 0, up});
+  const uint32_t center = vertex(s, {0, 0, z}, {0, 0, up});
   uint32_t last = 0;
   for (uint32_t i = 0; i <= kSides; ++i) {
     const uint32_t next = vertex(s, {radius * around(i), z}, {0, 0, up});
-    if (i > 0 && up > 0) triangle(s, middle, last, next);
-    if (i > 0 && up < 0) triangle(s, middle, next, last);
+    if (i > 0 && up > 0) triangle(s, center, last, next);
+    if (i > 0 && up < 0) triangle(s, center, next, last);
     last = next;
   }
 }

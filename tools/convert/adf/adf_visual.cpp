@@ -14,7 +14,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMostParts = 1000;
+constexpr size_t kMaxParts = 1000;
 
 // Converts a Blinn-Phong exponent to the roughness with equal highlight width.
 float roughness_of(double shininess, const glm::dvec3& specular) {
@@ -72,15 +72,15 @@ AdfVisuals::Color AdfVisuals::color_of(const AdfValue& block) const {
   return color;
 }
 
-AdfAppearance AdfVisuals::look_of(const AdfValue& block, const std::string& name,
-                                  const AdfSearchPaths& places) {
-  AdfAppearance look;
+AdfAppearance AdfVisuals::appearance_of(const AdfValue& block, const std::string& name,
+                                        const AdfSearchPaths& places) {
+  AdfAppearance appearance;
   const Color color = color_of(block);
   // AMBF reads "visible" only where it sets the colour.
-  if (color.used && !block["visible"].flag(true)) return look;
+  if (color.used && !block["visible"].flag(true)) return appearance;
   if (store_.is_full()) {  // a short file may request one large mesh in thousands of scales
     block.warn("has no mesh, nor have those after it: " + store_.why_full());
-    return look;
+    return appearance;
   }
   const double scale = block["scale"].number(1);
   const AdfValue shape = block["shape"], compound = block["compound shape"], mesh = block["mesh"];
@@ -91,27 +91,27 @@ AdfAppearance AdfVisuals::look_of(const AdfValue& block, const std::string& name
   } else if (!mesh.text().empty()) {
     key = mesh.text() + '\n' + block["high resolution path"].text() + '\n' + places.visual_path + '\n' +
           places.file_folder.string() + '\n' + exact(scale) + color.key();
-    if (const auto known = meshes_.find(key); known != meshes_.end()) {
-      look.mesh = known->second;
-      look.mesh_is_missing = !known->second;
-      if (!known->second)
+    if (const auto found = meshes_.find(key); found != meshes_.end()) {
+      appearance.mesh = found->second;
+      appearance.mesh_is_missing = !found->second;
+      if (!found->second)
         mesh.warn("of " + quote(name) + " is left out, and its node stays without one, as before");
-      return look;
+      return appearance;
     }
     std::optional<std::vector<Surface>> read = file_surfaces(block, name, places, scale);
     if (!read) {
       meshes_[key] = std::nullopt;
-      look.mesh_is_missing = true;
-      return look;
+      appearance.mesh_is_missing = true;
+      return appearance;
     }
     surfaces = std::move(*read);
   }
   std::erase_if(surfaces, [](const Surface& s) { return s.indices.empty(); });
   if (color.used)
     for (Surface& surface : surfaces) surface.material = colored(surface.material, color, name);
-  look.mesh = store_.keep({sanitize_text(name), std::move(surfaces)});
-  if (!key.empty() && look.mesh) meshes_[key] = look.mesh;
-  return look;
+  appearance.mesh = store_.add({sanitize_text(name), std::move(surfaces)});
+  if (!key.empty() && appearance.mesh) meshes_[key] = appearance.mesh;
+  return appearance;
 }
 
 std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& block, const std::string& name,
@@ -140,7 +140,7 @@ std::vector<Surface> AdfVisuals::shape_surfaces(const AdfValue& block, double sc
     surfaces.push_back(shape_surface(block["shape"], block["geometry"], scale));
   } else {
     // AMBF draws all parts at the body's origin; "offset" affects collision shapes only.
-    for (const AdfValue& part : block["compound shape"].items(kMostParts))
+    for (const AdfValue& part : block["compound shape"].items(kMaxParts))
       surfaces.push_back(shape_surface(part["shape"], part["geometry"], scale));
   }
   const size_t plain = plain_material();
@@ -186,8 +186,8 @@ size_t AdfVisuals::colored(size_t material, const Color& color, const std::strin
                               normals = model_.materials[material].normal_image;
   const std::string key =
       color.key() + std::to_string(image ? *image + 1 : 0) + ' ' + std::to_string(normals ? *normals + 1 : 0);
-  const auto [known, is_new] = materials_.try_emplace(key, model_.materials.size());
-  if (!is_new) return known->second;
+  const auto [found, is_new] = materials_.try_emplace(key, model_.materials.size());
+  if (!is_new) return found->second;
   Material to;
   to.name = sanitize_text(name);
   to.base_color = glm::vec4(linear_from_srgb(color.diffuse), color.opacity);
@@ -198,7 +198,7 @@ size_t AdfVisuals::colored(size_t material, const Color& color, const std::strin
   to.base_color_image = image;
   to.normal_image = normals;
   model_.materials.push_back(std::move(to));
-  return known->second;
+  return found->second;
 }
 
 size_t AdfVisuals::plain_material() {

@@ -31,7 +31,7 @@ class AdfVisuals {
   AdfVisuals(Model& model, AdfReport& report, size_t most_triangles)
       : model_(model), report_(report), files_(model), store_(model, most_triangles) {}
 
-  AdfAppearance look_of(const AdfValue& block, const std::string& name, const AdfSearchPaths& places);
+  AdfAppearance appearance_of(const AdfValue& block, const std::string& name, const AdfSearchPaths& places);
   void allow_images_below(const std::filesystem::path& folder) { files_.allow_images_below(folder); }
 
  private:

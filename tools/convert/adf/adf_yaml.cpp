@@ -3,21 +3,20 @@
 #include <cmath>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/adf/adf_fields.h"
 #include "tools/convert/local_files.h"
 #include "tools/convert/text.h"
 
 namespace fire3dv::convert {
 namespace {
 
-constexpr uint64_t kMostFileBytes = uint64_t{8} << 20;
-constexpr size_t kMostWarnings = 200, kMostFields = 200;
+constexpr uint64_t kMaxFileBytes = uint64_t{8} << 20;
+constexpr size_t kMaxWarnings = 200, kMaxFields = 200;
 
 }  // namespace
 
 void AdfReport::warn(std::string sentence) {
   if (!said_.emplace(sentence, true).second) return;
-  if (said_.size() > kMostWarnings) {
+  if (said_.size() > kMaxWarnings) {
     ++left_out_;
     return;
   }
@@ -26,7 +25,7 @@ void AdfReport::warn(std::string sentence) {
 
 void AdfReport::finish() {
   if (!unknown_.empty()) {
-    std::string sentence = "AMBF knows no such fields, and they are ignored: ";
+    std::string sentence = "unknown fields are ignored: ";
     size_t listed = 0;
     for (const auto& [name, place] : unknown_) {
       if (listed == 30) {
@@ -49,7 +48,7 @@ AdfValue AdfValue::operator[](std::string_view key) const {
   value.report_ = report_;
   value.name_ = key;
   if (!is_map()) return value;
-  size_t left = kMostFields;
+  size_t left = kMaxFields;
   for (const auto& entry : node_) {
     if (left-- == 0) break;
     if (!entry.first.IsScalar() || entry.first.Scalar() != key) continue;
@@ -121,7 +120,7 @@ glm::dvec3 AdfValue::vector(const glm::dvec3& otherwise, std::string_view keys) 
 Result<AdfFile> AdfFile::read(const std::filesystem::path& file, AdfReport& report) {
   const std::string name = quote(file.string());
   if (Result<std::filesystem::path> found = regular_file(file); !found) return found.error();
-  Result<FileBytes> bytes = read_file(file, kMostFileBytes);
+  Result<FileBytes> bytes = read_file(file, kMaxFileBytes);
   if (!bytes) return bytes.error();
   AdfFile read;
   read.path_ = file;
@@ -142,7 +141,7 @@ Result<AdfFile> AdfFile::read(const std::filesystem::path& file, AdfReport& repo
     const auto [known, is_new] = read.index_.try_emplace(entry.first.Scalar(), entry.second);
     if (!is_new) {
       report.warn(file.string() + ":" + std::to_string(entry.first.Mark().line + 1) + ": " +
-                  quote(known->first) + " is there twice; the first counts, as for AMBF");
+                  quote(known->first) + " is defined twice; the first one applies, as in AMBF");
     }
   }
   return read;
@@ -168,8 +167,8 @@ std::vector<AdfFile::Block> AdfFile::blocks(std::string_view list) const {
       item.warn("lists " + quote(id) + ", which the file does not describe");
       continue;
     }
-    if (block.node_.size() > kMostFields)
-      block.warn("has more than " + std::to_string(kMostFields) + " fields");
+    if (block.node_.size() > kMaxFields)
+      block.warn("has more than " + std::to_string(kMaxFields) + " fields");
     blocks.push_back({id, std::move(block)});
   }
   return blocks;
@@ -186,7 +185,7 @@ void AdfFile::note_unknown_fields() const {
 
 void AdfFile::note_unknown_fields(const AdfValue& block) const {
   if (!block.is_map()) return;
-  size_t left = kMostFields;
+  size_t left = kMaxFields;
   for (const auto& entry : block.node_) {
     if (left-- == 0) break;
     if (entry.first.IsScalar() && !is_adf_field(entry.first.Scalar()))

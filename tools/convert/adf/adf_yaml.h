@@ -3,7 +3,6 @@
 #pragma once
 
 #include <yaml-cpp/yaml.h>
-
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <map>
@@ -91,5 +90,8 @@ class AdfFile {
   YAML::Node root_;
   std::map<std::string, YAML::Node> index_;  // index of the root: yaml-cpp's look-up is linear
 };
+
+// True for field names of ADF, for rendering and for simulation. Other names are likely typos.
+bool is_adf_field(std::string_view name);
 
 }  // namespace fire3dv::convert

@@ -16,7 +16,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr uint64_t kMostPixels = 16384ull * 16384ull;  // limit of the renderer's loader
+constexpr uint64_t kMaxPixels = 16384ull * 16384ull;  // limit of the renderer's loader
 
 uint32_t big_endian(const std::byte* bytes) {
   uint32_t value = 0;
@@ -45,8 +45,8 @@ bool png_is_whole(std::span<const std::byte> bytes) {
 }
 
 bool jpeg_is_whole(std::span<const std::byte> bytes) {
-  constexpr size_t kMostTrailing = 65536;  // cameras append data behind the image
-  const size_t first = bytes.size() > kMostTrailing ? bytes.size() - kMostTrailing : 0;
+  constexpr size_t kMaxTrailing = 65536;  // cameras append data behind the image
+  const size_t first = bytes.size() > kMaxTrailing ? bytes.size() - kMaxTrailing : 0;
   for (size_t i = bytes.size(); i-- > first + 1;) {
     if (bytes[i] == std::byte{0xd9} && bytes[i - 1] == std::byte{0xff}) return true;
   }
@@ -82,7 +82,7 @@ Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left) {
     return Error{"it is no image of a kind that can be decoded (PNG, JPEG, BMP, TGA, GIF, PSD, PNM)"};
   }
   const uint64_t pixels = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
-  if (pixels > kMostPixels) {
+  if (pixels > kMaxPixels) {
     return Error{"it is " + std::to_string(width) + " x " + std::to_string(height) +
                  " pixels large; make it smaller"};
   }

@@ -18,7 +18,7 @@ struct GlbImage {
   std::span<const std::byte> bytes;  // the source's bytes, or `made`
 };
 
-constexpr uint64_t kMostPixelsInAll = uint64_t{1} << 31;  // limit per file, as in the renderer's loader
+constexpr uint64_t kMaxPixelsInAll = uint64_t{1} << 31;  // limit per file, as in the renderer's loader
 
 // The result may borrow the image's bytes. The image is decodable, and its pixels are subtracted from
 // pixels_left. The error has the reason without the image's name.

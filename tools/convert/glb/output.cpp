@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 
 // Resolves symbolic links, even if the target does not exist.
 fs::path followed(fs::path path) {
-  constexpr int kMostLinks = 40;  // limit of the kernel
+  constexpr int kMaxLinks = 40;  // limit of the kernel
   std::error_code error;
-  for (int i = 0; i < kMostLinks && fs::is_symlink(path, error); ++i)
+  for (int i = 0; i < kMaxLinks && fs::is_symlink(path, error); ++i)
     path = path.parent_path() / fs::read_symlink(path, error);
   return path;
 }
@@ -55,7 +55,7 @@ Result<void> write_output(const fs::path& path, std::span<const std::byte> bytes
   return done ? done : cannot_write(path, done.error().message);
 }
 
-Result<void> write_kept(const fs::path& path, std::span<const std::byte> bytes) {
+Result<void> write_cache_entry(const fs::path& path, std::span<const std::byte> bytes) {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(path, error);
   if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_symlink(status))

@@ -16,6 +16,6 @@ Result<void> write_output(const std::filesystem::path& path, std::span<const std
 
 // Writes a cache file to a possibly shared folder: replaces links, and only this user can read the file.
 // Refuses to replace anything but a file.
-Result<void> write_kept(const std::filesystem::path& path, std::span<const std::byte> bytes);
+Result<void> write_cache_entry(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 }  // namespace fire3dv::convert

@@ -20,7 +20,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "glTF's buffers are little-endian");
 
-constexpr size_t kMostBytes = size_t{3} << 30;  // limit below the 32-bit size field of GLB
+constexpr size_t kMaxBytes = size_t{3} << 30;  // limit below the 32-bit size field of GLB
 
 // Sanitises without truncation, since streams look nodes up by name.
 std::string fit_name(const std::string& name) {
@@ -64,7 +64,7 @@ class Writer {
     for (const Camera& camera : model_.cameras) add_camera(camera);
     for (const Light& light : model_.lights) add_light(light);
     add_nodes();
-    if (out_.buffers[0].data.size() > kMostBytes) {
+    if (out_.buffers[0].data.size() > kMaxBytes) {
       return Error{"the scene holds " + std::to_string(out_.buffers[0].data.size() >> 20) +
                    " MiB of meshes and images; one binary glTF file holds 3072 MiB: split it"};
     }
@@ -148,7 +148,8 @@ class Writer {
   }
 
   void add_surface(Surface surface, tinygltf::Mesh& mesh) {
-    if (const std::string said = repair(surface); !said.empty()) warn("mesh \"" + mesh.name + "\": " + said);
+    if (const std::string repairs = repair(surface); !repairs.empty())
+      warn("mesh \"" + mesh.name + "\": " + repairs);
     if (surface.indices.empty()) return;
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
@@ -296,7 +297,7 @@ class Writer {
   tinygltf::Model out_;
   std::vector<int> mesh_of_;
   std::map<size_t, int> material_of_, texture_of_;
-  uint64_t pixels_left_ = kMostPixelsInAll;
+  uint64_t pixels_left_ = kMaxPixelsInAll;
 };
 
 }  // namespace

@@ -21,8 +21,8 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr rlim_t kMostCpuSeconds = 60;
-constexpr rlim_t kMostMemory = rlim_t{4} << 30;
+constexpr rlim_t kMaxCpuSeconds = 60;
+constexpr rlim_t kMaxMemory = rlim_t{4} << 30;
 constexpr uint32_t kComplete = 0x464d4533;  // end marker of a complete answer
 
 void lower_limit(__rlimit_resource resource, rlim_t most) {
@@ -47,7 +47,7 @@ void limit_next_cpu_seconds() {
   rlimit limit{};
   if (getrusage(RUSAGE_SELF, &used) != 0 || getrlimit(RLIMIT_CPU, &limit) != 0) return;
   limit.rlim_cur = std::min(
-      limit.rlim_max, static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + kMostCpuSeconds);
+      limit.rlim_max, static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + kMaxCpuSeconds);
   setrlimit(RLIMIT_CPU, &limit);
 }
 
@@ -164,7 +164,7 @@ std::vector<std::byte> answer_to(const std::string& file) {
   try {
     return encode(import_mesh(file));
   } catch (const std::bad_alloc&) {
-    return encode(Error{"it takes more memory than mesh files are given"});
+    return encode(Error{"it takes more memory than the limit of mesh files"});
   } catch (const std::exception&) {
     return encode(Error{"the importer gives up on it"});
   }
@@ -180,7 +180,7 @@ std::vector<std::byte> answer_to(const std::string& file) {
   lower_limit(RLIMIT_CORE, 0);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers reserve terabytes of
                                                                      // address space
-  lower_limit(RLIMIT_AS, address_space_bytes() + kMostMemory);
+  lower_limit(RLIMIT_AS, address_space_bytes() + kMaxMemory);
 #endif
   size_t size = 0;
   while (receive_all(requests, &size, sizeof size)) {
@@ -270,11 +270,11 @@ Result<ImportedMesh> MeshImportProcess::import(const std::filesystem::path& file
   }
   const int status = end();
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
-    return Error{"cannot read " + name + ": it takes longer than " + std::to_string(kMostCpuSeconds) +
+    return Error{"cannot read " + name + ": it takes longer than " + std::to_string(kMaxCpuSeconds) +
                  " s, or more memory than there is; is it damaged?"};
   }
   return Error{"cannot read " + name +
-               ": it makes the importer fail; it is damaged, or not what it is called"};
+               ": the importer failed; the file is damaged, or of another format than its name"};
 }
 
 }  // namespace fire3dv::convert

@@ -13,7 +13,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr uint64_t kMostImageBytes = uint64_t{1} << 28;
+constexpr uint64_t kMaxImageBytes = uint64_t{1} << 28;
 
 // Candidates for an image name: the name as it is, and its last component next to the mesh. Many files
 // contain paths of the machine that wrote them.
@@ -74,7 +74,7 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
       continue;
     }
     if (const auto known = images.find(*found); known != images.end()) return known->second;
-    Result<FileBytes> bytes = read_file(*found, kMostImageBytes);
+    Result<FileBytes> bytes = read_file(*found, kMaxImageBytes);
     if (!bytes) {
       model.warnings.push_back(where + " is left out: " + bytes.error().message);
       return std::nullopt;

@@ -4,24 +4,99 @@
 #include <assimp/material.h>
 #include <assimp/mesh.h>
 #include <assimp/scene.h>
-
 #include <algorithm>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <tuple>
 
-#include "tools/convert/import_files.h"
+#include "renderer/scene/files.h"
+#include "tools/convert/local_files.h"
 #include "tools/convert/mesh/surface_builder.h"
+#include "tools/convert/sources.h"
 #include "tools/convert/text.h"
 
 namespace fire3dv::convert {
 namespace {
 
-constexpr uint64_t kMostTriangles = 20'000'000;
-constexpr size_t kMostNodes = 1'000'000;
+constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
+
+class MemoryStream : public Assimp::IOStream {
+ public:
+  explicit MemoryStream(FileBytes bytes) : bytes_(std::move(bytes)) {}
+
+  size_t Read(void* to, size_t size, size_t count) override {
+    if (size == 0) return 0;
+    count = std::min(count, (bytes_.size - at_) / size);
+    if (count > 0) std::memcpy(to, bytes_.data.get() + at_, size * count);
+    at_ += size * count;
+    return count;
+  }
+  size_t Write(const void*, size_t, size_t) override { return 0; }
+  aiReturn Seek(size_t offset, aiOrigin origin) override {
+    const size_t from = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size;
+    // Negative offsets arrive as large unsigned ones; the sum wraps as intended.
+    const size_t to = from + offset;
+    if (to > bytes_.size) return aiReturn_FAILURE;
+    at_ = to;
+    return aiReturn_SUCCESS;
+  }
+  size_t Tell() const override { return at_; }
+  size_t FileSize() const override { return bytes_.size; }
+  void Flush() override {}
+
+ private:
+  FileBytes bytes_;
+  size_t at_ = 0;
+};
+
+// File access of assimp: only the mesh file itself and files below its folder exist.
+class ImportFiles : public Assimp::IOSystem {
+ public:
+  // besides: receives all further files that assimp requests, found or not.
+  ImportFiles(const std::filesystem::path& file, Sources& besides);
+
+  bool Exists(const char* file) const override;
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* file, const char* mode) override;
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  std::filesystem::path file_;
+  Sources& besides_;
+  AllowedFolders folders_;
+};
+
+ImportFiles::ImportFiles(const std::filesystem::path& file, Sources& besides)
+    : file_(file), besides_(besides) {
+  folders_.add(file.parent_path());
+}
+
+bool ImportFiles::Exists(const char* name) const {
+  if (file_ == name) return true;
+  const Result<std::filesystem::path> found = regular_file(name);
+  return found && folders_.hold(*found);
+}
+
+Assimp::IOStream* ImportFiles::Open(const char* name, const char* mode) {
+  if (std::strpbrk(mode, "wa+")) return nullptr;
+  if (file_ != name) {
+    besides_.add(name);
+    const Result<std::filesystem::path> found = regular_file(name);
+    if (!found || !folders_.hold(*found)) return nullptr;
+  }
+  Result<FileBytes> bytes = read_file(name, kMaxBytes);
+  return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
+}
+
+constexpr uint64_t kMaxTriangles = 20'000'000;
+constexpr size_t kMaxNodes = 1'000'000;
 
 std::string extension_of(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
@@ -33,7 +108,7 @@ std::string extension_of(const std::filesystem::path& file) {
 std::string one_line(const char* text) {
   std::string line = sanitize_text(text, 200);
   while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
-  return line.empty() ? "the importer does not say why" : line;
+  return line.empty() ? "the importer reports no reason" : line;
 }
 
 glm::dmat4 matrix_of(const aiMatrix4x4& m) {  // assimp's matrices are row-major
@@ -96,8 +171,8 @@ bool is_sound(const aiMesh& mesh) {
 
 class SceneReader {
  public:
-  SceneReader(const aiScene& scene, bool own_normals, ImportedMesh& to)
-      : scene_(scene), own_normals_(own_normals), to_(to) {}
+  SceneReader(const aiScene& scene, bool file_normals, ImportedMesh& to)
+      : scene_(scene), file_normals_(file_normals), to_(to) {}
 
   Result<void> read(const glm::dmat4& file_from_root) {
     // Iterative, since the nesting depth of nodes is untrusted.
@@ -106,7 +181,7 @@ class SceneReader {
     while (!left.empty()) {
       const auto [node, file_from_parent] = left.back();
       left.pop_back();
-      if (++nodes > kMostNodes) return Error{"it has more than " + std::to_string(kMostNodes) + " nodes"};
+      if (++nodes > kMaxNodes) return Error{"it has more than " + std::to_string(kMaxNodes) + " nodes"};
       const glm::dmat4 file_from_node = file_from_parent * matrix_of(node->mTransformation);
       for (unsigned i = 0; i < node->mNumMeshes; ++i) {
         if (node->mMeshes[i] >= scene_.mNumMeshes) return Error{"a node shows a mesh that it does not have"};
@@ -127,7 +202,7 @@ class SceneReader {
   Result<void> add(const aiMesh& mesh, const glm::dmat4& file_from_mesh) {
     if (!is_sound(mesh)) return Error{"a face names a vertex that it does not have"};
     if (mesh.mMaterialIndex >= to_.materials.size()) return Error{"a face names a material that it has not"};
-    const bool normals = own_normals_ && mesh.mNormals;
+    const bool normals = file_normals_ && mesh.mNormals;
     const bool uvs = mesh.mTextureCoords[0] != nullptr;
     SurfaceBuilder& builder =
         builders_.try_emplace({mesh.mMaterialIndex, normals, uvs}, normals, uvs).first->second;
@@ -152,8 +227,8 @@ class SceneReader {
       const aiFace& face = mesh.mFaces[f];
       if (face.mNumIndices < 3) continue;  // point or line
       triangles_ += face.mNumIndices - 2;
-      if (triangles_ > kMostTriangles)
-        return Error{"it has more than " + std::to_string(kMostTriangles) + " triangles"};
+      if (triangles_ > kMaxTriangles)
+        return Error{"it has more than " + std::to_string(kMaxTriangles) + " triangles"};
       // Triangle fan from the first vertex, as AMBF draws polygons.
       const SurfaceBuilder::Corner first = corner(face.mIndices[0]);
       SurfaceBuilder::Corner second = corner(face.mIndices[1]);
@@ -168,7 +243,7 @@ class SceneReader {
   }
 
   const aiScene& scene_;
-  const bool own_normals_;
+  const bool file_normals_;
   ImportedMesh& to_;
   uint64_t triangles_ = 0;
   std::map<std::tuple<size_t, bool, bool>, SurfaceBuilder> builders_;  // by material and vertex attributes

@@ -7,7 +7,7 @@ namespace fire3dv::convert {
 namespace {
 
 // Bounds shapes, since adding one searches the mesh's surfaces.
-constexpr size_t kMostShapes = 100'000;
+constexpr size_t kMaxShapes = 100'000;
 
 size_t triangles_of(const Mesh& mesh) {
   size_t triangles = 0;
@@ -34,16 +34,16 @@ uint64_t hash_of(const Mesh& mesh) {
 }  // namespace
 
 bool MeshStore::take_shape(const Mesh& so_far) {
-  if (shapes_ <= kMostShapes) ++shapes_;
-  return shapes_ <= kMostShapes && triangles_ + triangles_of(so_far) <= most_triangles_;
+  if (shapes_ <= kMaxShapes) ++shapes_;
+  return shapes_ <= kMaxShapes && triangles_ + triangles_of(so_far) <= most_triangles_;
 }
 
 std::string MeshStore::why_full() const {
-  return shapes_ > kMostShapes ? "there are more than " + std::to_string(kMostShapes) + " shapes"
-                               : "the scene has more than " + std::to_string(most_triangles_) + " triangles";
+  return shapes_ > kMaxShapes ? "there are more than " + std::to_string(kMaxShapes) + " shapes"
+                              : "the scene has more than " + std::to_string(most_triangles_) + " triangles";
 }
 
-std::optional<size_t> MeshStore::keep(Mesh mesh) {
+std::optional<size_t> MeshStore::add(Mesh mesh) {
   if (mesh.surfaces.empty()) return std::nullopt;
   const uint64_t hash = hash_of(mesh);
   const auto [first, last] = by_hash_.equal_range(hash);

@@ -24,7 +24,7 @@ class MeshStore {
 
   // Returns the index of the mesh in the model; an existing mesh with equal surfaces replaces it, whatever
   // its name. Empty for a mesh without surfaces.
-  std::optional<size_t> keep(Mesh mesh);
+  std::optional<size_t> add(Mesh mesh);
 
  private:
   Model& model_;

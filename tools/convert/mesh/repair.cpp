@@ -13,7 +13,7 @@ bool finite(const glm::vec3& v) {
 size_t leave_out_broken_triangles(Surface& surface) {
   const size_t vertices = surface.positions.size();
   const size_t before = surface.indices.size();
-  size_t kept = 0;
+  size_t count = 0;
   for (size_t i = 0; i + 3 <= before; i += 3) {
     bool whole = true;
     for (size_t k = 0; k < 3; ++k) {
@@ -21,10 +21,10 @@ size_t leave_out_broken_triangles(Surface& surface) {
       whole = whole && v < vertices && finite(surface.positions[v]);
     }
     if (!whole) continue;
-    for (size_t k = 0; k < 3; ++k) surface.indices[kept++] = surface.indices[i + k];
+    for (size_t k = 0; k < 3; ++k) surface.indices[count++] = surface.indices[i + k];
   }
-  surface.indices.resize(kept);
-  return (before + 2) / 3 - kept / 3;
+  surface.indices.resize(count);
+  return (before + 2) / 3 - count / 3;
 }
 
 bool move_lost_vertices(Surface& surface) {

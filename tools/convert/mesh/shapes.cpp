@@ -125,9 +125,9 @@ Surface cylinder(double radius, double half_length) {
 Surface capsule(double radius, double half_length) {
   Rings rings;
   const double whole = 2 * (half_length + radius);
-  const auto add_ring = [&](uint32_t ring, double middle) {
+  const auto add_ring = [&](uint32_t ring, double center) {
     const Direction at = latitude(ring, kStacks);
-    const double z = middle + radius * at.sine;
+    const double z = center + radius * at.sine;
     rings.add(radius * at.cosine, radius * at.cosine, z, at.cosine, at.sine, 0.5 - z / whole);
   };
   for (uint32_t ring = 0; ring <= kStacks / 2; ++ring) {

@@ -11,10 +11,10 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr uint64_t kMost = INT32_MAX;  // libmujoco counts with 32-bit integers
+constexpr uint64_t kMaxCount = INT32_MAX;  // libmujoco counts with 32-bit integers
 
 Error lies() {
-  return Error{"says that it holds more or less than it does; export it again"};
+  return Error{"has counts that differ from its contents; export it again"};
 }
 
 Error too_large(const char* those) {
@@ -37,7 +37,7 @@ uint64_t product(std::initializer_list<uint64_t> factors) {
 }
 
 Result<void> add(uint64_t& sum, uint64_t more, const char* those) {
-  if (more > kMost || sum + more > kMost) return too_large(those);
+  if (more > kMaxCount || sum + more > kMaxCount) return too_large(those);
   sum += more;
   return {};
 }
@@ -84,7 +84,7 @@ std::optional<Size> png_size(std::string_view bytes) {
 }
 
 // MuJoCo's own formats: two counts, then width * height numbers.
-std::optional<Size> own_size(std::string_view bytes, uint64_t number_bytes) {
+std::optional<Size> data_size(std::string_view bytes, uint64_t number_bytes) {
   if (bytes.size() < 8) return std::nullopt;
   const Size size{at<uint32_t>(bytes, 0), at<uint32_t>(bytes, 4)};
   if (product({size.width, size.height, number_bytes}) != bytes.size() - 8) return std::nullopt;
@@ -107,8 +107,8 @@ Result<void> check_msh(std::string_view bytes) {
   const uint64_t first_face = 16 + 12 * corners + 12 * normals + 8 * places;
   if (bytes.size() != first_face + 12 * faces) return lies();
   for (uint64_t i = 0; i < 3 * corners; ++i) {
-    constexpr float kFarthest = 1 << 30;  // libmujoco's limit for STL
-    if (!(std::abs(at<float>(bytes, 16 + 4 * i)) <= kFarthest))
+    constexpr float kMaxCoordinate = 1 << 30;  // libmujoco's limit for STL
+    if (!(std::abs(at<float>(bytes, 16 + 4 * i)) <= kMaxCoordinate))
       return Error{"has a corner that is not finite, or beyond 2^30; export it again"};
   }
   return check_faces(faces_at(bytes, first_face, faces), corners);
@@ -146,13 +146,13 @@ Result<void> check_inline_faces(const std::string& vertex, const std::string& fa
 }
 
 Result<void> MjcfTotals::add_field(std::string_view bytes, bool is_png, uint64_t times) {
-  const auto size = is_png ? png_size(bytes) : own_size(bytes, 4);
+  const auto size = is_png ? png_size(bytes) : data_size(bytes, 4);
   if (!size) return is_png ? Result<void>() : lies();
   return add(cells_, product({times, size->width, size->height}), "height fields");
 }
 
 Result<void> MjcfTotals::add_texture(std::string_view bytes, bool is_png, Texture kind, uint64_t times) {
-  const auto size = is_png ? png_size(bytes) : own_size(bytes, 3);
+  const auto size = is_png ? png_size(bytes) : data_size(bytes, 3);
   if (!size) return is_png ? Result<void>() : lies();
   const uint64_t bytes_made = texture_bytes(*size, kind);
   if (kind != Texture::further_side) return add(texture_bytes_, product({times, bytes_made}), "textures");

@@ -14,8 +14,7 @@
 #include "renderer/scene/files.h"
 #include "tools/convert/description_kind.h"
 #include "tools/convert/local_files.h"
-#include "tools/convert/mesh/obj_faces.h"
-#include "tools/convert/mesh/obj_materials.h"
+#include "tools/convert/mesh/obj_files.h"
 #include "tools/convert/mjcf/mjcf_counts.h"
 #include "tools/convert/xml_error.h"
 
@@ -24,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMostFiles = 100'000, kMostIncludes = 1000;
+constexpr size_t kMaxFiles = 100'000, kMaxIncludes = 1000;
 
 enum class Use { mesh, skin, field, flat_texture, cube, further_side };
 
@@ -73,9 +72,9 @@ class Files {
       const auto& [use, name] = named;
       const std::set<std::string>& folders = is_texture(use) ? texture_folders_ : mesh_folders_;
       for (const std::string& below : folders)
-        if (Result<void> done = look(use, name, below, times); !done) return done.error();
+        if (Result<void> done = add_use(use, name, below, times); !done) return done.error();
       if (!folders.empty()) continue;
-      if (Result<void> done = look(use, name, "", times); !done) return done.error();
+      if (Result<void> done = add_use(use, name, "", times); !done) return done.error();
     }
     return std::move(sources_);
   }
@@ -93,40 +92,40 @@ class Files {
     if (stripped != value) ++names_[{use, stripped}];
   }
 
-  Result<void> look(Use use, const std::string& name, std::string below, uint64_t times) {
+  Result<void> add_use(Use use, const std::string& name, std::string below, uint64_t times) {
     if (!below.empty() && !is_separator(below.back())) below += '/';
     const fs::path path = is_absolute(name)    ? name
                           : is_absolute(below) ? below + name
                                                : folder_ + below + name;
     sources_.add(path);
-    if (sources_.all().size() > kMostFiles)
-      return Error{"it names more than " + std::to_string(kMostFiles) + " files"};
+    if (sources_.all().size() > kMaxFiles)
+      return Error{"it names more than " + std::to_string(kMaxFiles) + " files"};
     if (Result<void> done = may_read(path); !done) return done;
-    return look_into(use, path, times);
+    return scan_file(use, path, times);
   }
 
   // Validates contents that libmujoco would trust.
-  Result<void> look_into(Use use, const fs::path& path, uint64_t times) {
-    constexpr uint64_t kMostBytes = uint64_t{4} << 30;
+  Result<void> scan_file(Use use, const fs::path& path, uint64_t times) {
+    constexpr uint64_t kMaxBytes = uint64_t{4} << 30;
     const std::string& name = path.native();
     const bool is_obj = use == Use::mesh && ends_with(name, "obj"),
                is_msh = use == Use::mesh && ends_with(name, "msh"), is_png = ends_with(name, ".png");
     std::error_code error;
     if ((use == Use::mesh && !is_obj && !is_msh) || !fs::is_regular_file(path, error)) return {};
-    const Result<FileBytes> bytes = read_file(path, kMostBytes);
+    const Result<FileBytes> bytes = read_file(path, kMaxBytes);
     if (!bytes) return bytes.error();
     const std::string_view text(reinterpret_cast<const char*>(bytes->view().data()), bytes->view().size());
-    const auto told = [&](const Result<void>& done) {
+    const auto in_file = [&](const Result<void>& done) {
       return done ? done : Error{quote(path.string()) + " " + done.error().message};
     };
     if (is_obj) {
-      const Result<void> whole = told(check_obj_faces(text));
-      return whole ? look_at_materials(path, text) : whole;
+      const Result<void> whole = in_file(check_obj_faces(text));
+      return whole ? scan_materials(path, text) : whole;
     }
-    if (is_msh) return told(check_msh(text));
-    if (use == Use::skin) return told(check_skn(text));
-    if (use == Use::field) return told(amounts_.add_field(text, is_png, times));
-    return told(amounts_.add_texture(text, is_png, texture_kind(use), times));
+    if (is_msh) return in_file(check_msh(text));
+    if (use == Use::skin) return in_file(check_skn(text));
+    if (use == Use::field) return in_file(amounts_.add_field(text, is_png, times));
+    return in_file(amounts_.add_texture(text, is_png, texture_kind(use), times));
   }
 
   static MjcfTotals::Texture texture_kind(Use use) {
@@ -135,11 +134,11 @@ class Files {
                                     : MjcfTotals::Texture::further_side;
   }
 
-  Result<void> look_at_materials(const fs::path& path, std::string_view text) {
+  Result<void> scan_materials(const fs::path& path, std::string_view text) {
     const Result<std::vector<std::string>> libraries = obj_material_files(text);
     if (!libraries) return Error{quote(path.string()) + " " + libraries.error().message};
     for (const std::string& library : *libraries) {
-      for (const fs::path& place : obj_material_places(path.string(), library)) {
+      for (const fs::path& place : obj_material_paths(path.string(), library)) {
         if (Result<void> done = may_read(place); !done) return done;
         sources_.add(place);
       }
@@ -197,8 +196,8 @@ class Files {
       } else if (is_include) {
         const fs::path path = folder_ + value;  // libmujoco resolves includes against this folder only
         if (sources_.contains(path)) continue;  // libmujoco refuses it with a message
-        if (includes_.size() == kMostIncludes)
-          return Error{"it includes more than " + std::to_string(kMostIncludes) + " files"};
+        if (includes_.size() == kMaxIncludes)
+          return Error{"it includes more than " + std::to_string(kMaxIncludes) + " files"};
         if (Result<void> done = may_read(path); !done) return done;
         include(path);
       } else if (kind == "texture") {
@@ -231,21 +230,21 @@ class Files {
     const auto number = [&](const char* name) {  // parses exactly like libmujoco
       return static_cast<int>(std::strtol(attribute_of(element, name).c_str(), nullptr, 10));
     };
-    const auto told = [&](const Result<void>& done) {
+    const auto in_file = [&](const Result<void>& done) {
       return done ? done
                   : Error{"its " + std::string(kind) + " " + quote(attribute_of(element, "name")) + " " +
                           done.error().message};
     };
-    if (kind == "hfield") return told(amounts_.add_field(number("nrow"), number("ncol")));
+    if (kind == "hfield") return in_file(amounts_.add_field(number("nrow"), number("ncol")));
     if (kind == "texture") {
       const bool is_flat = attribute_of(element, "type") == "2d";
-      return told(amounts_.add_texture(number("width"), number("height"),
-                                       is_flat ? MjcfTotals::Texture::flat : MjcfTotals::Texture::cube));
+      return in_file(amounts_.add_texture(number("width"), number("height"),
+                                          is_flat ? MjcfTotals::Texture::flat : MjcfTotals::Texture::cube));
     }
     if ((kind != "mesh" && kind != "skin") || !element.Attribute("face")) return {};
     if (element.Attribute("file"))
-      return told(Error{"has a file and faces of its own: leave out one of them"});
-    return told(check_inline_faces(attribute_of(element, "vertex"), attribute_of(element, "face")));
+      return in_file(Error{"has a file and faces of its own: leave out one of them"});
+    return in_file(check_inline_faces(attribute_of(element, "vertex"), attribute_of(element, "face")));
   }
 
   std::string folder_;  // prefix that libmujoco adds to names
@@ -261,14 +260,16 @@ class Files {
 
 Result<Sources> mjcf_files(const std::filesystem::path& model,
                            const std::vector<std::filesystem::path>& folders) {
-  const auto told = [&](const Error& error) { return Error{quote(model.string()) + ": " + error.message}; };
+  const auto in_file = [&](const Error& error) {
+    return Error{quote(model.string()) + ": " + error.message};
+  };
   // libmujoco would treat the part before a backslash as a folder.
   if (model.filename().native().find('\\') != std::string::npos)
-    return told(Error{"its name holds a backslash: rename it"});
+    return in_file(Error{"its name holds a backslash: rename it"});
   Files files(model, folders);
   if (Result<void> done = files.read(model); !done) return done.error();
   Result<Sources> found = files.found();
-  if (!found) return told(found.error());
+  if (!found) return in_file(found.error());
   return found;
 }
 

@@ -20,8 +20,8 @@ void on_fault(const char* text) {
 }
 
 void on_warning(const char* text) {
-  constexpr size_t kMost = 100;
-  if (warnings_said && warnings_said->size() < kMost)
+  constexpr size_t kMaxWarnings = 100;
+  if (warnings_said && warnings_said->size() < kMaxWarnings)
     warnings_said->push_back(std::string("MuJoCo: ") + text);
 }
 

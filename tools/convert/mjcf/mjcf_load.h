@@ -1,8 +1,8 @@
-// MJCF compilation and forward kinematics through libmujoco, without process termination on faults.
+// MJCF through libmujoco: compilation, forward kinematics without process termination on faults, and
+// conversion of a compiled model.
 #pragma once
 
 #include <mujoco/mujoco.h>
-
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "protocol/base/error.h"
+#include "tools/convert/model.h"
+#include "tools/convert/readers.h"
 
 namespace fire3dv::convert {
 
@@ -34,5 +36,9 @@ Result<MjcfModel> compile_mjcf(const std::filesystem::path& file, std::vector<st
 
 // Poses the model in its first keyframe, if any, and computes everything that is drawn.
 Result<MjcfData> pose_mjcf(const mjModel& model, std::vector<std::string>* warnings);
+
+// Adds bodies, cameras, lights and tendons, named as in MjcfNames, in the pose of `posed`. Their poses must
+// have been computed (pose_mjcf, mj_forward or more).
+void add_mjcf(const mjModel& compiled, const mjData& posed, const ReadOptions& options, Model& model);
 
 }  // namespace fire3dv::convert

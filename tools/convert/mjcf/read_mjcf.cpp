@@ -14,7 +14,6 @@
 #include "tools/convert/mjcf/mjcf_appearance.h"
 #include "tools/convert/mjcf/mjcf_files.h"
 #include "tools/convert/mjcf/mjcf_load.h"
-#include "tools/convert/mjcf/mjcf_model.h"
 #include "tools/convert/mjcf/mjcf_names.h"
 #include "tools/convert/mjcf/mjcf_tendons.h"
 #include "tools/convert/readers.h"
@@ -40,7 +39,7 @@ class Reader {
         d_(d),
         options_(options),
         model_(model),
-        looks_(m, model),
+        appearance_(m, model),
         names_(m),
         meshes_(model, options.most_triangles) {}
 
@@ -54,7 +53,7 @@ class Reader {
       for (int geom = 0; geom < m_.ngeom; ++geom) add_geom(geom, first_body);
     for (int tendon = 0; tendon < m_.ntendon; ++tendon) add_tendon(tendon);
     if (m_.nskin > 0) model_.warnings.push_back("skins are not shown: " + std::to_string(m_.nskin));
-    if (model_.meshes.empty()) model_.warnings.push_back("no geoms of the groups 0 to 2: nothing is seen");
+    if (model_.meshes.empty()) model_.warnings.push_back("no geoms of the groups 0 to 2: nothing is visible");
   }
 
  private:
@@ -101,7 +100,7 @@ class Reader {
 
   // Adds a geom as a child node of its body.
   void add_geom(int geom, size_t first_body) {
-    if (!looks_.is_shown(geom)) return;
+    if (!appearance_.is_shown(geom)) return;
     Node node;
     node.parent = first_body + static_cast<size_t>(m_.geom_bodyid[geom]);
     node.name = names_.geoms[static_cast<size_t>(geom)];
@@ -116,14 +115,14 @@ class Reader {
     Mesh mesh;
     mesh.name = name;
     for (int geom = first_geom; geom < first_geom + geoms; ++geom) {
-      if (!looks_.is_shown(geom)) continue;
+      if (!appearance_.is_shown(geom)) continue;
       if (!has_room(mesh)) break;
       const glm::dmat4 mesh_from_geom =
           options_.geoms_apart ? glm::dmat4(1)
                                : matrix_of(vec3(m_.geom_pos + 3 * geom), quat(m_.geom_quat + 4 * geom));
-      add_surface(mesh, looks_.shape(geom), mesh_from_geom, looks_.material(geom));
+      add_surface(mesh, appearance_.shape(geom), mesh_from_geom, appearance_.material(geom));
     }
-    return meshes_.keep(std::move(mesh));
+    return meshes_.add(std::move(mesh));
   }
 
   // Returns a node in the frame of its body, with which it moves.
@@ -188,7 +187,7 @@ class Reader {
     if (frames.empty()) return;
     const auto& pieces = names_.tendon_pieces[static_cast<size_t>(tendon)];
     const auto& ends = names_.tendon_ends[static_cast<size_t>(tendon)];
-    const size_t material = looks_.tendon_material(tendon);
+    const size_t material = appearance_.tendon_material(tendon);
     const auto piece_mesh = add_mesh(pieces.front(), cylinder(1, 1), material);
     const auto end_mesh = add_mesh(ends.front(), ellipsoid(glm::dvec3(1)), material);
     for (size_t i = 0; i < frames.size(); ++i) {
@@ -207,7 +206,7 @@ class Reader {
     Mesh mesh;
     mesh.name = name;
     if (has_room(mesh)) add_surface(mesh, surface, glm::dmat4(1), material);
-    return meshes_.keep(std::move(mesh));
+    return meshes_.add(std::move(mesh));
   }
 
   bool has_room(const Mesh& mesh) {
@@ -221,7 +220,7 @@ class Reader {
   const mjData& d_;
   const ReadOptions& options_;
   Model& model_;
-  MjcfAppearance looks_;
+  MjcfAppearance appearance_;
   const MjcfNames names_;
   MeshStore meshes_;
   bool said_full_ = false;

@@ -29,7 +29,7 @@ namespace fire3dv::convert {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr size_t kMostLinks = 20'000;
+constexpr size_t kMaxLinks = 20'000;
 
 // ScreenshotRecorder urdfdom's messages. Its output handler is per process, hence the mutex.
 std::mutex handler_mutex;
@@ -87,8 +87,8 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::str
   }
   size_t links = 0;
   for (size_t at = text.find("<link"); at != std::string::npos; at = text.find("<link", at + 5)) ++links;
-  if (links > kMostLinks)
-    return Error{name + " has more than " + std::to_string(kMostLinks) + " links: split it"};
+  if (links > kMaxLinks)
+    return Error{name + " has more than " + std::to_string(kMaxLinks) + " links: split it"};
 
   const std::lock_guard lock(handler_mutex);
   Messages messages;
@@ -171,7 +171,7 @@ class Reader {
       }
       add_visual(*visual, link, mesh);
     }
-    return meshes_.keep(std::move(mesh));
+    return meshes_.add(std::move(mesh));
   }
 
   void add_visual(const urdf::Visual& visual, const urdf::Link& link, Mesh& mesh) {
@@ -204,7 +204,7 @@ class Reader {
     const Result<std::vector<Surface>> surfaces = mesh_files_.surfaces(*path);
     if (!surfaces) return warn(where + surfaces.error().message);
     const glm::dvec3 scale = vec3(shape.scale);
-    if (scale.x == 0 || scale.y == 0 || scale.z == 0) return warn(where + "a scale of 0 shows nothing");
+    if (scale.x == 0 || scale.y == 0 || scale.z == 0) return warn(where + "a scale of 0 is invisible");
     glm::dmat4 scaled = place;
     for (int axis = 0; axis < 3; ++axis) scaled[axis] *= scale[axis];
     for (const Surface& surface : *surfaces)
@@ -246,8 +246,8 @@ class Reader {
           "it lies outside the folders of the URDF, of its packages (by their package.xml) and of "
           "--package-path; copy it next to the URDF, or name its folder with --package-path");
     if (const auto known = images_.find(*file); known != images_.end()) return known->second;
-    constexpr uint64_t kMostBytes = uint64_t{1} << 30;
-    const Result<FileBytes> bytes = read_file(*file, kMostBytes);
+    constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
+    const Result<FileBytes> bytes = read_file(*file, kMaxBytes);
     if (!bytes) return left_out(bytes.error().message);
     images_[*file] = model_.images.size();
     model_.images.push_back({file->filename().string(), {bytes->view().begin(), bytes->view().end()}});

@@ -14,11 +14,11 @@ bool extent_in_view(const glm::mat4& camera_from_world, const Reach& reach, glm:
   const glm::vec3 c(camera_from_world * glm::vec4(reach.center_m, 1));
   if (-c.z <= reach.radius_m) return false;
   for (int axis = 0; axis < 2; ++axis) {
-    const float middle = std::atan2(c[axis], -c.z);
+    const float center = std::atan2(c[axis], -c.z);
     const float half = std::asin(std::min(reach.radius_m / std::hypot(c[axis], c.z), 1.0f));
-    if (std::abs(middle) + half > 1.5f) return false;
-    low[axis] = std::tan(middle - half);
-    high[axis] = std::tan(middle + half);
+    if (std::abs(center) + half > 1.5f) return false;
+    low[axis] = std::tan(center - half);
+    high[axis] = std::tan(center + half);
   }
   return true;
 }
@@ -57,16 +57,31 @@ glm::mat4 camera_pose(const std::vector<Body>& bodies, float extent_m, float ima
     // A very narrow image needs a distance that exceeds float precision.
     for (int i = 0; i < 20 && !sees_all(far); ++i) far *= 2;
     for (int i = 0; i < 24; ++i) {
-      const float middle = (near + far) / 2;
-      (sees_all(middle) ? far : near) = middle;
+      const float center = (near + far) / 2;
+      (sees_all(center) ? far : near) = center;
     }
     distance = far;
     if (round == 7 || !sees_all(distance)) break;  // the last distance fits the last target
-    const glm::vec2 off_middle = (low + high) * 0.5f;
+    const glm::vec2 off_center = (low + high) * 0.5f;
     const glm::mat4 axes = pose(distance);
-    target += distance * (off_middle.x * glm::vec3(axes[0]) + off_middle.y * glm::vec3(axes[1]));
+    target += distance * (off_center.x * glm::vec3(axes[0]) + off_center.y * glm::vec3(axes[1]));
   }
   return pose(distance);
+}
+
+std::vector<glm::mat4> circle_of_cameras(const scene::Scene& scene, uint32_t count, float aspect) {
+  std::vector<glm::mat4> world_from_camera;
+  const glm::vec3 center = 0.5f * (scene.bounds_min + scene.bounds_max);
+  const glm::mat4 first =
+      passes::framing_camera_pose(scene::Camera(), aspect, scene.bounds_min, scene.bounds_max);
+  const glm::vec3 from = glm::vec3(first[3]) - center;
+  for (uint32_t i = 0; i < count; ++i) {
+    const float angle = 6.2831853f * static_cast<float>(i) / static_cast<float>(count);
+    const float c = std::cos(angle), s = std::sin(angle);
+    const glm::vec3 turned(c * from.x + s * from.z, from.y, c * from.z - s * from.x);
+    world_from_camera.push_back(passes::look_at_pose(center + turned, center));
+  }
+  return world_from_camera;
 }
 
 }  // namespace fire3dv::bench

@@ -19,7 +19,7 @@ constexpr float kSpacingM = 2.6f;
 constexpr float kRiseM = 0.2f;  // amplitude, times the body's scale
 constexpr float kTurnRadPerStep = 0.03f, kRiseRadPerStep = 0.05f;
 constexpr uint32_t kSharedMeshes = 8;
-constexpr double kMostUniqueTriangles = 16e6;  // bounds GPU memory and generation time
+constexpr double kMaxUniqueTriangles = 16e6;  // bounds GPU memory and generation time
 
 struct MeshPlan {
   Shape shape;
@@ -35,7 +35,7 @@ struct Plan {
 // meshes.
 Plan plan_meshes(const SceneSize& size, uint32_t bodies) {
   const double per_body = static_cast<double>(size.triangles) / bodies;
-  const auto most_unique = static_cast<uint32_t>(std::min(kMostUniqueTriangles / per_body, 1e9));
+  const auto most_unique = static_cast<uint32_t>(std::min(kMaxUniqueTriangles / per_body, 1e9));
   Plan plan;
   plan.mesh_of_body.resize(bodies);
   std::vector<ShapeKind> kinds(std::min(kSharedMeshes, bodies));
@@ -260,7 +260,7 @@ void pose_bodies(const std::vector<Body>& bodies, uint64_t step,
 
 Reach reach_of(const Body& body) {
   const float half_rise = 0.5f * kRiseM * body.scale;
-  return {body.home_m + glm::vec3(0, half_rise, 0), kMostShapeRadiusM * body.scale + half_rise};
+  return {body.home_m + glm::vec3(0, half_rise, 0), kMaxShapeRadiusM * body.scale + half_rise};
 }
 
 }  // namespace fire3dv::bench

@@ -1,22 +1,21 @@
-// Benchmark program fire3dv-bench: the measurements that the README and docs/benchmarks quote.
+// Benchmark program: fire3dv-bench makes the measurements that the README and docs/benchmarks quote.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <iostream>
 
-#include "tools/lab/bench/links/dtls_bench.h"
-#include "tools/lab/bench/links/one_way_bench.h"
-#include "tools/lab/bench/links/publish_bench.h"
-#include "tools/lab/bench/links/publish_command.h"
-#include "tools/lab/bench/links/request_bench.h"
+#include "tools/lab/bench/links/link_benches.h"
 #include "tools/lab/bench/record_bench.h"
+#include "tools/lab/options.h"
 #ifdef FIRE3DV_BENCH_FRAMES
-#include "tools/lab/bench/frames/cameras_command.h"
-#include "tools/lab/bench/frames/frame_command.h"
-#include "tools/lab/bench/links/ingest_bench.h"
+#include "tools/lab/bench/frames/frame_commands.h"
 #endif
 
 namespace {
+
+using fire3dv::one_of;
+using fire3dv::lab::add_value;
+using fire3dv::lab::in_range;
 
 constexpr int kUsageError = 2;
 
@@ -41,85 +40,107 @@ std::string commands_of(const CLI::App& app) {
   return names;
 }
 
+CLI::App* add_command(CLI::App& app, const char* name, const char* text, const std::string& usage) {
+  CLI::App* const command = app.add_subcommand(name, text);
+  fire3dv::lab::set_help(*command, usage);
+  return command;
+}
+
+void add_one_way(CLI::App& app, fire3dv::bench::OneWayOptions& options) {
+  add_value(app, "--rounds", options.rounds, "N", "rounds of each link")->check(in_range(1, 100'000));
+  add_value(app, "--frames", options.frames, "N", "frames per round")->check(in_range(1, 10'000));
+  add_value(app, "--rate", options.rate_hz, "HZ", "frames per second")->check(in_range(1.0, 100'000.0));
+  const auto add_file = [&](const char* name, std::string& file, const char* text) {
+    app.add_option(name, file, text)->type_name("FILE");
+  };
+  add_file("--key-file", options.security.udp_key_file, "adds a row for udp:// with this key");
+  add_file("--tls-cert", options.security.tls_certificate_file,
+           "adds a row for tls:// (self-signed, localhost)");
+  add_file("--tls-key", options.security.tls_key_file, "private key of that certificate (PEM)");
+}
+
+void add_record_write(CLI::App& app, fire3dv::bench::RecordWriteOptions& options) {
+  app.add_option("file", options.file, "recording to write (.mcap)")->required();
+  add_value(app, "--seconds", options.seconds, "S", "length of the recording")
+      ->check(in_range(0.01, 86'400.0));
+  add_value(app, "--poses", options.nodes, "N", "poses per frame")->check(in_range(1, 1'000'000));
+  add_value(app, "--rate", options.rate_hz, "HZ", "frames per second")->check(in_range(1.0, 100'000.0));
+  add_value(app, "--compression", options.compression, "NAME", "zstd, lz4 or none")
+      ->check(one_of({"zstd", "lz4", "none"}));
+  add_value(app, "--layout", options.layout, "NAME", "messages: frames, poses, or raw bytes")
+      ->check(one_of({"frames", "poses", "raw"}));
+  add_value(app, "--motion", options.motion, "NAME", "arm: every pose changes; rest: few do")
+      ->check(one_of({"arm", "rest"}));
+  app.add_flag("--foxglove", options.foxglove, "add Foxglove's channels");
+}
+
+void add_record_read(CLI::App& app, fire3dv::bench::RecordReadOptions& options) {
+  app.add_option("file", options.file, "recording to read (.mcap)")->required();
+  add_value(app, "--seeks", options.seeks, "N", "number of seeks")->check(in_range(1, 100'000));
+  app.add_flag("!--seek-only", options.reads_all, "measure seeks only");
+  add_value(app, "--memory-mb", options.memory_mb, "N", "memory of the reader, in MB")
+      ->check(in_range(16u, 16'384u));
+}
+
 int run(int argc, char** argv) {
-  CLI::App app{"Measures what FIRE-3DV costs."};
+  CLI::App app{"Measures rendering, transports and recordings of FIRE-3DV on this machine."};
   app.name("fire3dv-bench");
+  fire3dv::lab::set_help(app, "COMMAND [OPTIONS]");
+  app.footer("Options of a command: fire3dv-bench COMMAND --help. Details: man fire3dv-bench.");
   app.require_subcommand(0, 1);
-  app.set_help_all_flag("--help-all", "the options of all commands");
+  app.set_help_all_flag("--help-all", "print the options of all commands");
 
   int rounds = 301;
-  CLI::App* const transport = app.add_subcommand("transport", "what one publish costs beside a bare copy");
-  transport->add_option("rounds", rounds, "how often each way is measured")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+  CLI::App* const transport =
+      add_command(app, "transport", "cost of a publish over shared memory, beside a bare copy", "[ROUNDS]");
+  transport->add_option("rounds", rounds, "number of rounds (default: 301)")->check(in_range(1, 1'000'000));
   fire3dv::bench::OneWayOptions way_options;
-  CLI::App* const one_way = app.add_subcommand(
-      "one-way", "what a publish costs and when its frame is there, over each link, beside bare ones");
-  one_way->add_option("--rounds", way_options.rounds, "turns of each way")->check(CLI::Range(1, 100'000));
-  one_way->add_option("--frames", way_options.frames, "frames a turn")->check(CLI::Range(1, 10'000));
-  one_way->add_option("--rate", way_options.rate_hz, "frames a second")->check(CLI::Range(1.0, 100'000.0));
-  one_way->add_option("--key-file", way_options.security.udp_key_file, "a key, for a row of udp:// with it");
-  one_way->add_option("--tls-cert", way_options.security.tls_certificate_file,
-                      "a certificate of localhost that has signed itself, for a row of tls://");
-  one_way->add_option("--tls-key", way_options.security.tls_key_file, "file of that certificate's key");
+  CLI::App* const one_way =
+      add_command(app, "one-way", "cost and latency of a publish over each link", "[OPTIONS]");
+  add_one_way(*one_way, way_options);
   fire3dv::bench::DtlsOptions dtls_options;
-  CLI::App* const dtls = app.add_subcommand(
-      "dtls", "cost of udp:// with a key (DTLS 1.2) beside udp:// without: bytes, round trips, memory, time");
-  dtls->add_option("--rounds", dtls_options.rounds, "turns of each way")->check(CLI::Range(1, 100'000));
-  dtls->add_option("--rate", dtls_options.rate_hz, "frames a second; 0: without pauses")
-      ->check(CLI::Range(0.0, 100'000.0));
+  CLI::App* const dtls =
+      add_command(app, "dtls", "cost of udp:// with a key, beside udp:// without", "[OPTIONS]");
+  add_value(*dtls, "--rounds", dtls_options.rounds, "N", "number of rounds")->check(in_range(1, 100'000));
+  add_value(*dtls, "--rate", dtls_options.rate_hz, "HZ", "frames per second; 0: unpaced")
+      ->check(in_range(0.0, 100'000.0));
   fire3dv::bench::PublishOptions publish_options;
-  CLI::App* const publish = app.add_subcommand(
-      "publish", "a simulator that publishes at a rate, and says how long its calls took when asked to");
-  publish->add_option("uri", publish_options.uri, "where to")->required();
-  publish->add_option("--poses", publish_options.poses, "poses a frame")->check(CLI::Range(1, 1'000'000));
-  publish->add_option("--rate", publish_options.rate_hz, "frames a second")
-      ->check(CLI::Range(1.0, 100'000.0));
+  CLI::App* const publish = add_command(
+      app, "publish", "publish at a fixed rate; print call times per input line", "URI [OPTIONS]");
+  publish->add_option("uri", publish_options.uri, "shm://NAME, or tcp, tls, udp://HOST:PORT")->required();
+  add_value(*publish, "--poses", publish_options.poses, "N", "poses per frame")
+      ->check(in_range(1, 1'000'000));
+  add_value(*publish, "--rate", publish_options.rate_hz, "HZ", "frames per second")
+      ->check(in_range(1.0, 100'000.0));
   int request_rounds = 301;
   CLI::App* const request =
-      app.add_subcommand("request", "what asking for an image costs a simulator, beside publishing a frame");
-  request->add_option("--rounds", request_rounds, "turns of each call")->check(CLI::Range(1, 100'000));
+      add_command(app, "request", "cost of an image request, beside a publish", "[OPTIONS]");
+  add_value(*request, "--rounds", request_rounds, "N", "number of rounds")->check(in_range(1, 100'000));
   fire3dv::bench::RecordWriteOptions write_options;
   CLI::App* const record_write =
-      app.add_subcommand("record-write", "makes a recording, and says how fast and how long it is");
-  record_write->add_option("file", write_options.file, "the file to make")->required();
-  record_write->add_option("--seconds", write_options.seconds, "of the recording")
-      ->check(CLI::Range(0.01, 86'400.0));
-  record_write->add_option("--poses", write_options.nodes, "poses a frame")->check(CLI::Range(1, 1'000'000));
-  record_write->add_option("--rate", write_options.rate_hz, "frames a second")
-      ->check(CLI::Range(1.0, 100'000.0));
-  record_write->add_option("--compression", write_options.compression)
-      ->check(CLI::IsMember({"zstd", "lz4", "none"}));
-  record_write
-      ->add_option("--layout", write_options.layout, "frames; one message a pose; or no format at all")
-      ->check(CLI::IsMember({"frames", "poses", "raw"}));
-  record_write->add_option("--motion", write_options.motion, "every pose in every frame, or nearly none")
-      ->check(CLI::IsMember({"arm", "rest"}));
-  record_write->add_flag("--foxglove", write_options.foxglove, "with Foxglove's channels");
+      add_command(app, "record-write", "write a recording; print speed and size", "FILE.mcap [OPTIONS]");
+  add_record_write(*record_write, write_options);
   fire3dv::bench::RecordReadOptions read_options;
-  CLI::App* const record_read = app.add_subcommand(
-      "record-read", "reads a recording, and says how fast, how long seeks took, and the memory");
-  record_read->add_option("file", read_options.file, "the recording")->required();
-  record_read->add_option("--seeks", read_options.seeks, "how many")->check(CLI::Range(1, 100'000));
-  record_read->add_flag("!--seek-only", read_options.reads_all, "do not read all of it");
-  record_read->add_option("--memory-mb", read_options.memory_mb, "for the reader")
-      ->check(CLI::Range(16u, 16'384u));
+  CLI::App* const record_read = add_command(
+      app, "record-read", "read a recording; print speed, seek times and memory", "FILE.mcap [OPTIONS]");
+  add_record_read(*record_read, read_options);
 #ifdef FIRE3DV_BENCH_FRAMES
   fire3dv::bench::FrameOptions frame_options;
-  CLI::App* const frame = app.add_subcommand(
-      "frame", "times of frames, stage by stage, of scenes that grow: a table, a CSV file and a plot");
+  CLI::App* const frame =
+      add_command(app, "frame", "frame times by stage: table, CSV file and plot", "[OPTIONS]");
   fire3dv::bench::add_frame_options(*frame, frame_options);
   fire3dv::bench::IngestOptions ingest_options;
   CLI::App* const ingest =
-      app.add_subcommand("ingest", "how many poses a second a renderer's intake takes on one core");
-  ingest->add_option("--seconds", ingest_options.seconds, "for each row")->check(CLI::Range(0.01, 3600.0));
+      add_command(app, "ingest", "poses per second that a receiver accepts on one core", "[OPTIONS]");
+  add_value(*ingest, "--seconds", ingest_options.seconds, "S", "duration of each row")
+      ->check(in_range(0.01, 3600.0));
   fire3dv::bench::ImageOptions image_options;
-  CLI::App* const images = app.add_subcommand(
-      "images", "times from new poses to the image in memory, of one glTF scene whose objects turn");
+  CLI::App* const images =
+      add_command(app, "images", "latency from poses to an image in memory", "SCENE [OPTIONS]");
   fire3dv::bench::add_image_options(*images, image_options);
   fire3dv::bench::CamerasOptions cameras_options;
   CLI::App* const cameras =
-      app.add_subcommand("cameras", "images a second of many cameras of one glTF scene, read back to memory");
+      add_command(app, "cameras", "images per second of many cameras, read back", "SCENE [OPTIONS]");
   fire3dv::bench::add_cameras_options(*cameras, cameras_options);
 #endif
 

@@ -22,7 +22,7 @@ using fire3dv::monotonic_ns;
 using Kind = udp::RecordDatagram::Kind;
 
 constexpr uint64_t kSession = 17, kCookie = 1;
-constexpr int kMostHandshakeSteps = 10'000;
+constexpr int kMaxHandshakeSteps = 10'000;
 
 // The bench's key in a file, as links take it.
 struct KeyFile {
@@ -85,7 +85,7 @@ Result<SessionPair> make_session_pair(bool sealed, size_t datagram_bytes) {
     to = (*key)->listen();
     bool greeted = false;
     from->handshake({});
-    for (int step = 0; step < kMostHandshakeSteps && !(from->established() && to->established()); ++step) {
+    for (int step = 0; step < kMaxHandshakeSteps && !(from->established() && to->established()); ++step) {
       for (const auto& datagram : from->take_outgoing()) {
         if (greeted) {
           to->handshake(datagram);
@@ -112,7 +112,7 @@ Result<std::unique_ptr<udp::Dtls>> make_pending_handshake() {
   const auto from = (*key)->connect();
   auto to = (*key)->listen();
   from->handshake({});
-  for (int step = 0; step < kMostHandshakeSteps; ++step) {
+  for (int step = 0; step < kMaxHandshakeSteps; ++step) {
     for (const auto& datagram : from->take_outgoing()) {
       if (!to->check_client_hello(datagram, cookies())) continue;
       to->handshake({});

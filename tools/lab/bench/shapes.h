@@ -26,7 +26,7 @@ struct Shape {
 Shape shape_of(ShapeKind kind, double triangle_goal, uint64_t seed);
 
 // Upper bound of vertex distance from the centre, for all shapes.
-constexpr float kMostShapeRadiusM = 1.4f;
+constexpr float kMaxShapeRadiusM = 1.4f;
 
 // Output arrays of a shape, sized by vertices() and 3 * triangles().
 struct ShapeArrays {

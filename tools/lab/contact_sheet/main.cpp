@@ -12,6 +12,7 @@
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tools/lab/contact_sheet/asset_drawer.h"
 #include "tools/lab/contact_sheet/pages.h"
+#include "tools/lab/options.h"
 
 namespace fire3dv::contact_sheet {
 namespace {
@@ -69,9 +70,9 @@ Result<void> draw_all(const std::vector<fs::path>& files, const Options& options
       ++refused;
       continue;
     }
-    sinks::FrameImage picture;
+    sinks::FrameImage image;
     try {
-      picture = drawer.draw_framed(*scene);
+      image = drawer.draw_framed(*scene);
     } catch (const std::exception& failure) {  // fatal: a Vulkan error or out of memory
       return Error{file.string() + ": " + failure.what() + "; leave the file out"};
     }
@@ -80,7 +81,7 @@ Result<void> draw_all(const std::vector<fs::path>& files, const Options& options
     if (counts.lines > 0) note += ", " + std::to_string(counts.lines) + " lines";
     if (counts.points > 0) note += ", " + std::to_string(counts.points) + " points";
     if (!scene->warnings.empty()) note += ", " + std::to_string(scene->warnings.size()) + " warnings";
-    if (Result<void> added = pages.add(name, picture, note); !added) return added;
+    if (Result<void> added = pages.add(name, image, note); !added) return added;
   }
   if (Result<void> finished = pages.finish(); !finished) return finished;
   std::printf("%zu drawn, %zu refused; %u pages and index.txt in %s\n", files.size() - refused, refused,
@@ -116,32 +117,32 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace fire3dv::contact_sheet;
-  CLI::App app{"Draws each .gltf and .glb file of a folder and of those below it, on pages of thumbnails.",
+  using fire3dv::lab::add_value;
+  CLI::App app{"Draws every glTF file of a folder and its subfolders on pages of thumbnails.",
                "fire3dv-contact-sheet"};
+  fire3dv::lab::set_help(app, "FOLDER [OPTIONS]");
+  app.footer("Details: man fire3dv-contact-sheet.");
   Options options;
-  app.add_option("folder", options.folder, "where the files are")->required();
-  app.add_option("--out", options.out, "folder for page_001.png and so on, and index.txt")
-      ->capture_default_str();
-  app.add_option("--device", options.device, "index or part of the name of a Vulkan device");
-  app.add_option("--columns", options.layout.columns, "thumbnails in a row")
-      ->check(CLI::Range(1u, 32u))
-      ->capture_default_str();
-  app.add_option("--rows", options.layout.rows, "rows on a page")
-      ->check(CLI::Range(1u, 32u))
-      ->capture_default_str();
-  app.add_option("--width", options.layout.width, "of a thumbnail, in pixels")
-      ->check(CLI::Range(16u, 512u))
-      ->capture_default_str();
-  app.add_option("--height", options.layout.height, "of a thumbnail, in pixels")
-      ->check(CLI::Range(16u, 512u))
-      ->capture_default_str();
-  app.add_option("--raster", options.raster, "how triangles are drawn")
-      ->check(CLI::IsMember(fire3dv::passes::kRasterPathNames))
-      ->capture_default_str();
-  app.add_option("--shadows", options.shadows, "how shadows are found")
-      ->check(CLI::IsMember(fire3dv::passes::kShadowNames))
-      ->capture_default_str();
-  app.add_flag("--validation", options.validation, "Vulkan validation; its messages make the run fail");
+  app.add_option("folder", options.folder, "folder of .gltf and .glb files")->required();
+  constexpr const char *kImages = "Images", *kDrawing = "Drawing";
+  add_value(app, "--out", options.out, "DIR", "folder of the pages and index.txt")->group(kImages);
+  const auto add_number = [&](const char* name, uint32_t& value, const char* text, uint32_t least,
+                              uint32_t most) {
+    add_value(app, name, value, "N", text)->group(kImages)->check(fire3dv::lab::in_range(least, most));
+  };
+  add_number("--columns", options.layout.columns, "thumbnails per row, 1 to 32", 1, 32);
+  add_number("--rows", options.layout.rows, "rows per page, 1 to 32", 1, 32);
+  add_number("--width", options.layout.width, "width of a thumbnail in pixels, 16 to 512", 16, 512);
+  add_number("--height", options.layout.height, "height of a thumbnail in pixels, 16 to 512", 16, 512);
+  add_value(app, "--raster", options.raster, "NAME", "raster path: auto, forward or visibility")
+      ->group(kDrawing)
+      ->check(CLI::IsMember(fire3dv::passes::kRasterPathNames).description(""));
+  add_value(app, "--shadows", options.shadows, "NAME", "by auto, ray, ray-query, ray-pipeline, map or off")
+      ->group(kDrawing)
+      ->check(CLI::IsMember(fire3dv::passes::kShadowNames).description(""));
+  app.add_option("--device", options.device, "Vulkan device")->type_name("INDEX|NAME")->group(kDrawing);
+  app.add_flag("--validation", options.validation, "Vulkan validation; a finding is an error")
+      ->group(kDrawing);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "protocol/base/error.h"
+#include "protocol/transport/core/address.h"
 #include "tools/lab/impair/impairment.h"
 
 namespace fire3dv::impair {
@@ -23,5 +24,15 @@ class Relay {
 // numeric addresses. may_be_public: allows addresses other than loopback for `from`.
 Result<std::unique_ptr<Relay>> open_relay(const std::string& from, const std::string& to,
                                           const Impairment& impairment, bool may_be_public);
+
+struct RelayEnds {
+  std::string uri;  // listening URI with the actual port
+  UniqueFd front;
+  transport::Address target;
+};
+
+// Parses URIs with numeric addresses; port 0 of `from` selects any free one. type: SOCK_DGRAM or SOCK_STREAM.
+// may_be_public: allows addresses other than loopback for `from`.
+Result<RelayEnds> open_ends(const std::string& from, const std::string& to, int type, bool may_be_public);
 
 }  // namespace fire3dv::impair

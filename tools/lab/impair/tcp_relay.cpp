@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "protocol/base/clock.h"
-#include "tools/lab/impair/relay_sockets.h"
-#include "tools/lab/impair/stream_impairment.h"
+#include "tools/lab/impair/impairment.h"
+#include "tools/lab/impair/relay.h"
 
 namespace fire3dv::impair {
 
@@ -19,12 +19,12 @@ using transport::Address;
 
 namespace {
 
-constexpr size_t kMostConnections = 256;
-constexpr size_t kMostWaitingBytes = 1 << 20;     // per direction; beyond it the sender must wait
+constexpr size_t kMaxConnections = 256;
+constexpr size_t kMaxWaitingBytes = 1 << 20;      // per direction; beyond it the sender must wait
 constexpr int64_t kLongestQueueNs = 200'000'000;  // limit for rate-limited links
 constexpr size_t kSegmentBytes = 1448;
-constexpr int64_t kLookAgainNs = 10'000'000;  // poll period for events that poll() does not report, such as
-                                              // the end of an outage
+constexpr int64_t kPollNs = 10'000'000;  // poll period for events that poll() does not report, such as
+                                         // the end of an outage
 
 struct Segment {
   int64_t due_ns = 0;
@@ -46,7 +46,7 @@ struct Way {
   bool closed = false;  // the destination has been notified
 
   bool has_room(int64_t now_ns) const {
-    return !ended && waiting_bytes < kMostWaitingBytes && free_at_ns - now_ns < kLongestQueueNs;
+    return !ended && waiting_bytes < kMaxWaitingBytes && free_at_ns - now_ns < kLongestQueueNs;
   }
   bool is_due(int64_t now_ns) const { return !waiting.empty() && waiting.front().due_ns <= now_ns; }
 };
@@ -61,7 +61,7 @@ struct Connection {
 };
 
 // A rate-limited link must have a short queue; a large kernel buffer would model another network.
-void keep_short(const UniqueFd& end, const Impairment& impairment) {
+void limit_buffers(const UniqueFd& end, const Impairment& impairment) {
   const int bytes = 16 << 10;
   if (impairment.bits_per_second != 0) ::setsockopt(end.get(), SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
 }
@@ -94,14 +94,14 @@ struct TcpRelay::State {
 void TcpRelay::State::accept_all() {
   UniqueFd client;
   while ((client = UniqueFd(::accept4(front.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)))) {
-    if (connections.size() == kMostConnections) continue;
+    if (connections.size() == kMaxConnections) continue;
     Connection connection(impairment, counts.connections++);
     connection.ends[0] = std::move(client);
     connection.ends[1] = UniqueFd(::socket(target.family(), SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const int on = 1;
     for (const UniqueFd& end : connection.ends) {
       ::setsockopt(end.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      keep_short(end, impairment);
+      limit_buffers(end, impairment);
     }
     connection.broken =
         ::connect(connection.ends[1].get(), target.get(), target.length) != 0 && errno != EINPROGRESS;
@@ -190,7 +190,7 @@ Result<std::unique_ptr<TcpRelay>> TcpRelay::open(const std::string& from, const 
   relay->uri_ = std::move(ends->uri);
   relay->state_ = std::make_unique<State>();
   relay->state_->front = std::move(ends->front);
-  keep_short(relay->state_->front, impairment);
+  limit_buffers(relay->state_->front, impairment);
   relay->state_->target = ends->target;
   relay->set(impairment);
   if (auto started = relay->thread_.start(relay->uri_, [self = relay.get()] { self->run(); }); !started)
@@ -216,7 +216,7 @@ void TcpRelay::run() {
   State& state = *state_;
   std::vector<pollfd> polled;
   while (!thread_.stopping()) {
-    int64_t now_ns = monotonic_ns(), wake_ns = now_ns + kLookAgainNs;
+    int64_t now_ns = monotonic_ns(), wake_ns = now_ns + kPollNs;
     polled.clear();
     const bool down = [&] {
       const std::lock_guard lock(state.mutex);
@@ -235,7 +235,7 @@ void TcpRelay::run() {
           wake_ns = std::min(wake_ns, out.waiting.front().due_ns);
       }
     }
-    const timespec timeout{0, static_cast<long>(std::clamp<int64_t>(wake_ns - now_ns, 0, kLookAgainNs))};
+    const timespec timeout{0, static_cast<long>(std::clamp<int64_t>(wake_ns - now_ns, 0, kPollNs))};
     ::ppoll(polled.data(), polled.size(), &timeout, nullptr);
     state.pump(monotonic_ns());
   }

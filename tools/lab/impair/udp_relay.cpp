@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "protocol/base/clock.h"
-#include "tools/lab/impair/datagram_channel.h"
-#include "tools/lab/impair/relay_sockets.h"
+#include "tools/lab/impair/impairment.h"
+#include "tools/lab/impair/relay.h"
 
 namespace fire3dv::impair {
 
@@ -17,7 +17,7 @@ using transport::Address;
 
 namespace {
 
-constexpr size_t kMostClients = 256;
+constexpr size_t kMaxClients = 256;
 
 struct Waiting {
   int64_t due_ns = 0;
@@ -89,12 +89,12 @@ void UdpRelay::State::deliver(int64_t now_ns) {
 size_t UdpRelay::State::client_of(const Address& from) {
   for (size_t i = 0; i < clients.size(); ++i)
     if (clients[i].address == from) return i;
-  if (clients.size() == kMostClients) return kMostClients;
+  if (clients.size() == kMaxClients) return kMaxClients;
   Client client;
   client.address = from;
   client.to_target = UniqueFd(::socket(target.family(), SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!client.to_target || ::connect(client.to_target.get(), target.get(), target.length) != 0)
-    return kMostClients;
+    return kMaxClients;
   clients.push_back(std::move(client));
   return clients.size() - 1;
 }
@@ -164,7 +164,7 @@ void UdpRelay::run() {
           ::recvfrom(state.front.get(), buffer, sizeof buffer, MSG_DONTWAIT, from.get(), &from.length);
       if (got < 0) break;
       const size_t client = state.client_of(from);
-      if (client < kMostClients) state.take(client, true, {buffer, static_cast<size_t>(got)}, monotonic_ns());
+      if (client < kMaxClients) state.take(client, true, {buffer, static_cast<size_t>(got)}, monotonic_ns());
     }
     state.deliver(monotonic_ns());
   }

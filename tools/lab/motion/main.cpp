@@ -14,9 +14,9 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
 #include "protocol/transport/open.h"
-#include "tools/lab/motion/reference_motion.h"
 #include "tools/lab/motion/score.h"
 #include "tools/lab/motion/watcher.h"
+#include "tools/lab/options.h"
 #include "tools/listener_options.h"
 
 namespace {
@@ -59,7 +59,7 @@ int send(const SendOptions& options) {
     // Real-time simulator: simulated time follows the clock, so that the true pose is known at any moment.
     const int64_t sim_ns = fire3dv::monotonic_ns() - begun_ns;
     if (options.seconds > 0 && static_cast<double>(sim_ns) > options.seconds * 1e9) break;
-    for (Pose& pose : poses) pose = motion::known_pose(sim_ns).m;
+    for (Pose& pose : poses) pose = motion::reference_pose(sim_ns).m;
     stream.publish(std::chrono::nanoseconds(sim_ns), poses);
     stream.poll();
   }
@@ -78,10 +78,10 @@ nlohmann::json json_of(const motion::Score& score) {
   return {{"rms_mm", score.rms_mm},
           {"max_mm", score.max_mm},
           {"behind_ms", score.behind_ms},
-          {"looks", score.looks}};
+          {"looks", score.samples}};
 }
 
-void say(const char* way, const motion::Score& score) {
+void print_score(const char* way, const motion::Score& score) {
   std::printf("%-12s %7.2f mm RMS, %7.2f mm most, %6.1f ms behind\n", way, score.rms_mm, score.max_mm,
               score.behind_ms);
 }
@@ -93,8 +93,8 @@ int watch(const WatchOptions& options) {
     return 1;
   }
   std::cerr << "fire3dv-motion: listening on " << (*link)->uri() << '\n';
-  constexpr size_t kMostRateHz = 1000;
-  motion::Watcher watcher(static_cast<size_t>(options.seconds * kMostRateHz));
+  constexpr size_t kMaxRateHz = 1000;
+  motion::Watcher watcher(static_cast<size_t>(options.seconds * kMaxRateHz));
   const auto length_ns = static_cast<int64_t>(options.seconds * 1e9);
   int64_t end_ns = INT64_MAX, settled_ns = INT64_MAX;
   uint64_t settled_kib = 0;
@@ -139,12 +139,12 @@ int watch(const WatchOptions& options) {
               static_cast<unsigned long long>(watcher.frames_missing()),
               static_cast<unsigned long long>(watcher.times_late()),
               static_cast<unsigned long long>(watcher.times_lost()), condition);
-  if (latest.looks == 0) {
-    std::printf("too short for a score: look for more than 3 s while frames come\n");
+  if (latest.samples == 0) {
+    std::printf("too short for a score: watch frames for more than 3 s\n");
     return 0;
   }
-  say("latest", latest);
-  say("interpolated", interpolated);
+  print_score("latest", latest);
+  print_score("interpolated", interpolated);
   return 0;
 }
 
@@ -156,50 +156,59 @@ int score_file(const std::string& path) {
               << " is no recording; make one with fire3dv-motion watch --record\n";
     return 1;
   }
-  say("latest", motion::score(*recording, motion::Way::latest));
-  say("interpolated", motion::score(*recording, motion::Way::interpolated));
+  print_score("latest", motion::score(*recording, motion::Way::latest));
+  print_score("interpolated", motion::score(*recording, motion::Way::interpolated));
   return 0;
 }
 
 void add_send(CLI::App& app, SendOptions& options) {
-  app.add_option("uri", options.uri, "where the watcher listens")->required();
-  app.add_option("--rate", options.rate_hz, "frames a second")
-      ->check(number_between(0.1, 1000))
-      ->capture_default_str();
-  app.add_option("--seconds", options.seconds, "how long; 0: until told to stop")
+  app.add_option("uri", options.uri, "URI of the watcher: udp, tcp or tls://HOST:PORT, or shm://NAME")
+      ->required();
+  lab::add_value(app, "--rate", options.rate_hz, "HZ", "frames per second")->check(number_between(0.1, 1000));
+  lab::add_value(app, "--seconds", options.seconds, "S", "duration; 0: until interrupted")
       ->check(number_between(0, 1e6));
-  app.add_option("--nodes", options.nodes, "bodies, all of which move alike")
-      ->check(CLI::Range(1u, 100'000u))
-      ->capture_default_str();
-  app.add_option("--key-file", options.security.key_file, "file of the key for udp://");
-  app.add_option("--tls-ca", options.security.tls_ca_file, "file of certificates to trust, for tls://");
+  lab::add_value(app, "--nodes", options.nodes, "N", "bodies, all with the same motion")
+      ->check(lab::in_range(1u, 100'000u));
+  constexpr const char* kGroup = "Security";
+  app.add_option("--key-file", options.security.key_file, "udp: pre-shared key, 64 hexadecimal digits")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--tls-ca", options.security.tls_ca_file, "tls: trusted certificates (PEM)")
+      ->type_name("FILE")
+      ->group(kGroup);
 }
 
 void add_watch(CLI::App& app, WatchOptions& options) {
-  app.add_option("uri", options.uri, "where to listen, as fire3dv --listen")->required();
-  app.add_option("--seconds", options.seconds, "how long")
-      ->check(number_between(0.1, 3600))
-      ->capture_default_str();
-  app.add_option("--record", options.record, "file for the times at which frames came");
-  app.add_flag("--json", options.as_json, "one JSON object instead of text");
+  app.add_option("uri", options.uri, "URI to listen at, as fire3dv --listen")->required();
+  lab::add_value(app, "--seconds", options.seconds, "S", "duration from the first frame")
+      ->check(number_between(0.1, 3600));
+  app.add_option("--record", options.record, "write the arrival times of frames")->type_name("FILE");
+  app.add_flag("--json", options.as_json, "print one JSON object");
   add_listener_options(app, options.listener);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app{
-      "Says what a network makes of motion: how far from the truth it is seen, as it comes and interpolated.",
-      "fire3dv-motion"};
+  CLI::App app{"Measures the motion error that a network causes, with the newest frame and interpolated.",
+               "fire3dv-motion"};
+  lab::set_help(app, "COMMAND [OPTIONS]");
+  app.footer("Options of a command: fire3dv-motion COMMAND --help. Details: man fire3dv-motion.");
   app.require_subcommand(1);
+  const auto add_command = [&](const char* name, const char* text, const char* usage) {
+    CLI::App* const command = app.add_subcommand(name, text);
+    lab::set_help(*command, usage);
+    return command;
+  };
   SendOptions sending;
   WatchOptions watching;
-  CLI::App* const sender = app.add_subcommand("send", "publish a known motion: a circle of 1 m at 1 m/s");
+  CLI::App* const sender =
+      add_command("send", "publish a reference motion: a circle of 1 m at 1 m/s", "URI [OPTIONS]");
   add_send(*sender, sending);
-  add_watch(*app.add_subcommand("watch", "stand where the renderer would, and score what comes"), watching);
+  add_watch(*add_command("watch", "receive the motion and print its error", "URI [OPTIONS]"), watching);
   std::string recorded;
-  CLI::App* const scorer = app.add_subcommand("score", "score what `watch --record` has written");
-  scorer->add_option("file", recorded, "the recording")->required();
+  CLI::App* const scorer = add_command("score", "print the error from a file of watch --record", "FILE");
+  scorer->add_option("file", recorded, "file of watch --record")->required();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -7,15 +7,14 @@
 #include "renderer/state/liveness.h"
 #include "renderer/state/playout/clock_offset.h"
 #include "renderer/state/playout/playout.h"
-#include "tools/lab/motion/reference_motion.h"
 
 namespace fire3dv::motion {
 namespace {
 
-constexpr int64_t kLookNs = 16'666'667;
+constexpr int64_t kSampleNs = 16'666'667;
 constexpr int64_t kSettlingNs = 5'000'000'000, kRecoveringNs = 2'000'000'000;
-constexpr size_t kMostRecorded = 10'000'000;
-constexpr double kMostBehindMs = 1000;
+constexpr size_t kMaxRecorded = 10'000'000;
+constexpr double kMaxBehindMs = 1000;
 
 // Time span on the receiver's clock.
 struct Span {
@@ -34,7 +33,7 @@ std::vector<Span> interruptions_of(const Recording& recording) {
   return spans;
 }
 
-struct Look {
+struct Sample {
   int64_t now_ns = 0;
   wire::Affine3x4 seen;
 };
@@ -45,7 +44,7 @@ class Viewer {
   explicit Viewer(Way way) : way_(way) {}
 
   void take(const Arrival& arrival) {
-    newest_ = known_pose(arrival.sim_time_ns);
+    newest_ = reference_pose(arrival.sim_time_ns);
     if (way_ == Way::latest) return;
     wire::PoseFrameHeader header;
     header.epoch = 1;
@@ -67,37 +66,38 @@ class Viewer {
   state::Playout playout_;
 };
 
-std::vector<Look> looks_of(const Recording& recording, Way way) {
+std::vector<Sample> sample_poses(const Recording& recording, Way way) {
   const std::vector<Span> left_out = interruptions_of(recording);
-  std::vector<Look> looks;
+  std::vector<Sample> samples;
   Viewer viewer(way);
   size_t next = 0;
   const int64_t begin_ns = recording.front().received_ns;
-  for (int64_t now_ns = begin_ns; now_ns <= recording.back().received_ns; now_ns += kLookNs) {
+  for (int64_t now_ns = begin_ns; now_ns <= recording.back().received_ns; now_ns += kSampleNs) {
     for (; next < recording.size() && recording[next].received_ns <= now_ns; ++next)
       viewer.take(recording[next]);
     const auto seen = viewer.at(now_ns);
     const bool out = std::any_of(left_out.begin(), left_out.end(), [&](const Span& span) {
       return now_ns >= span.begin_ns && now_ns < span.end_ns;
     });
-    if (seen && !out && now_ns - begin_ns >= kSettlingNs) looks.push_back({now_ns, *seen});
+    if (seen && !out && now_ns - begin_ns >= kSettlingNs) samples.push_back({now_ns, *seen});
   }
-  return looks;
+  return samples;
 }
 
 // Error against the true motion behind_ms earlier.
-Score against(const std::vector<Look>& looks, int64_t sim_from_now_ns, double behind_ms) {
+Score against(const std::vector<Sample>& samples, int64_t sim_from_now_ns, double behind_ms) {
   Score score;
   score.behind_ms = behind_ms;
-  score.looks = looks.size();
+  score.samples = samples.size();
   double squares = 0;
-  for (const Look& look : looks) {
-    const auto truth = known_pose(look.now_ns + sim_from_now_ns - static_cast<int64_t>(behind_ms * 1e6));
-    const double off_mm = 1e3 * distance_m(look.seen, truth);
+  for (const Sample& sample : samples) {
+    const auto truth =
+        reference_pose(sample.now_ns + sim_from_now_ns - static_cast<int64_t>(behind_ms * 1e6));
+    const double off_mm = 1e3 * distance_m(sample.seen, truth);
     squares += off_mm * off_mm;
     score.max_mm = std::max(score.max_mm, off_mm);
   }
-  score.rms_mm = std::sqrt(squares / static_cast<double>(looks.size()));
+  score.rms_mm = std::sqrt(squares / static_cast<double>(samples.size()));
   return score;
 }
 
@@ -105,21 +105,21 @@ Score against(const std::vector<Look>& looks, int64_t sim_from_now_ns, double be
 
 Score score(const Recording& recording, Way way) {
   if (recording.empty()) return {};
-  const std::vector<Look> looks = looks_of(recording, way);
-  if (looks.empty()) return {};
+  const std::vector<Sample> samples = sample_poses(recording, way);
+  if (samples.empty()) return {};
   // Offset from the receiver's clock to simulated time, from the fastest frame.
   int64_t sim_from_now_ns = INT64_MIN;
   for (const Arrival& arrival : recording)
     sim_from_now_ns = std::max(sim_from_now_ns, arrival.sim_time_ns - arrival.received_ns);
   // Within a quarter of the circle the error has a single minimum, so ternary search applies.
-  double low_ms = -10, high_ms = kMostBehindMs;
+  double low_ms = -10, high_ms = kMaxBehindMs;
   while (high_ms - low_ms > 0.02) {
     const double third_ms = (high_ms - low_ms) / 3;
-    const bool left = against(looks, sim_from_now_ns, low_ms + third_ms).rms_mm <
-                      against(looks, sim_from_now_ns, high_ms - third_ms).rms_mm;
+    const bool left = against(samples, sim_from_now_ns, low_ms + third_ms).rms_mm <
+                      against(samples, sim_from_now_ns, high_ms - third_ms).rms_mm;
     (left ? high_ms : low_ms) += left ? -third_ms : third_ms;
   }
-  return against(looks, sim_from_now_ns, (low_ms + high_ms) / 2);
+  return against(samples, sim_from_now_ns, (low_ms + high_ms) / 2);
 }
 
 std::string text_of(const Recording& recording) {
@@ -136,11 +136,24 @@ std::optional<Recording> recording_of(std::istream& text) {
        text >> arrival.sequence >> arrival.sim_time_ns >> arrival.publish_time_ns >> arrival.received_ns;) {
     const bool ordered = recording.empty() || (arrival.sequence > recording.back().sequence &&
                                                arrival.received_ns >= recording.back().received_ns);
-    if (!ordered || arrival.received_ns <= 0 || recording.size() == kMostRecorded) return {};
+    if (!ordered || arrival.received_ns <= 0 || recording.size() == kMaxRecorded) return {};
     recording.push_back(arrival);
   }
   if (!text.eof() || recording.empty()) return {};
   return recording;
+}
+
+wire::Affine3x4 reference_pose(int64_t sim_time_ns) {
+  const double angle_rad = static_cast<double>(sim_time_ns) * 1e-9;
+  const auto c = static_cast<float>(std::cos(angle_rad)), s = static_cast<float>(std::sin(angle_rad));
+  wire::Affine3x4 pose;
+  pose.m = {c, -s, 0, c, s, c, 0, s, 0, 0, 1, 0};
+  return pose;
+}
+
+double distance_m(const wire::Affine3x4& a, const wire::Affine3x4& b) {
+  const auto along = [&](size_t i) { return static_cast<double>(a.m[i]) - static_cast<double>(b.m[i]); };
+  return std::hypot(along(3), along(7), along(11));
 }
 
 }  // namespace fire3dv::motion

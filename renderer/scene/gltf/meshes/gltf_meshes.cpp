@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/meshes/gltf_meshes.h"
+#include "renderer/scene/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include "renderer/scene/gltf/meshes/gltf_skins.h"
 #include "renderer/scene/model/packed_vertices.h"
 #include "renderer/scene/model/tangents.h"
-#include "renderer/scene/model/triangles.h"
+#include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -20,9 +20,9 @@ namespace {
 constexpr int kMissing = -1;
 // Limits per file: enough for 100 million triangles on a large machine. Accessors may share bytes, so that a
 // small file could claim any amount of memory.
-constexpr size_t kMostVertices = size_t{1} << 28;
-constexpr size_t kMeshesAhead = 64, kMostVerticesAhead = size_t{1} << 22;
-constexpr size_t kMostIndices = size_t{1} << 30;
+constexpr size_t kMaxVertices = size_t{1} << 28;
+constexpr size_t kMeshesAhead = 64, kMaxVerticesAhead = size_t{1} << 22;
+constexpr size_t kMaxIndices = size_t{1} << 30;
 constexpr size_t kAttributeFloats = sizeof(VertexAttributes) / sizeof(float);
 static_assert(sizeof(VertexAttributes) == kAttributeFloats * sizeof(float));
 
@@ -90,7 +90,7 @@ class MeshLoader {
         const Recipe recipe = recipe_of(source, scene_.materials[static_cast<size_t>(source.material + 1)]);
         const auto count = reader_.count(recipe.position, "");
         if (recipe.tangent_uv_set == kMissing || !count || geometry_.contains(recipe)) continue;
-        if (*count > kMostVerticesAhead - vertices) break;
+        if (*count > kMaxVerticesAhead - vertices) break;
         if (ahead_.try_emplace(recipe).second) vertices += *count;
       }
     }
@@ -118,7 +118,7 @@ class MeshLoader {
     const auto count = reader_.count(recipe.position, ""), index_count = reader_.count(recipe.indices, "");
     if (!count || !index_count || *count >= kNone || *index_count == 0 || *index_count % 3 != 0)
       return std::nullopt;
-    if (*index_count > 8 * kMostVerticesAhead) return std::nullopt;
+    if (*index_count > 8 * kMaxVerticesAhead) return std::nullopt;
     Made made;
     if (!reader_.reserve(2 * sizeof(uint32_t) * uint64_t{*index_count}, "")) return std::nullopt;
     made.indices.resize(*index_count);
@@ -221,8 +221,8 @@ class MeshLoader {
     if (indices->empty()) return primitive;
     primitive.topology = recipe.topology();
     primitive.lit = recipe.normal != kMissing || recipe.flat();
-    if (scene_.indices.size() + indices->size() > kMostIndices)
-      return Error{where + ": the file holds more than " + std::to_string(kMostIndices) +
+    if (scene_.indices.size() + indices->size() > kMaxIndices)
+      return Error{where + ": the file holds more than " + std::to_string(kMaxIndices) +
                    " indices; split it"};
     auto range = add_vertices(recipe, *vertex_count, *indices, made ? &made->vertices : nullptr, where);
     if (!range) return range.error();
@@ -322,8 +322,8 @@ class MeshLoader {
   }
 
   Result<void> check_room(size_t vertices, const std::string& where) const {
-    if (scene_.positions.size() + vertices <= kMostVertices) return {};
-    return Error{where + ": the file holds more than " + std::to_string(kMostVertices) +
+    if (scene_.positions.size() + vertices <= kMaxVertices) return {};
+    return Error{where + ": the file holds more than " + std::to_string(kMaxVertices) +
                  " vertices; split it"};
   }
 

@@ -12,7 +12,7 @@ using nlohmann::json;
 
 constexpr const char* kExtension = "EXT_meshopt_compression";
 // Upper bound of the compression ratio; views that share bytes could otherwise claim any amount of memory.
-constexpr uint64_t kMostDecodedPerByte = 128;
+constexpr uint64_t kMaxDecodedPerByte = 128;
 
 enum class Filter { none, octahedral, quaternion, exponential };
 
@@ -137,7 +137,7 @@ Result<void> decompress_buffer_views(json& root, const LoadLimits& limits, GltfD
   const auto views = root.find("bufferViews");
   if (views == root.end()) return {};
   uint64_t room = 0;
-  for (const auto& buffer : document.buffers) room += buffer.size() * kMostDecodedPerByte;
+  for (const auto& buffer : document.buffers) room += buffer.size() * kMaxDecodedPerByte;
   room = std::min(room, limits.max_file_bytes);
   for (size_t i = 0; i < views->size(); ++i) {
     json& parent = (*views)[i];

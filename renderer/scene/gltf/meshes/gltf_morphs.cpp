@@ -6,8 +6,8 @@ namespace fire3dv::scene {
 namespace {
 
 // Limits per file: accessors may share bytes, so that a small file could claim any amount of memory.
-constexpr size_t kMostDeltas = size_t{1} << 27;
-constexpr size_t kMostWeights = size_t{1} << 24;
+constexpr size_t kMaxDeltas = size_t{1} << 27;
+constexpr size_t kMaxWeights = size_t{1} << 24;
 constexpr size_t kDeltaFloats = sizeof(MorphDelta) / sizeof(float);
 static_assert(sizeof(MorphDelta) == 9 * sizeof(float));
 
@@ -96,8 +96,8 @@ Result<MorphRange> add_morphs(const AccessorReader& reader, std::span<const Morp
   if (targets.empty()) return range;
   const size_t vertices = base.positions.size();
   const size_t first = scene.morph_deltas.size();
-  if (targets.size() > (kMostDeltas - first) / vertices) {
-    return Error{where + ": the morph targets of the file hold more than " + std::to_string(kMostDeltas) +
+  if (targets.size() > (kMaxDeltas - first) / vertices) {
+    return Error{where + ": the morph targets of the file hold more than " + std::to_string(kMaxDeltas) +
                  " vertices; split it"};
   }
   range.first = static_cast<uint32_t>(first);
@@ -133,8 +133,8 @@ Result<void> add_morph_weights(const GltfDocument& document, const tinygltf::Nod
     return Error{(source.weights.empty() ? element("meshes", node.mesh) : where) + ".weights holds " +
                  std::to_string(weights.size()) + " numbers for " + std::to_string(count) + " morph targets"};
   }
-  if (scene.morph_weights.size() + count > kMostWeights)
-    return Error{where + ": the file has more than " + std::to_string(kMostWeights) + " morph weights"};
+  if (scene.morph_weights.size() + count > kMaxWeights)
+    return Error{where + ": the file has more than " + std::to_string(kMaxWeights) + " morph weights"};
   node.first_morph_weight = static_cast<uint32_t>(scene.morph_weights.size());
   node.morph_weight_count = count;
   for (uint32_t i = 0; i < count; ++i)

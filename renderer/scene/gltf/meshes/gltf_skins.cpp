@@ -8,8 +8,8 @@ namespace fire3dv::scene {
 namespace {
 
 // Limit per file: skins may share an accessor, so that a small file could claim any amount of memory.
-constexpr size_t kMostJoints = size_t{1} << 22;
-constexpr float kMostJointIndices = 65536;
+constexpr size_t kMaxJoints = size_t{1} << 22;
+constexpr float kMaxJointIndices = 65536;
 
 int attribute(const tinygltf::Primitive& primitive, const std::string& name) {
   const auto found = primitive.attributes.find(name);
@@ -63,8 +63,8 @@ Result<std::vector<glm::mat4>> inverse_bind_matrices(const AccessorReader& reade
                  std::to_string(matrices.size()) + " joints"};
   }
   total += *count;
-  if (total > kMostJoints)
-    return Error{name + ": the file holds more than " + std::to_string(kMostJoints) + " joints"};
+  if (total > kMaxJoints)
+    return Error{name + ": the file holds more than " + std::to_string(kMaxJoints) + " joints"};
   matrices.resize(*count);
   auto done = reader.read_floats(source.inverse_bind_matrices, name, glm::value_ptr(matrices[0]), 16, 16, 16);
   if (!done) return done.error();
@@ -133,7 +133,7 @@ Result<InfluenceAccessors> influence_accessors(const tinygltf::Primitive& primit
   if (accessors.joints[0] < 0 && accessors.joints[1] >= 0)
     return Error{where + " has JOINTS_1, but no JOINTS_0"};
   if (attribute(primitive, "JOINTS_2") >= 0)
-    warnings.push_back(where + " has more than 8 joints a vertex: JOINTS_2 and what follows is left out");
+    warnings.push_back(where + " has more than 8 joints a vertex: JOINTS_2 and later sets are ignored");
   return accessors;
 }
 
@@ -157,7 +157,7 @@ Result<InfluenceRange> add_influences(const AccessorReader& reader, const Influe
         read_vec4s(reader, accessors.weights[set], count, where + ".WEIGHTS_" + std::to_string(set));
     if (!weights) return weights.error();
     for (const float joint : *joints) {
-      if (!(joint >= 0 && joint < kMostJointIndices) || joint != std::floor(joint))
+      if (!(joint >= 0 && joint < kMaxJointIndices) || joint != std::floor(joint))
         return Error{name + " holds " + std::to_string(joint) + ", which is not the index of a joint"};
     }
     for (size_t vertex = 0; vertex < vertices; ++vertex) {

@@ -1,4 +1,4 @@
-#include "tools/lab/bench/frames/cameras_command.h"
+#include "tools/lab/bench/frames/frame_commands.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -6,10 +6,10 @@
 #include "protocol/base/clock.h"
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "tools/lab/bench/frames/circle_of_cameras.h"
-#include "tools/lab/bench/frames/remote_cameras.h"
-#include "tools/lab/bench/open_device.h"
+#include "tools/lab/bench/bench_camera.h"
+#include "tools/lab/bench/bench_device.h"
 #include "tools/lab/bench/report/statistics.h"
+#include "tools/lab/options.h"
 
 namespace fire3dv::bench {
 namespace {
@@ -136,19 +136,16 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
   options.draw.shadows = "off";
   add_draw_options(app, options.draw);
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)")->required();
-  app.add_option("--cameras", options.cameras, "how many, several times with commas between them")
+  app.add_option("--cameras", options.cameras, "numbers of cameras (default: 1,8,64)")
+      ->type_name("LIST")
       ->delimiter(',')
-      ->check(CLI::Range(1, 100'000));
-  app.add_option("--to", options.to,
-                 "ask the fire3dv that listens at this URI, with --lockstep, for them, instead of drawing "
-                 "here; how it draws is told it then");
-  app.add_option("--outputs", options.outputs, "of each image, as fire3dv takes them")->capture_default_str();
-  app.add_option("--frames", options.frames, "timed rounds")
-      ->check(CLI::Range(1, 100'000))
-      ->capture_default_str();
-  app.add_option("--warm-up", options.warm_up, "rounds before them")
-      ->check(CLI::Range(0, 100'000))
-      ->capture_default_str();
+      ->check(lab::in_range(1, 100'000));
+  app.add_option("--to", options.to, "request the images from a fire3dv --lockstep at this URI")
+      ->type_name("URI");
+  lab::add_value(app, "--outputs", options.outputs, "LIST", "outputs of each image, as fire3dv --outputs");
+  lab::add_value(app, "--frames", options.frames, "N", "timed rounds")->check(lab::in_range(1, 100'000));
+  lab::add_value(app, "--warm-up", options.warm_up, "N", "untimed rounds before them")
+      ->check(lab::in_range(0, 100'000));
 }
 
 int run_cameras(const CamerasOptions& options) {

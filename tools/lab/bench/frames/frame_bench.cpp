@@ -91,10 +91,10 @@ Result<double> FrameBench::take_new_poses() {
     const std::vector<state::FrameTag> shown = poses_.shown();
     if (!shown.empty() && shown[0].sequence == wanted) return took_ms;
     if (begin_ns - asked_ns > kPatienceNs) {
-      std::string told;
-      for (const std::string& note : intake_.take_notes()) told += "; " + note;
+      std::string notes;
+      for (const std::string& note : intake_.take_notes()) notes += "; " + note;
       return Error{"no poses came over shared memory in " + std::to_string(kPatienceNs / 1'000'000'000) +
-                   " s" + told + "; is /dev/shm full?"};
+                   " s" + notes + "; is /dev/shm full?"};
     }
     std::this_thread::yield();
   }

@@ -15,9 +15,9 @@
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
+#include "tools/lab/bench/bench_device.h"
 #include "tools/lab/bench/frames/stages.h"
 #include "tools/lab/bench/links/pose_feed.h"
-#include "tools/lab/bench/memory_use.h"
 
 namespace fire3dv::bench {
 

@@ -1,12 +1,12 @@
-#include "tools/lab/bench/frames/frame_command.h"
+#include "tools/lab/bench/frames/frame_commands.h"
 
 #include <cstdio>
 #include <ctime>
 
 #include "protocol/base/clock.h"
 #include "renderer/sinks/png.h"
+#include "tools/lab/bench/bench_device.h"
 #include "tools/lab/bench/bench_scene.h"
-#include "tools/lab/bench/open_device.h"
 #include "tools/lab/bench/report/build_info.h"
 #include "tools/lab/bench/report/report.h"
 

@@ -5,49 +5,46 @@
 #include "protocol/base/command_line.h"
 #include "renderer/app/options/image_size.h"
 #include "renderer/passes/resources/draw_names.h"
+#include "tools/lab/options.h"
 
 namespace fire3dv::bench {
+
+using lab::add_value;
+using lab::in_range;
+
 namespace {
 
-constexpr uint64_t kMostTriangles = 200'000'000;
+constexpr uint64_t kMaxTriangles = 200'000'000;
 
 }  // namespace
 
 void add_draw_options(CLI::App& app, DrawOptions& options) {
-  app.add_option("--resolution", options.resolution, "of the images, WxH")->capture_default_str();
-  app.add_option("--device", options.device, "Vulkan device by index or part of its name");
-  app.add_option("--async-compute", options.async_compute,
-                 "build acceleration structures on an async compute queue")
-      ->check(CLI::IsMember({"auto", "on", "off"}))
-      ->capture_default_str();
+  constexpr const char* kGroup = "Drawing";
+  const auto add = [&](const char* name, std::string& value, const char* type, const char* text) {
+    return add_value(app, name, value, type, text)->group(kGroup);
+  };
+  add("--resolution", options.resolution, "WxH", "image size in pixels");
+  app.add_option("--device", options.device, "Vulkan device")->type_name("INDEX|NAME")->group(kGroup);
+  add("--async-compute", options.async_compute, "auto|on|off",
+      "build acceleration structures on an async queue")
+      ->check(one_of({"auto", "on", "off"}));
   app.add_flag("--validation,!--no-validation", options.validation,
-               "check every Vulkan call; a finding ends the run with exit code 1");
-  app.add_option("--samples", options.samples, "samples per pixel")
-      ->check(CLI::Range(1, 64))
-      ->capture_default_str();
-  app.add_option("--raster", options.raster, "how triangles are drawn")
-      ->check(CLI::IsMember(passes::kRasterPathNames))
-      ->capture_default_str();
-  app.add_option("--cull", options.cull,
-                 "what is left out: nothing, what is out of view, or what is hidden too; on: the last in "
-                 "large scenes")
-      ->check(CLI::IsMember(passes::kCullNames))
-      ->capture_default_str();
-  app.add_option(
-         "--lod", options.levels_of_detail,
-         "coarser triangles where the difference is less than a pixel: in scenes where they pay, in all, "
-         "in lights' maps, too, or never")
-      ->check(CLI::IsMember(passes::kLevelsOfDetailNames))
-      ->capture_default_str();
-  app.add_option("--shadows", options.shadows, "how shadows are found")
-      ->check(CLI::IsMember(passes::kShadowNames))
-      ->capture_default_str();
-  app.add_option("--shadow-rays", options.shadow_rays, "rays only where maps cannot tell, or all")
-      ->check(CLI::IsMember({"hybrid", "all"}))
-      ->capture_default_str();
-  app.add_option("--fxaa", options.fxaa, "smooths edges in the finished image")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->capture_default_str();
+               "Vulkan validation; a finding is an error")
+      ->group(kGroup);
+  add_value(app, "--samples", options.samples, "N", "samples per pixel at most, 1 to 64")
+      ->group(kGroup)
+      ->check(in_range(1, 64));
+  add("--raster", options.raster, "NAME", "raster path: auto, forward or visibility")
+      ->check(CLI::IsMember(passes::kRasterPathNames).description(""));
+  add("--cull", options.cull, "NAME", "cluster culling: on, off, view or hidden")
+      ->check(CLI::IsMember(passes::kCullNames).description(""));
+  add("--lod", options.levels_of_detail, "NAME", "level of detail: auto, on, everywhere or off")
+      ->check(CLI::IsMember(passes::kLevelsOfDetailNames).description(""));
+  add("--shadows", options.shadows, "NAME", "by auto, ray, ray-query, ray-pipeline, map or off")
+      ->check(CLI::IsMember(passes::kShadowNames).description(""));
+  add("--shadow-rays", options.shadow_rays, "hybrid|all", "rays for uncertain pixels, or for all lit ones")
+      ->check(one_of({"hybrid", "all"}));
+  add("--fxaa", options.fxaa, "on|off", "post-process antialiasing")->check(one_of({"on", "off"}));
 }
 
 Result<void> check_draw_options(DrawOptions& options) {
@@ -77,37 +74,38 @@ passes::DrawSettings draw_settings(const DrawOptions& options) {
 
 void add_frame_options(CLI::App& app, FrameOptions& options) {
   add_draw_options(app, options.draw);
-  app.add_option("--sizes", options.sizes,
-                 "triangles of the scenes, with commas between them, such as 223K,7M")
-      ->capture_default_str();
-  app.add_option("--bodies", options.bodies,
-                 "moving bodies of each scene; 0: more where there are more triangles")
-      ->check(CLI::Range(0, 100'000))
-      ->capture_default_str();
-  app.add_option("--lights", options.lights, "lights, all of which cast shadows")
-      ->check(CLI::Range(0, 16))
-      ->capture_default_str();
-  app.add_option("--texture-size", options.texture_side, "side of the textures in pixels; 0: none")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
-  app.add_option("--frames", options.frames, "timed frames of each row")
-      ->check(CLI::Range(1, 100'000))
-      ->capture_default_str();
-  app.add_option("--warm-up", options.warm_up, "frames before them")
-      ->check(CLI::Range(1, 100'000))
-      ->capture_default_str();
-  app.add_option("--conditions", options.conditions,
-                 "product: culling and levels of detail as --cull and --lod say; paper: neither; all: both")
-      ->check(CLI::IsMember({"all", "product", "paper"}))
-      ->capture_default_str();
-  app.add_flag("--gui", options.gui, "draw the window's panels over the images, as they are at first");
-  app.add_option("--gui-scale", options.gui_scale, "of the panels, 2 on a display of twice the density")
-      ->check(number_between(0.5, 4))
-      ->capture_default_str();
-  app.add_option("--out", options.out, "folder for the table, the CSV file and the plot")
-      ->capture_default_str();
-  app.add_option("--name", options.name, "of these files")->capture_default_str();
-  app.add_option("--image", options.images, "folder for a PNG of each scene at its first step");
+  constexpr const char* kScene = "Scenes";
+  add_value(app, "--sizes", options.sizes, "LIST", "triangles of the scenes")->group(kScene);
+  add_value(app, "--bodies", options.bodies, "N", "moving bodies; 0: more in larger scenes")
+      ->group(kScene)
+      ->check(in_range(0, 100'000));
+  add_value(app, "--lights", options.lights, "N", "lights with shadows")
+      ->group(kScene)
+      ->check(in_range(0, 16));
+  add_value(app, "--texture-size", options.texture_side, "N", "side of the textures in pixels; 0: none")
+      ->group(kScene)
+      ->check(in_range(0, 4096));
+  constexpr const char* kRun = "Measurement";
+  add_value(app, "--frames", options.frames, "N", "timed frames per row")
+      ->group(kRun)
+      ->check(in_range(1, 100'000));
+  add_value(app, "--warm-up", options.warm_up, "N", "untimed frames before them")
+      ->group(kRun)
+      ->check(in_range(1, 100'000));
+  add_value(app, "--conditions", options.conditions, "NAME",
+            "product: --cull, --lod; paper: neither; all: both")
+      ->group(kRun)
+      ->check(one_of({"all", "product", "paper"}));
+  app.add_flag("--gui", options.gui, "draw the window's panels over the images")->group(kRun);
+  add_value(app, "--gui-scale", options.gui_scale, "X", "scale of the panels")
+      ->group(kRun)
+      ->check(number_between(0.5, 4));
+  constexpr const char* kOutput = "Output";
+  add_value(app, "--out", options.out, "DIR", "folder of table, CSV file and plot")->group(kOutput);
+  add_value(app, "--name", options.name, "NAME", "their file name without ending")->group(kOutput);
+  app.add_option("--image", options.images, "folder for a PNG of each scene")
+      ->type_name("DIR")
+      ->group(kOutput);
 }
 
 Result<void> check_frame_options(FrameOptions& options) {
@@ -134,9 +132,9 @@ Result<uint64_t> parse_triangles(std::string_view text) {
   const std::string_view unit(stop, static_cast<size_t>(end - stop));
   const uint64_t factor = unit == "M" ? 1'000'000 : unit == "K" ? 1'000 : unit.empty() ? 1 : 0;
   constexpr uint64_t kFewest = 1'000;
-  if (error != std::errc() || factor == 0 || number > kMostTriangles || number * factor > kMostTriangles ||
+  if (error != std::errc() || factor == 0 || number > kMaxTriangles || number * factor > kMaxTriangles ||
       number * factor < kFewest) {
-    return Error{"\"" + std::string(text) + "\" is no number of triangles from 1K to 200M"};
+    return Error{"\"" + std::string(text) + "\" must be a number of triangles from 1K to 200M"};
   }
   return number * factor;
 }

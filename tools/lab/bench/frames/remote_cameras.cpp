@@ -1,4 +1,4 @@
-#include "tools/lab/bench/frames/remote_cameras.h"
+#include "tools/lab/bench/frames/frame_commands.h"
 
 #include <cstdio>
 #include <memory>
@@ -10,7 +10,7 @@
 #include "protocol/wire/image_outputs.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "tools/lab/bench/frames/circle_of_cameras.h"
+#include "tools/lab/bench/bench_camera.h"
 #include "tools/lab/bench/report/statistics.h"
 
 namespace fire3dv::bench {

@@ -56,14 +56,14 @@ struct SlotReceiver final : Receiver {
     const int64_t now = monotonic_ns();
     uint32_t index = 0;
     std::memcpy(&index, frame.data(), sizeof index);
-    board.came[index % kMostFrames] = board.seen[index % kMostFrames] = now;
+    board.came[index % kMaxFrames] = board.seen[index % kMaxFrames] = now;
   }
 };
 
-void tell_port(WayBoard& board, unsigned short port) {
+void send_port(WayBoard& board, unsigned short port) {
   std::snprintf(board.address, sizeof board.address, "%u", static_cast<unsigned>(port));
 }
-unsigned short told_port(const WayBoard& board) {
+unsigned short received_port(const WayBoard& board) {
   return static_cast<unsigned short>(std::strtoul(board.address, nullptr, 10));
 }
 
@@ -94,7 +94,7 @@ struct TcpReceiver final : Receiver {
     const int64_t now = monotonic_ns();
     uint32_t index = 0;
     std::memcpy(&index, frame.data(), sizeof index);
-    board.came[index % kMostFrames] = board.seen[index % kMostFrames] = now;
+    board.came[index % kMaxFrames] = board.seen[index % kMaxFrames] = now;
   }
 };
 
@@ -134,7 +134,7 @@ struct UdpReceiver final : Receiver {
     if (of != index) came = 0;
     index = of;
     if (++came == datagrams_a_frame())
-      board.came[index % kMostFrames] = board.seen[index % kMostFrames] = monotonic_ns();
+      board.came[index % kMaxFrames] = board.seen[index % kMaxFrames] = monotonic_ns();
   }
 };
 
@@ -170,14 +170,14 @@ Way bare_tcp() {
           [](WayBoard& board) {
             return caught("TCP", [&]() -> Result<std::unique_ptr<Receiver>> {
               auto receiver = std::make_unique<TcpReceiver>();
-              tell_port(board, receiver->acceptor.local_endpoint().port());
+              send_port(board, receiver->acceptor.local_endpoint().port());
               return std::unique_ptr<Receiver>(std::move(receiver));
             });
           },
           [](WayBoard& board) {
             return caught("TCP", [&]() -> Result<std::unique_ptr<Sender>> {
               auto sender = std::make_unique<TcpSender>();
-              sender->socket.connect({asio::ip::address_v4::loopback(), told_port(board)});
+              sender->socket.connect({asio::ip::address_v4::loopback(), received_port(board)});
               sender->socket.set_option(tcp::no_delay(true));
               return std::unique_ptr<Sender>(std::move(sender));
             });
@@ -189,14 +189,14 @@ Way bare_udp() {
           [](WayBoard& board) {
             return caught("UDP", [&]() -> Result<std::unique_ptr<Receiver>> {
               auto receiver = std::make_unique<UdpReceiver>();
-              tell_port(board, receiver->socket.local_endpoint().port());
+              send_port(board, receiver->socket.local_endpoint().port());
               return std::unique_ptr<Receiver>(std::move(receiver));
             });
           },
           [](WayBoard& board) {
             return caught("UDP", [&]() -> Result<std::unique_ptr<Sender>> {
               auto sender = std::make_unique<UdpSender>();
-              sender->socket.connect({asio::ip::address_v4::loopback(), told_port(board)});
+              sender->socket.connect({asio::ip::address_v4::loopback(), received_port(board)});
               return std::unique_ptr<Sender>(std::move(sender));
             });
           }};

@@ -1,4 +1,4 @@
-#include "tools/lab/bench/links/dtls_bench.h"
+#include "tools/lab/bench/links/link_benches.h"
 
 #include <malloc.h>
 #include <openssl/crypto.h>
@@ -60,7 +60,7 @@ Payloads make_payloads(size_t poses, size_t datagram_bytes) {
   return payloads;
 }
 
-struct Way {
+struct Variant {
   std::string name;
   std::function<bool()> send;                                  // sends one frame
   std::function<bool(std::span<const std::byte>)> check_next;  // opens a datagram and compares it with the
@@ -78,7 +78,7 @@ void discard(int fd) {
 }
 
 // Same steps as a publisher: copy behind a header, seal in place, send.
-Result<Way> session_way(const Payloads& payloads, size_t datagram_bytes, bool sealed) {
+Result<Variant> session_way(const Payloads& payloads, size_t datagram_bytes, bool sealed) {
   struct Ends {
     SocketPair sockets;
     SessionPair sessions;
@@ -88,7 +88,7 @@ Result<Way> session_way(const Payloads& payloads, size_t datagram_bytes, bool se
   auto sessions = make_session_pair(sealed, datagram_bytes);
   if (!sessions) return sessions.error();
   const auto ends = std::make_shared<Ends>(Ends{std::move(*sockets), std::move(*sessions)});
-  Way way;
+  Variant way;
   way.name = sealed ? "udp:// with a key: seal, send" : "udp:// without a key: send";
   way.fd = ends->sockets.to.get();
   way.send = [ends, &payloads] {
@@ -120,10 +120,10 @@ Result<Way> session_way(const Payloads& payloads, size_t datagram_bytes, bool se
   return way;
 }
 
-Result<Way> link_way(size_t poses, size_t datagram_bytes, bool sealed) {
+Result<Variant> link_way(size_t poses, size_t datagram_bytes, bool sealed) {
   const auto link = std::make_shared<ServedLink>();
   if (auto opened = link->open(poses, datagram_bytes, sealed); !opened) return opened.error();
-  Way way;
+  Variant way;
   way.name = std::string(sealed ? "udp:// with a key" : "udp:// without a key") + ": check, encode, publish";
   way.send = [link] {
     link->publish();
@@ -135,7 +135,7 @@ Result<Way> link_way(size_t poses, size_t datagram_bytes, bool sealed) {
 }
 
 // Verifies that one frame arrives whole, and measures the wire size of its first datagram.
-Result<void> check(Way& way, const Payloads& payloads) {
+Result<void> check(Variant& way, const Payloads& payloads) {
   if (way.fd < 0) return {};
   bool arrived = way.send();
   const ssize_t wire_bytes = ::recv(way.fd, nullptr, 0, MSG_PEEK | MSG_TRUNC);
@@ -149,10 +149,10 @@ Result<void> check(Way& way, const Payloads& payloads) {
 // Ratios are taken per round.
 Result<void> measure(size_t poses, size_t datagram_bytes, const DtlsOptions& options) {
   const Payloads payloads = make_payloads(poses, datagram_bytes);
-  std::vector<Result<Way>> opened;
+  std::vector<Result<Variant>> opened;
   for (const bool sealed : {false, true}) opened.push_back(session_way(payloads, datagram_bytes, sealed));
   for (const bool sealed : {false, true}) opened.push_back(link_way(poses, datagram_bytes, sealed));
-  std::vector<Way> ways;
+  std::vector<Variant> ways;
   for (auto& way : opened) {
     if (!way) return way.error();
     if (auto checked = check(*way, payloads); !checked) return checked.error();
@@ -165,7 +165,7 @@ Result<void> measure(size_t poses, size_t datagram_bytes, const DtlsOptions& opt
   for (int round = 0; round < options.rounds; ++round) {
     std::shuffle(order.begin(), order.end(), generator);
     for (const size_t turn : order) {
-      Way& way = ways[turn];
+      Variant& way = ways[turn];
       if (options.rate_hz > 0) {
         due_ns = std::max(due_ns + static_cast<int64_t>(1e9 / options.rate_hz), monotonic_ns());
         sleep_until(due_ns);
@@ -176,9 +176,9 @@ Result<void> measure(size_t poses, size_t datagram_bytes, const DtlsOptions& opt
       if (!sent) return Error{way.name + ": a frame was not sent"};
       way.drain();
     }
-    for (Way& way : ways) way.ratio.push_back(way.us.back() / ways[0].us.back());
+    for (Variant& way : ways) way.ratio.push_back(way.us.back() / ways[0].us.back());
   }
-  for (const Way& way : ways) {
+  for (const Variant& way : ways) {
     const Summary us = summarise(way.us), ratio = summarise(way.ratio);
     std::printf("| %zu | %zu | %zu | %s | %zu | %.1f (%.1f to %.1f) | %.2f (%.2f to %.2f) |\n", poses,
                 payloads.size(), payloads.front().size(), way.name.c_str(), way.added_bytes, us.median,

@@ -7,10 +7,11 @@
 #include "protocol/base/clock.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/sinks/png.h"
+#include "tools/lab/bench/bench_device.h"
 #include "tools/lab/bench/frames/frame_bench.h"
-#include "tools/lab/bench/frames/frame_command.h"
-#include "tools/lab/bench/open_device.h"
+#include "tools/lab/bench/frames/frame_commands.h"
 #include "tools/lab/bench/report/statistics.h"
+#include "tools/lab/options.h"
 
 namespace fire3dv::bench {
 namespace {
@@ -109,13 +110,10 @@ void add_image_options(CLI::App& app, ImageOptions& options) {
   options.draw.resolution = "640x480";
   add_draw_options(app, options.draw);
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)")->required();
-  app.add_option("--frames", options.frames, "timed images")
-      ->check(CLI::Range(1, 100'000))
-      ->capture_default_str();
-  app.add_option("--warm-up", options.warm_up, "images before them")
-      ->check(CLI::Range(0, 100'000))
-      ->capture_default_str();
-  app.add_option("--png", options.png, "file for the last image");
+  lab::add_value(app, "--frames", options.frames, "N", "timed images")->check(lab::in_range(1, 100'000));
+  lab::add_value(app, "--warm-up", options.warm_up, "N", "untimed images before them")
+      ->check(lab::in_range(0, 100'000));
+  app.add_option("--png", options.png, "write the last image to this file")->type_name("FILE");
 }
 
 int run_images(const ImageOptions& options) {

@@ -1,4 +1,4 @@
-#include "tools/lab/bench/links/ingest_bench.h"
+#include "tools/lab/bench/links/link_benches.h"
 
 #include <sys/resource.h>
 

@@ -45,7 +45,7 @@ class LinkReceiver final : public Receiver {
       sequence_ = frame->header.sequence;
       poses_ += frame->poses.size();
       if (poses_ != kOneWayPoses) return;
-      const uint32_t index = static_cast<uint32_t>(frame->poses[0].m[0]) % kMostFrames;
+      const uint32_t index = static_cast<uint32_t>(frame->poses[0].m[0]) % kMaxFrames;
       board.came[index] = event.received_ns != 0 ? event.received_ns : now;
       board.seen[index] = now;
     });

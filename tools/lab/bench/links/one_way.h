@@ -14,14 +14,14 @@ namespace fire3dv::bench {
 
 constexpr size_t kOneWayPoses = 100;
 constexpr size_t kOneWayBytes = kOneWayPoses * 48;
-constexpr uint32_t kMostFrames = 1 << 16;
+constexpr uint32_t kMaxFrames = 1 << 16;
 
 // Shared memory of sender and receiver process.
 struct WayBoard {
-  std::atomic<bool> ready, active;         // active: this transport is being measured
-  char address[128];                       // URI or port of the receiver
-  std::atomic<int64_t> came[kMostFrames];  // frame i has reached the receiver's process
-  std::atomic<int64_t> seen[kMostFrames];  // the receiver has returned frame i to its caller
+  std::atomic<bool> ready, active;        // active: this transport is being measured
+  char address[128];                      // URI or port of the receiver
+  std::atomic<int64_t> came[kMaxFrames];  // frame i has reached the receiver's process
+  std::atomic<int64_t> seen[kMaxFrames];  // the receiver has returned frame i to its caller
 };
 
 struct Sender {

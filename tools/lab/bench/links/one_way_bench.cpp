@@ -1,4 +1,4 @@
-#include "tools/lab/bench/links/one_way_bench.h"
+#include "tools/lab/bench/links/link_benches.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -99,7 +99,7 @@ void take_turn(Lane& lane, const OneWayOptions& options) {
   std::vector<std::pair<uint32_t, int64_t>> sent;
   int64_t due_ns = monotonic_ns();
   for (int i = 0; i < options.frames; ++i) {
-    const uint32_t index = lane.next++ % kMostFrames;
+    const uint32_t index = lane.next++ % kMaxFrames;
     board.seen[index] = 0;
     lane.sender->prepare(index);
     spin_until(due_ns);
@@ -176,7 +176,7 @@ int one_way_bench(const OneWayOptions& options) {
     std::fprintf(stderr, "fire3dv-bench: %s\n", error.message.c_str());
     return 1;
   };
-  const bool own_cores = usable_cores() > 1;
+  const bool use_own_cores = usable_cores() > 1;
   // All receivers are forked before the senders' links start threads.
   for (auto& lane : lanes)
     if (auto started = start(*lane); !started) return fail(started.error());
@@ -190,7 +190,7 @@ int one_way_bench(const OneWayOptions& options) {
       "frames. "
       "A reader of shared memory spins, one of the network waits. %s\n\n",
       kOneWayPoses, options.rate_hz, options.rounds, options.frames,
-      own_cores ? "Each end has a core of its own." : "Both ends share one core.");
+      use_own_cores ? "Each end has a core of its own." : "Both ends share one core.");
   print(lanes);
   return 0;
 }

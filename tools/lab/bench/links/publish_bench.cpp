@@ -1,4 +1,4 @@
-#include "tools/lab/bench/links/publish_bench.h"
+#include "tools/lab/bench/links/link_benches.h"
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -76,7 +76,7 @@ double ns_per_call(const std::function<void()>& call) {
   return static_cast<double>(fire3dv::monotonic_ns() - start) / kCallsARound;
 }
 
-struct Way {
+struct Method {
   const char* name;
   std::function<void()> call;
   std::vector<double> ns, ratio;
@@ -110,7 +110,7 @@ int publish_bench(int rounds) {
     LockedMap map("fire3dv-" + name, count);
     size_t slot = 0;
     void* (*volatile copy)(void*, const void*, size_t) = std::memcpy;
-    Way ways[] = {
+    Method methods[] = {
         {"memcpy into a slot of a ring",
          [&] {
            copy(static_cast<std::byte*>(memory) + slot++ % kSlots * kSlotBytes, bytes.data(), bytes.size());
@@ -129,13 +129,14 @@ int publish_bench(int rounds) {
         {"map of names under a mutex (Boost.Interprocess)", [&] { map.publish(poses); }, {}, {}},
     };
     for (int round = 0; round < rounds; ++round) {
-      for (Way& way : ways) {
-        way.ns.push_back(ns_per_call(way.call));
-        way.ratio.push_back(way.ns.back() / ways[0].ns.back());
+      for (Method& method : methods) {
+        method.ns.push_back(ns_per_call(method.call));
+        method.ratio.push_back(method.ns.back() / methods[0].ns.back());
       }
     }
-    for (const Way& way : ways)
-      std::printf("| %zu | %s | %.1f | %.2f |\n", count, way.name, median(way.ns), median(way.ratio));
+    for (const Method& method : methods)
+      std::printf("| %zu | %s | %.1f | %.2f |\n", count, method.name, median(method.ns),
+                  median(method.ratio));
     ::munmap(memory, kSlots * kSlotBytes);
   }
   return 0;

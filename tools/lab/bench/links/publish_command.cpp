@@ -1,4 +1,4 @@
-#include "tools/lab/bench/links/publish_command.h"
+#include "tools/lab/bench/links/link_benches.h"
 
 #include <poll.h>
 #include <time.h>
@@ -18,7 +18,7 @@ using fire3dv::monotonic_ns;
 
 enum class Input { nothing, line, ended };
 
-Input look_at_input() {
+Input poll_input() {
   pollfd input{STDIN_FILENO, POLLIN, 0};
   if (::poll(&input, 1, 0) <= 0) return Input::nothing;
   char bytes[256];
@@ -56,7 +56,7 @@ int publish_command(const PublishOptions& options) {
   call_ns.reserve(1 << 20);
   std::vector<std::byte> reply;
   for (int64_t due_ns = monotonic_ns();; due_ns += every_ns) {
-    const Input input = look_at_input();
+    const Input input = poll_input();
     if (input == Input::ended) return 0;
     if (input == Input::line) answer(call_ns, (*simulator)->link().stats());
     for (int i = 0; i < 64 && (*simulator)->link().poll(reply); ++i) {

@@ -1,4 +1,4 @@
-#include "tools/lab/bench/links/request_bench.h"
+#include "tools/lab/bench/links/link_benches.h"
 
 #include <unistd.h>
 
@@ -112,7 +112,7 @@ bool measure(const char* link, const std::string& uri, int rounds) {
   }
   if (!good) return false;
   std::printf("| %s | publish %zu poses | %.2f | 1.00 |\n", link, kPoses, summarise(publish_us).median);
-  std::printf("| %s | ask for an image | %.2f | %.2f |\n", link, summarise(ask_us).median,
+  std::printf("| %s | request an image | %.2f | %.2f |\n", link, summarise(ask_us).median,
               summarise(ask_ratio).median);
   std::printf("| %s | take that back | %.2f | %.2f |\n", link, summarise(cancel_us).median,
               summarise(cancel_ratio).median);

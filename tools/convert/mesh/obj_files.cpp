@@ -1,8 +1,9 @@
-#include "tools/convert/mesh/obj_faces.h"
+#include "tools/convert/mesh/obj_files.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <sstream>
 #include <string>
 
 namespace fire3dv::convert {
@@ -89,7 +90,7 @@ class Faces {
 
   // Parses like atoi(), as the parser does, and skips the rest up to a blank or slash.
   bool take_number(Kind kind) {
-    constexpr int64_t kMost = int64_t{1} << 40;
+    constexpr int64_t kMaxCount = int64_t{1} << 40;
     const size_t end = std::min(rest_.find_first_of("/ \t"), rest_.size());
     std::string_view digits = rest_.substr(0, end);
     digits.remove_prefix(std::min(digits.find_first_not_of("\v\f"), digits.size()));
@@ -98,7 +99,7 @@ class Faces {
     int64_t number = 0;
     for (const char c : digits) {
       if (c < '0' || c > '9') break;
-      number = std::min(10 * number + (c - '0'), kMost);
+      number = std::min(10 * number + (c - '0'), kMaxCount);
     }
     // Negative indices count from the last element; 0 is read as the first.
     const int64_t index = below ? count_[kind] - number : std::max<int64_t>(number - 1, 0);
@@ -114,6 +115,26 @@ class Faces {
   bool has_faces_ = false;
 };
 
+// Splits "a\ b.mtl c.mtl" in both readings: "a\", "b.mtl", "c.mtl" and "a b.mtl", "c.mtl".
+void add_names(std::string_view line, std::vector<std::string>& names) {
+  for (const bool escapes : {false, true}) {
+    std::string name;
+    const auto end_name = [&] {
+      if (!name.empty()) names.push_back(std::move(name));
+      name.clear();
+    };
+    for (size_t i = 0; i < line.size(); ++i) {
+      if (escapes && line[i] == '\\' && i + 1 < line.size())
+        name += line[++i];
+      else if (line[i] == ' ')
+        end_name();
+      else
+        name += line[i];
+    }
+    end_name();
+  }
+}
+
 }  // namespace
 
 Result<void> check_obj_faces(std::string_view text) {
@@ -124,6 +145,37 @@ Result<void> check_obj_faces(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return faces.check();
+}
+
+Result<std::vector<std::string>> obj_material_files(std::string_view text) {
+  constexpr size_t kMaxNames = 1000;
+  constexpr std::string_view kWord = "mtllib";
+  std::vector<std::string> names;
+  for (size_t at = text.find(kWord); at != text.npos; at = text.find(kWord, at + 1)) {
+    size_t begin = at;
+    while (begin > 0 && (text[begin - 1] == ' ' || text[begin - 1] == '\t')) --begin;
+    if (begin > 0 && text[begin - 1] != '\n' && text[begin - 1] != '\r')
+      continue;  // not at the start of a
+                 // line
+    const std::string_view rest = text.substr(at + kWord.size());
+    if (rest.empty() || (rest[0] != ' ' && rest[0] != '\t')) continue;
+    add_names(rest.substr(1, rest.find_first_of("\r\n") - 1), names);
+    if (names.size() > kMaxNames)
+      return Error{"names more than " + std::to_string(kMaxNames) + " files of materials"};
+  }
+  return names;
+}
+
+std::vector<std::filesystem::path> obj_material_paths(const std::string& mesh, const std::string& name) {
+  const size_t end = mesh.find_last_of("/\\");
+  if (end == mesh.npos || end == 0) return {name};
+  std::istringstream folders(mesh.substr(0, end) + "/");
+  std::vector<std::filesystem::path> paths;
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const bool needs_slash = !folder.empty() && folder.back() != '/';
+    paths.emplace_back(folder + (needs_slash ? "/" : "") + name);
+  }
+  return paths;
 }
 
 }  // namespace fire3dv::convert

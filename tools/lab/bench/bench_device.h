@@ -1,12 +1,24 @@
-// Memory use of this process on the GPU and in host memory.
+// Vulkan device of a benchmark: opening, and memory in use.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include "renderer/gpu/device/device.h"
+#include "tools/lab/bench/frames/frame_options.h"
 
 namespace fire3dv::bench {
+
+struct OpenDevice {
+  std::unique_ptr<gpu::Instance> instance;
+  std::unique_ptr<gpu::Device> device;
+
+  // Returns an error when validation was on and has reported a problem.
+  Result<void> finish();
+};
+
+Result<OpenDevice> open_device(const DrawOptions& options);
 
 struct MemoryUse {
   uint64_t gpu_allocated_bytes = 0;             // allocated by the renderer

@@ -1,5 +1,6 @@
-#include "tools/lab/bench/memory_use.h"
+#include "tools/lab/bench/bench_device.h"
 
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -8,7 +9,7 @@
 namespace fire3dv::bench {
 namespace {
 
-bool tells_its_budget(VkPhysicalDevice device) {
+bool has_memory_budget(VkPhysicalDevice device) {
   uint32_t count = 0;
   FIRE3DV_VK(vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr));
   std::vector<VkExtensionProperties> extensions(count);
@@ -31,10 +32,38 @@ std::optional<uint64_t> status_bytes(const std::string& field) {
 
 }  // namespace
 
+Result<OpenDevice> open_device(const DrawOptions& options) {
+  gpu::InstanceOptions instance_options;
+  instance_options.validation = options.validation;
+  Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
+  if (!instance) return instance.error();
+  OpenDevice open;
+  open.instance = std::move(*instance);
+  const std::vector<gpu::DeviceReport> reports = gpu::report_devices(open.instance->handle());
+  const Result<gpu::DeviceChoice> choice =
+      gpu::choose_device(reports, options.device, gpu::graphics_vendors_present());
+  if (!choice) return choice.error();
+  for (const std::string& note : choice->notes)
+    std::fprintf(stderr, "fire3dv-bench: device: %s\n", note.c_str());
+  std::fprintf(stderr, "fire3dv-bench: device %s\n", gpu::describe(reports[choice->index]).c_str());
+  Result<std::unique_ptr<gpu::Device>> device =
+      gpu::Device::create(*open.instance, choice->index, false, async_compute(options));
+  if (!device) return device.error();
+  open.device = std::move(*device);
+  return open;
+}
+
+Result<void> OpenDevice::finish() {
+  device.reset();
+  if (const uint64_t messages = instance->validation_messages())
+    return Error{std::to_string(messages) + " validation messages"};
+  return {};
+}
+
 MemoryUse memory_use(const gpu::Device& device) {
   MemoryUse use;
   use.gpu_allocated_bytes = device.allocated_bytes();
-  if (tells_its_budget(device.physical())) {
+  if (has_memory_budget(device.physical())) {
     // The extension's structure belongs to the physical device and needs no enabling on the logical one.
     VkPhysicalDeviceMemoryBudgetPropertiesEXT budget{
         VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_BUDGET_PROPERTIES_EXT};
