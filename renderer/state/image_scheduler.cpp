@@ -73,7 +73,7 @@ bool ImageScheduler::is_alone(RequesterId requester, int64_t now_ns) const {
   });
 }
 
-// A turn is long for a requester if it exceeds the requester's period. An requester that pauses tolerates
+// A turn is long for a requester if it exceeds the requester's period. A requester that pauses tolerates
 // turns as long as its pause.
 double ImageScheduler::tolerated_ns(const Account& account, int64_t now_ns) {
   const auto since = [&](int64_t time_ns) { return static_cast<double>(now_ns - time_ns); };

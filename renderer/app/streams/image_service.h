@@ -35,8 +35,8 @@ class ImageService {
         scheduler_(rules_.slice_ns, !rules_.lockstep) {}
 
   // Borrowed. settings: current settings of the primary device.
-  void spread_over(SecondaryDevices& further, const passes::DrawSettings& settings) {
-    secondary_ = &further;
+  void spread_over(SecondaryDevices& devices, const passes::DrawSettings& settings) {
+    secondary_ = &devices;
     settings_ = &settings;
   }
 

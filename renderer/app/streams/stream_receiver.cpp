@@ -184,9 +184,10 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
   }
   if (const auto* pong = std::get_if<wire::Pong>(&*decoded)) {
     const auto stream = stream_of_peer_.find(peer);
-    const bool work = stream != stream_of_peer_.end() && pong->id != 0 && pong->id <= stream->second.pings;
+    const bool is_expected =
+        stream != stream_of_peer_.end() && pong->id != 0 && pong->id <= stream->second.pings;
     const int64_t came_ns = event.received_ns != 0 ? event.received_ns : now_ns_;
-    if (work && pong->ping_sender_time_ns <= static_cast<uint64_t>(came_ns))
+    if (is_expected && pong->ping_sender_time_ns <= static_cast<uint64_t>(came_ns))
       stream->second.clock.on_pong(static_cast<int64_t>(pong->ping_sender_time_ns), pong->answer_time_ns,
                                    came_ns);
     return false;
