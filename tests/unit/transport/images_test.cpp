@@ -308,7 +308,7 @@ TEST(ImageQueue, KeepsTheNewestOfEachWithinItsBound) {
   EXPECT_EQ(queue.bytes(), 0u);
   for (uint64_t request = 1; request <= 3; ++request) EXPECT_TRUE(queue.push(request, Block(1)).empty());
   EXPECT_EQ(queue.push(4, Block(2)).size(), 1u) << "one too many";
-  queue.raise(1000);
+  queue.raise_limit(1000);
   EXPECT_EQ(queue.push(4, Block(500)).size(), 1u) << "only the older one of its request";
   EXPECT_EQ(queue.bytes(), 502u);
 }

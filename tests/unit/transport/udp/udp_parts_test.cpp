@@ -6,6 +6,8 @@
 
 #include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_handshake.h"
+#include "protocol/transport/udp/udp_receive.h"
+#include "protocol/transport/udp/udp_session.h"
 
 namespace fire3dv::transport::udp {
 namespace {
